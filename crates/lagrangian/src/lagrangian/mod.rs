@@ -1,0 +1,46 @@
+//! Lagrangians: analytic systems and learned ones, behind one trait.
+
+use crate::Coordinates;
+
+/// A Lagrangian's derivatives at a batch of `m` states, as far as the Euler–Lagrange equation needs them.
+///
+/// All row-major; `n` degrees of freedom.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Jet {
+    /// L, J, `[m]`.
+    pub lagrangian: Vec<f64>,
+    /// ∂L/∂q, `[m, n]`.
+    pub dl_dq: Vec<f64>,
+    /// Momentum p = ∂L/∂q̇, `[m, n]`.
+    pub momentum: Vec<f64>,
+    /// Mass matrix M = ∂²L/∂q̇∂q̇, symmetric, `[m, n, n]`.
+    pub mass_matrix: Vec<f64>,
+    /// (∂p/∂q) q̇, the part of ṗ that comes from the change of q, `[m, n]`.
+    pub momentum_drift: Vec<f64>,
+}
+
+impl Jet {
+    /// Sizes all fields for `m` states of `n` degrees of freedom; allocates only when it grows.
+    pub fn resize(&mut self, m: usize, n: usize) {
+        self.lagrangian.resize(m, 0.0);
+        self.dl_dq.resize(m * n, 0.0);
+        self.momentum.resize(m * n, 0.0);
+        self.mass_matrix.resize(m * n * n, 0.0);
+        self.momentum_drift.resize(m * n, 0.0);
+    }
+}
+
+/// A Lagrangian L(q, q̇): a scalar from which the motion, the energy and the momenta follow.
+pub trait Lagrangian: Send + Sync {
+    /// The coordinates it is a function of.
+    fn coordinates(&self) -> &Coordinates;
+
+    /// Something that evaluates its derivatives, with its own scratch memory; one per thread.
+    fn jets(&self) -> Box<dyn Jets + '_>;
+}
+
+/// Evaluates the derivatives of one Lagrangian; see [`Lagrangian::jets`].
+pub trait Jets {
+    /// Writes L and its derivatives at the `m` states (`q`, `qd` are `[m, n]`) to `jet`, which it resizes.
+    fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet);
+}

@@ -1,0 +1,84 @@
+//! Motions of a system: time, coordinates, velocities and, where known, accelerations and forces.
+
+mod coordinates;
+
+pub use coordinates::{Coordinate, Coordinates, Topology};
+
+use crate::{Error, Result};
+
+/// One motion, recorded or predicted: both are this type, so one function compares them.
+///
+/// All signals are row-major, `[len, n]`, in SI units; `n` is the number of degrees of freedom. Angles are
+/// unwrapped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    /// A name to tell it from others (file, or the value of its `trajectory` column).
+    pub name: String,
+    /// Time stamps, s, strictly increasing, `[len]`.
+    pub t: Vec<f64>,
+    /// Generalised coordinates q, `[len, n]`.
+    pub q: Vec<f64>,
+    /// Generalised velocities q̇, `[len, n]`.
+    pub qd: Vec<f64>,
+    /// Generalised accelerations q̈, `[len, n]`, where known.
+    pub qdd: Option<Vec<f64>>,
+    /// Generalised forces τ, `[len, n]`, where known; otherwise the motion is free.
+    pub tau: Option<Vec<f64>>,
+}
+
+impl Trajectory {
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether it holds no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// Degrees of freedom n (0 when it is empty).
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.q.len().checked_div(self.t.len()).unwrap_or(0)
+    }
+
+    /// Checks shapes, finiteness and that time increases.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], [`Error::NotFinite`] or [`Error::Argument`], for the first thing that is wrong.
+    pub fn validate(&self) -> Result<()> {
+        let (len, n) = (self.len(), self.dof());
+        let signals = [
+            ("t", Some(&self.t), len),
+            ("q", Some(&self.q), len * n),
+            ("qd", Some(&self.qd), len * n),
+            ("qdd", self.qdd.as_ref(), len * n),
+            ("tau", self.tau.as_ref(), len * n),
+        ];
+        for (name, signal, expected) in signals {
+            let Some(signal) = signal else { continue };
+            if signal.len() != expected {
+                return Err(Error::Shape {
+                    what: format!("{name} of trajectory '{}'", self.name),
+                    found: signal.len(),
+                    expected,
+                    remedy: format!("give one value per sample and coordinate ({len} × {n})"),
+                });
+            }
+            if let Some(index) = signal.iter().position(|x| !x.is_finite()) {
+                return Err(Error::NotFinite { what: format!("{name} of trajectory '{}'", self.name), index });
+            }
+        }
+        if let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) {
+            return Err(Error::Argument {
+                name: "t",
+                value: format!("{} after {} in trajectory '{}'", self.t[k + 1], self.t[k], self.name),
+                must: "strictly increasing: sort the rows and remove repeats",
+            });
+        }
+        Ok(())
+    }
+}
