@@ -40,6 +40,42 @@ pub enum Error {
         /// Its index.
         index: usize,
     },
+
+    /// A file is not a saved model.
+    #[error("not a saved model ({found}): give a model.safetensors that `lagrangian fit` wrote")]
+    NotAModel {
+        /// What was found instead.
+        found: String,
+    },
+
+    /// A saved model comes from a later version.
+    #[error(
+        "the saved model has format version {found}, this program reads up to {known}: install a newer one"
+    )]
+    NewerModel {
+        /// The version in the file.
+        found: u32,
+        /// The newest version that is known.
+        known: u32,
+    },
+
+    /// A saved model is incomplete or contradicts itself.
+    #[error("the saved model is damaged ({reason}): copy it again or repeat the fit")]
+    DamagedModel {
+        /// What is wrong.
+        reason: String,
+    },
+
+    /// A weight of a saved model is missing, unknown, of the wrong shape or type, or not finite.
+    #[error(
+        "weight '{name}' {problem}: the saved model does not fit its own description, repeat the fit"
+    )]
+    Tensor {
+        /// Name of the weight.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
 }
 
 /// The result of everything in this library that can fail.

@@ -1,6 +1,7 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
 pub mod error;
+pub mod saved;
 pub mod trajectory;
 pub mod lagrangian;
 pub mod dynamics;
