@@ -1,1 +1,30 @@
-fn main(){}
+//! The command `lagrangian`: reads files, calls the library, shows what comes back. It holds no formula.
+
+mod cli;
+mod commands;
+//TMP mod data;
+mod failure;
+mod fit_args;
+mod interrupt;
+mod output;
+mod progress;
+mod run_folder;
+mod tensorboard;
+mod values;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cli::Cli;
+
+fn main() -> ExitCode {
+    match commands::run(Cli::parse()) {
+        Ok(code) => code,
+        Err(error) if failure::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}", failure::describe(&error));
+            ExitCode::from(failure::exit_code(&error))
+        }
+    }
+}
