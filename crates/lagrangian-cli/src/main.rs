@@ -2,7 +2,7 @@
 
 mod cli;
 mod commands;
-//TMP mod data;
+mod data;
 mod failure;
 mod fit_args;
 mod interrupt;

@@ -76,6 +76,76 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
+
+    /// The columns of a file are not those that are needed.
+    #[error("{finding} (columns found: {found}): {remedy}")]
+    Columns {
+        /// What is missing, doubled or mismatched.
+        finding: String,
+        /// The columns of the file, separated by commas.
+        found: String,
+        /// What to do.
+        remedy: String,
+    },
+
+    /// A cell of a file is not a number.
+    #[error("line {line}, column '{column}': '{text}' is not a number: correct that cell, or leave it empty and remove the row")]
+    Cell {
+        /// Line (text formats, the header is line 1) or row (binary formats, the first is 1) of the file.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// The text that stands there.
+        text: String,
+    },
+
+    /// Bytes that are not a file of the format that they claim to be, or a damaged one.
+    #[error("this is not a readable {format} file: {reason}")]
+    Malformed {
+        /// The format.
+        format: &'static str,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+
+    /// A file format that is unknown, or that this build leaves out.
+    #[error("files '.{extension}' cannot be read or written: {remedy}")]
+    Format {
+        /// The file extension.
+        extension: String,
+        /// What to do.
+        remedy: String,
+    },
+
+    /// A configuration text (TOML) is wrong.
+    #[error("the description of the columns is wrong: {0}")]
+    Layout(String),
+
+    /// There is too little data.
+    #[error("{what} has {found} samples where {needed} are needed: record a longer motion, or thin it less (--every)")]
+    TooShort {
+        /// The file or trajectory.
+        what: String,
+        /// Samples found.
+        found: usize,
+        /// Samples needed.
+        needed: usize,
+    },
+
+    /// One sample of a recording cannot be used.
+    #[error("trajectory '{trajectory}', sample {row} (counted from 1), column '{column}': {finding}: {remedy}")]
+    Sample {
+        /// The trajectory.
+        trajectory: String,
+        /// The sample within it, the first is 1.
+        row: usize,
+        /// The column.
+        column: String,
+        /// What is wrong.
+        finding: String,
+        /// What to do.
+        remedy: &'static str,
+    },
 }
 
 /// The result of everything in this library that can fail.
