@@ -6,6 +6,7 @@ mod data;
 mod failure;
 mod fit_args;
 mod interrupt;
+mod motion;
 mod output;
 mod progress;
 mod run_folder;

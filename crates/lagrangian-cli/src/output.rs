@@ -1,10 +1,12 @@
 //! Where results go: one JSON object on standard output, and files that appear whole or not at all.
 
 use std::fs::{self, OpenOptions};
-use std::io::{self, Write};
-use std::path::Path;
+use std::io::{self, Cursor, Seek, Write};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use lagrangian::trajectory::{Format, Layout};
+use lagrangian::{Coordinates, Trajectory};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
@@ -26,6 +28,11 @@ impl Existing {
     }
 }
 
+/// Where a file's content goes.
+pub(crate) trait Sink: Write + Seek + Send {}
+
+impl<T: Write + Seek + Send> Sink for T {}
+
 /// Refuses a file that is already there, before any work is done for it.
 pub(crate) fn refuse_existing(path: &Path, existing: Existing) -> Result<()> {
     if existing == Existing::Keep && path.is_file() {
@@ -42,7 +49,7 @@ pub(crate) fn refuse_existing(path: &Path, existing: Existing) -> Result<()> {
 pub(crate) fn write_file(
     path: &Path,
     existing: Existing,
-    content: impl FnOnce(&mut dyn Write) -> Result<()>,
+    content: impl FnOnce(&mut dyn Sink) -> Result<()>,
 ) -> Result<()> {
     refuse_existing(path, existing)?;
     let written = if is_special(path) { write_directly(path, content) } else { replace(path, existing, content) };
@@ -62,13 +69,13 @@ fn is_special(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }
 
-fn write_directly(path: &Path, content: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+fn write_directly(path: &Path, content: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
     let mut writer = io::BufWriter::new(OpenOptions::new().write(true).open(path)?);
     content(&mut writer)?;
     Ok(writer.flush()?)
 }
 
-fn replace(path: &Path, existing: Existing, content: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+fn replace(path: &Path, existing: Existing, content: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut writer = io::BufWriter::new(temporary(folder)?);
     content(&mut writer)?;
@@ -94,10 +101,44 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
+/// The format that a file's extension means, before any work is done for it.
+pub(crate) fn format_of(path: &Path) -> Result<Format> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    Format::from_extension(extension)
+        .advise(format!("cannot write '{}'", path.display()), "end the name of --out with .csv, .npz or .parquet")
+}
+
+/// Writes trajectories to a file, in the format of its extension, and beside it the TOML file that declares angles
+/// and units; returns the path of the latter.
+pub(crate) fn write_trajectories(
+    path: &Path,
+    existing: Existing,
+    trajectories: &[Trajectory],
+    coordinates: &Coordinates,
+) -> Result<PathBuf> {
+    let format = format_of(path)?;
+    let layout = path.with_extension("toml");
+    refuse_existing(&layout, existing)?;
+    write_file(path, existing, |sink| Ok(format.write(sink, trajectories)?))?;
+    write_bytes(&layout, existing, Layout::written(coordinates).to_toml()?.as_bytes())?;
+    Ok(layout)
+}
+
+/// Writes trajectories as CSV to standard output.
+pub(crate) fn print_trajectories(trajectories: &[Trajectory]) -> Result<()> {
+    let mut csv = Cursor::new(Vec::new());
+    Format::Csv.write(&mut csv, trajectories)?;
+    print_bytes(&csv.into_inner())
+}
+
 /// Writes text to standard output; a closed or full output is an error, not a panic.
 pub(crate) fn print(text: &str) -> Result<()> {
+    print_bytes(text.as_bytes())
+}
+
+fn print_bytes(bytes: &[u8]) -> Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write to standard output")
+    out.write_all(bytes).and_then(|()| out.flush()).context("cannot write to standard output")
 }
 
 /// Writes one JSON object and a line end to standard output.
@@ -133,7 +174,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
         write_bytes(&path, Existing::Keep, b"old").unwrap();
-        let half = |writer: &mut dyn Write| {
+        let half = |writer: &mut dyn Sink| {
             writer.write_all(b"half")?;
             Err(anyhow!("no more"))
         };

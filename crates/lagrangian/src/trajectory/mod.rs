@@ -7,6 +7,7 @@ pub mod derivatives;
 mod format;
 mod layout;
 mod local_polynomial;
+mod noise;
 mod npy;
 pub mod npz;
 #[cfg(feature = "parquet")]
