@@ -2,6 +2,7 @@
 
 pub mod dynamics;
 pub mod error;
+pub mod integrate;
 pub mod lagrangian;
 pub mod solve;
 pub mod trajectory;
