@@ -1,9 +1,11 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
+pub mod chaos;
 pub mod dynamics;
 pub mod error;
 pub mod integrate;
 pub mod lagrangian;
+pub mod rollout;
 pub mod solve;
 pub mod trajectory;
 
