@@ -1,10 +1,14 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
-pub mod error;
-pub mod saved;
-pub mod trajectory;
-pub mod lagrangian;
+pub mod chaos;
 pub mod dynamics;
+pub mod error;
+pub mod integrate;
+pub mod lagrangian;
+pub mod rollout;
+pub mod saved;
+pub mod solve;
+pub mod trajectory;
 
 pub use error::{Error, Result};
-pub use trajectory::{Coordinate, Coordinates, Topology, Trajectory};
+pub use trajectory::{Coordinate, Coordinates, State, Topology, Trajectory};

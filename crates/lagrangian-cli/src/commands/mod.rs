@@ -6,7 +6,7 @@ mod fit;
 mod report;
 mod rollout;
 mod score;
-//TMP mod simulate;
+mod simulate;
 
 use std::process::ExitCode;
 
@@ -28,7 +28,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
     let manner = Manner { json: cli.json, quiet: cli.quiet };
     match cli.command {
         Command::Demo(args) => demo::run(&args, manner),
-        Command::Simulate(_) => todo!(),
+        Command::Simulate(args) => simulate::run(&args, manner),
         Command::Check(_) => todo!(),
         Command::Fit(args) => fit::run(&args, manner),
         Command::Score(args) => score::run(&args, manner),
