@@ -4,7 +4,8 @@ pub mod dynamics;
 pub mod error;
 pub mod lagrangian;
 pub mod mlp;
+pub mod solve;
 pub mod trajectory;
 
 pub use error::{Error, Result};
-pub use trajectory::{Coordinate, Coordinates, Topology, Trajectory};
+pub use trajectory::{Coordinate, Coordinates, State, Topology, Trajectory};
