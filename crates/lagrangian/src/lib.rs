@@ -7,6 +7,7 @@ pub mod integrate;
 pub mod lagrangian;
 pub mod rollout;
 pub mod saved;
+pub mod mlp;
 pub mod solve;
 pub mod trajectory;
 
