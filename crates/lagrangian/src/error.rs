@@ -100,7 +100,9 @@ pub enum Error {
     },
 
     /// A cell of a file is not a number.
-    #[error("line {line}, column '{column}': '{text}' is not a number: correct that cell, or leave it empty and remove the row")]
+    #[error(
+        "line {line}, column '{column}': '{text}' is not a number: correct that cell, or leave it empty and remove the row"
+    )]
     Cell {
         /// Line (text formats, the header is line 1) or row (binary formats, the first is 1) of the file.
         line: u64,
@@ -133,7 +135,9 @@ pub enum Error {
     Layout(String),
 
     /// There is too little data.
-    #[error("{what} has {found} samples where {needed} are needed: record a longer motion, or thin it less (--every)")]
+    #[error(
+        "{what} has {found} samples where {needed} are needed: record a longer motion, or thin it less (--every)"
+    )]
     TooShort {
         /// The file or trajectory.
         what: String,
@@ -144,7 +148,9 @@ pub enum Error {
     },
 
     /// One sample of a recording cannot be used.
-    #[error("trajectory '{trajectory}', sample {row} (counted from 1), column '{column}': {finding}: {remedy}")]
+    #[error(
+        "trajectory '{trajectory}', sample {row} (counted from 1), column '{column}': {finding}: {remedy}"
+    )]
     Sample {
         /// The trajectory.
         trajectory: String,

@@ -1,13 +1,14 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
 pub mod chaos;
+pub mod check;
 pub mod dynamics;
 pub mod error;
 pub mod integrate;
 pub mod lagrangian;
+pub mod mlp;
 pub mod rollout;
 pub mod saved;
-pub mod mlp;
 pub mod solve;
 pub mod trajectory;
 

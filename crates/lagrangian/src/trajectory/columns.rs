@@ -42,7 +42,11 @@ impl Resolved {
     /// The names of the number columns, in the order of `numbers`.
     pub(super) fn names(&self) -> impl Iterator<Item = &String> {
         let c = &self.columns;
-        std::iter::once(&c.t).chain(&c.q).chain(&c.qd).chain(&c.qdd).chain(&c.tau)
+        std::iter::once(&c.t)
+            .chain(&c.q)
+            .chain(&c.qd)
+            .chain(&c.qdd)
+            .chain(&c.tau)
     }
 }
 
@@ -56,9 +60,10 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let t_at = finder.position(&t, "--time")?;
     let trajectory = match &layout.trajectory {
         Some(name) => Some((name.clone(), finder.position(name, "--trajectory")?)),
-        None if finder.has("trajectory") => {
-            Some(("trajectory".into(), finder.position("trajectory", "--trajectory")?))
-        }
+        None if finder.has("trajectory") => Some((
+            "trajectory".into(),
+            finder.position("trajectory", "--trajectory")?,
+        )),
         None => None,
     };
     let q = finder.coordinates(&layout.q)?;
@@ -73,12 +78,24 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         }
     }
     finder.each_used_once(&numbers)?;
-    let used = |i: &usize| numbers.contains(i) || trajectory.as_ref().is_some_and(|(_, at)| at == i);
-    let ignored = (0..headers.len()).filter(|i| !used(i)).map(|i| headers[i].clone()).collect();
+    let used =
+        |i: &usize| numbers.contains(i) || trajectory.as_ref().is_some_and(|(_, at)| at == i);
+    let ignored = (0..headers.len())
+        .filter(|i| !used(i))
+        .map(|i| headers[i].clone())
+        .collect();
     let coordinates = declare(&q, layout, &finder)?;
     let (trajectory, trajectory_at) = trajectory.unzip();
     Ok(Resolved {
-        columns: Columns { trajectory, t, q, qd, qdd, tau, ignored },
+        columns: Columns {
+            trajectory,
+            t,
+            q,
+            qd,
+            qdd,
+            tau,
+            ignored,
+        },
         coordinates,
         trajectory: trajectory_at,
         numbers,
@@ -91,25 +108,46 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
     let all = layout.angles.iter().any(|a| a == "all");
     for name in layout.angles.iter().filter(|a| *a != "all") {
         if !q.contains(name) {
-            let finding = format!("'{name}' is declared as an angle but is not one of the coordinates {}", q.join(", "));
+            let finding = format!(
+                "'{name}' is declared as an angle but is not one of the coordinates {}",
+                q.join(", ")
+            );
             return Err(finder.error(finding, "name coordinates with --angle".into()));
         }
     }
     for name in layout.units.keys() {
         if !q.contains(name) {
-            let finding = format!("'{name}' has a unit but is not one of the coordinates {}", q.join(", "));
+            let finding = format!(
+                "'{name}' has a unit but is not one of the coordinates {}",
+                q.join(", ")
+            );
             return Err(finder.error(finding, "name coordinates in [units]".into()));
         }
     }
     if layout.degrees && layout.angles.is_empty() {
         let finding = "degrees are declared but no coordinate is an angle".to_owned();
-        return Err(finder.error(finding, "say which are, --angle q1,q2 or --angle all".into()));
+        return Err(finder.error(
+            finding,
+            "say which are, --angle q1,q2 or --angle all".into(),
+        ));
     }
     let coordinate = |name: &String| {
         let circle = all || layout.angles.contains(name);
-        let unit = if circle { "rad".into() } else { layout.units.get(name).cloned().unwrap_or_default() };
-        let topology = if circle { Topology::Circle } else { Topology::Line };
-        Coordinate { name: name.clone(), unit, topology }
+        let unit = if circle {
+            "rad".into()
+        } else {
+            layout.units.get(name).cloned().unwrap_or_default()
+        };
+        let topology = if circle {
+            Topology::Circle
+        } else {
+            Topology::Line
+        };
+        Coordinate {
+            name: name.clone(),
+            unit,
+            topology,
+        }
     };
     Ok(Coordinates(q.iter().map(coordinate).collect()))
 }
@@ -125,18 +163,36 @@ impl Finder<'_> {
 
     fn error(&self, finding: String, remedy: String) -> Error {
         const SHOWN: usize = 40;
-        let mut found = self.headers.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ");
+        let mut found = self
+            .headers
+            .iter()
+            .take(SHOWN)
+            .cloned()
+            .collect::<Vec<_>>()
+            .join(", ");
         if self.headers.len() > SHOWN {
             found += &format!(", … {} in all", self.headers.len());
         }
-        Error::Columns { finding, found, remedy }
+        Error::Columns {
+            finding,
+            found,
+            remedy,
+        }
     }
 
     fn position(&self, name: &str, flag: &str) -> Result<usize> {
-        let mut at = self.headers.iter().enumerate().filter(|(_, h)| *h == name).map(|(i, _)| i);
+        let mut at = self
+            .headers
+            .iter()
+            .enumerate()
+            .filter(|(_, h)| *h == name)
+            .map(|(i, _)| i);
         match (at.next(), at.next()) {
             (Some(i), None) => Ok(i),
-            (None, _) => Err(self.error(format!("no column '{name}'"), format!("name the right one with {flag}"))),
+            (None, _) => Err(self.error(
+                format!("no column '{name}'"),
+                format!("name the right one with {flag}"),
+            )),
             (Some(_), Some(_)) => Err(self.error(
                 format!("column '{name}' stands there twice"),
                 format!("rename one of them, or name another with {flag}"),
@@ -158,13 +214,23 @@ impl Finder<'_> {
     }
 
     fn signal(&self, named: &[String], prefix: &str, n: usize) -> Result<Vec<String>> {
-        let found = if named.is_empty() { self.numbered(prefix) } else { named.to_vec() };
+        let found = if named.is_empty() {
+            self.numbered(prefix)
+        } else {
+            named.to_vec()
+        };
         if named.is_empty() {
             self.unbroken(prefix, found.len(), n)?;
         }
         if !found.is_empty() && found.len() != n {
-            let finding = format!("{} columns for {prefix} ({}) but {n} for q", found.len(), found.join(", "));
-            let remedy = format!("name one for each coordinate with --{prefix}, or the coordinates with --q");
+            let finding = format!(
+                "{} columns for {prefix} ({}) but {n} for q",
+                found.len(),
+                found.join(", ")
+            );
+            let remedy = format!(
+                "name one for each coordinate with --{prefix}, or the coordinates with --q"
+            );
             return Err(self.error(finding, remedy));
         }
         Ok(found)
@@ -172,18 +238,31 @@ impl Finder<'_> {
 
     /// `q1, q2, …` as far as they go.
     fn numbered(&self, prefix: &str) -> Vec<String> {
-        (1..).map(|i| format!("{prefix}{i}")).take_while(|name| self.has(name)).collect()
+        (1..)
+            .map(|i| format!("{prefix}{i}"))
+            .take_while(|name| self.has(name))
+            .collect()
     }
 
     /// Refuses q1, q3 without q2, and qd2 without qd1.
     fn unbroken(&self, prefix: &str, found: usize, n: usize) -> Result<()> {
         let beyond = self.headers.iter().find(|h| {
-            let digits = h.strip_prefix(prefix).filter(|d| d.bytes().all(|b| b.is_ascii_digit()));
-            digits.and_then(|d| d.parse::<usize>().ok()).is_some_and(|i| i > found)
+            let digits = h
+                .strip_prefix(prefix)
+                .filter(|d| d.bytes().all(|b| b.is_ascii_digit()));
+            digits
+                .and_then(|d| d.parse::<usize>().ok())
+                .is_some_and(|i| i > found)
         });
         let Some(beyond) = beyond else { return Ok(()) };
-        let finding = format!("column '{beyond}' is there but '{prefix}{}' is not", found + 1);
-        let remedy = format!("name the {} columns to use with --{prefix}", if n > 0 { n.to_string() } else { String::new() });
+        let finding = format!(
+            "column '{beyond}' is there but '{prefix}{}' is not",
+            found + 1
+        );
+        let remedy = format!(
+            "name the {} columns to use with --{prefix}",
+            if n > 0 { n.to_string() } else { String::new() }
+        );
         Err(self.error(finding, remedy.replace("  ", " ")))
     }
 

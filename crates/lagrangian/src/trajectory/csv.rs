@@ -17,16 +17,29 @@ use crate::{Error, Result};
 pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> {
     let mut source = BufReader::with_capacity(1 << 16, source);
     let delimiter = delimiter(source.fill_buf()?);
-    let mut reader = csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).from_reader(source);
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .trim(csv::Trim::All)
+        .from_reader(source);
     let headers: Vec<String> = reader
         .headers()
         .map_err(malformed)?
         .iter()
         .enumerate()
-        .map(|(i, h)| if i == 0 { h.trim_start_matches('\u{feff}').trim().to_owned() } else { h.to_owned() })
+        .map(|(i, h)| {
+            if i == 0 {
+                h.trim_start_matches('\u{feff}').trim().to_owned()
+            } else {
+                h.to_owned()
+            }
+        })
         .collect();
     if headers.is_empty() {
-        return Err(Error::TooShort { what: format!("file '{name}' (it is empty, without even a header)"), found: 0, needed: 2 });
+        return Err(Error::TooShort {
+            what: format!("file '{name}' (it is empty, without even a header)"),
+            found: 0,
+            needed: 2,
+        });
     }
     let resolved = resolve(&headers, layout)?;
     let (numbers, trajectory) = (resolved.numbers.clone(), resolved.trajectory);
@@ -46,7 +59,10 @@ fn delimiter(start: &[u8]) -> u8 {
     let header = start.split(|b| *b == b'\n').next().unwrap_or_default();
     let count = |d: &u8| header.iter().filter(|b| *b == d).count();
     // max_by_key takes the last of equals, so the comma stands last.
-    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
+    [b'\t', b';', b',']
+        .into_iter()
+        .max_by_key(count)
+        .unwrap_or(b',')
 }
 
 fn number(record: &csv::StringRecord, column: usize, headers: &[String]) -> Result<f64> {
@@ -63,9 +79,15 @@ fn number(record: &csv::StringRecord, column: usize, headers: &[String]) -> Resu
 
 fn malformed(error: csv::Error) -> Error {
     let reason = match error.kind() {
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+        csv::ErrorKind::UnequalLengths {
+            pos,
+            expected_len,
+            len,
+        } => {
             let line = pos.as_ref().map_or(0, csv::Position::line);
-            format!("line {line} has {len} cells where the header has {expected_len}: complete or remove it")
+            format!(
+                "line {line} has {len} cells where the header has {expected_len}: complete or remove it"
+            )
         }
         csv::ErrorKind::Utf8 { pos, .. } => {
             let line = pos.as_ref().map_or(0, csv::Position::line);
@@ -75,7 +97,10 @@ fn malformed(error: csv::Error) -> Error {
     };
     match error.into_kind() {
         csv::ErrorKind::Io(error) => Error::Io(error),
-        _ => Error::Malformed { format: "CSV", reason },
+        _ => Error::Malformed {
+            format: "CSV",
+            reason,
+        },
     }
 }
 
@@ -89,7 +114,11 @@ pub fn write(sink: impl Write, trajectories: &[Trajectory]) -> Result<()> {
     let shape = super::WrittenColumns::of(trajectories)?;
     let mut sink = std::io::BufWriter::new(sink);
     let several = trajectories.len() > 1;
-    let mut header = if several { vec!["trajectory".to_owned()] } else { Vec::new() };
+    let mut header = if several {
+        vec!["trajectory".to_owned()]
+    } else {
+        Vec::new()
+    };
     header.extend(shape.headers());
     writeln!(sink, "{}", header.join(","))?;
     for (name, trajectory) in unique_names(trajectories).iter().zip(trajectories) {

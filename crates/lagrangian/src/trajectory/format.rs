@@ -18,8 +18,11 @@ pub enum Format {
 
 impl Format {
     /// All formats with their file extensions.
-    pub const ALL: [(Self, &'static str); 3] =
-        [(Self::Csv, "csv"), (Self::Npz, "npz"), (Self::Parquet, "parquet")];
+    pub const ALL: [(Self, &'static str); 3] = [
+        (Self::Csv, "csv"),
+        (Self::Npz, "npz"),
+        (Self::Parquet, "parquet"),
+    ];
 
     /// The format of files with this extension (`txt`, `tsv` and `dat` are text too).
     ///
@@ -30,10 +33,14 @@ impl Format {
         if matches!(lower.as_str(), "txt" | "tsv" | "dat") {
             return Ok(Self::Csv);
         }
-        Self::ALL.iter().find(|(_, e)| *e == lower).map(|(format, _)| *format).ok_or_else(|| Error::Format {
-            extension: lower,
-            remedy: format!("use one of {}", Self::ALL.map(|(_, e)| e).join(", ")),
-        })
+        Self::ALL
+            .iter()
+            .find(|(_, e)| *e == lower)
+            .map(|(format, _)| *format)
+            .ok_or_else(|| Error::Format {
+                extension: lower,
+                remedy: format!("use one of {}", Self::ALL.map(|(_, e)| e).join(", ")),
+            })
     }
 
     /// The usual extension, without the dot.
@@ -87,7 +94,9 @@ impl Format {
 fn without_parquet() -> Error {
     Error::Format {
         extension: "parquet".into(),
-        remedy: "this build leaves Parquet out; build with --features parquet, or convert to CSV or NPZ".into(),
+        remedy:
+            "this build leaves Parquet out; build with --features parquet, or convert to CSV or NPZ"
+                .into(),
     }
 }
 
@@ -101,11 +110,20 @@ pub(super) struct WrittenColumns {
 impl WrittenColumns {
     pub(super) fn of(trajectories: &[Trajectory]) -> Result<Self> {
         let Some(first) = trajectories.first() else {
-            return Err(Error::TooShort { what: "the list of trajectories".into(), found: 0, needed: 1 });
+            return Err(Error::TooShort {
+                what: "the list of trajectories".into(),
+                found: 0,
+                needed: 1,
+            });
         };
-        let shape = Self { n: first.dof(), qdd: first.qdd.is_some(), tau: first.tau.is_some() };
+        let shape = Self {
+            n: first.dof(),
+            qdd: first.qdd.is_some(),
+            tau: first.tau.is_some(),
+        };
         for t in trajectories {
-            let same = t.dof() == shape.n && t.qdd.is_some() == shape.qdd && t.tau.is_some() == shape.tau;
+            let same =
+                t.dof() == shape.n && t.qdd.is_some() == shape.qdd && t.tau.is_some() == shape.tau;
             let values = t.len() * shape.n;
             let whole = [Some(&t.q), Some(&t.qd), t.qdd.as_ref(), t.tau.as_ref()];
             if !same || whole.into_iter().flatten().any(|s| s.len() != values) {
@@ -113,7 +131,9 @@ impl WrittenColumns {
                     what: format!("trajectory '{}'", t.name),
                     found: t.dof(),
                     expected: shape.n,
-                    remedy: "trajectories of one file need the same coordinates and the same signals".into(),
+                    remedy:
+                        "trajectories of one file need the same coordinates and the same signals"
+                            .into(),
                 });
             }
         }
@@ -121,15 +141,29 @@ impl WrittenColumns {
     }
 
     /// The signals that are there, with the prefix of their columns.
-    pub(super) fn signals<'a>(&self, t: &'a Trajectory) -> impl Iterator<Item = (&'static str, &'a [f64])> {
-        let signals: [(_, Option<&Vec<f64>>); 4] =
-            [("q", Some(&t.q)), ("qd", Some(&t.qd)), ("qdd", t.qdd.as_ref()), ("tau", t.tau.as_ref())];
-        signals.into_iter().filter_map(|(name, signal)| Some((name, signal?.as_slice())))
+    pub(super) fn signals<'a>(
+        &self,
+        t: &'a Trajectory,
+    ) -> impl Iterator<Item = (&'static str, &'a [f64])> {
+        let signals: [(_, Option<&Vec<f64>>); 4] = [
+            ("q", Some(&t.q)),
+            ("qd", Some(&t.qd)),
+            ("qdd", t.qdd.as_ref()),
+            ("tau", t.tau.as_ref()),
+        ];
+        signals
+            .into_iter()
+            .filter_map(|(name, signal)| Some((name, signal?.as_slice())))
     }
 
     /// `t, q1 …, qd1 …`.
     pub(super) fn headers(&self) -> Vec<String> {
-        let prefixes = [("q", true), ("qd", true), ("qdd", self.qdd), ("tau", self.tau)];
+        let prefixes = [
+            ("q", true),
+            ("qd", true),
+            ("qdd", self.qdd),
+            ("tau", self.tau),
+        ];
         let mut headers = vec!["t".to_owned()];
         for (prefix, _) in prefixes.iter().filter(|(_, there)| *there) {
             headers.extend((1..=self.n).map(|i| format!("{prefix}{i}")));
@@ -140,7 +174,10 @@ impl WrittenColumns {
     /// Everything but t of sample `k`.
     pub(super) fn row<'a>(&self, t: &'a Trajectory, k: usize) -> impl Iterator<Item = f64> + 'a {
         let n = self.n;
-        self.signals(t).collect::<Vec<_>>().into_iter().flat_map(move |(_, s)| s[k * n..(k + 1) * n].iter().copied())
+        self.signals(t)
+            .collect::<Vec<_>>()
+            .into_iter()
+            .flat_map(move |(_, s)| s[k * n..(k + 1) * n].iter().copied())
     }
 }
 

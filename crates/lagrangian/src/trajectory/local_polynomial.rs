@@ -22,7 +22,10 @@ pub(crate) struct Filter {
 impl Filter {
     /// The degree that makes the error at the centre of a window of length h of order h⁴, for order 0, 1 or 2.
     pub(crate) fn of_order(order: usize) -> Self {
-        Self { order, degree: if order == 2 { 4 } else { 3 } }
+        Self {
+            order,
+            degree: if order == 2 { 4 } else { 3 },
+        }
     }
 
     /// Writes the weights `a` for the derivative at time `at` from samples at times `t`.
@@ -30,7 +33,10 @@ impl Filter {
     /// The degree is lowered where the samples are too few or too close for it.
     pub(crate) fn weights(self, t: &[f64], at: f64, a: &mut Vec<f64>) {
         a.clear();
-        let (first, last) = (t.first().copied().unwrap_or(at), t.last().copied().unwrap_or(at));
+        let (first, last) = (
+            t.first().copied().unwrap_or(at),
+            t.last().copied().unwrap_or(at),
+        );
         let (centre, scale) = (0.5 * (first + last), 0.5 * (last - first));
         if scale <= 0.0 {
             a.resize(t.len(), 0.0);
@@ -54,7 +60,10 @@ impl Filter {
             degree -= 1; // OK because degree 0 always has a pivot.
         };
         let unit = scale.powi(i32::try_from(self.order).unwrap_or(0)).recip();
-        a.extend(t.iter().map(|t| unit * polynomial(&c, (t - centre) / scale)));
+        a.extend(
+            t.iter()
+                .map(|t| unit * polynomial(&c, (t - centre) / scale)),
+        );
     }
 }
 
@@ -83,7 +92,8 @@ fn solve(moments: &[f64; 2 * SIZE - 1], degree: usize, mut v: [f64; SIZE]) -> Op
             return None;
         }
         for i in j + 1..n {
-            l[i][j] = (moments[i + j] - (0..j).map(|k| l[i][k] * l[j][k] * d[k]).sum::<f64>()) / d[j];
+            l[i][j] =
+                (moments[i + j] - (0..j).map(|k| l[i][k] * l[j][k] * d[k]).sum::<f64>()) / d[j];
         }
     }
     for i in 0..n {
@@ -111,7 +121,10 @@ impl Series<'_> {
     }
 
     pub(crate) fn dot(&self, from: usize, a: &[f64]) -> f64 {
-        a.iter().enumerate().map(|(j, a)| a * self.value(from + j)).sum()
+        a.iter()
+            .enumerate()
+            .map(|(j, a)| a * self.value(from + j))
+            .sum()
     }
 
     /// Sum of squared residuals of the polynomial through the window, and its degrees of freedom.
@@ -136,7 +149,9 @@ impl Series<'_> {
 /// The `window` samples around `k`, shifted so as to stay inside `segment`, fewer where this is shorter.
 pub(crate) fn around(k: usize, window: usize, segment: &Range<usize>) -> Range<usize> {
     let window = window.min(segment.len());
-    let start = k.saturating_sub(window / 2).clamp(segment.start, segment.end - window);
+    let start = k
+        .saturating_sub(window / 2)
+        .clamp(segment.start, segment.end - window);
     start..start + window
 }
 
@@ -180,11 +195,23 @@ mod tests {
     #[test]
     fn a_polynomial_of_its_degree_is_differentiated_exactly_on_uneven_times() {
         let t = [0.0, 0.1, 0.15, 0.4, 0.41, 0.7, 1.0];
-        let y: Vec<f64> = t.iter().map(|t: &f64| 1.0 + 2.0 * t - t * t + 3.0 * t.powi(3)).collect();
-        let series = Series { t: &t, y: &y, n: 1, coordinate: 0 };
+        let y: Vec<f64> = t
+            .iter()
+            .map(|t: &f64| 1.0 + 2.0 * t - t * t + 3.0 * t.powi(3))
+            .collect();
+        let series = Series {
+            t: &t,
+            y: &y,
+            n: 1,
+            coordinate: 0,
+        };
         let mut a = Vec::new();
         for at in [0.0, 0.33, 1.0] {
-            let truth = [1.0 + 2.0 * at - at * at + 3.0 * at.powi(3), 2.0 - 2.0 * at + 9.0 * at * at, -2.0 + 18.0 * at];
+            let truth = [
+                1.0 + 2.0 * at - at * at + 3.0 * at.powi(3),
+                2.0 - 2.0 * at + 9.0 * at * at,
+                -2.0 + 18.0 * at,
+            ];
             for (order, truth) in truth.into_iter().enumerate() {
                 Filter::of_order(order).weights(&t, at, &mut a);
                 approx::assert_abs_diff_eq!(series.dot(0, &a), truth, epsilon = 1e-9);
@@ -196,11 +223,19 @@ mod tests {
     fn even_spacing_gives_the_weights_of_savitzky_and_golay() {
         let t: Vec<f64> = (0..5).map(f64::from).collect();
         let mut a = Vec::new();
-        Filter { order: 1, degree: 2 }.weights(&t, 2.0, &mut a);
+        Filter {
+            order: 1,
+            degree: 2,
+        }
+        .weights(&t, 2.0, &mut a);
         for (a, published) in a.iter().zip([-0.2, -0.1, 0.0, 0.1, 0.2]) {
             approx::assert_abs_diff_eq!(*a, published, epsilon = 1e-12);
         }
-        Filter { order: 0, degree: 2 }.weights(&t, 2.0, &mut a);
+        Filter {
+            order: 0,
+            degree: 2,
+        }
+        .weights(&t, 2.0, &mut a);
         for (a, published) in a.iter().zip([-3.0, 12.0, 17.0, 12.0, -3.0]) {
             approx::assert_abs_diff_eq!(*a, published / 35.0, epsilon = 1e-12);
         }
@@ -219,6 +254,9 @@ mod tests {
         assert_eq!(around(0, 5, &(0..10)), 0..5);
         assert_eq!(around(9, 5, &(0..10)), 5..10);
         assert_eq!(around(4, 50, &(3..7)), 3..7);
-        assert_eq!(segments(&[0.0, 1.0, 2.0, 3.0, 9.0, 10.0], 3.0), [0..4, 4..6]);
+        assert_eq!(
+            segments(&[0.0, 1.0, 2.0, 3.0, 9.0, 10.0], 3.0),
+            [0..4, 4..6]
+        );
     }
 }

@@ -34,7 +34,10 @@ pub(super) struct Header {
 }
 
 pub(super) fn malformed(reason: impl Into<String>) -> Error {
-    Error::Malformed { format: "NPZ", reason: reason.into() }
+    Error::Malformed {
+        format: "NPZ",
+        reason: reason.into(),
+    }
 }
 
 impl Header {
@@ -50,7 +53,10 @@ impl Header {
         source.read_exact(&mut length[..width])?;
         let length = u32::from_le_bytes(length) as usize;
         if !(1..=3).contains(&start[6]) || length > LONGEST_HEADER {
-            return Err(malformed(format!("array header of version {} with {length} bytes", start[6])));
+            return Err(malformed(format!(
+                "array header of version {} with {length} bytes",
+                start[6]
+            )));
         }
         let mut text = vec![0; length];
         source.read_exact(&mut text)?;
@@ -60,23 +66,51 @@ impl Header {
 
     /// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`
     fn parse(text: &str) -> Result<Self> {
-        let unreadable = || malformed(format!("array header '{}'", text.trim().chars().take(120).collect::<String>()));
-        let value = |key: &str| text.split_once(&format!("'{key}':")).map(|(_, rest)| rest.trim_start());
+        let unreadable = || {
+            malformed(format!(
+                "array header '{}'",
+                text.trim().chars().take(120).collect::<String>()
+            ))
+        };
+        let value = |key: &str| {
+            text.split_once(&format!("'{key}':"))
+                .map(|(_, rest)| rest.trim_start())
+        };
         let descr = value("descr").ok_or_else(unreadable)?;
-        let descr = descr.strip_prefix('\'').and_then(|d| d.split_once('\'')).map(|(d, _)| d);
-        let fortran_order = value("fortran_order").ok_or_else(unreadable)?.starts_with("True");
-        let shape = value("shape").and_then(|s| s.strip_prefix('(')?.split_once(')')).ok_or_else(unreadable)?.0;
+        let descr = descr
+            .strip_prefix('\'')
+            .and_then(|d| d.split_once('\''))
+            .map(|(d, _)| d);
+        let fortran_order = value("fortran_order")
+            .ok_or_else(unreadable)?
+            .starts_with("True");
+        let shape = value("shape")
+            .and_then(|s| s.strip_prefix('(')?.split_once(')'))
+            .ok_or_else(unreadable)?
+            .0;
         let sizes = shape.split(',').map(str::trim).filter(|s| !s.is_empty());
-        let shape: Vec<usize> = sizes.map(|s| s.parse().map_err(|_| unreadable())).collect::<Result<_>>()?;
+        let shape: Vec<usize> = sizes
+            .map(|s| s.parse().map_err(|_| unreadable()))
+            .collect::<Result<_>>()?;
         let (kind, big_endian) = descr.and_then(kind).ok_or_else(|| {
-            malformed(format!("an array has elements of type {}: store float64", descr.unwrap_or("'structure'")))
+            malformed(format!(
+                "an array has elements of type {}: store float64",
+                descr.unwrap_or("'structure'")
+            ))
         })?;
-        Ok(Self { kind, big_endian, fortran_order, shape })
+        Ok(Self {
+            kind,
+            big_endian,
+            fortran_order,
+            shape,
+        })
     }
 
     /// Number of elements; none if it does not fit.
     pub(super) fn elements(&self) -> Option<usize> {
-        self.shape.iter().try_fold(1_usize, |a, b| a.checked_mul(*b))
+        self.shape
+            .iter()
+            .try_fold(1_usize, |a, b| a.checked_mul(*b))
     }
 
     /// Bytes of all elements; none if it does not fit.
@@ -97,7 +131,12 @@ impl Header {
             b[..size].reverse();
         }
         let unsigned = u64::from_le_bytes(b);
-        #[allow(clippy::cast_precision_loss, clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "numbers of any type become f64")]
+        #[allow(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_wrap,
+            clippy::cast_possible_truncation,
+            reason = "numbers of any type become f64"
+        )]
         Ok(Some(match (self.kind, size) {
             (Kind::Float(_), 8) => f64::from_bits(unsigned),
             (Kind::Float(_), _) => f64::from(f32::from_bits(unsigned as u32)),
@@ -117,17 +156,28 @@ impl Header {
                 source.read_exact(&mut bytes)?;
                 let code = |c: &[u8]| {
                     let c = [c[0], c[1], c[2], c[3]];
-                    if self.big_endian { u32::from_be_bytes(c) } else { u32::from_le_bytes(c) }
+                    if self.big_endian {
+                        u32::from_be_bytes(c)
+                    } else {
+                        u32::from_le_bytes(c)
+                    }
                 };
                 let characters = bytes.chunks_exact(4).map(code).take_while(|c| *c != 0);
-                Ok(characters.map(|c| char::from_u32(c).unwrap_or(char::REPLACEMENT_CHARACTER)).collect())
+                Ok(characters
+                    .map(|c| char::from_u32(c).unwrap_or(char::REPLACEMENT_CHARACTER))
+                    .collect())
             }
             Kind::Bytes(length) => {
                 let mut bytes = vec![0; length];
                 source.read_exact(&mut bytes)?;
-                Ok(String::from_utf8_lossy(&bytes).trim_end_matches('\0').to_owned())
+                Ok(String::from_utf8_lossy(&bytes)
+                    .trim_end_matches('\0')
+                    .to_owned())
             }
-            _ => Ok(self.number(source)?.map(|x| x.to_string()).unwrap_or_default()),
+            _ => Ok(self
+                .number(source)?
+                .map(|x| x.to_string())
+                .unwrap_or_default()),
         }
     }
 }
@@ -162,7 +212,10 @@ impl Kind {
 /// Writes the header of an array in C order; `descr` is e.g. `<f8`.
 pub(super) fn write_header(sink: &mut impl Write, descr: &str, shape: &[usize]) -> Result<()> {
     let sizes: String = shape.iter().map(|s| format!("{s}, ")).collect();
-    let text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({}), }}", sizes.trim_end());
+    let text = format!(
+        "{{'descr': '{descr}', 'fortran_order': False, 'shape': ({}), }}",
+        sizes.trim_end()
+    );
     // The elements begin at a multiple of 64 bytes.
     let length = (10 + text.len() + 1).next_multiple_of(64) - 10;
     sink.write_all(b"\x93NUMPY\x01\x00")?;

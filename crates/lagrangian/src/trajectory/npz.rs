@@ -54,7 +54,9 @@ pub fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Result<Rea
     }
     let mut streams = Vec::new();
     for (archive, (array, column)) in archives.iter_mut().zip(&places) {
-        let entry = archive.by_name(&format!("{}.npy", arrays[*array].name)).map_err(zipped)?;
+        let entry = archive
+            .by_name(&format!("{}.npy", arrays[*array].name))
+            .map_err(zipped)?;
         streams.push(Stream::new(BufReader::new(entry), *column)?);
     }
     let text = resolved.trajectory.and_then(|_| streams.pop());
@@ -73,11 +75,14 @@ fn collect<R: Read>(
     for row in 0..len {
         for ((value, stream), title) in values.iter_mut().zip(&mut streams).zip(titles) {
             stream.pass()?;
-            *value = stream.header.number(&mut stream.source)?.ok_or_else(|| Error::Cell {
-                line: row as u64 + 1,
-                column: title.clone(),
-                text: "text".into(),
-            })?;
+            *value = stream
+                .header
+                .number(&mut stream.source)?
+                .ok_or_else(|| Error::Cell {
+                    line: row as u64 + 1,
+                    column: title.clone(),
+                    text: "text".into(),
+                })?;
         }
         let name = trajectory.as_mut().map(Stream::text).transpose()?;
         rows.push(name.as_deref(), &mut values)?;
@@ -90,8 +95,17 @@ impl<R: Read> Stream<R> {
         let header = Header::read(&mut source)?;
         let width = header.shape.get(1).copied().unwrap_or(1);
         let len = header.shape.first().copied().unwrap_or(0);
-        let (skip, stride) = if header.fortran_order { (column * len, 1) } else { (column, width) };
-        Ok(Self { source, header, stride, skip })
+        let (skip, stride) = if header.fortran_order {
+            (column * len, 1)
+        } else {
+            (column, width)
+        };
+        Ok(Self {
+            source,
+            header,
+            stride,
+            skip,
+        })
     }
 
     fn pass(&mut self) -> Result<()> {
@@ -110,7 +124,9 @@ impl<R: Read> Stream<R> {
 fn zipped(error: ZipError) -> Error {
     match error {
         ZipError::Io(error) => Error::Io(error),
-        other => malformed(format!("{other}: save it with numpy.savez or numpy.savez_compressed")),
+        other => malformed(format!(
+            "{other}: save it with numpy.savez or numpy.savez_compressed"
+        )),
     }
 }
 
@@ -122,12 +138,21 @@ fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<Vec<Array>> {
     let mut arrays = Vec::new();
     for i in 0..archive.len() {
         let mut entry = archive.by_index(i).map_err(zipped)?;
-        let Some(name) = entry.name().strip_suffix(".npy").map(str::to_owned) else { continue };
-        let Ok(header) = Header::read(&mut entry) else { continue };
+        let Some(name) = entry.name().strip_suffix(".npy").map(str::to_owned) else {
+            continue;
+        };
+        let Ok(header) = Header::read(&mut entry) else {
+            continue;
+        };
         if !matches!(header.shape.len(), 1 | 2) {
             continue;
         }
-        let claimed = header.bytes().ok_or_else(|| malformed(format!("array '{name}' claims a shape of {:?}", header.shape)))?;
+        let claimed = header.bytes().ok_or_else(|| {
+            malformed(format!(
+                "array '{name}' claims a shape of {:?}",
+                header.shape
+            ))
+        })?;
         unpacked = unpacked.saturating_add(claimed as u64);
         if claimed as u64 > entry.size() || unpacked > limit {
             return Err(malformed(format!(
@@ -142,7 +167,9 @@ fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<Vec<Array>> {
 /// `q` of shape `[len, 2]` stands for the columns `q1`, `q2`.
 fn columns_of(array: &Array) -> Vec<String> {
     match array.header.shape.get(1) {
-        Some(&width) => (1..=width.min(1 << 12)).map(|i| format!("{}{i}", array.name)).collect(),
+        Some(&width) => (1..=width.min(1 << 12))
+            .map(|i| format!("{}{i}", array.name))
+            .collect(),
         None => vec![array.name.clone()],
     }
 }
@@ -162,10 +189,18 @@ fn place(mut column: usize, arrays: &[Array]) -> (usize, usize) {
 /// Names of two-axis arrays in the layout become the names of their columns.
 fn spread(layout: &Layout, arrays: &[Array]) -> Layout {
     let mut layout = layout.clone();
-    let lists = [&mut layout.q, &mut layout.qd, &mut layout.qdd, &mut layout.tau, &mut layout.angles];
+    let lists = [
+        &mut layout.q,
+        &mut layout.qd,
+        &mut layout.qdd,
+        &mut layout.tau,
+        &mut layout.angles,
+    ];
     for names in lists {
         let columns = |name: &String| {
-            let matrix = arrays.iter().find(|a| a.name == *name && a.header.shape.len() == 2);
+            let matrix = arrays
+                .iter()
+                .find(|a| a.name == *name && a.header.shape.len() == 2);
             matrix.map_or_else(|| vec![name.clone()], columns_of)
         };
         *names = names.iter().flat_map(columns).collect();
@@ -177,7 +212,10 @@ fn spread(layout: &Layout, arrays: &[Array]) -> Layout {
 fn check_lengths(resolved: &Resolved, headers: &[String], arrays: &[Array]) -> Result<usize> {
     let mut len = None;
     for &column in resolved.numbers.iter().chain(resolved.trajectory.as_ref()) {
-        let found = arrays.get(place(column, arrays).0).and_then(|a| a.header.shape.first().copied()).unwrap_or(0);
+        let found = arrays
+            .get(place(column, arrays).0)
+            .and_then(|a| a.header.shape.first().copied())
+            .unwrap_or(0);
         let expected = *len.get_or_insert(found);
         if found != expected {
             return Err(Error::Shape {
@@ -202,21 +240,39 @@ pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()>
     let mut archive = ZipWriter::new(sink);
     let options = SimpleFileOptions::default().large_file(true);
     if trajectories.len() > 1 {
-        archive.start_file("trajectory.npy", options).map_err(zipped)?;
-        write_names(&mut std::io::BufWriter::new(&mut archive), trajectories, rows)?;
+        archive
+            .start_file("trajectory.npy", options)
+            .map_err(zipped)?;
+        write_names(
+            &mut std::io::BufWriter::new(&mut archive),
+            trajectories,
+            rows,
+        )?;
     }
     archive.start_file("t.npy", options).map_err(zipped)?;
-    write_array(&mut archive, &[rows], trajectories.iter().map(|t| t.t.as_slice()))?;
+    write_array(
+        &mut archive,
+        &[rows],
+        trajectories.iter().map(|t| t.t.as_slice()),
+    )?;
     for (signal, name) in shape.signals(&trajectories[0]).map(|s| s.0).enumerate() {
-        archive.start_file(format!("{name}.npy"), options).map_err(zipped)?;
-        let values = trajectories.iter().filter_map(|t| shape.signals(t).nth(signal).map(|s| s.1));
+        archive
+            .start_file(format!("{name}.npy"), options)
+            .map_err(zipped)?;
+        let values = trajectories
+            .iter()
+            .filter_map(|t| shape.signals(t).nth(signal).map(|s| s.1));
         write_array(&mut archive, &[rows, shape.n], values)?;
     }
     archive.finish().map_err(zipped)?.flush()?;
     Ok(())
 }
 
-fn write_array<'a>(sink: impl Write, shape: &[usize], values: impl Iterator<Item = &'a [f64]>) -> Result<()> {
+fn write_array<'a>(
+    sink: impl Write,
+    shape: &[usize],
+    values: impl Iterator<Item = &'a [f64]>,
+) -> Result<()> {
     let mut sink = std::io::BufWriter::new(sink);
     write_header(&mut sink, "<f8", shape)?;
     for x in values.flatten() {
@@ -228,10 +284,18 @@ fn write_array<'a>(sink: impl Write, shape: &[usize], values: impl Iterator<Item
 
 fn write_names(sink: &mut impl Write, trajectories: &[Trajectory], rows: usize) -> Result<()> {
     let names = unique_names(trajectories);
-    let width = names.iter().map(|n| n.chars().count()).max().unwrap_or(0).max(1);
+    let width = names
+        .iter()
+        .map(|n| n.chars().count())
+        .max()
+        .unwrap_or(0)
+        .max(1);
     write_header(sink, &format!("<U{width}"), &[rows])?;
     for (name, trajectory) in names.iter().zip(trajectories) {
-        let mut element: Vec<u8> = name.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect();
+        let mut element: Vec<u8> = name
+            .chars()
+            .flat_map(|c| u32::from(c).to_le_bytes())
+            .collect();
         element.resize(4 * width, 0);
         for _ in 0..trajectory.len() {
             sink.write_all(&element)?;

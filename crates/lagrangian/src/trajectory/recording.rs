@@ -62,9 +62,11 @@ impl Recording {
     pub fn signals(&self) -> Vec<(&'static str, &[f64], &[String])> {
         let c = &self.columns;
         let mut signals: Vec<(_, &[f64], &[String])> = vec![("q", &self.q, &c.q)];
-        for (signal, values, names) in
-            [("qd", &self.qd, &c.qd), ("qdd", &self.qdd, &c.qdd), ("tau", &self.tau, &c.tau)]
-        {
+        for (signal, values, names) in [
+            ("qd", &self.qd, &c.qd),
+            ("qdd", &self.qdd, &c.qdd),
+            ("tau", &self.tau, &c.tau),
+        ] {
             if let Some(values) = values {
                 signals.push((signal, values, names));
             }
@@ -78,7 +80,11 @@ impl Recording {
     /// [`Error::TooShort`], [`Error::Shape`], or [`Error::Sample`] with row and column of the first bad value.
     pub fn validate(&self) -> Result<()> {
         if self.len() < 2 {
-            return Err(Error::TooShort { what: format!("trajectory '{}'", self.name), found: self.len(), needed: 2 });
+            return Err(Error::TooShort {
+                what: format!("trajectory '{}'", self.name),
+                found: self.len(),
+                needed: 2,
+            });
         }
         let n = self.dof();
         for (signal, values, _) in self.signals() {
@@ -87,7 +93,10 @@ impl Recording {
                     what: format!("{signal} of trajectory '{}'", self.name),
                     found: values.len(),
                     expected: self.len() * n,
-                    remedy: format!("give one value per sample and coordinate ({} × {n})", self.len()),
+                    remedy: format!(
+                        "give one value per sample and coordinate ({} × {n})",
+                        self.len()
+                    ),
                 });
             }
         }
@@ -96,30 +105,57 @@ impl Recording {
     }
 
     fn sample(&self, row: usize, column: &str, finding: String, remedy: &'static str) -> Error {
-        Error::Sample { trajectory: self.name.clone(), row: row + 1, column: column.into(), finding, remedy }
+        Error::Sample {
+            trajectory: self.name.clone(),
+            row: row + 1,
+            column: column.into(),
+            finding,
+            remedy,
+        }
     }
 
     fn finite(&self) -> Result<()> {
         const REMEDY: &str = "remove or repair that row";
         if let Some(k) = self.t.iter().position(|t| !t.is_finite()) {
-            return Err(self.sample(k, &self.columns.t, format!("the value is {}", self.t[k]), REMEDY));
+            return Err(self.sample(
+                k,
+                &self.columns.t,
+                format!("the value is {}", self.t[k]),
+                REMEDY,
+            ));
         }
         let n = self.dof();
         for (signal, values, names) in self.signals() {
             if let Some(k) = values.iter().position(|x| !x.is_finite()) {
                 let column = names.get(k % n).map_or(signal, String::as_str);
-                return Err(self.sample(k / n, column, format!("the value is {}", values[k]), REMEDY));
+                return Err(self.sample(
+                    k / n,
+                    column,
+                    format!("the value is {}", values[k]),
+                    REMEDY,
+                ));
             }
         }
         Ok(())
     }
 
     fn increasing(&self) -> Result<()> {
-        let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) else { return Ok(()) };
+        let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) else {
+            return Ok(());
+        };
         let (before, after) = (self.t[k], self.t[k + 1]);
-        let verb = if after < before { "goes back" } else { "stands still" };
+        let verb = if after < before {
+            "goes back"
+        } else {
+            "stands still"
+        };
         let finding = format!("time {verb}, {after} after {before}");
-        Err(self.sample(k + 1, &self.columns.t, finding, "sort the rows by time, remove repeats, or tell trajectories apart with --trajectory"))
+        Err(self.sample(
+            k + 1,
+            &self.columns.t,
+            finding,
+            "sort the rows by time, remove repeats, or tell trajectories apart with --trajectory",
+        ))
     }
 
     /// Makes a trajectory of it; velocities and accelerations that were not measured are estimated, and the list
@@ -152,6 +188,13 @@ impl Recording {
 
     fn plain(self) -> Trajectory {
         let qd = self.qd.unwrap_or_default();
-        Trajectory { name: self.name, t: self.t, q: self.q, qd, qdd: self.qdd, tau: self.tau }
+        Trajectory {
+            name: self.name,
+            t: self.t,
+            q: self.q,
+            qd,
+            qdd: self.qdd,
+            tau: self.tau,
+        }
     }
 }

@@ -122,7 +122,14 @@ impl Partial {
 
 fn to_radians(values: &mut [f64], resolved: &Resolved) {
     let n = resolved.columns.q.len();
-    let kinematic = 1 + [&resolved.columns.q, &resolved.columns.qd, &resolved.columns.qdd].iter().map(|c| c.len()).sum::<usize>();
+    let kinematic = 1 + [
+        &resolved.columns.q,
+        &resolved.columns.qd,
+        &resolved.columns.qdd,
+    ]
+    .iter()
+    .map(|c| c.len())
+    .sum::<usize>();
     for (k, value) in values.iter_mut().enumerate().take(kinematic).skip(1) {
         if resolved.coordinates.is_circle((k - 1) % n) {
             *value = value.to_radians();
@@ -132,20 +139,31 @@ fn to_radians(values: &mut [f64], resolved: &Resolved) {
 
 impl Rows {
     pub(super) fn new(resolved: Resolved, file: &str) -> Self {
-        Self { resolved, file: file.into(), partial: Vec::new(), by_name: HashMap::new(), current: 0, rows: 0 }
+        Self {
+            resolved,
+            file: file.into(),
+            partial: Vec::new(),
+            by_name: HashMap::new(),
+            current: 0,
+            rows: 0,
+        }
     }
 
     /// Takes one row: the numbers t, q, qd, qdd, tau (which it may change) of `trajectory`, if there are several.
     pub(super) fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
         let name = trajectory.unwrap_or(&self.file);
         self.rows += 1;
-        let same = self.partial.get(self.current).is_some_and(|p| p.recording.name == name);
+        let same = self
+            .partial
+            .get(self.current)
+            .is_some_and(|p| p.recording.name == name);
         if !same {
             self.current = match self.by_name.get(name) {
                 Some(&at) => at,
                 None => {
                     self.by_name.insert(name.to_owned(), self.partial.len());
-                    self.partial.push(Partial::new(name.to_owned(), &self.resolved));
+                    self.partial
+                        .push(Partial::new(name.to_owned(), &self.resolved));
                     self.partial.len() - 1
                 }
             };
@@ -162,16 +180,28 @@ impl Rows {
         let column = self.resolved.columns.trajectory.clone().unwrap_or_default();
         Err(Error::Columns {
             finding: format!("column '{column}' names a new trajectory at nearly every row"),
-            found: self.resolved.names().cloned().collect::<Vec<_>>().join(", "),
+            found: self
+                .resolved
+                .names()
+                .cloned()
+                .collect::<Vec<_>>()
+                .join(", "),
             remedy: "name the column that tells trajectories apart with --trajectory".into(),
         })
     }
 
     pub(super) fn finish(self) -> Result<Readings> {
         if self.partial.is_empty() {
-            return Err(Error::TooShort { what: format!("file '{}'", self.file), found: 0, needed: 2 });
+            return Err(Error::TooShort {
+                what: format!("file '{}'", self.file),
+                found: 0,
+                needed: 2,
+            });
         }
         let recordings = self.partial.into_iter().map(Partial::finish).collect();
-        Ok(Readings { recordings, columns: self.resolved.columns })
+        Ok(Readings {
+            recordings,
+            columns: self.resolved.columns,
+        })
     }
 }

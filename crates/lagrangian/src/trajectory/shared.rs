@@ -13,14 +13,22 @@ pub(super) struct Shared<R> {
 impl<R: Read + Seek> Shared<R> {
     pub(super) fn new(mut source: R) -> Result<Self> {
         let size = source.seek(SeekFrom::End(0))?;
-        Ok(Self { source: Arc::new(Mutex::new(source)), position: 0, size })
+        Ok(Self {
+            source: Arc::new(Mutex::new(source)),
+            position: 0,
+            size,
+        })
     }
 }
 
 impl<R> Shared<R> {
     /// Another reader of the same source, at `position`.
     pub(super) fn at(&self, position: u64) -> Self {
-        Self { source: Arc::clone(&self.source), position, size: self.size }
+        Self {
+            source: Arc::clone(&self.source),
+            position,
+            size: self.size,
+        }
     }
 }
 
@@ -42,7 +50,12 @@ impl<R> Seek for Shared<R> {
             SeekFrom::End(offset) => (self.size, offset),
             SeekFrom::Current(offset) => (self.position, offset),
         };
-        let outside = || std::io::Error::new(std::io::ErrorKind::InvalidInput, "seek before the start of the file");
+        let outside = || {
+            std::io::Error::new(
+                std::io::ErrorKind::InvalidInput,
+                "seek before the start of the file",
+            )
+        };
         self.position = base.checked_add_signed(offset).ok_or_else(outside)?;
         Ok(self.position)
     }
