@@ -52,16 +52,27 @@ pub(crate) fn write_file(
     content: impl FnOnce(&mut dyn Sink) -> Result<()>,
 ) -> Result<()> {
     refuse_existing(path, existing)?;
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(mistake(
+            format!("cannot write '{}': there is no folder '{}'", path.display(), folder.display()),
+            "create the folder first, or give another --out",
+        ));
+    }
     let written = if is_special(path) { write_directly(path, content) } else { replace(path, existing, content) };
     written.advise(
         format!("cannot write '{}'", path.display()),
-        "check that the folder exists, may be written to and has room, or give another --out",
+        "check that the folder may be written to and has room, or give another --out",
     )
 }
 
 /// [`write_file`] for content that is already in memory.
 pub(crate) fn write_bytes(path: &Path, existing: Existing, bytes: &[u8]) -> Result<()> {
     write_file(path, existing, |writer| Ok(writer.write_all(bytes)?))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// A device or a pipe: nothing to lose there, and no renaming onto it.
@@ -76,8 +87,7 @@ fn write_directly(path: &Path, content: impl FnOnce(&mut dyn Sink) -> Result<()>
 }
 
 fn replace(path: &Path, existing: Existing, content: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut writer = io::BufWriter::new(temporary(folder)?);
+    let mut writer = io::BufWriter::new(temporary(folder_of(path))?);
     content(&mut writer)?;
     let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.as_file().sync_all()?;

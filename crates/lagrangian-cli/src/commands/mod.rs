@@ -1,6 +1,6 @@
 //! One file per command; each reads as the paragraph of what it does.
 
-//TMP mod check;
+mod check;
 mod demo;
 mod fit;
 mod report;
@@ -29,7 +29,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
     match cli.command {
         Command::Demo(args) => demo::run(&args, manner),
         Command::Simulate(args) => simulate::run(&args, manner),
-        Command::Check(_) => todo!(),
+        Command::Check(args) => check::run(&args, manner),
         Command::Fit(args) => fit::run(&args, manner),
         Command::Score(args) => score::run(&args, manner),
         Command::Rollout(args) => rollout::run(&args, manner),

@@ -29,7 +29,7 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
     let starts = starts(args, &*system)?;
     let times = rollout::times(args.motion.duration, args.motion.step)?;
     let rollouts = rollout_many(&*system, &starts, &times, &free, &args.motion.options())
-        .advise("cannot simulate", "`lagrangian simulate list` tells the coordinates of each system")?;
+        .advise("cannot simulate", "give --q0 and --qd0 one value per coordinate, or neither for a random start")?;
     let summaries: Vec<Summary> = rollouts.iter().map(|rollout| Summary::of(rollout, &*system)).collect();
     summaries.iter().enumerate().for_each(|(k, summary)| summary.warn(k + 1));
     let trajectories = recorded(rollouts, args);
