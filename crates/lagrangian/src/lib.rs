@@ -1,10 +1,12 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
+pub mod baseline;
 pub mod dynamics;
 pub mod error;
 pub mod lagrangian;
 pub mod mlp;
 pub mod solve;
+pub mod train;
 pub mod trajectory;
 
 pub use error::{Error, Result};
