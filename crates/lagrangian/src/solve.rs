@@ -315,7 +315,8 @@ mod tests {
         let m = [1e10, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1e-10];
         let mut x = [0.0; 3];
         let regularity = SymmetricSolver::new(3).solve(&m, &[1e10, 1.0, 1e-10], &mut x);
-        assert_eq!((regularity, x), (Regularity::Definite, [1.0; 3]));
+        assert_eq!(regularity, Regularity::Definite);
+        assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-14), "{x:?}");
     }
 
     #[test]
