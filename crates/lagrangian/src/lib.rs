@@ -1,5 +1,6 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
+pub mod baseline;
 pub mod chaos;
 pub mod check;
 pub mod dynamics;
@@ -10,6 +11,7 @@ pub mod mlp;
 pub mod rollout;
 pub mod saved;
 pub mod solve;
+pub mod train;
 pub mod trajectory;
 
 pub use error::{Error, Result};

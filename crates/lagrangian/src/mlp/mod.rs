@@ -6,6 +6,7 @@
 //! directions that are wanted, and the gradient of all of them by the weights.
 
 mod activation;
+mod factors;
 mod net;
 mod oracle;
 mod pass;
@@ -14,5 +15,6 @@ pub mod simd;
 mod tests;
 
 pub use activation::Activation;
+pub(crate) use factors::{TileScratch, Transposed};
 pub(crate) use net::{Build, Net, Source};
 pub(crate) use pass::{Gradient, Packed, Pass};

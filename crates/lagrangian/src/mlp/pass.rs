@@ -21,7 +21,7 @@ struct PackedLayer<T: Real> {
     bias: Buffer<T>,
 }
 
-fn panels<T: Real>(width: usize) -> usize {
+pub(super) fn panels<T: Real>(width: usize) -> usize {
     width.div_ceil(T::LANES)
 }
 
@@ -48,6 +48,16 @@ impl<T: Real> Packed<T> {
         Self {
             layers: net.layers.iter().map(layer).collect(),
         }
+    }
+
+    /// Wᵀ of input `k` of layer `l`.
+    pub(super) fn forward(&self, l: usize, k: usize) -> &[T] {
+        &self.layers[l].weights[k].0
+    }
+
+    /// The bias of layer `l`, zero where it has none.
+    pub(super) fn bias(&self, l: usize) -> &[T] {
+        &self.layers[l].bias
     }
 
     /// Copies `parameters` (as [`Net`] lays them out) into the panels.
@@ -103,6 +113,20 @@ impl<T: Real> Gradient<T> {
             layers: net.layers.iter().map(layer).collect(),
             fresh: true,
         }
+    }
+
+    /// What the matrices hold when the next block is added.
+    pub(super) fn begin(&mut self) -> Init<'static, T> {
+        if std::mem::replace(&mut self.fresh, false) {
+            Init::Zero
+        } else {
+            Init::Add
+        }
+    }
+
+    pub(super) fn layer(&mut self, l: usize) -> (&mut [Buffer<T>], &mut [T]) {
+        let (matrices, sums) = &mut self.layers[l];
+        (matrices, sums)
     }
 
     /// Forgets what was summed.
@@ -217,6 +241,29 @@ impl<T: Real> Pass<T> {
 
     pub(crate) fn samples(&self) -> usize {
         self.samples
+    }
+
+    /// Rows of every matrix: components times samples.
+    pub(super) fn rows(&self) -> usize {
+        self.components * self.samples
+    }
+
+    /// The sensitivity to the pre-activations of layer `l`.
+    pub(super) fn sensitivity(&self, l: usize) -> &[T] {
+        &self.layers[l].yz
+    }
+
+    /// What a source offers to the layers that read it.
+    pub(super) fn input(&self, source: Source) -> &[T] {
+        match source {
+            Source::Features => &self.x,
+            Source::Layer(l) => self.layers[l].output(),
+        }
+    }
+
+    /// Numbers in the matrix of the widest layer.
+    pub(crate) fn widest(&self) -> usize {
+        self.layers.iter().map(|l| l.yz.len()).max().unwrap_or(0)
     }
 
     fn mixed(&self, i: usize) -> usize {
@@ -364,7 +411,7 @@ impl<T: Real> Pass<T> {
     /// Backward: the value component of the sensitivities of the (only) output, its gradient by features and
     /// velocities, and its second derivatives along pairs of the first `directions` tangents and ′.
     pub(crate) fn reverse(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
-        self.seed(0..1, |_, _| true);
+        self.seed(0..1, |_, _, _| T::of(1.0));
         self.hessian.fill(T::default());
         self.yv.fill(T::default());
         self.back(net, packed, 0..1, Some(directions), directions);
@@ -375,18 +422,41 @@ impl<T: Real> Pass<T> {
     pub(crate) fn reverse_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let mixed = self.mixed(0)..self.mixed(directions);
         for components in [1..2 + directions, mixed.clone()] {
-            self.seed(components, |_, _| false);
+            self.seed(components, |_, _, _| T::default());
         }
         self.back(net, packed, 1..2 + directions, None, directions);
     }
 
     /// Backward, one component per output: component c holds the sensitivities of output c (plain networks).
     pub(crate) fn reverse_outputs(&mut self, net: &Net, packed: &Packed<T>, outputs: usize) {
-        self.seed(0..outputs, |c, o| c == o);
+        self.seed(
+            0..outputs,
+            |c, _, o| if c == o { T::of(1.0) } else { T::default() },
+        );
         self.back(net, packed, 0..outputs, None, 0);
     }
 
-    fn seed(&mut self, components: Range<usize>, one: impl Fn(usize, usize) -> bool) {
+    /// Backward: component 0 holds the sensitivities of Σ `weights[s, o]` output o (plain networks).
+    pub(crate) fn reverse_weighted(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        outputs: usize,
+        weights: &[T],
+    ) {
+        let weight = |s: usize, o: usize| {
+            if o < outputs {
+                weights[s * outputs + o]
+            } else {
+                T::default()
+            }
+        };
+        self.seed(0..1, |_, s, o| weight(s, o));
+        self.back(net, packed, 0..1, None, 0);
+    }
+
+    /// Sets the sensitivity of component `c` of sample `s` to output `o`.
+    fn seed(&mut self, components: Range<usize>, seed: impl Fn(usize, usize, usize) -> T) {
         let Some(last) = self.layers.last_mut() else {
             return;
         };
@@ -396,8 +466,7 @@ impl<T: Real> Pass<T> {
                 for s in 0..self.samples {
                     let at = (p * rows + c * self.samples + s) * T::LANES;
                     for lane in 0..T::LANES {
-                        let one = one(c, p * T::LANES + lane);
-                        last.yz[at + lane] = if one { T::of(1.0) } else { T::default() };
+                        last.yz[at + lane] = seed(c, s, p * T::LANES + lane);
                     }
                 }
             }
@@ -624,8 +693,7 @@ impl<T: Real> Pass<T> {
         for (piece, &(y, a)) in pieces.iter_mut().zip(pairs) {
             *piece = (y * step, a * step);
         }
-        let fresh = std::mem::replace(&mut gradient.fresh, false);
-        let init = || if fresh { Init::Zero } else { Init::Add };
+        let init = gradient.begin();
         for (l, layer) in net.layers.iter().enumerate() {
             let Kind::Dense { inputs, bias } = &layer.kind else {
                 continue;
@@ -648,11 +716,11 @@ impl<T: Real> Pass<T> {
                     matrix,
                     layer.width,
                     panels::<T>(input.width),
-                    init(),
+                    init,
                 ));
             }
             if bias.is_some() {
-                if fresh {
+                if matches!(init, Init::Zero) {
                     sums.fill(T::default());
                 }
                 // The bias multiplies 1, whose components other than the value are 0.
@@ -664,7 +732,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Adds component `c` of `matrix`, summed over the samples, to `sums`.
-    fn add_rows(&self, matrix: &[T], c: usize, sums: &mut [T]) {
+    pub(super) fn add_rows(&self, matrix: &[T], c: usize, sums: &mut [T]) {
         let rows = self.components * self.samples;
         for (p, sums) in sums.chunks_mut(T::LANES).enumerate() {
             let start = (p * rows + c * self.samples) * T::LANES;

@@ -24,7 +24,7 @@ pub(crate) struct Shape {
 
 impl Shape {
     #[inline(always)]
-    fn at<T: Real>(&self, panel: usize, component: usize, sample: usize) -> usize {
+    pub(super) fn at<T: Real>(&self, panel: usize, component: usize, sample: usize) -> usize {
         ((panel * self.components + component) * self.samples + sample) * T::LANES
     }
     #[inline(always)]

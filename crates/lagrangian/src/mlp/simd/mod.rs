@@ -11,6 +11,7 @@
 
 mod buffer;
 mod elementwise;
+mod factors;
 mod gemm;
 mod vector;
 
@@ -19,6 +20,7 @@ pub(crate) use elementwise::{
     Combine, Contract, GateForward, GateReverse, Gates, PointForward, PointReverse2, PointSecond,
     PointTangent, Shape,
 };
+pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
 pub use vector::{Real, Vector};
 
