@@ -10,6 +10,7 @@ pub mod lagrangian;
 pub mod mlp;
 pub mod rollout;
 pub mod saved;
+pub mod score;
 pub mod solve;
 pub mod train;
 pub mod trajectory;

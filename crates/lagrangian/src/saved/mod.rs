@@ -7,9 +7,11 @@
 //! A file may come from anywhere. Nothing is allocated on the word of its header, and whatever is not a complete,
 //! finite model of a known version is refused.
 
+mod family;
 mod read;
 mod tensor;
 
+pub use family::Learned;
 pub use tensor::Tensor;
 
 use std::collections::{BTreeMap, HashMap};
