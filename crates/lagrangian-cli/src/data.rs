@@ -4,7 +4,9 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use lagrangian::trajectory::{Format, Layout, Recording};
+use lagrangian::saved::{Learned, SavedModel};
+use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Recording};
+use lagrangian::{Coordinates, Trajectory};
 
 use crate::cli::DataArgs;
 use crate::failure::{Advise, mistake};
@@ -71,4 +73,47 @@ fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
         eprintln!("note: '{}': columns not used: {}", path.display(), readings.columns.ignored.join(", "));
     }
     Ok(readings.recordings)
+}
+
+/// Makes trajectories of recordings; says on standard error what had to be estimated.
+pub(crate) fn trajectories(
+    recordings: Vec<Recording>,
+    options: &EstimateOptions,
+) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
+    let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
+    for recording in recordings {
+        let shown = format!("cannot use '{}'", recording.name);
+        let (trajectory, own) =
+            recording.into_trajectory(options).advise(shown, "`lagrangian check` shows what is wrong with the data")?;
+        trajectories.push(trajectory);
+        estimates.extend(own);
+    }
+    for signal in ["qd", "qdd"] {
+        let windows: Vec<f64> = estimates.iter().filter(|e| e.signal == signal).map(|e| e.seconds).collect();
+        if let Some(longest) = windows.iter().copied().reduce(f64::max) {
+            eprintln!("note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s");
+        }
+    }
+    Ok((trajectories, estimates))
+}
+
+/// Reads a saved model.
+pub(crate) fn model(path: &Path) -> Result<Learned> {
+    let shown = format!("cannot read the model '{}'", path.display());
+    let hint = "give the model.safetensors of a run";
+    let file = File::open(path).advise(&shown, hint)?;
+    let saved = SavedModel::read(file).advise(&shown, hint)?;
+    Learned::load(&saved).advise(shown, hint)
+}
+
+/// Refuses recordings of another system than the model's.
+pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -> Result<()> {
+    let (n, wanted) = (recordings.first().map_or(0, Recording::dof), coordinates.dof());
+    if n == wanted {
+        return Ok(());
+    }
+    Err(mistake(
+        format!("the data has {n} coordinates, the model {wanted}"),
+        "name the columns of the model's coordinates with --q, in their order",
+    ))
 }

@@ -206,7 +206,7 @@ mod tests {
             coordinate: 0,
         };
         let mut a = Vec::new();
-        for at in [0.0, 0.33, 1.0] {
+        for at in [0.0_f64, 0.33, 1.0] {
             let truth = [
                 1.0 + 2.0 * at - at * at + 3.0 * at.powi(3),
                 2.0 - 2.0 * at + 9.0 * at * at,
