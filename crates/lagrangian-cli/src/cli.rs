@@ -56,7 +56,7 @@ pub(crate) enum Command {
 }
 
 /// How the columns of a file are read; a TOML file beside the data may say the same.
-#[derive(Debug, Clone, Default, Args, serde::Serialize)]
+#[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
 #[command(next_help_heading = "Columns of the data")]
 pub(crate) struct DataArgs {
     /// Columns of the coordinates q [default: q1,q2,…]

@@ -4,7 +4,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use lagrangian::saved::{Learned, SavedModel};
+use lagrangian::saved::SavedModel;
+use lagrangian::train::Learned;
 use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Recording};
 use lagrangian::{Coordinates, Trajectory};
 

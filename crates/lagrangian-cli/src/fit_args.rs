@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::cli::DataArgs;
 use crate::values::{MAX_SEED, fraction, non_negative, positive};
 
-#[derive(Debug, Args, Serialize)]
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(after_help = "\
 Examples:
   lagrangian fit motion.csv --angle all --out run
@@ -42,7 +42,7 @@ pub(crate) struct FitArgs {
     pub(crate) data: DataArgs,
 }
 
-#[derive(Debug, Clone, Args, Serialize)]
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
     /// A Lagrangian, or a plain network (q, q̇, τ) → q̈ to compare with
@@ -70,7 +70,7 @@ pub(crate) struct ModelArgs {
     pub(crate) dissipation: bool,
 }
 
-#[derive(Debug, Clone, Args, Serialize)]
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
     /// What is compared with the data
@@ -101,6 +101,10 @@ pub(crate) struct TrainingArgs {
     #[arg(long, default_value_t = 0.0, value_parser = non_negative)]
     pub(crate) weight_decay: f64,
 
+    /// Stop after so many looks at the validation data without improvement (one look every 25 steps)
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) patience: Option<u32>,
+
     /// Seed of weights, split and batches
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
     pub(crate) seed: u64,
@@ -119,7 +123,7 @@ pub(crate) struct TrainingArgs {
 }
 
 /// A family of models.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Family {
     /// Lagrangian neural network
@@ -130,7 +134,7 @@ pub(crate) enum Family {
 }
 
 /// A form of the Lagrangian network.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Form {
     /// Any function of q and q̇
@@ -141,7 +145,7 @@ pub(crate) enum Form {
 }
 
 /// An activation function.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum ActivationName {
     /// ln(1 + eˣ)
@@ -156,7 +160,7 @@ pub(crate) enum ActivationName {
 }
 
 /// A loss.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum LossName {
     /// Mean squared error of q̈
@@ -169,10 +173,10 @@ pub(crate) enum LossName {
 }
 
 /// An optimiser.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum OptimizerName {
-    /// Damped natural gradient with momentum (SPRING); Adam where the size forbids it
+    /// Damped natural gradient with momentum (SPRING)
     #[default]
     Natural,
     /// Adam with decoupled weight decay

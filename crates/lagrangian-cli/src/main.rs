@@ -5,6 +5,7 @@ mod commands;
 mod data;
 mod failure;
 mod fit_args;
+mod fit_config;
 mod interrupt;
 mod motion;
 mod output;
@@ -12,6 +13,7 @@ mod progress;
 mod run_folder;
 mod tensorboard;
 mod values;
+mod watch;
 
 use std::process::ExitCode;
 

@@ -3,6 +3,7 @@
 pub mod baseline;
 pub mod chaos;
 pub mod check;
+pub mod dataset;
 pub mod dynamics;
 pub mod error;
 pub mod integrate;

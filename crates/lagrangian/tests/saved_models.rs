@@ -248,7 +248,7 @@ mod families {
     use lagrangian::baseline::{Mlp, MlpConfig};
     use lagrangian::dynamics::{Mechanical, Model};
     use lagrangian::lagrangian::{Dissipation, Form, Lnn, LnnConfig, Scaling};
-    use lagrangian::saved::Learned;
+    use lagrangian::train::Learned;
 
     fn lnn(form: Form) -> Lnn {
         let config = LnnConfig { form, width: 16, ..LnnConfig::default() };

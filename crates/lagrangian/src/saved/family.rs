@@ -5,25 +5,16 @@ use serde_json::Value;
 
 use super::{Header, Provenance, SavedModel, Tensor, damaged};
 use crate::baseline::{Mlp, MlpConfig};
-use crate::dynamics::{Evaluator, Mechanical, Model};
+use crate::dynamics::{Mechanical, Model};
 use crate::lagrangian::{Dissipation, Lagrangian, Lnn, LnnConfig, Scaling};
-use crate::{Coordinates, Result};
+use crate::Result;
+use crate::train::Learned;
 
 /// The one tensor of a network: all weights, in the order of its `parameters`.
 const WEIGHTS: &str = "parameters";
 
 const LNN: &str = "lnn";
 const MLP: &str = "mlp";
-
-/// A learned model of any family.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub enum Learned {
-    /// A Lagrangian network, with dissipation if there is any.
-    Lnn(Mechanical<Lnn>),
-    /// A plain network.
-    Mlp(Mlp),
-}
 
 /// The scales of an [`Mlp`].
 #[derive(Serialize, Deserialize)]
@@ -103,23 +94,6 @@ impl Learned {
             Self::Lnn(model) => Some(&model.lagrangian),
             Self::Mlp(_) => None,
         }
-    }
-
-    fn model(&self) -> &dyn Model {
-        match self {
-            Self::Lnn(model) => model,
-            Self::Mlp(model) => model,
-        }
-    }
-}
-
-impl Model for Learned {
-    fn coordinates(&self) -> &Coordinates {
-        self.model().coordinates()
-    }
-
-    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        self.model().evaluator()
     }
 }
 

@@ -11,7 +11,6 @@ mod family;
 mod read;
 mod tensor;
 
-pub use family::Learned;
 pub use tensor::Tensor;
 
 use std::collections::{BTreeMap, HashMap};
