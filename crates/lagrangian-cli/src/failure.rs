@@ -69,8 +69,18 @@ pub(crate) fn exit_code(error: &Error) -> u8 {
 }
 
 fn is_about_the_input(error: &io::Error) -> bool {
-    use io::ErrorKind::{InvalidData, InvalidInput, IsADirectory, NotADirectory, NotFound, UnexpectedEof};
-    matches!(error.kind(), NotFound | InvalidData | InvalidInput | IsADirectory | NotADirectory | UnexpectedEof)
+    use io::ErrorKind as Kind;
+    matches!(
+        error.kind(),
+        Kind::NotFound
+            | Kind::AlreadyExists
+            | Kind::PermissionDenied
+            | Kind::InvalidData
+            | Kind::InvalidInput
+            | Kind::IsADirectory
+            | Kind::NotADirectory
+            | Kind::UnexpectedEof
+    )
 }
 
 /// Whether the reader of standard output went away (`lagrangian … | head`), which is no failure of ours.

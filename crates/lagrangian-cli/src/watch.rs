@@ -25,7 +25,7 @@ pub(crate) struct Watch<'a> {
     interrupted: Arc<AtomicBool>,
     first_step: Option<(usize, Instant)>,
     measured: Option<Instant>,
-    saved: Instant,
+    saved: Option<Instant>,
     pending: Option<Checkpoint>,
     failure: Option<anyhow::Error>,
 }
@@ -38,9 +38,17 @@ impl<'a> Watch<'a> {
         bar: progress::Progress,
         interrupted: Arc<AtomicBool>,
     ) -> Self {
-        let (measured, pending, failure) = (None, None, None);
-        let saved = Instant::now();
-        Self { folder, metrics, bar, interrupted, first_step: None, measured, saved, pending, failure }
+        Self {
+            folder,
+            metrics,
+            bar,
+            interrupted,
+            first_step: None,
+            measured: None,
+            saved: None,
+            pending: None,
+            failure: None,
+        }
     }
 
     /// Writes what is left to write, and gives the first failure of those before.
@@ -79,7 +87,7 @@ impl<'a> Watch<'a> {
 
     fn save(&mut self) {
         let Some(checkpoint) = self.pending.take() else { return };
-        self.saved = Instant::now();
+        self.saved = Some(Instant::now());
         let written = checkpoint
             .to_bytes()
             .map_err(anyhow::Error::new)
@@ -104,7 +112,7 @@ impl Observer for Watch<'_> {
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) -> lagrangian::Result<()> {
         self.pending = Some(checkpoint.clone());
-        if self.saved.elapsed() >= CHECKPOINT_EVERY {
+        if self.saved.is_none_or(|at| at.elapsed() >= CHECKPOINT_EVERY) {
             self.save();
         }
         Ok(())
