@@ -1,9 +1,10 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
-pub mod error;
-pub mod trajectory;
-pub mod lagrangian;
 pub mod dynamics;
+pub mod error;
+pub mod lagrangian;
+pub mod report;
+pub mod trajectory;
 
 pub use error::{Error, Result};
 pub use trajectory::{Coordinate, Coordinates, Topology, Trajectory};
