@@ -144,7 +144,7 @@ fn legend<DB: DrawingBackend>(
     Ok(if named.is_empty() {
         0.0
     } else {
-        y - top + 0.5 * ROW + 4.0
+        y - top + 0.5 * ROW + 7.0
     })
 }
 

@@ -15,12 +15,15 @@ pub(super) struct Tick {
     pub(super) label: String,
 }
 
+/// Larger values have no place on a plot: the arithmetic of its axes would overflow.
+const LARGEST: f64 = 1e300;
+
 impl Laid {
     /// The axis that holds all finite values with a margin (a share of its length), or `None` where there are none.
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64) -> Option<Self> {
         let log = axis.scale == Scale::Log;
         let inner = |value: f64| if log { positive_log(value) } else { value };
-        let data = values.map(inner).filter(|value| value.is_finite());
+        let data = values.map(inner).filter(|value| value.abs() < LARGEST);
         let ends = data.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
             (low.min(v), high.max(v))
         });
@@ -28,7 +31,8 @@ impl Laid {
             return None;
         }
         let fixed = axis.range.map(|(low, high)| (inner(low), inner(high)));
-        let fixed = fixed.filter(|(low, high)| low.is_finite() && high.is_finite() && low < high);
+        let fixed =
+            fixed.filter(|(low, high)| low.abs() < LARGEST && high.abs() < LARGEST && low < high);
         let (low, high) = fixed.unwrap_or_else(|| padded(ends, margin, log));
         Some(Self { log, low, high })
     }
@@ -127,11 +131,8 @@ fn positive_log(value: f64) -> f64 {
 
 fn padded((low, high): (f64, f64), margin: f64, log: bool) -> (f64, f64) {
     let span = high - low;
-    if span.is_finite() && span > 1e-9 * low.abs().max(high.abs()).max(1e-300) {
+    if span > 1e-9 * low.abs().max(high.abs()).max(1e-300) {
         return (low - margin * span, high + margin * span);
-    }
-    if !span.is_finite() {
-        return (0.5 * low, 0.5 * high); // OK because values this large have no place on a plot anyway
     }
     let half = if log || low.abs() < 1e-300 {
         1.0

@@ -84,53 +84,69 @@ pub fn energy_error_over_time(curves: &[Curve]) -> Figure {
     }
 }
 
-/// Coordinate `i` over time, predicted and true. A runaway prediction does not flatten the others: the axis follows
-/// the truth where there is one.
+/// Coordinate `i` over time, predicted and true, over the first twenty swings or turns: more would be a blur.
+///
+/// A runaway prediction does not flatten the others: the axis follows the truth where there is one.
 #[must_use]
 pub fn trajectories(coordinates: &Coordinates, i: usize, motions: &[Motion]) -> Figure {
     let (name, unit) = label(coordinates, i);
-    let series = motions.iter().map(|motion| {
-        Series::line(
-            motion.name,
-            motion.role,
+    let window = window(motions, i, 40);
+    let series = signals(motions, window, |motion| {
+        (
             motion.trajectory.t.clone(),
             column(motion, &motion.trajectory.q, i),
         )
     });
-    let series: Vec<Series> = series.collect();
     Figure {
         id: format!("trajectory-{}", i + 1),
         title: format!("{name} over time"),
-        caption: "Predicted from the first state alone. A chaotic motion leaves any prediction in the end, \
-                  that of the true equations with other rounding too."
-            .into(),
+        caption: format!(
+            "{} Predicted from the first state alone. A chaotic motion leaves any prediction in the \
+             end, that of the true equations with other rounding too.",
+            spoken(window)
+        ),
         x: Axis::linear("time", "s"),
-        y: Axis { range: range_of_truth(&series), ..Axis::linear(&name, &unit) },
+        y: Axis {
+            range: range_of_truth(&series),
+            ..Axis::linear(&name, &unit)
+        },
         series,
     }
 }
 
-/// Velocity over coordinate `i`; an angle is shown in (−π, π], with gaps where it leaves at one side.
+/// Velocity over coordinate `i`, over the first eight swings or turns; an angle is shown in (−π, π], with gaps where
+/// it leaves at one side.
 #[must_use]
 pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -> Figure {
     let (name, unit) = label(coordinates, i);
     let circle = i < coordinates.dof() && coordinates.is_circle(i);
-    let series = motions.iter().map(|motion| {
-        let (q, qd) = (
-            column(motion, &motion.trajectory.q, i),
-            column(motion, &motion.trajectory.qd, i),
-        );
-        let (q, qd) = if circle { wrapped(&q, &qd) } else { (q, qd) };
-        Series::line(motion.name, motion.role, q, qd)
+    let window = window(motions, i, 16);
+    let series = signals(motions, window, |motion| {
+        let (q, qd) = (&motion.trajectory.q, &motion.trajectory.qd);
+        (column(motion, q, i), column(motion, qd, i))
     });
-    let series: Vec<Series> = series.collect();
+    let turned = |one: Series| {
+        let (x, y) = if circle {
+            wrapped(&one.x, &one.y)
+        } else {
+            (one.x, one.y)
+        };
+        Series { x, y, ..one }
+    };
+    let series: Vec<Series> = series.into_iter().map(turned).collect();
     let x = Axis::linear(&name, &unit);
     Figure {
         id: format!("phase-{}", i + 1),
         title: format!("Phase portrait of {name}"),
-        caption: "Velocity over position. The shapes should agree even where the motions have parted in time.".into(),
+        caption: format!(
+            "{} Velocity over position: the shapes should agree even where the motions have parted.",
+            spoken(window)
+        ),
         x: if circle { x.between(-PI, PI) } else { x },
-        y: Axis { range: range_of_truth(&series), ..Axis::linear(&format!("d{name}/dt"), &format!("{unit}/s")) },
+        y: Axis {
+            range: range_of_truth(&series),
+            ..Axis::linear(&format!("d{name}/dt"), &format!("{unit}/s"))
+        },
         series,
     }
 }
@@ -192,6 +208,55 @@ fn lines(curves: &[Curve]) -> Vec<Series> {
     curves.iter().map(line).collect()
 }
 
+/// One line a motion, up to the end of a window.
+fn signals(
+    motions: &[Motion],
+    window: Option<f64>,
+    xy: impl Fn(&Motion) -> (Vec<f64>, Vec<f64>),
+) -> Vec<Series> {
+    let line = |motion: &Motion| {
+        let len = motion
+            .trajectory
+            .t
+            .iter()
+            .filter(|t| window.is_none_or(|end| **t <= end))
+            .count();
+        let (mut x, mut y) = xy(motion);
+        x.truncate(len);
+        y.truncate(len);
+        Series::line(motion.name, motion.role, x, y)
+    };
+    motions.iter().map(line).collect()
+}
+
+/// When the truth (or the first motion) has turned back or gone half round so many times; `None` if it never does.
+fn window(motions: &[Motion], i: usize, halves: usize) -> Option<f64> {
+    let motion = motions
+        .iter()
+        .find(|motion| motion.role == Role::Truth)
+        .or(motions.first())?;
+    let velocity = column(motion, &motion.trajectory.qd, i);
+    let position = column(motion, &motion.trajectory.q, i);
+    let (mut seen, mut start) = (0, *position.first()?);
+    for (k, &q) in position.iter().enumerate().skip(1) {
+        let back = velocity[k - 1] * velocity[k] < 0.0;
+        let round = (q - start).abs() > PI;
+        if back || round {
+            (seen, start) = (seen + 1, q);
+        }
+        if seen >= halves {
+            return Some(motion.trajectory.t[k]);
+        }
+    }
+    None
+}
+
+fn spoken(window: Option<f64>) -> String {
+    window.map_or(String::from("The whole motion."), |end| {
+        format!("The first {} s.", significant(end))
+    })
+}
+
 fn label(coordinates: &Coordinates, i: usize) -> (String, String) {
     let known = coordinates
         .0
@@ -243,4 +308,13 @@ fn wrapped(q: &[f64], qd: &[f64]) -> (Vec<f64>, Vec<f64>) {
         before = Some(now);
     }
     (x, y)
+}
+
+/// A time without digits that nobody reads.
+fn significant(seconds: f64) -> String {
+    if seconds < 10.0 {
+        format!("{seconds:.2}")
+    } else {
+        format!("{seconds:.0}")
+    }
 }

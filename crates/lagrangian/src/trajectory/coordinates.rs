@@ -44,7 +44,11 @@ impl Coordinates {
     }
 
     fn numbered(n: usize, unit: &str, topology: Topology) -> Self {
-        let coordinate = |i| Coordinate { name: format!("q{i}"), unit: unit.into(), topology };
+        let coordinate = |i| Coordinate {
+            name: format!("q{i}"),
+            unit: unit.into(),
+            topology,
+        };
         Self((1..=n).map(coordinate).collect())
     }
 

@@ -69,13 +69,21 @@ impl Trajectory {
                 });
             }
             if let Some(index) = signal.iter().position(|x| !x.is_finite()) {
-                return Err(Error::NotFinite { what: format!("{name} of trajectory '{}'", self.name), index });
+                return Err(Error::NotFinite {
+                    what: format!("{name} of trajectory '{}'", self.name),
+                    index,
+                });
             }
         }
         if let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) {
             return Err(Error::Argument {
                 name: "t",
-                value: format!("{} after {} in trajectory '{}'", self.t[k + 1], self.t[k], self.name),
+                value: format!(
+                    "{} after {} in trajectory '{}'",
+                    self.t[k + 1],
+                    self.t[k],
+                    self.name
+                ),
                 must: "strictly increasing: sort the rows and remove repeats",
             });
         }
