@@ -135,7 +135,7 @@ fn player(body: &mut String, animation: &Animation) {
              <button class=\"play\" type=\"button\">Play</button><span class=\"clock\"></span>\
              <input class=\"slider\" type=\"range\" min=\"0\" max=\"{duration}\" step=\"any\" value=\"0\" \
              aria-label=\"Time\">\
-             <label>Speed <select class=\"speed\"><option value=\"0.25\">¼×</option><option value=\"0.5\">½×</option>\
+             <label><span class=\"word\">Speed</span> <select class=\"speed\"><option value=\"0.25\">¼×</option><option value=\"0.5\">½×</option>\
              <option value=\"1\" selected>1×</option><option value=\"2\">2×</option><option value=\"5\">5×</option>\
              </select></label><label><input class=\"trails\" type=\"checkbox\" checked> Trails</label></div>\n\
              <script type=\"application/json\">{}</script>\n</div>\n",

@@ -90,7 +90,7 @@ pub fn energy_error_over_time(curves: &[Curve]) -> Figure {
 #[must_use]
 pub fn trajectories(coordinates: &Coordinates, i: usize, motions: &[Motion]) -> Figure {
     let (name, unit) = label(coordinates, i);
-    let window = window(motions, i, 40);
+    let window = window(coordinates, motions, 40);
     let series = signals(motions, window, |motion| {
         (
             motion.trajectory.t.clone(),
@@ -120,7 +120,7 @@ pub fn trajectories(coordinates: &Coordinates, i: usize, motions: &[Motion]) -> 
 pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -> Figure {
     let (name, unit) = label(coordinates, i);
     let circle = i < coordinates.dof() && coordinates.is_circle(i);
-    let window = window(motions, i, 16);
+    let window = window(coordinates, motions, 16);
     let series = signals(motions, window, |motion| {
         let (q, qd) = (&motion.trajectory.q, &motion.trajectory.qd);
         (column(motion, q, i), column(motion, qd, i))
@@ -229,19 +229,24 @@ fn signals(
     motions.iter().map(line).collect()
 }
 
-/// When the truth (or the first motion) has turned back or gone half round so many times; `None` if it never does.
-fn window(motions: &[Motion], i: usize, halves: usize) -> Option<f64> {
+/// When the fastest coordinate of the truth (or of the first motion) has turned back or gone half round so many
+/// times; `None` if none ever does. All coordinates share it, so that their figures can be compared.
+fn window(coordinates: &Coordinates, motions: &[Motion], halves: usize) -> Option<f64> {
     let motion = motions
         .iter()
         .find(|motion| motion.role == Role::Truth)
         .or(motions.first())?;
-    let velocity = column(motion, &motion.trajectory.qd, i);
+    let ends = (0..coordinates.dof()).filter_map(|i| nth_half(motion, i, halves));
+    ends.min_by(f64::total_cmp)
+}
+
+fn nth_half(motion: &Motion, i: usize, halves: usize) -> Option<f64> {
     let position = column(motion, &motion.trajectory.q, i);
+    let velocity = column(motion, &motion.trajectory.qd, i);
     let (mut seen, mut start) = (0, *position.first()?);
     for (k, &q) in position.iter().enumerate().skip(1) {
         let back = velocity[k - 1] * velocity[k] < 0.0;
-        let round = (q - start).abs() > PI;
-        if back || round {
+        if back || (q - start).abs() > PI {
             (seen, start) = (seen + 1, q);
         }
         if seen >= halves {
