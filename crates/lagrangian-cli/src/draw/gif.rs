@@ -5,23 +5,18 @@ use std::io::Write;
 
 use ::gif::{Encoder, Frame, Repeat};
 use anyhow::{Context, Result, ensure};
-use lagrangian::report::{Animation, Panel};
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
+use lagrangian::report::Animation;
 
-use super::canvas_bitmap::{Bitmap, BitmapCanvas};
-use super::chart::{plain, units, write};
-use super::theme;
+use super::canvas_bitmap::Bitmap;
+use super::pendulum;
 
-const PANEL: f64 = 260.0;
-const HEIGHT: f64 = 316.0;
+/// Frames a second, and points of a trail between two of them.
 const RATE: f64 = 20.0;
-/// More frames than this make a file that nobody waits for.
-const MOST_FRAMES: usize = 400;
-const TRAIL: usize = 30;
+const FINE: usize = 4;
+/// A longer clip makes a file that nobody waits for.
+const MOST_SECONDS: f64 = 15.0;
 
-/// Writes the animation from its start, up to 20 s of it, side by side on white, as an endless GIF.
+/// Writes the animation from its start, up to 15 s, side by side on white, as an endless GIF.
 ///
 /// # Errors
 /// Where it has no panel or more than eight, or cannot be written.
@@ -31,17 +26,19 @@ pub(crate) fn gif(animation: &Animation, out: impl Write) -> Result<()> {
         (1..=8).contains(&count),
         "an animation of {count} panels: a GIF takes 1 to 8"
     );
-    let frames = (animation.duration() * RATE).ceil().min(1e7) as usize + 1;
-    let clip = animation.resampled(RATE, frames);
-    let longest = clip
+    let rate = RATE * FINE as f64;
+    let clip = animation
+        .first(MOST_SECONDS)
+        .resampled(rate, (MOST_SECONDS * rate) as usize + 2);
+    let frames = clip
         .panels
         .iter()
         .map(|panel| panel.t.len())
         .max()
-        .unwrap_or(0)
-        .clamp(1, MOST_FRAMES);
-    let (width, height) = ((PANEL * count as f64) as u32, HEIGHT as u32);
-    let draw = |frame| picture(&clip, frame, width, height);
+        .unwrap_or(0);
+    let longest = frames.div_ceil(FINE).max(1);
+    let (width, height) = pendulum::size(&clip);
+    let draw = |frame| pendulum::picture(&clip, frame * FINE);
     let palette = Palette::of(&[draw(0)?, draw(longest / 2)?, draw(longest - 1)?]);
     let context = "the GIF cannot be written";
     let mut encoder =
@@ -133,124 +130,5 @@ impl Palette {
         (0..self.0.len())
             .min_by_key(|&k| away(&self.0[k]))
             .unwrap_or(0) as u8
-    }
-}
-
-fn picture(animation: &Animation, frame: usize, width: u32, height: u32) -> Result<Bitmap> {
-    let mut bitmap = Bitmap::new(width, height);
-    let root = BitmapCanvas::new(&mut bitmap, 1.0).into_drawing_area();
-    root.fill(&theme::colour("surface")).map_err(plain)?;
-    for (k, panel) in animation.panels.iter().enumerate() {
-        draw_panel(
-            &root,
-            panel,
-            frame,
-            PANEL * (k as f64 + 0.5),
-            animation.panels.first(),
-        )?;
-    }
-    let time = format!("t = {:.1} s", frame as f64 / RATE);
-    write(
-        &root,
-        &time,
-        (f64::from(width) - 10.0, HEIGHT - 8.0),
-        (HPos::Right, VPos::Bottom),
-        12.0,
-        "muted",
-    )?;
-    drop(root);
-    Ok(bitmap)
-}
-
-fn draw_panel<DB: DrawingBackend>(
-    root: &DrawingArea<DB, Shift>,
-    panel: &Panel,
-    frame: usize,
-    middle: f64,
-    truth: Option<&Panel>,
-) -> Result<()> {
-    write(
-        root,
-        &panel.name,
-        (middle, 10.0),
-        (HPos::Center, VPos::Top),
-        13.0,
-        "ink",
-    )?;
-    let error = panel
-        .energy_error
-        .as_ref()
-        .and_then(|error| error.get(frame));
-    if let Some(error) = error.filter(|error| error.is_finite()) {
-        let words = format!("energy error {} %", significant(100.0 * error));
-        write(
-            root,
-            &words,
-            (middle, 28.0),
-            (HPos::Center, VPos::Top),
-            12.0,
-            "muted",
-        )?;
-    }
-    let reach: f64 = panel.lengths.iter().sum();
-    let scale = if reach > 0.0 {
-        0.43 * PANEL / reach
-    } else {
-        1.0
-    };
-    let place = |(x, y): (f64, f64)| (units(middle + x * scale), units(0.55 * HEIGHT - y * scale));
-    let ink = theme::colour(theme::name_of(panel.role));
-    if let Some(truth) = truth.filter(|truth| truth.role != panel.role) {
-        chain(root, &truth.joints(frame), &place, theme::colour("grid"))?;
-    }
-    for k in frame.saturating_sub(TRAIL)..frame {
-        let (from, to) = (panel.joints(k), panel.joints(k + 1));
-        let (Some(from), Some(to)) = (from.last(), to.last()) else {
-            continue;
-        };
-        let fade = 1.0 - (frame - k) as f64 / (TRAIL + 1) as f64;
-        let style = ink.mix(0.7 * fade).stroke_width(units(1.6) as u32);
-        root.draw(&PathElement::new(vec![place(*from), place(*to)], style))
-            .map_err(plain)?;
-    }
-    if panel.joints(frame).is_empty() {
-        return write(
-            root,
-            "diverged",
-            (middle, 0.55 * HEIGHT),
-            (HPos::Center, VPos::Center),
-            13.0,
-            "muted",
-        );
-    }
-    chain(root, &panel.joints(frame), &place, ink)
-}
-
-fn chain<DB: DrawingBackend>(
-    root: &DrawingArea<DB, Shift>,
-    joints: &[(f64, f64)],
-    place: &impl Fn((f64, f64)) -> (i32, i32),
-    ink: RGBColor,
-) -> Result<()> {
-    let spots: Vec<(i32, i32)> = joints.iter().map(|joint| place(*joint)).collect();
-    root.draw(&PathElement::new(
-        spots.clone(),
-        ink.stroke_width(units(2.4) as u32),
-    ))
-    .map_err(plain)?;
-    for (k, spot) in spots.iter().enumerate() {
-        let radius = units(if k == 0 { 3.0 } else { 6.5 });
-        root.draw(&Circle::new(*spot, radius, ink.filled()))
-            .map_err(plain)?;
-    }
-    Ok(())
-}
-
-/// Two significant digits, without an exponent while that is readable.
-fn significant(value: f64) -> String {
-    if value != 0.0 && value.abs() < 1e-4 {
-        format!("{value:.0e}")
-    } else {
-        format!("{value:.4}")
     }
 }

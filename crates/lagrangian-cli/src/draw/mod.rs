@@ -5,9 +5,12 @@ mod canvas_svg;
 mod chart;
 mod curve;
 mod gif;
+mod legend;
 mod page;
+mod pendulum;
 mod png;
 mod scale;
+mod series;
 mod svg;
 mod text;
 mod theme;
@@ -38,5 +41,7 @@ fn escaped(text: &str) -> String {
     safe
 }
 
+#[cfg(test)]
+mod demo;
 #[cfg(test)]
 mod tests;

@@ -191,6 +191,20 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
+/// A share as a percentage with two or three digits, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
+pub(super) fn percent(share: f64) -> String {
+    let value = 100.0 * share.abs();
+    let exponent = if value > 0.0 {
+        value.log10().floor() as i32
+    } else {
+        0
+    };
+    if (-2..5).contains(&exponent) {
+        return format!("{value:.*} %", (2 - exponent.max(0)).max(0) as usize);
+    }
+    format!("{:.1}×{} %", value / 10f64.powi(exponent), power(exponent))
+}
+
 /// The typographic minus sign.
 fn minus(text: &str) -> String {
     text.replace('-', "−")
@@ -227,6 +241,15 @@ mod tests {
         assert_eq!(labels(&axis, &[1e-6, 1e2], 3), ["10⁻⁶", "10⁻³", "10⁰"]);
         assert_eq!(labels(&axis, &[0.01, 10.0], 6), ["0.01", "0.1", "1", "10"]);
         assert_eq!(labels(&axis, &[0.9, 11.0], 6), ["1", "2", "5", "10"]);
+    }
+
+    #[test]
+    fn percentages_are_short() {
+        let words = [0.0, 0.00412, 0.5, 12.0, 3.2e-9].map(percent);
+        assert_eq!(
+            words,
+            ["0.00 %", "0.41 %", "50.0 %", "1200 %", "3.2×10⁻⁷ %"]
+        );
     }
 
     #[test]

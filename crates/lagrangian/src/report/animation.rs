@@ -51,6 +51,22 @@ impl Animation {
         ends.filter(|t| t.is_finite()).fold(0.0, f64::max)
     }
 
+    /// The same up to a time after its start, s.
+    #[must_use]
+    pub fn first(&self, seconds: f64) -> Self {
+        let cut = |panel: &Panel| {
+            let len = panel.t.iter().take_while(|t| **t <= seconds).count();
+            let mut cut = panel.clone();
+            cut.t.truncate(len);
+            cut.angles.truncate(len * panel.lengths.len());
+            cut
+        };
+        Self {
+            panels: self.panels.iter().map(cut).collect(),
+            ..self.clone()
+        }
+    }
+
     /// All panels on one clock of at most `rate` frames a second and at most `frames` frames; panels that ended early
     /// stay shorter.
     #[must_use]
@@ -115,11 +131,12 @@ impl Panel {
     /// The same motion at other times, linear between frames, up to its own end.
     fn on(&self, clock: &[f64]) -> Self {
         let n = self.lengths.len();
-        let len = if n == 0 {
-            0
-        } else {
-            self.t.len().min(self.angles.len() / n)
-        };
+        let len = self
+            .angles
+            .len()
+            .checked_div(n)
+            .unwrap_or(0)
+            .min(self.t.len());
         let last = if len == 0 {
             f64::NEG_INFINITY
         } else {

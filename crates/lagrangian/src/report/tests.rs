@@ -194,6 +194,7 @@ fn a_resampled_animation_keeps_link_lengths_and_ends_where_the_motion_ended() {
     assert!((animation.panels[0].t.len() as f64 - 9.99 * 30.0).abs() < 2.0);
     let end = *animation.panels[1].t.last().unwrap();
     assert!(end <= 2.99 && end > 2.9, "{end}");
+    assert!(animation.first(1.0).duration() <= 1.0);
     let joints = animation.panels[0].joints(100);
     let link = (joints[2].0 - joints[1].0).hypot(joints[2].1 - joints[1].1);
     assert!((link - 0.5).abs() < 1e-12);
