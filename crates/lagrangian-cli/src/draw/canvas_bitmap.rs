@@ -121,8 +121,12 @@ impl Mask {
         let (left, right) = path.iter().map(|spot| spot.0).fold(start, range);
         let (top, bottom) = path.iter().map(|spot| spot.1).fold(start, range);
         let (left, top) = (left.max(0.0) as i32, top.max(0.0) as i32);
-        let width = (right.min(bitmap.width as f32).ceil() as i32 - left).max(0) as usize;
-        let height = (bottom.min(bitmap.height as f32).ceil() as i32 - top).max(0) as usize;
+        let width = (right.min(bitmap.width as f32).ceil() as i32)
+            .saturating_sub(left)
+            .max(0) as usize;
+        let height = (bottom.min(bitmap.height as f32).ceil() as i32)
+            .saturating_sub(top)
+            .max(0) as usize;
         (width * height > 0).then(|| Self {
             left,
             top,

@@ -120,7 +120,7 @@ fn plot<DB: DrawingBackend>(
         .iter()
         .map(|tick| text::width(&tick.label, SMALL))
         .fold(0.0, f64::max);
-    let (left, right) = (widest + 16.0, 18.0);
+    let (left, right) = (1.06 * widest + 16.0, 18.0);
     let wide = (place.width - left - right).max(20.0);
     let x_ticks = roomy(&axes.x, wide);
     let area = root.margin(units(place.top), units(bottom), units(left), units(right));

@@ -109,7 +109,7 @@ fn draw_panel(root: &Root, stage: &Stage, frame: usize, truth: Option<&Panel>) -
     }
     let ink = theme::colour(theme::name_of(panel.role));
     if let Some(truth) = truth.filter(|truth| truth.role != panel.role) {
-        chain(root, &stage.spots(truth, frame), theme::colour("grid"))?;
+        chain(root, &stage.spots(truth, frame), theme::colour("axis"))?;
     }
     trail(root, stage, frame, ink)?;
     let spots = stage.spots(panel, frame);

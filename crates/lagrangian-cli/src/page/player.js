@@ -3,7 +3,8 @@
   const root = document.documentElement;
   const ink = (name) => getComputedStyle(root).getPropertyValue("--" + name).trim();
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  const TRAIL = 2.4;
+  const TRAIL = 2.4; // s
+  const LEFT = 50; // px before the time axis of the energy errors, for its labels
   const FONT = getComputedStyle(document.body).fontFamily;
 
   // A canvas fitted to its box and the screen's density; returns its context and size in px.
@@ -59,7 +60,7 @@
     const [play, clock, slider] = [".play", ".clock", ".slider"].map((name) => box.querySelector(name));
     const [speed, trails, strip] = [".speed", ".trails", ".strip"].map((name) => box.querySelector(name));
     const truth = data.panels.find((panel) => panel.ink === "truth");
-    let time = 0, playing = false, visible = true, before = 0, background = null;
+    let time = 0, playing = false, visible = true, before = 0, next = 0, background = null;
 
     function chain(context, spots, place, colour, width, bob) {
       context.strokeStyle = context.fillStyle = colour;
@@ -130,7 +131,7 @@
       const logs = data.panels.flatMap((panel) => (panel.error || []).filter((e) => e > 0).map((e) => Math.log10(100 * e)));
       if (!logs.length || w === 0) return null;
       const high = Math.ceil(logs.reduce((a, b) => Math.max(a, b), -300));
-      const low = Math.max(Math.floor(logs.reduce((a, b) => Math.min(a, b), 300)), high - 16) ;
+      const low = Math.max(Math.floor(logs.reduce((a, b) => Math.min(a, b), 300)), high - 16);
       const y = (log) => 8 + (h - 24) * (high - Math.max(log, low)) / Math.max(high - low, 1);
       const every = Math.ceil((high - low) / 4) || 1;
       context.font = "11px " + FONT;
@@ -163,8 +164,6 @@
       context.fillText("energy error over time", LEFT, h - 2);
       return sheet;
     }
-    const LEFT = 50;
-
     function drawStrip() {
       if (strip.hidden) return;
       background ??= drawBackground();
@@ -189,18 +188,19 @@
 
     function tick(now) {
       if (!playing || !visible) return;
-      time += Math.min(0.1, (now - before) / 1000) * Number(speed.value);
+      time += Math.min(Math.max((now - before) / 1000, 0), 0.1) * Number(speed.value);
       before = now;
       if (time > data.duration) time = 0;
       draw();
-      requestAnimationFrame(tick);
+      next = requestAnimationFrame(tick);
     }
 
     function run(yes) {
       playing = yes;
       play.textContent = yes ? "Pause" : "Play";
       before = performance.now();
-      if (yes) requestAnimationFrame(tick);
+      cancelAnimationFrame(next);
+      if (yes) next = requestAnimationFrame(tick);
     }
 
     function seek(to) {
