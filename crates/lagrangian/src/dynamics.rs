@@ -1,6 +1,8 @@
 //! The Euler–Lagrange equation, written once: M q̈ + c = τ − d(q, q̇).
 
-use crate::Coordinates;
+use crate::lagrangian::{Dissipation, Jet, Jets, Lagrangian};
+use crate::solve::{Regularity, SymmetricSolver};
+use crate::{Coordinates, Result};
 
 /// Anything that predicts motion: a Lagrangian with its dissipation, or a plain network.
 pub trait Model: Send + Sync {
@@ -22,4 +24,179 @@ pub trait Evaluator {
 
     /// Energy H = p·q̇ − L, J, `[m]`. `false` where the model has none.
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool;
+}
+
+/// Bias c = (∂p/∂q) q̇ − ∂L/∂q of the Euler–Lagrange equation M q̈ + c = τ − d, `[m, n]`.
+pub fn bias(jet: &Jet, bias: &mut [f64]) {
+    for (c, (drift, force)) in bias
+        .iter_mut()
+        .zip(jet.momentum_drift.iter().zip(&jet.dl_dq))
+    {
+        *c = drift - force;
+    }
+}
+
+/// Inverse dynamics τ = M q̈ + c, without dissipation; `qdd` and `tau` are `[m, n]`.
+pub fn inverse(jet: &Jet, n: usize, qdd: &[f64], tau: &mut [f64]) {
+    bias(jet, tau);
+    let states = jet.mass_matrix.chunks_exact((n * n).max(1));
+    let signals = qdd
+        .chunks_exact(n.max(1))
+        .zip(tau.chunks_exact_mut(n.max(1)));
+    for (mass, (qdd, tau)) in states.zip(signals) {
+        for (row, tau) in mass.chunks_exact(n).zip(tau) {
+            *tau += row.iter().zip(qdd).map(|(m, a)| m * a).sum::<f64>();
+        }
+    }
+}
+
+/// Forward dynamics q̈ = M⁻¹ (f − c) for the forces f = τ − d in `force` (which it overwrites with f − c);
+/// returns at how many of the `m` states M was singular.
+pub fn forward(
+    jet: &Jet,
+    solver: &mut SymmetricSolver,
+    force: &mut [f64],
+    qdd: &mut [f64],
+) -> usize {
+    let n = solver.n().max(1);
+    for (f, (drift, dl_dq)) in force
+        .iter_mut()
+        .zip(jet.momentum_drift.iter().zip(&jet.dl_dq))
+    {
+        *f += dl_dq - drift;
+    }
+    let states = jet.mass_matrix.chunks_exact(n * n);
+    let signals = force.chunks_exact(n).zip(qdd.chunks_exact_mut(n));
+    let singular = |(mass, (force, qdd)): (&[f64], (&[f64], &mut [f64]))| {
+        usize::from(solver.solve(mass, force, qdd) == Regularity::Singular)
+    };
+    states.zip(signals).map(singular).sum()
+}
+
+/// Energy H = p·q̇ − L, J, `[m]`; `qd` is `[m, n]`.
+pub fn energy(jet: &Jet, n: usize, qd: &[f64], energy: &mut [f64]) {
+    let states = jet
+        .momentum
+        .chunks_exact(n.max(1))
+        .zip(qd.chunks_exact(n.max(1)));
+    for ((h, l), (p, qd)) in energy.iter_mut().zip(&jet.lagrangian).zip(states) {
+        *h = p.iter().zip(qd).map(|(p, v)| p * v).sum::<f64>() - l;
+    }
+}
+
+/// Evaluates a Lagrangian's motion, with dissipation if there is any; allocates nothing once warm.
+pub struct EulerLagrange<'a> {
+    jets: Box<dyn Jets + 'a>,
+    dissipation: Option<&'a Dissipation>,
+    jet: Jet,
+    force: Vec<f64>,
+    solver: SymmetricSolver,
+}
+
+impl<'a> EulerLagrange<'a> {
+    /// For this Lagrangian and its dissipation, which must have coefficients for each of its coordinates.
+    #[must_use]
+    pub fn new(lagrangian: &'a dyn Lagrangian, dissipation: Option<&'a Dissipation>) -> Self {
+        Self {
+            jets: lagrangian.jets(),
+            dissipation,
+            jet: Jet::default(),
+            force: Vec::new(),
+            solver: SymmetricSolver::new(lagrangian.coordinates().dof()),
+        }
+    }
+
+    /// The derivatives of L at the states evaluated last.
+    #[must_use]
+    pub fn jet(&self) -> &Jet {
+        &self.jet
+    }
+}
+
+impl Evaluator for EulerLagrange<'_> {
+    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+        self.jets.jet(q, qd, &mut self.jet);
+        self.force.resize(qd.len(), 0.0);
+        match self.dissipation {
+            Some(dissipation) => {
+                dissipation.force(qd, &mut self.force);
+                self.force
+                    .iter_mut()
+                    .zip(tau)
+                    .for_each(|(f, tau)| *f = tau - *f);
+            }
+            None => self.force.copy_from_slice(tau),
+        }
+        forward(&self.jet, &mut self.solver, &mut self.force, qdd)
+    }
+
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
+        self.jets.jet(q, qd, &mut self.jet);
+        inverse(&self.jet, self.solver.n(), qdd, tau);
+        if let Some(dissipation) = self.dissipation {
+            self.force.resize(qd.len(), 0.0);
+            dissipation.force(qd, &mut self.force);
+            tau.iter_mut()
+                .zip(&self.force)
+                .for_each(|(tau, d)| *tau += d);
+        }
+        true
+    }
+
+    fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {
+        self.jets.jet(q, qd, &mut self.jet);
+        self::energy(&self.jet, self.solver.n(), qd, energy);
+        true
+    }
+}
+
+/// The model of a Lagrangian, with dissipation if there is any: what moves by the Euler–Lagrange equation.
+#[derive(Debug, Clone)]
+pub struct Mechanical<L> {
+    /// The Lagrangian.
+    pub lagrangian: L,
+    /// Its dissipation.
+    dissipation: Option<Dissipation>,
+}
+
+impl<L: Lagrangian> Mechanical<L> {
+    /// Without dissipation: energy is conserved where no force acts.
+    #[must_use]
+    pub fn conservative(lagrangian: L) -> Self {
+        Self {
+            lagrangian,
+            dissipation: None,
+        }
+    }
+
+    /// With dissipation.
+    ///
+    /// # Errors
+    /// As [`Dissipation::validate`].
+    pub fn dissipative(lagrangian: L, dissipation: Dissipation) -> Result<Self> {
+        dissipation.validate(lagrangian.coordinates().dof())?;
+        Ok(Self {
+            lagrangian,
+            dissipation: Some(dissipation),
+        })
+    }
+
+    /// Its dissipation, where it has any.
+    #[must_use]
+    pub fn dissipation(&self) -> Option<&Dissipation> {
+        self.dissipation.as_ref()
+    }
+}
+
+impl<L: Lagrangian> Model for Mechanical<L> {
+    fn coordinates(&self) -> &Coordinates {
+        self.lagrangian.coordinates()
+    }
+
+    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+        Box::new(EulerLagrange::new(
+            &self.lagrangian,
+            self.dissipation.as_ref(),
+        ))
+    }
 }

@@ -32,6 +32,17 @@ pub enum Error {
         remedy: String,
     },
 
+    /// Nothing has this name.
+    #[error("there is no {kind} '{name}': choose one of {known}")]
+    UnknownName {
+        /// What was looked for, e.g. `system`.
+        kind: &'static str,
+        /// The name that was given.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
+
     /// A value is NaN or infinite.
     #[error("{what} is not finite at index {index}: remove or repair that sample")]
     NotFinite {

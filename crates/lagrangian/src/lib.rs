@@ -1,10 +1,17 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
+pub mod baseline;
+pub mod chaos;
 pub mod dynamics;
 pub mod error;
+pub mod integrate;
 pub mod lagrangian;
+pub mod mlp;
 pub mod report;
+pub mod rollout;
+pub mod solve;
+pub mod train;
 pub mod trajectory;
 
 pub use error::{Error, Result};
-pub use trajectory::{Coordinate, Coordinates, Topology, Trajectory};
+pub use trajectory::{Coordinate, Coordinates, State, Topology, Trajectory};

@@ -1,5 +1,16 @@
 //! Lagrangians: analytic systems and learned ones, behind one trait.
 
+pub mod analytic;
+mod dissipation;
+mod lnn;
+mod scaled;
+
+pub use dissipation::Dissipation;
+pub(crate) use lnn::LnnShape;
+pub use lnn::{Form, Lnn, LnnConfig};
+pub(crate) use scaled::Features;
+pub use scaled::Scaling;
+
 use crate::Coordinates;
 
 /// A Lagrangian's derivatives at a batch of `m` states, as far as the Euler–Lagrange equation needs them.
@@ -43,4 +54,24 @@ pub trait Lagrangian: Send + Sync {
 pub trait Jets {
     /// Writes L and its derivatives at the `m` states (`q`, `qd` are `[m, n]`) to `jet`, which it resizes.
     fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet);
+}
+
+impl<L: Lagrangian + ?Sized> Lagrangian for &L {
+    fn coordinates(&self) -> &Coordinates {
+        (**self).coordinates()
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        (**self).jets()
+    }
+}
+
+impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
+    fn coordinates(&self) -> &Coordinates {
+        (**self).coordinates()
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        (**self).jets()
+    }
 }

@@ -1,8 +1,10 @@
 //! Motions of a system: time, coordinates, velocities and, where known, accelerations and forces.
 
 mod coordinates;
+mod state;
 
 pub use coordinates::{Coordinate, Coordinates, Topology};
+pub use state::State;
 
 use crate::{Error, Result};
 

@@ -1,0 +1,57 @@
+//! Drives the methods that have a fixed step through the sample times.
+
+use super::{Control, Ending, Failure, Sink, Solution};
+
+/// Makes one step of size h from time t: (t, h, x), in place; says why where it cannot.
+pub type Step<'a> = dyn FnMut(f64, f64, &mut [f64]) -> Result<(), Failure> + 'a;
+
+/// Solves from x₀ at `times[0]` and gives the state at every one of the `times` to `sink`.
+///
+/// Each interval between sample times is cut into equal steps of at most [`Control::step`].
+pub fn solve(
+    step: &mut Step<'_>,
+    x0: &[f64],
+    times: &[f64],
+    control: &Control,
+    sink: &mut Sink<'_>,
+) -> Solution {
+    let mut x = x0.to_vec();
+    let mut solution = Solution {
+        ending: Ending::Finished,
+        steps: 0,
+        rejected: 0,
+        evaluations: 0,
+    };
+    let Some(mut now) = times.first().copied() else {
+        return solution;
+    };
+    sink(0, &x);
+    for (k, &next) in times.iter().enumerate().skip(1) {
+        // A hair less than the quotient, so that rounding does not add a step.
+        let parts = ((next - now) / control.step * (1.0 - 1e-12))
+            .ceil()
+            .max(1.0);
+        let h = (next - now) / parts;
+        for j in 0..parts as u64 {
+            let t = now + h * j as f64;
+            if solution.steps >= control.max_steps {
+                solution.ending = Ending::StepLimit { t };
+                return solution;
+            }
+            let outcome = step(t, h, &mut x);
+            let finite = x.iter().all(|x| x.is_finite());
+            if let Err(reason) = outcome.and(if finite {
+                Ok(())
+            } else {
+                Err(Failure::NotFinite)
+            }) {
+                solution.ending = Ending::Failed { t, reason };
+                return solution;
+            }
+            solution.steps += 1;
+        }
+        now = next;
+        sink(k, &x);
+    }
+    solution
+}

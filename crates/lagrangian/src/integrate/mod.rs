@@ -1,0 +1,250 @@
+//! Integrators: one method per file, each knowing only the function that it integrates.
+//!
+//! Two roles. A first-order method solves x' = f(t, x) ([`Rk4`], [`Dopri5`], [`Dop853`]); a second-order one
+//! solves q'' = f(t, q, q') and treats positions and velocities differently ([`StormerVerlet`],
+//! [`ImplicitMidpoint`]). Those with a fixed step make one step at a time and [`fixed`] drives them; those that
+//! choose their step are an [`EmbeddedPair`] that [`adaptive`] drives. Nothing allocates per step, and every
+//! loop is bounded by [`Control::max_steps`].
+
+pub mod adaptive;
+mod dop853;
+mod dop853_coefficients;
+mod dopri5;
+pub mod fixed;
+mod implicit_midpoint;
+mod rk4;
+mod stormer_verlet;
+
+pub use adaptive::EmbeddedPair;
+pub use dop853::Dop853;
+pub use dopri5::Dopri5;
+pub use implicit_midpoint::ImplicitMidpoint;
+pub use rk4::Rk4;
+pub use stormer_verlet::StormerVerlet;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+/// The right-hand side of x' = f(t, x): (t, x, x').
+pub type FirstOrder<'a> = dyn FnMut(f64, &[f64], &mut [f64]) + 'a;
+
+/// The right-hand side of q'' = f(t, q, q'): (t, q, q', q'').
+pub type SecondOrder<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64]) + 'a;
+
+/// Receives the solution: (index of the sample time, state there).
+pub type Sink<'a> = dyn FnMut(usize, &[f64]) + 'a;
+
+/// An integration method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// See [`Rk4`].
+    Rk4,
+    /// See [`Dopri5`].
+    Dopri5,
+    /// See [`Dop853`].
+    #[default]
+    Dop853,
+    /// See [`StormerVerlet`].
+    StormerVerlet,
+    /// See [`ImplicitMidpoint`].
+    ImplicitMidpoint,
+}
+
+impl Method {
+    /// All methods with their names.
+    pub const TABLE: [(Self, &'static str); 5] = [
+        (Self::Rk4, "rk4"),
+        (Self::Dopri5, "dopri5"),
+        (Self::Dop853, "dop853"),
+        (Self::StormerVerlet, "stormer-verlet"),
+        (Self::ImplicitMidpoint, "implicit-midpoint"),
+    ];
+
+    /// Its name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let line = Self::TABLE.iter().find(|(method, _)| *method == self);
+        line.map_or("", |(_, name)| name)
+    }
+
+    /// Whether it chooses its own step.
+    #[must_use]
+    pub fn is_adaptive(self) -> bool {
+        matches!(self, Self::Dopri5 | Self::Dop853)
+    }
+
+    /// Order of convergence of the solution.
+    #[must_use]
+    pub fn order(self) -> u32 {
+        match self {
+            Self::Rk4 => 4,
+            Self::Dopri5 => 5,
+            Self::Dop853 => 8,
+            Self::StormerVerlet | Self::ImplicitMidpoint => 2,
+        }
+    }
+
+    /// Solves q'' = f(t, q, q') from the state x₀ = (q, q') at `times[0]` and gives (q, q') at every one of the
+    /// `times` (increasing) to `sink`.
+    pub fn solve(
+        self,
+        f: &mut SecondOrder<'_>,
+        x0: &[f64],
+        times: &[f64],
+        control: &Control,
+        sink: &mut Sink<'_>,
+    ) -> Solution {
+        let n = x0.len() / 2;
+        let mut first_order = |t: f64, x: &[f64], dx: &mut [f64]| {
+            let ((q, qd), (dq, dqd)) = (x.split_at(n), dx.split_at_mut(n));
+            dq.copy_from_slice(qd);
+            f(t, q, qd, dqd);
+        };
+        match self {
+            Self::Rk4 => {
+                let mut method = Rk4::new(2 * n);
+                let mut step =
+                    |t: f64, h: f64, x: &mut [f64]| method.step(&mut first_order, t, h, x);
+                fixed::solve(&mut step, x0, times, control, sink)
+            }
+            Self::Dopri5 => adaptive::solve::<Dopri5>(&mut first_order, x0, times, control, sink),
+            Self::Dop853 => adaptive::solve::<Dop853>(&mut first_order, x0, times, control, sink),
+            Self::StormerVerlet => {
+                let mut method = StormerVerlet::new(n);
+                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
+                fixed::solve(&mut step, x0, times, control, sink)
+            }
+            Self::ImplicitMidpoint => {
+                let mut method = ImplicitMidpoint::new(n);
+                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
+                fixed::solve(&mut step, x0, times, control, sink)
+            }
+        }
+    }
+}
+
+impl std::str::FromStr for Method {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        let line = Self::TABLE.iter().find(|(_, known)| *known == name);
+        line.map(|(method, _)| *method)
+            .ok_or_else(|| Error::UnknownName {
+                kind: "integration method",
+                name: name.into(),
+                known: Self::TABLE.map(|(_, name)| name).join(", "),
+            })
+    }
+}
+
+/// How exact a solution has to be and how much it may cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// Step of the methods that have a fixed one, s: the longest, since each sample time is met exactly.
+    pub step: f64,
+    /// Relative tolerance on the error of one step, for the adaptive methods.
+    pub rtol: f64,
+    /// Absolute tolerance on the error of one step, in the units of each component.
+    pub atol: f64,
+    /// Steps tried at most.
+    pub max_steps: u64,
+}
+
+impl Control {
+    /// Checks that steps and tolerances are positive and finite.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first that is not.
+    pub fn validate(&self) -> Result<()> {
+        let positive = "a finite number above 0";
+        let refuse = |name, value: f64, must| Error::Argument {
+            name,
+            value: value.to_string(),
+            must,
+        };
+        if !(self.step.is_finite() && self.step > 0.0) {
+            return Err(refuse("step", self.step, positive));
+        }
+        if !(self.rtol.is_finite() && self.rtol > 0.0) {
+            return Err(refuse("rtol", self.rtol, positive));
+        }
+        if !(self.atol.is_finite() && self.atol > 0.0) {
+            return Err(refuse("atol", self.atol, positive));
+        }
+        if self.max_steps == 0 {
+            return Err(refuse("max_steps", 0.0, "at least 1"));
+        }
+        Ok(())
+    }
+}
+
+/// How an integration ended and what it cost; the samples before its end have been given to the sink.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution {
+    /// How it ended.
+    pub ending: Ending,
+    /// Steps accepted.
+    pub steps: u64,
+    /// Steps rejected by the error estimate.
+    pub rejected: u64,
+    /// Evaluations of the right-hand side by an adaptive method; the fixed ones count nothing here.
+    pub evaluations: u64,
+}
+
+/// How an integration ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ending {
+    /// At the last sample time.
+    Finished,
+    /// The step limit was reached at time `t`.
+    StepLimit {
+        /// Time reached, s.
+        t: f64,
+    },
+    /// No finite continuation was found at time `t`.
+    Failed {
+        /// Time reached, s.
+        t: f64,
+        /// Why.
+        reason: Failure,
+    },
+}
+
+/// Why a solution could not be continued.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Failure {
+    /// The state or its derivative became NaN or infinite.
+    NotFinite,
+    /// The error estimate asked for steps below rounding: a singularity, or tolerances below rounding.
+    StepTooSmall,
+    /// The equation of an implicit step was not solved: take a smaller step.
+    NotConverged,
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "the state is no longer finite",
+            Self::StepTooSmall => {
+                "the step shrank below rounding: singular motion or tolerance too small"
+            }
+            Self::NotConverged => "the implicit step was not solved: take a smaller step",
+        })
+    }
+}
+
+/// out = x + h Σₛ wₛ kₛ, with the slopes kₛ one after another in `k`; zero weights cost nothing.
+fn combine(out: &mut [f64], x: &[f64], h: f64, weights: &[f64], k: &[f64]) {
+    out.copy_from_slice(x);
+    for (weight, slope) in weights.iter().zip(k.chunks_exact(x.len())) {
+        if *weight != 0.0 {
+            let factor = h * weight;
+            out.iter_mut()
+                .zip(slope)
+                .for_each(|(out, slope)| *out += factor * slope);
+        }
+    }
+}

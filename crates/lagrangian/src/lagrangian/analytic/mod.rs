@@ -1,0 +1,175 @@
+//! Analytic Lagrangians: one system per file, each written once over a generic scalar.
+//!
+//! Dual numbers give the derivatives exactly, so these are the truth that learned models are measured
+//! against, and the source of training data: there is no separate simulator.
+//!
+//! A new system is one file that implements [`System`] and one line in the table below.
+
+mod derivatives;
+mod parameter;
+
+use num_dual::DualNum;
+use rand::Rng;
+
+pub use derivatives::Analytic;
+pub use parameter::{Domain, Parameter};
+
+use super::Lagrangian;
+use crate::dynamics::Model;
+use crate::{Coordinates, Error, Result, State};
+
+/// A mechanical system whose Lagrangian is known in closed form.
+pub trait System: Send + Sync + Sized + 'static {
+    /// Its name on the command line and in files.
+    const NAME: &'static str;
+    /// What it is, in one line.
+    const ABOUT: &'static str;
+    /// Its parameters, in the order that [`System::new`] takes them.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The system with these values, one for each of [`System::PARAMETERS`] and within its domain.
+    fn new(values: &[f64]) -> Self;
+
+    /// Its coordinates.
+    fn coordinates(&self) -> Coordinates;
+
+    /// L(q, q̇), J, over any scalar.
+    fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D;
+
+    /// A state from the distribution that models of this system are trained on.
+    fn sample_state(&self, rng: &mut dyn Rng) -> State;
+
+    /// A state from the distribution that rollouts of this system are tested from.
+    fn sample_start(&self, rng: &mut dyn Rng) -> State {
+        self.sample_state(rng)
+    }
+}
+
+/// An analytic system behind a pointer: a model that also shows its Lagrangian and samples its states.
+pub trait AnalyticModel: Model {
+    /// Its name, as in [`systems`].
+    fn name(&self) -> &'static str;
+
+    /// Its Lagrangian.
+    fn lagrangian(&self) -> &dyn Lagrangian;
+
+    /// A state from the distribution that models of this system are trained on.
+    fn sample_state(&self, rng: &mut dyn Rng) -> State;
+
+    /// A state from the distribution that rollouts of this system are tested from.
+    fn sample_start(&self, rng: &mut dyn Rng) -> State;
+}
+
+/// A line of the table of systems.
+#[derive(Debug)]
+pub struct SystemEntry {
+    /// Its name on the command line and in files.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub about: &'static str,
+    /// Its parameters, with the values they have unless others are given.
+    pub parameters: &'static [Parameter],
+    build: fn(&[f64]) -> Box<dyn AnalyticModel>,
+}
+
+impl SystemEntry {
+    const fn of<S: System>() -> Self {
+        fn build<S: System>(values: &[f64]) -> Box<dyn AnalyticModel> {
+            Box::new(Analytic::new(S::new(values)))
+        }
+        Self {
+            name: S::NAME,
+            about: S::ABOUT,
+            parameters: S::PARAMETERS,
+            build: build::<S>,
+        }
+    }
+
+    /// The system with the parameters named here; the others have the values of the table.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a parameter that it does not have, [`Error::Argument`] for a value outside
+    /// its domain.
+    pub fn build(&self, parameters: &[(&str, f64)]) -> Result<Box<dyn AnalyticModel>> {
+        let mut values: Vec<f64> = self.parameters.iter().map(|p| p.value).collect();
+        for &(name, value) in parameters {
+            let index = self
+                .parameters
+                .iter()
+                .position(|p| p.name == name)
+                .ok_or_else(|| {
+                    unknown("parameter", name, self.parameters.iter().map(|p| p.name))
+                })?;
+            self.parameters[index].check(value)?;
+            values[index] = value;
+        }
+        Ok((self.build)(&values))
+    }
+}
+
+macro_rules! table {
+    ($($module:ident :: $system:ident),* $(,)?) => {
+        $(mod $module; pub use $module::$system;)*
+        static SYSTEMS: &[SystemEntry] = &[$(SystemEntry::of::<$system>()),*];
+    };
+}
+
+table! {
+    mass_spring::MassSpring,
+    pendulum::Pendulum,
+    double_pendulum::DoublePendulum,
+    n_link_pendulum::NLinkPendulum,
+    relativistic_particle::RelativisticParticle,
+    relativistic_particle_published::RelativisticParticlePublished,
+    charged_particle::ChargedParticle,
+    kepler::Kepler,
+    n_body::NBody,
+}
+
+/// All analytic systems.
+#[must_use]
+pub fn systems() -> &'static [SystemEntry] {
+    SYSTEMS
+}
+
+/// The system of this name, with some of its parameters set.
+///
+/// ```
+/// let pendulum = lagrangian::lagrangian::analytic::by_name("pendulum", &[("length", 2.0)])?;
+/// assert_eq!(pendulum.coordinates().dof(), 1);
+/// # Ok::<(), lagrangian::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::UnknownName`] where no system or parameter has that name, [`Error::Argument`] for a value outside
+/// its domain.
+pub fn by_name(name: &str, parameters: &[(&str, f64)]) -> Result<Box<dyn AnalyticModel>> {
+    let entry = SYSTEMS.iter().find(|entry| entry.name == name);
+    entry
+        .ok_or_else(|| unknown("system", name, SYSTEMS.iter().map(|entry| entry.name)))?
+        .build(parameters)
+}
+
+fn unknown<'a>(kind: &'static str, name: &str, known: impl Iterator<Item = &'a str>) -> Error {
+    let known = known.collect::<Vec<_>>().join(", ");
+    Error::UnknownName {
+        kind,
+        name: name.into(),
+        known,
+    }
+}
+
+/// A normal deviate of variance 1 (Box and Muller 1958).
+fn normal(rng: &mut dyn Rng) -> f64 {
+    use rand::RngExt;
+    let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
+    radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
+}
+
+/// `n` uniform deviates from `low` to `high`.
+fn uniform(rng: &mut dyn Rng, n: usize, low: f64, high: f64) -> Vec<f64> {
+    use rand::RngExt;
+    (0..n)
+        .map(|_| low + (high - low) * rng.random::<f64>())
+        .collect()
+}

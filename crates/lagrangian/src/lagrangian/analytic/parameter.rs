@@ -1,0 +1,92 @@
+//! What a system can be asked to be: names, units, defaults and domains of its parameters.
+
+use crate::{Error, Result};
+
+/// The values that a parameter may take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Domain {
+    /// Finite and > 0.
+    Positive,
+    /// Finite.
+    Finite,
+    /// A whole number from 1 to 32.
+    Count,
+    /// 2 or 3.
+    PlanarOrSpatial,
+}
+
+/// One parameter of a system.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Its name.
+    pub name: &'static str,
+    /// Its SI unit; empty for pure numbers.
+    pub unit: &'static str,
+    /// Its value unless another is given.
+    pub value: f64,
+    /// The values it may take.
+    pub domain: Domain,
+}
+
+impl Parameter {
+    pub(super) const fn positive(name: &'static str, unit: &'static str, value: f64) -> Self {
+        Self {
+            name,
+            unit,
+            value,
+            domain: Domain::Positive,
+        }
+    }
+
+    pub(super) const fn finite(name: &'static str, unit: &'static str, value: f64) -> Self {
+        Self {
+            name,
+            unit,
+            value,
+            domain: Domain::Finite,
+        }
+    }
+
+    pub(super) const fn count(name: &'static str, value: f64) -> Self {
+        Self {
+            name,
+            unit: "",
+            value,
+            domain: Domain::Count,
+        }
+    }
+
+    pub(super) const fn planar_or_spatial(name: &'static str) -> Self {
+        Self {
+            name,
+            unit: "",
+            value: 2.0,
+            domain: Domain::PlanarOrSpatial,
+        }
+    }
+
+    /// Checks that a value is in the domain.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] where it is not.
+    pub fn check(&self, value: f64) -> Result<()> {
+        let whole = value.fract() == 0.0;
+        let (fits, must) = match self.domain {
+            Domain::Positive => (value.is_finite() && value > 0.0, "a finite number above 0"),
+            Domain::Finite => (value.is_finite(), "a finite number"),
+            Domain::Count => (
+                whole && (1.0..=32.0).contains(&value),
+                "a whole number from 1 to 32",
+            ),
+            Domain::PlanarOrSpatial => (whole && (2.0..=3.0).contains(&value), "2 or 3"),
+        };
+        if fits {
+            return Ok(());
+        }
+        Err(Error::Argument {
+            name: self.name,
+            value: value.to_string(),
+            must,
+        })
+    }
+}

@@ -1,0 +1,351 @@
+//! Rolling a model out: from an initial state to a predicted trajectory, and how it ended.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::dynamics::{Evaluator, Model};
+use crate::integrate::{Control, Ending, Failure, Method};
+use crate::{Coordinates, Error, Result, State, Trajectory};
+
+/// Generalised forces as a function: (t, q, q̇, τ), which writes τ.
+pub type Force<'a> = dyn Fn(f64, &[f64], &[f64], &mut [f64]) + Sync + 'a;
+
+/// No forces: the motion is free.
+pub fn free(_t: f64, _q: &[f64], _qd: &[f64], tau: &mut [f64]) {
+    tau.fill(0.0);
+}
+
+/// How a rollout is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RolloutOptions {
+    /// The integrator.
+    pub method: Method,
+    /// Longest step of the methods with a fixed one, s.
+    pub step: f64,
+    /// Relative tolerance of the adaptive methods, per step.
+    pub rtol: f64,
+    /// Absolute tolerance of the adaptive methods, per step, in the units of q and q̇.
+    pub atol: f64,
+    /// Steps tried at most: no rollout can hang.
+    pub max_steps: u64,
+}
+
+impl Default for RolloutOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::Dop853,
+            step: 0.01,
+            rtol: 1e-10,
+            atol: 1e-10,
+            max_steps: 1_000_000,
+        }
+    }
+}
+
+impl RolloutOptions {
+    /// Near the limit of f64: for the truth that others are measured against.
+    #[must_use]
+    pub fn truth() -> Self {
+        Self {
+            rtol: 1e-13,
+            atol: 1e-13,
+            ..Self::default()
+        }
+    }
+
+    /// As the integrators take it.
+    #[must_use]
+    pub fn control(&self) -> Control {
+        Control {
+            step: self.step,
+            rtol: self.rtol,
+            atol: self.atol,
+            max_steps: self.max_steps,
+        }
+    }
+}
+
+/// How a rollout ended.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Outcome {
+    /// At the last of its times.
+    Finished,
+    /// No finite continuation was found.
+    Diverged {
+        /// Time reached, s.
+        t: f64,
+        /// Why.
+        reason: Failure,
+    },
+    /// The step limit was reached.
+    StepLimit {
+        /// Time reached, s.
+        t: f64,
+    },
+}
+
+impl Outcome {
+    /// Whether it reached the last of its times.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        *self == Self::Finished
+    }
+}
+
+/// A predicted trajectory, how it ended and what it cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rollout {
+    /// The part that was computed: as many of the times as were reached, with q̈, and τ unless it is zero.
+    pub trajectory: Trajectory,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Steps accepted.
+    pub steps: u64,
+    /// Steps rejected by the error estimate.
+    pub rejected: u64,
+    /// Evaluations of the forward dynamics.
+    pub evaluations: u64,
+    /// Those at which the mass matrix was singular.
+    pub singular: u64,
+}
+
+/// Rolls `model` out from (q₀, q̇₀) at `times[0]` under the forces `tau`, sampled at `times`.
+///
+/// ```
+/// use lagrangian::lagrangian::analytic::by_name;
+/// use lagrangian::rollout::{RolloutOptions, free, rollout, times};
+///
+/// let pendulum = by_name("pendulum", &[])?;
+/// let rollout = rollout(&*pendulum, &[1.0], &[0.0], &times(10.0, 0.1)?, &free, &RolloutOptions::default())?;
+/// assert!(rollout.outcome.is_finished());
+/// assert_eq!(rollout.trajectory.len(), 101);
+/// # Ok::<(), lagrangian::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Shape`] for an initial state of another number of degrees of freedom, [`Error::NotFinite`] for one
+/// that is not finite, [`Error::Argument`] for times that do not increase and for options outside their domain.
+/// A rollout that diverges is not an error but an [`Outcome`].
+pub fn rollout(
+    model: &dyn Model,
+    q0: &[f64],
+    qd0: &[f64],
+    times: &[f64],
+    tau: &Force<'_>,
+    options: &RolloutOptions,
+) -> Result<Rollout> {
+    check(model, q0, qd0, times, options)?;
+    let n = q0.len();
+    let mut evaluator = model.evaluator();
+    let mut force = vec![0.0; n];
+    let (mut evaluations, mut singular) = (0, 0);
+    let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
+        tau(t, q, qd, &mut force);
+        singular += evaluator.forward_dynamics(q, qd, &force, qdd) as u64;
+        evaluations += 1;
+    };
+    let mut trajectory = empty(times.len(), n);
+    let mut sample = |k: usize, x: &[f64]| {
+        trajectory.t.push(times[k]);
+        trajectory.q.extend_from_slice(&x[..n]);
+        trajectory.qd.extend_from_slice(&x[n..]);
+    };
+    let x0 = [q0, qd0].concat();
+    let control = options.control();
+    let solution = options
+        .method
+        .solve(&mut acceleration, &x0, times, &control, &mut sample);
+    complete(&mut trajectory, &mut *evaluator, tau);
+    let outcome = match solution.ending {
+        Ending::Finished => Outcome::Finished,
+        Ending::StepLimit { t } => Outcome::StepLimit { t },
+        Ending::Failed { t, reason } => Outcome::Diverged { t, reason },
+    };
+    let (steps, rejected) = (solution.steps, solution.rejected);
+    Ok(Rollout {
+        trajectory,
+        outcome,
+        steps,
+        rejected,
+        evaluations,
+        singular,
+    })
+}
+
+/// Rolls `model` out from each of the states, on all threads; the same bits whatever their number.
+///
+/// # Errors
+/// As [`rollout`], for the first state that has one.
+pub fn rollout_many(
+    model: &dyn Model,
+    starts: &[State],
+    times: &[f64],
+    tau: &Force<'_>,
+    options: &RolloutOptions,
+) -> Result<Vec<Rollout>> {
+    let one = |start: &State| rollout(model, &start.q, &start.qd, times, tau, options);
+    starts.par_iter().map(one).collect()
+}
+
+/// The times 0, `step`, 2 `step`, … up to `duration` (and that itself, if it is a multiple), s.
+///
+/// # Errors
+/// [`Error::Argument`] where `duration` is negative, `step` is not positive, or either is not finite, and for
+/// more than 10⁸ times.
+pub fn times(duration: f64, step: f64) -> Result<Vec<f64>> {
+    if !(step.is_finite() && step > 0.0) {
+        let must = "a finite number of seconds above 0";
+        return Err(Error::Argument {
+            name: "sample interval",
+            value: step.to_string(),
+            must,
+        });
+    }
+    let count = (duration / step * (1.0 + 1e-12) + 1e-9).floor();
+    if !(duration.is_finite() && (0.0..1e8).contains(&count)) {
+        let must = "not negative, finite and at most 10⁸ sample intervals";
+        return Err(Error::Argument {
+            name: "duration",
+            value: duration.to_string(),
+            must,
+        });
+    }
+    Ok((0..=count as usize).map(|k| k as f64 * step).collect())
+}
+
+/// How the forces between two samples of a recorded trajectory are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Hold {
+    /// As at the sample before: a digital controller's.
+    #[default]
+    Previous,
+    /// On the straight line between the two.
+    Linear,
+}
+
+/// The forces of a recorded trajectory as a function of time; before its begin and after its end, the first
+/// and the last of them. Zero where it has none.
+///
+/// # Errors
+/// As [`Trajectory::validate`]; [`Error::Shape`] where the trajectory has another number of degrees of freedom
+/// than `coordinates`.
+pub fn recorded<'a>(
+    trajectory: &'a Trajectory,
+    coordinates: &Coordinates,
+    hold: Hold,
+) -> Result<impl Fn(f64, &[f64], &[f64], &mut [f64]) + Sync + 'a> {
+    trajectory.validate()?;
+    let n = coordinates.dof();
+    if trajectory.dof() != n {
+        return Err(Error::Shape {
+            what: "a state of the trajectory with the forces".into(),
+            found: trajectory.dof(),
+            expected: n,
+            remedy: "take the forces from a trajectory of the same system".into(),
+        });
+    }
+    Ok(move |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| {
+        let (Some(recorded), false) = (&trajectory.tau, trajectory.is_empty()) else {
+            return tau.fill(0.0);
+        };
+        let last = trajectory.len() - 1;
+        let k = trajectory.t.partition_point(|&s| s <= t).saturating_sub(1);
+        tau.iter_mut()
+            .zip(&recorded[k * n..(k + 1) * n])
+            .for_each(|(tau, held)| *tau = *held);
+        if hold == Hold::Linear && k < last {
+            let (begin, end) = (trajectory.t[k], trajectory.t[k + 1]);
+            let share = ((t - begin) / (end - begin)).clamp(0.0, 1.0);
+            let next = &recorded[(k + 1) * n..(k + 2) * n];
+            tau.iter_mut()
+                .zip(next)
+                .for_each(|(tau, next)| *tau += share * (next - *tau));
+        }
+    })
+}
+
+fn check(
+    model: &dyn Model,
+    q0: &[f64],
+    qd0: &[f64],
+    times: &[f64],
+    options: &RolloutOptions,
+) -> Result<()> {
+    options.control().validate()?;
+    let n = model.coordinates().dof();
+    for (what, x) in [("initial q", q0), ("initial qd", qd0)] {
+        if x.len() != n || n == 0 {
+            return Err(Error::Shape {
+                what: what.into(),
+                found: x.len(),
+                expected: n.max(1),
+                remedy: "give one value per coordinate of the model".into(),
+            });
+        }
+        if let Some(index) = x.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite {
+                what: what.into(),
+                index,
+            });
+        }
+    }
+    if let Some(index) = times.iter().position(|t| !t.is_finite()) {
+        return Err(Error::NotFinite {
+            what: "times".into(),
+            index,
+        });
+    }
+    let must = "at least one time, strictly increasing";
+    if times.is_empty() {
+        return Err(Error::Argument {
+            name: "times",
+            value: "empty".into(),
+            must,
+        });
+    }
+    if let Some(k) = times.windows(2).position(|w| w[1] <= w[0]) {
+        let value = format!("{} after {}", times[k + 1], times[k]);
+        return Err(Error::Argument {
+            name: "times",
+            value,
+            must,
+        });
+    }
+    Ok(())
+}
+
+fn empty(len: usize, n: usize) -> Trajectory {
+    Trajectory {
+        name: "rollout".into(),
+        t: Vec::with_capacity(len),
+        q: Vec::with_capacity(len * n),
+        qd: Vec::with_capacity(len * n),
+        qdd: None,
+        tau: None,
+    }
+}
+
+/// Adds q̈ (where finite) and τ (where there is any) to a trajectory.
+fn complete(trajectory: &mut Trajectory, evaluator: &mut dyn Evaluator, tau: &Force<'_>) {
+    let n = trajectory.dof();
+    let mut forces = vec![0.0; trajectory.q.len()];
+    let states = trajectory
+        .q
+        .chunks_exact(n)
+        .zip(trajectory.qd.chunks_exact(n));
+    for ((t, (q, qd)), force) in trajectory
+        .t
+        .iter()
+        .zip(states)
+        .zip(forces.chunks_exact_mut(n))
+    {
+        tau(*t, q, qd, force);
+    }
+    let mut qdd = vec![0.0; trajectory.q.len()];
+    let _ = evaluator.forward_dynamics(&trajectory.q, &trajectory.qd, &forces, &mut qdd);
+    trajectory.qdd = Some(qdd).filter(|qdd| qdd.iter().all(|a| a.is_finite()));
+    trajectory.tau = Some(forces).filter(|forces| forces.iter().any(|f| *f != 0.0));
+}
