@@ -154,14 +154,7 @@ pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -
 /// Predicted over true values of one quantity, with the diagonal on which a perfect model lies.
 #[must_use]
 pub fn parity(quantity: &str, unit: &str, models: &[Pairs]) -> Figure {
-    let truths = models
-        .iter()
-        .flat_map(|model| model.truth)
-        .copied()
-        .filter(|x| x.is_finite());
-    let (low, high) = truths.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    });
+    let (low, high) = span(models.iter().flat_map(|model| model.truth));
     let dots = models.iter().map(|model| {
         let len = model.truth.len().min(model.predicted.len());
         Series::points(
@@ -283,18 +276,27 @@ fn column(motion: &Motion, signal: &[f64], i: usize) -> Vec<f64> {
     (0..motion.trajectory.len()).map(value).collect()
 }
 
-/// The range of the true series with a margin, if there is a true series and it spans anything.
+/// The range of all series, as far as it stays near the true one; `None` where no truth spans anything.
 fn range_of_truth(series: &[Series]) -> Option<(f64, f64)> {
-    let truth = series
-        .iter()
-        .filter(|one| one.role == Role::Truth)
-        .flat_map(|one| &one.y);
-    let finite = truth.copied().filter(|y| y.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-        (low.min(y), high.max(y))
-    });
-    let margin = 0.15 * (high - low);
-    (high > low).then_some((low - margin, high + margin))
+    let truth = series.iter().filter(|one| one.role == Role::Truth);
+    let (low, high) = span(truth.flat_map(|one| &one.y));
+    let all = span(series.iter().flat_map(|one| &one.y));
+    let near = 0.5 * (high - low);
+    let margin = 0.06 * (high - low);
+    let range = (
+        all.0.max(low - near) - margin,
+        all.1.min(high + near) + margin,
+    );
+    (high > low).then_some(range)
+}
+
+/// The lowest and the highest finite value; an empty range where there is none.
+fn span<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
+    let finite = values.filter(|value| value.is_finite());
+    let start = (f64::INFINITY, f64::NEG_INFINITY);
+    finite.fold(start, |(low, high), value| {
+        (low.min(*value), high.max(*value))
+    })
 }
 
 /// Angles in (−π, π], with a gap wherever the next sample is on another turn.
