@@ -2,6 +2,7 @@
 
 pub mod baseline;
 pub mod chaos;
+pub mod dataset;
 pub mod dynamics;
 pub mod error;
 pub mod integrate;
