@@ -9,6 +9,7 @@ pub mod error;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;
+pub mod report;
 pub mod rollout;
 pub mod saved;
 pub mod score;
