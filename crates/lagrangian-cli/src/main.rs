@@ -17,6 +17,7 @@ mod motion;
 mod output;
 mod progress;
 mod run_folder;
+mod run_page;
 mod tensorboard;
 mod values;
 mod watch;

@@ -13,14 +13,15 @@ use lagrangian::trajectory::{Estimate, EstimateOptions};
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
 
-use super::Manner;
+use super::{Manner, report};
 use crate::data;
+use crate::draw;
 use crate::failure::{Advise, mistake};
 use crate::fit_args::FitArgs;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
-use crate::run_folder::{CHECKPOINT, DataFile, MODEL, Occupied, RunFolder, RunRecord, command_line};
+use crate::run_folder::{CHECKPOINT, DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line};
 use crate::watch::Watch;
 
 /// Exit code of a fit that Ctrl-C ended; its best model is kept.
@@ -43,12 +44,15 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
         ..Provenance::of_seed(args.training.seed)
     };
     folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
+    let page = draw::html(&report::of_run(&folder)?);
+    folder.write(REPORT, page.as_bytes())?;
     let model = folder.file(MODEL);
     if manner.json {
         output::print_json(&json!({
             "command": "fit",
             "out": args.out,
             "model": model,
+            "report": folder.file(REPORT),
             "family": fit.model.family(),
             "ending": fit.ending,
             "steps": fit.steps,
@@ -61,6 +65,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
         }))?;
     } else {
         eprintln!("model: {} (loss {:.3e} at step {})", model.display(), fit.best, fit.best_step);
+        eprintln!("page:  {}", folder.file(REPORT).display());
     }
     Ok(match fit.ending {
         Ending::Interrupted => ExitCode::from(INTERRUPTED),
@@ -76,10 +81,20 @@ fn occupied(args: &FitArgs) -> Occupied {
     }
 }
 
+/// The motions that a run is judged by, read again from the files that it names.
+pub(super) fn judged(record: &RunRecord) -> Result<Vec<Trajectory>> {
+    let data = read(&settings(record)?)?;
+    Ok(if data.validation.is_empty() { data.train } else { data.validation })
+}
+
+fn settings(record: &RunRecord) -> Result<FitArgs> {
+    let settings = record.settings.clone().try_into();
+    settings.advise("cannot read the settings of the run", "run.toml was changed by hand: repeat the fit")
+}
+
 /// The settings of the interrupted run, and the state to go on from if it came so far.
 fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<(FitArgs, Option<Checkpoint>)> {
-    let settings = folder.record()?.settings;
-    let mut args: FitArgs = settings.try_into().advise("cannot resume", "run.toml was changed by hand: repeat the fit")?;
+    let mut args = settings(&folder.record()?)?;
     args.out.clone_from(&given.out);
     let path = folder.file(CHECKPOINT);
     if !path.is_file() {
