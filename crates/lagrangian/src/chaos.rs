@@ -45,7 +45,8 @@ pub fn valid_prediction_time(
     comparable(truth, prediction, coordinates)?;
     let error = NormalisedError::new(truth, coordinates);
     let since = |k: usize| truth.t[k] - truth.t[0];
-    let bad = (0..prediction.len()).find(|&k| !(error.at(truth, prediction, k) <= threshold));
+    let invalid = |&k: &usize| error.at(truth, prediction, k) > threshold;
+    let bad = (0..prediction.len()).find(invalid);
     Ok(match bad {
         Some(k) => ValidTime {
             seconds: since(k),

@@ -236,7 +236,7 @@ pub fn recorded<'a>(
     trajectory: &'a Trajectory,
     coordinates: &Coordinates,
     hold: Hold,
-) -> Result<impl Fn(f64, &[f64], &[f64], &mut [f64]) + Sync + 'a> {
+) -> Result<Box<Force<'a>>> {
     trajectory.validate()?;
     let n = coordinates.dof();
     if trajectory.dof() != n {
@@ -247,24 +247,26 @@ pub fn recorded<'a>(
             remedy: "take the forces from a trajectory of the same system".into(),
         });
     }
-    Ok(move |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| {
-        let (Some(recorded), false) = (&trajectory.tau, trajectory.is_empty()) else {
-            return tau.fill(0.0);
-        };
-        let last = trajectory.len() - 1;
-        let k = trajectory.t.partition_point(|&s| s <= t).saturating_sub(1);
-        tau.iter_mut()
-            .zip(&recorded[k * n..(k + 1) * n])
-            .for_each(|(tau, held)| *tau = *held);
-        if hold == Hold::Linear && k < last {
-            let (begin, end) = (trajectory.t[k], trajectory.t[k + 1]);
-            let share = ((t - begin) / (end - begin)).clamp(0.0, 1.0);
-            let next = &recorded[(k + 1) * n..(k + 2) * n];
+    Ok(Box::new(
+        move |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| {
+            let (Some(recorded), false) = (&trajectory.tau, trajectory.is_empty()) else {
+                return tau.fill(0.0);
+            };
+            let last = trajectory.len() - 1;
+            let k = trajectory.t.partition_point(|&s| s <= t).saturating_sub(1);
             tau.iter_mut()
-                .zip(next)
-                .for_each(|(tau, next)| *tau += share * (next - *tau));
-        }
-    })
+                .zip(&recorded[k * n..(k + 1) * n])
+                .for_each(|(tau, held)| *tau = *held);
+            if hold == Hold::Linear && k < last {
+                let (begin, end) = (trajectory.t[k], trajectory.t[k + 1]);
+                let share = ((t - begin) / (end - begin)).clamp(0.0, 1.0);
+                let next = &recorded[(k + 1) * n..(k + 2) * n];
+                tau.iter_mut()
+                    .zip(next)
+                    .for_each(|(tau, next)| *tau += share * (next - *tau));
+            }
+        },
+    ))
 }
 
 fn check(

@@ -119,8 +119,8 @@ fn drive<P: EmbeddedPair>(
         let step = (t, if last { end - t } else { h });
         let error = pair.attempt(f, step, &x, &mut x_new, control);
         let factor = step_factor(&P::CONTROLLER, error, last_error);
-        // Also rejects the NaN of a step that left the domain of f.
-        if !(error <= 1.0) {
+        // NaN: the step left the domain of f.
+        if error > 1.0 || error.is_nan() {
             solution.rejected += 1;
             h = step.1 * factor.min(1.0);
             last_rejected = true;
