@@ -1,12 +1,15 @@
 //! Learns the mechanics of a physical system from its trajectories.
 
+pub mod baseline;
 pub mod chaos;
 pub mod dynamics;
 pub mod error;
 pub mod integrate;
 pub mod lagrangian;
+pub mod mlp;
 pub mod rollout;
 pub mod solve;
+pub mod train;
 pub mod trajectory;
 
 pub use error::{Error, Result};

@@ -2,8 +2,14 @@
 
 pub mod analytic;
 mod dissipation;
+mod lnn;
+mod scaled;
 
 pub use dissipation::Dissipation;
+pub(crate) use lnn::LnnShape;
+pub use lnn::{Form, Lnn, LnnConfig};
+pub(crate) use scaled::Features;
+pub use scaled::Scaling;
 
 use crate::Coordinates;
 

@@ -1,0 +1,286 @@
+//! The fair opponent: a plain network (q, q̇, τ) → q̈ with the same inputs, size and optimiser.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::dynamics::{Evaluator, Model};
+use crate::lagrangian::{Features, Scaling};
+use crate::mlp::simd::Real;
+use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
+use crate::{Coordinates, Error, Result};
+
+/// The shape of a plain network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MlpConfig {
+    /// Units of a hidden layer.
+    pub width: usize,
+    /// Hidden layers.
+    pub layers: usize,
+    /// Nonlinearity.
+    pub activation: Activation,
+    /// Whether it reads the forces τ.
+    pub forced: bool,
+}
+
+impl Default for MlpConfig {
+    fn default() -> Self {
+        Self {
+            width: 64,
+            layers: 2,
+            activation: Activation::default(),
+            forced: false,
+        }
+    }
+}
+
+/// A plain network q̈ = a ∘ N(x(q), q̇ / s, τ / f). It conserves nothing and has no energy.
+#[derive(Debug, Clone)]
+pub struct Mlp {
+    pub(crate) shape: MlpShape,
+    parameters: Vec<f64>,
+    packed: Packed<f64>,
+}
+
+/// All of an [`Mlp`] but its weights.
+#[derive(Debug, Clone)]
+pub(crate) struct MlpShape {
+    pub(crate) coordinates: Coordinates,
+    pub(crate) config: MlpConfig,
+    pub(crate) scaling: Scaling,
+    /// a, `[n]`.
+    pub(crate) qdd_scale: Vec<f64>,
+    /// f, `[n]`.
+    pub(crate) tau_scale: Vec<f64>,
+    pub(crate) net: Net,
+}
+
+impl Mlp {
+    /// A network with random weights; `qdd_scale` and `tau_scale` are `[n]`, positive.
+    ///
+    /// # Errors
+    /// As [`crate::lagrangian::LnnConfig::validate`] and [`Scaling::validate`].
+    pub fn random(
+        coordinates: Coordinates,
+        config: MlpConfig,
+        scaling: Scaling,
+        scales: (Vec<f64>, Vec<f64>),
+        seed: u64,
+    ) -> Result<Self> {
+        let shape = MlpShape::new(coordinates, config, scaling, scales)?;
+        let parameters = shape.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed));
+        Self::assemble(shape, parameters)
+    }
+
+    /// A network with given weights, in the order of [`Mlp::parameters`].
+    ///
+    /// # Errors
+    /// As [`Mlp::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`] for NaN among them.
+    pub fn with_parameters(
+        coordinates: Coordinates,
+        config: MlpConfig,
+        scaling: Scaling,
+        scales: (Vec<f64>, Vec<f64>),
+        parameters: Vec<f64>,
+    ) -> Result<Self> {
+        Self::assemble(
+            MlpShape::new(coordinates, config, scaling, scales)?,
+            parameters,
+        )
+    }
+
+    pub(crate) fn assemble(shape: MlpShape, parameters: Vec<f64>) -> Result<Self> {
+        if parameters.len() != shape.net.parameters {
+            return Err(Error::Shape {
+                what: "parameters".into(),
+                found: parameters.len(),
+                expected: shape.net.parameters,
+                remedy: "use the configuration that the weights were made for".into(),
+            });
+        }
+        if let Some(index) = parameters.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite {
+                what: "parameters".into(),
+                index,
+            });
+        }
+        let mut packed = Packed::new(&shape.net);
+        packed.set(&shape.net, &parameters);
+        Ok(Self {
+            shape,
+            parameters,
+            packed,
+        })
+    }
+
+    /// All weights, layer by layer: matrices row-major `[width, inputs]`, then biases.
+    #[must_use]
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// Its configuration.
+    #[must_use]
+    pub fn config(&self) -> &MlpConfig {
+        &self.shape.config
+    }
+
+    /// Scales of its inputs.
+    #[must_use]
+    pub fn scaling(&self) -> &Scaling {
+        &self.shape.scaling
+    }
+
+    /// Scales of its accelerations and forces, `[n]` each.
+    #[must_use]
+    pub fn scales(&self) -> (&[f64], &[f64]) {
+        (&self.shape.qdd_scale, &self.shape.tau_scale)
+    }
+}
+
+impl MlpShape {
+    pub(crate) fn new(
+        coordinates: Coordinates,
+        config: MlpConfig,
+        scaling: Scaling,
+        (qdd_scale, tau_scale): (Vec<f64>, Vec<f64>),
+    ) -> Result<Self> {
+        let n = coordinates.dof();
+        crate::lagrangian::LnnConfig {
+            width: config.width,
+            layers: config.layers,
+            ..Default::default()
+        }
+        .validate()?;
+        scaling.validate(n)?;
+        // The same rule as for the other scales.
+        let outputs = Scaling {
+            q_center: vec![0.0; n],
+            q_scale: qdd_scale.clone(),
+            qd_scale: tau_scale.clone(),
+            energy: 1.0,
+        };
+        outputs.validate(n)?;
+        if n == 0 {
+            return Err(Error::Argument {
+                name: "coordinates",
+                value: "none".into(),
+                must: "at least one",
+            });
+        }
+        let inputs = Scaling::features(&coordinates) + n + if config.forced { n } else { 0 };
+        let mut build = Build::new(inputs, 0);
+        let mut source = Source::Features;
+        for _ in 0..config.layers {
+            source = Source::Layer(build.dense(
+                config.width,
+                &[(source, false)],
+                true,
+                Some(config.activation),
+            ));
+        }
+        build.dense(n, &[(source, false)], true, None);
+        Ok(Self {
+            coordinates,
+            config,
+            scaling,
+            qdd_scale,
+            tau_scale,
+            net: build.finish(),
+        })
+    }
+
+    pub(crate) fn dof(&self) -> usize {
+        self.coordinates.dof()
+    }
+
+    /// Writes a state as the value of sample `s`.
+    pub(crate) fn write<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        s: usize,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+    ) {
+        let mut at = 0;
+        let mut set = |x: f64| {
+            pass.set_feature(0, s, at, T::of(x));
+            at += 1;
+        };
+        for (i, &q) in q.iter().enumerate() {
+            let features = Features::new(&self.coordinates, &self.scaling, i, q);
+            features.values[..features.count]
+                .iter()
+                .for_each(|&x| set(x));
+        }
+        qd.iter()
+            .zip(&self.scaling.qd_scale)
+            .for_each(|(v, s)| set(v / s));
+        if self.config.forced {
+            tau.iter()
+                .zip(&self.tau_scale)
+                .for_each(|(f, s)| set(f / s));
+        }
+    }
+}
+
+impl Model for Mlp {
+    fn coordinates(&self) -> &Coordinates {
+        &self.shape.coordinates
+    }
+
+    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+        Box::new(MlpEvaluator {
+            mlp: self,
+            pass: None,
+        })
+    }
+}
+
+const BLOCK: usize = 16;
+
+struct MlpEvaluator<'a> {
+    mlp: &'a Mlp,
+    pass: Option<Pass<f64>>,
+}
+
+impl Evaluator for MlpEvaluator<'_> {
+    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+        let shape = &self.mlp.shape;
+        let n = shape.dof();
+        let m = q.len() / n;
+        let samples = if m == 1 { 1 } else { BLOCK };
+        if self.pass.as_ref().is_none_or(|p| p.samples() != samples) {
+            self.pass = Some(Pass::new(&shape.net, samples, 0));
+        }
+        let Some(pass) = &mut self.pass else { return 0 };
+        for start in (0..m).step_by(samples) {
+            let count = samples.min(m - start);
+            for s in 0..samples {
+                let row = (start + if s < count { s } else { 0 }) * n;
+                shape.write(
+                    pass,
+                    s,
+                    &q[row..row + n],
+                    &qd[row..row + n],
+                    &tau[row..row + n],
+                );
+            }
+            pass.forward(&shape.net, &self.mlp.packed, None);
+            for (at, qdd) in qdd[start * n..(start + count) * n].iter_mut().enumerate() {
+                *qdd = shape.qdd_scale[at % n] * pass.output(0, at / n, at % n);
+            }
+        }
+        0
+    }
+
+    fn inverse_dynamics(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
+        false
+    }
+
+    fn energy(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
+        false
+    }
+}

@@ -1,0 +1,453 @@
+//! Lagrangian neural networks: any L(q, q̇), free or convex in q̇.
+
+use num_dual::DualNum;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::scaled::{Features, Scaling};
+use super::{Jet, Jets, Lagrangian};
+use crate::mlp::simd::Real;
+use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
+use crate::{Coordinates, Error, Result};
+
+/// What kind of function of the velocity the network may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Form {
+    /// Any function (Cranmer et al. 2020).
+    #[default]
+    Free,
+    /// Convex in q̇, so that M ≻ 0 and the Legendre transform exists: a partially input-convex network
+    /// (Amos, Xu, Kolter 2017, arXiv 1609.07152) plus A(q)·q̇ − V(q).
+    Convex,
+}
+
+/// The shape of a Lagrangian network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LnnConfig {
+    /// Free, or convex in q̇.
+    pub form: Form,
+    /// Units of a hidden layer (a multiple of 16 in the convex form).
+    pub width: usize,
+    /// Hidden layers.
+    pub layers: usize,
+    /// Nonlinearity. In the convex form, that of the part that sees q; the part that sees q̇ uses softplus.
+    pub activation: Activation,
+    /// κ of the term ½ κ ‖q̇ / s‖² that every network starts from.
+    pub kinetic: f64,
+}
+
+impl Default for LnnConfig {
+    fn default() -> Self {
+        Self {
+            form: Form::default(),
+            width: 64,
+            layers: 2,
+            activation: Activation::default(),
+            kinetic: 1.0,
+        }
+    }
+}
+
+/// Largest width and depth that are accepted: a file or a flag cannot ask for more memory than this means.
+const MAX_WIDTH: usize = 4096;
+const MAX_LAYERS: usize = 16;
+
+impl LnnConfig {
+    /// Checks width, depth and κ.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first that is outside its domain.
+    pub fn validate(&self) -> Result<()> {
+        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
+        if !(1..=MAX_WIDTH).contains(&self.width) {
+            return argument("width", self.width.to_string(), "between 1 and 4096");
+        }
+        if !(1..=MAX_LAYERS).contains(&self.layers) {
+            return argument("layers", self.layers.to_string(), "between 1 and 16");
+        }
+        if self.form == Form::Convex && !self.width.is_multiple_of(16) {
+            return argument(
+                "width",
+                self.width.to_string(),
+                "a multiple of 16 in the convex form",
+            );
+        }
+        if !(self.kinetic.is_finite() && self.kinetic >= 0.0) {
+            return argument(
+                "kinetic",
+                self.kinetic.to_string(),
+                "finite and not negative",
+            );
+        }
+        Ok(())
+    }
+
+    /// The layers for these coordinates.
+    pub(crate) fn net(&self, coordinates: &Coordinates) -> Net {
+        match self.form {
+            Form::Free => self.free(coordinates),
+            Form::Convex => self.convex(coordinates),
+        }
+    }
+
+    fn free(&self, coordinates: &Coordinates) -> Net {
+        let mut build = Build::new(Scaling::features(coordinates) + coordinates.dof(), 0);
+        let mut source = Source::Features;
+        for _ in 0..self.layers {
+            source = Source::Layer(build.dense(
+                self.width,
+                &[(source, false)],
+                true,
+                Some(self.activation),
+            ));
+        }
+        build.dense(1, &[(source, false)], false, None);
+        build.finish()
+    }
+
+    /// A trunk of q alone gates three kinds of units: quadratic and softplus ones, which only non-negative
+    /// weights read (their sum is convex in q̇), and linear ones (A(q)·q̇). The trunk adds −V(q).
+    fn convex(&self, coordinates: &Coordinates) -> Net {
+        let mut build = Build::new(Scaling::features(coordinates), coordinates.dof());
+        let mut trunk = build.dense(
+            self.width,
+            &[(Source::Features, false)],
+            true,
+            Some(self.activation),
+        );
+        for _ in 1..self.layers {
+            trunk = build.dense(
+                self.width,
+                &[(Source::Layer(trunk), false)],
+                true,
+                Some(self.activation),
+            );
+        }
+        let quadratic = build.gate(16, trunk, Some(Activation::Square));
+        let bent = build.gate(
+            self.width.next_multiple_of(16) / 2 / 16 * 16 + 16,
+            trunk,
+            Some(Activation::Softplus),
+        );
+        let linear = build.gate(16, trunk, None);
+        let convex = [(Source::Layer(bent), true), (Source::Layer(trunk), false)];
+        let second = build.dense(self.width, &convex, true, Some(Activation::Softplus));
+        let output = [
+            (Source::Layer(quadratic), true),
+            (Source::Layer(bent), true),
+            (Source::Layer(second), true),
+            (Source::Layer(linear), false),
+            (Source::Layer(trunk), false),
+        ];
+        build.dense(1, &output, false, None);
+        build.finish()
+    }
+}
+
+/// A Lagrangian network: L(q, q̇) = E [ N(x(q), q̇ / s) + ½ κ ‖q̇ / s‖² ] (theory.md, section 9).
+///
+/// Angles enter as cos and sin. The network is in double precision.
+#[derive(Debug, Clone)]
+pub struct Lnn {
+    pub(crate) shape: LnnShape,
+    parameters: Vec<f64>,
+    packed: Packed<f64>,
+}
+
+/// All of an [`Lnn`] but its weights.
+#[derive(Debug, Clone)]
+pub(crate) struct LnnShape {
+    pub(crate) coordinates: Coordinates,
+    pub(crate) config: LnnConfig,
+    pub(crate) scaling: Scaling,
+    pub(crate) net: Net,
+}
+
+impl Lnn {
+    /// A network with random weights.
+    ///
+    /// # Errors
+    /// As [`LnnConfig::validate`] and [`Scaling::validate`]; [`Error::Argument`] without coordinates.
+    pub fn random(
+        coordinates: Coordinates,
+        config: LnnConfig,
+        scaling: Scaling,
+        seed: u64,
+    ) -> Result<Self> {
+        let shape = LnnShape::new(coordinates, config, scaling)?;
+        let parameters = shape.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed));
+        Self::assemble(shape, parameters)
+    }
+
+    /// A network with given weights, in the order of [`Lnn::parameters`].
+    ///
+    /// # Errors
+    /// As [`Lnn::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`] for NaN among them.
+    pub fn with_parameters(
+        coordinates: Coordinates,
+        config: LnnConfig,
+        scaling: Scaling,
+        parameters: Vec<f64>,
+    ) -> Result<Self> {
+        Self::assemble(LnnShape::new(coordinates, config, scaling)?, parameters)
+    }
+
+    pub(crate) fn assemble(shape: LnnShape, parameters: Vec<f64>) -> Result<Self> {
+        if parameters.len() != shape.net.parameters {
+            return Err(Error::Shape {
+                what: "parameters".into(),
+                found: parameters.len(),
+                expected: shape.net.parameters,
+                remedy: "use the configuration that the weights were made for".into(),
+            });
+        }
+        if let Some(index) = parameters.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite {
+                what: "parameters".into(),
+                index,
+            });
+        }
+        let mut packed = Packed::new(&shape.net);
+        packed.set(&shape.net, &parameters);
+        Ok(Self {
+            shape,
+            parameters,
+            packed,
+        })
+    }
+
+    /// All weights, layer by layer: matrices row-major `[width, inputs]`, then biases.
+    #[must_use]
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// Its configuration.
+    #[must_use]
+    pub fn config(&self) -> &LnnConfig {
+        &self.shape.config
+    }
+
+    /// Its scales.
+    #[must_use]
+    pub fn scaling(&self) -> &Scaling {
+        &self.shape.scaling
+    }
+
+    /// L over any scalar: the slow, plain evaluation that the kernels are tested against. `q`, `qd` are `[n]`.
+    pub fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+        let (shape, scaling) = (&self.shape, &self.shape.scaling);
+        let mut x = Vec::new();
+        for (i, &q) in q.iter().enumerate() {
+            if shape.coordinates.is_circle(i) {
+                x.extend([q.cos(), q.sin()]);
+            } else {
+                x.push((q - scaling.q_center[i]) / scaling.q_scale[i]);
+            }
+        }
+        let v: Vec<D> = qd
+            .iter()
+            .zip(&scaling.qd_scale)
+            .map(|(&v, &s)| v / s)
+            .collect();
+        let kinetic = v.iter().map(|&v| v * v).sum::<D>() * (0.5 * shape.config.kinetic);
+        if shape.config.form == Form::Free {
+            x.extend(&v);
+        }
+        (shape.net.evaluate(&self.parameters, &x, &v)[0] + kinetic) * scaling.energy
+    }
+}
+
+impl Lagrangian for Lnn {
+    fn coordinates(&self) -> &Coordinates {
+        &self.shape.coordinates
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        Box::new(LnnJets {
+            lnn: self,
+            pass: None,
+        })
+    }
+}
+
+impl LnnShape {
+    pub(crate) fn new(
+        coordinates: Coordinates,
+        config: LnnConfig,
+        scaling: Scaling,
+    ) -> Result<Self> {
+        config.validate()?;
+        scaling.validate(coordinates.dof())?;
+        if coordinates.dof() == 0 {
+            return Err(Error::Argument {
+                name: "coordinates",
+                value: "none".into(),
+                must: "at least one",
+            });
+        }
+        let net = config.net(&coordinates);
+        Ok(Self {
+            coordinates,
+            config,
+            scaling,
+            net,
+        })
+    }
+
+    pub(crate) fn dof(&self) -> usize {
+        self.coordinates.dof()
+    }
+
+    /// Writes state (q, q̇) as sample `s`: the value, ′ = the motion (q̇, `qdd`), and i = the velocity directions.
+    pub(crate) fn write<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        s: usize,
+        q: &[f64],
+        qd: &[f64],
+        qdd: Option<&[f64]>,
+    ) {
+        let n = self.dof();
+        let mut at = 0;
+        for i in 0..n {
+            let features = Features::new(&self.coordinates, &self.scaling, i, q[i]);
+            for k in 0..features.count {
+                pass.set_feature(0, s, at, T::of(features.values[k]));
+                pass.set_feature(1, s, at, T::of(features.slopes[k] * qd[i]));
+                for d in 0..n {
+                    pass.set_feature(2 + d, s, at, T::default());
+                }
+                at += 1;
+            }
+        }
+        for i in 0..n {
+            let scale = 1.0 / self.scaling.qd_scale[i];
+            let prime = qdd.map_or(0.0, |qdd| qdd[i] * scale);
+            self.set_velocity(pass, 0, s, at, i, T::of(qd[i] * scale));
+            self.set_velocity(pass, 1, s, at, i, T::of(prime));
+            for d in 0..n {
+                let one = if d == i { scale } else { 0.0 };
+                self.set_velocity(pass, 2 + d, s, at, i, T::of(one));
+            }
+        }
+    }
+
+    fn set_velocity<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        c: usize,
+        s: usize,
+        first: usize,
+        i: usize,
+        x: T,
+    ) {
+        match self.config.form {
+            Form::Free => pass.set_feature(c, s, first + i, x),
+            Form::Convex => pass.set_velocity(c, s, i, x),
+        }
+    }
+
+    /// Writes the mixed component of direction `d` of sample `s`: −`weight` along the coordinates, so that the
+    /// output's mixed component is Σ weight (d/dt ∂L/∂q̇ − ∂L/∂q).
+    pub(crate) fn write_mixed<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        d: usize,
+        s: usize,
+        q: &[f64],
+        weight: &[f64],
+    ) {
+        let mut at = 0;
+        for i in 0..self.dof() {
+            let features = Features::new(&self.coordinates, &self.scaling, i, q[i]);
+            for k in 0..features.count {
+                pass.set_mixed_feature(d, s, at, T::of(-features.slopes[k] * weight[i]));
+                at += 1;
+            }
+        }
+    }
+
+    /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`.
+    pub(crate) fn read<T: Real>(
+        &self,
+        pass: &Pass<T>,
+        s: usize,
+        row: usize,
+        q: &[f64],
+        qd: &[f64],
+        jet: &mut Jet,
+    ) {
+        let n = self.dof();
+        let (scaling, kinetic) = (&self.scaling, self.config.kinetic);
+        let e = scaling.energy;
+        let mut at = 0;
+        for i in 0..n {
+            let features = Features::new(&self.coordinates, scaling, i, q[i]);
+            let mut force = 0.0;
+            for k in 0..features.count {
+                force += pass.feature_gradient(s, at).f64() * features.slopes[k];
+                at += 1;
+            }
+            jet.dl_dq[row * n + i] = e * force;
+        }
+        let mut quadratic = 0.0;
+        for i in 0..n {
+            let scale = 1.0 / scaling.qd_scale[i];
+            let v = qd[i] * scale;
+            quadratic += 0.5 * kinetic * v * v;
+            let p = match self.config.form {
+                Form::Free => pass.feature_gradient(s, at + i),
+                Form::Convex => pass.velocity_gradient(s, i),
+            };
+            jet.momentum[row * n + i] = e * scale * (p.f64() + kinetic * v);
+            jet.momentum_drift[row * n + i] = e * pass.second_derivative(s, i, None, n).f64();
+            for j in 0..n {
+                let diagonal = if i == j { kinetic * scale * scale } else { 0.0 };
+                let m = pass.second_derivative(s, i, Some(j), n).f64() + diagonal;
+                jet.mass_matrix[(row * n + i) * n + j] = e * m;
+            }
+        }
+        jet.lagrangian[row] = e * (pass.output(0, s, 0).f64() + quadratic);
+    }
+}
+
+/// Samples of a block when many states are evaluated at once.
+const BLOCK: usize = 16;
+
+struct LnnJets<'a> {
+    lnn: &'a Lnn,
+    /// Made at the first call, for one state or for blocks.
+    pass: Option<Pass<f64>>,
+}
+
+impl Jets for LnnJets<'_> {
+    fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
+        let shape = &self.lnn.shape;
+        let n = shape.dof();
+        let m = q.len() / n;
+        jet.resize(m, n);
+        let samples = if m == 1 { 1 } else { BLOCK };
+        if self.pass.as_ref().is_none_or(|p| p.samples() != samples) {
+            self.pass = Some(Pass::new(&shape.net, samples, n));
+        }
+        let Some(pass) = &mut self.pass else { return };
+        for start in (0..m).step_by(samples) {
+            let count = samples.min(m - start);
+            // The last block repeats its first sample: every lane stays an ordinary state.
+            for s in 0..samples {
+                let row = start + if s < count { s } else { 0 };
+                shape.write(pass, s, &q[row * n..][..n], &qd[row * n..][..n], None);
+            }
+            pass.forward(&shape.net, &self.lnn.packed, Some(n));
+            pass.reverse(&shape.net, &self.lnn.packed, n);
+            for s in 0..count {
+                let row = start + s;
+                shape.read(pass, s, row, &q[row * n..][..n], &qd[row * n..][..n], jet);
+            }
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Scales that make a network's inputs and its Lagrangian of order one, without touching the structure.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Coordinates, Error, Result};
+
+/// One centre and scale per coordinate, one scale per velocity, one energy.
+///
+/// L(q, q̇) = E · N(x(q), q̇ / s): any such scaling of a Lagrangian is a Lagrangian again (theory.md, section 9).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Scaling {
+    /// Subtracted from coordinates on the line, `[n]`.
+    pub q_center: Vec<f64>,
+    /// Divides coordinates on the line, `[n]`; angles become cos q and sin q instead.
+    pub q_scale: Vec<f64>,
+    /// Divides velocities, `[n]`.
+    pub qd_scale: Vec<f64>,
+    /// The energy of one unit of the network's output, J.
+    pub energy: f64,
+}
+
+impl Scaling {
+    /// No scaling, for `n` degrees of freedom.
+    #[must_use]
+    pub fn identity(n: usize) -> Self {
+        Self {
+            q_center: vec![0.0; n],
+            q_scale: vec![1.0; n],
+            qd_scale: vec![1.0; n],
+            energy: 1.0,
+        }
+    }
+
+    /// Checks that it has positive, finite scales for `n` coordinates.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] or [`Error::Argument`].
+    pub fn validate(&self, n: usize) -> Result<()> {
+        let lists = [
+            ("q_center", &self.q_center),
+            ("q_scale", &self.q_scale),
+            ("qd_scale", &self.qd_scale),
+        ];
+        for (name, list) in lists {
+            if list.len() != n {
+                return Err(Error::Shape {
+                    what: name.into(),
+                    found: list.len(),
+                    expected: n,
+                    remedy: "give one scale per coordinate".into(),
+                });
+            }
+        }
+        let scales = self
+            .q_scale
+            .iter()
+            .chain(&self.qd_scale)
+            .chain([&self.energy]);
+        match scales.chain(&self.q_center).find(|x| !x.is_finite()) {
+            Some(x) => Err(bad(*x)),
+            None => match self
+                .q_scale
+                .iter()
+                .chain(&self.qd_scale)
+                .chain([&self.energy])
+                .find(|x| **x <= 0.0)
+            {
+                Some(x) => Err(bad(*x)),
+                None => Ok(()),
+            },
+        }
+    }
+
+    /// How many features the coordinates have.
+    #[must_use]
+    pub(crate) fn features(coordinates: &Coordinates) -> usize {
+        (0..coordinates.dof())
+            .map(|i| 1 + usize::from(coordinates.is_circle(i)))
+            .sum()
+    }
+}
+
+fn bad(value: f64) -> Error {
+    Error::Argument {
+        name: "scaling",
+        value: value.to_string(),
+        must: "finite, and positive where it divides",
+    }
+}
+
+/// The features of one coordinate with their first derivatives: (cos q, sin q) or ((q − centre) / scale).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Features {
+    /// Values and derivatives by q; a line uses the first only.
+    pub(crate) values: [f64; 2],
+    pub(crate) slopes: [f64; 2],
+    pub(crate) count: usize,
+}
+
+impl Features {
+    pub(crate) fn new(coordinates: &Coordinates, scaling: &Scaling, i: usize, q: f64) -> Self {
+        if coordinates.is_circle(i) {
+            let (sin, cos) = q.sin_cos();
+            return Self {
+                values: [cos, sin],
+                slopes: [-sin, cos],
+                count: 2,
+            };
+        }
+        let slope = 1.0 / scaling.q_scale[i];
+        Self {
+            values: [(q - scaling.q_center[i]) * slope, 0.0],
+            slopes: [slope, 0.0],
+            count: 1,
+        }
+    }
+}

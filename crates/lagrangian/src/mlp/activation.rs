@@ -1,0 +1,220 @@
+//! Activations with exact derivatives to third order, for vectors (kernels) and for a generic scalar (oracle).
+
+use num_dual::DualNum;
+use serde::{Deserialize, Serialize};
+
+use super::simd::{Real, Vector};
+
+/// A smooth nonlinearity σ, applied to each unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Activation {
+    /// log(1 + eˣ): convex and nondecreasing.
+    #[default]
+    Softplus,
+    /// tanh x.
+    Tanh,
+    /// x Φ(x), with Φ the normal distribution function (Hendrycks, Gimpel 2016, arXiv 1606.08415).
+    Gelu,
+    /// x tanh x: even, quadratic at 0 and linear far away.
+    XTanh,
+    /// ½ x²: convex, for quadratic forms.
+    Square,
+}
+
+/// σ, σ′, σ″ and σ‴ at one point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Derivatives<V> {
+    pub(crate) value: V,
+    pub(crate) first: V,
+    pub(crate) second: V,
+    pub(crate) third: V,
+}
+
+impl Activation {
+    /// Whether it is convex and nondecreasing, as a convex network needs.
+    #[must_use]
+    pub fn is_convex_nondecreasing(self) -> bool {
+        self == Self::Softplus
+    }
+
+    /// σ over a generic scalar: the oracle of the kernels.
+    pub fn evaluate<D: DualNum<Primitive = f64> + Copy>(self, x: D) -> D {
+        match self {
+            Self::Softplus => {
+                if x.re() > 0.0 {
+                    x + (-x).exp().ln_1p()
+                } else {
+                    x.exp().ln_1p()
+                }
+            }
+            Self::Tanh => x.tanh(),
+            Self::Gelu => x * normal_distribution(x),
+            Self::XTanh => x * x.tanh(),
+            Self::Square => x * x * 0.5,
+        }
+    }
+
+    /// σ and three derivatives of every lane.
+    #[inline(always)]
+    pub(crate) fn derivatives<V: Vector>(self, x: V) -> Derivatives<V> {
+        match self {
+            Self::Softplus => softplus(x),
+            Self::Tanh => tanh(x),
+            Self::Gelu => gelu(x),
+            Self::XTanh => x_tanh(x),
+            Self::Square => Derivatives {
+                value: x.mul(x).mul(V::of(0.5)),
+                first: x,
+                second: V::of(1.0),
+                third: V::of(0.0),
+            },
+        }
+    }
+}
+
+/// Φ(x) over a generic scalar, from its series Φ = ½ + φ(x) Σ x^(2k+1)/(2k+1)!! near 0 and from the continued
+/// fraction of its tail beyond |x| = 3 (Abramowitz, Stegun 1964, 26.2.11 and 26.2.14).
+fn normal_distribution<D: DualNum<Primitive = f64> + Copy>(x: D) -> D {
+    let density = (x * x * -0.5).exp() * INV_SQRT_TAU;
+    if x.re().abs() < 3.0 {
+        let mut term = x;
+        let mut sum = x;
+        for k in 1..60 {
+            term = term * x * x / f64::from(2 * k + 1);
+            sum += term;
+        }
+        return density * sum + 0.5;
+    }
+    let tail_at = if x.re() > 0.0 { x } else { -x };
+    let mut fraction = tail_at;
+    for k in (1..120).rev() {
+        fraction = tail_at + fraction.recip() * f64::from(k);
+    }
+    let tail = density / fraction;
+    if x.re() > 0.0 { -tail + 1.0 } else { tail }
+}
+
+const INV_SQRT_TAU: f64 = 0.398_942_280_401_432_7;
+
+#[inline(always)]
+fn softplus<V: Vector>(x: V) -> Derivatives<V> {
+    let e = exp_of_negative(V::of(0.0).sub(x.abs()));
+    let r = V::of(1.0).div(V::of(1.0).add(e));
+    let er = e.mul(r);
+    let first = x.if_non_negative(r, er);
+    let second = er.mul(r);
+    let value = x.max(V::of(0.0)).add(log_one_plus(e));
+    let third = second.mul(V::of(-2.0).fma(first, V::of(1.0)));
+    Derivatives {
+        value,
+        first,
+        second,
+        third,
+    }
+}
+
+#[inline(always)]
+fn tanh<V: Vector>(x: V) -> Derivatives<V> {
+    let e = exp_of_negative(x.abs().mul(V::of(-2.0)));
+    let r = V::of(1.0).div(V::of(1.0).add(e));
+    let positive = V::of(1.0).sub(e).mul(r);
+    let value = x.if_non_negative(positive, V::of(0.0).sub(positive));
+    let first = V::of(4.0).mul(e).mul(r).mul(r);
+    let second = V::of(-2.0).mul(value).mul(first);
+    let third = first.mul(value.mul(value).fma(V::of(6.0), V::of(-2.0)));
+    Derivatives {
+        value,
+        first,
+        second,
+        third,
+    }
+}
+
+#[inline(always)]
+fn x_tanh<V: Vector>(x: V) -> Derivatives<V> {
+    let t = tanh(x);
+    Derivatives {
+        value: x.mul(t.value),
+        first: x.fma(t.first, t.value),
+        second: x.fma(t.second, t.first.add(t.first)),
+        third: x.fma(t.third, t.second.mul(V::of(3.0))),
+    }
+}
+
+#[inline(always)]
+fn gelu<V: Vector>(x: V) -> Derivatives<V> {
+    let square = x.mul(x);
+    let density = exp_of_negative(square.mul(V::of(-0.5))).mul(V::of(INV_SQRT_TAU));
+    // The error function has no short vector form of full precision; lane by lane from the maths library.
+    let mut lanes = [V::Elem::default(); 16];
+    x.store(&mut lanes);
+    for lane in &mut lanes[..V::LANES] {
+        *lane = V::Elem::of(0.5 * libm::erfc(-lane.f64() * std::f64::consts::FRAC_1_SQRT_2));
+    }
+    let distribution = V::load(&lanes);
+    Derivatives {
+        value: x.mul(distribution),
+        first: x.fma(density, distribution),
+        second: density.mul(V::of(2.0).sub(square)),
+        third: density.mul(x).mul(square.sub(V::of(4.0))),
+    }
+}
+
+/// eˣ for x ≤ 0 (Cody–Waite reduction to |r| ≤ ½ log 2, then the Taylor series); 0 below the normal numbers.
+#[inline(always)]
+fn exp_of_negative<V: Vector>(x: V) -> V {
+    let single = size_of::<V::Elem>() == 4;
+    let lowest = if single { -87.0 } else { -708.0 };
+    let magic = V::of(if single {
+        12_582_912.0
+    } else {
+        6_755_399_441_055_744.0
+    });
+    // log 2 in two parts: multiples of the first are exact.
+    let (ln2_high, ln2_low) = if single {
+        (0.693_359_375, -2.121_944_4e-4)
+    } else {
+        (0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10)
+    };
+    let clamped = x.max(V::of(lowest));
+    let shifted = clamped.fma(V::of(std::f64::consts::LOG2_E), magic);
+    let n = shifted.sub(magic);
+    let r = n.fma(V::of(-ln2_low), n.fma(V::of(-ln2_high), clamped));
+    let mut sum = V::of(RECIPROCAL_FACTORIALS[V::EXP_TERMS]);
+    for k in (0..V::EXP_TERMS).rev() {
+        sum = sum.fma(r, V::of(RECIPROCAL_FACTORIALS[k]));
+    }
+    let power = sum.mul(shifted.pow2_of_shifted());
+    x.sub(V::of(lowest)).if_non_negative(power, V::of(0.0))
+}
+
+/// log(1 + e) for 0 ≤ e ≤ 1, as 2 artanh(e / (2 + e)).
+#[inline(always)]
+fn log_one_plus<V: Vector>(e: V) -> V {
+    let s = e.div(e.add(V::of(2.0)));
+    let t = s.mul(s);
+    let mut sum = V::of(1.0 / (2 * V::LOG_TERMS - 1) as f64);
+    for k in (0..V::LOG_TERMS - 1).rev() {
+        sum = sum.fma(t, V::of(1.0 / (2 * k + 1) as f64));
+    }
+    s.add(s).mul(sum)
+}
+
+const RECIPROCAL_FACTORIALS: [f64; 14] = [
+    1.0,
+    1.0,
+    1.0 / 2.0,
+    1.0 / 6.0,
+    1.0 / 24.0,
+    1.0 / 120.0,
+    1.0 / 720.0,
+    1.0 / 5_040.0,
+    1.0 / 40_320.0,
+    1.0 / 362_880.0,
+    1.0 / 3_628_800.0,
+    1.0 / 39_916_800.0,
+    1.0 / 479_001_600.0,
+    1.0 / 6_227_020_800.0,
+];

@@ -1,0 +1,199 @@
+//! The layers of a network and where its parameters lie.
+
+use rand::{Rng, RngExt};
+
+use super::Activation;
+use super::simd::Real;
+
+/// What a layer reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// The features of the state.
+    Features,
+    /// An earlier layer.
+    Layer(usize),
+}
+
+/// One matrix of weights, `[width of the layer, width of the source]`, row-major in the parameters.
+#[derive(Debug, Clone)]
+pub(crate) struct Input {
+    pub(crate) source: Source,
+    /// Width of the source.
+    pub(crate) width: usize,
+    /// Where its weights begin in the parameters.
+    pub(crate) at: usize,
+    /// Whether its weights must not be negative, so that convexity passes through.
+    pub(crate) non_negative: bool,
+    /// Whether no later layer reads the source: the first to write its sensitivity on the way back.
+    pub(crate) last_reader: bool,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) enum Kind {
+    /// z = Σ W a + b.
+    Dense {
+        inputs: Vec<Input>,
+        bias: Option<usize>,
+    },
+    /// z = Σ_j g_j v_j + g_n, with the gates g from layer `gates` and v the velocities.
+    Gate { gates: usize },
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Layer {
+    pub(crate) width: usize,
+    pub(crate) kind: Kind,
+    pub(crate) activation: Option<Activation>,
+}
+
+/// A feed-forward network; the last layer is its output.
+#[derive(Debug, Clone)]
+pub(crate) struct Net {
+    /// Numbers that it reads.
+    pub(crate) features: usize,
+    /// Velocities that its gates multiply.
+    pub(crate) velocities: usize,
+    pub(crate) layers: Vec<Layer>,
+    /// Numbers in its parameters.
+    pub(crate) parameters: usize,
+}
+
+/// Builds a [`Net`] layer by layer.
+#[derive(Debug)]
+pub(crate) struct Build(Net);
+
+impl Build {
+    pub(crate) fn new(features: usize, velocities: usize) -> Self {
+        Self(Net {
+            features,
+            velocities,
+            layers: Vec::new(),
+            parameters: 0,
+        })
+    }
+
+    /// Adds a dense layer and returns its number. Each source says whether its weights must not be negative.
+    pub(crate) fn dense(
+        &mut self,
+        width: usize,
+        sources: &[(Source, bool)],
+        bias: bool,
+        activation: Option<Activation>,
+    ) -> usize {
+        let mut inputs = Vec::with_capacity(sources.len());
+        for &(source, non_negative) in sources {
+            let from = match source {
+                Source::Features => self.0.features,
+                Source::Layer(l) => self.0.layers[l].width,
+            };
+            inputs.push(Input {
+                source,
+                width: from,
+                at: self.0.parameters,
+                non_negative,
+                last_reader: false,
+            });
+            self.0.parameters += width * from;
+        }
+        let bias = bias.then_some(self.0.parameters);
+        self.0.parameters += if bias.is_some() { width } else { 0 };
+        self.push(Layer {
+            width,
+            kind: Kind::Dense { inputs, bias },
+            activation,
+        })
+    }
+
+    /// Adds gates of `width` units (a multiple of 16) that read `source`, and the gated layer; returns its number.
+    pub(crate) fn gate(
+        &mut self,
+        width: usize,
+        source: usize,
+        activation: Option<Activation>,
+    ) -> usize {
+        assert_eq!(width % f32::LANES, 0, "gated units fill whole panels");
+        let gates = self.dense(
+            (self.0.velocities + 1) * width,
+            &[(Source::Layer(source), false)],
+            true,
+            None,
+        );
+        self.push(Layer {
+            width,
+            kind: Kind::Gate { gates },
+            activation,
+        })
+    }
+
+    fn push(&mut self, layer: Layer) -> usize {
+        self.0.layers.push(layer);
+        self.0.layers.len() - 1
+    }
+
+    pub(crate) fn finish(mut self) -> Net {
+        let mut seen = vec![false; self.0.layers.len() + 1];
+        for layer in self.0.layers.iter_mut().rev() {
+            let Kind::Dense { inputs, .. } = &mut layer.kind else {
+                continue;
+            };
+            for input in inputs {
+                let slot = match input.source {
+                    Source::Features => 0,
+                    Source::Layer(l) => l + 1,
+                };
+                input.last_reader = !std::mem::replace(&mut seen[slot], true);
+            }
+        }
+        self.0
+    }
+}
+
+impl Net {
+    /// Random parameters: weights normal with variance 1 / width of the source (those that must not be negative:
+    /// their absolute values, scaled to keep the sum), biases zero.
+    pub(crate) fn initialise(&self, rng: &mut impl Rng) -> Vec<f64> {
+        let mut parameters = vec![0.0; self.parameters];
+        for layer in &self.layers {
+            let Kind::Dense { inputs, .. } = &layer.kind else {
+                continue;
+            };
+            for input in inputs {
+                let scale = (1.0 / input.width as f64).sqrt();
+                for w in &mut parameters[input.at..input.at + layer.width * input.width] {
+                    let x = scale * normal(rng);
+                    *w = if input.non_negative {
+                        x.abs() * scale
+                    } else {
+                        x
+                    };
+                }
+            }
+        }
+        parameters
+    }
+
+    /// Moves the weights that must not be negative back to zero where they are.
+    pub(crate) fn project(&self, parameters: &mut [f64]) {
+        for layer in &self.layers {
+            let Kind::Dense { inputs, .. } = &layer.kind else {
+                continue;
+            };
+            for input in inputs.iter().filter(|i| i.non_negative) {
+                for w in &mut parameters[input.at..input.at + layer.width * input.width] {
+                    *w = w.max(0.0);
+                }
+            }
+        }
+    }
+
+    /// Width of the output.
+    pub(crate) fn outputs(&self) -> usize {
+        self.layers.last().map_or(0, |l| l.width)
+    }
+}
+
+/// A standard normal number (Box, Muller 1958).
+pub(crate) fn normal(rng: &mut impl Rng) -> f64 {
+    let (u, v): (f64, f64) = (rng.random(), rng.random());
+    (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}

@@ -1,0 +1,763 @@
+//! A block of samples on its way through a network, forward and backward over the truncated algebra.
+
+use std::ops::Range;
+
+use super::net::{Input, Kind, Net, Source};
+use super::simd::{
+    Buffer, Combine, Contract, GateForward, GateReverse, Gates, Gemm, Init, PointForward,
+    PointReverse2, PointSecond, PointTangent, Real, Shape, dispatch,
+};
+
+/// The parameters of a network as the kernels read them: every matrix in panels, both ways round.
+#[derive(Debug, Clone)]
+pub(crate) struct Packed<T: Real> {
+    layers: Vec<PackedLayer<T>>,
+}
+
+#[derive(Debug, Clone)]
+struct PackedLayer<T: Real> {
+    /// Per input: Wᵀ in panels of outputs, W in panels of inputs.
+    weights: Vec<(Buffer<T>, Buffer<T>)>,
+    bias: Buffer<T>,
+}
+
+pub(super) fn panels<T: Real>(width: usize) -> usize {
+    width.div_ceil(T::LANES)
+}
+
+impl<T: Real> Packed<T> {
+    pub(crate) fn new(net: &Net) -> Self {
+        let layer = |layer: &super::net::Layer| {
+            let lanes = T::LANES;
+            let inputs = match &layer.kind {
+                Kind::Dense { inputs, .. } => inputs.as_slice(),
+                Kind::Gate { .. } => &[],
+            };
+            let pair = |i: &Input| {
+                let forward = Buffer::new(panels::<T>(layer.width) * i.width * lanes);
+                (
+                    forward,
+                    Buffer::new(panels::<T>(i.width) * layer.width * lanes),
+                )
+            };
+            PackedLayer {
+                weights: inputs.iter().map(pair).collect(),
+                bias: Buffer::new(panels::<T>(layer.width) * lanes),
+            }
+        };
+        Self {
+            layers: net.layers.iter().map(layer).collect(),
+        }
+    }
+
+    /// Wᵀ of input `k` of layer `l`.
+    pub(super) fn forward(&self, l: usize, k: usize) -> &[T] {
+        &self.layers[l].weights[k].0
+    }
+
+    /// The bias of layer `l`, zero where it has none.
+    pub(super) fn bias(&self, l: usize) -> &[T] {
+        &self.layers[l].bias
+    }
+
+    /// Copies `parameters` (as [`Net`] lays them out) into the panels.
+    pub(crate) fn set(&mut self, net: &Net, parameters: &[f64]) {
+        let lanes = T::LANES;
+        for (layer, packed) in net.layers.iter().zip(&mut self.layers) {
+            let Kind::Dense { inputs, bias } = &layer.kind else {
+                continue;
+            };
+            for (input, (forward, reverse)) in inputs.iter().zip(&mut packed.weights) {
+                for o in 0..layer.width {
+                    let row = &parameters[input.at + o * input.width..][..input.width];
+                    for (i, &w) in row.iter().enumerate() {
+                        let w = T::of(w);
+                        forward[(o / lanes * input.width + i) * lanes + o % lanes] = w;
+                        reverse[(i / lanes * layer.width + o) * lanes + i % lanes] = w;
+                    }
+                }
+            }
+            if let Some(at) = bias {
+                for (b, &x) in packed
+                    .bias
+                    .iter_mut()
+                    .zip(&parameters[*at..at + layer.width])
+                {
+                    *b = T::of(x);
+                }
+            }
+        }
+    }
+}
+
+/// The gradient by the parameters, summed over blocks, in panels.
+#[derive(Debug, Clone)]
+pub(crate) struct Gradient<T: Real> {
+    layers: Vec<(Vec<Buffer<T>>, Vec<T>)>,
+    fresh: bool,
+}
+
+impl<T: Real> Gradient<T> {
+    pub(crate) fn new(net: &Net) -> Self {
+        let layer = |layer: &super::net::Layer| match &layer.kind {
+            Kind::Dense { inputs, .. } => {
+                let matrix = |i: &Input| Buffer::new(panels::<T>(i.width) * layer.width * T::LANES);
+                (
+                    inputs.iter().map(matrix).collect(),
+                    vec![T::default(); layer.width],
+                )
+            }
+            Kind::Gate { .. } => (Vec::new(), Vec::new()),
+        };
+        Self {
+            layers: net.layers.iter().map(layer).collect(),
+            fresh: true,
+        }
+    }
+
+    /// What the matrices hold when the next block is added.
+    pub(super) fn begin(&mut self) -> Init<'static, T> {
+        if std::mem::replace(&mut self.fresh, false) {
+            Init::Zero
+        } else {
+            Init::Add
+        }
+    }
+
+    pub(super) fn layer(&mut self, l: usize) -> (&mut [Buffer<T>], &mut [T]) {
+        let (matrices, sums) = &mut self.layers[l];
+        (matrices, sums)
+    }
+
+    /// Forgets what was summed.
+    pub(crate) fn clear(&mut self) {
+        self.fresh = true;
+    }
+
+    /// Adds it, times `factor`, to `out`, in the order of the parameters.
+    pub(crate) fn add_to(&self, net: &Net, factor: f64, out: &mut [f64]) {
+        if self.fresh {
+            return;
+        }
+        let lanes = T::LANES;
+        for (layer, (weights, bias)) in net.layers.iter().zip(&self.layers) {
+            let Kind::Dense {
+                inputs,
+                bias: bias_at,
+            } = &layer.kind
+            else {
+                continue;
+            };
+            for (input, matrix) in inputs.iter().zip(weights) {
+                for o in 0..layer.width {
+                    let row = &mut out[input.at + o * input.width..][..input.width];
+                    for (i, g) in row.iter_mut().enumerate() {
+                        *g += factor
+                            * matrix[(i / lanes * layer.width + o) * lanes + i % lanes].f64();
+                    }
+                }
+            }
+            if let Some(at) = bias_at {
+                for (g, b) in out[*at..].iter_mut().zip(bias) {
+                    *g += factor * b.f64();
+                }
+            }
+        }
+    }
+}
+
+#[derive(Debug)]
+struct LayerBuffers<T: Real> {
+    shape: Shape,
+    z: Buffer<T>,
+    /// Empty where the layer has no activation: then a is z, ya is yz.
+    a: Buffer<T>,
+    ya: Buffer<T>,
+    yz: Buffer<T>,
+    slopes: [Buffer<T>; 3],
+}
+
+/// The buffers of one block of samples; see the module for the components.
+///
+/// The caller writes [`Pass::features_mut`] and [`Pass::velocities_mut`], then calls the passes in order.
+#[derive(Debug)]
+pub(crate) struct Pass<T: Real> {
+    samples: usize,
+    components: usize,
+    room: usize,
+    x: Buffer<T>,
+    x_width: usize,
+    yx: Buffer<T>,
+    v: Vec<T>,
+    yv: Vec<T>,
+    hessian: Vec<T>,
+    layers: Vec<LayerBuffers<T>>,
+}
+
+impl<T: Real> Pass<T> {
+    /// Room for blocks of `samples` samples and `room` directions.
+    pub(crate) fn new(net: &Net, samples: usize, room: usize) -> Self {
+        let components = 2 + 2 * room;
+        let rows = components * samples;
+        let layer = |layer: &super::net::Layer| {
+            let panels = panels::<T>(layer.width);
+            let full = panels * rows * T::LANES;
+            let some = if layer.activation.is_some() { full } else { 0 };
+            let slope = || {
+                Buffer::new(if some > 0 {
+                    panels * samples * T::LANES
+                } else {
+                    0
+                })
+            };
+            LayerBuffers {
+                shape: Shape {
+                    samples,
+                    components,
+                    room,
+                    panels,
+                },
+                z: Buffer::new(full),
+                a: Buffer::new(some),
+                ya: Buffer::new(some),
+                yz: Buffer::new(full),
+                slopes: [slope(), slope(), slope()],
+            }
+        };
+        let x_size = panels::<T>(net.features) * rows * T::LANES;
+        Self {
+            samples,
+            components,
+            room,
+            x: Buffer::new(x_size),
+            x_width: net.features,
+            yx: Buffer::new(x_size),
+            v: vec![T::default(); rows * net.velocities],
+            yv: vec![T::default(); samples * net.velocities],
+            hessian: vec![T::default(); samples * room * (room + 1)],
+            layers: net.layers.iter().map(layer).collect(),
+        }
+    }
+
+    pub(crate) fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Rows of every matrix: components times samples.
+    pub(super) fn rows(&self) -> usize {
+        self.components * self.samples
+    }
+
+    /// The sensitivity to the pre-activations of layer `l`.
+    pub(super) fn sensitivity(&self, l: usize) -> &[T] {
+        &self.layers[l].yz
+    }
+
+    /// What a source offers to the layers that read it.
+    pub(super) fn input(&self, source: Source) -> &[T] {
+        match source {
+            Source::Features => &self.x,
+            Source::Layer(l) => self.layers[l].output(),
+        }
+    }
+
+    /// Numbers in the matrix of the widest layer.
+    pub(crate) fn widest(&self) -> usize {
+        self.layers.iter().map(|l| l.yz.len()).max().unwrap_or(0)
+    }
+
+    fn mixed(&self, i: usize) -> usize {
+        2 + self.room + i
+    }
+
+    /// Sets feature `i` of component `c` of sample `s`.
+    #[inline]
+    pub(crate) fn set_feature(&mut self, c: usize, s: usize, i: usize, x: T) {
+        let at = self.feature_at(c, s, i);
+        self.x[at] = x;
+    }
+
+    /// Sets feature `i` of the mixed component of direction `d` of sample `s`.
+    #[inline]
+    pub(crate) fn set_mixed_feature(&mut self, d: usize, s: usize, i: usize, x: T) {
+        self.set_feature(self.mixed(d), s, i, x);
+    }
+
+    fn feature_at(&self, c: usize, s: usize, i: usize) -> usize {
+        let rows = self.components * self.samples;
+        (i / T::LANES * rows + c * self.samples + s) * T::LANES + i % T::LANES
+    }
+
+    /// Sets velocity `j` of component `c` of sample `s` (networks with gates).
+    #[inline]
+    pub(crate) fn set_velocity(&mut self, c: usize, s: usize, j: usize, x: T) {
+        let n = self.v.len() / (self.components * self.samples);
+        self.v[(c * self.samples + s) * n + j] = x;
+    }
+
+    /// Forward: the value and the tangents ′ and i < `directions` (only the value if `directions` is `None`).
+    pub(crate) fn forward(&mut self, net: &Net, packed: &Packed<T>, directions: Option<usize>) {
+        self.propagate(net, packed, 0..directions.map_or(1, |d| 2 + d), true);
+    }
+
+    /// Forward: the mixed second derivatives i′ for i < `directions`, after [`Pass::forward`].
+    pub(crate) fn forward_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
+        self.propagate(net, packed, self.mixed(0)..self.mixed(directions), false);
+    }
+
+    fn propagate(&mut self, net: &Net, packed: &Packed<T>, components: Range<usize>, first: bool) {
+        let rows = self.components * self.samples;
+        for (l, layer) in net.layers.iter().enumerate() {
+            let (before, rest) = self.layers.split_at_mut(l);
+            let buffers = &mut rest[0];
+            let shape = buffers.shape;
+            match &layer.kind {
+                Kind::Dense { inputs, .. } => {
+                    for (k, input) in inputs.iter().enumerate() {
+                        let a: &[T] = match input.source {
+                            Source::Features => &self.x,
+                            Source::Layer(l) => before[l].output(),
+                        };
+                        // The bias belongs to the value alone.
+                        let split = if first && k == 0 {
+                            self.samples
+                        } else {
+                            components.start * self.samples
+                        };
+                        let b = &packed.layers[l].weights[k].0;
+                        let range = components.start * self.samples..components.end * self.samples;
+                        for (part, init) in [
+                            (range.start..split, Init::Row(&packed.layers[l].bias[..])),
+                            (
+                                split..range.end,
+                                if k == 0 { Init::Zero } else { Init::Add },
+                            ),
+                        ] {
+                            if !part.is_empty() {
+                                dispatch(Gemm::along_rows(
+                                    a,
+                                    rows,
+                                    b,
+                                    input.width,
+                                    &mut buffers.z,
+                                    rows,
+                                    part,
+                                    shape.panels,
+                                    init,
+                                ));
+                            }
+                        }
+                    }
+                }
+                Kind::Gate { gates } => dispatch(GateForward {
+                    gates: Gates {
+                        shape,
+                        n: net.velocities,
+                        g: before[*gates].output(),
+                        v: &self.v,
+                    },
+                    components: components.clone(),
+                    z: &mut buffers.z,
+                }),
+            }
+            let Some(activation) = layer.activation else {
+                continue;
+            };
+            let LayerBuffers {
+                z,
+                a,
+                slopes: [s1, s2, s3],
+                ..
+            } = buffers;
+            if first {
+                dispatch(PointForward {
+                    shape,
+                    activation,
+                    z,
+                    a,
+                    slopes: [s1, s2, s3],
+                });
+                dispatch(PointTangent {
+                    shape,
+                    components: 1..components.end,
+                    first: s1,
+                    input: z,
+                    output: a,
+                });
+            } else {
+                dispatch(PointSecond {
+                    shape,
+                    directions: components.len(),
+                    slopes: [s1, s2],
+                    z,
+                    a,
+                });
+            }
+        }
+    }
+
+    /// Component `c` of output `o` of sample `s`.
+    pub(crate) fn output(&self, c: usize, s: usize, o: usize) -> T {
+        let rows = self.components * self.samples;
+        let out = self.layers.last().map_or(&[][..], LayerBuffers::output);
+        out[(o / T::LANES * rows + c * self.samples + s) * T::LANES + o % T::LANES]
+    }
+
+    /// Mixed component i of the (only) output of sample `s`.
+    pub(crate) fn output_mixed(&self, i: usize, s: usize) -> T {
+        self.output(self.mixed(i), s, 0)
+    }
+
+    /// Backward: the value component of the sensitivities of the (only) output, its gradient by features and
+    /// velocities, and its second derivatives along pairs of the first `directions` tangents and ′.
+    pub(crate) fn reverse(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
+        self.seed(0..1, |_, _, _| T::of(1.0));
+        self.hessian.fill(T::default());
+        self.yv.fill(T::default());
+        self.back(net, packed, 0..1, Some(directions), directions);
+    }
+
+    /// Backward: the components ′, i and i′ of the sensitivities, after [`Pass::reverse`] and
+    /// [`Pass::forward_mixed`].
+    pub(crate) fn reverse_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
+        let mixed = self.mixed(0)..self.mixed(directions);
+        for components in [1..2 + directions, mixed.clone()] {
+            self.seed(components, |_, _, _| T::default());
+        }
+        self.back(net, packed, 1..2 + directions, None, directions);
+    }
+
+    /// Backward, one component per output: component c holds the sensitivities of output c (plain networks).
+    pub(crate) fn reverse_outputs(&mut self, net: &Net, packed: &Packed<T>, outputs: usize) {
+        self.seed(
+            0..outputs,
+            |c, _, o| if c == o { T::of(1.0) } else { T::default() },
+        );
+        self.back(net, packed, 0..outputs, None, 0);
+    }
+
+    /// Backward: component 0 holds the sensitivities of Σ `weights[s, o]` output o (plain networks).
+    pub(crate) fn reverse_weighted(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        outputs: usize,
+        weights: &[T],
+    ) {
+        let weight = |s: usize, o: usize| {
+            if o < outputs {
+                weights[s * outputs + o]
+            } else {
+                T::default()
+            }
+        };
+        self.seed(0..1, |_, s, o| weight(s, o));
+        self.back(net, packed, 0..1, None, 0);
+    }
+
+    /// Sets the sensitivity of component `c` of sample `s` to output `o`.
+    fn seed(&mut self, components: Range<usize>, seed: impl Fn(usize, usize, usize) -> T) {
+        let Some(last) = self.layers.last_mut() else {
+            return;
+        };
+        let rows = self.components * self.samples;
+        for p in 0..last.shape.panels {
+            for c in components.clone() {
+                for s in 0..self.samples {
+                    let at = (p * rows + c * self.samples + s) * T::LANES;
+                    for lane in 0..T::LANES {
+                        last.yz[at + lane] = seed(c, s, p * T::LANES + lane);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Carries sensitivities from the output to the features. With `value`, only component 0, with curvature;
+    /// otherwise `components` and, where `directions` > 0, their mixed companions.
+    fn back(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        components: Range<usize>,
+        value: Option<usize>,
+        directions: usize,
+    ) {
+        let mixed = if value.is_none() {
+            self.mixed(0)..self.mixed(directions)
+        } else {
+            0..0
+        };
+        for (l, layer) in net.layers.iter().enumerate().rev() {
+            let (before, rest) = self.layers.split_at_mut(l);
+            let buffers = &mut rest[0];
+            let shape = buffers.shape;
+            if layer.activation.is_some() {
+                let LayerBuffers {
+                    z,
+                    ya,
+                    yz,
+                    slopes: [s1, s2, s3],
+                    ..
+                } = buffers;
+                if value.is_some() || directions == 0 {
+                    let components = components.clone();
+                    dispatch(PointTangent {
+                        shape,
+                        components,
+                        first: s1,
+                        input: ya,
+                        output: yz,
+                    });
+                    if let Some(directions) = value.filter(|&d| d > 0) {
+                        let hessian = &mut self.hessian[..];
+                        dispatch(Contract {
+                            shape,
+                            directions,
+                            second: s2,
+                            z,
+                            ya,
+                            hessian,
+                        });
+                    }
+                } else {
+                    dispatch(PointReverse2 {
+                        shape,
+                        directions,
+                        slopes: [s1, s2, s3],
+                        z,
+                        ya,
+                        yz,
+                    });
+                }
+            }
+            match &layer.kind {
+                Kind::Dense { inputs, .. } => {
+                    let rows = self.components * self.samples;
+                    for (input, (_, w)) in inputs.iter().zip(&packed.layers[l].weights) {
+                        let target = match input.source {
+                            Source::Features if value.is_some() => &mut self.yx,
+                            // Only the value's sensitivity to the features is ever read.
+                            Source::Features => continue,
+                            Source::Layer(l) => before[l].sensitivity_mut(),
+                        };
+                        let init = || {
+                            if input.last_reader {
+                                Init::Zero
+                            } else {
+                                Init::Add
+                            }
+                        };
+                        for c in [components.clone(), mixed.clone()] {
+                            let part = c.start * self.samples..c.end * self.samples;
+                            if !part.is_empty() {
+                                dispatch(Gemm::along_rows(
+                                    &buffers.yz,
+                                    rows,
+                                    w,
+                                    layer.width,
+                                    target,
+                                    rows,
+                                    part,
+                                    panels::<T>(input.width),
+                                    init(),
+                                ));
+                            }
+                        }
+                    }
+                }
+                Kind::Gate { gates } => {
+                    let (g, yg) = before[*gates].output_and_sensitivity();
+                    for components in [components.clone(), mixed.clone()] {
+                        if components.is_empty() {
+                            continue;
+                        }
+                        dispatch(GateReverse {
+                            gates: Gates {
+                                shape,
+                                n: net.velocities,
+                                g,
+                                v: &self.v,
+                            },
+                            components,
+                            yz: &buffers.yz,
+                            yg: &mut yg[..],
+                            yv: value.map(|_| &mut self.yv[..]),
+                            hessian: value.filter(|&d| d > 0).map(|d| (&mut self.hessian[..], d)),
+                        });
+                    }
+                }
+            }
+        }
+    }
+
+    /// ∂output/∂(feature i) of sample `s`, after [`Pass::reverse`].
+    pub(crate) fn feature_gradient(&self, s: usize, i: usize) -> T {
+        self.yx[self.feature_at(0, s, i)]
+    }
+
+    /// ∂output/∂(velocity j) of sample `s` through the gates, after [`Pass::reverse`].
+    pub(crate) fn velocity_gradient(&self, s: usize, j: usize) -> T {
+        self.yv[s * (self.yv.len() / self.samples) + j]
+    }
+
+    /// Second derivative of the output along tangents i and j (or i and ′ where `j` is `None`), after
+    /// [`Pass::reverse`] with `directions` of them.
+    pub(crate) fn second_derivative(
+        &self,
+        s: usize,
+        i: usize,
+        j: Option<usize>,
+        directions: usize,
+    ) -> T {
+        let (i, j) = j.map_or((i, directions), |j| (i.max(j), i.min(j)));
+        self.hessian[(s * directions + i) * (directions + 1) + j]
+    }
+
+    /// Replaces tangents by linear combinations, sample by sample: ′ becomes ′ + Σ `along[s, i]` i, and where
+    /// `onto` is given, direction 0 becomes Σ `onto[s, i]` i (both `[samples, directions]`).
+    pub(crate) fn combine(
+        &mut self,
+        net: &Net,
+        directions: usize,
+        along: &[T],
+        onto: Option<&[T]>,
+    ) {
+        for (buffers, layer) in self.layers.iter_mut().zip(&net.layers) {
+            let shape = buffers.shape;
+            let LayerBuffers { z, a, .. } = buffers;
+            for buffer in [z, a]
+                .into_iter()
+                .take(1 + usize::from(layer.activation.is_some()))
+            {
+                dispatch(Combine {
+                    shape,
+                    directions,
+                    along,
+                    onto,
+                    buffer,
+                });
+            }
+        }
+        let shape = Shape {
+            samples: self.samples,
+            components: self.components,
+            room: self.room,
+            panels: panels::<T>(self.x_width),
+        };
+        dispatch(Combine {
+            shape,
+            directions,
+            along,
+            onto,
+            buffer: &mut self.x,
+        });
+        self.combine_velocities(net.velocities, directions, along, onto);
+    }
+
+    fn combine_velocities(&mut self, n: usize, directions: usize, along: &[T], onto: Option<&[T]>) {
+        let at = |c: usize, s: usize| (c * self.samples + s) * n;
+        for s in 0..self.samples {
+            for j in 0..n {
+                let sum = |weights: &[T], v: &[T]| {
+                    let terms =
+                        (0..directions).map(|i| weights[s * directions + i] * v[at(2 + i, s) + j]);
+                    terms.fold(T::default(), |x, y| x + y)
+                };
+                let step = sum(along, &self.v);
+                let direction = onto.map(|onto| sum(onto, &self.v));
+                self.v[at(1, s) + j] = self.v[at(1, s) + j] + step;
+                if let Some(direction) = direction {
+                    self.v[at(2, s) + j] = direction;
+                }
+            }
+        }
+    }
+
+    /// Adds the gradient by the parameters of Σ_samples (mixed component of direction 0) to `gradient`.
+    pub(crate) fn add_gradient(&self, net: &Net, gradient: &mut Gradient<T>) {
+        let mixed = self.mixed(0);
+        self.add_products(net, &[(0, mixed), (1, 2), (2, 1), (mixed, 0)], gradient);
+    }
+
+    /// Adds Σ over `pairs` of (component of yz) ⊗ (component of a), summed over the samples, to `gradient`.
+    pub(crate) fn add_products(
+        &self,
+        net: &Net,
+        pairs: &[(usize, usize)],
+        gradient: &mut Gradient<T>,
+    ) {
+        let rows = self.components * self.samples;
+        let step = self.samples * T::LANES;
+        let mut pieces = [(0, 0); 8];
+        for (piece, &(y, a)) in pieces.iter_mut().zip(pairs) {
+            *piece = (y * step, a * step);
+        }
+        let init = gradient.begin();
+        for (l, layer) in net.layers.iter().enumerate() {
+            let Kind::Dense { inputs, bias } = &layer.kind else {
+                continue;
+            };
+            let yz = &self.layers[l].yz;
+            let (matrices, sums) = &mut gradient.layers[l];
+            for (input, matrix) in inputs.iter().zip(matrices) {
+                let a: &[T] = match input.source {
+                    Source::Features => &self.x,
+                    Source::Layer(l) => self.layers[l].output(),
+                };
+                let pieces = &pieces[..pairs.len()];
+                dispatch(Gemm::along_columns(
+                    yz,
+                    rows,
+                    a,
+                    rows,
+                    pieces,
+                    self.samples,
+                    matrix,
+                    layer.width,
+                    panels::<T>(input.width),
+                    init,
+                ));
+            }
+            if bias.is_some() {
+                if matches!(init, Init::Zero) {
+                    sums.fill(T::default());
+                }
+                // The bias multiplies 1, whose components other than the value are 0.
+                for &(y, _) in pairs.iter().filter(|p| p.1 == 0) {
+                    self.add_rows(yz, y, sums);
+                }
+            }
+        }
+    }
+
+    /// Adds component `c` of `matrix`, summed over the samples, to `sums`.
+    pub(super) fn add_rows(&self, matrix: &[T], c: usize, sums: &mut [T]) {
+        let rows = self.components * self.samples;
+        for (p, sums) in sums.chunks_mut(T::LANES).enumerate() {
+            let start = (p * rows + c * self.samples) * T::LANES;
+            for row in matrix[start..start + self.samples * T::LANES].chunks_exact(T::LANES) {
+                for (sum, &x) in sums.iter_mut().zip(row) {
+                    *sum = *sum + x;
+                }
+            }
+        }
+    }
+}
+
+impl<T: Real> LayerBuffers<T> {
+    fn output(&self) -> &[T] {
+        if self.a.is_empty() { &self.z } else { &self.a }
+    }
+    fn sensitivity_mut(&mut self) -> &mut Buffer<T> {
+        if self.a.is_empty() {
+            &mut self.yz
+        } else {
+            &mut self.ya
+        }
+    }
+    /// For gates, which have no activation.
+    fn output_and_sensitivity(&mut self) -> (&[T], &mut Buffer<T>) {
+        (&self.z, &mut self.yz)
+    }
+}

@@ -1,0 +1,402 @@
+//! What happens to single units between the matrix products: activations and gates, over the truncated algebra.
+//!
+//! Components of a block of B samples stand below each other in every panel: row `c · B + s`. Component 0 is the
+//! value, 1 the tangent ′, then `directions` tangents i, then as many mixed second derivatives i′ (theory.md,
+//! section 5).
+
+use std::ops::Range;
+
+use super::{Isa, Real, Task, Vector};
+use crate::mlp::Activation;
+
+/// Where the components of one layer lie.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shape {
+    /// Samples of the block.
+    pub(crate) samples: usize,
+    /// Components that the buffers have room for.
+    pub(crate) components: usize,
+    /// Number of tangents i that the buffers have room for: i is component 2 + i, i′ is 2 + room + i.
+    pub(crate) room: usize,
+    /// Panels of the layer.
+    pub(crate) panels: usize,
+}
+
+impl Shape {
+    #[inline(always)]
+    pub(super) fn at<T: Real>(&self, panel: usize, component: usize, sample: usize) -> usize {
+        ((panel * self.components + component) * self.samples + sample) * T::LANES
+    }
+    #[inline(always)]
+    fn slope<T: Real>(&self, panel: usize, sample: usize) -> usize {
+        (panel * self.samples + sample) * T::LANES
+    }
+    #[inline(always)]
+    fn mixed(&self, i: usize) -> usize {
+        2 + self.room + i
+    }
+}
+
+/// a₀ = σ(z₀), and the slopes σ′, σ″, σ‴ at z₀.
+pub(crate) struct PointForward<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) activation: Activation,
+    pub(crate) z: &'a [T],
+    pub(crate) a: &'a mut [T],
+    pub(crate) slopes: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Task for PointForward<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        match self.activation {
+            Activation::Softplus => self.apply::<I>(Activation::Softplus),
+            Activation::Tanh => self.apply::<I>(Activation::Tanh),
+            Activation::Gelu => self.apply::<I>(Activation::Gelu),
+            Activation::XTanh => self.apply::<I>(Activation::XTanh),
+            Activation::Square => self.apply::<I>(Activation::Square),
+        }
+    }
+}
+
+impl<T: Real> PointForward<'_, T> {
+    #[inline(always)]
+    fn apply<I: Isa>(self, activation: Activation) {
+        let [s1, s2, s3] = self.slopes;
+        for p in 0..self.shape.panels {
+            for s in 0..self.shape.samples {
+                let at = self.shape.at::<T>(p, 0, s);
+                let d = activation.derivatives(T::Vec::<I>::load(&self.z[at..]));
+                d.value.store(&mut self.a[at..]);
+                let slope = self.shape.slope::<T>(p, s);
+                d.first.store(&mut s1[slope..]);
+                d.second.store(&mut s2[slope..]);
+                d.third.store(&mut s3[slope..]);
+            }
+        }
+    }
+}
+
+/// out_c = σ′ in_c: tangents forward, and the value component of the sensitivity backward.
+pub(crate) struct PointTangent<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) components: Range<usize>,
+    pub(crate) first: &'a [T],
+    pub(crate) input: &'a [T],
+    pub(crate) output: &'a mut [T],
+}
+
+impl<T: Real> Task for PointTangent<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for p in 0..self.shape.panels {
+            for c in self.components.clone() {
+                for s in 0..self.shape.samples {
+                    let at = self.shape.at::<T>(p, c, s);
+                    let first = T::Vec::<I>::load(&self.first[self.shape.slope::<T>(p, s)..]);
+                    T::Vec::<I>::load(&self.input[at..])
+                        .mul(first)
+                        .store(&mut self.output[at..]);
+                }
+            }
+        }
+    }
+}
+
+/// a_i′ = σ′ z_i′ + σ″ z_i z_′.
+pub(crate) struct PointSecond<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) directions: usize,
+    pub(crate) slopes: [&'a [T]; 2],
+    pub(crate) z: &'a [T],
+    pub(crate) a: &'a mut [T],
+}
+
+impl<T: Real> Task for PointSecond<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
+        let [s1, s2] = self.slopes;
+        for p in 0..self.shape.panels {
+            for i in 0..self.directions {
+                for s in 0..self.shape.samples {
+                    let slope = self.shape.slope::<T>(p, s);
+                    let at = self.shape.at::<T>(p, self.shape.mixed(i), s);
+                    let zi = load(self.z, self.shape.at::<T>(p, 2 + i, s));
+                    let z1 = load(self.z, self.shape.at::<T>(p, 1, s));
+                    let curved = load(s2, slope).mul(zi).mul(z1);
+                    load(self.z, at)
+                        .fma(load(s1, slope), curved)
+                        .store(&mut self.a[at..]);
+                }
+            }
+        }
+    }
+}
+
+/// Components ′, i and i′ of the sensitivity backward through an activation:
+/// the product of σ′(z) and ya in the truncated algebra.
+pub(crate) struct PointReverse2<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) directions: usize,
+    pub(crate) slopes: [&'a [T]; 3],
+    pub(crate) z: &'a [T],
+    pub(crate) ya: &'a [T],
+    pub(crate) yz: &'a mut [T],
+}
+
+impl<T: Real> Task for PointReverse2<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
+        for p in 0..self.shape.panels {
+            for s in 0..self.shape.samples {
+                let at = |c| self.shape.at::<T>(p, c, s);
+                let slope = self.shape.slope::<T>(p, s);
+                let [s1, s2, s3] = self.slopes.map(|x| load(x, slope));
+                let (z1, y0, y1) = (
+                    load(self.z, at(1)),
+                    load(self.ya, at(0)),
+                    load(self.ya, at(1)),
+                );
+                let s2y0 = s2.mul(y0);
+                y1.fma(s1, s2y0.mul(z1)).store(&mut self.yz[at(1)..]);
+                // Everything of component i′ that z_i multiplies: σ″ ya_′ + σ‴ z_′ ya₀.
+                let with_zi = s2.fma(y1, s3.mul(z1).mul(y0));
+                let s2z1 = s2.mul(z1);
+                for i in 0..self.directions {
+                    let mixed = self.shape.mixed(i);
+                    let (zi, yi) = (load(self.z, at(2 + i)), load(self.ya, at(2 + i)));
+                    yi.fma(s1, s2y0.mul(zi)).store(&mut self.yz[at(2 + i)..]);
+                    let (zm, ym) = (load(self.z, at(mixed)), load(self.ya, at(mixed)));
+                    let sum = ym.fma(s1, s2z1.mul(yi)).add(with_zi.fma(zi, s2y0.mul(zm)));
+                    sum.store(&mut self.yz[at(mixed)..]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds Σ_units σ″ ya₀ z_t z_u of one layer to the second derivatives of the output along the tangents:
+/// `hessian[s, i, j]` for i ≥ j, and `hessian[s, i, directions]` for the pair of i with ′
+/// (`[samples, directions, directions + 1]`).
+pub(crate) struct Contract<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) directions: usize,
+    pub(crate) second: &'a [T],
+    pub(crate) z: &'a [T],
+    pub(crate) ya: &'a [T],
+    pub(crate) hessian: &'a mut [T],
+}
+
+impl<T: Real> Task for Contract<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
+        let n = self.directions;
+        for s in 0..self.shape.samples {
+            for i in 0..n {
+                for j in (0..=i).chain([n]) {
+                    let other = if j == n { 1 } else { 2 + j };
+                    let mut sum = T::Vec::<I>::of(0.0);
+                    for p in 0..self.shape.panels {
+                        let weight = load(self.second, self.shape.slope::<T>(p, s))
+                            .mul(load(self.ya, self.shape.at::<T>(p, 0, s)));
+                        let zi = load(self.z, self.shape.at::<T>(p, 2 + i, s));
+                        sum = weight
+                            .mul(zi)
+                            .fma(load(self.z, self.shape.at::<T>(p, other, s)), sum);
+                    }
+                    let h = &mut self.hessian[(s * n + i) * (n + 1) + j];
+                    *h = *h + sum.sum();
+                }
+            }
+        }
+    }
+}
+
+/// The two sides of a gate z = Σ_j g_j v_j + g_n: the gates g (from q) and the velocities v.
+pub(crate) struct Gates<'a, T> {
+    /// Of the gated layer.
+    pub(crate) shape: Shape,
+    /// Degrees of freedom.
+    pub(crate) n: usize,
+    /// Gates in panels: block j of `shape.panels` panels multiplies v_j, the last block is added.
+    pub(crate) g: &'a [T],
+    /// Velocities, `[components, samples, n]`.
+    pub(crate) v: &'a [T],
+}
+
+impl<T: Real> Gates<'_, T> {
+    #[inline(always)]
+    fn gate<V: Vector<Elem = T>>(&self, j: usize, p: usize, c: usize, s: usize) -> V {
+        V::load(&self.g[self.shape.at::<T>(j * self.shape.panels + p, c, s)..])
+    }
+    #[inline(always)]
+    fn velocity<V: Vector<Elem = T>>(&self, j: usize, c: usize, s: usize) -> V {
+        V::splat(self.v[(c * self.shape.samples + s) * self.n + j])
+    }
+    /// The pairs (component of one factor, component of the other) whose products make component c of a product.
+    #[inline(always)]
+    fn pairs(&self, c: usize) -> ([(usize, usize); 4], usize) {
+        let mixed = self.shape.mixed(0);
+        match c {
+            0 => ([(0, 0); 4], 1),
+            c if c < mixed => ([(c, 0), (0, c), (0, 0), (0, 0)], 2),
+            c => {
+                let i = 2 + c - mixed;
+                ([(c, 0), (i, 1), (1, i), (0, c)], 4)
+            }
+        }
+    }
+}
+
+/// Components of z = Σ_j g_j v_j + g_n.
+pub(crate) struct GateForward<'a, T> {
+    pub(crate) gates: Gates<'a, T>,
+    pub(crate) components: Range<usize>,
+    pub(crate) z: &'a mut [T],
+}
+
+impl<T: Real> Task for GateForward<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let (g, n) = (&self.gates, self.gates.n);
+        for p in 0..g.shape.panels {
+            for c in self.components.clone() {
+                let (pairs, count) = g.pairs(c);
+                for s in 0..g.shape.samples {
+                    let mut sum = g.gate::<T::Vec<I>>(n, p, c, s);
+                    for j in 0..n {
+                        for &(cg, cv) in &pairs[..count] {
+                            sum = g
+                                .gate::<T::Vec<I>>(j, p, cg, s)
+                                .fma(g.velocity(j, cv, s), sum);
+                        }
+                    }
+                    sum.store(&mut self.z[g.shape.at::<T>(p, c, s)..]);
+                }
+            }
+        }
+    }
+}
+
+/// The sensitivity to the gates, from the sensitivity yz to z.
+pub(crate) struct GateReverse<'a, T> {
+    pub(crate) gates: Gates<'a, T>,
+    pub(crate) components: Range<usize>,
+    pub(crate) yz: &'a [T],
+    /// Same panels as the gates; written.
+    pub(crate) yg: &'a mut [T],
+    /// Where component 0 is wanted: the sensitivity to the velocities, `[samples, n]`, added to.
+    pub(crate) yv: Option<&'a mut [T]>,
+    /// As in [`Contract`], with the number of directions; added to.
+    pub(crate) hessian: Option<(&'a mut [T], usize)>,
+}
+
+impl<T: Real> Task for GateReverse<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(mut self) {
+        let (g, n) = (&self.gates, self.gates.n);
+        for p in 0..g.shape.panels {
+            for c in self.components.clone() {
+                let (pairs, count) = g.pairs(c);
+                for s in 0..g.shape.samples {
+                    let y = |c| T::Vec::<I>::load(&self.yz[g.shape.at::<T>(p, c, s)..]);
+                    for j in 0..n {
+                        let mut sum = T::Vec::<I>::of(0.0);
+                        for &(cy, cv) in &pairs[..count] {
+                            sum = y(cy).fma(g.velocity(j, cv, s), sum);
+                        }
+                        sum.store(&mut self.yg[g.shape.at::<T>(j * g.shape.panels + p, c, s)..]);
+                    }
+                    y(c).store(&mut self.yg[g.shape.at::<T>(n * g.shape.panels + p, c, s)..]);
+                }
+            }
+        }
+        if let Some(yv) = &mut self.yv {
+            velocity_sensitivity::<I, T>(g, self.yz, yv);
+        }
+        if let Some((hessian, directions)) = &mut self.hessian {
+            gate_curvature::<I, T>(g, self.yz, *directions, hessian);
+        }
+    }
+}
+
+/// yv_j += Σ_units yz₀ g_j.
+#[inline(always)]
+fn velocity_sensitivity<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], yv: &mut [T]) {
+    for s in 0..g.shape.samples {
+        for j in 0..g.n {
+            let mut sum = T::Vec::<I>::of(0.0);
+            for p in 0..g.shape.panels {
+                let y = T::Vec::<I>::load(&yz[g.shape.at::<T>(p, 0, s)..]);
+                sum = y.fma(g.gate(j, p, 0, s), sum);
+            }
+            let y = &mut yv[s * g.n + j];
+            *y = *y + sum.sum();
+        }
+    }
+}
+
+/// hessian[t, u] += Σ_units yz₀ Σ_j (g_j,t v_j,u + g_j,u v_j,t).
+#[inline(always)]
+fn gate_curvature<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], n: usize, hessian: &mut [T]) {
+    for s in 0..g.shape.samples {
+        for i in 0..n {
+            for k in (0..=i).chain([n]) {
+                let (t, u) = (2 + i, if k == n { 1 } else { 2 + k });
+                let mut sum = T::Vec::<I>::of(0.0);
+                for p in 0..g.shape.panels {
+                    let y = T::Vec::<I>::load(&yz[g.shape.at::<T>(p, 0, s)..]);
+                    for j in 0..g.n {
+                        let cross = g.gate::<T::Vec<I>>(j, p, t, s).mul(g.velocity(j, u, s));
+                        sum = y.fma(
+                            g.gate::<T::Vec<I>>(j, p, u, s)
+                                .fma(g.velocity(j, t, s), cross),
+                            sum,
+                        );
+                    }
+                }
+                let h = &mut hessian[(s * n + i) * (n + 1) + k];
+                *h = *h + sum.sum();
+            }
+        }
+    }
+}
+
+/// Linear combinations of tangents: ′ += Σ `along[s, i]` i, and direction 0 = Σ `onto[s, i]` i.
+pub(crate) struct Combine<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) directions: usize,
+    pub(crate) along: &'a [T],
+    pub(crate) onto: Option<&'a [T]>,
+    pub(crate) buffer: &'a mut [T],
+}
+
+impl<T: Real> Task for Combine<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let n = self.directions;
+        for p in 0..self.shape.panels {
+            for s in 0..self.shape.samples {
+                let at = |c| self.shape.at::<T>(p, c, s);
+                let sum = |weights: &[T], start: T::Vec<I>, buffer: &[T]| {
+                    (0..n).fold(start, |sum, i| {
+                        let w = T::Vec::<I>::splat(weights[s * n + i]);
+                        T::Vec::<I>::load(&buffer[at(2 + i)..]).fma(w, sum)
+                    })
+                };
+                let prime = sum(
+                    self.along,
+                    T::Vec::<I>::load(&self.buffer[at(1)..]),
+                    self.buffer,
+                );
+                if let Some(onto) = self.onto {
+                    sum(onto, T::Vec::<I>::of(0.0), self.buffer).store(&mut self.buffer[at(2)..]);
+                }
+                prime.store(&mut self.buffer[at(1)..]);
+            }
+        }
+    }
+}

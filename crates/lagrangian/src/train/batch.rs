@@ -1,0 +1,224 @@
+//! Samples, and blocks of them on several threads with the same bits whatever their number.
+
+use rayon::prelude::*;
+
+use super::learner::{Learner, Loss, Work};
+use crate::mlp::simd::Real;
+use crate::mlp::{Gradient, Packed};
+
+/// What is fitted: states with the accelerations and forces that belong to them, row-major `[m, n]`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Samples {
+    /// Degrees of freedom n.
+    pub n: usize,
+    /// q.
+    pub q: Vec<f64>,
+    /// q̇.
+    pub qd: Vec<f64>,
+    /// q̈.
+    pub qdd: Vec<f64>,
+    /// τ, zero where the motion is free.
+    pub tau: Vec<f64>,
+}
+
+impl Samples {
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.q.len().checked_div(self.n).unwrap_or(0)
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.q.is_empty()
+    }
+
+    /// Copies the samples with these numbers into a block, whose rest repeats the first of them.
+    pub(crate) fn gather<T: Real>(&self, numbers: &[usize], work: &mut Work<T>) {
+        let n = self.n;
+        work.count = numbers.len();
+        for s in 0..work.pass.samples() {
+            let from = numbers[if s < numbers.len() { s } else { 0 }] * n;
+            let pairs = [
+                (&self.q, &mut work.q),
+                (&self.qd, &mut work.qd),
+                (&self.qdd, &mut work.qdd),
+                (&self.tau, &mut work.tau),
+            ];
+            for (source, target) in pairs {
+                target[s * n..s * n + n].copy_from_slice(&source[from..from + n]);
+            }
+        }
+    }
+}
+
+/// The value of a loss on a batch.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Value {
+    /// Sum over samples and coordinates.
+    pub(crate) sum: f64,
+    /// Numbers in the sum.
+    pub(crate) count: usize,
+    /// Samples left out for a singular mass matrix.
+    pub(crate) singular: usize,
+}
+
+impl Value {
+    pub(crate) fn mean(self) -> f64 {
+        if self.count == 0 {
+            f64::NAN
+        } else {
+            self.sum / self.count as f64
+        }
+    }
+
+    pub(crate) fn add(self, other: Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            count: self.count + other.count,
+            singular: self.singular + other.singular,
+        }
+    }
+}
+
+impl Loss {
+    /// The value of one residual.
+    pub(crate) fn of(self, r: f64) -> f64 {
+        if self == Self::AccelerationL1 {
+            r.abs()
+        } else {
+            r * r
+        }
+    }
+
+    /// Its derivative.
+    pub(crate) fn slope(self, r: f64) -> f64 {
+        if self == Self::AccelerationL1 {
+            r.signum()
+        } else {
+            2.0 * r
+        }
+    }
+}
+
+/// Parts that a batch is cut into; more threads than this do not help a batch.
+const LANES: usize = 8;
+
+struct Lane<T: Real> {
+    work: Work<T>,
+    gradient: Gradient<T>,
+    extra: Vec<f64>,
+    value: Value,
+}
+
+/// Values and gradients of a loss over batches.
+pub(crate) struct Batches<T: Real> {
+    lanes: Vec<Lane<T>>,
+    pub(crate) packed: Packed<T>,
+    block: usize,
+}
+
+impl<T: Real> Batches<T> {
+    pub(crate) fn new(learner: &dyn Learner<T>, batch: usize) -> Self {
+        let block = block::<T>(batch);
+        let (n, net) = (learner.dof(), learner.net());
+        let lane = |_| Lane {
+            work: Work::new(net, block, n, learner.room(), learner.extra()),
+            gradient: Gradient::new(net),
+            extra: vec![0.0; learner.extra() * n],
+            value: Value::default(),
+        };
+        let lanes = LANES.min(batch.div_ceil(block)).max(1);
+        Self {
+            lanes: (0..lanes).map(lane).collect(),
+            packed: Packed::new(net),
+            block,
+        }
+    }
+
+    /// The loss on these samples and, where `gradient` is given, its gradient (overwritten).
+    pub(crate) fn evaluate(
+        &mut self,
+        learner: &dyn Learner<T>,
+        loss: Loss,
+        parameters: &[f64],
+        (samples, numbers): (&Samples, &[usize]),
+        gradient: Option<&mut [f64]>,
+    ) -> Value {
+        let net = learner.net();
+        let (weights, extra) = parameters.split_at(net.parameters);
+        self.packed.set(net, weights);
+        let (packed, block, lanes) = (&self.packed, self.block, self.lanes.len());
+        let wanted = gradient.is_some();
+        let factor = 1.0 / (numbers.len() * samples.n).max(1) as f64;
+        let work = |(l, lane): (usize, &mut Lane<T>)| {
+            lane.value = Value::default();
+            lane.gradient.clear();
+            lane.extra.fill(0.0);
+            for numbers in numbers.chunks(block).skip(l).step_by(lanes) {
+                samples.gather(numbers, &mut lane.work);
+                learner.residuals(packed, extra, &mut lane.work);
+                lane.value = lane.value.add(value(&lane.work, loss, samples.n));
+                if wanted {
+                    weigh(&mut lane.work, loss, samples.n, factor, &mut lane.extra);
+                    learner.pull_back(packed, &mut lane.work, &mut lane.gradient);
+                }
+            }
+        };
+        if lanes == 1 {
+            self.lanes.iter_mut().enumerate().for_each(work);
+        } else {
+            self.lanes.par_iter_mut().enumerate().for_each(work);
+        }
+        if let Some(out) = gradient {
+            out.fill(0.0);
+            for lane in &self.lanes {
+                lane.gradient.add_to(net, 1.0, out);
+                out[net.parameters..]
+                    .iter_mut()
+                    .zip(&lane.extra)
+                    .for_each(|(g, x)| *g += x);
+            }
+        }
+        self.lanes
+            .iter()
+            .fold(Value::default(), |sum, lane| sum.add(lane.value))
+    }
+}
+
+/// Samples of a block: few enough that its buffers stay in the second-level cache.
+fn block<T: Real>(batch: usize) -> usize {
+    let most = if size_of::<T>() == 4 { 32 } else { 16 };
+    most.min(batch.div_ceil(2).next_multiple_of(8)).max(8)
+}
+
+fn value<T: Real>(work: &Work<T>, loss: Loss, n: usize) -> Value {
+    let residuals = &work.residual[..work.count * n];
+    Value {
+        sum: residuals.iter().map(|&r| loss.of(r)).sum(),
+        count: residuals.len(),
+        singular: work.singular,
+    }
+}
+
+/// λ = Dᵀ ∂loss/∂r · `factor`, and the gradient by the extra parameters.
+fn weigh<T: Real>(work: &mut Work<T>, loss: Loss, n: usize, factor: f64, extra: &mut [f64]) {
+    let kinds = extra.len() / n;
+    for s in 0..work.pass.samples() {
+        for k in 0..n {
+            let lambda: f64 = if s < work.count {
+                let slope = |i: usize| factor * loss.slope(work.residual[s * n + i]);
+                (0..n)
+                    .map(|i| work.mix[(s * n + i) * n + k] * slope(i))
+                    .sum()
+            } else {
+                0.0
+            };
+            work.lambda[s * n + k] = T::of(lambda);
+            for e in 0..kinds {
+                extra[e * n + k] += lambda * work.extra[(s * n + k) * kinds + e];
+            }
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Training of Lagrangian networks: residuals by the Euler–Lagrange equation, gradients through it.
+
+use super::learner::{Learner, Loss, Work};
+use crate::lagrangian::LnnShape;
+use crate::mlp::simd::Real;
+use crate::mlp::{Gradient, Net, Packed};
+use crate::solve::Regularity;
+
+/// Units of the two dissipation coefficients of each coordinate, so that the trained numbers are of order one.
+#[derive(Debug, Clone)]
+pub(crate) struct Friction {
+    /// Viscous, `[n]`.
+    pub(crate) viscous: Vec<f64>,
+    /// Coulomb, `[n]`.
+    pub(crate) coulomb: Vec<f64>,
+    /// Speed over which Coulomb friction changes sign.
+    pub(crate) smoothing: f64,
+}
+
+/// An [`Lnn`](crate::lagrangian::Lnn) in training.
+#[derive(Debug)]
+pub(crate) struct LnnLearner<'a> {
+    pub(crate) shape: &'a LnnShape,
+    pub(crate) loss: Loss,
+    /// Weight of each coordinate's residual, `[n]`.
+    pub(crate) weights: &'a [f64],
+    pub(crate) friction: Option<Friction>,
+}
+
+impl<T: Real> Learner<T> for LnnLearner<'_> {
+    fn net(&self) -> &Net {
+        &self.shape.net
+    }
+    fn dof(&self) -> usize {
+        self.shape.dof()
+    }
+    fn room(&self) -> usize {
+        self.shape.dof()
+    }
+    fn extra(&self) -> usize {
+        if self.friction.is_some() { 2 } else { 0 }
+    }
+
+    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+        let n = self.shape.dof();
+        (0..n)
+            .map(|i| vec![(0, 2 + n + i), (1, 2 + i), (2 + i, 1), (2 + n + i, 0)])
+            .collect()
+    }
+
+    fn residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        let torque = self.loss == Loss::Torque;
+        for s in 0..work.pass.samples() {
+            let row = s * n..s * n + n;
+            let qdd = torque.then(|| &work.qdd[row.clone()]);
+            shape.write(&mut work.pass, s, &work.q[row.clone()], &work.qd[row], qdd);
+        }
+        work.pass.forward(&shape.net, packed, Some(n));
+        work.pass.reverse(&shape.net, packed, n);
+        work.singular = 0;
+        for s in 0..work.pass.samples() {
+            let row = s * n..s * n + n;
+            shape.read(
+                &work.pass,
+                s,
+                s,
+                &work.q[row.clone()],
+                &work.qd[row],
+                &mut work.jet,
+            );
+            self.friction_force(extra, s, work);
+            if torque {
+                self.torque_residual(s, work)
+            } else {
+                self.acceleration_residual(s, work)
+            }
+        }
+    }
+
+    fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        for (t, &x) in work.lambda_along.iter_mut().zip(&work.along) {
+            *t = T::of(x);
+        }
+        work.pass
+            .combine(&shape.net, n, &work.lambda_along, Some(&work.lambda));
+        for s in 0..work.pass.samples() {
+            let row = s * n..s * n + n;
+            for (w, x) in work.scratch.iter_mut().zip(&work.lambda[row.clone()]) {
+                *w = x.f64();
+            }
+            shape.write_mixed(&mut work.pass, 0, s, &work.q[row], &work.scratch[..n]);
+        }
+        work.pass.forward_mixed(&shape.net, packed, 1);
+        work.pass.reverse_mixed(&shape.net, packed, 1);
+        work.pass.add_gradient(&shape.net, gradient);
+    }
+
+    fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        for (t, &x) in work.lambda_along.iter_mut().zip(&work.along) {
+            *t = T::of(x);
+        }
+        work.pass.combine(&shape.net, n, &work.lambda_along, None);
+        for s in 0..work.pass.samples() {
+            for i in 0..n {
+                work.scratch[..n].fill(0.0);
+                work.scratch[i] = 1.0;
+                shape.write_mixed(
+                    &mut work.pass,
+                    i,
+                    s,
+                    &work.q[s * n..s * n + n],
+                    &work.scratch[..n],
+                );
+            }
+        }
+        work.pass.forward_mixed(&shape.net, packed, n);
+        work.pass.reverse_mixed(&shape.net, packed, n);
+    }
+}
+
+impl LnnLearner<'_> {
+    /// d of sample `s` into the second half of the scratch, its slopes by the coefficients into `extra`.
+    fn friction_force<T: Real>(&self, extra: &[f64], s: usize, work: &mut Work<T>) {
+        let n = self.shape.dof();
+        work.scratch[n..].fill(0.0);
+        let Some(friction) = &self.friction else {
+            return;
+        };
+        for i in 0..n {
+            let v = work.qd[s * n + i];
+            let slopes = [
+                friction.viscous[i] * v,
+                friction.coulomb[i] * (v / friction.smoothing).tanh(),
+            ];
+            let per_energy = slopes.map(|x| x / self.shape.scaling.energy);
+            work.extra[(s * n + i) * 2..][..2].copy_from_slice(&per_energy);
+            work.scratch[n + i] = extra[i] * slopes[0] + extra[n + i] * slopes[1];
+        }
+    }
+
+    /// r = w (M q̈ + c + d − τ), D = w E. The pass was along (q̇, q̈), so that the drift holds M q̈ as well,
+    /// but for the kinetic term of the scaling.
+    fn torque_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
+        let n = self.shape.dof();
+        for i in 0..n {
+            let scale = self.shape.scaling.qd_scale[i];
+            let kinetic = self.shape.scaling.energy * self.shape.config.kinetic / (scale * scale);
+            let at = s * n + i;
+            let found = work.jet.momentum_drift[at] + kinetic * work.qdd[at] - work.jet.dl_dq[at];
+            work.residual[at] = self.weights[i] * (found + work.scratch[n + i] - work.tau[at]);
+            work.along[at] = 0.0;
+            for j in 0..n {
+                work.mix[at * n + j] = if i == j {
+                    self.weights[i] * self.shape.scaling.energy
+                } else {
+                    0.0
+                };
+            }
+        }
+    }
+
+    /// r = w (M⁻¹ (τ − d − c) − q̈), D = −w M⁻¹ E, with S in units of the energy E.
+    fn acceleration_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
+        let n = self.shape.dof();
+        let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
+        let energy = self.shape.scaling.energy;
+        let row = s * n..s * n + n;
+        let mut regular = true;
+        for i in 0..n {
+            let mut unit = [0.0; MAX_DOF];
+            let mut column = [0.0; MAX_DOF];
+            unit[i] = -self.weights[i] * energy;
+            let found = work.solver.solve(mass, &unit[..n], &mut column[..n]);
+            regular &= matches!(found, Regularity::Definite | Regularity::Indefinite);
+            work.mix[(s * n + i) * n..][..n].copy_from_slice(&column[..n]);
+        }
+        for i in row.clone() {
+            let force = work.tau[i] - work.scratch[n + i - s * n] - work.jet.momentum_drift[i]
+                + work.jet.dl_dq[i];
+            work.scratch[i - s * n] = force;
+        }
+        for (i, at) in row.clone().enumerate() {
+            let inverse = &work.mix[at * n..][..n];
+            let qdd = -inverse
+                .iter()
+                .zip(&work.scratch[..n])
+                .map(|(m, f)| m * f)
+                .sum::<f64>()
+                / (self.weights[i] * energy);
+            work.along[at] = qdd;
+            work.residual[at] = self.weights[i] * (qdd - work.qdd[at]);
+            regular &= qdd.is_finite() && qdd.abs() < 1e30;
+        }
+        if !regular {
+            work.singular += usize::from(s < work.count);
+            work.residual[row.clone()].fill(0.0);
+            work.along[row.clone()].fill(0.0);
+            work.mix[s * n * n..][..n * n].fill(0.0);
+        }
+    }
+}
+
+/// Largest number of coordinates that a network is trained with.
+pub(crate) const MAX_DOF: usize = 64;

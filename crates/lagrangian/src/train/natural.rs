@@ -1,0 +1,360 @@
+//! Natural gradient (Gauss–Newton, Levenberg–Marquardt) in the space of samples, with momentum.
+//!
+//! | symbol | meaning | shape |
+//! |---|---|---|
+//! | r | residuals of the batch, of order one | N |
+//! | J | ∂r/∂θ, never formed | N × P |
+//! | φ | step, remembered | P |
+//! | μ, λ, η | momentum, damping, rate | |
+//!
+//! φ ← μ φ + Jᵀ (J Jᵀ + λ N I)⁻¹ (r − μ J φ), θ ← θ − η φ
+//! (SPRING: Goldshlager, Abrahamsen, Lin 2024, arXiv 2401.10190).
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::batch::{Samples, Value};
+use super::learner::{Learner, Loss, Work};
+use crate::mlp::simd::Buffer;
+use crate::mlp::{Gradient, Packed, TileScratch, Transposed};
+
+/// Settings of the natural gradient.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NaturalConfig {
+    /// Largest rate η; the schedule scales it.
+    pub rate: f64,
+    /// Momentum μ.
+    pub momentum: f64,
+    /// Damping λ at the start.
+    pub damping_first: f64,
+    /// Damping λ at the end; it falls geometrically.
+    pub damping_last: f64,
+    /// Longest step η φ; longer ones are shortened to it.
+    pub longest: f64,
+}
+
+impl Default for NaturalConfig {
+    fn default() -> Self {
+        Self {
+            rate: 0.5,
+            momentum: 0.9,
+            damping_first: 1e-1,
+            damping_last: 1e-7,
+            longest: 1.0,
+        }
+    }
+}
+
+const BLOCK: usize = 16;
+
+/// The memory of a run and the work space of its batches.
+pub(crate) struct Natural {
+    /// φ.
+    pub(crate) phi: Vec<f64>,
+    blocks: Vec<Block>,
+    tiles: Vec<Tile>,
+    packed: Packed<f64>,
+    packed_phi: Packed<f64>,
+}
+
+struct Block {
+    work: Work<f64>,
+    transposed: Transposed<f64>,
+    gradient: Gradient<f64>,
+    wide: Buffer<f64>,
+    /// r − μ J φ, then the solution, `[samples, n]`; J φ and Dᵀ x in S-space.
+    right: Vec<f64>,
+    raw: Vec<f64>,
+    value: Value,
+}
+
+struct Tile {
+    row: usize,
+    column: usize,
+    values: Vec<f64>,
+}
+
+impl Natural {
+    pub(crate) fn new(learner: &dyn Learner<f64>, batch: usize) -> Self {
+        let (net, n) = (learner.net(), learner.dof());
+        let count = batch.div_ceil(BLOCK);
+        let block = |_| {
+            let work = Work::new(net, BLOCK, n, learner.room(), learner.extra());
+            Block {
+                transposed: Transposed::new(net, &work.pass),
+                wide: Buffer::new(work.pass.widest()),
+                work,
+                gradient: Gradient::new(net),
+                right: vec![0.0; BLOCK * n],
+                raw: vec![0.0; BLOCK * n],
+                value: Value::default(),
+            }
+        };
+        let size = BLOCK * n;
+        let tile = |(row, column)| Tile {
+            row,
+            column,
+            values: vec![0.0; size * size],
+        };
+        Self {
+            phi: vec![0.0; learner.parameters()],
+            blocks: (0..count).map(block).collect(),
+            tiles: (0..count)
+                .flat_map(|i| (0..=i).map(move |j| (i, j)))
+                .map(tile)
+                .collect(),
+            packed: Packed::new(net),
+            packed_phi: Packed::new(net),
+        }
+    }
+
+    /// One step at `rate` with damping `damping`; returns the loss before it. A batch whose system cannot be solved
+    /// moves nothing but forgets the momentum.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a step is a function of all of these"
+    )]
+    pub(crate) fn step(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        config: &NaturalConfig,
+        loss: Loss,
+        (rate, damping): (f64, f64),
+        (samples, numbers): (&Samples, &[usize]),
+        parameters: &mut [f64],
+    ) -> Value {
+        let net = learner.net();
+        let (weights, extra) = parameters.split_at(net.parameters);
+        self.packed.set(net, weights);
+        self.packed_phi.set(net, &self.phi[..net.parameters]);
+        let terms = learner.terms();
+        let used = numbers.len().div_ceil(BLOCK);
+        let (packed, packed_phi, phi_extra) =
+            (&self.packed, &self.packed_phi, &self.phi[net.parameters..]);
+        self.blocks[..used]
+            .par_iter_mut()
+            .zip(numbers.par_chunks(BLOCK))
+            .for_each(|(block, numbers)| {
+                samples.gather(numbers, &mut block.work);
+                learner.residuals(packed, extra, &mut block.work);
+                block.weigh(loss, samples.n);
+                learner.linearise(packed, &mut block.work);
+                block.transposed.set(net, &block.work.pass, &terms);
+                block.raw.fill(0.0);
+                block.work.pass.push_forward(
+                    net,
+                    packed_phi,
+                    &terms,
+                    &mut block.wide,
+                    &mut block.raw,
+                );
+                block.subtract_momentum(config.momentum, phi_extra, samples.n);
+            });
+        self.gram(learner, used, &terms);
+        let value = self.blocks[..used]
+            .iter()
+            .fold(Value::default(), |sum, b| sum.add(b.value));
+        if !self.solve(used, samples.n, damping) {
+            self.phi.fill(0.0);
+            return value;
+        }
+        self.blocks[..used].par_iter_mut().for_each(|block| {
+            block.unmix(samples.n);
+            block.gradient.clear();
+            let Block {
+                work,
+                raw,
+                wide,
+                gradient,
+                ..
+            } = block;
+            work.pass
+                .pull_back_factors(net, &terms, raw, wide, gradient);
+        });
+        self.advance(learner, config, used, rate, parameters);
+        value
+    }
+
+    /// The lower triangle of J Jᵀ, tile by tile.
+    fn gram(&mut self, learner: &dyn Learner<f64>, used: usize, terms: &[Vec<(usize, usize)>]) {
+        let (net, blocks, n) = (learner.net(), &self.blocks, learner.dof());
+        let tiles = self.tiles.par_iter_mut().filter(|t| t.row < used);
+        let scratch = || {
+            (
+                TileScratch::new(&blocks[0].work.pass),
+                vec![0.0; (BLOCK * n).pow(2)],
+            )
+        };
+        tiles.for_each_init(scratch, |(scratch, raw), tile| {
+            let (left, right) = (&blocks[tile.row].work, &blocks[tile.column]);
+            left.pass
+                .gram_tile(net, &right.transposed, terms, scratch, raw);
+            mix_tile(left, &right.work, n, learner.extra(), raw, &mut tile.values);
+        });
+    }
+
+    /// Solves for the weights of the residuals; `false` if the system is not positive definite.
+    fn solve(&mut self, used: usize, n: usize, damping: f64) -> bool {
+        let count = BLOCK * n;
+        let size = used * count;
+        let mut matrix = Mat::<f64>::zeros(size, size);
+        for tile in self.tiles.iter().filter(|t| t.row < used) {
+            for r in 0..count {
+                for c in 0..count {
+                    matrix[(tile.row * count + r, tile.column * count + c)] =
+                        tile.values[r * count + c];
+                }
+            }
+        }
+        for i in 0..size {
+            matrix[(i, i)] += damping * size as f64;
+        }
+        let mut right = Mat::<f64>::zeros(size, 1);
+        for (b, block) in self.blocks[..used].iter().enumerate() {
+            for (k, x) in block.right.iter().enumerate() {
+                // Row i · samples + s of a block belongs to residual i of sample s.
+                right[(b * count + k % n * BLOCK + k / n, 0)] = *x;
+            }
+        }
+        let Ok(factor) = matrix.llt(Side::Lower) else {
+            return false;
+        };
+        factor.solve_in_place(&mut right);
+        for (b, block) in self.blocks[..used].iter_mut().enumerate() {
+            for (k, x) in block.right.iter_mut().enumerate() {
+                *x = right[(b * count + k % n * BLOCK + k / n, 0)];
+            }
+        }
+        self.blocks[..used]
+            .iter()
+            .all(|b| b.right.iter().all(|x| x.is_finite()))
+    }
+
+    /// φ ← μ φ + Jᵀ x, θ ← θ − η φ.
+    fn advance(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        config: &NaturalConfig,
+        used: usize,
+        rate: f64,
+        parameters: &mut [f64],
+    ) {
+        let (net, n) = (learner.net(), learner.dof());
+        self.phi.iter_mut().for_each(|x| *x *= config.momentum);
+        for block in &self.blocks[..used] {
+            block.gradient.add_to(net, 1.0, &mut self.phi);
+            let kinds = learner.extra();
+            for (k, slope) in block.work.extra.iter().enumerate() {
+                let (coordinate, kind) = (k / kinds, k % kinds);
+                self.phi[net.parameters + kind * n + coordinate % n] +=
+                    slope * block.raw[coordinate];
+            }
+        }
+        let length = rate * self.phi.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if !length.is_finite() {
+            self.phi.fill(0.0);
+            return;
+        }
+        let rate = if length > config.longest {
+            rate * config.longest / length
+        } else {
+            rate
+        };
+        parameters
+            .iter_mut()
+            .zip(&self.phi)
+            .for_each(|(theta, x)| *theta -= rate * x);
+        learner.project(parameters);
+    }
+}
+
+impl Block {
+    /// Turns residuals into those whose squares are minimised, and leaves the padding of the block out.
+    fn weigh(&mut self, loss: Loss, n: usize) {
+        let work = &mut self.work;
+        let residuals = &work.residual[..work.count * n];
+        self.value = Value {
+            sum: residuals.iter().map(|&r| loss.of(r)).sum(),
+            count: residuals.len(),
+            singular: work.singular,
+        };
+        for at in 0..work.residual.len() {
+            let r = work.residual[at];
+            let weight = match loss {
+                _ if at >= work.count * n => 0.0,
+                // |r| = r² / |r|: squares, reweighted at every step.
+                Loss::AccelerationL1 => 1.0 / r.abs().max(1e-3).sqrt(),
+                _ => 1.0,
+            };
+            work.residual[at] = r * weight;
+            work.mix[at * n..at * n + n]
+                .iter_mut()
+                .for_each(|d| *d *= weight);
+        }
+    }
+
+    /// right = r − μ D (J φ in S-space, in `raw`).
+    fn subtract_momentum(&mut self, momentum: f64, phi_extra: &[f64], n: usize) {
+        let kinds = phi_extra.len() / n;
+        for (k, raw) in self.raw.iter_mut().enumerate() {
+            for e in 0..kinds {
+                *raw += self.work.extra[k * kinds + e] * phi_extra[e * n + k % n];
+            }
+        }
+        for (k, right) in self.right.iter_mut().enumerate() {
+            let along = &self.raw[k / n * n..][..n];
+            let row = &self.work.mix[k * n..][..n];
+            let pushed = row.iter().zip(along).map(|(d, x)| d * x).sum::<f64>();
+            *right = self.work.residual[k] - momentum * pushed;
+        }
+    }
+
+    /// raw = Dᵀ right.
+    fn unmix(&mut self, n: usize) {
+        for (k, raw) in self.raw.iter_mut().enumerate() {
+            let (s, column) = (k / n, k % n);
+            *raw = (0..n)
+                .map(|i| self.work.mix[(s * n + i) * n + column] * self.right[s * n + i])
+                .sum();
+        }
+    }
+}
+
+/// K = D (S-space tile + extra parameters) D'ᵀ, rows and columns i · samples + s.
+fn mix_tile(
+    left: &Work<f64>,
+    right: &Work<f64>,
+    n: usize,
+    kinds: usize,
+    raw: &mut [f64],
+    out: &mut [f64],
+) {
+    let size = n * BLOCK;
+    for i in 0..n {
+        for s in 0..BLOCK {
+            let row = &mut raw[(i * BLOCK + s) * size + i * BLOCK..][..BLOCK];
+            for e in 0..kinds {
+                let slope = left.extra[(s * n + i) * kinds + e];
+                for (t, x) in row.iter_mut().enumerate() {
+                    *x += slope * right.extra[(t * n + i) * kinds + e];
+                }
+            }
+        }
+    }
+    out.fill(0.0);
+    for s in 0..BLOCK {
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let target = &mut out[(i * BLOCK + s) * size + j * BLOCK..][..BLOCK];
+            for (k, l) in (0..n).flat_map(|k| (0..n).map(move |l| (k, l))) {
+                let d = left.mix[(s * n + i) * n + k];
+                let source = &raw[(k * BLOCK + s) * size + l * BLOCK..][..BLOCK];
+                for (t, (x, y)) in target.iter_mut().zip(source).enumerate() {
+                    *x += d * y * right.mix[(t * n + j) * n + l];
+                }
+            }
+        }
+    }
+}

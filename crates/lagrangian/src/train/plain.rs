@@ -1,0 +1,71 @@
+//! Training of plain networks.
+
+use super::learner::{Learner, Work};
+use crate::baseline::MlpShape;
+use crate::mlp::simd::Real;
+use crate::mlp::{Gradient, Net, Packed};
+
+/// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − q̈), D = w · scale.
+#[derive(Debug)]
+pub(crate) struct MlpLearner<'a> {
+    pub(crate) shape: &'a MlpShape,
+    /// Weight of each coordinate's residual, `[n]`.
+    pub(crate) weights: &'a [f64],
+}
+
+impl<T: Real> Learner<T> for MlpLearner<'_> {
+    fn net(&self) -> &Net {
+        &self.shape.net
+    }
+    fn dof(&self) -> usize {
+        self.shape.dof()
+    }
+    fn room(&self) -> usize {
+        // The sensitivities of n outputs stand in the first n components.
+        self.shape.dof().div_ceil(2)
+    }
+    fn extra(&self) -> usize {
+        0
+    }
+
+    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+        (0..self.shape.dof()).map(|i| vec![(i, 0)]).collect()
+    }
+
+    fn residuals(&self, packed: &Packed<T>, _extra: &[f64], work: &mut Work<T>) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        for s in 0..work.pass.samples() {
+            let row = s * n..s * n + n;
+            shape.write(
+                &mut work.pass,
+                s,
+                &work.q[row.clone()],
+                &work.qd[row.clone()],
+                &work.tau[row],
+            );
+        }
+        work.pass.forward(&shape.net, packed, None);
+        for s in 0..work.pass.samples() {
+            for i in 0..n {
+                let scale = shape.qdd_scale[i] * self.weights[i];
+                let at = s * n + i;
+                let found = work.pass.output(0, s, i).f64();
+                work.residual[at] = scale * found - self.weights[i] * work.qdd[at];
+                for j in 0..n {
+                    work.mix[at * n + j] = if i == j { scale } else { 0.0 };
+                }
+            }
+        }
+    }
+
+    fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
+        work.pass
+            .reverse_weighted(&self.shape.net, packed, self.shape.dof(), &work.lambda);
+        work.pass.add_products(&self.shape.net, &[(0, 0)], gradient);
+    }
+
+    fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
+        work.pass
+            .reverse_outputs(&self.shape.net, packed, self.shape.dof());
+    }
+}

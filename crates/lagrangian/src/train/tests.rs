@@ -1,0 +1,188 @@
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::batch::{Batches, Samples};
+use super::learner::{Learner, Loss};
+use super::lnn::{Friction, LnnLearner};
+use super::natural::{Natural, NaturalConfig};
+use super::plain::MlpLearner;
+use crate::Coordinates;
+use crate::baseline::{MlpConfig, MlpShape};
+use crate::lagrangian::{Form, LnnConfig, LnnShape, Scaling};
+
+fn samples(n: usize, m: usize) -> Samples {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut column = || (0..m * n).map(|_| rng.random_range(-1.5..1.5)).collect();
+    Samples {
+        n,
+        q: column(),
+        qd: column(),
+        qdd: column(),
+        tau: column(),
+    }
+}
+
+fn shape(n: usize, form: Form) -> LnnShape {
+    let config = LnnConfig {
+        form,
+        width: 16,
+        ..Default::default()
+    };
+    let scaling = Scaling {
+        energy: 1.7,
+        qd_scale: vec![1.3; n],
+        ..Scaling::identity(n)
+    };
+    LnnShape::new(Coordinates::angles(n), config, scaling).unwrap()
+}
+
+/// The largest relative error of the gradient against central differences, over some parameters.
+fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) -> f64 {
+    let mut parameters = learner.net().initialise(&mut ChaCha8Rng::seed_from_u64(1));
+    parameters.resize(learner.parameters(), 0.3);
+    let numbers: Vec<usize> = (0..samples.len()).collect();
+    let mut batches = Batches::new(learner, samples.len());
+    let mut gradient = vec![0.0; parameters.len()];
+    batches.evaluate(
+        learner,
+        loss,
+        &parameters,
+        (samples, &numbers),
+        Some(&mut gradient),
+    );
+    let largest = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+    let mut worst = 0.0_f64;
+    for k in (0..parameters.len())
+        .step_by(parameters.len() / 40 + 1)
+        .chain([parameters.len() - 1])
+    {
+        let mut at = |x: f64| {
+            let mut moved = parameters.clone();
+            moved[k] += x;
+            batches
+                .evaluate(learner, loss, &moved, (samples, &numbers), None)
+                .mean()
+        };
+        let h = 1e-4;
+        let (near, far) = (at(h) - at(-h), at(2.0 * h) - at(-2.0 * h));
+        let slope = (8.0 * near - far) / (12.0 * h);
+        worst = worst.max((slope - gradient[k]).abs() / largest);
+    }
+    worst
+}
+
+#[test]
+fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
+    for n in [1, 2, 3] {
+        for form in [Form::Free, Form::Convex] {
+            for (loss, friction) in [
+                (Loss::Acceleration, false),
+                (Loss::Acceleration, true),
+                (Loss::Torque, true),
+                (Loss::AccelerationL1, false),
+            ] {
+                let shape = shape(n, form);
+                let friction = friction.then(|| Friction {
+                    viscous: vec![0.5; n],
+                    coulomb: vec![0.2; n],
+                    smoothing: 0.3,
+                });
+                let weights = vec![0.8; n];
+                let learner = LnnLearner {
+                    shape: &shape,
+                    loss,
+                    weights: &weights,
+                    friction,
+                };
+                let error = gradient_error(&learner, loss, &samples(n, 37));
+                assert!(error < 1e-7, "n {n} {form:?} {loss:?}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_gradient_of_a_plain_network_agrees_with_differences() {
+    let config = MlpConfig {
+        width: 16,
+        forced: true,
+        ..Default::default()
+    };
+    let scales = (vec![2.0; 3], vec![0.5; 3]);
+    let shape =
+        MlpShape::new(Coordinates::angles(3), config, Scaling::identity(3), scales).unwrap();
+    let learner = MlpLearner {
+        shape: &shape,
+        weights: &[0.8; 3],
+    };
+    let error = gradient_error(&learner, Loss::Acceleration, &samples(3, 37));
+    assert!(error < 1e-7, "{error:e}");
+}
+
+/// Without momentum, one step of rate 1 is −Jᵀ (J Jᵀ + λ N)⁻¹ r; the residuals after a short step must change by
+/// −rate · K (K + λ N)⁻¹ r, which for small damping is −rate · r.
+fn assert_step_solves(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) {
+    let mut parameters = learner.net().initialise(&mut ChaCha8Rng::seed_from_u64(1));
+    parameters.resize(learner.parameters(), 0.3);
+    let numbers: Vec<usize> = (0..samples.len()).collect();
+    let mut natural = Natural::new(learner, numbers.len());
+    let config = NaturalConfig {
+        momentum: 0.0,
+        longest: 1e9,
+        ..Default::default()
+    };
+    let rate = 1e-5;
+    let before = natural
+        .step(
+            learner,
+            &config,
+            loss,
+            (rate, 1e-12),
+            (samples, &numbers),
+            &mut parameters,
+        )
+        .mean();
+    let mut batches = Batches::new(learner, samples.len());
+    let after = batches
+        .evaluate(learner, loss, &parameters, (samples, &numbers), None)
+        .mean();
+    let found = (after / before).ln() / (-2.0 * rate);
+    assert!((found - 1.0).abs() < 2e-3, "{loss:?}: {found}");
+}
+
+#[test]
+fn a_natural_step_shrinks_every_residual_by_its_rate() {
+    for form in [Form::Free, Form::Convex] {
+        for loss in [Loss::Acceleration, Loss::Torque] {
+            let shape = shape(2, form);
+            let friction = Some(Friction {
+                viscous: vec![0.5; 2],
+                coulomb: vec![0.2; 2],
+                smoothing: 0.3,
+            });
+            let weights = [0.8, 1.2];
+            let learner = LnnLearner {
+                shape: &shape,
+                loss,
+                weights: &weights,
+                friction,
+            };
+            assert_step_solves(&learner, loss, &samples(2, 21));
+        }
+    }
+    let config = MlpConfig {
+        width: 16,
+        forced: true,
+        ..Default::default()
+    };
+    let scales = (vec![2.0; 3], vec![0.5; 3]);
+    let shape =
+        MlpShape::new(Coordinates::angles(3), config, Scaling::identity(3), scales).unwrap();
+    let learner = MlpLearner {
+        shape: &shape,
+        weights: &[0.8; 3],
+    };
+    assert_step_solves(&learner, Loss::Acceleration, &samples(3, 21));
+}

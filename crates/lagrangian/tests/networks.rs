@@ -1,0 +1,142 @@
+//! Networks through the kernels against the same networks over dual numbers.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use lagrangian::lagrangian::{Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling};
+use lagrangian::mlp::Activation;
+use lagrangian::{Coordinates, Topology};
+use num_dual::{Dual64, HyperDual64};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Coordinates of both topologies, with scales that differ.
+fn network(n: usize, depth: usize, form: Form, activation: Activation, seed: u64) -> Lnn {
+    let mut coordinates = Coordinates::angles(n);
+    for (i, c) in coordinates.0.iter_mut().enumerate() {
+        c.topology = if i % 3 == 1 {
+            Topology::Line
+        } else {
+            Topology::Circle
+        };
+    }
+    let scaling = Scaling {
+        q_center: (0..n).map(|i| 0.1 * i as f64).collect(),
+        q_scale: (0..n).map(|i| 1.0 + 0.2 * i as f64).collect(),
+        qd_scale: (0..n).map(|i| 2.0 + 0.5 * i as f64).collect(),
+        energy: 3.0,
+    };
+    let config = LnnConfig {
+        form,
+        width: 32,
+        layers: depth,
+        activation,
+        kinetic: 0.7,
+    };
+    Lnn::random(coordinates, config, scaling, seed).unwrap()
+}
+
+/// L and its derivatives at one state by dual and hyper-dual numbers.
+fn oracle(lnn: &Lnn, q: &[f64], qd: &[f64]) -> Jet {
+    let n = q.len();
+    let mut jet = Jet::default();
+    jet.resize(1, n);
+    let basis = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+    for i in 0..n {
+        let along_q: Vec<_> = (0..n).map(|k| Dual64::new(q[k], basis(i, k))).collect();
+        let rest: Vec<_> = qd.iter().map(|&v| Dual64::from_re(v)).collect();
+        let l = lnn.lagrangian(&along_q, &rest);
+        (jet.lagrangian[0], jet.dl_dq[i]) = (l.re, l.eps);
+        let second = |dq: &dyn Fn(usize) -> f64, dv: &dyn Fn(usize) -> f64| {
+            let x: Vec<_> = (0..n)
+                .map(|k| HyperDual64::new(q[k], 0.0, dq(k), 0.0))
+                .collect();
+            let v: Vec<_> = (0..n)
+                .map(|k| HyperDual64::new(qd[k], basis(i, k), dv(k), 0.0))
+                .collect();
+            lnn.lagrangian(&x, &v)
+        };
+        let drift = second(&|k| qd[k], &|_| 0.0);
+        (jet.momentum[i], jet.momentum_drift[i]) = (drift.eps1, drift.eps1eps2);
+        for j in 0..n {
+            jet.mass_matrix[i * n + j] = second(&|_| 0.0, &|k| basis(j, k)).eps1eps2;
+        }
+    }
+    jet
+}
+
+fn worst(found: &[f64], truth: &[f64]) -> f64 {
+    let scale = truth.iter().fold(1e-3_f64, |m, x| m.max(x.abs()));
+    found
+        .iter()
+        .zip(truth)
+        .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs() / scale))
+}
+
+#[test]
+fn every_derivative_of_a_network_agrees_with_dual_numbers_to_rounding() {
+    let activations = [
+        Activation::Softplus,
+        Activation::Tanh,
+        Activation::Gelu,
+        Activation::XTanh,
+    ];
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    for n in 1..=7 {
+        for depth in 1..=4 {
+            for form in [Form::Free, Form::Convex] {
+                let activation = activations[(n + depth) % 4];
+                let lnn = network(n, depth, form, activation, (n * 10 + depth) as u64);
+                let states = 19; // one block and a part of another
+                let q: Vec<f64> = (0..states * n)
+                    .map(|_| rng.random_range(-3.0..3.0))
+                    .collect();
+                let qd: Vec<f64> = (0..states * n)
+                    .map(|_| rng.random_range(-5.0..5.0))
+                    .collect();
+                let mut jet = Jet::default();
+                lnn.jets().jet(&q, &qd, &mut jet);
+                for row in 0..states {
+                    let (from, to) = (row * n, row * n + n);
+                    let truth = oracle(&lnn, &q[from..to], &qd[from..to]);
+                    let pairs = [
+                        (&jet.lagrangian[row..=row], &truth.lagrangian[..]),
+                        (&jet.dl_dq[from..to], &truth.dl_dq[..]),
+                        (&jet.momentum[from..to], &truth.momentum[..]),
+                        (&jet.momentum_drift[from..to], &truth.momentum_drift[..]),
+                        (&jet.mass_matrix[from * n..to * n], &truth.mass_matrix[..]),
+                    ];
+                    for (k, (found, truth)) in pairs.into_iter().enumerate() {
+                        let error = worst(found, truth);
+                        assert!(
+                            error < 1e-12,
+                            "n {n} depth {depth} {form:?} {activation:?} field {k}: {error:e}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn one_state_alone_and_in_a_block_gives_the_same_derivatives() {
+    let lnn = network(2, 2, Form::Free, Activation::Softplus, 3);
+    let (q, qd) = ([0.3, -0.7, 1.0, 2.0], [1.0, -2.0, 0.5, 0.1]);
+    let (mut block, mut alone) = (Jet::default(), Jet::default());
+    lnn.jets().jet(&q, &qd, &mut block);
+    lnn.jets().jet(&q[2..], &qd[2..], &mut alone);
+    assert!(worst(&block.mass_matrix[4..], &alone.mass_matrix) < 1e-14);
+    assert!(worst(&block.dl_dq[2..], &alone.dl_dq) < 1e-14);
+}
+
+#[test]
+fn the_convex_form_has_a_positive_definite_mass_matrix_everywhere() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let lnn = network(2, 2, Form::Convex, Activation::Tanh, 11);
+    let q: Vec<f64> = (0..4000).map(|_| rng.random_range(-10.0..10.0)).collect();
+    let qd: Vec<f64> = (0..4000).map(|_| rng.random_range(-50.0..50.0)).collect();
+    let mut jet = Jet::default();
+    lnn.jets().jet(&q, &qd, &mut jet);
+    for m in jet.mass_matrix.chunks(4) {
+        assert!(m[0] > 0.0 && m[0] * m[3] > m[1] * m[2], "{m:?}");
+    }
+}
