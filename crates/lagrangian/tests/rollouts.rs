@@ -8,7 +8,7 @@ use lagrangian::integrate::{Control, Dop853, Dopri5, EmbeddedPair, Failure, Meth
 use lagrangian::lagrangian::Dissipation;
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::rollout::{
-    Hold, Outcome, RolloutOptions, free, recorded, rollout, rollout_many, times,
+    Hold, Outcome, RolloutOptions, free, recorded, rollout, rollout_many, rollout_recorded, times,
 };
 use lagrangian::{Coordinates, State, Trajectory};
 use rand::SeedableRng;
@@ -105,15 +105,19 @@ fn dense_error<P: EmbeddedPair>(rtol: f64) -> (f64, u64) {
         max_steps: 100_000,
     };
     let samples = times(10.0, 0.01).unwrap();
-    let mut f = |t: f64, x: &[f64], dx: &mut [f64]| dx.copy_from_slice(&[x[1], -x[0] + 0.0 * t]);
+    let mut evaluations = 0;
+    let mut f = |_: f64, x: &[f64], dx: &mut [f64]| {
+        evaluations += 1;
+        dx.copy_from_slice(&[x[1], -x[0]]);
+    };
     let mut error = 0.0_f64;
     let mut sink = |k: usize, x: &[f64]| {
         error = error
             .max((x[0] - samples[k].cos()).abs())
             .max((x[1] + samples[k].sin()).abs());
     };
-    let solution = adaptive::solve::<P>(&mut f, &[1.0, 0.0], &samples, &control, &mut sink);
-    (error, solution.evaluations)
+    adaptive::solve::<P>(&mut f, &[1.0, 0.0], &samples, &control, &mut sink);
+    (error, evaluations)
 }
 
 #[test]
@@ -374,6 +378,25 @@ fn recorded_forces_drive_a_rollout_held_or_interpolated() {
     assert!((speed_at(2.0, Hold::Linear) - 1.5).abs() < 1e-9);
     // Held at the sample before, it lags by half a sample: 0.45; RK4 sees each jump once a step.
     assert!((speed_at(1.0, Hold::Previous) - 0.45).abs() < 1e-3);
+    for (method, _) in Method::TABLE {
+        let options = RolloutOptions {
+            method,
+            step: 0.03,
+            ..RolloutOptions::default()
+        };
+        for (hold, speed) in [(Hold::Previous, 0.45), (Hold::Linear, 0.5)] {
+            let rollout = rollout_recorded(&*model, &recording, hold, &options).unwrap();
+            assert_eq!(
+                (rollout.outcome, rollout.trajectory.len()),
+                (Outcome::Finished, 11)
+            );
+            assert!(
+                (rollout.trajectory.qd[10] - speed).abs() < 1e-9,
+                "{}",
+                method.name()
+            );
+        }
+    }
     assert!(recorded(&recording, &Coordinates::lines(2), Hold::Linear).is_err());
 }
 

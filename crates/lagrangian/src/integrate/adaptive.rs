@@ -66,21 +66,14 @@ pub fn solve<P: EmbeddedPair>(
     control: &Control,
     sink: &mut Sink<'_>,
 ) -> Solution {
-    let mut evaluations = 0;
-    let mut counted = |t: f64, x: &[f64], dx: &mut [f64]| {
-        evaluations += 1;
-        f(t, x, dx);
-    };
     let mut solution = Solution {
         ending: Ending::Finished,
         steps: 0,
         rejected: 0,
-        evaluations: 0,
     };
     if !times.is_empty() {
-        solution.ending = drive::<P>(&mut counted, x0, times, control, sink, &mut solution);
+        solution.ending = drive::<P>(f, x0, times, control, sink, &mut solution);
     }
-    solution.evaluations = evaluations;
     solution
 }
 
