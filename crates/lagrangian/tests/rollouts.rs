@@ -133,47 +133,6 @@ fn dense_output_is_as_exact_as_the_steps_and_the_8th_order_pays() {
     }
 }
 
-/// The error at t = 2 of a pendulum from 1 rad, with `parts` equal steps.
-fn error_in_equal_steps<P: EmbeddedPair>(parts: u32) -> f64 {
-    let control = Control {
-        step: 1.0,
-        rtol: 1e-14,
-        atol: 1e-14,
-        max_steps: 100_000,
-    };
-    let mut f = |_: f64, x: &[f64], dx: &mut [f64]| dx.copy_from_slice(&[x[1], -x[0].sin()]);
-    let mut truth = [0.0; 2];
-    let mut sink = |_: usize, x: &[f64]| truth.copy_from_slice(x);
-    adaptive::solve::<Dop853>(&mut f, &[1.0, 0.0], &[0.0, 2.0], &control, &mut sink);
-    let (mut x, mut x_new, h) = ([1.0, 0.0], [0.0; 2], 2.0 / f64::from(parts));
-    let mut pair = P::new(2);
-    f(0.0, &x, pair.slope());
-    for k in 0..parts {
-        let step = (f64::from(k) * h, h);
-        let _ = pair.attempt(&mut f, step, &x, &mut x_new, &control);
-        pair.finish(&mut f, step, &x_new);
-        pair.advance();
-        x = x_new;
-    }
-    (x[0] - truth[0]).hypot(x[1] - truth[1])
-}
-
-#[test]
-fn embedded_pairs_converge_with_their_order() {
-    let order = |coarse: f64, fine: f64| (coarse / fine).log2();
-    let fifth = order(
-        error_in_equal_steps::<Dopri5>(16),
-        error_in_equal_steps::<Dopri5>(32),
-    );
-    let eighth = order(
-        error_in_equal_steps::<Dop853>(4),
-        error_in_equal_steps::<Dop853>(8),
-    );
-    println!("orders {fifth:.2} and {eighth:.2}");
-    assert!((fifth - 5.0).abs() < 0.4, "{fifth}");
-    assert!((eighth - 8.0).abs() < 0.8, "{eighth}");
-}
-
 #[test]
 fn friction_brings_a_pendulum_to_rest_at_the_bottom() {
     let pendulum = by_name("pendulum", &[]).unwrap();
