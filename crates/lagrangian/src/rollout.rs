@@ -1,14 +1,15 @@
 //! Rolling a model out: from an initial state to a predicted trajectory, and how it ended.
 
+mod many;
 mod recorded;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{Evaluator, Model};
 use crate::integrate::{Control, Ending, Failure, Method};
-use crate::{Error, Result, State, Trajectory};
+use crate::{Error, Result, Trajectory};
 
+pub use many::rollout_many;
 pub use recorded::{Hold, recorded, rollout_recorded};
 
 /// Generalised forces as a function: (t, q, q̇, τ), which writes τ.
@@ -146,21 +147,6 @@ pub fn rollout(
     Ok(run.finish(ending, tau))
 }
 
-/// Rolls `model` out from each of the states, on all threads; the same bits whatever their number.
-///
-/// # Errors
-/// As [`rollout`], for the first state that has one.
-pub fn rollout_many(
-    model: &dyn Model,
-    starts: &[State],
-    times: &[f64],
-    tau: &Force<'_>,
-    options: &RolloutOptions,
-) -> Result<Vec<Rollout>> {
-    let one = |start: &State| rollout(model, &start.q, &start.qd, times, tau, options);
-    starts.par_iter().map(one).collect()
-}
-
 /// The times 0, `step`, 2 `step`, … up to `duration` (and that itself, if it is a multiple), s.
 ///
 /// # Errors
@@ -256,23 +242,7 @@ impl<'a> Run<'a> {
         options: &'a RolloutOptions,
     ) -> Self {
         let n = q0.len();
-        let trajectory = Trajectory {
-            name: "rollout".into(),
-            t: Vec::with_capacity(len),
-            q: Vec::with_capacity(len * n),
-            qd: Vec::with_capacity(len * n),
-            qdd: None,
-            tau: None,
-        };
-        let outcome = Outcome::Finished;
-        let rollout = Rollout {
-            trajectory,
-            outcome,
-            steps: 0,
-            rejected: 0,
-            evaluations: 0,
-            singular: 0,
-        };
+        let rollout = Rollout::begin(len, n);
         let x = [q0, qd0].concat();
         Self {
             evaluator: model.evaluator(),
@@ -298,7 +268,7 @@ impl<'a> Run<'a> {
             singular,
             ..
         } = rollout;
-        let (n, x0) = (force.len(), x.clone());
+        let x0 = x.clone();
         let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
             tau(t, q, qd, force);
             *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
@@ -307,9 +277,7 @@ impl<'a> Run<'a> {
         let mut sample = |k: usize, state: &[f64]| {
             x.copy_from_slice(state);
             if k > 0 || first {
-                trajectory.t.push(times[k]);
-                trajectory.q.extend_from_slice(&state[..n]);
-                trajectory.qd.extend_from_slice(&state[n..]);
+                record(trajectory, times[k], state);
             }
         };
         let mut control = options.control();
@@ -323,14 +291,48 @@ impl<'a> Run<'a> {
     }
 
     fn finish(mut self, ending: Ending, tau: &Force<'_>) -> Rollout {
-        complete(&mut self.rollout.trajectory, &mut *self.evaluator, tau);
-        self.rollout.outcome = match ending {
+        self.rollout.end(ending, &mut *self.evaluator, tau);
+        self.rollout
+    }
+}
+
+impl Rollout {
+    fn begin(len: usize, n: usize) -> Self {
+        let trajectory = Trajectory {
+            name: "rollout".into(),
+            t: Vec::with_capacity(len),
+            q: Vec::with_capacity(len * n),
+            qd: Vec::with_capacity(len * n),
+            qdd: None,
+            tau: None,
+        };
+        let outcome = Outcome::Finished;
+        Self {
+            trajectory,
+            outcome,
+            steps: 0,
+            rejected: 0,
+            evaluations: 0,
+            singular: 0,
+        }
+    }
+
+    fn end(&mut self, ending: Ending, evaluator: &mut dyn Evaluator, tau: &Force<'_>) {
+        complete(&mut self.trajectory, evaluator, tau);
+        self.outcome = match ending {
             Ending::Finished => Outcome::Finished,
             Ending::StepLimit { t } => Outcome::StepLimit { t },
             Ending::Failed { t, reason } => Outcome::Diverged { t, reason },
         };
-        self.rollout
     }
+}
+
+/// Takes the sample (q, q̇) at time t.
+fn record(trajectory: &mut Trajectory, t: f64, x: &[f64]) {
+    let (q, qd) = x.split_at(x.len() / 2);
+    trajectory.t.push(t);
+    trajectory.q.extend_from_slice(q);
+    trajectory.qd.extend_from_slice(qd);
 }
 
 /// Adds q̈ (where finite) and τ (where there is any) to a trajectory.

@@ -294,20 +294,33 @@ fn bad_options_are_refused_with_their_name_and_a_remedy() {
 }
 
 #[test]
-fn many_rollouts_have_the_same_bits_on_one_thread_and_on_three() {
+fn many_rollouts_have_the_same_bits_on_one_thread_and_on_three_and_as_one_by_one() {
     let model = by_name("double-pendulum", &[]).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(5);
-    let starts: Vec<State> = (0..7).map(|_| model.sample_state(&mut rng)).collect();
+    let mut starts: Vec<State> = (0..9).map(|_| model.sample_state(&mut rng)).collect();
+    // One that ends at once must not disturb its neighbours.
+    starts[4].qd[0] = 1e200;
     let samples = times(2.0, 0.1).unwrap();
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        let options = RolloutOptions::default();
-        pool.install(|| rollout_many(&*model, &starts, &samples, &free, &options).unwrap())
-    };
-    assert_eq!(on(1), on(3));
+    for (method, _) in Method::TABLE {
+        let options = RolloutOptions {
+            method,
+            ..RolloutOptions::default()
+        };
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| rollout_many(&*model, &starts, &samples, &free, &options).unwrap())
+        };
+        let many = on(1);
+        assert_eq!(many, on(3), "{}", method.name());
+        for (k, (start, rollout_of_many)) in starts.iter().zip(&many).enumerate() {
+            let alone = rollout(&*model, &start.q, &start.qd, &samples, &free, &options).unwrap();
+            assert_eq!(alone, *rollout_of_many, "{}", method.name());
+            assert_eq!(alone.outcome.is_finished(), k != 4, "{}", method.name());
+        }
+    }
 }
 
 #[test]
