@@ -5,6 +5,7 @@ pub mod chaos;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
+pub mod experiment;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;
