@@ -51,6 +51,28 @@ pub enum Error {
         /// Its index.
         index: usize,
     },
+
+    /// A checkpoint cannot be read or written.
+    #[error("not a usable checkpoint: {reason}; start the fit anew, without --resume")]
+    Checkpoint {
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// Refuses more coordinates than a network is trained with.
+    pub(crate) fn check_dof(n: usize, most: usize) -> Result<()> {
+        if n <= most {
+            return Ok(());
+        }
+        let must = "at most 64: choose the coordinates to fit with --q";
+        Err(Self::Argument {
+            name: "degrees of freedom",
+            value: n.to_string(),
+            must,
+        })
+    }
 }
 
 /// The result of everything in this library that can fail.

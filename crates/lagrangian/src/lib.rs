@@ -2,8 +2,10 @@
 
 pub mod baseline;
 pub mod chaos;
+pub mod dataset;
 pub mod dynamics;
 pub mod error;
+pub mod experiment;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;

@@ -2,6 +2,9 @@
 
 mod adam;
 mod batch;
+mod checkpoint;
+mod fit;
+mod learned;
 mod learner;
 mod lnn;
 mod natural;
@@ -11,5 +14,8 @@ mod tests;
 
 pub use adam::AdamConfig;
 pub use batch::Samples;
+pub use checkpoint::Checkpoint;
+pub use fit::{Budget, Ending, Fit, FitConfig, Observer, Optimizer, Precision, Progress, fit};
+pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;

@@ -1,0 +1,294 @@
+//! From trajectories to what is fitted: samples, their split, and the scales that a model then owns.
+
+use crate::lagrangian::Scaling;
+use crate::train::Samples;
+use crate::{Coordinates, Error, Result, Trajectory};
+
+/// Samples to fit and samples to judge by, of the same system.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dataset {
+    /// The coordinates of all samples.
+    pub coordinates: Coordinates,
+    /// What is fitted.
+    pub train: Samples,
+    /// What stops the run and chooses the weights.
+    pub validation: Samples,
+    /// Whether any force τ was recorded.
+    pub forced: bool,
+}
+
+impl Dataset {
+    /// All samples of these trajectories, which must have accelerations. `None` for τ is a free motion.
+    ///
+    /// # Errors
+    /// As [`Trajectory::validate`]; [`Error::Shape`] for trajectories of other degrees of freedom, without
+    /// accelerations, or without any sample.
+    pub fn new(
+        coordinates: Coordinates,
+        train: &[Trajectory],
+        validation: &[Trajectory],
+    ) -> Result<Self> {
+        let n = coordinates.dof();
+        let forced = train.iter().any(|t| {
+            t.tau
+                .as_ref()
+                .is_some_and(|tau| tau.iter().any(|&x| x != 0.0))
+        });
+        Ok(Self {
+            train: samples(n, train)?,
+            validation: samples(n, validation)?,
+            coordinates,
+            forced,
+        })
+    }
+
+    /// From samples that belong to no trajectory, such as random states of a known system.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where the arrays do not belong together or are empty; [`Error::NotFinite`].
+    pub fn from_samples(
+        coordinates: Coordinates,
+        train: Samples,
+        validation: Samples,
+    ) -> Result<Self> {
+        let n = coordinates.dof();
+        for part in [&train, &validation] {
+            validate(n, part)?;
+        }
+        let forced = train.tau.iter().any(|&x| x != 0.0);
+        Ok(Self {
+            coordinates,
+            train,
+            validation,
+            forced,
+        })
+    }
+
+    /// The scales of this data: deviations of lines, root mean squares of velocities, and an energy for which the
+    /// inertia of the data is of order one.
+    #[must_use]
+    pub fn scaling(&self) -> Scaling {
+        let n = self.coordinates.dof();
+        let data = &self.train;
+        let (centre, deviation) = (column(&data.q, n, mean), column(&data.q, n, deviation));
+        let circle = |i: usize| self.coordinates.is_circle(i);
+        let qd_scale = column(&data.qd, n, |x| positive(root_mean_square(x)));
+        let energies: Vec<f64> = self
+            .inertias()
+            .iter()
+            .zip(&qd_scale)
+            .map(|(m, v)| m * v * v)
+            .collect();
+        Scaling {
+            q_center: (0..n)
+                .map(|i| if circle(i) { 0.0 } else { centre[i] })
+                .collect(),
+            q_scale: (0..n)
+                .map(|i| {
+                    if circle(i) {
+                        1.0
+                    } else {
+                        positive(deviation[i])
+                    }
+                })
+                .collect(),
+            // The geometric mean over the coordinates.
+            energy: positive((energies.iter().map(|e| e.ln()).sum::<f64>() / n as f64).exp()),
+            qd_scale,
+        }
+    }
+
+    /// A guess of the inertia of each coordinate: force over acceleration where forces are recorded, else 1.
+    fn inertias(&self) -> Vec<f64> {
+        let n = self.coordinates.dof();
+        if !self.forced {
+            return vec![1.0; n];
+        }
+        let (tau, qdd) = (self.force_scale(), self.acceleration_scale());
+        tau.iter().zip(qdd).map(|(f, a)| f / a).collect()
+    }
+
+    /// Root mean square of each acceleration, `[n]`; 1 where it is 0.
+    #[must_use]
+    pub fn acceleration_scale(&self) -> Vec<f64> {
+        column(&self.train.qdd, self.coordinates.dof(), |x| {
+            positive(root_mean_square(x))
+        })
+    }
+
+    /// Root mean square of each force, `[n]`; 1 where it is 0.
+    #[must_use]
+    pub fn force_scale(&self) -> Vec<f64> {
+        column(&self.train.tau, self.coordinates.dof(), |x| {
+            positive(root_mean_square(x))
+        })
+    }
+}
+
+/// Divides trajectories into those to fit and those to judge by: whole trajectories, about `fraction` of the
+/// samples, chosen by `seed`; a single trajectory is cut in time.
+///
+/// # Errors
+/// [`Error::Argument`] for a fraction outside 0…0.9 or no trajectory.
+pub fn split(
+    mut trajectories: Vec<Trajectory>,
+    fraction: f64,
+    seed: u64,
+) -> Result<(Vec<Trajectory>, Vec<Trajectory>)> {
+    use rand::SeedableRng;
+    if !(0.0..=0.9).contains(&fraction) {
+        let must = "between 0 and 0.9";
+        return Err(Error::Argument {
+            name: "validation fraction",
+            value: fraction.to_string(),
+            must,
+        });
+    }
+    let total: usize = trajectories.iter().map(Trajectory::len).sum();
+    let wanted = (total as f64 * fraction).round() as usize;
+    if wanted == 0 {
+        return Ok((trajectories, Vec::new()));
+    }
+    if trajectories.len() == 1 {
+        let (head, tail) = cut(&trajectories[0], total - wanted);
+        return Ok((vec![head], vec![tail]));
+    }
+    shuffle(
+        &mut trajectories,
+        &mut rand_chacha::ChaCha8Rng::seed_from_u64(seed),
+    );
+    let mut held = Vec::new();
+    let mut count = 0;
+    while count < wanted && trajectories.len() > 1 {
+        let Some(next) = trajectories.pop() else {
+            break;
+        };
+        count += next.len();
+        held.push(next);
+    }
+    Ok((trajectories, held))
+}
+
+/// A random order (Fisher, Yates).
+pub(crate) fn shuffle<X>(items: &mut [X], rng: &mut impl rand::Rng) {
+    use rand::RngExt;
+    for i in (1..items.len()).rev() {
+        items.swap(i, rng.random_range(0..=i));
+    }
+}
+
+/// The first `len` samples, and the rest.
+fn cut(trajectory: &Trajectory, len: usize) -> (Trajectory, Trajectory) {
+    let n = trajectory.dof();
+    let part = |range: std::ops::Range<usize>| {
+        let rows = range.start * n..range.end * n;
+        Trajectory {
+            name: trajectory.name.clone(),
+            t: trajectory.t[range].to_vec(),
+            q: trajectory.q[rows.clone()].to_vec(),
+            qd: trajectory.qd[rows.clone()].to_vec(),
+            qdd: trajectory.qdd.as_ref().map(|x| x[rows.clone()].to_vec()),
+            tau: trajectory.tau.as_ref().map(|x| x[rows.clone()].to_vec()),
+        }
+    };
+    (part(0..len), part(len..trajectory.len()))
+}
+
+fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
+    let mut out = Samples {
+        n,
+        ..Samples::default()
+    };
+    for trajectory in trajectories {
+        trajectory.validate()?;
+        if trajectory.is_empty() {
+            continue;
+        }
+        if trajectory.dof() != n {
+            return Err(Error::Shape {
+                what: format!("trajectory '{}'", trajectory.name),
+                found: trajectory.dof(),
+                expected: n,
+                remedy: "give data of the coordinates that the model has".into(),
+            });
+        }
+        let Some(qdd) = &trajectory.qdd else {
+            return Err(Error::Shape {
+                what: format!("qdd of trajectory '{}'", trajectory.name),
+                found: 0,
+                expected: trajectory.q.len(),
+                remedy: "estimate the accelerations first".into(),
+            });
+        };
+        out.q.extend(&trajectory.q);
+        out.qd.extend(&trajectory.qd);
+        out.qdd.extend(qdd);
+        match &trajectory.tau {
+            Some(tau) => out.tau.extend(tau),
+            None => out.tau.resize(out.q.len(), 0.0),
+        }
+    }
+    Ok(out)
+}
+
+fn validate(n: usize, samples: &Samples) -> Result<()> {
+    let size = samples.q.len();
+    let fields = [
+        ("q", &samples.q),
+        ("qd", &samples.qd),
+        ("qdd", &samples.qdd),
+        ("tau", &samples.tau),
+    ];
+    for (name, x) in fields {
+        if samples.n != n || x.len() != size || size % n.max(1) != 0 {
+            return Err(Error::Shape {
+                what: format!("{name} of the samples"),
+                found: x.len(),
+                expected: size,
+                remedy: format!("give {n} numbers for each sample"),
+            });
+        }
+        if let Some(index) = x.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite {
+                what: format!("{name} of the samples"),
+                index,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn column(x: &[f64], n: usize, f: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Vec<f64> {
+    (0..n)
+        .map(|i| f(&mut x.iter().skip(i).step_by(n).copied()))
+        .collect()
+}
+
+fn mean(x: &mut dyn Iterator<Item = f64>) -> f64 {
+    let (count, sum) = x.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+fn root_mean_square(x: &mut dyn Iterator<Item = f64>) -> f64 {
+    mean(&mut x.map(|x| x * x)).sqrt()
+}
+
+fn deviation(x: &mut dyn Iterator<Item = f64>) -> f64 {
+    let (mut count, mut centre, mut squares) = (0.0, 0.0, 0.0);
+    for x in x {
+        count += 1.0;
+        let d = x - centre;
+        centre += d / count;
+        squares += d * (x - centre);
+    }
+    if count > 0.0 {
+        (squares / count).sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// 1 in place of a scale that cannot divide.
+fn positive(x: f64) -> f64 {
+    if x.is_finite() && x > 1e-150 { x } else { 1.0 }
+}

@@ -1,0 +1,172 @@
+//! Everything that a run needs to go on as if it had never stopped.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+/// The state of a run between two steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// Steps done.
+    pub step: usize,
+    /// Seconds of training so far.
+    pub seconds: f64,
+    /// Current parameters.
+    pub parameters: Vec<f64>,
+    /// Best validation loss so far; infinite before the first look.
+    pub best: f64,
+    /// Step of the best.
+    pub best_step: usize,
+    /// Its parameters; empty before the first look.
+    pub best_parameters: Vec<f64>,
+    /// The optimiser's memory: φ, or the moments m and v.
+    pub memory: Vec<Vec<f64>>,
+}
+
+/// The numbers of a checkpoint that are no arrays, exact to the bit.
+#[derive(Debug, Serialize, Deserialize)]
+struct Scalars {
+    format: String,
+    version: u32,
+    step: usize,
+    seconds: u64,
+    best: u64,
+    best_step: usize,
+}
+
+const FORMAT: &str = "lagrangian-checkpoint";
+const VERSION: u32 = 1;
+
+impl Checkpoint {
+    pub(crate) fn fresh(parameters: Vec<f64>, memory: usize) -> Self {
+        Self {
+            step: 0,
+            seconds: 0.0,
+            memory: vec![vec![0.0; parameters.len()]; memory],
+            parameters,
+            best: f64::INFINITY,
+            best_step: 0,
+            best_parameters: Vec::new(),
+        }
+    }
+
+    pub(crate) fn for_run(self, parameters: usize, memory: usize) -> Result<Self> {
+        let fits = self.memory.len() == memory
+            && self
+                .memory
+                .iter()
+                .chain([&self.parameters])
+                .all(|x| x.len() == parameters)
+            && (self.best_parameters.is_empty() || self.best_parameters.len() == parameters);
+        if fits {
+            return Ok(self);
+        }
+        Err(Error::Shape {
+            what: "checkpoint".into(),
+            found: self.parameters.len(),
+            expected: parameters,
+            remedy: "resume with the settings that the run began with".into(),
+        })
+    }
+
+    /// As bytes (safetensors), exact to the bit.
+    ///
+    /// # Errors
+    /// [`Error::Checkpoint`], should the format refuse.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        let scalars = Scalars {
+            format: FORMAT.into(),
+            version: VERSION,
+            step: self.step,
+            seconds: self.seconds.to_bits(),
+            best: self.best.to_bits(),
+            best_step: self.best_step,
+        };
+        let arrays = [
+            ("parameters".to_string(), &self.parameters),
+            ("best".into(), &self.best_parameters),
+        ];
+        let memory = self
+            .memory
+            .iter()
+            .enumerate()
+            .map(|(i, x)| (format!("memory{i}"), x));
+        let bytes: Vec<(String, Vec<u8>)> = arrays
+            .into_iter()
+            .chain(memory)
+            .map(|(k, x)| (k, x.iter().flat_map(|x| x.to_le_bytes()).collect()))
+            .collect();
+        let mut views = BTreeMap::new();
+        for (name, bytes) in &bytes {
+            let view = safetensors::tensor::TensorView::new(
+                safetensors::Dtype::F64,
+                vec![bytes.len() / 8],
+                bytes,
+            );
+            views.insert(name.clone(), view.map_err(refused)?);
+        }
+        let metadata = serde_json::to_string(&scalars).map_err(refused)?;
+        safetensors::serialize(views, Some([(FORMAT.to_string(), metadata)].into()))
+            .map_err(refused)
+    }
+
+    /// From [`Checkpoint::to_bytes`].
+    ///
+    /// # Errors
+    /// [`Error::Checkpoint`] for anything else, cut short or damaged.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let (_, header) = safetensors::SafeTensors::read_metadata(bytes).map_err(refused)?;
+        let metadata = header
+            .metadata()
+            .as_ref()
+            .and_then(|m| m.get(FORMAT))
+            .ok_or_else(|| refused("no checkpoint"))?;
+        let scalars: Scalars = serde_json::from_str(metadata).map_err(refused)?;
+        if scalars.version != VERSION {
+            return Err(refused(format!(
+                "version {} (this program reads {VERSION})",
+                scalars.version
+            )));
+        }
+        let tensors = safetensors::SafeTensors::deserialize(bytes).map_err(refused)?;
+        let array = |name: &str| -> Result<Vec<f64>> {
+            let tensor = tensors.tensor(name).map_err(refused)?;
+            if tensor.dtype() != safetensors::Dtype::F64 {
+                return Err(refused(format!("{name} is not in double precision")));
+            }
+            let number = |b: &[u8]| f64::from_le_bytes(std::array::from_fn(|i| b[i]));
+            let numbers: Vec<f64> = tensor.data().chunks_exact(8).map(number).collect();
+            match numbers.iter().position(|x| !x.is_finite()) {
+                Some(index) => Err(Error::NotFinite {
+                    what: format!("{name} of the checkpoint"),
+                    index,
+                }),
+                None => Ok(numbers),
+            }
+        };
+        let count = tensors
+            .names()
+            .iter()
+            .filter(|n| n.starts_with("memory"))
+            .count();
+        Ok(Self {
+            step: scalars.step,
+            seconds: f64::from_bits(scalars.seconds),
+            parameters: array("parameters")?,
+            best: f64::from_bits(scalars.best),
+            best_step: scalars.best_step,
+            best_parameters: array("best")?,
+            memory: (0..count)
+                .map(|i| array(&format!("memory{i}")))
+                .collect::<Result<_>>()?,
+        })
+    }
+}
+
+fn refused(reason: impl ToString) -> Error {
+    Error::Checkpoint {
+        reason: reason.to_string(),
+    }
+}

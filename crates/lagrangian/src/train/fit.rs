@@ -1,0 +1,500 @@
+//! `fit`: from a dataset to a model.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::adam::{Adam, AdamConfig};
+use super::batch::{Batches, Samples, Value};
+use super::checkpoint::Checkpoint;
+use super::learned::{Family, Learned};
+use super::learner::{Learner, Loss};
+use super::natural::{Natural, NaturalConfig};
+use crate::dataset::{Dataset, shuffle};
+use crate::{Error, Result};
+
+/// How weights are improved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", tag = "name")]
+pub enum Optimizer {
+    /// The natural gradient in the space of samples: the default where a batch's residuals number some hundreds.
+    Natural(NaturalConfig),
+    /// Adam(W): for the largest networks and batches.
+    Adam(AdamConfig),
+}
+
+impl Default for Optimizer {
+    fn default() -> Self {
+        Self::Natural(NaturalConfig::default())
+    }
+}
+
+/// When a run ends; the schedules follow it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Budget {
+    /// After so many steps: the same seed gives the same bits.
+    Steps(usize),
+    /// After so many seconds: the best that this machine can do in a given time, not reproducible to the bit.
+    Seconds(f64),
+}
+
+/// In which numbers the network is evaluated while it is trained with Adam; all else is f64.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Single.
+    F32,
+    /// Double.
+    #[default]
+    F64,
+}
+
+/// All settings of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FitConfig {
+    /// What is fitted.
+    pub family: Family,
+    /// What is minimised.
+    pub loss: Loss,
+    /// How.
+    pub optimizer: Optimizer,
+    /// How long.
+    pub budget: Budget,
+    /// Samples of one step.
+    pub batch: usize,
+    /// Of weights and batches.
+    pub seed: u64,
+    /// Whether viscous and Coulomb friction are learned too.
+    pub dissipation: bool,
+    /// Numbers of the kernels under Adam.
+    pub precision: Precision,
+    /// Steps between two looks at the validation samples.
+    pub validate_every: usize,
+    /// Looks without improvement after which the run stops; `None`: never.
+    pub patience: Option<usize>,
+}
+
+impl Default for FitConfig {
+    fn default() -> Self {
+        Self {
+            family: Family::default(),
+            loss: Loss::default(),
+            optimizer: Optimizer::default(),
+            budget: Budget::Steps(1000),
+            batch: 256,
+            seed: 0,
+            dissipation: false,
+            precision: Precision::default(),
+            validate_every: 25,
+            patience: None,
+        }
+    }
+}
+
+/// Where a run is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// Steps done.
+    pub step: usize,
+    /// Share of the budget used, 0…1.
+    pub share: f64,
+    /// Seconds of training, over all parts of a resumed run.
+    pub seconds: f64,
+    /// Mean loss of the last batch, before its step.
+    pub loss: f64,
+    /// Mean loss on the validation samples, where this step looked at them.
+    pub validation: Option<f64>,
+    /// Rate of the step.
+    pub rate: f64,
+    /// Samples of the batch that were left out for a singular mass matrix.
+    pub singular: usize,
+}
+
+/// Watches a run; printing, plotting and files are its business.
+pub trait Observer {
+    /// After each step; `Break` ends the run and keeps the best weights.
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()>;
+
+    /// After each look at the validation samples: everything that a later run needs to go on to the same bits.
+    ///
+    /// # Errors
+    /// Any error ends the run with it.
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+        let _ = checkpoint;
+        Ok(())
+    }
+}
+
+/// Watches nothing.
+impl Observer for () {
+    fn progress(&mut self, _: &Progress) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ending {
+    /// The budget was used.
+    Finished,
+    /// The validation loss had not improved for the given patience.
+    Converged,
+    /// The observer ended it.
+    Interrupted,
+}
+
+/// A fitted model and how it came about.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The model with the weights of the best validation loss.
+    pub model: Learned,
+    /// Why the run ended.
+    pub ending: Ending,
+    /// Best mean validation loss (training loss where there are no validation samples).
+    pub best: f64,
+    /// Step at which it was reached.
+    pub best_step: usize,
+    /// Steps done.
+    pub steps: usize,
+    /// Seconds of training.
+    pub seconds: f64,
+}
+
+impl FitConfig {
+    fn validate(&self, dataset: &Dataset) -> Result<()> {
+        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
+        if dataset.train.is_empty() {
+            return argument("training samples", "none".into(), "at least one");
+        }
+        if self.batch == 0 || self.batch > 1 << 20 {
+            return argument("batch", self.batch.to_string(), "between 1 and 1048576");
+        }
+        if matches!(self.optimizer, Optimizer::Natural(_)) && self.batch * dataset.train.n > 8192 {
+            let must =
+                "at most 8192 residuals under the natural gradient: take a smaller batch, or Adam";
+            return argument(
+                "batch",
+                format!(
+                    "{} ({} residuals)",
+                    self.batch,
+                    self.batch * dataset.train.n
+                ),
+                must,
+            );
+        }
+        if self.validate_every == 0 {
+            return argument("validate_every", "0".into(), "at least 1");
+        }
+        match self.budget {
+            Budget::Steps(0) => argument("steps", "0".into(), "at least 1"),
+            Budget::Seconds(s) if !(s.is_finite() && s > 0.0) => {
+                argument("seconds", s.to_string(), "finite and positive")
+            }
+            _ if self.loss == Loss::Torque && !dataset.forced => argument(
+                "loss",
+                "torque".into(),
+                "acceleration: the data hold no force τ",
+            ),
+            _ if self.loss == Loss::Torque && matches!(self.family, Family::Mlp(_)) => argument(
+                "loss",
+                "torque".into(),
+                "acceleration: a plain network has no inverse dynamics",
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Fits a model to `dataset`; `resume` goes on from a checkpoint of the same run.
+///
+/// # Errors
+/// [`Error::Argument`] for settings outside their domain, [`Error::Shape`] for a checkpoint of another run, and
+/// whatever the observer returns.
+pub fn fit(
+    dataset: &Dataset,
+    config: &FitConfig,
+    resume: Option<&Checkpoint>,
+    observer: &mut dyn Observer,
+) -> Result<Fit> {
+    config.validate(dataset)?;
+    let template = config.family.template(dataset, config)?;
+    let fresh = template.initialise(config.seed);
+    let mut run = Run::new(dataset, config, resume, fresh)?;
+    let (ending, progress) = match config.precision {
+        Precision::F32 => template.with_f32(|learner| run.descend_in::<f32>(learner, observer)),
+        Precision::F64 => template.with_f64(|learner| run.descend_in_f64(learner, observer)),
+    }?;
+    let state = run.state;
+    Ok(Fit {
+        model: template.assemble(&state.best_parameters)?,
+        ending,
+        best: state.best,
+        best_step: state.best_step,
+        steps: progress.step,
+        seconds: progress.seconds,
+    })
+}
+
+/// A run: its data, its state and its clock.
+struct Run<'a> {
+    dataset: &'a Dataset,
+    config: &'a FitConfig,
+    state: Checkpoint,
+    order: Order,
+    judge: Vec<usize>,
+    before: f64,
+    clock: Instant,
+}
+
+/// Validation samples that are looked at each time, at most: enough to compare, few enough to be free.
+const JUDGED: usize = 2048;
+
+impl<'a> Run<'a> {
+    fn new(
+        dataset: &'a Dataset,
+        config: &'a FitConfig,
+        resume: Option<&Checkpoint>,
+        fresh: Vec<f64>,
+    ) -> Result<Self> {
+        let memory = match config.optimizer {
+            Optimizer::Natural(_) => 1,
+            Optimizer::Adam(_) => 2,
+        };
+        let state = match resume {
+            Some(checkpoint) => checkpoint.clone().for_run(fresh.len(), memory)?,
+            None => Checkpoint::fresh(fresh, memory),
+        };
+        let judged = dataset.validation.len();
+        let every = judged.div_ceil(JUDGED).max(1);
+        Ok(Self {
+            order: Order::new(dataset.train.len(), config.seed),
+            judge: (0..judged).step_by(every).collect(),
+            before: state.seconds,
+            clock: Instant::now(),
+            dataset,
+            config,
+            state,
+        })
+    }
+
+    fn seconds(&self) -> f64 {
+        self.before + self.clock.elapsed().as_secs_f64()
+    }
+
+    fn share(&self) -> f64 {
+        let share = match self.config.budget {
+            Budget::Steps(steps) => self.state.step as f64 / steps as f64,
+            Budget::Seconds(seconds) => self.seconds() / seconds,
+        };
+        share.min(1.0)
+    }
+
+    fn descend_in_f64(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        observer: &mut dyn Observer,
+    ) -> Result<(Ending, Progress)> {
+        let Optimizer::Natural(natural) = &self.config.optimizer else {
+            return self.descend_in::<f64>(learner, observer);
+        };
+        let mut engine = Natural::new(learner, self.config.batch.min(self.dataset.train.len()));
+        engine.phi.copy_from_slice(&self.state.memory[0]);
+        let config = self.config;
+        let result = self.descend(learner, observer, |state, share, samples, numbers| {
+            let rate = natural.rate * cosine(share);
+            let damping =
+                natural.damping_first * (natural.damping_last / natural.damping_first).powf(share);
+            let parameters = &mut state.parameters;
+            let value = engine.step(
+                learner,
+                natural,
+                config.loss,
+                (rate, damping),
+                (samples, numbers),
+                parameters,
+            );
+            state.memory[0].copy_from_slice(&engine.phi);
+            (value, rate)
+        });
+        result
+    }
+
+    fn descend_in<T: crate::mlp::simd::Real>(
+        &mut self,
+        learner: &dyn Learner<T>,
+        observer: &mut dyn Observer,
+    ) -> Result<(Ending, Progress)> {
+        let adam_config = match &self.config.optimizer {
+            Optimizer::Adam(adam) => adam.clone(),
+            Optimizer::Natural(_) => {
+                let must = "f64 under the natural gradient";
+                return Err(Error::Argument {
+                    name: "precision",
+                    value: "f32".into(),
+                    must,
+                });
+            }
+        };
+        let mut batches =
+            Batches::<T>::new(learner, self.config.batch.min(self.dataset.train.len()));
+        let mut gradient = vec![0.0; learner.parameters()];
+        let config = self.config;
+        self.descend(learner, observer, |state, share, samples, numbers| {
+            let rate = adam_config.rate * cosine(share);
+            let parameters = &mut state.parameters;
+            let value = batches.evaluate(
+                learner,
+                config.loss,
+                parameters,
+                (samples, numbers),
+                Some(&mut gradient),
+            );
+            let mut adam = Adam {
+                first: std::mem::take(&mut state.memory[0]),
+                second: std::mem::take(&mut state.memory[1]),
+            };
+            adam.step(&adam_config, rate, state.step, &gradient, parameters);
+            learner.project(parameters);
+            [state.memory[0], state.memory[1]] = [adam.first, adam.second];
+            (value, rate)
+        })
+    }
+
+    /// The loop that both optimisers share; `step` improves the parameters and says the loss before and its rate.
+    fn descend<T: crate::mlp::simd::Real>(
+        &mut self,
+        learner: &dyn Learner<T>,
+        observer: &mut dyn Observer,
+        mut step: impl FnMut(&mut Checkpoint, f64, &Samples, &[usize]) -> (Value, f64),
+    ) -> Result<(Ending, Progress)> {
+        let batch = self.config.batch.min(self.dataset.train.len());
+        let mut judges = Batches::<T>::new(learner, self.judge.len().clamp(1, 256));
+        loop {
+            let share = self.share();
+            let numbers = self.order.batch(self.state.step, batch);
+            let (value, rate) = step(&mut self.state, share, &self.dataset.train, numbers);
+            self.state.step += 1;
+            let share = self.share();
+            let look = self.state.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
+            let validation = look.then(|| self.look(learner, &mut judges, value.mean()));
+            let progress = Progress {
+                step: self.state.step,
+                share,
+                seconds: self.seconds(),
+                loss: value.mean(),
+                validation: validation.filter(|_| !self.judge.is_empty()),
+                rate,
+                singular: value.singular,
+            };
+            let stop = observer.progress(&progress).is_break();
+            let ending = self.ending(share, stop);
+            if look || ending.is_some() {
+                self.state.seconds = self.seconds();
+                observer.checkpoint(&self.state)?;
+            }
+            if let Some(ending) = ending {
+                if self.state.best_parameters.is_empty() {
+                    self.state
+                        .best_parameters
+                        .clone_from(&self.state.parameters);
+                }
+                return Ok((ending, progress));
+            }
+        }
+    }
+
+    fn ending(&self, share: f64, stop: bool) -> Option<Ending> {
+        let patience = self
+            .config
+            .patience
+            .map_or(usize::MAX, |p| p.saturating_mul(self.config.validate_every));
+        if share >= 1.0 {
+            Some(Ending::Finished)
+        } else if stop {
+            Some(Ending::Interrupted)
+        } else if self.state.best.is_finite() && self.state.step - self.state.best_step > patience {
+            Some(Ending::Converged)
+        } else {
+            None
+        }
+    }
+
+    /// Judges the parameters and keeps them if they are the best so far.
+    fn look<T: crate::mlp::simd::Real>(
+        &mut self,
+        learner: &dyn Learner<T>,
+        judges: &mut Batches<T>,
+        loss: f64,
+    ) -> f64 {
+        let judged = (&self.dataset.validation, &self.judge[..]);
+        let value = if self.judge.is_empty() {
+            loss
+        } else {
+            judges
+                .evaluate(
+                    learner,
+                    self.config.loss,
+                    &self.state.parameters,
+                    judged,
+                    None,
+                )
+                .mean()
+        };
+        if value.is_finite() && value < self.state.best {
+            self.state.best = value;
+            self.state.best_step = self.state.step;
+            self.state
+                .best_parameters
+                .clone_from(&self.state.parameters);
+        }
+        value
+    }
+}
+
+/// From 1 to 0.
+fn cosine(share: f64) -> f64 {
+    0.5 * (1.0 + (std::f64::consts::PI * share).cos())
+}
+
+/// The order in which samples are visited: a new random one for each pass, a function of seed and step alone.
+struct Order {
+    seed: u64,
+    epoch: Option<usize>,
+    numbers: Vec<usize>,
+    wrapped: Vec<usize>,
+}
+
+impl Order {
+    fn new(len: usize, seed: u64) -> Self {
+        Self {
+            seed,
+            epoch: None,
+            numbers: (0..len).collect(),
+            wrapped: Vec::new(),
+        }
+    }
+
+    /// The samples of a step; the few that are left at the end of a pass are skipped.
+    fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
+        let steps = (self.numbers.len() / batch).max(1);
+        let epoch = step / steps;
+        if self.epoch != Some(epoch) {
+            self.epoch = Some(epoch);
+            self.numbers.sort_unstable();
+            let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+            rng.set_stream(1 + epoch as u64);
+            shuffle(&mut self.numbers, &mut rng);
+        }
+        let start = step % steps * batch;
+        self.wrapped.clear();
+        self.wrapped
+            .extend_from_slice(&self.numbers[start..start + batch]);
+        &self.wrapped
+    }
+}
