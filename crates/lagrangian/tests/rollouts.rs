@@ -5,8 +5,8 @@
 use lagrangian::chaos::{Motion, largest_lyapunov_exponent, valid_prediction_time};
 use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::integrate::{Control, Dop853, Dopri5, EmbeddedPair, Failure, Method, adaptive};
-use lagrangian::lagrangian::Dissipation;
 use lagrangian::lagrangian::analytic::by_name;
+use lagrangian::lagrangian::{Dissipation, Lnn, LnnConfig, Scaling};
 use lagrangian::rollout::{
     Hold, Outcome, RolloutOptions, free, recorded, rollout, rollout_many, rollout_recorded, times,
 };
@@ -321,6 +321,37 @@ fn many_rollouts_have_the_same_bits_on_one_thread_and_on_three_and_as_one_by_one
             assert_eq!(alone.outcome.is_finished(), k != 4, "{}", method.name());
         }
     }
+}
+
+#[test]
+fn many_rollouts_of_a_network_have_the_same_bits_on_any_number_of_threads() {
+    let config = LnnConfig {
+        width: 16,
+        layers: 1,
+        ..LnnConfig::default()
+    };
+    let [q_center, q_scale, qd_scale] = [vec![0.0; 2], vec![1.0; 2], vec![5.0; 2]];
+    let scaling = Scaling {
+        q_center,
+        q_scale,
+        qd_scale,
+        energy: 10.0,
+    };
+    let lnn = Lnn::random(Coordinates::angles(2), config, scaling, 1).unwrap();
+    let model = Mechanical::conservative(lnn);
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let pendulum = by_name("double-pendulum", &[]).unwrap();
+    let starts: Vec<State> = (0..11).map(|_| pendulum.sample_state(&mut rng)).collect();
+    let samples = times(1.0, 0.1).unwrap();
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let options = RolloutOptions::default();
+        pool.install(|| rollout_many(&model, &starts, &samples, &free, &options).unwrap())
+    };
+    assert_eq!(on(1), on(3));
 }
 
 #[test]
