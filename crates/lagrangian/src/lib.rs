@@ -6,6 +6,7 @@ pub mod check;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
+pub mod experiment;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;

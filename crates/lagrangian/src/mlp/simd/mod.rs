@@ -13,6 +13,7 @@ mod buffer;
 mod elementwise;
 mod factors;
 mod gemm;
+mod peak;
 mod vector;
 
 pub(crate) use buffer::Buffer;
@@ -22,6 +23,7 @@ pub(crate) use elementwise::{
 };
 pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
+pub use peak::fma_peak;
 pub use vector::{Real, Vector};
 
 use vector::Lanes;
