@@ -9,6 +9,7 @@ pub mod experiment;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;
+pub mod report;
 pub mod rollout;
 pub mod solve;
 pub mod train;

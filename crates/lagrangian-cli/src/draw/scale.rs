@@ -1,0 +1,282 @@
+//! An axis laid out: its ends, its ticks and what is written at them.
+
+use lagrangian::report::{Axis, Scale};
+
+/// A laid-out axis: values to the unit interval.
+pub(super) struct Laid {
+    log: bool,
+    low: f64,
+    high: f64,
+}
+
+/// A tick: where it stands in the unit interval and what is written at it.
+pub(super) struct Tick {
+    pub(super) at: f64,
+    pub(super) label: String,
+}
+
+/// Larger values have no place on a plot: the arithmetic of its axes would overflow.
+const LARGEST: f64 = 1e300;
+
+impl Laid {
+    /// The axis that holds all finite values with a margin (a share of its length), or `None` where there are none.
+    pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64) -> Option<Self> {
+        let log = axis.scale == Scale::Log;
+        let inner = |value: f64| if log { positive_log(value) } else { value };
+        let data = values.map(inner).filter(|value| value.abs() < LARGEST);
+        let ends = data.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        if ends.0 > ends.1 {
+            return None;
+        }
+        let fixed = axis.range.map(|(low, high)| (inner(low), inner(high)));
+        let fixed =
+            fixed.filter(|(low, high)| low.abs() < LARGEST && high.abs() < LARGEST && low < high);
+        let (low, high) = fixed.unwrap_or_else(|| padded(ends, margin, log));
+        Some(Self { log, low, high })
+    }
+
+    /// Where a value stands, NaN for a value that has no place on the axis.
+    pub(super) fn at(&self, value: f64) -> f64 {
+        let inner = if self.log { positive_log(value) } else { value };
+        (inner - self.low) / (self.high - self.low)
+    }
+
+    /// About `count` ticks, never so many that they are closer than that.
+    pub(super) fn ticks(&self, count: usize) -> Vec<Tick> {
+        let values = if self.log {
+            self.decades(count)
+        } else {
+            self.steps(count)
+        };
+        values
+            .into_iter()
+            .map(|(inner, label)| Tick {
+                at: (inner - self.low) / (self.high - self.low),
+                label,
+            })
+            .collect()
+    }
+
+    fn steps(&self, count: usize) -> Vec<(f64, String)> {
+        let step = nice_step((self.high - self.low) / count.max(1) as f64);
+        let first = (self.low / step - 1e-9).ceil();
+        let last = (self.high / step + 1e-9).floor();
+        let largest = self.low.abs().max(self.high.abs());
+        let indices = (0..=(last - first).clamp(0.0, 50.0) as i32).map(|k| first + f64::from(k));
+        indices
+            .map(|k| (k * step, decimal(k * step, step, largest)))
+            .collect()
+    }
+
+    fn decades(&self, count: usize) -> Vec<(f64, String)> {
+        let (first, last) = (
+            (self.low - 1e-9).ceil() as i32,
+            (self.high + 1e-9).floor() as i32,
+        );
+        if last - first < 2 {
+            return self.between_decades(first - 1, last, count);
+        }
+        let every = ((last - first) as usize / count.max(1) + 1) as i32;
+        let plain = first >= -3 && last <= 4;
+        let label = |k: i32| {
+            if plain {
+                decimal(10f64.powi(k), 10f64.powi(k.min(0)), 1.0)
+            } else {
+                power(k)
+            }
+        };
+        (first..=last)
+            .filter(|k| k.rem_euclid(every) == 0)
+            .map(|k| (f64::from(k), label(k)))
+            .collect()
+    }
+
+    /// Ticks at 1, 2 and 5 times powers of ten, for an axis of less than two decades.
+    fn between_decades(&self, first: i32, last: i32, count: usize) -> Vec<(f64, String)> {
+        let digits = [1, 2, 5].into_iter();
+        let all = (first..=last).flat_map(|k| digits.clone().map(move |digit| (k, digit)));
+        let inside = all.map(|(k, digit)| (f64::from(k) + f64::from(digit).log10(), k, digit));
+        let inside: Vec<_> = inside
+            .filter(|(inner, ..)| *inner >= self.low - 1e-9 && *inner <= self.high + 1e-9)
+            .collect();
+        if inside.len() < 2 {
+            return self.shrunk_linear(count);
+        }
+        inside
+            .into_iter()
+            .map(|(inner, k, digit)| (inner, times_power(digit, k)))
+            .collect()
+    }
+
+    /// Linear ticks on a log axis that spans too little for anything else.
+    fn shrunk_linear(&self, count: usize) -> Vec<(f64, String)> {
+        let linear = Self {
+            log: false,
+            low: 10f64.powf(self.low),
+            high: 10f64.powf(self.high),
+        };
+        linear
+            .steps(count)
+            .into_iter()
+            .map(|(value, label)| (value.log10(), label))
+            .collect()
+    }
+}
+
+fn positive_log(value: f64) -> f64 {
+    if value > 0.0 { value.log10() } else { f64::NAN }
+}
+
+fn padded((low, high): (f64, f64), margin: f64, log: bool) -> (f64, f64) {
+    let span = high - low;
+    if span > 1e-9 * low.abs().max(high.abs()).max(1e-300) {
+        return (low - margin * span, high + margin * span);
+    }
+    let half = if log || low.abs() < 1e-300 {
+        1.0
+    } else {
+        0.1 * low.abs()
+    };
+    (low - half, high + half)
+}
+
+/// The smallest of 1, 2, 5 times a power of ten that is not below `least`.
+fn nice_step(least: f64) -> f64 {
+    let power = 10f64.powf(least.log10().floor());
+    let digit = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|digit| digit * power >= least * (1.0 - 1e-9));
+    digit.unwrap_or(10.0) * power
+}
+
+/// A value with the digits that its step needs; powers of ten where plain digits would be too many.
+fn decimal(value: f64, step: f64, largest: f64) -> String {
+    let places = (-(step * (1.0 + 1e-9)).log10().floor()).max(0.0) as usize;
+    if value.abs() < 0.5 * step {
+        return "0".into();
+    }
+    if places > 4 || largest >= 1e5 {
+        let exponent = value.abs().log10().floor() as i32;
+        let digits = ((f64::from(exponent) - step.log10()).round().max(0.0) as usize).min(6);
+        let mantissa = format!("{:.digits$}", value / 10f64.powi(exponent));
+        return minus(&format!("{mantissa}×{}", power(exponent)));
+    }
+    minus(&format!("{value:.places$}"))
+}
+
+fn times_power(digit: i32, exponent: i32) -> String {
+    match exponent {
+        -3..=-1 => format!(
+            "{:.*}",
+            -exponent as usize,
+            f64::from(digit) * 10f64.powi(exponent)
+        ),
+        0..=3 => format!("{}", digit * 10i32.pow(exponent.unsigned_abs())),
+        _ if digit == 1 => power(exponent),
+        _ => format!("{digit}×{}", power(exponent)),
+    }
+}
+
+fn power(exponent: i32) -> String {
+    let digits = exponent.to_string();
+    let raised = digits.chars().map(|letter| match letter {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32(0x2070 + digit as u32 - '0' as u32).unwrap_or(digit),
+    });
+    format!("10{}", raised.collect::<String>())
+}
+
+/// A share as a percentage with two or three digits, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
+pub(super) fn percent(share: f64) -> String {
+    let value = 100.0 * share.abs();
+    let exponent = if value > 0.0 {
+        value.log10().floor() as i32
+    } else {
+        0
+    };
+    if (-2..5).contains(&exponent) {
+        return format!("{value:.*} %", (2 - exponent.max(0)).max(0) as usize);
+    }
+    format!("{:.1}×{} %", value / 10f64.powi(exponent), power(exponent))
+}
+
+/// The typographic minus sign.
+fn minus(text: &str) -> String {
+    text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use super::*;
+
+    fn labels(axis: &Axis, values: &[f64], count: usize) -> Vec<String> {
+        let laid = Laid::new(axis, values.iter().copied(), 0.0).unwrap();
+        laid.ticks(count)
+            .into_iter()
+            .map(|tick| tick.label)
+            .collect()
+    }
+
+    #[test]
+    fn linear_ticks_are_round_numbers() {
+        let axis = Axis::linear("x", "");
+        assert_eq!(
+            labels(&axis, &[0.0, 100.0], 5),
+            ["0", "20", "40", "60", "80", "100"]
+        );
+        assert_eq!(labels(&axis, &[-0.3, 0.3], 4), ["−0.2", "0", "0.2"]);
+        assert_eq!(labels(&axis, &[0.0, 2e6], 2), ["0", "1×10⁶", "2×10⁶"]);
+    }
+
+    #[test]
+    fn log_ticks_are_powers_of_ten_and_thin_out() {
+        let axis = Axis::log("x", "");
+        assert_eq!(labels(&axis, &[1e-6, 1e2], 3), ["10⁻⁶", "10⁻³", "10⁰"]);
+        assert_eq!(labels(&axis, &[0.01, 10.0], 6), ["0.01", "0.1", "1", "10"]);
+        assert_eq!(labels(&axis, &[0.9, 11.0], 6), ["1", "2", "5", "10"]);
+    }
+
+    #[test]
+    fn percentages_are_short() {
+        let words = [0.0, 0.00412, 0.5, 12.0, 3.2e-9].map(percent);
+        assert_eq!(
+            words,
+            ["0.00 %", "0.41 %", "50.0 %", "1200 %", "3.2×10⁻⁷ %"]
+        );
+    }
+
+    #[test]
+    fn values_without_a_place_are_nan_and_no_value_means_no_axis() {
+        let axis = Axis::log("x", "");
+        assert!(Laid::new(&axis, [0.0, -1.0, f64::NAN].into_iter(), 0.1).is_none());
+        let laid = Laid::new(&axis, [0.0, 1.0, 10.0].into_iter(), 0.0).unwrap();
+        assert!(laid.at(0.0).is_nan());
+        assert!((laid.at(10.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn one_value_and_enormous_values_still_have_an_axis() {
+        for values in [
+            vec![3.0],
+            vec![0.0, 0.0],
+            vec![f64::MAX, -f64::MAX],
+            vec![1e-310, 2e-310],
+        ] {
+            for axis in [Axis::linear("x", ""), Axis::log("x", "")] {
+                let Some(laid) = Laid::new(&axis, values.iter().copied(), 0.04) else {
+                    continue;
+                };
+                let ticks = laid.ticks(5);
+                assert!(ticks.iter().all(|tick| tick.at.is_finite()), "{values:?}");
+                assert!(ticks.len() < 60);
+            }
+        }
+    }
+}

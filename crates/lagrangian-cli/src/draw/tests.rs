@@ -1,0 +1,260 @@
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::f64::consts::PI;
+use std::path::PathBuf;
+
+use lagrangian::Trajectory;
+use lagrangian::report::{Animation, Axis, Command, Figure, Panel, Report, Role, Series, Table};
+
+use super::demo::{demo, headline, swing};
+use super::*;
+
+fn target(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../../target")
+        .join(name)
+}
+
+fn empty_and_broken() -> Vec<Figure> {
+    let figure = |id: &str, y: Axis, series: Vec<Series>| Figure {
+        id: id.into(),
+        y,
+        series,
+        ..Figure::default()
+    };
+    let bad = [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        0.0,
+        -1.0,
+        f64::MAX,
+        f64::MIN_POSITIVE,
+    ];
+    let x: Vec<f64> = (0..bad.len()).map(|k| k as f64).collect();
+    let mixed = || Series::line("mixed", Role::Lnn, x.clone(), bad.to_vec());
+    let mut band = Series::spread("band", Role::Truth, x.clone(), &[bad.to_vec()]);
+    band.y_low.truncate(2);
+    vec![
+        figure("none", Axis::linear("y", ""), vec![]),
+        figure(
+            "empty",
+            Axis::log("y", ""),
+            vec![Series::line("empty", Role::Lnn, vec![], vec![])],
+        ),
+        figure(
+            "nan",
+            Axis::linear("y", ""),
+            vec![Series::points(
+                "nan",
+                Role::Lnn,
+                vec![0.0; 3],
+                vec![f64::NAN; 3],
+            )],
+        ),
+        figure(
+            "zeros",
+            Axis::log("y", ""),
+            vec![Series::line("zeros", Role::Lnn, x.clone(), vec![0.0; 7])],
+        ),
+        figure("mixed", Axis::linear("y", ""), vec![mixed()]),
+        figure("mixed-log", Axis::log("y", ""), vec![mixed(), band]),
+        figure(
+            "one",
+            Axis::linear("y", ""),
+            vec![Series::points("one", Role::Other(9), vec![1.0], vec![2.0])],
+        ),
+        figure(
+            "odd-range",
+            Axis::linear("y", "").between(f64::NAN, 1.0),
+            vec![mixed()],
+        ),
+        figure(
+            "unequal",
+            Axis::linear("y", ""),
+            vec![Series::line(
+                "u",
+                Role::Truth,
+                vec![1.0, 2.0, 3.0],
+                vec![1.0],
+            )],
+        ),
+    ]
+}
+
+#[test]
+fn the_page_of_a_whole_run_needs_no_network_and_stays_below_two_megabytes() {
+    let report = demo();
+    let page = html(&report);
+    std::fs::create_dir_all(target("")).unwrap();
+    std::fs::write(target("report.html"), &page).unwrap();
+    assert!(!page.contains("http://") && !page.contains("https://") && !page.contains("@import"));
+    assert!(!page.contains("src=") && !page.contains("url("));
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+    for figure in &report.figures {
+        assert!(
+            page.contains(&format!("id=\"figure-{}\"", figure.id)),
+            "{}",
+            figure.id
+        );
+    }
+    assert!(page.contains("0.0004") && page.contains("lagrangian demo --out demo"));
+}
+
+#[test]
+fn every_text_of_a_report_is_escaped() {
+    let evil = "<script>alert('&\"')</script>";
+    let words = || evil.to_owned();
+    let report = Report {
+        title: words(),
+        subtitle: words(),
+        headlines: vec![headline(evil, evil, evil, evil, None)],
+        summary: vec![words()],
+        animations: vec![Animation {
+            id: words(),
+            title: words(),
+            caption: words(),
+            panels: vec![Panel::new(
+                evil,
+                Role::Truth,
+                &[1.0, 1.0],
+                &swing(0.0, 1),
+                None,
+            )],
+        }],
+        figures: vec![Figure {
+            id: words(),
+            title: words(),
+            caption: words(),
+            x: Axis::linear(evil, evil),
+            y: Axis::log(evil, evil),
+            series: vec![Series::line(
+                evil,
+                Role::Lnn,
+                vec![1.0, 2.0],
+                vec![1.0, 2.0],
+            )],
+        }],
+        tables: vec![Table {
+            caption: words(),
+            header: vec![words()],
+            rows: vec![vec![words()]],
+        }],
+        settings: vec![(words(), words())],
+        commands: vec![Command {
+            makes: words(),
+            line: words(),
+        }],
+    };
+    let page = html(&report);
+    assert!(!page.contains("<script>alert") && !page.contains("alert('"));
+    assert!(!svg(&report.figures[0]).unwrap().contains("<script"));
+}
+
+#[test]
+fn missing_and_infinite_values_leave_gaps_and_break_nothing() {
+    let report = Report {
+        figures: empty_and_broken(),
+        ..Report::default()
+    };
+    let page = html(&report);
+    assert!(!page.contains("NaN") && !page.contains("inf "));
+    assert_eq!(
+        page.matches("no finite data").count(),
+        4 * 2 + 1,
+        "four empty figures, the first in three sizes"
+    );
+    for figure in &report.figures {
+        svg(figure).unwrap();
+        png(figure, 400, 300, std::io::sink()).unwrap();
+    }
+}
+
+#[test]
+fn an_empty_report_is_a_page() {
+    assert!(html(&Report::default()).contains("</html>"));
+}
+
+#[test]
+fn a_motion_that_ended_at_once_or_lost_its_angles_is_still_played() {
+    let mut lost = swing(0.0, 1);
+    lost.q[51] = f64::NAN;
+    let nothing = Trajectory {
+        t: vec![],
+        q: vec![],
+        qd: vec![],
+        ..swing(0.0, 1)
+    };
+    let panel =
+        |trajectory: &Trajectory| Panel::new("p", Role::Baseline, &[1.0, 1.0], trajectory, None);
+    let animation = Animation {
+        panels: vec![panel(&lost), panel(&nothing)],
+        ..Animation::default()
+    };
+    gif(&animation, std::io::sink()).unwrap();
+    assert!(
+        html(&Report {
+            animations: vec![animation],
+            ..Report::default()
+        })
+        .contains("null")
+    );
+    assert!(gif(&Animation::default(), std::io::sink()).is_err());
+}
+
+#[test]
+fn an_svg_file_stands_alone_and_knows_light_and_dark() {
+    let report = demo();
+    let file = svg(&report.figures[0]).unwrap();
+    std::fs::write(target("report.svg"), &file).unwrap();
+    assert!(file.starts_with("<svg xmlns=") && file.contains("prefers-color-scheme:dark"));
+    assert!(file.contains("Energy error over time") && file.contains("var(--lnn)"));
+}
+
+#[test]
+fn a_png_has_the_size_that_was_asked_for_and_a_tiny_one_is_refused() {
+    let report = demo();
+    let mut file = Vec::new();
+    png(&report.figures[0], 1280, 840, &mut file).unwrap();
+    std::fs::write(target("report.png"), &file).unwrap();
+    assert_eq!(&file[..4], b"\x89PNG");
+    assert_eq!(
+        (file[16..20].to_vec(), file[20..24].to_vec()),
+        (
+            1280u32.to_be_bytes().to_vec(),
+            840u32.to_be_bytes().to_vec()
+        )
+    );
+    assert!(png(&report.figures[0], 10, 10, std::io::sink()).is_err());
+    assert!(png(&report.figures[0], 1 << 30, 1 << 30, std::io::sink()).is_err());
+}
+
+#[test]
+fn a_gif_of_the_pendulums_loops_and_stays_small() {
+    let mut file = Vec::new();
+    gif(&demo().animations[0], &mut file).unwrap();
+    std::fs::write(target("report.gif"), &file).unwrap();
+    assert_eq!(&file[..6], b"GIF89a");
+    assert!(file.len() < 6_000_000, "{} bytes", file.len());
+}
+
+#[test]
+fn a_full_circle_is_drawn_round() {
+    let turn: Vec<f64> = (0..=100).map(|k| f64::from(k) * 0.02 * PI).collect();
+    let circle = Series::line(
+        "circle",
+        Role::Lnn,
+        turn.iter().map(|a| a.cos()).collect(),
+        turn.iter().map(|a| a.sin()).collect(),
+    );
+    let file = svg(&Figure {
+        series: vec![circle],
+        ..Figure::default()
+    })
+    .unwrap();
+    let path = file.split("<path class=\"l lnn\"").last().unwrap();
+    assert!(
+        path.matches('l').count() > 40,
+        "a circle that is simplified keeps its corners below a quarter px"
+    );
+}

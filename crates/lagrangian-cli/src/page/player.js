@@ -1,0 +1,233 @@
+(() => {
+  "use strict";
+  const root = document.documentElement;
+  const ink = (name) => getComputedStyle(root).getPropertyValue("--" + name).trim();
+  const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const TRAIL = 2.4; // s
+  const LEFT = 50; // px before the time axis of the energy errors, for its labels
+  const FONT = getComputedStyle(document.body).fontFamily;
+
+  // A canvas fitted to its box and the screen's density; returns its context and size in px.
+  function fitted(canvas) {
+    const { clientWidth: w, clientHeight: h } = canvas;
+    const density = Math.min(devicePixelRatio || 1, 3);
+    if (canvas.width !== Math.round(w * density) || canvas.height !== Math.round(h * density)) {
+      canvas.width = Math.round(w * density);
+      canvas.height = Math.round(h * density);
+    }
+    const context = canvas.getContext("2d");
+    context.setTransform(density, 0, 0, density, 0, 0);
+    context.clearRect(0, 0, w, h);
+    return { context, w, h };
+  }
+
+  const digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+  const power = (k) => "10" + (k < 0 ? "⁻" : "") + [...String(Math.abs(k))].map((d) => digits[d]).join("");
+  function percent(share) {
+    if (!Number.isFinite(share)) return "";
+    const value = 100 * share;
+    if (value === 0) return "0 %";
+    const k = Math.floor(Math.log10(value));
+    if (k >= -2 && k < 5) return value.toFixed(Math.max(0, 2 - Math.max(k, 0))) + " %";
+    return (value / 10 ** k).toFixed(1) + "×" + power(k) + " %";
+  }
+
+  // Joint positions at a fractional frame: Catmull–Rom between frames, so that fast turns stay round.
+  function joints(panel, place) {
+    const n = panel.lengths.length;
+    const last = panel.angles.length / n - 1;
+    if (last < 0 || place > last + 1e-6) return null;
+    const k = Math.min(Math.floor(place), Math.max(0, last - 1));
+    const u = place - k;
+    const spots = [[0, 0]];
+    let x = 0, y = 0;
+    for (let i = 0; i < n; i++) {
+      const at = (f) => panel.angles[Math.min(Math.max(f, 0), last) * n + i];
+      const [a, b, c, d] = [at(k - 1), at(k), at(k + 1), at(k + 2)];
+      if (b === null || c === null) return null;
+      const p = a ?? b, q = d ?? c;
+      const angle = (b + 0.5 * u * (c - p + u * (2 * p - 5 * b + 4 * c - q + u * (3 * (b - c) + q - p)))) / 1000;
+      x += panel.lengths[i] * Math.sin(angle);
+      y -= panel.lengths[i] * Math.cos(angle);
+      spots.push([x, y]);
+    }
+    return spots;
+  }
+
+  function player(box) {
+    const data = JSON.parse(box.querySelector("script").textContent);
+    const views = [...box.querySelectorAll(".panels figure")];
+    const [play, clock, slider] = [".play", ".clock", ".slider"].map((name) => box.querySelector(name));
+    const [speed, trails, strip] = [".speed", ".trails", ".strip"].map((name) => box.querySelector(name));
+    const truth = data.panels.find((panel) => panel.ink === "truth");
+    let time = 0, playing = false, visible = true, before = 0, next = 0, background = null;
+
+    function chain(context, spots, place, colour, width, bob) {
+      context.strokeStyle = context.fillStyle = colour;
+      context.lineWidth = width;
+      context.lineJoin = context.lineCap = "round";
+      context.beginPath();
+      for (const spot of spots) context.lineTo(...place(spot));
+      context.stroke();
+      spots.forEach((spot, k) => {
+        context.beginPath();
+        context.arc(...place(spot), k === 0 ? 0.45 * bob : bob, 0, 7);
+        context.fill();
+      });
+    }
+
+    function trail(context, panel, place, colour) {
+      context.strokeStyle = colour;
+      context.lineWidth = 1.8;
+      context.lineCap = "butt";
+      const bands = 16, steps = 8;
+      for (let band = 0; band < bands; band++) {
+        context.globalAlpha = 0.75 * ((band + 1) / bands) ** 1.6;
+        context.beginPath();
+        for (let step = 0; step <= steps; step++) {
+          const t = time - TRAIL * (1 - (band + step / steps) / bands);
+          const spots = t < 0 ? null : joints(panel, t / data.dt);
+          if (spots) context.lineTo(...place(spots[spots.length - 1]));
+        }
+        context.stroke();
+      }
+      context.globalAlpha = 1;
+    }
+
+    function drawPanel(panel, view) {
+      const { context, w, h } = fitted(view.querySelector("canvas"));
+      const reach = data.panels.reduce((most, one) => Math.max(most, one.lengths.reduce((a, b) => a + b, 0)), 1e-9);
+      const scale = 0.455 * Math.min(w, h) / reach;
+      const place = ([x, y]) => [w / 2 + x * scale, h / 2 - y * scale];
+      const colour = ink(panel.ink), bob = Math.max(5, 0.024 * Math.min(w, h));
+      context.strokeStyle = ink("grid");
+      context.lineWidth = 1;
+      context.beginPath();
+      context.arc(w / 2, h / 2, scale * reach, 0, 7);
+      context.stroke();
+      const ghost = truth && panel !== truth && joints(truth, time / data.dt);
+      if (ghost) chain(context, ghost, place, ink("axis"), 1.6, 0.7 * bob);
+      if (trails.checked) trail(context, panel, place, colour);
+      const spots = joints(panel, time / data.dt);
+      if (spots) chain(context, spots, place, colour, 2.6, bob);
+      const output = view.querySelector("output");
+      if (!spots) {
+        output.textContent = "ended at " + panel.end.toFixed(1) + " s";
+        return;
+      }
+      const error = panel.error ? panel.error[Math.round(time / data.dt)] : null;
+      output.textContent = error === null || error === undefined ? "" : "energy error " + percent(error);
+    }
+
+    // The energy errors over the whole time, on a log axis: drawn once, then copied under the cursor.
+    function drawBackground() {
+      const sheet = document.createElement("canvas");
+      const { clientWidth: w, clientHeight: h } = strip;
+      const density = Math.min(devicePixelRatio || 1, 3);
+      sheet.width = w * density;
+      sheet.height = h * density;
+      const context = sheet.getContext("2d");
+      context.scale(density, density);
+      const logs = data.panels.flatMap((panel) => (panel.error || []).filter((e) => e > 0).map((e) => Math.log10(100 * e)));
+      if (!logs.length || w === 0) return null;
+      const high = Math.ceil(logs.reduce((a, b) => Math.max(a, b), -300));
+      const low = Math.max(Math.floor(logs.reduce((a, b) => Math.min(a, b), 300)), high - 16);
+      const y = (log) => 8 + (h - 24) * (high - Math.max(log, low)) / Math.max(high - low, 1);
+      const every = Math.ceil((high - low) / 4) || 1;
+      context.font = "11px " + FONT;
+      context.fillStyle = ink("muted");
+      context.strokeStyle = ink("grid");
+      context.textBaseline = "middle";
+      for (let k = high; k >= low; k -= every) {
+        context.beginPath();
+        context.moveTo(LEFT, y(k));
+        context.lineTo(w, y(k));
+        context.stroke();
+        context.fillText(k >= -2 && k <= 3 ? String(10 ** k) + " %" : power(k) + " %", 0, y(k));
+      }
+      for (const panel of data.panels) {
+        if (!panel.error) continue;
+        context.strokeStyle = ink(panel.ink);
+        context.lineWidth = 1.4;
+        context.beginPath();
+        let open = false;
+        panel.error.forEach((error, k) => {
+          if (!(error > 0)) { open = false; return; }
+          const spot = [LEFT + (w - LEFT) * k * data.dt / data.duration, y(Math.log10(100 * error))];
+          if (open) context.lineTo(...spot); else context.moveTo(...spot);
+          open = true;
+        });
+        context.stroke();
+      }
+      context.fillStyle = ink("muted");
+      context.textBaseline = "alphabetic";
+      context.fillText("energy error over time", LEFT, h - 2);
+      return sheet;
+    }
+    function drawStrip() {
+      if (strip.hidden) return;
+      background ??= drawBackground();
+      if (!background) { strip.hidden = true; return; }
+      const { context, w, h } = fitted(strip);
+      context.drawImage(background, 0, 0, w, h);
+      const x = LEFT + (w - LEFT) * time / data.duration;
+      context.strokeStyle = ink("ink");
+      context.lineWidth = 1.5;
+      context.beginPath();
+      context.moveTo(x, 2);
+      context.lineTo(x, h - 14);
+      context.stroke();
+    }
+
+    function draw() {
+      data.panels.forEach((panel, k) => drawPanel(panel, views[k]));
+      drawStrip();
+      clock.textContent = time.toFixed(1) + " / " + data.duration.toFixed(0) + " s";
+      slider.value = time;
+    }
+
+    function tick(now) {
+      if (!playing || !visible) return;
+      time += Math.min(Math.max((now - before) / 1000, 0), 0.1) * Number(speed.value);
+      before = now;
+      if (time > data.duration) time = 0;
+      draw();
+      next = requestAnimationFrame(tick);
+    }
+
+    function run(yes) {
+      playing = yes;
+      play.textContent = yes ? "Pause" : "Play";
+      before = performance.now();
+      cancelAnimationFrame(next);
+      if (yes) next = requestAnimationFrame(tick);
+    }
+
+    function seek(to) {
+      time = Math.min(Math.max(to, 0), data.duration);
+      draw();
+    }
+
+    const follow = (event) => {
+      const edge = strip.getBoundingClientRect();
+      seek((event.clientX - edge.left - LEFT) / (edge.width - LEFT) * data.duration);
+    };
+    const again = () => { background = null; draw(); };
+    play.addEventListener("click", () => run(!playing));
+    slider.addEventListener("input", () => seek(Number(slider.value)));
+    trails.addEventListener("change", draw);
+    strip.addEventListener("pointerdown", (event) => { strip.setPointerCapture(event.pointerId); follow(event); });
+    strip.addEventListener("pointermove", (event) => { if (event.buttons) follow(event); });
+    root.addEventListener("themechange", again);
+    new ResizeObserver(again).observe(box);
+    new IntersectionObserver(([entry]) => {
+      visible = entry.isIntersecting;
+      if (visible && playing) run(true);
+    }).observe(box);
+    const start = new URLSearchParams(location.search).get("t");
+    seek(start === null ? 0 : Number(start) || 0);
+    run(!calm && start === null);
+  }
+
+  document.querySelectorAll(".player").forEach(player);
+})();

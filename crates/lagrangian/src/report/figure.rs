@@ -1,0 +1,198 @@
+//! A figure as plain data: two axes and series, each with the role that it plays.
+
+use serde::{Deserialize, Serialize};
+
+/// One figure.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Figure {
+    /// A name for links and files: lower case, words joined by `-`.
+    pub id: String,
+    /// What it shows, in a few words.
+    pub title: String,
+    /// What there is to see in it, in one or two sentences.
+    pub caption: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// What is drawn, the first at the bottom.
+    pub series: Vec<Series>,
+}
+
+/// One axis of a figure.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Axis {
+    /// What is measured, e.g. `time`.
+    pub label: String,
+    /// Its unit, empty for a pure number.
+    pub unit: String,
+    /// Linear or logarithmic.
+    pub scale: Scale,
+    /// Ends of the axis, where they must not follow from the data (a baseline that runs away would flatten all else).
+    pub range: Option<(f64, f64)>,
+}
+
+/// How values are laid along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scale {
+    /// Equal differences, equal lengths.
+    #[default]
+    Linear,
+    /// Equal ratios, equal lengths; zero and negative values are gaps.
+    Log,
+}
+
+/// Whose values a series shows: a role keeps its colour through the whole report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// The measured or analytic system.
+    Truth,
+    /// The learned Lagrangian.
+    Lnn,
+    /// The plain network.
+    Baseline,
+    /// Anything else, numbered from 0.
+    Other(u8),
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// A line through the points, broken at gaps.
+    #[default]
+    Line,
+    /// A dot at each point.
+    Points,
+    /// A line with a band from `y_low` to `y_high`.
+    Band,
+}
+
+/// One signal of a figure; NaN is a gap.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Series {
+    /// Its name in the legend; empty keeps it out of the legend.
+    pub name: String,
+    /// Whose it is.
+    pub role: Role,
+    /// How it is drawn.
+    pub kind: Kind,
+    /// Abscissae, `[len]`.
+    #[serde(with = "super::gaps")]
+    pub x: Vec<f64>,
+    /// Ordinates, `[len]`.
+    #[serde(with = "super::gaps")]
+    pub y: Vec<f64>,
+    /// Lower edge of a band, `[len]`, otherwise empty.
+    #[serde(with = "super::gaps", default)]
+    pub y_low: Vec<f64>,
+    /// Upper edge of a band, `[len]`, otherwise empty.
+    #[serde(with = "super::gaps", default)]
+    pub y_high: Vec<f64>,
+}
+
+impl Axis {
+    /// A linear axis.
+    #[must_use]
+    pub fn linear(label: &str, unit: &str) -> Self {
+        Self {
+            label: label.into(),
+            unit: unit.into(),
+            ..Self::default()
+        }
+    }
+
+    /// A logarithmic axis.
+    #[must_use]
+    pub fn log(label: &str, unit: &str) -> Self {
+        Self {
+            scale: Scale::Log,
+            ..Self::linear(label, unit)
+        }
+    }
+
+    /// The same axis with its ends fixed.
+    #[must_use]
+    pub fn between(self, low: f64, high: f64) -> Self {
+        Self {
+            range: Some((low, high)),
+            ..self
+        }
+    }
+
+    /// Label and unit, e.g. `time (s)`.
+    #[must_use]
+    pub fn text(&self) -> String {
+        if self.unit.is_empty() {
+            self.label.clone()
+        } else {
+            format!("{} ({})", self.label, self.unit)
+        }
+    }
+}
+
+impl Series {
+    /// A line through (x, y).
+    #[must_use]
+    pub fn line(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
+        Self {
+            name: name.into(),
+            role,
+            kind: Kind::Line,
+            x,
+            y,
+            y_low: Vec::new(),
+            y_high: Vec::new(),
+        }
+    }
+
+    /// Dots at (x, y).
+    #[must_use]
+    pub fn points(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
+        Self {
+            kind: Kind::Points,
+            ..Self::line(name, role, x, y)
+        }
+    }
+
+    /// The median of several runs at each x, with the band that holds the middle 80 % of them.
+    ///
+    /// `runs` is `[runs][≤ len]`; a run that ended early counts while it lasts.
+    #[must_use]
+    pub fn spread(name: &str, role: Role, x: Vec<f64>, runs: &[Vec<f64>]) -> Self {
+        let mut quantiles = [const { Vec::new() }; 3];
+        for k in 0..x.len() {
+            let mut values: Vec<f64> = runs
+                .iter()
+                .filter_map(|run| run.get(k).copied())
+                .filter(|y| y.is_finite())
+                .collect();
+            values.sort_by(f64::total_cmp);
+            for (column, share) in quantiles.iter_mut().zip([0.1, 0.5, 0.9]) {
+                column.push(quantile(&values, share));
+            }
+        }
+        let [y_low, y, y_high] = quantiles;
+        Self {
+            kind: Kind::Band,
+            y_low,
+            y_high,
+            ..Self::line(name, role, x, y)
+        }
+    }
+}
+
+/// Linear between the order statistics; NaN of nothing.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return f64::NAN;
+    };
+    let place = share * last as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}

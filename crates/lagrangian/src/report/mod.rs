@@ -1,0 +1,82 @@
+//! What a run found, as plain data: headline numbers, figures, animations, tables, settings and the commands that
+//! reproduce them. Each skin draws it its own way; nothing here knows of pages or pixels.
+
+mod animation;
+mod decimate;
+mod figure;
+mod gaps;
+mod plots;
+
+use serde::{Deserialize, Serialize};
+
+pub use animation::{Animation, Panel};
+pub use decimate::decimate;
+pub use figure::{Axis, Figure, Kind, Role, Scale, Series};
+pub use plots::{
+    Curve, Motion, Pairs, energy_error_over_time, loss_curves, parity, phase_portrait, trajectories,
+};
+
+/// Everything that a reader of a run wants to see, in the order in which they see it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Report {
+    /// What was done, in a few words.
+    pub title: String,
+    /// One line below the title: the system, the data, the date.
+    pub subtitle: String,
+    /// The few numbers that answer the reader's question.
+    pub headlines: Vec<Headline>,
+    /// What follows from them, in sentences.
+    pub summary: Vec<String>,
+    /// Moving pictures.
+    pub animations: Vec<Animation>,
+    /// Figures.
+    pub figures: Vec<Figure>,
+    /// Tables of figures.
+    pub tables: Vec<Table>,
+    /// Settings of the run, by name.
+    pub settings: Vec<(String, String)>,
+    /// The command lines that make this report again.
+    pub commands: Vec<Command>,
+}
+
+/// One number that answers a question, ready to be read.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Headline {
+    /// What it is, e.g. `Energy error at 100 s`.
+    pub label: String,
+    /// Its value as it is to be shown, e.g. `0.0004`.
+    pub value: String,
+    /// Its unit, e.g. `%`.
+    pub unit: String,
+    /// What to compare it with, e.g. `mean of 40 starts`.
+    pub note: String,
+    /// Whose number it is, where it is a model's.
+    pub role: Option<Role>,
+}
+
+/// A table: one header, rows of the same length.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Table {
+    /// What it shows.
+    pub caption: String,
+    /// Names of the columns.
+    pub header: Vec<String>,
+    /// Rows, each with one cell a column, ready to be read.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A command line and what it makes.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Command {
+    /// What it makes, e.g. `The model`.
+    pub makes: String,
+    /// The line to type.
+    pub line: String,
+}
+
+#[cfg(test)]
+mod tests;
