@@ -1,7 +1,7 @@
 //! How long a prediction can be right: Lyapunov exponents and valid prediction times.
 
 use crate::dynamics::Model;
-use crate::integrate::{Dop853, Ending, adaptive};
+use crate::integrate::{Control, Dop853, Ending, adaptive};
 use crate::rollout::RolloutOptions;
 use crate::{Coordinates, Error, Result, State, Trajectory};
 
@@ -45,7 +45,8 @@ pub fn valid_prediction_time(
     comparable(truth, prediction, coordinates)?;
     let error = NormalisedError::new(truth, coordinates);
     let since = |k: usize| truth.t[k] - truth.t[0];
-    let bad = (0..prediction.len()).find(|&k| !(error.at(truth, prediction, k) <= threshold));
+    let invalid = |&k: &usize| error.at(truth, prediction, k) > threshold;
+    let bad = (0..prediction.len()).find(invalid);
     Ok(match bad {
         Some(k) => ValidTime {
             seconds: since(k),
@@ -248,12 +249,12 @@ pub fn largest_lyapunov_exponent(
         &crate::rollout::free,
         options,
     )?;
-    let mut pair = Pair::new(model, start);
+    let mut pair = Pair::new(model, start, options.control());
     let interval = duration / RESTARTS as f64;
     let (mut growth, mut half) = (0.0, 0.0);
     let mut convergence = Vec::with_capacity(RESTARTS);
     for k in 1..=RESTARTS {
-        let Some(distance) = pair.run(interval, options) else {
+        let Some(distance) = pair.run(interval) else {
             break;
         };
         growth += (distance / SEPARATION).ln();
@@ -284,10 +285,11 @@ struct Pair<'a> {
     evaluator: Box<dyn crate::dynamics::Evaluator + 'a>,
     x: Vec<f64>,
     n: usize,
+    control: Control,
 }
 
 impl<'a> Pair<'a> {
-    fn new(model: &'a dyn Model, start: &State) -> Self {
+    fn new(model: &'a dyn Model, start: &State, control: Control) -> Self {
         let n = start.q.len();
         let mut x = [&start.q[..], &start.q, &start.qd, &start.qd].concat();
         // A direction without symmetry: not along any eigenvector.
@@ -301,11 +303,12 @@ impl<'a> Pair<'a> {
             evaluator: model.evaluator(),
             x,
             n,
+            control,
         }
     }
 
     /// Runs both for a while; their distance then, or `None` where they cannot go on.
-    fn run(&mut self, interval: f64, options: &RolloutOptions) -> Option<f64> {
+    fn run(&mut self, interval: f64) -> Option<f64> {
         let both = 2 * self.n;
         let still = vec![0.0; both];
         let (evaluator, x0) = (&mut self.evaluator, self.x.clone());
@@ -314,7 +317,7 @@ impl<'a> Pair<'a> {
             dq.copy_from_slice(qd);
             let _ = evaluator.forward_dynamics(q, qd, &still, dqd);
         };
-        let (x, control) = (&mut self.x, options.control());
+        let (x, control) = (&mut self.x, self.control);
         let mut sink = |k: usize, state: &[f64]| {
             if k == 1 {
                 x.copy_from_slice(state);
@@ -322,6 +325,8 @@ impl<'a> Pair<'a> {
         };
         let times = [0.0, interval];
         let solution = adaptive::solve::<Dop853>(&mut f, &x0, &times, &control, &mut sink);
+        // The step limit is for the whole run.
+        self.control.max_steps -= solution.steps + solution.rejected;
         let distance = self
             .differences()
             .map(|(i, j)| (self.x[j] - self.x[i]).powi(2))

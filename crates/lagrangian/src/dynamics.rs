@@ -1,4 +1,21 @@
 //! The Euler–Lagrange equation, written once: M q̈ + c = τ − d(q, q̇).
+//!
+//! From d/dt ∂L/∂q̇ − ∂L/∂q = τ − d with p = ∂L/∂q̇: M = ∂²L/∂q̇∂q̇ and c = (∂p/∂q) q̇ − ∂L/∂q. Along every motion
+//! the energy H = p·q̇ − L changes by the power of the forces, dH/dt = (τ − d)·q̇.
+//!
+//! ```
+//! use lagrangian::dynamics::{Mechanical, Model};
+//! use lagrangian::lagrangian::Dissipation;
+//! use lagrangian::lagrangian::analytic::by_name;
+//!
+//! let pendulum = by_name("pendulum", &[("length", 2.0)])?;
+//! let damped = Mechanical::dissipative(pendulum.lagrangian(), Dissipation::viscous(vec![0.4]))?;
+//! let mut acceleration = [0.0];
+//! let singular = damped.evaluator().forward_dynamics(&[0.0], &[3.0], &[0.0], &mut acceleration);
+//! // q̈ = −b q̇ / (m l²) at the bottom.
+//! assert!(singular == 0 && (acceleration[0] + 0.3).abs() < 1e-15);
+//! # Ok::<(), lagrangian::Error>(())
+//! ```
 
 use crate::lagrangian::{Dissipation, Jet, Jets, Lagrangian};
 use crate::solve::{Regularity, SymmetricSolver};

@@ -1,11 +1,16 @@
 //! Rolling a model out: from an initial state to a predicted trajectory, and how it ended.
 
-use rayon::prelude::*;
+mod many;
+mod recorded;
+
 use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{Evaluator, Model};
 use crate::integrate::{Control, Ending, Failure, Method};
-use crate::{Coordinates, Error, Result, State, Trajectory};
+use crate::{Error, Result, Trajectory};
+
+pub use many::rollout_many;
+pub use recorded::{Hold, recorded, rollout_recorded};
 
 /// Generalised forces as a function: (t, q, q̇, τ), which writes τ.
 pub type Force<'a> = dyn Fn(f64, &[f64], &[f64], &mut [f64]) + Sync + 'a;
@@ -137,56 +142,9 @@ pub fn rollout(
     options: &RolloutOptions,
 ) -> Result<Rollout> {
     check(model, q0, qd0, times, options)?;
-    let n = q0.len();
-    let mut evaluator = model.evaluator();
-    let mut force = vec![0.0; n];
-    let (mut evaluations, mut singular) = (0, 0);
-    let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
-        tau(t, q, qd, &mut force);
-        singular += evaluator.forward_dynamics(q, qd, &force, qdd) as u64;
-        evaluations += 1;
-    };
-    let mut trajectory = empty(times.len(), n);
-    let mut sample = |k: usize, x: &[f64]| {
-        trajectory.t.push(times[k]);
-        trajectory.q.extend_from_slice(&x[..n]);
-        trajectory.qd.extend_from_slice(&x[n..]);
-    };
-    let x0 = [q0, qd0].concat();
-    let control = options.control();
-    let solution = options
-        .method
-        .solve(&mut acceleration, &x0, times, &control, &mut sample);
-    complete(&mut trajectory, &mut *evaluator, tau);
-    let outcome = match solution.ending {
-        Ending::Finished => Outcome::Finished,
-        Ending::StepLimit { t } => Outcome::StepLimit { t },
-        Ending::Failed { t, reason } => Outcome::Diverged { t, reason },
-    };
-    let (steps, rejected) = (solution.steps, solution.rejected);
-    Ok(Rollout {
-        trajectory,
-        outcome,
-        steps,
-        rejected,
-        evaluations,
-        singular,
-    })
-}
-
-/// Rolls `model` out from each of the states, on all threads; the same bits whatever their number.
-///
-/// # Errors
-/// As [`rollout`], for the first state that has one.
-pub fn rollout_many(
-    model: &dyn Model,
-    starts: &[State],
-    times: &[f64],
-    tau: &Force<'_>,
-    options: &RolloutOptions,
-) -> Result<Vec<Rollout>> {
-    let one = |start: &State| rollout(model, &start.q, &start.qd, times, tau, options);
-    starts.par_iter().map(one).collect()
+    let mut run = Run::new(model, q0, qd0, times.len(), options);
+    let ending = run.advance(times, tau, true);
+    Ok(run.finish(ending, tau))
 }
 
 /// The times 0, `step`, 2 `step`, … up to `duration` (and that itself, if it is a multiple), s.
@@ -213,58 +171,6 @@ pub fn times(duration: f64, step: f64) -> Result<Vec<f64>> {
         });
     }
     Ok((0..=count as usize).map(|k| k as f64 * step).collect())
-}
-
-/// How the forces between two samples of a recorded trajectory are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Hold {
-    /// As at the sample before: a digital controller's.
-    #[default]
-    Previous,
-    /// On the straight line between the two.
-    Linear,
-}
-
-/// The forces of a recorded trajectory as a function of time; before its begin and after its end, the first
-/// and the last of them. Zero where it has none.
-///
-/// # Errors
-/// As [`Trajectory::validate`]; [`Error::Shape`] where the trajectory has another number of degrees of freedom
-/// than `coordinates`.
-pub fn recorded<'a>(
-    trajectory: &'a Trajectory,
-    coordinates: &Coordinates,
-    hold: Hold,
-) -> Result<impl Fn(f64, &[f64], &[f64], &mut [f64]) + Sync + 'a> {
-    trajectory.validate()?;
-    let n = coordinates.dof();
-    if trajectory.dof() != n {
-        return Err(Error::Shape {
-            what: "a state of the trajectory with the forces".into(),
-            found: trajectory.dof(),
-            expected: n,
-            remedy: "take the forces from a trajectory of the same system".into(),
-        });
-    }
-    Ok(move |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| {
-        let (Some(recorded), false) = (&trajectory.tau, trajectory.is_empty()) else {
-            return tau.fill(0.0);
-        };
-        let last = trajectory.len() - 1;
-        let k = trajectory.t.partition_point(|&s| s <= t).saturating_sub(1);
-        tau.iter_mut()
-            .zip(&recorded[k * n..(k + 1) * n])
-            .for_each(|(tau, held)| *tau = *held);
-        if hold == Hold::Linear && k < last {
-            let (begin, end) = (trajectory.t[k], trajectory.t[k + 1]);
-            let share = ((t - begin) / (end - begin)).clamp(0.0, 1.0);
-            let next = &recorded[(k + 1) * n..(k + 2) * n];
-            tau.iter_mut()
-                .zip(next)
-                .for_each(|(tau, next)| *tau += share * (next - *tau));
-        }
-    })
 }
 
 fn check(
@@ -317,15 +223,116 @@ fn check(
     Ok(())
 }
 
-fn empty(len: usize, n: usize) -> Trajectory {
-    Trajectory {
-        name: "rollout".into(),
-        t: Vec::with_capacity(len),
-        q: Vec::with_capacity(len * n),
-        qd: Vec::with_capacity(len * n),
-        qdd: None,
-        tau: None,
+/// A rollout in the making: what was computed and counted so far.
+struct Run<'a> {
+    evaluator: Box<dyn Evaluator + 'a>,
+    options: &'a RolloutOptions,
+    /// The state (q, q̇) reached, `[2 n]`.
+    x: Vec<f64>,
+    force: Vec<f64>,
+    rollout: Rollout,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        model: &'a dyn Model,
+        q0: &[f64],
+        qd0: &[f64],
+        len: usize,
+        options: &'a RolloutOptions,
+    ) -> Self {
+        let n = q0.len();
+        let rollout = Rollout::begin(len, n);
+        let x = [q0, qd0].concat();
+        Self {
+            evaluator: model.evaluator(),
+            options,
+            x,
+            force: vec![0.0; n],
+            rollout,
+        }
     }
+
+    /// Goes on from the state reached, which is that at `times[0]`, and takes samples (there too if `first`).
+    fn advance(&mut self, times: &[f64], tau: &Force<'_>, first: bool) -> Ending {
+        let Self {
+            evaluator,
+            options,
+            x,
+            force,
+            rollout,
+        } = self;
+        let Rollout {
+            trajectory,
+            evaluations,
+            singular,
+            ..
+        } = rollout;
+        let x0 = x.clone();
+        let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
+            tau(t, q, qd, force);
+            *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
+            *evaluations += 1;
+        };
+        let mut sample = |k: usize, state: &[f64]| {
+            x.copy_from_slice(state);
+            if k > 0 || first {
+                record(trajectory, times[k], state);
+            }
+        };
+        let mut control = options.control();
+        control.max_steps -= rollout.steps + rollout.rejected;
+        let solution = options
+            .method
+            .solve(&mut acceleration, &x0, times, &control, &mut sample);
+        rollout.steps += solution.steps;
+        rollout.rejected += solution.rejected;
+        solution.ending
+    }
+
+    fn finish(mut self, ending: Ending, tau: &Force<'_>) -> Rollout {
+        self.rollout.end(ending, &mut *self.evaluator, tau);
+        self.rollout
+    }
+}
+
+impl Rollout {
+    fn begin(len: usize, n: usize) -> Self {
+        let trajectory = Trajectory {
+            name: "rollout".into(),
+            t: Vec::with_capacity(len),
+            q: Vec::with_capacity(len * n),
+            qd: Vec::with_capacity(len * n),
+            qdd: None,
+            tau: None,
+        };
+        let outcome = Outcome::Finished;
+        Self {
+            trajectory,
+            outcome,
+            steps: 0,
+            rejected: 0,
+            evaluations: 0,
+            singular: 0,
+        }
+    }
+
+    fn end(&mut self, ending: Ending, evaluator: &mut dyn Evaluator, tau: &Force<'_>) {
+        complete(&mut self.trajectory, evaluator, tau);
+        self.outcome = match ending {
+            Ending::Finished => Outcome::Finished,
+            Ending::StepLimit { t } => Outcome::StepLimit { t },
+            Ending::Failed { t, reason } => Outcome::Diverged { t, reason },
+        };
+    }
+}
+
+/// Takes the sample (q, q̇) at time t.
+fn record(trajectory: &mut Trajectory, t: f64, x: &[f64]) {
+    let (q, qd) = x.split_at(x.len() / 2);
+    trajectory.t.push(t);
+    trajectory.q.extend_from_slice(q);
+    trajectory.qd.extend_from_slice(qd);
 }
 
 /// Adds q̈ (where finite) and τ (where there is any) to a trajectory.

@@ -1,14 +1,14 @@
 //! Dormand and Prince's method of order 5.
 
-use super::adaptive::{Controller, EmbeddedPair, error_square};
-use super::{Control, FirstOrder, combine};
+use super::Control;
+use super::adaptive::{Controller, EmbeddedPair, error_square, nested};
 
-const STAGES: usize = 7;
+const SLOPES: usize = 7;
 
-const C: [f64; STAGES] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
+const C: [f64; SLOPES] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
 
 /// Rows a of the stages; the last one holds the weights of the solution, so its slope is the next first one.
-const A: [&[f64]; STAGES] = [
+const A: [&[f64]; SLOPES] = [
     &[],
     &[0.2],
     &[3.0 / 40.0, 9.0 / 40.0],
@@ -60,12 +60,8 @@ const D: &[f64] = &[
 
 /// The method of order 5(4) of Dormand and Prince (1980): six evaluations a step, adaptive, with Shampine's
 /// dense output of order 4 (Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, section II.6).
-#[derive(Debug, Clone)]
-pub struct Dopri5 {
-    k: Vec<f64>,
-    stage: Vec<f64>,
-    dense: Vec<f64>,
-}
+#[derive(Debug, Clone, Copy)]
+pub struct Dopri5;
 
 impl EmbeddedPair for Dopri5 {
     const CONTROLLER: Controller = Controller {
@@ -75,63 +71,31 @@ impl EmbeddedPair for Dopri5 {
         grow: 10.0,
         exponent: 0.2,
     };
+    const C: &'static [f64] = &C;
+    const A: &'static [&'static [f64]] = &A;
+    const ATTEMPT: usize = SLOPES;
+    const END: usize = SLOPES - 1;
+    const TERMS: usize = 4;
 
-    fn new(n: usize) -> Self {
-        Self {
-            k: vec![0.0; STAGES * n],
-            stage: vec![0.0; n],
-            dense: vec![0.0; 4 * n],
-        }
+    fn error(k: &[f64], h: f64, x: &[f64], x_new: &[f64], control: &Control) -> f64 {
+        h * (error_square(E, k, x, x_new, control) / x.len() as f64).sqrt()
     }
 
-    fn slope(&mut self) -> &mut [f64] {
-        let n = self.stage.len();
-        &mut self.k[..n]
-    }
-
-    fn attempt(
-        &mut self,
-        f: &mut FirstOrder<'_>,
-        (t, h): (f64, f64),
-        x: &[f64],
-        x_new: &mut [f64],
-        control: &Control,
-    ) -> f64 {
-        let n = x.len();
-        for s in 1..STAGES {
-            combine(&mut self.stage, x, h, A[s], &self.k);
-            f(t + C[s] * h, &self.stage, &mut self.k[s * n..(s + 1) * n]);
-        }
-        x_new.copy_from_slice(&self.stage);
-        h * (error_square(E, &self.k, x, x_new, control) / n as f64).sqrt()
-    }
-
-    fn finish(&mut self, _: &mut FirstOrder<'_>, _: (f64, f64), _: &[f64]) {}
-
-    fn prepare(&mut self, _: &mut FirstOrder<'_>, (_, h): (f64, f64), x: &[f64], x_new: &[f64]) {
+    fn prepare(k: &[f64], h: f64, x: &[f64], x_new: &[f64], terms: &mut [f64]) {
         let n = x.len();
         for i in 0..n {
             let change = x_new[i] - x[i];
-            let bend = h * self.k[i] - change;
-            let slopes = D.iter().enumerate().map(|(s, d)| d * self.k[s * n + i]);
-            self.dense[i] = change;
-            self.dense[n + i] = bend;
-            self.dense[2 * n + i] = change - h * self.k[6 * n + i] - bend;
-            self.dense[3 * n + i] = h * slopes.sum::<f64>();
+            let bend = h * k[i] - change;
+            let slopes = D.iter().enumerate().map(|(s, d)| d * k[s * n + i]);
+            terms[i] = change;
+            terms[n + i] = bend;
+            terms[2 * n + i] = change - h * k[Self::END * n + i] - bend;
+            terms[3 * n + i] = h * slopes.sum::<f64>();
         }
     }
 
-    fn interpolate(&self, theta: f64, x: &[f64], out: &mut [f64]) {
-        let n = x.len();
-        for i in 0..n {
-            let term = |j: usize| self.dense[j * n + i];
-            let inner = term(1) + theta * (term(2) + (1.0 - theta) * term(3));
-            out[i] = x[i] + theta * (term(0) + (1.0 - theta) * inner);
-        }
-    }
-
-    fn advance(&mut self) {
-        let n = self.stage.len();
-        self.k.copy_within(6 * n.., 0);
+    /// x + θ(F₀ + (1−θ)(F₁ + θ(F₂ + (1−θ) F₃))).
+    fn interpolate(terms: &[f64], theta: f64, x: &[f64], out: &mut [f64]) {
+        nested(terms, theta, x, out);
     }
 }

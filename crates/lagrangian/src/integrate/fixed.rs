@@ -20,7 +20,6 @@ pub fn solve(
         ending: Ending::Finished,
         steps: 0,
         rejected: 0,
-        evaluations: 0,
     };
     let Some(mut now) = times.first().copied() else {
         return solution;

@@ -189,8 +189,6 @@ pub struct Solution {
     pub steps: u64,
     /// Steps rejected by the error estimate.
     pub rejected: u64,
-    /// Evaluations of the right-hand side by an adaptive method; the fixed ones count nothing here.
-    pub evaluations: u64,
 }
 
 /// How an integration ended.
