@@ -1,10 +1,39 @@
-//! The command line of `lagrangian`.
+//! The command `lagrangian`: reads files, calls the library, shows what comes back. It holds no formula.
 
+mod cli;
+mod commands;
+mod data;
 #[allow(
     dead_code,
     unused_imports,
-    reason = "the commands that call it come with them"
+    reason = "not every picture has a command yet"
 )]
 mod draw;
+mod failure;
+mod fit_args;
+mod fit_config;
+mod interrupt;
+mod motion;
+mod output;
+mod progress;
+mod run_folder;
+mod tensorboard;
+mod values;
+mod watch;
 
-fn main() {}
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cli::Cli;
+
+fn main() -> ExitCode {
+    match commands::run(Cli::parse()) {
+        Ok(code) => code,
+        Err(error) if failure::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}", failure::describe(&error));
+            ExitCode::from(failure::exit_code(&error))
+        }
+    }
+}

@@ -52,6 +52,118 @@ pub enum Error {
         index: usize,
     },
 
+    /// A file is not a saved model.
+    #[error("not a saved model ({found}): give a model.safetensors that `lagrangian fit` wrote")]
+    NotAModel {
+        /// What was found instead.
+        found: String,
+    },
+
+    /// A saved model comes from a later version.
+    #[error(
+        "the saved model has format version {found}, this program reads up to {known}: install a newer one"
+    )]
+    NewerModel {
+        /// The version in the file.
+        found: u32,
+        /// The newest version that is known.
+        known: u32,
+    },
+
+    /// A saved model is incomplete or contradicts itself.
+    #[error("the saved model is damaged ({reason}): copy it again or repeat the fit")]
+    DamagedModel {
+        /// What is wrong.
+        reason: String,
+    },
+
+    /// A weight of a saved model is missing, unknown, of the wrong shape or type, or not finite.
+    #[error(
+        "weight '{name}' {problem}: the saved model does not fit its own description, repeat the fit"
+    )]
+    Tensor {
+        /// Name of the weight.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+
+    /// The columns of a file are not those that are needed.
+    #[error("{finding} (columns found: {found}): {remedy}")]
+    Columns {
+        /// What is missing, doubled or mismatched.
+        finding: String,
+        /// The columns of the file, separated by commas.
+        found: String,
+        /// What to do.
+        remedy: String,
+    },
+
+    /// A cell of a file is not a number.
+    #[error(
+        "line {line}, column '{column}': '{text}' is not a number: correct that cell, or leave it empty and remove the row"
+    )]
+    Cell {
+        /// Line (text formats, the header is line 1) or row (binary formats, the first is 1) of the file.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// The text that stands there.
+        text: String,
+    },
+
+    /// Bytes that are not a file of the format that they claim to be, or a damaged one.
+    #[error("this is not a readable {format} file: {reason}")]
+    Malformed {
+        /// The format.
+        format: &'static str,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+
+    /// A file format that is unknown, or that this build leaves out.
+    #[error("files '.{extension}' cannot be read or written: {remedy}")]
+    Format {
+        /// The file extension.
+        extension: String,
+        /// What to do.
+        remedy: String,
+    },
+
+    /// A configuration text (TOML) is wrong.
+    #[error("the description of the columns is wrong: {0}")]
+    Layout(String),
+
+    /// There is too little data.
+    #[error(
+        "{what} has {found} samples where {needed} are needed: record a longer motion, or thin it less (--every)"
+    )]
+    TooShort {
+        /// The file or trajectory.
+        what: String,
+        /// Samples found.
+        found: usize,
+        /// Samples needed.
+        needed: usize,
+    },
+
+    /// One sample of a recording cannot be used.
+    #[error(
+        "trajectory '{trajectory}', sample {row} (counted from 1), column '{column}': {finding}: {remedy}"
+    )]
+    Sample {
+        /// The trajectory.
+        trajectory: String,
+        /// The sample within it, the first is 1.
+        row: usize,
+        /// The column.
+        column: String,
+        /// What is wrong.
+        finding: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+
     /// A checkpoint cannot be read or written.
     #[error("not a usable checkpoint: {reason}; start the fit anew, without --resume")]
     Checkpoint {

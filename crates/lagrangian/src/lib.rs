@@ -2,6 +2,7 @@
 
 pub mod baseline;
 pub mod chaos;
+pub mod check;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
@@ -11,6 +12,8 @@ pub mod lagrangian;
 pub mod mlp;
 pub mod report;
 pub mod rollout;
+pub mod saved;
+pub mod score;
 pub mod solve;
 pub mod train;
 pub mod trajectory;

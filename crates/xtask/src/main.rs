@@ -1,1 +1,142 @@
-fn main() {}
+//! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted.
+
+use std::env;
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+const USAGE: &str = "\
+usage: cargo xtask test
+
+  test   format, clippy, tests (unit, integration, doc), documentation, examples; stops at the first failure";
+
+/// One command that must succeed.
+struct Step {
+    name: &'static str,
+    arguments: &'static [&'static str],
+    /// A variable of the environment, set for this command alone.
+    variable: Option<(&'static str, &'static str)>,
+    /// The rustup component without which it cannot run.
+    component: Option<&'static str>,
+}
+
+/// In the order of what fails soonest.
+const TEST: [Step; 5] = [
+    Step {
+        name: "format",
+        arguments: &["fmt", "--all", "--check"],
+        variable: None,
+        component: Some("rustfmt"),
+    },
+    Step {
+        name: "clippy",
+        arguments: &[
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--all-features",
+            "--",
+            "-D",
+            "warnings",
+        ],
+        variable: None,
+        component: Some("clippy"),
+    },
+    Step {
+        name: "tests",
+        arguments: &["test", "--workspace", "--all-features"],
+        variable: None,
+        component: None,
+    },
+    Step {
+        name: "documentation",
+        arguments: &["doc", "--workspace", "--all-features", "--no-deps"],
+        variable: Some(("RUSTDOCFLAGS", "-D warnings")),
+        component: None,
+    },
+    Step {
+        name: "examples",
+        arguments: &["build", "--workspace", "--all-features", "--examples"],
+        variable: None,
+        component: None,
+    },
+];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["test"] => run(&TEST),
+        ["help" | "-h" | "--help"] => {
+            println!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
+        _ => {
+            eprintln!("{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(summary) => {
+            println!("{summary}");
+            ExitCode::SUCCESS
+        }
+        Err(failure) => {
+            eprintln!("xtask: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs the steps in turn and says in one line what ran, or which one failed.
+fn run(steps: &[Step]) -> Result<String, String> {
+    let start = Instant::now();
+    steps.iter().try_for_each(require)?;
+    steps.iter().try_for_each(carry_out)?;
+    let names: Vec<&str> = steps.iter().map(|step| step.name).collect();
+    Ok(format!(
+        "xtask: passed {} in {} s",
+        names.join(", "),
+        start.elapsed().as_secs()
+    ))
+}
+
+/// Asks for a missing component before anything is built.
+fn require(step: &Step) -> Result<(), String> {
+    let Some(component) = step.component else {
+        return Ok(());
+    };
+    let present = cargo()
+        .args([step.arguments[0], "--version"])
+        .output()
+        .is_ok_and(|o| o.status.success());
+    if present {
+        return Ok(());
+    }
+    Err(format!(
+        "step '{}' needs {component}: run `rustup component add {component}`",
+        step.name
+    ))
+}
+
+fn carry_out(step: &Step) -> Result<(), String> {
+    let mut command = cargo();
+    command.args(step.arguments);
+    let mut shown = format!("cargo {}", step.arguments.join(" "));
+    if let Some((name, value)) = step.variable {
+        command.env(name, value);
+        shown = format!("{name}='{value}' {shown}");
+    }
+    eprintln!("xtask: {}: {shown}", step.name);
+    let status = command
+        .status()
+        .map_err(|e| format!("step '{}' did not start: {e}", step.name))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("step '{}' failed ({status}): {shown}", step.name))
+    }
+}
+
+/// The cargo that runs this program, else the one on the path.
+fn cargo() -> Command {
+    Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}

@@ -375,6 +375,9 @@ impl<'a> Run<'a> {
     ) -> Result<(Ending, Progress)> {
         let batch = self.config.batch.min(self.dataset.train.len());
         let mut judges = Batches::<T>::new(learner, self.judge.len().clamp(1, 256));
+        if self.share() >= 1.0 && !self.state.best_parameters.is_empty() {
+            return Ok((Ending::Finished, self.at_the_end()));
+        }
         loop {
             let share = self.share();
             let numbers = self.order.batch(self.state.step, batch);
@@ -406,6 +409,19 @@ impl<'a> Run<'a> {
                 }
                 return Ok((ending, progress));
             }
+        }
+    }
+
+    /// Where a run is that was resumed behind its last step.
+    fn at_the_end(&self) -> Progress {
+        Progress {
+            step: self.state.step,
+            share: 1.0,
+            seconds: self.seconds(),
+            loss: self.state.best,
+            validation: None,
+            rate: 0.0,
+            singular: 0,
         }
     }
 

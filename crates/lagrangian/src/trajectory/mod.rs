@@ -1,9 +1,30 @@
 //! Motions of a system: time, coordinates, velocities and, where known, accelerations and forces.
 
+mod columns;
 mod coordinates;
+pub mod csv;
+pub mod derivatives;
+mod format;
+mod layout;
+mod noise;
+pub(crate) mod local_polynomial;
+mod npy;
+pub mod npz;
+#[cfg(feature = "parquet")]
+pub mod parquet;
+mod recording;
+mod rows;
+mod shared;
 mod state;
 
+pub use columns::Columns;
 pub use coordinates::{Coordinate, Coordinates, Topology};
+pub use derivatives::{Estimate, EstimateOptions, Source};
+pub use format::Format;
+pub use layout::Layout;
+pub use recording::{Readings, Recording};
+
+use format::{WrittenColumns, unique_names};
 pub use state::State;
 
 use crate::{Error, Result};

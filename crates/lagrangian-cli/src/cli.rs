@@ -1,0 +1,344 @@
+//! The command line: every flag, its meaning and its default, in one place.
+
+use std::path::PathBuf;
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, Parser, Subcommand};
+
+use crate::fit_args::FitArgs;
+use crate::values::{MAX_SEED, assignment, non_negative, positive};
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// Learns the mechanics of a physical system from its trajectories.
+///
+/// Data in, a Lagrangian out; then long stable rollouts, conserved energy and inverse dynamics from it.
+#[derive(Debug, Parser)]
+#[command(name = "lagrangian", version, styles = STYLES, propagate_version = true, after_help = "\
+Begin with:
+  lagrangian demo                                    a double pendulum, learned in two minutes
+  lagrangian check motion.csv --angle all            is my data good enough?
+  lagrangian fit motion.csv --angle all --out run    learn from it
+  lagrangian rollout run/model.safetensors --q0 1,0 --qd0 0,0 --duration 10")]
+pub(crate) struct Cli {
+    /// Print exactly one JSON object on standard output; all else goes to standard error
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+
+    /// Show no progress
+    #[arg(long, global = true)]
+    pub(crate) quiet: bool,
+
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Learn a double pendulum, and compare the learned Lagrangian with a plain network over 100 s
+    Demo(DemoArgs),
+    /// Roll out a system whose Lagrangian is known: trajectories to learn from
+    Simulate(SimulateArgs),
+    /// Judge recordings before fitting: rate, gaps, noise, units, coverage
+    Check(CheckArgs),
+    /// Learn a model from recordings, and leave a run folder with model, metrics and report
+    Fit(Box<FitArgs>),
+    /// Measure a model on recordings that it has not seen
+    Score(ScoreArgs),
+    /// Predict a motion from an initial state
+    Rollout(RolloutArgs),
+    /// Write the page of a run again, and pictures of it
+    Report(ReportArgs),
+}
+
+/// How the columns of a file are read; a TOML file beside the data may say the same.
+#[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
+#[command(next_help_heading = "Columns of the data")]
+pub(crate) struct DataArgs {
+    /// Columns of the coordinates q [default: q1,q2,…]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) q: Vec<String>,
+
+    /// Columns of the velocities q̇; estimated from q if there are none [default: qd1,qd2,…]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) qd: Vec<String>,
+
+    /// Columns of the accelerations q̈; estimated if there are none [default: qdd1,qdd2,…]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) qdd: Vec<String>,
+
+    /// Columns of the forces and torques τ; none means a free motion [default: tau1,tau2,…]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) tau: Vec<String>,
+
+    /// Column of time, s [default: t]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) time: Option<String>,
+
+    /// Column that tells several trajectories of one file apart [default: trajectory, if there is one]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) trajectory: Option<String>,
+
+    /// Coordinates that are angles, so that q and q + 2π are the same; `all` for all of them
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) angle: Vec<String>,
+
+    /// Angles are in degrees (never guessed)
+    #[arg(long)]
+    pub(crate) degrees: bool,
+
+    /// Keep every so manyth row
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) every: Option<u32>,
+
+    /// TOML file with the above [default: the data file's name with .toml, else lagrangian.toml beside it]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) layout: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lagrangian demo
+  lagrangian demo --seconds 20 --out quick --json")]
+pub(crate) struct DemoArgs {
+    /// Folder for models, report and figures
+    #[arg(long, value_name = "DIR", default_value = "lagrangian-demo")]
+    pub(crate) out: PathBuf,
+
+    /// Time for each of the two fits, s
+    #[arg(long, default_value_t = 55.0, value_parser = positive)]
+    pub(crate) seconds: f64,
+
+    /// Number of states to learn from
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(100..))]
+    pub(crate) samples: u32,
+
+    /// Rollouts over which the energy error is averaged
+    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) starts: u32,
+
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    pub(crate) seed: u64,
+
+    /// Replace an earlier demo in the folder
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lagrangian simulate pendulum > motion.csv
+  lagrangian simulate double-pendulum --trajectories 20 --duration 10 --out motion.parquet
+  lagrangian simulate pendulum --set length=2 --q0 0.1 --qd0 0 --noise 0.001 --out noisy.csv
+
+`lagrangian simulate list` names the systems and their parameters.")]
+pub(crate) struct SimulateArgs {
+    /// Name of the system, or `list`
+    pub(crate) system: String,
+
+    /// File for the trajectories, .csv, .npz or .parquet; a .toml that declares the angles is put beside it
+    /// [default: CSV on standard output]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Replace the files if they exist
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    /// A parameter of the system; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(crate) parameters: Vec<(String, f64)>,
+
+    /// Number of trajectories, from random initial states
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) trajectories: u32,
+
+    /// Where random initial states come from
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) starts: Starts,
+
+    /// Seed of the initial states and of the noise
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    pub(crate) seed: u64,
+
+    /// Standard deviation of Gaussian noise on q (in its unit) and q̇; accelerations are then left out
+    #[arg(long, value_name = "SIGMA", value_parser = non_negative)]
+    pub(crate) noise: Option<f64>,
+
+    #[command(flatten)]
+    pub(crate) motion: MotionArgs,
+}
+
+/// The distribution of random initial states.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Starts {
+    /// The one that models are trained on (fast motions)
+    #[default]
+    Training,
+    /// The one that rollouts are tested from (e.g. nearly at rest)
+    Test,
+}
+
+/// An initial state, a duration and a method.
+#[derive(Debug, Clone, Args, serde::Serialize)]
+#[command(next_help_heading = "Motion")]
+pub(crate) struct MotionArgs {
+    /// Initial coordinates, SI units
+    #[arg(long, value_name = "VALUES", value_delimiter = ',', allow_hyphen_values = true, requires = "qd0")]
+    pub(crate) q0: Vec<f64>,
+
+    /// Initial velocities, SI units
+    #[arg(long, value_name = "VALUES", value_delimiter = ',', allow_hyphen_values = true, requires = "q0")]
+    pub(crate) qd0: Vec<f64>,
+
+    /// How long, s
+    #[arg(long, default_value_t = 10.0, allow_hyphen_values = true, value_parser = positive)]
+    pub(crate) duration: f64,
+
+    /// Time between samples, and step of the methods of fixed step, s
+    #[arg(long, default_value_t = 0.01, allow_hyphen_values = true, value_parser = positive)]
+    pub(crate) step: f64,
+
+    /// Method of integration
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) method: MethodName,
+
+    /// Tolerance of the adaptive methods, relative and absolute
+    #[arg(long, default_value_t = 1e-10, allow_hyphen_values = true, value_parser = positive)]
+    pub(crate) tolerance: f64,
+}
+
+/// A method of integration.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum MethodName {
+    /// Dormand–Prince 8(5,3), adaptive
+    #[default]
+    Dop853,
+    /// Dormand–Prince 5(4), adaptive
+    Dopri5,
+    /// The classical Runge–Kutta method, fixed step
+    Rk4,
+    /// Störmer–Verlet, symplectic, fixed step
+    StormerVerlet,
+    /// Implicit midpoint, symplectic, fixed step
+    ImplicitMidpoint,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Exit code: 0 if the data can be fitted, 1 if a fit would be meaningless, 2 for files that cannot be read.
+
+Examples:
+  lagrangian check motion.csv
+  lagrangian check log1.csv log2.csv --time t --q theta --qd omega --tau torque --angle theta")]
+pub(crate) struct CheckArgs {
+    /// Files with recordings: .csv, .npz, .parquet
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// File for the findings as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Replace that file if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lagrangian score run/model.safetensors test.csv
+  lagrangian score run/model.safetensors test1.csv test2.csv --json --out scores.json")]
+pub(crate) struct ScoreArgs {
+    /// A saved model
+    pub(crate) model: PathBuf,
+
+    /// Files with recordings: .csv, .npz, .parquet
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// File for the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Replace that file if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lagrangian rollout run/model.safetensors --q0 1.5,0 --qd0 0,0 --duration 100 --out motion.csv
+  lagrangian rollout run/model.safetensors --follow test.csv    from its first state, under its torques")]
+pub(crate) struct RolloutArgs {
+    /// A saved model
+    pub(crate) model: PathBuf,
+
+    /// File for the trajectory, .csv, .npz or .parquet [default: CSV on standard output]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Replace that file if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    /// Start where this recording starts, under its forces, at its times
+    #[arg(long, value_name = "FILE", conflicts_with = "q0")]
+    pub(crate) follow: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) motion: MotionArgs,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lagrangian report run
+  lagrangian report run --out page.html --pictures pictures")]
+pub(crate) struct ReportArgs {
+    /// Folder of a run
+    pub(crate) run: PathBuf,
+
+    /// File for the page [default: report.html in the run]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Folder for the figures as separate pictures
+    #[arg(long, value_name = "DIR")]
+    pub(crate) pictures: Option<PathBuf>,
+
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,72 @@
+//! `lagrangian score`: a model's figures on recordings that it has not seen.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use lagrangian::dynamics::Model;
+use lagrangian::rollout::RolloutOptions;
+use lagrangian::score::{Score, SignalError, score};
+use lagrangian::trajectory::EstimateOptions;
+use lagrangian::{Coordinates, Trajectory};
+use serde_json::json;
+
+use super::Manner;
+use crate::cli::ScoreArgs;
+use crate::data;
+use crate::failure::Advise;
+use crate::output::{self, Existing};
+
+pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
+    let existing = Existing::from_force(args.force);
+    if let Some(path) = &args.out {
+        output::refuse_existing(path, existing)?;
+    }
+    let model = data::model(&args.model)?;
+    let recordings = data::read(&args.files, &args.data)?;
+    data::require_dof(&recordings, model.coordinates())?;
+    let (trajectories, estimates) = data::trajectories(recordings, &EstimateOptions::default())?;
+    let score = score(&model, &trajectories, &RolloutOptions { rtol: 1e-8, atol: 1e-8, ..RolloutOptions::default() })
+        .advise("cannot score", "`lagrangian check` shows what is wrong with the data")?;
+    let figures = json!({
+        "command": "score",
+        "model": args.model,
+        "files": args.files,
+        "estimated": estimates.iter().map(|e| e.signal).collect::<std::collections::BTreeSet<_>>(),
+        "score": score,
+    });
+    if let Some(path) = &args.out {
+        output::write_bytes(path, existing, &serde_json::to_vec_pretty(&figures)?)?;
+    }
+    if manner.json {
+        output::print_json(&figures)?;
+    } else {
+        output::print(&as_text(&score, &trajectories, model.coordinates()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {
+    let mut text = format!("{} samples of {} trajectories\n", score.samples, trajectories.len());
+    let signals = [("acceleration", &score.acceleration), ("torque", &score.torque)];
+    for (name, error) in signals.into_iter().filter_map(|(name, error)| Some((name, error.as_ref()?))) {
+        text += &signal(name, error, coordinates);
+    }
+    if score.singular > 0 {
+        text += &format!("  mass matrix singular at {} states\n", score.singular);
+    }
+    for (trajectory, rollout) in trajectories.iter().zip(&score.rollouts) {
+        let bound = if rollout.exceeded { "" } else { "≥ " };
+        text += &format!(
+            "  {:<24} followed for {bound}{:.2} of {:.2} s\n",
+            trajectory.name, rollout.valid_seconds, rollout.duration
+        );
+    }
+    text
+}
+
+fn signal(name: &str, error: &SignalError, coordinates: &Coordinates) -> String {
+    let by_coordinate = coordinates.0.iter().zip(error.mse.iter().zip(&error.nmse));
+    by_coordinate
+        .map(|(c, (mse, nmse))| format!("  {name:<13}{:<12}mean square error {mse:.3e}, of its variance {nmse:.3e}\n", c.name))
+        .collect()
+}

@@ -1,0 +1,185 @@
+//! `lagrangian simulate`: trajectories of a system whose Lagrangian is known.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use lagrangian::lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
+use lagrangian::rollout::{self, Outcome, Rollout, free, rollout_many};
+use lagrangian::{State, Trajectory};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use serde::Serialize;
+use serde_json::json;
+
+use super::Manner;
+use crate::cli::{SimulateArgs, Starts};
+use crate::failure::{Advise, mistake};
+use crate::output::{self, Existing};
+
+pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
+    if args.system == "list" {
+        return list(manner);
+    }
+    let existing = Existing::from_force(args.force);
+    if let Some(path) = &args.out {
+        output::format_of(path)?;
+        output::refuse_existing(path, existing)?;
+    }
+    let system = system(args)?;
+    let starts = starts(args, &*system)?;
+    let times = rollout::times(args.motion.duration, args.motion.step)?;
+    let rollouts = rollout_many(&*system, &starts, &times, &free, &args.motion.options())
+        .advise("cannot simulate", "give --q0 and --qd0 one value per coordinate, or neither for a random start")?;
+    let summaries: Vec<Summary> = rollouts.iter().map(|rollout| Summary::of(rollout, &*system)).collect();
+    summaries.iter().enumerate().for_each(|(k, summary)| summary.warn(k + 1));
+    let trajectories = recorded(rollouts, args);
+    let layout = match &args.out {
+        Some(path) => Some(output::write_trajectories(path, existing, &trajectories, system.coordinates())?),
+        None if manner.json => None,
+        None => {
+            output::print_trajectories(&trajectories)?;
+            None
+        }
+    };
+    if manner.json {
+        output::print_json(&json!({
+            "command": "simulate",
+            "system": system.name(),
+            "parameters": parameters(args),
+            "coordinates": system.coordinates(),
+            "seed": args.seed,
+            "motion": args.motion,
+            "noise": args.noise,
+            "out": args.out,
+            "layout": layout,
+            "trajectories": summaries,
+        }))?;
+    } else if let (Some(path), Some(layout)) = (&args.out, layout) {
+        let samples: usize = trajectories.iter().map(Trajectory::len).sum();
+        let count = trajectories.len();
+        eprintln!(
+            "{count} trajectories of '{}', {samples} samples: {} (columns and angles: {})",
+            system.name(),
+            path.display(),
+            layout.display()
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
+    let given: Vec<(&str, f64)> = args.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+    by_name(&args.system, &given)
+        .advise("cannot simulate", "`lagrangian simulate list` names the systems and their parameters")
+}
+
+/// The values of all parameters, also of those left at their defaults.
+fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value> {
+    let table = systems().iter().find(|entry| entry.name == args.system).map_or(&[][..], |entry| entry.parameters);
+    let defaults = table.iter().map(|p| (p.name.to_string(), json!(p.value)));
+    let given = args.parameters.iter().map(|(name, value)| (name.clone(), json!(value)));
+    defaults.chain(given).collect()
+}
+
+fn starts(args: &SimulateArgs, system: &dyn AnalyticModel) -> Result<Vec<State>> {
+    if !args.motion.q0.is_empty() {
+        if args.trajectories > 1 {
+            return Err(mistake(
+                "--q0 gives one initial state, --trajectories asks for several",
+                "leave one of the two away: several trajectories begin at random states",
+            ));
+        }
+        return Ok(vec![args.motion.start()]);
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
+    let sample = |_| match args.starts {
+        Starts::Training => system.sample_state(&mut rng),
+        Starts::Test => system.sample_start(&mut rng),
+    };
+    Ok((0..args.trajectories).map(sample).collect())
+}
+
+/// The trajectories as a recording would have them: named, and noisy where that was asked for.
+fn recorded(rollouts: Vec<Rollout>, args: &SimulateArgs) -> Vec<Trajectory> {
+    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
+    // Another stream than that of the initial states.
+    rng.set_stream(1);
+    let mut trajectories: Vec<Trajectory> = rollouts.into_iter().map(|rollout| rollout.trajectory).collect();
+    for (k, trajectory) in trajectories.iter_mut().enumerate() {
+        trajectory.name = (k + 1).to_string();
+        if let Some(sigma) = args.noise {
+            trajectory.add_noise(sigma, &mut rng);
+        }
+    }
+    let all_have_qdd = trajectories.iter().all(|t| t.qdd.is_some());
+    if !all_have_qdd {
+        trajectories.iter_mut().for_each(|t| t.qdd = None);
+    }
+    trajectories
+}
+
+/// What became of one trajectory.
+#[derive(Serialize)]
+struct Summary {
+    samples: usize,
+    outcome: Outcome,
+    steps: u64,
+    rejected: u64,
+    evaluations: u64,
+    singular: u64,
+    /// Energy at the start, J.
+    energy_start: f64,
+    /// Largest distance of the energy from it, J.
+    energy_change_max: f64,
+}
+
+impl Summary {
+    fn of(rollout: &Rollout, system: &dyn AnalyticModel) -> Self {
+        let trajectory = &rollout.trajectory;
+        let mut energy = vec![0.0; trajectory.len()];
+        system.evaluator().energy(&trajectory.q, &trajectory.qd, &mut energy);
+        let start = energy.first().copied().unwrap_or_default();
+        Self {
+            samples: trajectory.len(),
+            outcome: rollout.outcome,
+            steps: rollout.steps,
+            rejected: rollout.rejected,
+            evaluations: rollout.evaluations,
+            singular: rollout.singular,
+            energy_start: start,
+            energy_change_max: energy.iter().map(|e| (e - start).abs()).fold(0.0, f64::max),
+        }
+    }
+
+    fn warn(&self, number: usize) {
+        match self.outcome {
+            Outcome::Finished => {}
+            Outcome::Diverged { t, reason } => eprintln!("note: trajectory {number} ends at t = {t} s: {reason}"),
+            Outcome::StepLimit { t } => {
+                eprintln!("note: trajectory {number} ends at t = {t} s: too many steps; loosen --tolerance");
+            }
+        }
+    }
+}
+
+fn list(manner: Manner) -> Result<ExitCode> {
+    if manner.json {
+        let parameter = |p: &Parameter| json!({ "name": p.name, "unit": p.unit, "default": p.value });
+        let entry = |e: &lagrangian::lagrangian::analytic::SystemEntry| {
+            let parameters: Vec<_> = e.parameters.iter().map(parameter).collect();
+            json!({ "name": e.name, "about": e.about, "parameters": parameters })
+        };
+        let systems: Vec<_> = systems().iter().map(entry).collect();
+        output::print_json(&json!({ "command": "simulate", "systems": systems }))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut text = String::new();
+    for entry in systems() {
+        text += &format!("{}\n    {}\n", entry.name, entry.about);
+        for p in entry.parameters {
+            text += &format!("    --set {}={}  {}\n", p.name, p.value, p.unit).replace("  \n", "\n");
+        }
+    }
+    output::print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,120 @@
+//! From the files that the user names to recordings.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use lagrangian::saved::SavedModel;
+use lagrangian::train::Learned;
+use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Recording};
+use lagrangian::{Coordinates, Trajectory};
+
+use crate::cli::DataArgs;
+use crate::failure::{Advise, mistake};
+
+/// The layout file that speaks for all data of its folder.
+const LAYOUT: &str = "lagrangian.toml";
+
+impl DataArgs {
+    fn layout(&self) -> Layout {
+        Layout {
+            trajectory: self.trajectory.clone(),
+            t: self.time.clone(),
+            q: self.q.clone(),
+            qd: self.qd.clone(),
+            qdd: self.qdd.clone(),
+            tau: self.tau.clone(),
+            angles: self.angle.clone(),
+            degrees: self.degrees,
+            every: self.every.map_or(0, |n| n as usize),
+            ..Layout::default()
+        }
+    }
+
+    /// The flags, and what they leave unsaid from the file beside the data.
+    fn layout_for(&self, path: &Path) -> Result<Layout> {
+        let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
+        let chosen = self.layout.clone().or_else(|| beside.into_iter().find(|p| p.is_file()));
+        let Some(chosen) = chosen else { return Ok(self.layout()) };
+        let shown = format!("cannot read the layout '{}'", chosen.display());
+        let text = fs::read_to_string(&chosen).advise(&shown, "check --layout, or leave it away")?;
+        let from_file = Layout::from_toml(&text)
+            .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
+        Ok(self.layout().or(from_file))
+    }
+}
+
+/// Reads all recordings of all files, in their order; notes for the user go to standard error.
+pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>> {
+    let mut recordings = Vec::new();
+    for path in files {
+        recordings.extend(read_file(path, args)?);
+    }
+    let Some(first) = recordings.first() else {
+        return Err(mistake("there is no recording in the files", "give files with at least two rows"));
+    };
+    match recordings.iter().find(|r| r.coordinates != first.coordinates) {
+        None => Ok(recordings),
+        Some(other) => Err(mistake(
+            format!("'{}' and '{}' have other coordinates", first.name, other.name),
+            "name the same columns with --q and the same angles with --angle, or use the files apart",
+        )),
+    }
+}
+
+fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
+    let shown = format!("cannot read '{}'", path.display());
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    let format = Format::from_extension(extension).advise(&shown, "rename or convert the file")?;
+    let layout = args.layout_for(path)?;
+    let file = File::open(path).advise(&shown, "check that the file exists and may be read")?;
+    let name = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("recording");
+    let readings = format.read(file, name, &layout).advise(shown, "run `lagrangian check --help` for the columns of a file and the flags that name them")?;
+    if !readings.columns.ignored.is_empty() {
+        eprintln!("note: '{}': columns not used: {}", path.display(), readings.columns.ignored.join(", "));
+    }
+    Ok(readings.recordings)
+}
+
+/// Makes trajectories of recordings; says on standard error what had to be estimated.
+pub(crate) fn trajectories(
+    recordings: Vec<Recording>,
+    options: &EstimateOptions,
+) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
+    let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
+    for recording in recordings {
+        let shown = format!("cannot use '{}'", recording.name);
+        let (trajectory, own) =
+            recording.into_trajectory(options).advise(shown, "`lagrangian check` shows what is wrong with the data")?;
+        trajectories.push(trajectory);
+        estimates.extend(own);
+    }
+    for signal in ["qd", "qdd"] {
+        let windows: Vec<f64> = estimates.iter().filter(|e| e.signal == signal).map(|e| e.seconds).collect();
+        if let Some(longest) = windows.iter().copied().reduce(f64::max) {
+            eprintln!("note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s");
+        }
+    }
+    Ok((trajectories, estimates))
+}
+
+/// Reads a saved model.
+pub(crate) fn model(path: &Path) -> Result<Learned> {
+    let shown = format!("cannot read the model '{}'", path.display());
+    let hint = "give the model.safetensors of a run";
+    let file = File::open(path).advise(&shown, hint)?;
+    let saved = SavedModel::read(file).advise(&shown, hint)?;
+    Learned::load(&saved).advise(shown, hint)
+}
+
+/// Refuses recordings of another system than the model's.
+pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -> Result<()> {
+    let (n, wanted) = (recordings.first().map_or(0, Recording::dof), coordinates.dof());
+    if n == wanted {
+        return Ok(());
+    }
+    Err(mistake(
+        format!("the data has {n} coordinates, the model {wanted}"),
+        "name the columns of the model's coordinates with --q, in their order",
+    ))
+}

@@ -1,0 +1,119 @@
+//! What a user reads when something fails, and the exit code.
+
+use std::fmt;
+use std::io;
+
+use anyhow::Error;
+
+/// Exit code of a failure that no change of the input mends (full disk, interrupted, data not fit for a fit).
+pub(crate) const FAILED: u8 = 1;
+
+/// Exit code of bad usage or bad input.
+pub(crate) const BAD_INPUT: u8 = 2;
+
+/// Something the user can mend, and how.
+#[derive(Debug)]
+struct Mistake {
+    message: String,
+    hint: String,
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Mistake {}
+
+/// An error in what the user asked for, with the way out.
+pub(crate) fn mistake(message: impl Into<String>, hint: impl Into<String>) -> Error {
+    Error::new(Mistake { message: message.into(), hint: hint.into() })
+}
+
+/// Says of an error what it was about and what to do.
+pub(crate) trait Advise<T> {
+    /// Wraps the error: `message` says what failed, `hint` what to do.
+    fn advise(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T>;
+}
+
+impl<T, E: Into<Error>> Advise<T> for Result<T, E> {
+    fn advise(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T> {
+        self.map_err(|e| e.into().context(Mistake { message: message.into(), hint: hint.into() }))
+    }
+}
+
+/// The lines for standard error: the chain of causes, then the hint where there is one.
+pub(crate) fn describe(error: &Error) -> String {
+    let mut lines = format!("error: {error:#}");
+    if let Some(mistake) = error.downcast_ref::<Mistake>() {
+        lines += &format!("\nhint: {}", mistake.hint);
+    }
+    lines
+}
+
+/// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can mend it.
+pub(crate) fn exit_code(error: &Error) -> u8 {
+    let system = error.chain().find_map(|cause| match cause.downcast_ref::<lagrangian::Error>() {
+        Some(lagrangian::Error::Io(e)) => Some(e),
+        _ => cause.downcast_ref::<io::Error>(),
+    });
+    let mendable = error.downcast_ref::<Mistake>().is_some()
+        || error.chain().any(|cause| cause.is::<lagrangian::Error>());
+    match system {
+        Some(e) if is_about_the_input(e) => BAD_INPUT,
+        Some(_) => FAILED,
+        None if mendable => BAD_INPUT,
+        None => FAILED,
+    }
+}
+
+fn is_about_the_input(error: &io::Error) -> bool {
+    use io::ErrorKind as Kind;
+    matches!(
+        error.kind(),
+        Kind::NotFound
+            | Kind::AlreadyExists
+            | Kind::PermissionDenied
+            | Kind::InvalidData
+            | Kind::InvalidInput
+            | Kind::IsADirectory
+            | Kind::NotADirectory
+            | Kind::UnexpectedEof
+    )
+}
+
+/// Whether the reader of standard output went away (`lagrangian … | head`), which is no failure of ours.
+pub(crate) fn is_broken_pipe(error: &Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<io::Error>())
+        .any(|e| e.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_chain_stands_in_one_line_and_the_hint_in_the_next() {
+        let error: Result<(), _> = Err(io::Error::new(io::ErrorKind::NotFound, "no such file"));
+        let error = error.advise("cannot read 'a.csv'", "check the path").unwrap_err();
+        assert_eq!(describe(&error), "error: cannot read 'a.csv': no such file\nhint: check the path");
+        assert_eq!(exit_code(&error), BAD_INPUT);
+    }
+
+    #[test]
+    fn a_full_disk_is_a_failure_and_no_bad_input() {
+        let error: Result<(), _> = Err(io::Error::new(io::ErrorKind::StorageFull, "full"));
+        let error = error.advise("cannot write", "make room").unwrap_err();
+        assert_eq!(exit_code(&error), FAILED);
+    }
+
+    #[test]
+    fn what_the_library_refuses_is_bad_input() {
+        let refused = lagrangian::Error::Argument { name: "step", value: "0".into(), must: "positive" };
+        assert_eq!(exit_code(&Error::new(refused).context("cannot roll out")), BAD_INPUT);
+        assert_eq!(exit_code(&anyhow::anyhow!("interrupted")), FAILED);
+    }
+}

@@ -1,0 +1,184 @@
+//! The flags of `lagrangian fit`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
+
+use crate::cli::DataArgs;
+use crate::values::{MAX_SEED, fraction, non_negative, positive};
+
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+#[command(after_help = "\
+Examples:
+  lagrangian fit motion.csv --angle all --out run
+  lagrangian fit log*.csv --time t --q theta --qd omega --tau torque --angle theta --dissipation --out run
+  lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
+  lagrangian fit --out run --resume                 go on with a run that was interrupted")]
+pub(crate) struct FitArgs {
+    /// Files with recordings: .csv, .npz, .parquet
+    #[arg(required_unless_present = "resume")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// Folder of the run
+    #[arg(long, value_name = "DIR", default_value = "runs/latest")]
+    pub(crate) out: PathBuf,
+
+    /// Go on with the interrupted run in that folder, with its settings, to the same bits
+    #[arg(long, conflicts_with_all = ["force", "files"])]
+    pub(crate) resume: bool,
+
+    /// Begin anew in a folder that holds a run
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+
+    #[command(flatten)]
+    pub(crate) training: TrainingArgs,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}
+
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+#[command(next_help_heading = "Model")]
+pub(crate) struct ModelArgs {
+    /// A Lagrangian, or a plain network (q, q̇, τ) → q̈ to compare with
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) model: Family,
+
+    /// Whether the Lagrangian is convex in q̇, so that its mass matrix is positive everywhere
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) form: Form,
+
+    /// Units in each hidden layer
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) width: u32,
+
+    /// Hidden layers
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub(crate) layers: u32,
+
+    /// Activation of the hidden layers
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) activation: ActivationName,
+
+    /// Learn viscous and Coulomb friction too
+    #[arg(long)]
+    pub(crate) dissipation: bool,
+}
+
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+#[command(next_help_heading = "Training")]
+pub(crate) struct TrainingArgs {
+    /// What is compared with the data
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) loss: LossName,
+
+    /// Natural gradient, or Adam
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) optimizer: OptimizerName,
+
+    /// End after so many steps
+    #[arg(long, conflicts_with = "seconds", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) steps: Option<u64>,
+
+    /// End after so many seconds; the schedule is laid out over them [default: 60]
+    #[arg(long, value_parser = positive)]
+    pub(crate) seconds: Option<f64>,
+
+    /// Samples in a batch [default: by the optimiser]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) batch: Option<u32>,
+
+    /// Learning rate at the start [default: by the optimiser]
+    #[arg(long, value_parser = positive)]
+    pub(crate) learning_rate: Option<f64>,
+
+    /// Weight decay of Adam
+    #[arg(long, default_value_t = 0.0, value_parser = non_negative)]
+    pub(crate) weight_decay: f64,
+
+    /// Stop after so many looks at the validation data without improvement (one look every 25 steps)
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) patience: Option<u32>,
+
+    /// Seed of weights, split and batches
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    pub(crate) seed: u64,
+
+    /// Files to validate on
+    #[arg(long, value_name = "FILES", num_args = 1.., conflicts_with = "validate_fraction")]
+    pub(crate) validate: Vec<PathBuf>,
+
+    /// Part of the trajectories that is kept for validation, where no files are given
+    #[arg(long, value_name = "PART", default_value_t = 0.1, value_parser = fraction)]
+    pub(crate) validate_fraction: f64,
+
+    /// Smooth measured q and q̇ before fitting
+    #[arg(long)]
+    pub(crate) smooth: bool,
+}
+
+/// A family of models.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Family {
+    /// Lagrangian neural network
+    #[default]
+    Lnn,
+    /// Plain network
+    Mlp,
+}
+
+/// A form of the Lagrangian network.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Form {
+    /// Any function of q and q̇
+    Free,
+    /// Convex in q̇
+    #[default]
+    Convex,
+}
+
+/// An activation function.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum ActivationName {
+    /// ln(1 + eˣ)
+    #[default]
+    Softplus,
+    /// tanh x
+    Tanh,
+    /// x Φ(x)
+    Gelu,
+    /// x tanh x
+    Xtanh,
+}
+
+/// A loss.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum LossName {
+    /// Mean squared error of q̈
+    #[default]
+    Acceleration,
+    /// Mean absolute error of q̈
+    AccelerationL1,
+    /// Mean squared error of τ; needs no inverse of the mass matrix
+    Torque,
+}
+
+/// An optimiser.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum OptimizerName {
+    /// Damped natural gradient with momentum (SPRING)
+    #[default]
+    Natural,
+    /// Adam with decoupled weight decay
+    Adam,
+}

@@ -1,0 +1,103 @@
+//! From the flags of `lagrangian fit` to what the library takes.
+
+use lagrangian::baseline::MlpConfig;
+use lagrangian::lagrangian::LnnConfig;
+use lagrangian::mlp::Activation;
+use lagrangian::train::{self, AdamConfig, Budget, FitConfig, Loss, NaturalConfig, Optimizer};
+
+use crate::fit_args::{ActivationName, Family, FitArgs, Form, LossName, ModelArgs, OptimizerName, TrainingArgs};
+
+/// Length of a fit that was given neither steps nor seconds, s.
+const SECONDS: f64 = 60.0;
+
+impl FitArgs {
+    /// All settings of the fit.
+    pub(crate) fn config(&self) -> FitConfig {
+        let training = &self.training;
+        FitConfig {
+            family: self.model.family(),
+            loss: training.loss.into(),
+            optimizer: training.optimizer(),
+            budget: training.budget(),
+            batch: training.batch(),
+            seed: training.seed,
+            dissipation: self.model.dissipation,
+            patience: training.patience.map(|looks| looks as usize),
+            ..FitConfig::default()
+        }
+    }
+}
+
+impl ModelArgs {
+    fn family(&self) -> train::Family {
+        let (width, layers, activation) = (self.width as usize, self.layers as usize, self.activation.into());
+        match self.model {
+            Family::Lnn => {
+                let form = self.form.into();
+                train::Family::Lnn(LnnConfig { form, width, layers, activation, ..LnnConfig::default() })
+            }
+            Family::Mlp => train::Family::Mlp(MlpConfig { width, layers, activation, ..MlpConfig::default() }),
+        }
+    }
+}
+
+impl TrainingArgs {
+    fn optimizer(&self) -> Optimizer {
+        match self.optimizer {
+            OptimizerName::Natural => {
+                let default = NaturalConfig::default();
+                Optimizer::Natural(NaturalConfig { rate: self.learning_rate.unwrap_or(default.rate), ..default })
+            }
+            OptimizerName::Adam => {
+                let default = AdamConfig::default();
+                let rate = self.learning_rate.unwrap_or(default.rate);
+                Optimizer::Adam(AdamConfig { rate, decay: self.weight_decay, ..default })
+            }
+        }
+    }
+
+    fn budget(&self) -> Budget {
+        match self.steps {
+            Some(steps) => Budget::Steps(usize::try_from(steps).unwrap_or(usize::MAX)),
+            None => Budget::Seconds(self.seconds.unwrap_or(SECONDS)),
+        }
+    }
+
+    fn batch(&self) -> usize {
+        let by_optimizer = match self.optimizer {
+            OptimizerName::Natural => 256,
+            OptimizerName::Adam => 512,
+        };
+        self.batch.map_or(by_optimizer, |batch| batch as usize)
+    }
+}
+
+impl From<Form> for lagrangian::lagrangian::Form {
+    fn from(form: Form) -> Self {
+        match form {
+            Form::Free => Self::Free,
+            Form::Convex => Self::Convex,
+        }
+    }
+}
+
+impl From<LossName> for Loss {
+    fn from(name: LossName) -> Self {
+        match name {
+            LossName::Acceleration => Self::Acceleration,
+            LossName::AccelerationL1 => Self::AccelerationL1,
+            LossName::Torque => Self::Torque,
+        }
+    }
+}
+
+impl From<ActivationName> for Activation {
+    fn from(name: ActivationName) -> Self {
+        match name {
+            ActivationName::Softplus => Self::Softplus,
+            ActivationName::Tanh => Self::Tanh,
+            ActivationName::Gelu => Self::Gelu,
+            ActivationName::Xtanh => Self::XTanh,
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! From the flags of a motion to what the library takes.
+
+use lagrangian::State;
+use lagrangian::integrate::Method;
+use lagrangian::rollout::RolloutOptions;
+
+use crate::cli::{MethodName, MotionArgs};
+
+impl MotionArgs {
+    /// The initial state that was given.
+    pub(crate) fn start(&self) -> State {
+        State::new(self.q0.clone(), self.qd0.clone())
+    }
+
+    /// How to integrate.
+    pub(crate) fn options(&self) -> RolloutOptions {
+        RolloutOptions {
+            method: self.method.into(),
+            step: self.step,
+            rtol: self.tolerance,
+            atol: self.tolerance,
+            ..RolloutOptions::default()
+        }
+    }
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Dop853 => Self::Dop853,
+            MethodName::Dopri5 => Self::Dopri5,
+            MethodName::Rk4 => Self::Rk4,
+            MethodName::StormerVerlet => Self::StormerVerlet,
+            MethodName::ImplicitMidpoint => Self::ImplicitMidpoint,
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Where results go: one JSON object on standard output, and files that appear whole or not at all.
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, Cursor, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use lagrangian::trajectory::{Format, Layout};
+use lagrangian::{Coordinates, Trajectory};
+use serde::Serialize;
+use tempfile::NamedTempFile;
+
+use crate::failure::{Advise, mistake};
+
+/// What to do with a file that is already there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Existing {
+    /// Leave it and refuse.
+    Keep,
+    /// Put the new one in its place, once that is complete.
+    Replace,
+}
+
+impl Existing {
+    /// The meaning of `--force`.
+    pub(crate) fn from_force(force: bool) -> Self {
+        if force { Self::Replace } else { Self::Keep }
+    }
+}
+
+/// Where a file's content goes.
+pub(crate) trait Sink: Write + Seek + Send {}
+
+impl<T: Write + Seek + Send> Sink for T {}
+
+/// Refuses a file that is already there, before any work is done for it.
+pub(crate) fn refuse_existing(path: &Path, existing: Existing) -> Result<()> {
+    if existing == Existing::Keep && path.is_file() {
+        return Err(mistake(
+            format!("'{}' exists already", path.display()),
+            "give another --out, or --force to replace it",
+        ));
+    }
+    Ok(())
+}
+
+/// Writes a file through a temporary one beside it, so that at no moment half a file stands there and a file that
+/// was there survives every failure. Devices and pipes are written directly.
+pub(crate) fn write_file(
+    path: &Path,
+    existing: Existing,
+    content: impl FnOnce(&mut dyn Sink) -> Result<()>,
+) -> Result<()> {
+    refuse_existing(path, existing)?;
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(mistake(
+            format!("cannot write '{}': there is no folder '{}'", path.display(), folder.display()),
+            "create the folder first, or give another --out",
+        ));
+    }
+    let written = if is_special(path) { write_directly(path, content) } else { replace(path, existing, content) };
+    written.advise(
+        format!("cannot write '{}'", path.display()),
+        "check that the folder may be written to and has room, or give another --out",
+    )
+}
+
+/// [`write_file`] for content that is already in memory.
+pub(crate) fn write_bytes(path: &Path, existing: Existing, bytes: &[u8]) -> Result<()> {
+    write_file(path, existing, |writer| Ok(writer.write_all(bytes)?))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A device or a pipe: nothing to lose there, and no renaming onto it.
+fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
+}
+
+fn write_directly(path: &Path, content: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+    let mut writer = io::BufWriter::new(OpenOptions::new().write(true).open(path)?);
+    content(&mut writer)?;
+    Ok(writer.flush()?)
+}
+
+fn replace(path: &Path, existing: Existing, content: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+    let mut writer = io::BufWriter::new(temporary(folder_of(path))?);
+    content(&mut writer)?;
+    let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+    file.as_file().sync_all()?;
+    match existing {
+        Existing::Keep => file.persist_noclobber(path)?,
+        Existing::Replace => file.persist(path)?,
+    };
+    Ok(())
+}
+
+/// A temporary file with the permissions of an ordinary one.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".lagrangian-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666)).tempfile_in(folder)
+    }
+    #[cfg(not(unix))]
+    builder.tempfile_in(folder)
+}
+
+/// The format that a file's extension means, before any work is done for it.
+pub(crate) fn format_of(path: &Path) -> Result<Format> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    Format::from_extension(extension)
+        .advise(format!("cannot write '{}'", path.display()), "end the name of --out with .csv, .npz or .parquet")
+}
+
+/// Writes trajectories to a file, in the format of its extension, and beside it the TOML file that declares angles
+/// and units; returns the path of the latter.
+pub(crate) fn write_trajectories(
+    path: &Path,
+    existing: Existing,
+    trajectories: &[Trajectory],
+    coordinates: &Coordinates,
+) -> Result<PathBuf> {
+    let format = format_of(path)?;
+    let layout = path.with_extension("toml");
+    refuse_existing(&layout, existing)?;
+    write_file(path, existing, |sink| Ok(format.write(sink, trajectories)?))?;
+    write_bytes(&layout, existing, Layout::written(coordinates).to_toml()?.as_bytes())?;
+    Ok(layout)
+}
+
+/// Writes trajectories as CSV to standard output.
+pub(crate) fn print_trajectories(trajectories: &[Trajectory]) -> Result<()> {
+    let mut csv = Cursor::new(Vec::new());
+    Format::Csv.write(&mut csv, trajectories)?;
+    print_bytes(&csv.into_inner())
+}
+
+/// Writes text to standard output; a closed or full output is an error, not a panic.
+pub(crate) fn print(text: &str) -> Result<()> {
+    print_bytes(text.as_bytes())
+}
+
+fn print_bytes(bytes: &[u8]) -> Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(bytes).and_then(|()| out.flush()).context("cannot write to standard output")
+}
+
+/// Writes one JSON object and a line end to standard output.
+pub(crate) fn print_json(value: &impl Serialize) -> Result<()> {
+    print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::anyhow;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_that_was_there_is_kept_unless_forced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        write_bytes(&path, Existing::Keep, b"first").unwrap();
+        assert!(write_bytes(&path, Existing::Keep, b"second").is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"first");
+        write_bytes(&path, Existing::Replace, b"third").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"third");
+    }
+
+    #[test]
+    fn a_write_that_fails_half_way_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        write_bytes(&path, Existing::Keep, b"old").unwrap();
+        let half = |writer: &mut dyn Sink| {
+            writer.write_all(b"half")?;
+            Err(anyhow!("no more"))
+        };
+        assert!(write_file(&path, Existing::Replace, half).is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["a.csv"]);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_an_error() {
+        let error = write_bytes(Path::new("/dev/full"), Existing::Keep, &[0; 100_000]).unwrap_err();
+        assert_eq!(crate::failure::exit_code(&error), crate::failure::FAILED);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn files_have_ordinary_permissions() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (ours, plain) = (folder.path().join("ours"), folder.path().join("plain"));
+        write_bytes(&ours, Existing::Keep, b"").unwrap();
+        fs::write(&plain, b"").unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&ours), mode(&plain));
+    }
+}

@@ -1,0 +1,415 @@
+//! The folder that a fit leaves behind: settings, metrics, model and report.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::failure::{Advise, mistake};
+use crate::output::{Existing, write_bytes};
+use crate::tensorboard::EventWriter;
+
+/// Settings, seed, versions and data hashes of the run.
+pub(crate) const RUN: &str = "run.toml";
+/// One JSON object a line: the step and its figures.
+pub(crate) const METRICS: &str = "metrics.jsonl";
+/// The best model.
+pub(crate) const MODEL: &str = "model.safetensors";
+/// The page.
+pub(crate) const REPORT: &str = "report.html";
+/// The state from which a killed run resumes.
+pub(crate) const CHECKPOINT: &str = "checkpoint.safetensors";
+/// How the names of event files begin and end.
+const EVENTS: (&str, &str) = ("events.out.tfevents.", ".lagrangian");
+
+/// What to do with a folder that already holds something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Occupied {
+    /// Refuse it.
+    Refuse,
+    /// Begin anew: files of an earlier run are replaced, all others stay.
+    Restart,
+    /// Go on with the run that is there.
+    Resume,
+}
+
+/// An open run folder.
+#[derive(Debug)]
+pub(crate) struct RunFolder {
+    path: PathBuf,
+}
+
+impl RunFolder {
+    /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
+    pub(crate) fn open(path: &Path, occupied: Occupied) -> Result<Self> {
+        let create = || -> io::Result<bool> {
+            fs::create_dir_all(path)?;
+            tempfile::tempfile_in(path)?;
+            Ok(fs::read_dir(path)?.next().is_none())
+        };
+        let empty = create().advise(
+            format!("cannot write to the folder '{}'", path.display()),
+            "give another --out that is a folder you may write to",
+        )?;
+        let folder = Self { path: path.into() };
+        match occupied {
+            Occupied::Refuse if !empty => {
+                return Err(mistake(
+                    format!("the folder '{}' is not empty", path.display()),
+                    "give another --out, --resume to go on with that run, or --force to begin it anew",
+                ));
+            }
+            Occupied::Resume if !folder.file(RUN).is_file() => {
+                return Err(mistake(
+                    format!("there is no run to resume in '{}'", path.display()),
+                    "leave --resume away to begin one, or give the --out of the run",
+                ));
+            }
+            Occupied::Restart => folder.remove_earlier_run()?,
+            Occupied::Refuse | Occupied::Resume => {}
+        }
+        Ok(folder)
+    }
+
+    /// Opens the folder of a finished or interrupted run for reading.
+    pub(crate) fn existing(path: &Path) -> Result<Self> {
+        if path.join(RUN).is_file() {
+            return Ok(Self { path: path.into() });
+        }
+        Err(mistake(
+            format!("'{}' is not a run folder (it holds no {RUN})", path.display()),
+            "give the folder that was the --out of `lagrangian fit`",
+        ))
+    }
+
+    /// The path of one of its files.
+    pub(crate) fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Replaces one of its files, whole.
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        write_bytes(&self.file(name), Existing::Replace, bytes)
+    }
+
+    /// Writes [`RUN`].
+    pub(crate) fn write_record(&self, record: &RunRecord) -> Result<()> {
+        self.write(RUN, toml::to_string(record).context("cannot write the settings as TOML")?.as_bytes())
+    }
+
+    /// Reads [`RUN`].
+    pub(crate) fn record(&self) -> Result<RunRecord> {
+        let path = self.file(RUN);
+        let shown = format!("cannot read '{}'", path.display());
+        let text = fs::read_to_string(&path).advise(&shown, "give the folder of a run")?;
+        toml::from_str(&text).advise(shown, "it was changed by hand or cut short: repeat the fit")
+    }
+
+    /// Opens the metrics for the steps after `after` (0 at the start); later lines of an earlier attempt go.
+    pub(crate) fn metrics(&self, after: u64) -> Result<Metrics> {
+        self.keep_metrics_up_to(after)?;
+        let now = seconds_now();
+        let lines = OpenOptions::new().create(true).append(true).open(self.file(METRICS));
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole seconds, long since positive")]
+        let name = format!("{}{}.{}{}", EVENTS.0, now as u64, std::process::id(), EVENTS.1);
+        let open = || -> io::Result<Metrics> {
+            let events = EventWriter::new(File::create(self.file(&name))?, now)?;
+            Ok(Metrics { lines: lines?, events })
+        };
+        open().advise(
+            format!("cannot write metrics to '{}'", self.path.display()),
+            "check that the folder may be written to and has room",
+        )
+    }
+
+    /// Reads the metrics; a last line that a killed run left incomplete is passed over.
+    pub(crate) fn read_metrics(&self) -> Result<Vec<Metric>> {
+        let path = self.file(METRICS);
+        if !path.exists() {
+            return Ok(Vec::new());
+        }
+        let file = File::open(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
+        let lines = BufReader::new(file).lines().collect::<io::Result<Vec<_>>>()?;
+        Ok(lines.iter().filter_map(|line| serde_json::from_str(line).ok()).collect())
+    }
+
+    fn keep_metrics_up_to(&self, step: u64) -> Result<()> {
+        if !self.file(METRICS).exists() {
+            return Ok(());
+        }
+        let mut kept = Vec::new();
+        for metric in self.read_metrics()?.iter().filter(|m| m.step <= step) {
+            serde_json::to_writer(&mut kept, metric)?;
+            kept.push(b'\n');
+        }
+        self.write(METRICS, &kept)
+    }
+
+    fn remove_earlier_run(&self) -> Result<()> {
+        let ours = |name: &str| {
+            [RUN, METRICS, MODEL, REPORT, CHECKPOINT].contains(&name)
+                || (name.starts_with(EVENTS.0) && name.ends_with(EVENTS.1))
+        };
+        for entry in fs::read_dir(&self.path)? {
+            let entry = entry?;
+            if entry.file_name().to_str().is_some_and(ours) && entry.file_type()?.is_file() {
+                fs::remove_file(entry.path())
+                    .with_context(|| format!("cannot replace '{}'", entry.path().display()))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One line of the metrics.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Metric {
+    /// Step of the optimiser.
+    pub(crate) step: u64,
+    /// Time since the start of the fit, s.
+    pub(crate) seconds: f64,
+    /// Figures by name, e.g. `loss/train`; those that are not finite are absent.
+    #[serde(flatten)]
+    pub(crate) figures: std::collections::BTreeMap<String, f64>,
+}
+
+/// Writes each step's figures to the metrics and to the event file.
+#[derive(Debug)]
+pub(crate) struct Metrics {
+    lines: File,
+    events: EventWriter<File>,
+}
+
+impl Metrics {
+    /// Adds one step.
+    pub(crate) fn add(&mut self, step: u64, seconds: f64, figures: &[(&str, f64)]) -> Result<()> {
+        let finite = figures.iter().filter(|(_, value)| value.is_finite());
+        let figures_by_name = finite.map(|(name, value)| ((*name).to_string(), *value)).collect();
+        let mut line = serde_json::to_vec(&Metric { step, seconds, figures: figures_by_name })?;
+        line.push(b'\n');
+        self.lines
+            .write_all(&line)
+            .and_then(|()| self.events.scalars(seconds_now(), step, figures))
+            .advise("cannot write the metrics", "make room on the disk, then go on with --resume")
+    }
+}
+
+/// What a run was made of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct RunRecord {
+    /// The command line.
+    pub(crate) command: String,
+    /// Version of this program.
+    pub(crate) version: String,
+    /// When it began, UTC.
+    pub(crate) started: String,
+    /// Seed of everything random.
+    pub(crate) seed: u64,
+    /// Operating system and processor family.
+    pub(crate) platform: String,
+    /// Threads that were available.
+    pub(crate) threads: usize,
+    /// All settings, also those left at their defaults.
+    pub(crate) settings: toml::Table,
+    /// The data.
+    #[serde(default)]
+    pub(crate) data: Vec<DataFile>,
+}
+
+impl RunRecord {
+    /// The record of a run that begins now.
+    pub(crate) fn now(seed: u64, settings: &impl Serialize, data: Vec<DataFile>) -> Result<Self> {
+        Ok(Self {
+            command: command_line(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            started: utc(seconds_now()),
+            seed,
+            platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            settings: toml::Table::try_from(settings).context("cannot write the settings as TOML")?,
+            data,
+        })
+    }
+}
+
+/// A data file with what tells it from others.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct DataFile {
+    /// What it was for, e.g. `training` or `validation`.
+    pub(crate) role: String,
+    /// Where it was.
+    pub(crate) path: String,
+    /// Its size, bytes.
+    pub(crate) bytes: u64,
+    /// SHA-256 of its content.
+    pub(crate) sha256: String,
+}
+
+impl DataFile {
+    /// Reads the file once to hash it.
+    pub(crate) fn of(role: &str, path: &Path) -> Result<Self> {
+        let (bytes, sha256) = File::open(path)
+            .and_then(sha256)
+            .advise(format!("cannot read '{}'", path.display()), "check that the file exists and may be read")?;
+        Ok(Self { role: role.into(), path: path.display().to_string(), bytes, sha256 })
+    }
+}
+
+/// Length and SHA-256 of what a reader gives.
+fn sha256(mut reader: impl Read) -> io::Result<(u64, String)> {
+    let (mut hash, mut length, mut buffer) = (Sha256::new(), 0, vec![0; 1 << 16]);
+    loop {
+        match reader.read(&mut buffer) {
+            Ok(0) => break,
+            Ok(n) => {
+                hash.update(&buffer[..n]);
+                length += n as u64;
+            }
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok((length, hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()))
+}
+
+/// The command line as it could be typed again.
+pub(crate) fn command_line() -> String {
+    let words = std::env::args().skip(1).map(|word| quoted(&word));
+    std::iter::once("lagrangian".to_string()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+}
+
+/// Time since 1970, s.
+fn seconds_now() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64())
+}
+
+/// `2026-01-31T12:00:00Z`, from seconds since 1970 (civil-from-days in the proleptic Gregorian calendar).
+fn utc(seconds: f64) -> String {
+    #[expect(clippy::cast_possible_truncation, reason = "whole seconds")]
+    let s = seconds as i64;
+    let (days, time) = (s.div_euclid(86_400), s.rem_euclid(86_400));
+    // Years begin in March, so that the leap day is the last of its year; eras have 400 years.
+    let shifted = days + 719_468;
+    let (era, day) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day_of_year = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let year = year + era * 400 + next;
+    format!("{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z", time / 3600, time / 60 % 60, time % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Serialize)]
+    struct Settings {
+        width: usize,
+        learning_rate: f64,
+    }
+
+    fn record() -> RunRecord {
+        RunRecord::now(3, &Settings { width: 64, learning_rate: 0.5 }, Vec::new()).unwrap()
+    }
+
+    #[test]
+    fn a_folder_that_holds_something_is_refused_and_left_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let precious = folder.path().join("thesis.txt");
+        fs::write(&precious, "years of work").unwrap();
+        let error = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
+        assert!(crate::failure::describe(&error).contains("--resume"));
+        RunFolder::open(folder.path(), Occupied::Restart).unwrap();
+        assert_eq!(fs::read_to_string(precious).unwrap(), "years of work");
+    }
+
+    #[test]
+    fn beginning_anew_removes_the_files_of_the_earlier_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
+        run.write_record(&record()).unwrap();
+        run.metrics(0).unwrap().add(1, 0.1, &[("loss/train", 1.0)]).unwrap();
+        RunFolder::open(folder.path(), Occupied::Restart).unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_folder_without_a_run_is_neither_resumed_nor_reported() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(RunFolder::open(folder.path(), Occupied::Resume).is_err());
+        assert!(RunFolder::existing(folder.path()).is_err());
+    }
+
+    #[test]
+    fn a_file_in_the_place_of_the_folder_is_an_error_and_survives() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run");
+        fs::write(&path, "a file").unwrap();
+        for occupied in [Occupied::Refuse, Occupied::Restart, Occupied::Resume] {
+            assert!(RunFolder::open(&path, occupied).is_err());
+        }
+        assert_eq!(fs::read_to_string(path).unwrap(), "a file");
+    }
+
+    #[test]
+    fn the_record_comes_back_from_its_toml() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
+        run.write_record(&record()).unwrap();
+        let back = RunFolder::existing(folder.path()).unwrap().record().unwrap();
+        assert_eq!(back, record().tap_started(&back.started));
+        assert_eq!(back.settings["learning_rate"].as_float(), Some(0.5));
+    }
+
+    impl RunRecord {
+        fn tap_started(mut self, started: &str) -> Self {
+            self.started = started.into();
+            self
+        }
+    }
+
+    #[test]
+    fn a_resumed_run_drops_the_metrics_behind_its_checkpoint_and_an_incomplete_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
+        let mut metrics = run.metrics(0).unwrap();
+        for step in 1..=5 {
+            metrics.add(step, 0.5, &[("loss/train", 1.0 / step as f64), ("loss/validation", f64::NAN)]).unwrap();
+        }
+        OpenOptions::new().append(true).open(run.file(METRICS)).unwrap().write_all(b"{\"step\":6,\"sec").unwrap();
+        run.metrics(3).unwrap().add(4, 0.6, &[("loss/train", 0.0)]).unwrap();
+        let steps: Vec<u64> = run.read_metrics().unwrap().iter().map(|m| m.step).collect();
+        assert_eq!(steps, [1, 2, 3, 4]);
+        assert_eq!(run.read_metrics().unwrap()[2].figures, [("loss/train".to_string(), 1.0 / 3.0)].into());
+    }
+
+    #[test]
+    fn data_is_known_by_its_hash() {
+        // FIPS 180-2, appendix B.1.
+        let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(sha256(&b"abc"[..]).unwrap(), (3, abc.to_string()));
+    }
+
+    #[test]
+    fn dates_are_right_at_leap_days_and_ends_of_years() {
+        assert_eq!(utc(0.0), "1970-01-01T00:00:00Z");
+        assert_eq!(utc(951_782_400.0), "2000-02-29T00:00:00Z");
+        assert_eq!(utc(1_735_689_599.0), "2024-12-31T23:59:59Z");
+    }
+
+    #[test]
+    fn the_command_line_is_quoted_for_the_shell() {
+        assert_eq!([quoted("a.csv"), quoted("my file"), quoted("it's")], ["a.csv", "'my file'", r"'it'\''s'"]);
+    }
+}

@@ -1,0 +1,52 @@
+//! Values on the command line that are refused before anything runs.
+
+/// The largest seed: what a TOML file can hold.
+pub(crate) const MAX_SEED: u64 = i64::MAX as u64;
+
+/// A finite number above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    number(text).filter(|x| *x > 0.0).ok_or_else(|| "it must be a number above 0".into())
+}
+
+/// A finite number, 0 or above.
+pub(crate) fn non_negative(text: &str) -> Result<f64, String> {
+    number(text).filter(|x| *x >= 0.0).ok_or_else(|| "it must be a number, 0 or above".into())
+}
+
+/// A number in [0, 1).
+pub(crate) fn fraction(text: &str) -> Result<f64, String> {
+    number(text).filter(|x| (0.0..1.0).contains(x)).ok_or_else(|| "it must be a number from 0 to below 1".into())
+}
+
+/// `name=value`.
+pub(crate) fn assignment(text: &str) -> Result<(String, f64), String> {
+    let example = "write it as name=value, e.g. length=2";
+    let (name, value) = text.split_once('=').ok_or(example)?;
+    let value = number(value).ok_or_else(|| format!("'{value}' is not a number: {example}"))?;
+    Ok((name.trim().into(), value))
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|x: &f64| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_must_be_above_0_and_finite() {
+        assert_eq!(positive("1e-3"), Ok(1e-3));
+        for bad in ["0", "-1", "nan", "inf", "fast", ""] {
+            assert!(positive(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_parameter_is_a_name_and_a_number() {
+        assert_eq!(assignment("length=2"), Ok(("length".into(), 2.0)));
+        for bad in ["length", "length=", "length=long"] {
+            assert!(assignment(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! How well the states fill their box.
+
+use std::collections::HashSet;
+use std::f64::consts::TAU;
+
+use super::Item;
+use crate::trajectory::Recording;
+
+/// Below this part of what the number of samples allows, most of the box was never visited.
+const THIN: f64 = 0.05;
+
+/// The part of a coarse grid over (q, q̇) that has a sample in it.
+///
+/// Cells for each of the 2n axes are as many as leave 10 samples for a cell, between 2 and 10.
+pub(super) fn coverage(recordings: &[Recording]) -> Item {
+    let states: Vec<Vec<f64>> = recordings.iter().flat_map(states).collect();
+    let Some(axes) = states.first().map(Vec::len) else {
+        return Item::pass("coverage", "not assessed: no velocities were measured");
+    };
+    let states: Vec<Vec<f64>> = states.into_iter().filter(|s| s.len() == axes).collect();
+    let cells = (states.len() as f64 / 10.0)
+        .powf((axes as f64).recip())
+        .floor()
+        .clamp(2.0, 10.0);
+    let bound = |pick: fn(f64, f64) -> f64, start: f64| -> Vec<f64> {
+        (0..axes)
+            .map(|i| states.iter().map(|s| s[i]).fold(start, pick))
+            .collect()
+    };
+    let (low, high) = (
+        bound(f64::min, f64::INFINITY),
+        bound(f64::max, f64::NEG_INFINITY),
+    );
+    let cell = |s: &Vec<f64>| -> Vec<u8> {
+        let place = |(i, x): (usize, &f64)| {
+            (cells * (x - low[i]) / (high[i] - low[i])).clamp(0.0, cells - 1.0) as u8
+        };
+        s.iter().enumerate().map(place).collect()
+    };
+    let occupied = states.iter().map(cell).collect::<HashSet<_>>().len() as f64;
+    let possible = cells.powf(axes as f64).min(states.len() as f64);
+    let fraction = occupied / possible;
+    let finding = format!(
+        "{occupied} of {possible} cells ({:.1} %) of the box of {axes} axes of positions and velocities were visited",
+        100.0 * fraction
+    );
+    let item = if fraction < THIN {
+        let remedy = "a model knows nothing of states that were not visited: excite all joints together, at more amplitudes and speeds";
+        Item::warn("coverage", finding, remedy)
+    } else {
+        Item::pass("coverage", finding)
+    };
+    item.value("occupied", occupied)
+        .value("cells", possible)
+        .value("fraction", fraction)
+}
+
+/// Finite states (q, q̇), angles on one turn.
+fn states(recording: &Recording) -> Vec<Vec<f64>> {
+    let n = recording.dof();
+    let Some(qd) = recording.qd.as_ref().filter(|_| n > 0) else {
+        return Vec::new();
+    };
+    let turn = |(i, q): (usize, &f64)| {
+        if recording.coordinates.is_circle(i) {
+            q.rem_euclid(TAU)
+        } else {
+            *q
+        }
+    };
+    let rows = recording.q.chunks_exact(n).zip(qd.chunks_exact(n));
+    rows.map(|(q, qd)| {
+        q.iter()
+            .enumerate()
+            .map(turn)
+            .chain(qd.iter().copied())
+            .collect::<Vec<f64>>()
+    })
+    .filter(|s| s.iter().all(|x| x.is_finite()))
+    .collect()
+}

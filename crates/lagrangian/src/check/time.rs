@@ -1,0 +1,100 @@
+//! Time stamps: order, rate, jitter, gaps.
+
+use super::Item;
+use crate::trajectory::Recording;
+use crate::trajectory::local_polynomial::{median, median_step};
+
+/// Steps longer than this many median steps are gaps; derivatives are not estimated across them.
+pub(super) const GAP: f64 = 5.0;
+/// Jitter above this part of a step makes finite differences by others, and lags, unreliable.
+const MUCH_JITTER: f64 = 0.5;
+
+/// Whether time can be worked with: finite and increasing, with enough samples for a window.
+pub(super) fn usable(recording: &Recording) -> bool {
+    let t = &recording.t;
+    t.len() >= 8 && t.iter().all(|t| t.is_finite()) && t.windows(2).all(|w| w[1] > w[0])
+}
+
+pub(super) fn items(recording: &Recording) -> Vec<Item> {
+    let t = &recording.t;
+    if t.len() < 2 {
+        let finding = format!("{} sample", t.len());
+        return vec![Item::fail(
+            "time",
+            finding,
+            "a trajectory needs at least two: remove it or record more",
+        )];
+    }
+    if let Some(k) = t.iter().position(|t| !t.is_finite()) {
+        let finding = format!("time is {} at sample {}", t[k], k + 1);
+        return vec![Item::fail("time", finding, "remove or repair that row")];
+    }
+    let back = t.windows(2).filter(|w| w[1] < w[0]).count();
+    let repeated = t
+        .windows(2)
+        .filter(|w| w[1].total_cmp(&w[0]).is_eq())
+        .count();
+    if back + repeated > 0 {
+        let at = t.windows(2).position(|w| w[1] <= w[0]).unwrap_or(0) + 2;
+        let finding = format!(
+            "time goes back {back} times and stands still {repeated} times, first at sample {at}"
+        );
+        let remedy =
+            "sort the rows by time, remove repeats, or tell trajectories apart with --trajectory";
+        let item = Item::fail("time", finding, remedy);
+        return vec![
+            item.value("back", back as f64)
+                .value("repeated", repeated as f64),
+        ];
+    }
+    vec![rate(t), gaps(t)]
+}
+
+fn rate(t: &[f64]) -> Item {
+    let step = median_step(t);
+    let mut off: Vec<f64> = t.windows(2).map(|w| (w[1] - w[0] - step).abs()).collect();
+    // 1.4826: the median absolute deviation of a normal distribution, in standard deviations.
+    let jitter = 1.4826 * median(&mut off) / step;
+    let finding = format!(
+        "{:.4} Hz, jitter {:.2} % of a step",
+        step.recip(),
+        100.0 * jitter
+    );
+    let item = if jitter > MUCH_JITTER {
+        let remedy = "the true time stamps are used, but check that they tell when a sample was taken, not when it was written";
+        Item::warn("rate", finding, remedy)
+    } else {
+        Item::pass("rate", finding)
+    };
+    item.value("rate_hz", step.recip())
+        .value("jitter", jitter)
+        .value("step_s", step)
+}
+
+fn gaps(t: &[f64]) -> Item {
+    let step = median_step(t);
+    let gaps: Vec<(usize, f64)> = t
+        .windows(2)
+        .enumerate()
+        .map(|(k, w)| (k, w[1] - w[0]))
+        .filter(|(_, dt)| *dt > GAP * step)
+        .collect();
+    let longest = gaps.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+    let item = match longest {
+        None => Item::pass("gaps", "none"),
+        Some((k, dt)) => {
+            let finding = format!(
+                "{} gaps, the longest {dt:.4} s after t = {:.4} s",
+                gaps.len(),
+                t[k]
+            );
+            Item::warn(
+                "gaps",
+                finding,
+                "nothing is estimated across them; samples that stand alone between them are left out",
+            )
+        }
+    };
+    item.value("gaps", gaps.len() as f64)
+        .value("longest_s", longest.map_or(0.0, |g| g.1))
+}

@@ -1,0 +1,187 @@
+//! Whether q̇ is the derivative of q.
+
+use std::f64::consts::TAU;
+
+use super::{Item, Verdict, time};
+use crate::trajectory::Recording;
+use crate::trajectory::derivatives::velocity;
+use crate::trajectory::local_polynomial::{Series, median_step, segments};
+
+/// A lag is looked for among so many samples either way.
+const LONGEST_LAG: usize = 30;
+/// Correlation below which q̇ is something else than the derivative of q.
+const POOR: f64 = 0.5;
+/// Correlation below which it is a poor measurement.
+const FAIR: f64 = 0.9;
+/// A slope may differ from 1 by this much.
+const SLOPE: f64 = 0.1;
+/// A lag of more samples than this is worth a warning.
+const LAG: f64 = 1.5;
+
+/// How measured velocities `v` relate to the derivative `d` of the positions.
+struct Relation {
+    correlation: f64,
+    /// v ≈ slope · d.
+    slope: f64,
+    /// v comes later by so many samples.
+    lag: f64,
+}
+
+/// One item for each coordinate whose velocity was measured.
+pub(super) fn items(recording: &Recording) -> Vec<Item> {
+    let Some(qd) = &recording.qd else {
+        return vec![Item::pass(
+            "velocity",
+            "not measured: it will be estimated from q",
+        )];
+    };
+    let n = recording.dof();
+    if recording.q.iter().chain(qd).any(|x| !x.is_finite()) {
+        return Vec::new();
+    }
+    let mut segments = segments(&recording.t, time::GAP);
+    segments.retain(|s| s.len() >= 8);
+    let item = |i: usize| {
+        let series = Series {
+            t: &recording.t,
+            y: &recording.q,
+            n,
+            coordinate: i,
+        };
+        let (derivative, choice) = velocity(series, &segments);
+        let measured: Vec<f64> = qd.iter().skip(i).step_by(n).copied().collect();
+        let name = recording.columns.qd.get(i).map_or("qd", String::as_str);
+        let still = rms(&derivative) <= 3.0 * choice.standard_error() || rms(&derivative) <= 0.0;
+        if still {
+            return Item::pass(
+                "velocity",
+                format!("{name}: q hardly moves, so that they cannot be compared"),
+            );
+        }
+        judge(recording, i, name, &relate(&measured, &derivative))
+    };
+    (0..n).filter(|_| !segments.is_empty()).map(item).collect()
+}
+
+fn rms(values: &[f64]) -> f64 {
+    let (sum, count) = values
+        .iter()
+        .filter(|x| x.is_finite())
+        .fold((0.0, 0.0), |(s, c), x| (s + x * x, c + 1.0));
+    if count > 0.0 {
+        (sum / count).sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// Σ over samples where both are known, of v shifted by `lag` samples against d: (⟨v d⟩, ⟨d d⟩, ⟨v v⟩).
+fn moments(v: &[f64], d: &[f64], lag: isize) -> (f64, f64, f64) {
+    let (skip_v, skip_d) = (lag.max(0).unsigned_abs(), (-lag).max(0).unsigned_abs());
+    let pairs = v
+        .iter()
+        .skip(skip_v)
+        .zip(d.iter().skip(skip_d))
+        .filter(|(_, d)| d.is_finite());
+    pairs.fold((0.0, 0.0, 0.0), |(vd, dd, vv), (v, d)| {
+        (vd + v * d, dd + d * d, vv + v * v)
+    })
+}
+
+fn correlation((vd, dd, vv): (f64, f64, f64)) -> f64 {
+    if dd * vv > 0.0 {
+        vd / (dd * vv).sqrt()
+    } else {
+        0.0
+    }
+}
+
+fn relate(v: &[f64], d: &[f64]) -> Relation {
+    let longest = LONGEST_LAG.min(v.len() / 4) as isize;
+    let at = |lag: isize| correlation(moments(v, d, lag)).abs();
+    let best = (-longest..=longest)
+        .max_by(|a, b| at(*a).total_cmp(&at(*b)).then(b.abs().cmp(&a.abs())))
+        .unwrap_or(0);
+    let (before, peak, after) = (at(best - 1), at(best), at(best + 1));
+    let curvature = before - 2.0 * peak + after;
+    // The vertex of the parabola through the three correlations.
+    let fraction = if curvature < 0.0 {
+        (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
+    } else {
+        0.0
+    };
+    let m = moments(v, d, best);
+    Relation {
+        correlation: correlation(m),
+        slope: m.0 / m.1,
+        lag: best as f64 + fraction,
+    }
+}
+
+/// Slopes that give away a unit: (slope, what it means, what to do).
+const UNITS: [(f64, &str, &str); 4] = [
+    (
+        360.0 / TAU,
+        "it is in degrees per second while q is in radians",
+        "convert it to rad/s",
+    ),
+    (
+        TAU / 360.0,
+        "q is in degrees while it is in radians per second",
+        "convert q to radians",
+    ),
+    (
+        60.0 / TAU,
+        "it is in revolutions per minute while q is in radians",
+        "convert it to rad/s",
+    ),
+    (
+        -1.0,
+        "its sign is opposite to that of q",
+        "turn one of the two signs",
+    ),
+];
+
+fn judge(recording: &Recording, i: usize, name: &str, r: &Relation) -> Item {
+    let seconds = r.lag * median_step(&recording.t);
+    let q = &recording.coordinates.0[i].name;
+    let finding = format!(
+        "{name} = {:.4} · d{q}/dt, correlation {:.4}, lag {:.2} samples ({seconds:.4} s)",
+        r.slope, r.correlation, r.lag
+    );
+    let unit = UNITS
+        .iter()
+        .find(|(slope, ..)| (r.slope / slope - 1.0).abs() < SLOPE && r.correlation.abs() > POOR);
+    let (verdict, meaning, remedy) = if let Some((_, meaning, remedy)) = unit {
+        (Verdict::Fail, *meaning, Some(*remedy))
+    } else if r.correlation < POOR || !(0.5..2.0).contains(&r.slope) {
+        let remedy =
+            "name the right columns with --q and --qd, or leave qd out and let it be estimated";
+        (Verdict::Fail, "it is not the derivative of q", Some(remedy))
+    } else if (r.slope - 1.0).abs() > SLOPE || r.correlation < FAIR {
+        (
+            Verdict::Warn,
+            "it is a poor measurement of the derivative of q",
+            Some("leave it out and let it be estimated from q"),
+        )
+    } else if r.lag.abs() > LAG {
+        (
+            Verdict::Warn,
+            "it is late or early",
+            Some(
+                "it was probably filtered: leave it out and let it be estimated from q, or shift it",
+            ),
+        )
+    } else {
+        (Verdict::Pass, "it is the derivative of q", None)
+    };
+    let item = Item {
+        verdict,
+        remedy: remedy.map(str::to_owned),
+        ..Item::pass("velocity", format!("{finding}: {meaning}"))
+    };
+    item.value("slope", r.slope)
+        .value("correlation", r.correlation)
+        .value("lag_samples", r.lag)
+        .value("lag_s", seconds)
+}

@@ -1,0 +1,117 @@
+//! The families of models that can be saved, one arm each.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::{Header, Provenance, SavedModel, Tensor, damaged};
+use crate::baseline::{Mlp, MlpConfig};
+use crate::dynamics::{Mechanical, Model};
+use crate::lagrangian::{Dissipation, Lagrangian, Lnn, LnnConfig, Scaling};
+use crate::Result;
+use crate::train::Learned;
+
+/// The one tensor of a network: all weights, in the order of its `parameters`.
+const WEIGHTS: &str = "parameters";
+
+const LNN: &str = "lnn";
+const MLP: &str = "mlp";
+
+/// The scales of an [`Mlp`].
+#[derive(Serialize, Deserialize)]
+struct MlpScales {
+    inputs: Scaling,
+    qdd: Vec<f64>,
+    tau: Vec<f64>,
+}
+
+impl Learned {
+    /// What is to be saved of it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Tensor`] where a weight is not finite, [`crate::Error::DamagedModel`] where its description
+    /// cannot be written.
+    pub fn save(&self, provenance: Provenance) -> Result<SavedModel> {
+        let header = |family: &str, architecture, scaling| Header {
+            family: family.into(),
+            form: None,
+            coordinates: self.coordinates().clone(),
+            architecture,
+            scaling,
+            dissipation: Value::Null,
+            provenance,
+        };
+        match self {
+            Self::Lnn(model) => {
+                let lnn = &model.lagrangian;
+                let mut header = header(LNN, describe(lnn.config())?, describe(lnn.scaling())?);
+                header.form = describe(&lnn.config().form)?.as_str().map(String::from);
+                header.dissipation = describe(&model.dissipation())?;
+                saved(header, lnn.parameters())
+            }
+            Self::Mlp(mlp) => {
+                let (qdd, tau) = mlp.scales();
+                let inputs = mlp.scaling().clone();
+                let scales = MlpScales { inputs, qdd: qdd.into(), tau: tau.into() };
+                saved(header(MLP, describe(mlp.config())?, describe(&scales)?), mlp.parameters())
+            }
+        }
+    }
+
+    /// The model that was saved.
+    ///
+    /// # Errors
+    /// [`crate::Error::DamagedModel`] for an unknown family or a description that is not that of its family;
+    /// [`crate::Error::Tensor`], [`crate::Error::Shape`] or [`crate::Error::Argument`] for weights that do not belong
+    /// to it.
+    pub fn load(saved: &SavedModel) -> Result<Self> {
+        let header = &saved.header;
+        let weights = weights(saved)?;
+        let coordinates = header.coordinates.clone();
+        match header.family.as_str() {
+            LNN => {
+                let config: LnnConfig = read("architecture", &header.architecture)?;
+                let lnn = Lnn::with_parameters(coordinates, config, read("scaling", &header.scaling)?, weights)?;
+                let dissipation: Option<Dissipation> = read("dissipation", &header.dissipation)?;
+                Ok(Self::Lnn(match dissipation {
+                    None => Mechanical::conservative(lnn),
+                    Some(dissipation) => Mechanical::dissipative(lnn, dissipation)?,
+                }))
+            }
+            MLP => {
+                let config: MlpConfig = read("architecture", &header.architecture)?;
+                let scales: MlpScales = read("scaling", &header.scaling)?;
+                let outputs = (scales.qdd, scales.tau);
+                Ok(Self::Mlp(Mlp::with_parameters(coordinates, config, scales.inputs, outputs, weights)?))
+            }
+            other => Err(damaged(format!("'{other}' is no family of models that is known"))),
+        }
+    }
+
+    /// Its Lagrangian, where it has one.
+    #[must_use]
+    pub fn lagrangian(&self) -> Option<&dyn Lagrangian> {
+        match self {
+            Self::Lnn(model) => Some(&model.lagrangian),
+            Self::Mlp(_) => None,
+        }
+    }
+}
+
+fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
+    let tensor = Tensor::new(vec![weights.len()], weights.to_vec())?;
+    Ok(SavedModel { header, tensors: [(WEIGHTS.to_string(), tensor)].into() })
+}
+
+fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
+    let count = saved.tensors.get(WEIGHTS).map_or(0, |tensor| tensor.data().len());
+    saved.expect_tensors(&[(WEIGHTS.to_string(), vec![count])])?;
+    Ok(saved.tensor(WEIGHTS, &[count])?.to_vec())
+}
+
+fn describe(part: &impl Serialize) -> Result<Value> {
+    serde_json::to_value(part).map_err(|e| damaged(e.to_string()))
+}
+
+fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) -> Result<T> {
+    serde_json::from_value(value.clone()).map_err(|e| damaged(format!("its {part}: {e}")))
+}

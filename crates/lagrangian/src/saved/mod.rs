@@ -1,0 +1,223 @@
+//! Saved models: a safetensors file whose header says what the weights mean.
+//!
+//! The layout is that of safetensors: 8 bytes (length of the header, little endian), a JSON header, then the
+//! weights. Everything that is not a weight stands as JSON in the header's `__metadata__`, under the one key
+//! `lagrangian`, so that the bytes depend on the content alone.
+//!
+//! A file may come from anywhere. Nothing is allocated on the word of its header, and whatever is not a complete,
+//! finite model of a known version is refused.
+
+mod family;
+mod read;
+mod tensor;
+
+pub use tensor::Tensor;
+
+use std::collections::{BTreeMap, HashMap};
+use std::io::{Read, Write};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::{Coordinates, Error, Result};
+
+/// Name of the format, in the header of every file.
+pub const FORMAT: &str = "lagrangian-model";
+
+/// Version of the format that this library writes; it reads this one and all before it.
+pub const VERSION: u32 = 1;
+
+/// The longest header that is read, bytes.
+pub const MAX_HEADER: usize = 1 << 20;
+
+/// The key in safetensors' `__metadata__` that holds the [`Header`] as JSON.
+const KEY: &str = "lagrangian";
+
+/// What a model is, apart from its weights.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Family, e.g. `lnn` or `mlp`.
+    pub family: String,
+    /// Form within the family, e.g. `free` or `convex`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form: Option<String>,
+    /// The coordinates that the model is a function of.
+    pub coordinates: Coordinates,
+    /// Sizes and activations, as the family wants them.
+    pub architecture: Value,
+    /// Scales of coordinates, energy and time, as the family wants them.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub scaling: Value,
+    /// Dissipation that was learned or given, where there is one.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub dissipation: Value,
+    /// Where it came from.
+    pub provenance: Provenance,
+}
+
+/// Where a model came from: enough to make it again.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of this library that wrote it.
+    pub version: String,
+    /// Seed of the fit.
+    #[serde(default)]
+    pub seed: u64,
+    /// SHA-256 of each data file, by its name.
+    #[serde(default)]
+    pub data: BTreeMap<String, String>,
+    /// The command line that made it, where there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<String>,
+}
+
+impl Provenance {
+    /// This version of the library, a seed, and nothing else.
+    #[must_use]
+    pub fn of_seed(seed: u64) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            seed,
+            ..Self::default()
+        }
+    }
+}
+
+/// The header as it stands in the file.
+#[derive(Serialize, Deserialize)]
+struct Envelope {
+    format: String,
+    version: u32,
+    model: Header,
+}
+
+/// A model as it is stored: what it is, and its weights by name.
+///
+/// ```
+/// use lagrangian::saved::{Header, Provenance, SavedModel, Tensor};
+/// use lagrangian::Coordinates;
+///
+/// let header = Header {
+///     family: "lnn".into(),
+///     form: Some("convex".into()),
+///     coordinates: Coordinates::angles(2),
+///     architecture: serde_json::json!({ "width": 64, "layers": 2 }),
+///     scaling: serde_json::Value::Null,
+///     dissipation: serde_json::Value::Null,
+///     provenance: Provenance::of_seed(1),
+/// };
+/// let weights = Tensor::new(vec![1, 2], vec![0.5, -0.25])?;
+/// let model = SavedModel { header, tensors: [("layer0.weight".to_string(), weights)].into() };
+/// let bytes = model.to_bytes()?;
+/// assert_eq!(SavedModel::from_bytes(&bytes)?, model);
+/// # Ok::<(), lagrangian::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedModel {
+    /// What the model is.
+    pub header: Header,
+    /// Its weights by name.
+    pub tensors: BTreeMap<String, Tensor>,
+}
+
+impl SavedModel {
+    /// The file's bytes: equal models give equal bytes.
+    ///
+    /// # Errors
+    /// [`Error::Tensor`] where a weight is not finite or does not fill its shape; [`Error::DamagedModel`] where the
+    /// header cannot be written or would exceed [`MAX_HEADER`].
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        self.tensors
+            .iter()
+            .try_for_each(|(name, tensor)| tensor.check(name))?;
+        let envelope = Envelope {
+            format: FORMAT.into(),
+            version: VERSION,
+            model: self.header.clone(),
+        };
+        let json = serde_json::to_string(&envelope).map_err(|e| damaged(e.to_string()))?;
+        let metadata = HashMap::from([(KEY.to_string(), json)]);
+        let bytes = safetensors::serialize(&self.tensors, Some(metadata))
+            .map_err(|e| damaged(e.to_string()))?;
+        read::header_length(&bytes)?;
+        Ok(bytes)
+    }
+
+    /// Reads a model from the bytes of a whole file.
+    ///
+    /// # Errors
+    /// [`Error::NotAModel`], [`Error::NewerModel`], [`Error::DamagedModel`] or [`Error::Tensor`], for the first thing
+    /// that is wrong.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        read::from_bytes(bytes)
+    }
+
+    /// Writes the model.
+    ///
+    /// # Errors
+    /// Those of [`SavedModel::to_bytes`], and [`Error::Io`].
+    pub fn write(&self, mut writer: impl Write) -> Result<()> {
+        writer.write_all(&self.to_bytes()?)?;
+        Ok(writer.flush()?)
+    }
+
+    /// Reads a model; takes no more memory than the file really holds.
+    ///
+    /// # Errors
+    /// Those of [`SavedModel::from_bytes`], and [`Error::Io`].
+    pub fn read(reader: impl Read) -> Result<Self> {
+        read::from_reader(reader)
+    }
+
+    /// Checks that the weights are exactly those of `expected`, `(name, shape)`.
+    ///
+    /// # Errors
+    /// [`Error::Tensor`] for the first weight that is missing, unknown or of another shape.
+    pub fn expect_tensors(&self, expected: &[(String, Vec<usize>)]) -> Result<()> {
+        for (name, shape) in expected {
+            let Some(tensor) = self.tensors.get(name) else {
+                return Err(wrong_tensor(name, "is missing".into()));
+            };
+            if tensor.shape() != shape {
+                return Err(wrong_tensor(
+                    name,
+                    format!("has shape {:?} instead of {shape:?}", tensor.shape()),
+                ));
+            }
+        }
+        let known = |name: &String| expected.iter().any(|(e, _)| e == name);
+        match self.tensors.keys().find(|name| !known(name)) {
+            Some(name) => Err(wrong_tensor(
+                name,
+                "does not belong to this architecture".into(),
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// The weight `name`, if it is there and has that shape.
+    ///
+    /// # Errors
+    /// [`Error::Tensor`] otherwise.
+    pub fn tensor(&self, name: &str, shape: &[usize]) -> Result<&[f64]> {
+        match self.tensors.get(name) {
+            None => Err(wrong_tensor(name, "is missing".into())),
+            Some(t) if t.shape() != shape => Err(wrong_tensor(
+                name,
+                format!("has shape {:?} instead of {shape:?}", t.shape()),
+            )),
+            Some(t) => Ok(t.data()),
+        }
+    }
+}
+
+fn wrong_tensor(name: &str, problem: String) -> Error {
+    Error::Tensor {
+        name: name.into(),
+        problem,
+    }
+}
+
+fn damaged(reason: String) -> Error {
+    Error::DamagedModel { reason }
+}

@@ -1,0 +1,113 @@
+//! Reading a file that may come from anywhere.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::io::Read;
+
+use safetensors::SafeTensors;
+use safetensors::tensor::Metadata;
+use serde::Deserialize;
+
+use super::{Envelope, FORMAT, KEY, MAX_HEADER, SavedModel, Tensor, VERSION, damaged};
+use crate::{Error, Result};
+
+/// Bytes of the number that opens the file.
+const PREFIX: usize = size_of::<u64>();
+
+pub(super) fn from_reader(mut reader: impl Read) -> Result<SavedModel> {
+    let mut bytes = Vec::new();
+    take(&mut reader, PREFIX, &mut bytes)?;
+    let length = header_length(&bytes)?;
+    take(&mut reader, length, &mut bytes)?;
+    let (metadata, _) = header(&bytes, length)?;
+    // One byte more than promised tells a file that is too long.
+    take(
+        &mut reader,
+        metadata.data_len().saturating_add(1),
+        &mut bytes,
+    )?;
+    from_bytes(&bytes)
+}
+
+/// Appends at most `length` bytes; memory grows with what arrives, not with what was promised.
+fn take(reader: &mut impl Read, length: usize, bytes: &mut Vec<u8>) -> Result<()> {
+    reader.by_ref().take(length as u64).read_to_end(bytes)?;
+    Ok(())
+}
+
+pub(super) fn from_bytes(bytes: &[u8]) -> Result<SavedModel> {
+    let length = header_length(bytes)?;
+    let (metadata, envelope) = header(bytes, length)?;
+    let found = bytes.len() - PREFIX - length;
+    match found.cmp(&metadata.data_len()) {
+        Ordering::Less => {
+            let expected = metadata.data_len();
+            return Err(damaged(format!(
+                "it was cut short: {found} of {expected} bytes of weights"
+            )));
+        }
+        Ordering::Greater => return Err(damaged("bytes follow the last weight".into())),
+        Ordering::Equal => {}
+    }
+    let stored = SafeTensors::deserialize(bytes).map_err(|e| damaged(e.to_string()))?;
+    let mut tensors = BTreeMap::new();
+    for (name, view) in stored.iter() {
+        tensors.insert(name.to_string(), Tensor::from_view(name, &view)?);
+    }
+    Ok(SavedModel {
+        header: envelope.model,
+        tensors,
+    })
+}
+
+/// The length of the header, if a header can be that long.
+pub(super) fn header_length(bytes: &[u8]) -> Result<usize> {
+    let Some(prefix) = bytes.first_chunk::<PREFIX>() else {
+        return Err(damaged(format!("it was cut short: {} bytes", bytes.len())));
+    };
+    let length = u64::from_le_bytes(*prefix);
+    match usize::try_from(length) {
+        Ok(length) if length <= MAX_HEADER => Ok(length),
+        _ => Err(Error::NotAModel {
+            found: format!("a header of {length} bytes, where {MAX_HEADER} is the most"),
+        }),
+    }
+}
+
+/// What of the envelope every version must have.
+#[derive(Deserialize)]
+struct Marker {
+    format: String,
+    version: u32,
+}
+
+/// The header: first whose it is, then which version, then its content.
+fn header(bytes: &[u8], length: usize) -> Result<(Metadata, Envelope)> {
+    let Some(json) = bytes.get(PREFIX..PREFIX + length) else {
+        let found = bytes.len() - PREFIX;
+        return Err(damaged(format!(
+            "it was cut short: {found} of {length} bytes of the header"
+        )));
+    };
+    let metadata: Metadata = serde_json::from_slice(json)
+        .map_err(|e| not_a_model(format!("no safetensors header: {e}")))?;
+    let Some(own) = metadata.metadata().as_ref().and_then(|map| map.get(KEY)) else {
+        return Err(not_a_model("a safetensors file of another program".into()));
+    };
+    let marker: Marker = serde_json::from_str(own).map_err(|e| not_a_model(e.to_string()))?;
+    if marker.format != FORMAT {
+        return Err(not_a_model(format!("format '{}'", marker.format)));
+    }
+    if marker.version > VERSION {
+        return Err(Error::NewerModel {
+            found: marker.version,
+            known: VERSION,
+        });
+    }
+    let envelope: Envelope = serde_json::from_str(own).map_err(|e| damaged(e.to_string()))?;
+    Ok((metadata, envelope))
+}
+
+fn not_a_model(found: String) -> Error {
+    Error::NotAModel { found }
+}

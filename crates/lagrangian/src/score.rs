@@ -1,0 +1,167 @@
+//! How good a model is on trajectories that it has not seen.
+
+use serde::Serialize;
+
+use crate::chaos::{ValidTime, valid_prediction_time};
+use crate::dynamics::Model;
+use crate::rollout::{Hold, Outcome, RolloutOptions, recorded, rollout};
+use crate::{Result, Trajectory};
+
+/// The normalised error at which a prediction is no longer valid.
+pub const THRESHOLD: f64 = 0.5;
+
+/// Errors of one signal over all samples, by coordinate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SignalError {
+    /// Mean squared error, `[n]`, in the square of the signal's unit.
+    pub mse: Vec<f64>,
+    /// The same divided by the variance of the signal, `[n]`: 1 is as good as predicting the mean. Not finite for
+    /// a signal that is constant.
+    pub nmse: Vec<f64>,
+}
+
+/// A prediction of one trajectory from its first state, under its forces.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RolloutScore {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Duration of the truth, s.
+    pub duration: f64,
+    /// Time until the normalised error exceeded [`THRESHOLD`], s; see [`valid_prediction_time`].
+    pub valid_seconds: f64,
+    /// Whether it exceeded it at all.
+    pub exceeded: bool,
+}
+
+/// A model's figures on some trajectories.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Score {
+    /// Samples in all.
+    pub samples: usize,
+    /// Of q̈ predicted from (q, q̇, τ); none where no trajectory has q̈.
+    pub acceleration: Option<SignalError>,
+    /// Of τ predicted from (q, q̇, q̈); none where no trajectory has q̈ and τ, or the model has no inverse dynamics.
+    pub torque: Option<SignalError>,
+    /// One free prediction for each trajectory.
+    pub rollouts: Vec<RolloutScore>,
+    /// States at which the mass matrix was singular.
+    pub singular: usize,
+}
+
+/// Scores `model` on `trajectories`: one-step errors over all samples, and a rollout of each trajectory.
+///
+/// A trajectory without forces is taken as free. Forces are held between samples, as a digital controller does.
+///
+/// # Errors
+/// As [`rollout`] and [`Trajectory::validate`]; [`crate::Error::Shape`] for trajectories of other degrees of freedom
+/// than the model.
+pub fn score(model: &dyn Model, trajectories: &[Trajectory], options: &RolloutOptions) -> Result<Score> {
+    let n = model.coordinates().dof();
+    let (mut acceleration, mut torque) = (Errors::new(n), Errors::new(n));
+    let (mut singular, mut rollouts) = (0, Vec::new());
+    for trajectory in trajectories {
+        rollouts.push(predict(model, trajectory, options)?);
+        singular += one_step(model, trajectory, &mut acceleration, &mut torque);
+    }
+    Ok(Score {
+        samples: trajectories.iter().map(Trajectory::len).sum(),
+        acceleration: acceleration.finish(),
+        torque: torque.finish(),
+        rollouts,
+        singular,
+    })
+}
+
+fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<RolloutScore> {
+    let n = model.coordinates().dof();
+    let force = recorded(truth, model.coordinates(), Hold::Previous)?;
+    let state = (&truth.q[..n.min(truth.q.len())], &truth.qd[..n.min(truth.qd.len())]);
+    let prediction = rollout(model, state.0, state.1, &truth.t, &force, options)?;
+    let ValidTime { seconds, exceeded } =
+        valid_prediction_time(truth, &prediction.trajectory, model.coordinates(), THRESHOLD)?;
+    let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
+    Ok(RolloutScore { outcome: prediction.outcome, duration, valid_seconds: seconds, exceeded })
+}
+
+/// Adds the errors of q̈ and τ at every sample; returns the number of singular mass matrices.
+fn one_step(model: &dyn Model, t: &Trajectory, acceleration: &mut Errors, torque: &mut Errors) -> usize {
+    let Some(qdd) = &t.qdd else { return 0 };
+    let free = vec![0.0; t.q.len()];
+    let tau = t.tau.as_ref().unwrap_or(&free);
+    let mut evaluator = model.evaluator();
+    let mut predicted = vec![0.0; t.q.len()];
+    let singular = evaluator.forward_dynamics(&t.q, &t.qd, tau, &mut predicted);
+    acceleration.add(qdd, &predicted);
+    if t.tau.is_some() && evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted) {
+        torque.add(tau, &predicted);
+    }
+    singular
+}
+
+/// Squared errors, `[n]`, and the true signal that they belong to, `[m, n]`.
+struct Errors {
+    squared: Vec<f64>,
+    truth: Vec<f64>,
+}
+
+impl Errors {
+    fn new(n: usize) -> Self {
+        Self { squared: vec![0.0; n], truth: Vec::new() }
+    }
+
+    fn add(&mut self, truth: &[f64], predicted: &[f64]) {
+        let n = self.squared.len();
+        for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
+            self.squared[k % n] += (x - y).powi(2);
+        }
+        self.truth.extend_from_slice(truth);
+    }
+
+    fn finish(self) -> Option<SignalError> {
+        let n = self.squared.len();
+        if self.truth.is_empty() {
+            return None;
+        }
+        let count = (self.truth.len() / n) as f64;
+        let mean_over_samples = |f: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
+            let signal = |i| self.truth.iter().skip(i).step_by(n).map(move |x| f(i, *x));
+            (0..n).map(|i| signal(i).sum::<f64>() / count).collect()
+        };
+        let mean = mean_over_samples(&|_, x| x);
+        let variance = mean_over_samples(&|i, x| (x - mean[i]).powi(2));
+        let mse: Vec<f64> = self.squared.iter().map(|s| s / count).collect();
+        let nmse = mse.iter().zip(variance).map(|(mse, variance)| mse / variance).collect();
+        Some(SignalError { mse, nmse })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use crate::lagrangian::analytic::by_name;
+    use crate::rollout::{free, times};
+
+    #[test]
+    fn the_truth_scores_without_error_and_another_pendulum_does_not() {
+        let truth = by_name("pendulum", &[]).unwrap();
+        let options = RolloutOptions::default();
+        let swing = rollout(&*truth, &[1.0], &[0.0], &times(10.0, 0.05).unwrap(), &free, &options).unwrap();
+        let same = score(&*truth, std::slice::from_ref(&swing.trajectory), &options).unwrap();
+        assert!(same.acceleration.unwrap().nmse[0] < 1e-20 && !same.rollouts[0].exceeded);
+        let longer = by_name("pendulum", &[("length", 2.0)]).unwrap();
+        let other = score(&*longer, &[swing.trajectory], &options).unwrap();
+        // q̈ is half of the truth, so a quarter of its mean square is missed.
+        assert!((other.acceleration.unwrap().nmse[0] - 0.25).abs() < 0.05);
+        assert!(other.rollouts[0].exceeded && other.rollouts[0].valid_seconds < 2.0);
+    }
+
+    #[test]
+    fn a_trajectory_of_another_system_is_refused() {
+        let one = by_name("pendulum", &[]).unwrap();
+        let two = by_name("double-pendulum", &[]).unwrap();
+        let options = RolloutOptions::default();
+        let swing = rollout(&*one, &[1.0], &[0.0], &times(1.0, 0.1).unwrap(), &free, &options).unwrap();
+        assert!(score(&*two, &[swing.trajectory], &options).is_err());
+    }
+}

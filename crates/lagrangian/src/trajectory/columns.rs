@@ -1,0 +1,278 @@
+//! Finds the columns that a [`Layout`] means among the headers of a file.
+
+use serde::Serialize;
+
+use super::{Coordinate, Coordinates, Layout, Topology};
+use crate::{Error, Result};
+
+/// The names of the columns that were used.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Columns {
+    /// Column that tells trajectories apart.
+    pub trajectory: Option<String>,
+    /// Column of time.
+    pub t: String,
+    /// Columns of the coordinates, `[n]`.
+    pub q: Vec<String>,
+    /// Columns of the velocities, `[n]`, or none.
+    pub qd: Vec<String>,
+    /// Columns of the accelerations, `[n]`, or none.
+    pub qdd: Vec<String>,
+    /// Columns of the forces, `[n]`, or none.
+    pub tau: Vec<String>,
+    /// Columns of the file that were not used.
+    pub ignored: Vec<String>,
+}
+
+/// The columns of one file: their names, where they stand, and the coordinates that they declare.
+#[derive(Debug, Clone)]
+pub(super) struct Resolved {
+    pub(super) columns: Columns,
+    pub(super) coordinates: Coordinates,
+    /// Position of the trajectory column.
+    pub(super) trajectory: Option<usize>,
+    /// Positions of t, q, qd, qdd, tau, in this order.
+    pub(super) numbers: Vec<usize>,
+    /// Angles, their velocities and accelerations are in degrees.
+    pub(super) degrees: bool,
+    pub(super) every: usize,
+}
+
+impl Resolved {
+    /// The names of the number columns, in the order of `numbers`.
+    pub(super) fn names(&self) -> impl Iterator<Item = &String> {
+        let c = &self.columns;
+        std::iter::once(&c.t)
+            .chain(&c.q)
+            .chain(&c.qd)
+            .chain(&c.qdd)
+            .chain(&c.tau)
+    }
+}
+
+/// Finds the columns of `layout` among `headers`.
+///
+/// # Errors
+/// [`Error::Columns`] if one is missing, doubled, or a signal has another number of columns than q.
+pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
+    let finder = Finder { headers };
+    let t = layout.t.clone().unwrap_or_else(|| "t".into());
+    let t_at = finder.position(&t, "--time")?;
+    let trajectory = match &layout.trajectory {
+        Some(name) => Some((name.clone(), finder.position(name, "--trajectory")?)),
+        None if finder.has("trajectory") => Some((
+            "trajectory".into(),
+            finder.position("trajectory", "--trajectory")?,
+        )),
+        None => None,
+    };
+    let q = finder.coordinates(&layout.q)?;
+    let qd = finder.signal(&layout.qd, "qd", q.len())?;
+    let qdd = finder.signal(&layout.qdd, "qdd", q.len())?;
+    let tau = finder.signal(&layout.tau, "tau", q.len())?;
+
+    let mut numbers = vec![t_at];
+    for (names, flag) in [(&q, "--q"), (&qd, "--qd"), (&qdd, "--qdd"), (&tau, "--tau")] {
+        for name in names {
+            numbers.push(finder.position(name, flag)?);
+        }
+    }
+    finder.each_used_once(&numbers)?;
+    let used =
+        |i: &usize| numbers.contains(i) || trajectory.as_ref().is_some_and(|(_, at)| at == i);
+    let ignored = (0..headers.len())
+        .filter(|i| !used(i))
+        .map(|i| headers[i].clone())
+        .collect();
+    let coordinates = declare(&q, layout, &finder)?;
+    let (trajectory, trajectory_at) = trajectory.unzip();
+    Ok(Resolved {
+        columns: Columns {
+            trajectory,
+            t,
+            q,
+            qd,
+            qdd,
+            tau,
+            ignored,
+        },
+        coordinates,
+        trajectory: trajectory_at,
+        numbers,
+        degrees: layout.degrees,
+        every: layout.every.max(1),
+    })
+}
+
+fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordinates> {
+    let all = layout.angles.iter().any(|a| a == "all");
+    for name in layout.angles.iter().filter(|a| *a != "all") {
+        if !q.contains(name) {
+            let finding = format!(
+                "'{name}' is declared as an angle but is not one of the coordinates {}",
+                q.join(", ")
+            );
+            return Err(finder.error(finding, "name coordinates with --angle".into()));
+        }
+    }
+    for name in layout.units.keys() {
+        if !q.contains(name) {
+            let finding = format!(
+                "'{name}' has a unit but is not one of the coordinates {}",
+                q.join(", ")
+            );
+            return Err(finder.error(finding, "name coordinates in [units]".into()));
+        }
+    }
+    if layout.degrees && layout.angles.is_empty() {
+        let finding = "degrees are declared but no coordinate is an angle".to_owned();
+        return Err(finder.error(
+            finding,
+            "say which are, --angle q1,q2 or --angle all".into(),
+        ));
+    }
+    let coordinate = |name: &String| {
+        let circle = all || layout.angles.contains(name);
+        let unit = if circle {
+            "rad".into()
+        } else {
+            layout.units.get(name).cloned().unwrap_or_default()
+        };
+        let topology = if circle {
+            Topology::Circle
+        } else {
+            Topology::Line
+        };
+        Coordinate {
+            name: name.clone(),
+            unit,
+            topology,
+        }
+    };
+    Ok(Coordinates(q.iter().map(coordinate).collect()))
+}
+
+struct Finder<'a> {
+    headers: &'a [String],
+}
+
+impl Finder<'_> {
+    fn has(&self, name: &str) -> bool {
+        self.headers.iter().any(|h| h == name)
+    }
+
+    fn error(&self, finding: String, remedy: String) -> Error {
+        const SHOWN: usize = 40;
+        let mut found = self
+            .headers
+            .iter()
+            .take(SHOWN)
+            .cloned()
+            .collect::<Vec<_>>()
+            .join(", ");
+        if self.headers.len() > SHOWN {
+            found += &format!(", … {} in all", self.headers.len());
+        }
+        Error::Columns {
+            finding,
+            found,
+            remedy,
+        }
+    }
+
+    fn position(&self, name: &str, flag: &str) -> Result<usize> {
+        let mut at = self
+            .headers
+            .iter()
+            .enumerate()
+            .filter(|(_, h)| *h == name)
+            .map(|(i, _)| i);
+        match (at.next(), at.next()) {
+            (Some(i), None) => Ok(i),
+            (None, _) => Err(self.error(
+                format!("no column '{name}'"),
+                format!("name the right one with {flag}"),
+            )),
+            (Some(_), Some(_)) => Err(self.error(
+                format!("column '{name}' stands there twice"),
+                format!("rename one of them, or name another with {flag}"),
+            )),
+        }
+    }
+
+    fn coordinates(&self, named: &[String]) -> Result<Vec<String>> {
+        if !named.is_empty() {
+            return Ok(named.to_vec());
+        }
+        let q = self.numbered("q");
+        if q.is_empty() {
+            let remedy = "name the columns of the coordinates, --q theta1,theta2".into();
+            return Err(self.error("no column 'q1'".into(), remedy));
+        }
+        self.unbroken("q", q.len(), q.len())?;
+        Ok(q)
+    }
+
+    fn signal(&self, named: &[String], prefix: &str, n: usize) -> Result<Vec<String>> {
+        let found = if named.is_empty() {
+            self.numbered(prefix)
+        } else {
+            named.to_vec()
+        };
+        if named.is_empty() {
+            self.unbroken(prefix, found.len(), n)?;
+        }
+        if !found.is_empty() && found.len() != n {
+            let finding = format!(
+                "{} columns for {prefix} ({}) but {n} for q",
+                found.len(),
+                found.join(", ")
+            );
+            let remedy = format!(
+                "name one for each coordinate with --{prefix}, or the coordinates with --q"
+            );
+            return Err(self.error(finding, remedy));
+        }
+        Ok(found)
+    }
+
+    /// `q1, q2, …` as far as they go.
+    fn numbered(&self, prefix: &str) -> Vec<String> {
+        (1..)
+            .map(|i| format!("{prefix}{i}"))
+            .take_while(|name| self.has(name))
+            .collect()
+    }
+
+    /// Refuses q1, q3 without q2, and qd2 without qd1.
+    fn unbroken(&self, prefix: &str, found: usize, n: usize) -> Result<()> {
+        let beyond = self.headers.iter().find(|h| {
+            let digits = h
+                .strip_prefix(prefix)
+                .filter(|d| d.bytes().all(|b| b.is_ascii_digit()));
+            digits
+                .and_then(|d| d.parse::<usize>().ok())
+                .is_some_and(|i| i > found)
+        });
+        let Some(beyond) = beyond else { return Ok(()) };
+        let finding = format!(
+            "column '{beyond}' is there but '{prefix}{}' is not",
+            found + 1
+        );
+        let remedy = format!(
+            "name the {} columns to use with --{prefix}",
+            if n > 0 { n.to_string() } else { String::new() }
+        );
+        Err(self.error(finding, remedy.replace("  ", " ")))
+    }
+
+    fn each_used_once(&self, numbers: &[usize]) -> Result<()> {
+        for (k, i) in numbers.iter().enumerate() {
+            if numbers[..k].contains(i) {
+                let finding = format!("column '{}' is used for two signals", self.headers[*i]);
+                return Err(self.error(finding, "correct --time, --q, --qd, --qdd or --tau".into()));
+            }
+        }
+        Ok(())
+    }
+}

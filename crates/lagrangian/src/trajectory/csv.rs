@@ -1,0 +1,161 @@
+//! CSV: a header, then one sample a line.
+
+use std::io::{BufRead, BufReader, Read, Write};
+
+use super::columns::resolve;
+use super::rows::Rows;
+use super::{Layout, Readings, Trajectory, unique_names};
+use crate::{Error, Result};
+
+/// Reads the recordings of a CSV text (comma, semicolon or tab between columns, whichever the header uses most).
+///
+/// Empty cells, `nan` and `inf` are kept as values that are not finite, so that `check` can show them.
+///
+/// # Errors
+/// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or other
+/// text than UTF-8, [`Error::TooShort`] if there is no row.
+pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> {
+    let mut source = BufReader::with_capacity(1 << 16, source);
+    let delimiter = delimiter(source.fill_buf()?);
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .trim(csv::Trim::All)
+        .from_reader(source);
+    let headers: Vec<String> = reader
+        .headers()
+        .map_err(malformed)?
+        .iter()
+        .enumerate()
+        .map(|(i, h)| {
+            if i == 0 {
+                h.trim_start_matches('\u{feff}').trim().to_owned()
+            } else {
+                h.to_owned()
+            }
+        })
+        .collect();
+    if headers.is_empty() {
+        return Err(Error::TooShort {
+            what: format!("file '{name}' (it is empty, without even a header)"),
+            found: 0,
+            needed: 2,
+        });
+    }
+    let resolved = resolve(&headers, layout)?;
+    let (numbers, trajectory) = (resolved.numbers.clone(), resolved.trajectory);
+    let mut rows = Rows::new(resolved, name);
+    let mut record = csv::StringRecord::new();
+    let mut values = vec![0.0; numbers.len()];
+    while reader.read_record(&mut record).map_err(malformed)? {
+        for (value, &column) in values.iter_mut().zip(&numbers) {
+            *value = number(&record, column, &headers)?;
+        }
+        rows.push(trajectory.and_then(|at| record.get(at)), &mut values)?;
+    }
+    rows.finish()
+}
+
+fn delimiter(start: &[u8]) -> u8 {
+    let header = start.split(|b| *b == b'\n').next().unwrap_or_default();
+    let count = |d: &u8| header.iter().filter(|b| *b == d).count();
+    // max_by_key takes the last of equals, so the comma stands last.
+    [b'\t', b';', b',']
+        .into_iter()
+        .max_by_key(count)
+        .unwrap_or(b',')
+}
+
+fn number(record: &csv::StringRecord, column: usize, headers: &[String]) -> Result<f64> {
+    let text = record.get(column).unwrap_or_default();
+    if text.is_empty() {
+        return Ok(f64::NAN);
+    }
+    text.parse().map_err(|_| Error::Cell {
+        line: record.position().map_or(0, csv::Position::line),
+        column: headers[column].clone(),
+        text: text.chars().take(80).collect(),
+    })
+}
+
+fn malformed(error: csv::Error) -> Error {
+    let reason = match error.kind() {
+        csv::ErrorKind::UnequalLengths {
+            pos,
+            expected_len,
+            len,
+        } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            format!(
+                "line {line} has {len} cells where the header has {expected_len}: complete or remove it"
+            )
+        }
+        csv::ErrorKind::Utf8 { pos, .. } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            format!("line {line} is not UTF-8 text: is it a CSV file?")
+        }
+        _ => error.to_string(),
+    };
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => Error::Io(error),
+        _ => Error::Malformed {
+            format: "CSV",
+            reason,
+        },
+    }
+}
+
+/// Writes trajectories with the default header names; the shortest digits that read back to the same bits.
+///
+/// A column `trajectory` is written where there are several.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Shape`] if their degrees of freedom or signals differ.
+pub fn write(sink: impl Write, trajectories: &[Trajectory]) -> Result<()> {
+    let shape = super::WrittenColumns::of(trajectories)?;
+    let mut sink = std::io::BufWriter::new(sink);
+    let several = trajectories.len() > 1;
+    let mut header = if several {
+        vec!["trajectory".to_owned()]
+    } else {
+        Vec::new()
+    };
+    header.extend(shape.headers());
+    writeln!(sink, "{}", header.join(","))?;
+    for (name, trajectory) in unique_names(trajectories).iter().zip(trajectories) {
+        let name = quoted(name);
+        for k in 0..trajectory.len() {
+            if several {
+                write!(sink, "{name},")?;
+            }
+            write!(sink, "{}", Shortest(trajectory.t[k]))?;
+            for x in shape.row(trajectory, k) {
+                write!(sink, ",{}", Shortest(x))?;
+            }
+            writeln!(sink)?;
+        }
+    }
+    sink.flush()?;
+    Ok(())
+}
+
+/// The shortest text that reads back to the same bits, with an exponent where that is shorter to read.
+struct Shortest(f64);
+
+impl std::fmt::Display for Shortest {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || (1e-5..1e16).contains(&size) || !size.is_finite() {
+            write!(f, "{}", self.0)
+        } else {
+            write!(f, "{:e}", self.0)
+        }
+    }
+}
+
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r', ';', '\t']) || name.trim() != name {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.into()
+    }
+}

@@ -1,0 +1,306 @@
+//! NPZ: a zip of `NumPy` arrays, `t` `[len]`, and `q` `[len, n]` or `q1 …` `[len]` each.
+
+use std::io::{BufReader, Read, Seek, Write};
+
+use zip::{ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
+
+use super::columns::{Resolved, resolve};
+use super::npy::{Header, malformed, write_header};
+use super::rows::Rows;
+use super::shared::Shared;
+use super::{Layout, Readings, Trajectory, WrittenColumns, unique_names};
+use crate::{Error, Result};
+
+/// An archive may unpack to this many bytes …
+const UNPACKED: u64 = 1 << 30;
+/// … or to so many times its own size, where that is more. Measured motions pack two- to tenfold.
+const PACKING: u64 = 100;
+
+/// One array of the archive.
+struct Array {
+    /// Its name, without `.npy`.
+    name: String,
+    header: Header,
+}
+
+/// A column as a stream of its own: of one array, the first value at `skip`, the next ones at every `stride`.
+struct Stream<R> {
+    source: R,
+    header: Header,
+    stride: usize,
+    /// Elements to pass over before the next value.
+    skip: usize,
+}
+
+/// Reads the recordings of an archive. All arrays are read side by side, so that memory grows only with what is
+/// kept; a header that claims more than the archive holds is refused.
+///
+/// # Errors
+/// [`Error::Columns`]; [`Error::Malformed`] for anything that is not such an archive; [`Error::Shape`] for arrays
+/// of different lengths; [`Error::TooShort`] if there is no row.
+pub fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Result<Readings> {
+    let shared = Shared::new(source)?;
+    let arrays = list(&shared)?;
+    let layout = spread(layout, &arrays);
+    let headers: Vec<String> = arrays.iter().flat_map(columns_of).collect();
+    let resolved = resolve(&headers, &layout)?;
+    let rows = check_lengths(&resolved, &headers, &arrays)?;
+
+    let used = resolved.numbers.iter().chain(resolved.trajectory.as_ref());
+    let places: Vec<(usize, usize)> = used.map(|c| place(*c, &arrays)).collect();
+    let mut archives = Vec::new();
+    for _ in &places {
+        archives.push(ZipArchive::new(BufReader::new(shared.at(0))).map_err(zipped)?);
+    }
+    let mut streams = Vec::new();
+    for (archive, (array, column)) in archives.iter_mut().zip(&places) {
+        let entry = archive
+            .by_name(&format!("{}.npy", arrays[*array].name))
+            .map_err(zipped)?;
+        streams.push(Stream::new(BufReader::new(entry), *column)?);
+    }
+    let text = resolved.trajectory.and_then(|_| streams.pop());
+    let titles = resolved.names().cloned().collect::<Vec<_>>();
+    collect(Rows::new(resolved, name), streams, text, &titles, rows)
+}
+
+fn collect<R: Read>(
+    mut rows: Rows,
+    mut streams: Vec<Stream<R>>,
+    mut trajectory: Option<Stream<R>>,
+    titles: &[String],
+    len: usize,
+) -> Result<Readings> {
+    let mut values = vec![0.0; streams.len()];
+    for row in 0..len {
+        for ((value, stream), title) in values.iter_mut().zip(&mut streams).zip(titles) {
+            stream.pass()?;
+            *value = stream
+                .header
+                .number(&mut stream.source)?
+                .ok_or_else(|| Error::Cell {
+                    line: row as u64 + 1,
+                    column: title.clone(),
+                    text: "text".into(),
+                })?;
+        }
+        let name = trajectory.as_mut().map(Stream::text).transpose()?;
+        rows.push(name.as_deref(), &mut values)?;
+    }
+    rows.finish()
+}
+
+impl<R: Read> Stream<R> {
+    fn new(mut source: R, column: usize) -> Result<Self> {
+        let header = Header::read(&mut source)?;
+        let width = header.shape.get(1).copied().unwrap_or(1);
+        let len = header.shape.first().copied().unwrap_or(0);
+        let (skip, stride) = if header.fortran_order {
+            (column * len, 1)
+        } else {
+            (column, width)
+        };
+        Ok(Self {
+            source,
+            header,
+            stride,
+            skip,
+        })
+    }
+
+    fn pass(&mut self) -> Result<()> {
+        for _ in 0..self.skip {
+            self.header.number(&mut self.source)?;
+        }
+        self.skip = self.stride - 1;
+        Ok(())
+    }
+
+    fn text(&mut self) -> Result<String> {
+        self.header.text(&mut self.source)
+    }
+}
+
+fn zipped(error: ZipError) -> Error {
+    match error {
+        ZipError::Io(error) => Error::Io(error),
+        other => malformed(format!(
+            "{other}: save it with numpy.savez or numpy.savez_compressed"
+        )),
+    }
+}
+
+/// The headers of all arrays of one or two axes, none larger than the archive can hold.
+fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<Vec<Array>> {
+    let mut archive = ZipArchive::new(BufReader::new(shared.at(0))).map_err(zipped)?;
+    let limit = UNPACKED.max(shared.size.saturating_mul(PACKING));
+    let mut unpacked = 0_u64;
+    let mut arrays = Vec::new();
+    for i in 0..archive.len() {
+        let mut entry = archive.by_index(i).map_err(zipped)?;
+        let Some(name) = entry.name().strip_suffix(".npy").map(str::to_owned) else {
+            continue;
+        };
+        let Ok(header) = Header::read(&mut entry) else {
+            continue;
+        };
+        if !matches!(header.shape.len(), 1 | 2) {
+            continue;
+        }
+        let claimed = header.bytes().ok_or_else(|| {
+            malformed(format!(
+                "array '{name}' claims a shape of {:?}",
+                header.shape
+            ))
+        })?;
+        unpacked = unpacked.saturating_add(claimed as u64);
+        if claimed as u64 > entry.size() || unpacked > limit {
+            return Err(malformed(format!(
+                "array '{name}' claims {claimed} bytes, the archive cannot hold them: the file is damaged"
+            )));
+        }
+        arrays.push(Array { name, header });
+    }
+    Ok(arrays)
+}
+
+/// `q` of shape `[len, 2]` stands for the columns `q1`, `q2`.
+fn columns_of(array: &Array) -> Vec<String> {
+    match array.header.shape.get(1) {
+        Some(&width) => (1..=width.min(1 << 12))
+            .map(|i| format!("{}{i}", array.name))
+            .collect(),
+        None => vec![array.name.clone()],
+    }
+}
+
+/// The array that column `column` of the headers stands in, and its place there.
+fn place(mut column: usize, arrays: &[Array]) -> (usize, usize) {
+    for (i, array) in arrays.iter().enumerate() {
+        let width = columns_of(array).len();
+        if column < width {
+            return (i, column);
+        }
+        column -= width;
+    }
+    (arrays.len(), 0)
+}
+
+/// Names of two-axis arrays in the layout become the names of their columns.
+fn spread(layout: &Layout, arrays: &[Array]) -> Layout {
+    let mut layout = layout.clone();
+    let lists = [
+        &mut layout.q,
+        &mut layout.qd,
+        &mut layout.qdd,
+        &mut layout.tau,
+        &mut layout.angles,
+    ];
+    for names in lists {
+        let columns = |name: &String| {
+            let matrix = arrays
+                .iter()
+                .find(|a| a.name == *name && a.header.shape.len() == 2);
+            matrix.map_or_else(|| vec![name.clone()], columns_of)
+        };
+        *names = names.iter().flat_map(columns).collect();
+    }
+    layout
+}
+
+/// All used arrays have the same length, which it returns.
+fn check_lengths(resolved: &Resolved, headers: &[String], arrays: &[Array]) -> Result<usize> {
+    let mut len = None;
+    for &column in resolved.numbers.iter().chain(resolved.trajectory.as_ref()) {
+        let found = arrays
+            .get(place(column, arrays).0)
+            .and_then(|a| a.header.shape.first().copied())
+            .unwrap_or(0);
+        let expected = *len.get_or_insert(found);
+        if found != expected {
+            return Err(Error::Shape {
+                what: format!("array '{}'", headers[column]),
+                found,
+                expected,
+                remedy: "all arrays need one row per time stamp".into(),
+            });
+        }
+    }
+    Ok(len.unwrap_or(0))
+}
+
+/// Writes arrays `t` `[len]` and `q`, `qd`, … `[len, n]`, all trajectories one after another; `trajectory` holds
+/// their names where there are several.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Shape`] if their degrees of freedom or signals differ.
+pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()> {
+    let shape = WrittenColumns::of(trajectories)?;
+    let rows = trajectories.iter().map(Trajectory::len).sum::<usize>();
+    let mut archive = ZipWriter::new(sink);
+    let options = SimpleFileOptions::default().large_file(true);
+    if trajectories.len() > 1 {
+        archive
+            .start_file("trajectory.npy", options)
+            .map_err(zipped)?;
+        write_names(
+            &mut std::io::BufWriter::new(&mut archive),
+            trajectories,
+            rows,
+        )?;
+    }
+    archive.start_file("t.npy", options).map_err(zipped)?;
+    write_array(
+        &mut archive,
+        &[rows],
+        trajectories.iter().map(|t| t.t.as_slice()),
+    )?;
+    for (signal, name) in shape.signals(&trajectories[0]).map(|s| s.0).enumerate() {
+        archive
+            .start_file(format!("{name}.npy"), options)
+            .map_err(zipped)?;
+        let values = trajectories
+            .iter()
+            .filter_map(|t| shape.signals(t).nth(signal).map(|s| s.1));
+        write_array(&mut archive, &[rows, shape.n], values)?;
+    }
+    archive.finish().map_err(zipped)?.flush()?;
+    Ok(())
+}
+
+fn write_array<'a>(
+    sink: impl Write,
+    shape: &[usize],
+    values: impl Iterator<Item = &'a [f64]>,
+) -> Result<()> {
+    let mut sink = std::io::BufWriter::new(sink);
+    write_header(&mut sink, "<f8", shape)?;
+    for x in values.flatten() {
+        sink.write_all(&x.to_le_bytes())?;
+    }
+    sink.flush()?;
+    Ok(())
+}
+
+fn write_names(sink: &mut impl Write, trajectories: &[Trajectory], rows: usize) -> Result<()> {
+    let names = unique_names(trajectories);
+    let width = names
+        .iter()
+        .map(|n| n.chars().count())
+        .max()
+        .unwrap_or(0)
+        .max(1);
+    write_header(sink, &format!("<U{width}"), &[rows])?;
+    for (name, trajectory) in names.iter().zip(trajectories) {
+        let mut element: Vec<u8> = name
+            .chars()
+            .flat_map(|c| u32::from(c).to_le_bytes())
+            .collect();
+        element.resize(4 * width, 0);
+        for _ in 0..trajectory.len() {
+            sink.write_all(&element)?;
+        }
+    }
+    sink.flush()?;
+    Ok(())
+}

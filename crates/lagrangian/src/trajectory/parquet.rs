@@ -1,0 +1,259 @@
+//! Parquet: columns of numbers, read batch by batch (feature `parquet`).
+
+use std::io::{Read, Seek, Write};
+use std::sync::Arc;
+
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, cast::AsArray, types};
+use arrow_schema::{DataType, Field, Schema};
+use bytes::Bytes;
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{ChunkReader, Length};
+
+use super::columns::resolve;
+use super::rows::Rows;
+use super::shared::Shared;
+use super::{Layout, Readings, Trajectory, WrittenColumns, unique_names};
+use crate::{Error, Result};
+
+/// Rows that are decoded at a time.
+const BATCH: usize = 8192;
+
+impl<R> Length for Shared<R> {
+    fn len(&self) -> u64 {
+        self.size
+    }
+}
+
+impl<R: Read + Seek + Send> ChunkReader for Shared<R> {
+    type T = std::io::BufReader<Self>;
+
+    fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
+        Ok(std::io::BufReader::new(self.at(start)))
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
+        if start.saturating_add(length as u64) > self.size {
+            return Err(ParquetError::EOF(format!(
+                "{length} bytes at {start} of a file of {} bytes",
+                self.size
+            )));
+        }
+        let mut bytes = Vec::with_capacity(length);
+        self.at(start).take(length as u64).read_to_end(&mut bytes)?;
+        if bytes.len() < length {
+            return Err(ParquetError::EOF(
+                "the file became shorter while it was read".into(),
+            ));
+        }
+        Ok(bytes.into())
+    }
+}
+
+fn malformed(error: impl std::fmt::Display) -> Error {
+    Error::Malformed {
+        format: "Parquet",
+        reason: error.to_string(),
+    }
+}
+
+/// Reads the recordings of a Parquet file; nulls become NaN.
+///
+/// # Errors
+/// [`Error::Columns`]; [`Error::Cell`] for columns that hold no numbers; [`Error::Malformed`] for anything that is
+/// not a Parquet file; [`Error::TooShort`] if there is no row.
+pub fn read(
+    source: impl Read + Seek + Send + 'static,
+    name: &str,
+    layout: &Layout,
+) -> Result<Readings> {
+    let builder =
+        ParquetRecordBatchReaderBuilder::try_new(Shared::new(source)?).map_err(malformed)?;
+    let headers: Vec<String> = builder
+        .schema()
+        .fields()
+        .iter()
+        .map(|f| f.name().clone())
+        .collect();
+    let resolved = resolve(&headers, layout)?;
+    let used: Vec<usize> = resolved
+        .numbers
+        .iter()
+        .chain(resolved.trajectory.as_ref())
+        .copied()
+        .collect();
+    let mask = ProjectionMask::roots(builder.parquet_schema(), used.iter().copied());
+    let reader = builder
+        .with_projection(mask)
+        .with_batch_size(BATCH)
+        .build()
+        .map_err(malformed)?;
+    let titles: Vec<String> = resolved.names().cloned().collect();
+    let trajectory = resolved.columns.trajectory.clone();
+    let mut rows = Rows::new(resolved, name);
+    let mut row = 0;
+    for batch in reader {
+        let batch = batch.map_err(malformed)?;
+        let columns: Vec<Vec<f64>> = titles
+            .iter()
+            .map(|title| numbers(&batch, title, row))
+            .collect::<Result<_>>()?;
+        let names = trajectory
+            .as_ref()
+            .map(|title| texts(&batch, title))
+            .transpose()?;
+        let mut values = vec![0.0; columns.len()];
+        for k in 0..batch.num_rows() {
+            for (value, column) in values.iter_mut().zip(&columns) {
+                *value = column[k];
+            }
+            rows.push(names.as_ref().map(|names| names[k].as_str()), &mut values)?;
+        }
+        row += batch.num_rows() as u64;
+    }
+    rows.finish()
+}
+
+fn column<'a>(batch: &'a RecordBatch, title: &str) -> Result<&'a ArrayRef> {
+    batch
+        .column_by_name(title)
+        .ok_or_else(|| malformed(format!("column '{title}' is missing in a row group")))
+}
+
+macro_rules! as_numbers {
+    ($column:expr, $($arrow:ident as $convert:expr),+ $(,)?) => {
+        match $column.data_type() {
+            $(DataType::$arrow => {
+                let values = $column.as_primitive::<arrow_type!($arrow)>();
+                Some(values.iter().map(|x| x.map_or(f64::NAN, $convert)).collect())
+            })+
+            _ => None,
+        }
+    };
+}
+
+macro_rules! arrow_type {
+    (Float64) => {
+        types::Float64Type
+    };
+    (Float32) => {
+        types::Float32Type
+    };
+    (Int64) => {
+        types::Int64Type
+    };
+    (Int32) => {
+        types::Int32Type
+    };
+    (Int16) => {
+        types::Int16Type
+    };
+    (Int8) => {
+        types::Int8Type
+    };
+    (UInt64) => {
+        types::UInt64Type
+    };
+    (UInt32) => {
+        types::UInt32Type
+    };
+    (UInt16) => {
+        types::UInt16Type
+    };
+    (UInt8) => {
+        types::UInt8Type
+    };
+}
+
+fn numbers(batch: &RecordBatch, title: &str, row: u64) -> Result<Vec<f64>> {
+    let column = column(batch, title)?;
+    #[allow(clippy::cast_precision_loss, reason = "numbers of any type become f64")]
+    let values = as_numbers!(
+        column, Float64 as |x| x, Float32 as f64::from, Int64 as |x| x as f64, UInt64 as |x| x as f64,
+        Int32 as f64::from, Int16 as f64::from, Int8 as f64::from, UInt32 as f64::from, UInt16 as f64::from,
+        UInt8 as f64::from,
+    );
+    values.ok_or_else(|| Error::Cell {
+        line: row + 1,
+        column: title.into(),
+        text: format!("a value of type {}", column.data_type()),
+    })
+}
+
+fn texts(batch: &RecordBatch, title: &str) -> Result<Vec<String>> {
+    let column = column(batch, title)?;
+    let text = |x: Option<&str>| x.unwrap_or_default().to_owned();
+    Ok(match column.data_type() {
+        DataType::Utf8 => column.as_string::<i32>().iter().map(text).collect(),
+        DataType::LargeUtf8 => column.as_string::<i64>().iter().map(text).collect(),
+        DataType::Utf8View => column.as_string_view().iter().map(text).collect(),
+        _ => numbers(batch, title, 0)?
+            .iter()
+            .map(f64::to_string)
+            .collect(),
+    })
+}
+
+/// Writes trajectories with the default column names, in groups of rows; a column `trajectory` where there
+/// are several.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Shape`] if their degrees of freedom or signals differ.
+pub fn write(sink: impl Write + Send, trajectories: &[Trajectory]) -> Result<()> {
+    let shape = WrittenColumns::of(trajectories)?;
+    let several = trajectories.len() > 1;
+    let mut fields: Vec<Field> = Vec::new();
+    if several {
+        fields.push(Field::new("trajectory", DataType::Utf8, false));
+    }
+    fields.extend(
+        shape
+            .headers()
+            .iter()
+            .map(|name| Field::new(name, DataType::Float64, false)),
+    );
+    let schema = Arc::new(Schema::new(fields));
+    let properties = WriterProperties::builder()
+        .set_compression(parquet::basic::Compression::SNAPPY)
+        .build();
+    let mut writer =
+        ArrowWriter::try_new(sink, Arc::clone(&schema), Some(properties)).map_err(failed)?;
+    for (name, t) in unique_names(trajectories).iter().zip(trajectories) {
+        for start in (0..t.len()).step_by(BATCH) {
+            let rows = start..(start + BATCH).min(t.len());
+            let mut columns: Vec<ArrayRef> = Vec::new();
+            if several {
+                columns.push(Arc::new(StringArray::from_iter_values(
+                    rows.clone().map(|_| name),
+                )));
+            }
+            columns.push(Arc::new(Float64Array::from_iter_values(
+                t.t[rows.clone()].iter().copied(),
+            )));
+            for (_, signal) in shape.signals(t) {
+                for i in 0..shape.n {
+                    let values = rows.clone().map(|k| signal[k * shape.n + i]);
+                    columns.push(Arc::new(Float64Array::from_iter_values(values)));
+                }
+            }
+            let batch = RecordBatch::try_new(Arc::clone(&schema), columns).map_err(malformed)?;
+            writer.write(&batch).map_err(failed)?;
+        }
+    }
+    writer.close().map_err(failed)?;
+    Ok(())
+}
+
+/// An error of the sink stays one.
+fn failed(error: ParquetError) -> Error {
+    match error {
+        ParquetError::External(error) => match error.downcast::<std::io::Error>() {
+            Ok(error) => Error::Io(*error),
+            Err(error) => malformed(error),
+        },
+        other => malformed(other),
+    }
+}

@@ -1,0 +1,200 @@
+//! What a file holds, before anything is estimated.
+
+use super::derivatives::{Estimate, EstimateOptions, Fitted};
+use super::{Columns, Coordinates, Trajectory};
+use crate::{Error, Result};
+
+/// One motion as it stands in a file: velocities and accelerations may be missing, values may be NaN.
+///
+/// All signals are row-major, `[len, n]`, in SI units; angles are unwrapped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// The value of the `trajectory` column, or the name of the file.
+    pub name: String,
+    /// The coordinates that were declared.
+    pub coordinates: Coordinates,
+    /// Time stamps, s, `[len]`.
+    pub t: Vec<f64>,
+    /// Coordinates q, `[len, n]`.
+    pub q: Vec<f64>,
+    /// Velocities q̇, `[len, n]`, where measured.
+    pub qd: Option<Vec<f64>>,
+    /// Accelerations q̈, `[len, n]`, where measured.
+    pub qdd: Option<Vec<f64>>,
+    /// Forces τ, `[len, n]`, where measured.
+    pub tau: Option<Vec<f64>>,
+    /// The names of its columns.
+    pub columns: Columns,
+    /// How many jumps of each wrapped angle were unwrapped, `[n]`.
+    pub unwrapped: Vec<usize>,
+}
+
+/// What one file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Readings {
+    /// Its motions, in the order in which they first appear.
+    pub recordings: Vec<Recording>,
+    /// The columns that were used, and those that were ignored.
+    pub columns: Columns,
+}
+
+impl Recording {
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether it holds no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// Degrees of freedom n.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.coordinates.dof()
+    }
+
+    /// The signals that are there, each with the names of its columns: (signal, values `[len, n]`, names `[n]`).
+    #[must_use]
+    pub fn signals(&self) -> Vec<(&'static str, &[f64], &[String])> {
+        let c = &self.columns;
+        let mut signals: Vec<(_, &[f64], &[String])> = vec![("q", &self.q, &c.q)];
+        for (signal, values, names) in [
+            ("qd", &self.qd, &c.qd),
+            ("qdd", &self.qdd, &c.qdd),
+            ("tau", &self.tau, &c.tau),
+        ] {
+            if let Some(values) = values {
+                signals.push((signal, values, names));
+            }
+        }
+        signals
+    }
+
+    /// Checks that it can become a [`Trajectory`]: at least two samples, shapes, finite values, increasing time.
+    ///
+    /// # Errors
+    /// [`Error::TooShort`], [`Error::Shape`], or [`Error::Sample`] with row and column of the first bad value.
+    pub fn validate(&self) -> Result<()> {
+        if self.len() < 2 {
+            return Err(Error::TooShort {
+                what: format!("trajectory '{}'", self.name),
+                found: self.len(),
+                needed: 2,
+            });
+        }
+        let n = self.dof();
+        for (signal, values, _) in self.signals() {
+            if values.len() != self.len() * n || n == 0 {
+                return Err(Error::Shape {
+                    what: format!("{signal} of trajectory '{}'", self.name),
+                    found: values.len(),
+                    expected: self.len() * n,
+                    remedy: format!(
+                        "give one value per sample and coordinate ({} × {n})",
+                        self.len()
+                    ),
+                });
+            }
+        }
+        self.finite()?;
+        self.increasing()
+    }
+
+    fn sample(&self, row: usize, column: &str, finding: String, remedy: &'static str) -> Error {
+        Error::Sample {
+            trajectory: self.name.clone(),
+            row: row + 1,
+            column: column.into(),
+            finding,
+            remedy,
+        }
+    }
+
+    fn finite(&self) -> Result<()> {
+        const REMEDY: &str = "remove or repair that row";
+        if let Some(k) = self.t.iter().position(|t| !t.is_finite()) {
+            return Err(self.sample(
+                k,
+                &self.columns.t,
+                format!("the value is {}", self.t[k]),
+                REMEDY,
+            ));
+        }
+        let n = self.dof();
+        for (signal, values, names) in self.signals() {
+            if let Some(k) = values.iter().position(|x| !x.is_finite()) {
+                let column = names.get(k % n).map_or(signal, String::as_str);
+                return Err(self.sample(
+                    k / n,
+                    column,
+                    format!("the value is {}", values[k]),
+                    REMEDY,
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn increasing(&self) -> Result<()> {
+        let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) else {
+            return Ok(());
+        };
+        let (before, after) = (self.t[k], self.t[k + 1]);
+        let verb = if after < before {
+            "goes back"
+        } else {
+            "stands still"
+        };
+        let finding = format!("time {verb}, {after} after {before}");
+        Err(self.sample(
+            k + 1,
+            &self.columns.t,
+            finding,
+            "sort the rows by time, remove repeats, or tell trajectories apart with --trajectory",
+        ))
+    }
+
+    /// Makes a trajectory of it; velocities and accelerations that were not measured are estimated, and the list
+    /// says how.
+    ///
+    /// # Errors
+    /// As [`Recording::validate`]; [`Error::TooShort`] if there is too little to differentiate;
+    /// [`Error::Argument`] for options outside their domain.
+    ///
+    /// # Example
+    /// ```
+    /// use lagrangian::trajectory::{Format, Layout, EstimateOptions};
+    /// let text: String = (0..50).map(|k| f64::from(k) * 0.02).map(|t| format!("{t},{}\n", t.sin())).collect();
+    /// let file = std::io::Cursor::new(format!("t,q1\n{text}"));
+    /// let recording = Format::Csv.read(file, "swing", &Layout::default())?.recordings.remove(0);
+    /// let (trajectory, estimates) = recording.into_trajectory(&EstimateOptions::default())?;
+    /// assert!((trajectory.qd[25] - trajectory.t[25].cos()).abs() < 1e-4);
+    /// assert_eq!(estimates[0].signal, "qd");
+    /// # Ok::<(), lagrangian::Error>(())
+    /// ```
+    pub fn into_trajectory(self, options: &EstimateOptions) -> Result<(Trajectory, Vec<Estimate>)> {
+        self.validate()?;
+        options.validate()?;
+        if self.qd.is_some() && !options.smooth && (self.qdd.is_some() || !options.accelerations) {
+            return Ok((self.plain(), Vec::new()));
+        }
+        let fitted = Fitted::of(&self, options)?;
+        Ok(fitted.into_trajectory(self, options))
+    }
+
+    fn plain(self) -> Trajectory {
+        let qd = self.qd.unwrap_or_default();
+        Trajectory {
+            name: self.name,
+            t: self.t,
+            q: self.q,
+            qd,
+            qdd: self.qdd,
+            tau: self.tau,
+        }
+    }
+}
