@@ -7,13 +7,13 @@
 
 use std::ops::ControlFlow;
 
+use lagrangian::Coordinates;
 use lagrangian::dataset::Dataset;
 use lagrangian::lagrangian::LnnConfig;
 use lagrangian::mlp::simd::fma_peak;
 use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, Observer, Optimizer, Precision, Progress, Samples, fit,
 };
-use lagrangian::Coordinates;
 
 const N: usize = 2;
 const DEPTH: usize = 2;
@@ -31,15 +31,32 @@ impl Observer for Clock {
 fn dataset(m: usize) -> Dataset {
     let wave = |k: usize, f: f64| (k as f64 * f).sin();
     let column = |f: f64| (0..m * N).map(|k| 3.0 * wave(k, f)).collect();
-    let samples = Samples { n: N, q: column(0.37), qd: column(0.73), qdd: column(1.91), tau: column(0.11) };
-    Dataset::from_samples(Coordinates::lines(N), samples, Samples { n: N, ..Samples::default() })
-        .unwrap_or_else(|e| panic!("the data of this bench are valid: {e}"))
+    let samples = Samples {
+        n: N,
+        q: column(0.37),
+        qd: column(0.73),
+        qdd: column(1.91),
+        tau: column(0.11),
+    };
+    Dataset::from_samples(
+        Coordinates::lines(N),
+        samples,
+        Samples {
+            n: N,
+            ..Samples::default()
+        },
+    )
+    .unwrap_or_else(|e| panic!("the data of this bench are valid: {e}"))
 }
 
 /// Median seconds of a step.
 fn step(width: usize, batch: usize, precision: Precision, threads: usize, steps: usize) -> f64 {
     let config = FitConfig {
-        family: Family::Lnn(LnnConfig { width, layers: DEPTH, ..LnnConfig::default() }),
+        family: Family::Lnn(LnnConfig {
+            width,
+            layers: DEPTH,
+            ..LnnConfig::default()
+        }),
         optimizer: Optimizer::Adam(AdamConfig::default()),
         budget: Budget::Steps(steps),
         batch,
@@ -51,7 +68,9 @@ fn step(width: usize, batch: usize, precision: Precision, threads: usize, steps:
     let data = dataset(4 * batch);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let run = || fit(&data, &config, None, &mut clock);
-    pool.unwrap_or_else(|e| panic!("no threads: {e}")).install(run).unwrap_or_else(|e| panic!("{e}"));
+    pool.unwrap_or_else(|e| panic!("no threads: {e}"))
+        .install(run)
+        .unwrap_or_else(|e| panic!("{e}"));
     let mut laps: Vec<f64> = clock.0.windows(2).map(|w| w[1] - w[0]).collect();
     laps.sort_by(f64::total_cmp);
     laps[laps.len() / 2]
@@ -80,7 +99,11 @@ fn main() {
                             Precision::F64 => fma_peak::<f64>(0.05),
                         };
                         let one = step(width, batch, precision, 1, steps);
-                        [work / one / peak, one, one / step(width, batch, precision, 2, steps)]
+                        [
+                            work / one / peak,
+                            one,
+                            one / step(width, batch, precision, 2, steps),
+                        ]
                     })
                     .collect();
                 rounds.sort_by(|a, b| a[0].total_cmp(&b[0]));

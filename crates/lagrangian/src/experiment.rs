@@ -20,17 +20,29 @@ use crate::{Result, State, Trajectory};
 ///
 /// # Errors
 /// As [`Dataset::from_samples`].
-pub fn random_states(system: &dyn AnalyticModel, train: usize, validation: usize, seed: u64) -> Result<Dataset> {
+pub fn random_states(
+    system: &dyn AnalyticModel,
+    train: usize,
+    validation: usize,
+    seed: u64,
+) -> Result<Dataset> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = |m: usize| {
         let n = system.coordinates().dof();
-        let mut samples = Samples { n, tau: vec![0.0; m * n], qdd: vec![0.0; m * n], ..Samples::default() };
+        let mut samples = Samples {
+            n,
+            tau: vec![0.0; m * n],
+            qdd: vec![0.0; m * n],
+            ..Samples::default()
+        };
         for _ in 0..m {
             let state = system.sample_state(&mut rng);
             samples.q.extend(state.q);
             samples.qd.extend(state.qd);
         }
-        let Samples { q, qd, qdd, tau, .. } = &mut samples;
+        let Samples {
+            q, qd, qdd, tau, ..
+        } = &mut samples;
         system.evaluator().forward_dynamics(q, qd, tau, qdd);
         samples
     };
@@ -64,7 +76,11 @@ pub struct EnergyTest {
 pub fn energy_test(truth: &dyn Model, rollouts: &[Rollout], reference: f64) -> EnergyTest {
     let finished = rollouts.iter().filter(|r| r.outcome.is_finished());
     let percent: Vec<f64> = finished
-        .filter_map(|rollout| energy_error(truth, &rollout.trajectory, reference).last().copied())
+        .filter_map(|rollout| {
+            energy_error(truth, &rollout.trajectory, reference)
+                .last()
+                .copied()
+        })
         .map(f64::abs)
         .collect();
     let mut sorted = percent.clone();
@@ -82,11 +98,17 @@ pub fn energy_test(truth: &dyn Model, rollouts: &[Rollout], reference: f64) -> E
 #[must_use]
 pub fn energy_error(truth: &dyn Model, trajectory: &Trajectory, reference: f64) -> Vec<f64> {
     let mut energy = vec![0.0; trajectory.len()];
-    if !truth.evaluator().energy(&trajectory.q, &trajectory.qd, &mut energy) {
+    if !truth
+        .evaluator()
+        .energy(&trajectory.q, &trajectory.qd, &mut energy)
+    {
         return Vec::new();
     }
     let start = energy.first().copied().unwrap_or(0.0);
-    energy.iter().map(|e| 100.0 * (e - start) / reference).collect()
+    energy
+        .iter()
+        .map(|e| 100.0 * (e - start) / reference)
+        .collect()
 }
 
 /// How predictable the true motion from one start is.
@@ -108,7 +130,9 @@ pub fn predictability(
 ) -> Result<Vec<Predictability>> {
     let one = |start: &State| {
         let found = largest_lyapunov_exponent(truth, start, duration, options)?;
-        Ok(Predictability { lyapunov_time: found.time().filter(|_| found.motion == Motion::Chaotic) })
+        Ok(Predictability {
+            lyapunov_time: found.time().filter(|_| found.motion == Motion::Chaotic),
+        })
     };
     starts.par_iter().map(one).collect()
 }
@@ -144,7 +168,13 @@ pub fn valid_times(
     let (mut chaotic, mut scaled, mut regular) = (Vec::new(), Vec::new(), Vec::new());
     for ((truth, prediction), start) in truth.iter().zip(predictions).zip(predictability) {
         let coordinates = model.coordinates();
-        let valid = valid_prediction_time(&truth.trajectory, &prediction.trajectory, coordinates, THRESHOLD)?.seconds;
+        let valid = valid_prediction_time(
+            &truth.trajectory,
+            &prediction.trajectory,
+            coordinates,
+            THRESHOLD,
+        )?
+        .seconds;
         match start.lyapunov_time {
             Some(time) => {
                 chaotic.push(valid);
@@ -178,7 +208,12 @@ pub fn restarted(
 ) -> Result<Vec<Rollout>> {
     let moved: Vec<State> = starts
         .iter()
-        .map(|start| State::new(start.q.iter().map(|q| q + distance).collect(), start.qd.clone()))
+        .map(|start| {
+            State::new(
+                start.q.iter().map(|q| q + distance).collect(),
+                start.qd.clone(),
+            )
+        })
         .collect();
     rollout_many(truth, &moved, times, &free, options)
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::net::{Input, Kind, Net, Source};
 use super::simd::{
-    Buffer, Combine, Contract, GateForward, GateReverse, Gates, Gemm, Init, PointForward,
+    AddTo, Buffer, Combine, Contract, GateForward, GateReverse, Gates, Gemm, Init, PointForward,
     PointReverse2, PointSecond, PointTangent, Real, Shape, dispatch,
 };
 
@@ -134,8 +134,28 @@ impl<T: Real> Gradient<T> {
         self.fresh = true;
     }
 
-    /// Adds it, times `factor`, to `out`, in the order of the parameters.
-    pub(crate) fn add_to(&self, net: &Net, factor: f64, out: &mut [f64]) {
+    /// Adds what another summed.
+    pub(crate) fn add(&mut self, other: &Self) {
+        if other.fresh {
+            return;
+        }
+        if self.fresh {
+            self.clone_from(other);
+            return;
+        }
+        for ((matrices, sums), (more, more_sums)) in self.layers.iter_mut().zip(&other.layers) {
+            for (to, from) in matrices.iter_mut().zip(more) {
+                dispatch(AddTo { from, to });
+            }
+            dispatch(AddTo {
+                from: more_sums,
+                to: sums,
+            });
+        }
+    }
+
+    /// Adds it to `out`, in the order of the parameters.
+    pub(crate) fn add_to(&self, net: &Net, out: &mut [f64]) {
         if self.fresh {
             return;
         }
@@ -152,14 +172,13 @@ impl<T: Real> Gradient<T> {
                 for o in 0..layer.width {
                     let row = &mut out[input.at + o * input.width..][..input.width];
                     for (i, g) in row.iter_mut().enumerate() {
-                        *g += factor
-                            * matrix[(i / lanes * layer.width + o) * lanes + i % lanes].f64();
+                        *g += matrix[(i / lanes * layer.width + o) * lanes + i % lanes].f64();
                     }
                 }
             }
             if let Some(at) = bias_at {
                 for (g, b) in out[*at..].iter_mut().zip(bias) {
-                    *g += factor * b.f64();
+                    *g += b.f64();
                 }
             }
         }

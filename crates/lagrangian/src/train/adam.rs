@@ -10,6 +10,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::mlp::simd::{AdamStep, dispatch};
+
 /// Settings of Adam(W).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -79,13 +81,17 @@ impl Adam {
             1.0 - config.beta1.powi(power),
             1.0 - config.beta2.powi(power),
         );
-        let moments = self.first.iter_mut().zip(&mut self.second);
-        for ((theta, g), (m, v)) in parameters.iter_mut().zip(gradient).zip(moments) {
-            let g = g * shorten;
-            *m = config.beta1 * *m + (1.0 - config.beta1) * g;
-            *v = config.beta2 * *v + (1.0 - config.beta2) * g * g;
-            *theta -=
-                rate * (*m / c1 / ((*v / c2).sqrt() + config.epsilon) + config.decay * *theta);
-        }
+        dispatch(AdamStep {
+            gradient,
+            first: &mut self.first,
+            second: &mut self.second,
+            parameters,
+            memory: [config.beta1, config.beta2],
+            corrections: [1.0 / c1, 1.0 / c2],
+            epsilon: config.epsilon,
+            rate,
+            decay: config.decay,
+            shorten,
+        });
     }
 }

@@ -173,8 +173,12 @@ impl<T: Real> Batches<T> {
         }
         if let Some(out) = gradient {
             out.fill(0.0);
+            if let Some((first, rest)) = self.lanes.split_first_mut() {
+                rest.iter()
+                    .for_each(|lane| first.gradient.add(&lane.gradient));
+                first.gradient.add_to(net, out);
+            }
             for lane in &self.lanes {
-                lane.gradient.add_to(net, 1.0, out);
                 out[net.parameters..]
                     .iter_mut()
                     .zip(&lane.extra)

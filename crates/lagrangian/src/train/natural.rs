@@ -244,8 +244,12 @@ impl Natural {
     ) {
         let (net, n) = (learner.net(), learner.dof());
         self.phi.iter_mut().for_each(|x| *x *= config.momentum);
+        if let Some((first, rest)) = self.blocks[..used].split_first_mut() {
+            rest.iter()
+                .for_each(|block| first.gradient.add(&block.gradient));
+            first.gradient.add_to(net, &mut self.phi);
+        }
         for block in &self.blocks[..used] {
-            block.gradient.add_to(net, 1.0, &mut self.phi);
             let kinds = learner.extra();
             for (k, slope) in block.work.extra.iter().enumerate() {
                 let (coordinate, kind) = (k / kinds, k % kinds);

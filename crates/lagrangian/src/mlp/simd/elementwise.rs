@@ -153,7 +153,8 @@ impl<T: Real> Task for PointReverse2<'_, T> {
             for s in 0..self.shape.samples {
                 let at = |c| self.shape.at::<T>(p, c, s);
                 let slope = self.shape.slope::<T>(p, s);
-                let [s1, s2, s3] = self.slopes.map(|x| load(x, slope));
+                let [s1, s2, s3] = self.slopes;
+                let (s1, s2, s3) = (load(s1, slope), load(s2, slope), load(s3, slope));
                 let (z1, y0, y1) = (
                     load(self.z, at(1)),
                     load(self.ya, at(0)),

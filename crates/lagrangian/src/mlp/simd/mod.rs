@@ -14,6 +14,7 @@ mod elementwise;
 mod factors;
 mod gemm;
 mod peak;
+mod update;
 mod vector;
 
 pub(crate) use buffer::Buffer;
@@ -24,6 +25,7 @@ pub(crate) use elementwise::{
 pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
 pub use peak::fma_peak;
+pub(crate) use update::{AdamStep, AddTo};
 pub use vector::{Real, Vector};
 
 use vector::Lanes;

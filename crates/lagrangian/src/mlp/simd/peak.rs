@@ -31,7 +31,10 @@ impl<T: Real> Task for Peak<'_, T> {
                     *sum = sum.fma(x, y);
                 }
             }
-            *self.sink = std::hint::black_box(sums.into_iter().fold(T::default(), |total, sum| total + sum.sum()));
+            *self.sink = std::hint::black_box(
+                sums.into_iter()
+                    .fold(T::default(), |total, sum| total + sum.sum()),
+            );
             best = best.min(lap.elapsed().as_secs_f64());
         }
         *self.rate = (2 * CHAIN * CHAINS * T::LANES) as f64 / best;
@@ -42,7 +45,11 @@ impl<T: Real> Task for Peak<'_, T> {
 #[must_use]
 pub fn fma_peak<T: Real>(seconds: f64) -> f64 {
     let (mut rate, mut sink) = (0.0, T::default());
-    dispatch(Peak { seconds, rate: &mut rate, sink: &mut sink });
+    dispatch(Peak {
+        seconds,
+        rate: &mut rate,
+        sink: &mut sink,
+    });
     std::hint::black_box(sink);
     rate
 }

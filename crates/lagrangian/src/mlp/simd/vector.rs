@@ -78,6 +78,8 @@ pub trait Vector: Copy {
     fn div(self, b: Self) -> Self;
     /// a · b + c, rounded once.
     fn fma(self, b: Self, c: Self) -> Self;
+    /// √a.
+    fn sqrt(self) -> Self;
     /// The larger; `b` where `a` is NaN.
     fn max(self, b: Self) -> Self;
     /// The smaller; `b` where `a` is NaN.
@@ -173,6 +175,10 @@ impl<V: Vector> Vector for Pair<V> {
         Self(self.0.fma(b.0, c.0), self.1.fma(b.1, c.1))
     }
     #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt(), self.1.sqrt())
+    }
+    #[inline(always)]
     fn max(self, b: Self) -> Self {
         Self(self.0.max(b.0), self.1.max(b.1))
     }
@@ -238,6 +244,10 @@ macro_rules! portable {
                 Self(std::array::from_fn(|i| self.0[i] * b.0[i] + c.0[i]))
             }
             #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(std::array::from_fn(|i| num_traits::Float::sqrt(self.0[i])))
+            }
+            #[inline(always)]
             fn max(self, b: Self) -> Self {
                 Self(std::array::from_fn(|i| {
                     if self.0[i] > b.0[i] {
@@ -284,7 +294,7 @@ mod x86 {
 
     macro_rules! register {
         ($v:ty, $elem:ty, $n:literal, $load:ident, $store:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident,
-         $div:ident, $fma:ident, $max:ident, $min:ident, |$s:ident, $yes:ident, $no:ident| $select:expr,
+         $div:ident, $fma:ident, $sqrt:ident, $max:ident, $min:ident, |$s:ident, $yes:ident, $no:ident| $select:expr,
          |$x:ident| $pow2:expr) => {
             impl Vector for $v {
                 type Elem = $elem;
@@ -330,6 +340,11 @@ mod x86 {
                     unsafe { $fma(self, b, c) }
                 }
                 #[inline(always)]
+                fn sqrt(self) -> Self {
+                    // SAFETY: as above.
+                    unsafe { $sqrt(self) }
+                }
+                #[inline(always)]
                 fn max(self, b: Self) -> Self {
                     // SAFETY: as above.
                     unsafe { $max(self, b) }
@@ -367,6 +382,7 @@ mod x86 {
         _mm256_mul_ps,
         _mm256_div_ps,
         _mm256_fmadd_ps,
+        _mm256_sqrt_ps,
         _mm256_max_ps,
         _mm256_min_ps,
         |s, yes, no| _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_GE_OQ>(s, _mm256_setzero_ps())),
@@ -387,6 +403,7 @@ mod x86 {
         _mm256_mul_pd,
         _mm256_div_pd,
         _mm256_fmadd_pd,
+        _mm256_sqrt_pd,
         _mm256_max_pd,
         _mm256_min_pd,
         |s, yes, no| _mm256_blendv_pd(no, yes, _mm256_cmp_pd::<_CMP_GE_OQ>(s, _mm256_setzero_pd())),
@@ -407,6 +424,7 @@ mod x86 {
         _mm512_mul_ps,
         _mm512_div_ps,
         _mm512_fmadd_ps,
+        _mm512_sqrt_ps,
         _mm512_max_ps,
         _mm512_min_ps,
         |s, yes, no| _mm512_mask_blend_ps(
@@ -431,6 +449,7 @@ mod x86 {
         _mm512_mul_pd,
         _mm512_div_pd,
         _mm512_fmadd_pd,
+        _mm512_sqrt_pd,
         _mm512_max_pd,
         _mm512_min_pd,
         |s, yes, no| _mm512_mask_blend_pd(
@@ -453,7 +472,7 @@ mod neon {
 
     macro_rules! register {
         ($v:ty, $elem:ty, $n:literal, $load:ident, $store:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident,
-         $div:ident, $fma:ident, $max:ident, $min:ident, |$s:ident, $yes:ident, $no:ident| $select:expr,
+         $div:ident, $fma:ident, $sqrt:ident, $max:ident, $min:ident, |$s:ident, $yes:ident, $no:ident| $select:expr,
          |$x:ident| $pow2:expr) => {
             impl Vector for $v {
                 type Elem = $elem;
@@ -499,6 +518,11 @@ mod neon {
                     unsafe { $fma(c, self, b) }
                 }
                 #[inline(always)]
+                fn sqrt(self) -> Self {
+                    // SAFETY: as above.
+                    unsafe { $sqrt(self) }
+                }
+                #[inline(always)]
                 fn max(self, b: Self) -> Self {
                     // SAFETY: as above.
                     unsafe { $max(self, b) }
@@ -536,6 +560,7 @@ mod neon {
         vmulq_f32,
         vdivq_f32,
         vfmaq_f32,
+        vsqrtq_f32,
         vmaxq_f32,
         vminq_f32,
         |s, yes, no| vbslq_f32(vcgezq_f32(s), yes, no),
@@ -556,6 +581,7 @@ mod neon {
         vmulq_f64,
         vdivq_f64,
         vfmaq_f64,
+        vsqrtq_f64,
         vmaxq_f64,
         vminq_f64,
         |s, yes, no| vbslq_f64(vcgezq_f64(s), yes, no),
