@@ -6,6 +6,12 @@ use lagrangian::rollout::RolloutOptions;
 
 use crate::cli::{MethodName, MotionArgs};
 
+/// How to integrate where a prediction is held against a recording: exact beyond what sensors see, and quick where
+/// the forces jump at every sample.
+pub(crate) fn for_comparison() -> RolloutOptions {
+    RolloutOptions { method: Method::Dopri5, rtol: 1e-6, atol: 1e-6, ..RolloutOptions::default() }
+}
+
 impl MotionArgs {
     /// The initial state that was given.
     pub(crate) fn start(&self) -> State {

@@ -5,11 +5,12 @@ use lagrangian::dynamics::Model;
 use lagrangian::report::{
     Command, Curve, Figure, Headline, Motion, Pairs, Report, Role, loss_curves, parity, phase_portrait, trajectories,
 };
-use lagrangian::rollout::{Hold, RolloutOptions, recorded, rollout};
-use lagrangian::score::{Score, score};
+use lagrangian::rollout::RolloutOptions;
+use lagrangian::score::{Score, predict, score};
 use lagrangian::train::Learned;
 use lagrangian::{Coordinates, Trajectory};
 
+use crate::motion;
 use crate::run_folder::{Metric, RunRecord};
 
 /// Dots of a parity figure, at most.
@@ -30,7 +31,7 @@ pub(crate) struct Run<'a> {
 impl Run<'_> {
     /// The page as plain data.
     pub(crate) fn report(&self) -> Result<Report> {
-        let options = RolloutOptions { rtol: 1e-8, atol: 1e-8, ..RolloutOptions::default() };
+        let options = motion::for_comparison();
         let score = score(self.model, self.judged, &options)?;
         let mut figures = vec![self.loss()];
         if let Some(truth) = self.judged.first() {
@@ -97,8 +98,7 @@ impl Run<'_> {
     fn motion(&self, truth: &Trajectory, options: &RolloutOptions) -> Result<Vec<Figure>> {
         let coordinates = self.model.coordinates();
         let n = coordinates.dof();
-        let force = recorded(truth, coordinates, Hold::Previous)?;
-        let predicted = rollout(self.model, &truth.q[..n], &truth.qd[..n], &truth.t, &force, options)?;
+        let predicted = predict(self.model, truth, options)?;
         let motions = [
             Motion { name: "recorded", role: Role::Truth, trajectory: truth },
             Motion { name: "predicted", role: self.role(), trajectory: &predicted.trajectory },

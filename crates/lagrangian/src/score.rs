@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::chaos::{ValidTime, valid_prediction_time};
 use crate::dynamics::Model;
-use crate::rollout::{Hold, Outcome, RolloutOptions, recorded, rollout};
-use crate::{Result, Trajectory};
+use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
+use crate::{Error, Result, Trajectory};
 
 /// The normalised error at which a prediction is no longer valid.
 pub const THRESHOLD: f64 = 0.5;
@@ -60,7 +60,7 @@ pub fn score(model: &dyn Model, trajectories: &[Trajectory], options: &RolloutOp
     let (mut acceleration, mut torque) = (Errors::new(n), Errors::new(n));
     let (mut singular, mut rollouts) = (0, Vec::new());
     for trajectory in trajectories {
-        rollouts.push(predict(model, trajectory, options)?);
+        rollouts.push(follow(model, trajectory, options)?);
         singular += one_step(model, trajectory, &mut acceleration, &mut torque);
     }
     Ok(Score {
@@ -72,11 +72,29 @@ pub fn score(model: &dyn Model, trajectories: &[Trajectory], options: &RolloutOp
     })
 }
 
-fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<RolloutScore> {
-    let n = model.coordinates().dof();
-    let force = recorded(truth, model.coordinates(), Hold::Previous)?;
-    let state = (&truth.q[..n.min(truth.q.len())], &truth.qd[..n.min(truth.qd.len())]);
-    let prediction = rollout(model, state.0, state.1, &truth.t, &force, options)?;
+/// What the model makes of a trajectory from its first state, under its forces, at its times.
+///
+/// # Errors
+/// As [`score`].
+pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<Rollout> {
+    truth.validate()?;
+    let (n, found) = (model.coordinates().dof(), truth.dof());
+    if found != n {
+        return Err(Error::Shape {
+            what: format!("a state of trajectory '{}'", truth.name),
+            found,
+            expected: n,
+            remedy: "give data of the coordinates that the model has".into(),
+        });
+    }
+    match truth.tau {
+        Some(_) => rollout_recorded(model, truth, Hold::Previous, options),
+        None => rollout(model, &truth.q[..n], &truth.qd[..n], &truth.t, &free, options),
+    }
+}
+
+fn follow(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<RolloutScore> {
+    let prediction = predict(model, truth, options)?;
     let ValidTime { seconds, exceeded } =
         valid_prediction_time(truth, &prediction.trajectory, model.coordinates(), THRESHOLD)?;
     let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
@@ -140,7 +158,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
     use crate::lagrangian::analytic::by_name;
-    use crate::rollout::{free, times};
+    use crate::rollout::times;
 
     #[test]
     fn the_truth_scores_without_error_and_another_pendulum_does_not() {

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::dynamics::Model;
-use lagrangian::rollout::{self, Hold, Outcome, Rollout, free, recorded};
+use lagrangian::rollout::{self, Outcome, Rollout, free};
+use lagrangian::score::predict;
 use lagrangian::trajectory::EstimateOptions;
 use serde_json::json;
 
@@ -71,10 +72,7 @@ fn follow(model: &dyn Model, path: &Path, args: &RolloutArgs) -> Result<Rollout>
     recordings.truncate(1);
     let options = EstimateOptions { accelerations: false, ..EstimateOptions::default() };
     let (trajectories, _) = data::trajectories(recordings, &options)?;
-    let truth = &trajectories[0];
-    let n = model.coordinates().dof();
-    let force = recorded(truth, model.coordinates(), Hold::Previous)?;
-    Ok(rollout::rollout(model, &truth.q[..n], &truth.qd[..n], &truth.t, &force, &args.motion.options())?)
+    Ok(predict(model, &trajectories[0], &args.motion.options())?)
 }
 
 /// H at every sample, J; null for a model that has none.

@@ -4,7 +4,6 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::dynamics::Model;
-use lagrangian::rollout::RolloutOptions;
 use lagrangian::score::{Score, SignalError, score};
 use lagrangian::trajectory::EstimateOptions;
 use lagrangian::{Coordinates, Trajectory};
@@ -14,6 +13,7 @@ use super::Manner;
 use crate::cli::ScoreArgs;
 use crate::data;
 use crate::failure::Advise;
+use crate::motion;
 use crate::output::{self, Existing};
 
 pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
@@ -25,7 +25,7 @@ pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
     let recordings = data::read(&args.files, &args.data)?;
     data::require_dof(&recordings, model.coordinates())?;
     let (trajectories, estimates) = data::trajectories(recordings, &EstimateOptions::default())?;
-    let score = score(&model, &trajectories, &RolloutOptions { rtol: 1e-8, atol: 1e-8, ..RolloutOptions::default() })
+    let score = score(&model, &trajectories, &motion::for_comparison())
         .advise("cannot score", "`lagrangian check` shows what is wrong with the data")?;
     let figures = json!({
         "command": "score",
