@@ -9,7 +9,12 @@ use crate::cli::{MethodName, MotionArgs};
 /// How to integrate where a prediction is held against a recording: exact beyond what sensors see, and quick where
 /// the forces jump at every sample.
 pub(crate) fn for_comparison() -> RolloutOptions {
-    RolloutOptions { method: Method::Dopri5, rtol: 1e-6, atol: 1e-6, ..RolloutOptions::default() }
+    RolloutOptions {
+        method: Method::Dopri5,
+        rtol: 1e-6,
+        atol: 1e-6,
+        ..RolloutOptions::default()
+    }
 }
 
 impl MotionArgs {

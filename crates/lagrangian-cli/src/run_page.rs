@@ -3,7 +3,8 @@
 use anyhow::Result;
 use lagrangian::dynamics::Model;
 use lagrangian::report::{
-    Command, Curve, Figure, Headline, Motion, Pairs, Report, Role, loss_curves, parity, phase_portrait, trajectories,
+    Command, Curve, Figure, Headline, Motion, Pairs, Report, Role, loss_curves, parity,
+    phase_portrait, trajectories,
 };
 use lagrangian::rollout::RolloutOptions;
 use lagrangian::score::{Score, predict, score};
@@ -44,13 +45,20 @@ impl Run<'_> {
             headlines: self.headlines(&score),
             figures,
             settings: settings(self.record),
-            commands: vec![Command { makes: "This run".into(), line: self.record.command.clone() }],
+            commands: vec![Command {
+                makes: "This run".into(),
+                line: self.record.command.clone(),
+            }],
             ..Report::default()
         })
     }
 
     fn family(&self) -> &'static str {
-        if self.role() == Role::Lnn { "Lagrangian" } else { "plain" }
+        if self.role() == Role::Lnn {
+            "Lagrangian"
+        } else {
+            "plain"
+        }
     }
 
     fn role(&self) -> Role {
@@ -63,12 +71,21 @@ impl Run<'_> {
     fn headlines(&self, score: &Score) -> Vec<Headline> {
         let role = Some(self.role());
         let mut headlines = Vec::new();
-        for (label, error) in [("Error of accelerations", &score.acceleration), ("Error of torques", &score.torque)] {
+        for (label, error) in [
+            ("Error of accelerations", &score.acceleration),
+            ("Error of torques", &score.torque),
+        ] {
             let Some(error) = error else { continue };
             let worst = error.nmse.iter().copied().fold(0.0, f64::max);
             let value = format!("{:.2e}", 100.0 * worst);
             let note = "of the variance, worst coordinate".into();
-            headlines.push(Headline { label: label.into(), value, unit: "%".into(), note, role });
+            headlines.push(Headline {
+                label: label.into(),
+                value,
+                unit: "%".into(),
+                note,
+                role,
+            });
         }
         if let Some(first) = score.rollouts.first() {
             let bound = if first.exceeded { "" } else { "≥ " };
@@ -85,13 +102,26 @@ impl Run<'_> {
 
     fn loss(&self) -> Figure {
         let column = |name: &str| -> (Vec<f64>, Vec<f64>) {
-            self.metrics.iter().filter_map(|m| Some((m.step as f64, *m.figures.get(name)?))).unzip()
+            self.metrics
+                .iter()
+                .filter_map(|m| Some((m.step as f64, *m.figures.get(name)?)))
+                .unzip()
         };
         let (train, validation) = (column("loss/train"), column("loss/validation"));
         let curve = |name, role, (x, y): &(Vec<f64>, Vec<f64>)| (name, role, x.clone(), y.clone());
-        let curves = [curve("training", Role::Other(0), &train), curve("validation", self.role(), &validation)];
-        let curves: Vec<Curve<'_>> =
-            curves.iter().map(|(name, role, x, y)| Curve { name, role: *role, x, y }).collect();
+        let curves = [
+            curve("training", Role::Other(0), &train),
+            curve("validation", self.role(), &validation),
+        ];
+        let curves: Vec<Curve<'_>> = curves
+            .iter()
+            .map(|(name, role, x, y)| Curve {
+                name,
+                role: *role,
+                x,
+                y,
+            })
+            .collect();
         loss_curves("step", "", &curves)
     }
 
@@ -100,10 +130,23 @@ impl Run<'_> {
         let n = coordinates.dof();
         let predicted = predict(self.model, truth, options)?;
         let motions = [
-            Motion { name: "recorded", role: Role::Truth, trajectory: truth },
-            Motion { name: "predicted", role: self.role(), trajectory: &predicted.trajectory },
+            Motion {
+                name: "recorded",
+                role: Role::Truth,
+                trajectory: truth,
+            },
+            Motion {
+                name: "predicted",
+                role: self.role(),
+                trajectory: &predicted.trajectory,
+            },
         ];
-        let figures = (0..n).flat_map(|i| [trajectories(coordinates, i, &motions), phase_portrait(coordinates, i, &motions)]);
+        let figures = (0..n).flat_map(|i| {
+            [
+                trajectories(coordinates, i, &motions),
+                phase_portrait(coordinates, i, &motions),
+            ]
+        });
         Ok(figures.collect())
     }
 
@@ -117,22 +160,43 @@ impl Run<'_> {
             let free = vec![0.0; qdd.len()];
             let tau = trajectory.tau.as_ref().unwrap_or(&free);
             let mut own = vec![0.0; qdd.len()];
-            self.model.evaluator().forward_dynamics(&trajectory.q, &trajectory.qd, tau, &mut own);
+            self.model
+                .evaluator()
+                .forward_dynamics(&trajectory.q, &trajectory.qd, tau, &mut own);
             truth.extend_from_slice(qdd);
             predicted.extend(own);
         }
         let every = (truth.len() / n.max(1)).div_ceil(DOTS).max(1);
         let column = |signal: &[f64], i: usize| -> Vec<f64> {
-            signal.chunks_exact(n).step_by(every).map(|row| row[i]).collect()
+            signal
+                .chunks_exact(n)
+                .step_by(every)
+                .map(|row| row[i])
+                .collect()
         };
         let figure = |i| self.parity(coordinates, i, &column(&truth, i), &column(&predicted, i));
         (0..n).filter(|_| !truth.is_empty()).map(figure).collect()
     }
 
-    fn parity(&self, coordinates: &Coordinates, i: usize, truth: &[f64], predicted: &[f64]) -> Figure {
+    fn parity(
+        &self,
+        coordinates: &Coordinates,
+        i: usize,
+        truth: &[f64],
+        predicted: &[f64],
+    ) -> Figure {
         let coordinate = &coordinates.0[i];
-        let pairs = Pairs { name: "model", role: self.role(), truth, predicted };
-        parity(&format!("acceleration of {}", coordinate.name), &format!("{}/s²", coordinate.unit), &[pairs])
+        let pairs = Pairs {
+            name: "model",
+            role: self.role(),
+            truth,
+            predicted,
+        };
+        parity(
+            &format!("acceleration of {}", coordinate.name),
+            &format!("{}/s²", coordinate.unit),
+            &[pairs],
+        )
     }
 }
 
@@ -141,11 +205,20 @@ fn settings(record: &RunRecord) -> Vec<(String, String)> {
     for (group, value) in &record.settings {
         match value {
             toml::Value::Table(table) => {
-                rows.extend(table.iter().map(|(name, value)| (format!("{group}.{name}"), value.to_string())));
+                rows.extend(
+                    table
+                        .iter()
+                        .map(|(name, value)| (format!("{group}.{name}"), value.to_string())),
+                );
             }
             value => rows.push((group.clone(), value.to_string())),
         }
     }
-    rows.extend(record.data.iter().map(|file| (format!("{} data", file.role), format!("{} (SHA-256 {})", file.path, file.sha256))));
+    rows.extend(record.data.iter().map(|file| {
+        (
+            format!("{} data", file.role),
+            format!("{} (SHA-256 {})", file.path, file.sha256),
+        )
+    }));
     rows
 }

@@ -49,17 +49,31 @@ pub(super) fn of_run(folder: &RunFolder) -> Result<Report> {
     let model = data::model(&folder.file(MODEL))?;
     let judged = fit::judged(&record)?;
     let metrics = folder.read_metrics()?;
-    Run { record: &record, metrics: &metrics, model: &model, judged: &judged }.report()
+    Run {
+        record: &record,
+        metrics: &metrics,
+        model: &model,
+        judged: &judged,
+    }
+    .report()
 }
 
 fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()> {
-    fs::create_dir_all(folder)
-        .advise(format!("cannot create '{}'", folder.display()), "give another folder to --pictures")?;
+    fs::create_dir_all(folder).advise(
+        format!("cannot create '{}'", folder.display()),
+        "give another folder to --pictures",
+    )?;
     for figure in &report.figures {
-        output::write_bytes(&folder.join(format!("{}.svg", figure.id)), existing, draw::svg(figure)?.as_bytes())?;
-        output::write_file(&folder.join(format!("{}.png", figure.id)), existing, |sink| {
-            draw::png(figure, 1280, 840, sink)
-        })?;
+        output::write_bytes(
+            &folder.join(format!("{}.svg", figure.id)),
+            existing,
+            draw::svg(figure)?.as_bytes(),
+        )?;
+        output::write_file(
+            &folder.join(format!("{}.png", figure.id)),
+            existing,
+            |sink| draw::png(figure, 1280, 840, sink),
+        )?;
     }
     Ok(())
 }
