@@ -103,6 +103,7 @@ pub(crate) fn is_broken_pipe(error: &Error) -> bool {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
     #[test]

@@ -1,9 +1,6 @@
 //! Bad input is refused with a message that helps, and nothing that was there is lost.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod workbench;
-
-use workbench::{Outcome, Workbench, swing};
+use crate::workbench::{Outcome, Workbench, swing};
 
 #[test]
 fn a_missing_file_is_named() {

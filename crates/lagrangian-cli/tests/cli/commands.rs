@@ -1,11 +1,8 @@
 //! From simulated data to a model and its predictions, through the command line.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod workbench;
 
 use std::time::{Duration, Instant};
 
-use workbench::Workbench;
+use crate::workbench::Workbench;
 
 /// A pendulum's motions in `data.csv`, its angle declared beside.
 fn with_data() -> Workbench {

@@ -8,33 +8,33 @@ use assert_cmd::cargo::CommandCargoExt;
 use tempfile::TempDir;
 
 /// A temporary folder in which the command runs.
-pub struct Workbench(TempDir);
+pub(crate) struct Workbench(TempDir);
 
 /// What the command left behind.
-pub struct Outcome {
-    pub code: i32,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Outcome {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Workbench {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    pub fn write(&self, name: &str, content: &str) {
+    pub(crate) fn write(&self, name: &str, content: &str) {
         fs::write(self.path(name), content).unwrap();
     }
 
-    pub fn read(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap()
     }
 
-    pub fn names(&self, folder: &str) -> Vec<String> {
+    pub(crate) fn names(&self, folder: &str) -> Vec<String> {
         let entries = fs::read_dir(self.path(folder)).unwrap();
         let mut names: Vec<String> = entries
             .map(|e| e.unwrap().file_name().into_string().unwrap())
@@ -43,7 +43,7 @@ impl Workbench {
         names
     }
 
-    pub fn command(&self, line: &str) -> Command {
+    pub(crate) fn command(&self, line: &str) -> Command {
         let mut command = Command::cargo_bin("lagrangian").unwrap();
         command
             .current_dir(self.0.path())
@@ -51,19 +51,19 @@ impl Workbench {
         command
     }
 
-    pub fn run(&self, line: &str) -> Outcome {
+    pub(crate) fn run(&self, line: &str) -> Outcome {
         Outcome::of(self.command(line).output().unwrap())
     }
 
     /// Runs what must succeed.
-    pub fn succeed(&self, line: &str) -> Outcome {
+    pub(crate) fn succeed(&self, line: &str) -> Outcome {
         let outcome = self.run(line);
         assert_eq!(outcome.code, 0, "{line}: {}", outcome.stderr);
         outcome
     }
 
     /// Runs what must be refused as bad input: exit code 2, nothing on standard output, no panic; gives the message.
-    pub fn refuse(&self, line: &str) -> String {
+    pub(crate) fn refuse(&self, line: &str) -> String {
         let outcome = self.run(line);
         assert_eq!(
             outcome.code, 2,
@@ -86,7 +86,7 @@ impl Workbench {
 }
 
 impl Outcome {
-    pub fn of(output: Output) -> Self {
+    pub(crate) fn of(output: Output) -> Self {
         Self {
             code: output.status.code().unwrap_or(-1),
             stdout: String::from_utf8(output.stdout).unwrap(),
@@ -94,13 +94,13 @@ impl Outcome {
         }
     }
 
-    pub fn json(&self) -> serde_json::Value {
+    pub(crate) fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap()
     }
 }
 
 /// A swinging pendulum, `t,q1,qd1`.
-pub fn swing() -> String {
+pub(crate) fn swing() -> String {
     let row = |k: i32| f64::from(k) * 0.05;
     let rows: String = (0..200)
         .map(row)

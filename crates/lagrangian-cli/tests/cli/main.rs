@@ -1,0 +1,6 @@
+//! The command line from outside: what it makes of data, and what it refuses.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod bad_input;
+mod commands;
+mod workbench;
