@@ -100,7 +100,7 @@ pub(crate) struct DataArgs {
     pub(crate) layout: Option<PathBuf>,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Args, serde::Serialize)]
 #[command(after_help = "\
 Examples:
   lagrangian demo
@@ -192,11 +192,23 @@ pub(crate) enum Starts {
 #[command(next_help_heading = "Motion")]
 pub(crate) struct MotionArgs {
     /// Initial coordinates, SI units
-    #[arg(long, value_name = "VALUES", value_delimiter = ',', allow_hyphen_values = true, requires = "qd0")]
+    #[arg(
+        long,
+        value_name = "VALUES",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        requires = "qd0"
+    )]
     pub(crate) q0: Vec<f64>,
 
     /// Initial velocities, SI units
-    #[arg(long, value_name = "VALUES", value_delimiter = ',', allow_hyphen_values = true, requires = "q0")]
+    #[arg(
+        long,
+        value_name = "VALUES",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        requires = "q0"
+    )]
     pub(crate) qd0: Vec<f64>,
 
     /// How long, s

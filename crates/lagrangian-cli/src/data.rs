@@ -34,10 +34,16 @@ impl DataArgs {
     /// The flags, and what they leave unsaid from the file beside the data.
     fn layout_for(&self, path: &Path) -> Result<Layout> {
         let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
-        let chosen = self.layout.clone().or_else(|| beside.into_iter().find(|p| p.is_file()));
-        let Some(chosen) = chosen else { return Ok(self.layout()) };
+        let chosen = self
+            .layout
+            .clone()
+            .or_else(|| beside.into_iter().find(|p| p.is_file()));
+        let Some(chosen) = chosen else {
+            return Ok(self.layout());
+        };
         let shown = format!("cannot read the layout '{}'", chosen.display());
-        let text = fs::read_to_string(&chosen).advise(&shown, "check --layout, or leave it away")?;
+        let text =
+            fs::read_to_string(&chosen).advise(&shown, "check --layout, or leave it away")?;
         let from_file = Layout::from_toml(&text)
             .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
         Ok(self.layout().or(from_file))
@@ -51,12 +57,21 @@ pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>>
         recordings.extend(read_file(path, args)?);
     }
     let Some(first) = recordings.first() else {
-        return Err(mistake("there is no recording in the files", "give files with at least two rows"));
+        return Err(mistake(
+            "there is no recording in the files",
+            "give files with at least two rows",
+        ));
     };
-    match recordings.iter().find(|r| r.coordinates != first.coordinates) {
+    match recordings
+        .iter()
+        .find(|r| r.coordinates != first.coordinates)
+    {
         None => Ok(recordings),
         Some(other) => Err(mistake(
-            format!("'{}' and '{}' have other coordinates", first.name, other.name),
+            format!(
+                "'{}' and '{}' have other coordinates",
+                first.name, other.name
+            ),
             "name the same columns with --q and the same angles with --angle, or use the files apart",
         )),
     }
@@ -64,14 +79,27 @@ pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>>
 
 fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
     let shown = format!("cannot read '{}'", path.display());
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    let extension = path
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default();
     let format = Format::from_extension(extension).advise(&shown, "rename or convert the file")?;
     let layout = args.layout_for(path)?;
     let file = File::open(path).advise(&shown, "check that the file exists and may be read")?;
-    let name = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("recording");
-    let readings = format.read(file, name, &layout).advise(shown, "run `lagrangian check --help` for the columns of a file and the flags that name them")?;
+    let name = path
+        .file_stem()
+        .and_then(|stem| stem.to_str())
+        .unwrap_or("recording");
+    let readings = format.read(file, name, &layout).advise(
+        shown,
+        "run `lagrangian check --help` for the columns of a file and the flags that name them",
+    )?;
     if !readings.columns.ignored.is_empty() {
-        eprintln!("note: '{}': columns not used: {}", path.display(), readings.columns.ignored.join(", "));
+        eprintln!(
+            "note: '{}': columns not used: {}",
+            path.display(),
+            readings.columns.ignored.join(", ")
+        );
     }
     Ok(readings.recordings)
 }
@@ -84,15 +112,23 @@ pub(crate) fn trajectories(
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
     for recording in recordings {
         let shown = format!("cannot use '{}'", recording.name);
-        let (trajectory, own) =
-            recording.into_trajectory(options).advise(shown, "`lagrangian check` shows what is wrong with the data")?;
+        let (trajectory, own) = recording.into_trajectory(options).advise(
+            shown,
+            "`lagrangian check` shows what is wrong with the data",
+        )?;
         trajectories.push(trajectory);
         estimates.extend(own);
     }
     for signal in ["qd", "qdd"] {
-        let windows: Vec<f64> = estimates.iter().filter(|e| e.signal == signal).map(|e| e.seconds).collect();
+        let windows: Vec<f64> = estimates
+            .iter()
+            .filter(|e| e.signal == signal)
+            .map(|e| e.seconds)
+            .collect();
         if let Some(longest) = windows.iter().copied().reduce(f64::max) {
-            eprintln!("note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s");
+            eprintln!(
+                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s"
+            );
         }
     }
     Ok((trajectories, estimates))
@@ -109,7 +145,10 @@ pub(crate) fn model(path: &Path) -> Result<Learned> {
 
 /// Refuses recordings of another system than the model's.
 pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -> Result<()> {
-    let (n, wanted) = (recordings.first().map_or(0, Recording::dof), coordinates.dof());
+    let (n, wanted) = (
+        recordings.first().map_or(0, Recording::dof),
+        coordinates.dof(),
+    );
     if n == wanted {
         return Ok(());
     }

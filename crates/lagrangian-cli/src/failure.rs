@@ -28,7 +28,10 @@ impl std::error::Error for Mistake {}
 
 /// An error in what the user asked for, with the way out.
 pub(crate) fn mistake(message: impl Into<String>, hint: impl Into<String>) -> Error {
-    Error::new(Mistake { message: message.into(), hint: hint.into() })
+    Error::new(Mistake {
+        message: message.into(),
+        hint: hint.into(),
+    })
 }
 
 /// Says of an error what it was about and what to do.
@@ -39,7 +42,12 @@ pub(crate) trait Advise<T> {
 
 impl<T, E: Into<Error>> Advise<T> for Result<T, E> {
     fn advise(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T> {
-        self.map_err(|e| e.into().context(Mistake { message: message.into(), hint: hint.into() }))
+        self.map_err(|e| {
+            e.into().context(Mistake {
+                message: message.into(),
+                hint: hint.into(),
+            })
+        })
     }
 }
 
@@ -54,10 +62,12 @@ pub(crate) fn describe(error: &Error) -> String {
 
 /// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can mend it.
 pub(crate) fn exit_code(error: &Error) -> u8 {
-    let system = error.chain().find_map(|cause| match cause.downcast_ref::<lagrangian::Error>() {
-        Some(lagrangian::Error::Io(e)) => Some(e),
-        _ => cause.downcast_ref::<io::Error>(),
-    });
+    let system = error
+        .chain()
+        .find_map(|cause| match cause.downcast_ref::<lagrangian::Error>() {
+            Some(lagrangian::Error::Io(e)) => Some(e),
+            _ => cause.downcast_ref::<io::Error>(),
+        });
     let mendable = error.downcast_ref::<Mistake>().is_some()
         || error.chain().any(|cause| cause.is::<lagrangian::Error>());
     match system {
@@ -98,8 +108,13 @@ mod tests {
     #[test]
     fn the_chain_stands_in_one_line_and_the_hint_in_the_next() {
         let error: Result<(), _> = Err(io::Error::new(io::ErrorKind::NotFound, "no such file"));
-        let error = error.advise("cannot read 'a.csv'", "check the path").unwrap_err();
-        assert_eq!(describe(&error), "error: cannot read 'a.csv': no such file\nhint: check the path");
+        let error = error
+            .advise("cannot read 'a.csv'", "check the path")
+            .unwrap_err();
+        assert_eq!(
+            describe(&error),
+            "error: cannot read 'a.csv': no such file\nhint: check the path"
+        );
         assert_eq!(exit_code(&error), BAD_INPUT);
     }
 
@@ -112,8 +127,15 @@ mod tests {
 
     #[test]
     fn what_the_library_refuses_is_bad_input() {
-        let refused = lagrangian::Error::Argument { name: "step", value: "0".into(), must: "positive" };
-        assert_eq!(exit_code(&Error::new(refused).context("cannot roll out")), BAD_INPUT);
+        let refused = lagrangian::Error::Argument {
+            name: "step",
+            value: "0".into(),
+            must: "positive",
+        };
+        assert_eq!(
+            exit_code(&Error::new(refused).context("cannot roll out")),
+            BAD_INPUT
+        );
         assert_eq!(exit_code(&anyhow::anyhow!("interrupted")), FAILED);
     }
 }

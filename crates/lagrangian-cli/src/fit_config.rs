@@ -5,7 +5,9 @@ use lagrangian::lagrangian::LnnConfig;
 use lagrangian::mlp::Activation;
 use lagrangian::train::{self, AdamConfig, Budget, FitConfig, Loss, NaturalConfig, Optimizer};
 
-use crate::fit_args::{ActivationName, Family, FitArgs, Form, LossName, ModelArgs, OptimizerName, TrainingArgs};
+use crate::fit_args::{
+    ActivationName, Family, FitArgs, Form, LossName, ModelArgs, OptimizerName, TrainingArgs,
+};
 
 /// Length of a fit that was given neither steps nor seconds, s.
 const SECONDS: f64 = 60.0;
@@ -30,13 +32,28 @@ impl FitArgs {
 
 impl ModelArgs {
     fn family(&self) -> train::Family {
-        let (width, layers, activation) = (self.width as usize, self.layers as usize, self.activation.into());
+        let (width, layers, activation) = (
+            self.width as usize,
+            self.layers as usize,
+            self.activation.into(),
+        );
         match self.model {
             Family::Lnn => {
                 let form = self.form.into();
-                train::Family::Lnn(LnnConfig { form, width, layers, activation, ..LnnConfig::default() })
+                train::Family::Lnn(LnnConfig {
+                    form,
+                    width,
+                    layers,
+                    activation,
+                    ..LnnConfig::default()
+                })
             }
-            Family::Mlp => train::Family::Mlp(MlpConfig { width, layers, activation, ..MlpConfig::default() }),
+            Family::Mlp => train::Family::Mlp(MlpConfig {
+                width,
+                layers,
+                activation,
+                ..MlpConfig::default()
+            }),
         }
     }
 }
@@ -46,12 +63,19 @@ impl TrainingArgs {
         match self.optimizer {
             OptimizerName::Natural => {
                 let default = NaturalConfig::default();
-                Optimizer::Natural(NaturalConfig { rate: self.learning_rate.unwrap_or(default.rate), ..default })
+                Optimizer::Natural(NaturalConfig {
+                    rate: self.learning_rate.unwrap_or(default.rate),
+                    ..default
+                })
             }
             OptimizerName::Adam => {
                 let default = AdamConfig::default();
                 let rate = self.learning_rate.unwrap_or(default.rate);
-                Optimizer::Adam(AdamConfig { rate, decay: self.weight_decay, ..default })
+                Optimizer::Adam(AdamConfig {
+                    rate,
+                    decay: self.weight_decay,
+                    ..default
+                })
             }
         }
     }

@@ -55,11 +55,19 @@ pub(crate) fn write_file(
     let folder = folder_of(path);
     if !folder.is_dir() {
         return Err(mistake(
-            format!("cannot write '{}': there is no folder '{}'", path.display(), folder.display()),
+            format!(
+                "cannot write '{}': there is no folder '{}'",
+                path.display(),
+                folder.display()
+            ),
             "create the folder first, or give another --out",
         ));
     }
-    let written = if is_special(path) { write_directly(path, content) } else { replace(path, existing, content) };
+    let written = if is_special(path) {
+        write_directly(path, content)
+    } else {
+        replace(path, existing, content)
+    };
     written.advise(
         format!("cannot write '{}'", path.display()),
         "check that the folder may be written to and has room, or give another --out",
@@ -72,7 +80,9 @@ pub(crate) fn write_bytes(path: &Path, existing: Existing, bytes: &[u8]) -> Resu
 }
 
 fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+    path.parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
 }
 
 /// A device or a pipe: nothing to lose there, and no renaming onto it.
@@ -86,10 +96,16 @@ fn write_directly(path: &Path, content: impl FnOnce(&mut dyn Sink) -> Result<()>
     Ok(writer.flush()?)
 }
 
-fn replace(path: &Path, existing: Existing, content: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+fn replace(
+    path: &Path,
+    existing: Existing,
+    content: impl FnOnce(&mut dyn Sink) -> Result<()>,
+) -> Result<()> {
     let mut writer = io::BufWriter::new(temporary(folder_of(path))?);
     content(&mut writer)?;
-    let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+    let file = writer
+        .into_inner()
+        .map_err(io::IntoInnerError::into_error)?;
     file.as_file().sync_all()?;
     match existing {
         Existing::Keep => file.persist_noclobber(path)?,
@@ -105,7 +121,9 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666)).tempfile_in(folder)
+        builder
+            .permissions(fs::Permissions::from_mode(0o666))
+            .tempfile_in(folder)
     }
     #[cfg(not(unix))]
     builder.tempfile_in(folder)
@@ -113,9 +131,14 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
 
 /// The format that a file's extension means, before any work is done for it.
 pub(crate) fn format_of(path: &Path) -> Result<Format> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    Format::from_extension(extension)
-        .advise(format!("cannot write '{}'", path.display()), "end the name of --out with .csv, .npz or .parquet")
+    let extension = path
+        .extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default();
+    Format::from_extension(extension).advise(
+        format!("cannot write '{}'", path.display()),
+        "end the name of --out with .csv, .npz or .parquet",
+    )
 }
 
 /// Writes trajectories to a file, in the format of its extension, and beside it the TOML file that declares angles
@@ -130,7 +153,11 @@ pub(crate) fn write_trajectories(
     let layout = path.with_extension("toml");
     refuse_existing(&layout, existing)?;
     write_file(path, existing, |sink| Ok(format.write(sink, trajectories)?))?;
-    write_bytes(&layout, existing, Layout::written(coordinates).to_toml()?.as_bytes())?;
+    write_bytes(
+        &layout,
+        existing,
+        Layout::written(coordinates).to_toml()?.as_bytes(),
+    )?;
     Ok(layout)
 }
 
@@ -148,7 +175,9 @@ pub(crate) fn print(text: &str) -> Result<()> {
 
 fn print_bytes(bytes: &[u8]) -> Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(bytes).and_then(|()| out.flush()).context("cannot write to standard output")
+    out.write_all(bytes)
+        .and_then(|()| out.flush())
+        .context("cannot write to standard output")
 }
 
 /// Writes one JSON object and a line end to standard output.
@@ -162,8 +191,10 @@ mod tests {
     use anyhow::anyhow;
 
     fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<String> =
-            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
         names.sort();
         names
     }

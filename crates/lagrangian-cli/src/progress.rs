@@ -33,7 +33,11 @@ impl Progress {
             (false, true) => Shown::Bar(bar(&label)),
             (false, false) => Shown::Lines { last: None },
         };
-        Self { label, start: Instant::now(), shown }
+        Self {
+            label,
+            start: Instant::now(),
+            shown,
+        }
     }
 
     /// Moves to `fraction` (0 to 1) with the news, e.g. `step 120 · 23 steps/s · loss 3.1e-4`; the time left is added.
@@ -41,14 +45,23 @@ impl Progress {
         let left = time_left(self.start.elapsed(), fraction);
         match &mut self.shown {
             Shown::Bar(bar) => {
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is in 0..=PARTS")]
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "it is in 0..=PARTS"
+                )]
                 bar.set_position((fraction.clamp(0.0, 1.0) * PARTS as f64) as u64);
                 bar.set_message(with_time(news, left));
             }
             Shown::Lines { last } => {
                 if last.is_none_or(|at| at.elapsed() >= LINE_EVERY) {
                     *last = Some(Instant::now());
-                    eprintln!("{}: {:.0} % · {}", self.label, 100.0 * fraction.clamp(0.0, 1.0), with_time(news, left));
+                    eprintln!(
+                        "{}: {:.0} % · {}",
+                        self.label,
+                        100.0 * fraction.clamp(0.0, 1.0),
+                        with_time(news, left)
+                    );
                 }
             }
             Shown::Nothing => {}
@@ -57,7 +70,11 @@ impl Progress {
 
     /// Ends with a last word, which stays.
     pub(crate) fn finish(self, result: &str) {
-        let line = format!("{}: {result} ({})", self.label, duration(self.start.elapsed()));
+        let line = format!(
+            "{}: {result} ({})",
+            self.label,
+            duration(self.start.elapsed())
+        );
         match self.shown {
             Shown::Bar(bar) => {
                 bar.finish_and_clear();
@@ -73,7 +90,11 @@ fn bar(label: &str) -> ProgressBar {
     let bar = ProgressBar::new(PARTS);
     // OK to fall back: the template is fixed, and a bar of the default style still tells.
     let style = ProgressStyle::with_template("{prefix} [{bar:30}] {percent:>3} % · {msg}");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("━╸ "));
+    bar.set_style(
+        style
+            .unwrap_or_else(|_| ProgressStyle::default_bar())
+            .progress_chars("━╸ "),
+    );
     bar.set_prefix(label.to_string());
     bar
 }
@@ -110,8 +131,14 @@ mod tests {
 
     #[test]
     fn the_time_left_follows_from_the_part_that_is_done() {
-        assert_eq!(time_left(Duration::from_secs(10), 0.25), Some(Duration::from_secs(30)));
-        assert_eq!(time_left(Duration::from_secs(10), 1.0), Some(Duration::ZERO));
+        assert_eq!(
+            time_left(Duration::from_secs(10), 0.25),
+            Some(Duration::from_secs(30))
+        );
+        assert_eq!(
+            time_left(Duration::from_secs(10), 1.0),
+            Some(Duration::ZERO)
+        );
         assert_eq!(time_left(Duration::from_secs(10), 0.0), None);
         assert_eq!(time_left(Duration::from_secs(10), f64::NAN), None);
     }
@@ -119,6 +146,9 @@ mod tests {
     #[test]
     fn durations_read_naturally() {
         let read = |s| duration(Duration::from_secs(s));
-        assert_eq!([read(42), read(185), read(7800)], ["42 s", "3 min 05 s", "2 h 10 min"]);
+        assert_eq!(
+            [read(42), read(185), read(7800)],
+            ["42 s", "3 min 05 s", "2 h 10 min"]
+        );
     }
 }

@@ -81,7 +81,10 @@ impl RunFolder {
             return Ok(Self { path: path.into() });
         }
         Err(mistake(
-            format!("'{}' is not a run folder (it holds no {RUN})", path.display()),
+            format!(
+                "'{}' is not a run folder (it holds no {RUN})",
+                path.display()
+            ),
             "give the folder that was the --out of `lagrangian fit`",
         ))
     }
@@ -98,7 +101,12 @@ impl RunFolder {
 
     /// Writes [`RUN`].
     pub(crate) fn write_record(&self, record: &RunRecord) -> Result<()> {
-        self.write(RUN, toml::to_string(record).context("cannot write the settings as TOML")?.as_bytes())
+        self.write(
+            RUN,
+            toml::to_string(record)
+                .context("cannot write the settings as TOML")?
+                .as_bytes(),
+        )
     }
 
     /// Reads [`RUN`].
@@ -113,12 +121,28 @@ impl RunFolder {
     pub(crate) fn metrics(&self, after: u64) -> Result<Metrics> {
         self.keep_metrics_up_to(after)?;
         let now = seconds_now();
-        let lines = OpenOptions::new().create(true).append(true).open(self.file(METRICS));
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole seconds, long since positive")]
-        let name = format!("{}{}.{}{}", EVENTS.0, now as u64, std::process::id(), EVENTS.1);
+        let lines = OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(self.file(METRICS));
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole seconds, long since positive"
+        )]
+        let name = format!(
+            "{}{}.{}{}",
+            EVENTS.0,
+            now as u64,
+            std::process::id(),
+            EVENTS.1
+        );
         let open = || -> io::Result<Metrics> {
             let events = EventWriter::new(File::create(self.file(&name))?, now)?;
-            Ok(Metrics { lines: lines?, events })
+            Ok(Metrics {
+                lines: lines?,
+                events,
+            })
         };
         open().advise(
             format!("cannot write metrics to '{}'", self.path.display()),
@@ -132,9 +156,15 @@ impl RunFolder {
         if !path.exists() {
             return Ok(Vec::new());
         }
-        let file = File::open(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
-        let lines = BufReader::new(file).lines().collect::<io::Result<Vec<_>>>()?;
-        Ok(lines.iter().filter_map(|line| serde_json::from_str(line).ok()).collect())
+        let file =
+            File::open(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
+        let lines = BufReader::new(file)
+            .lines()
+            .collect::<io::Result<Vec<_>>>()?;
+        Ok(lines
+            .iter()
+            .filter_map(|line| serde_json::from_str(line).ok())
+            .collect())
     }
 
     fn keep_metrics_up_to(&self, step: u64) -> Result<()> {
@@ -188,13 +218,22 @@ impl Metrics {
     /// Adds one step.
     pub(crate) fn add(&mut self, step: u64, seconds: f64, figures: &[(&str, f64)]) -> Result<()> {
         let finite = figures.iter().filter(|(_, value)| value.is_finite());
-        let figures_by_name = finite.map(|(name, value)| ((*name).to_string(), *value)).collect();
-        let mut line = serde_json::to_vec(&Metric { step, seconds, figures: figures_by_name })?;
+        let figures_by_name = finite
+            .map(|(name, value)| ((*name).to_string(), *value))
+            .collect();
+        let mut line = serde_json::to_vec(&Metric {
+            step,
+            seconds,
+            figures: figures_by_name,
+        })?;
         line.push(b'\n');
         self.lines
             .write_all(&line)
             .and_then(|()| self.events.scalars(seconds_now(), step, figures))
-            .advise("cannot write the metrics", "make room on the disk, then go on with --resume")
+            .advise(
+                "cannot write the metrics",
+                "make room on the disk, then go on with --resume",
+            )
     }
 }
 
@@ -230,7 +269,8 @@ impl RunRecord {
             seed,
             platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            settings: toml::Table::try_from(settings).context("cannot write the settings as TOML")?,
+            settings: toml::Table::try_from(settings)
+                .context("cannot write the settings as TOML")?,
             data,
         })
     }
@@ -252,10 +292,16 @@ pub(crate) struct DataFile {
 impl DataFile {
     /// Reads the file once to hash it.
     pub(crate) fn of(role: &str, path: &Path) -> Result<Self> {
-        let (bytes, sha256) = File::open(path)
-            .and_then(sha256)
-            .advise(format!("cannot read '{}'", path.display()), "check that the file exists and may be read")?;
-        Ok(Self { role: role.into(), path: path.display().to_string(), bytes, sha256 })
+        let (bytes, sha256) = File::open(path).and_then(sha256).advise(
+            format!("cannot read '{}'", path.display()),
+            "check that the file exists and may be read",
+        )?;
+        Ok(Self {
+            role: role.into(),
+            path: path.display().to_string(),
+            bytes,
+            sha256,
+        })
     }
 }
 
@@ -273,23 +319,38 @@ fn sha256(mut reader: impl Read) -> io::Result<(u64, String)> {
             Err(e) => return Err(e),
         }
     }
-    Ok((length, hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()))
+    Ok((
+        length,
+        hash.finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect(),
+    ))
 }
 
 /// The command line as it could be typed again.
 pub(crate) fn command_line() -> String {
     let words = std::env::args().skip(1).map(|word| quoted(&word));
-    std::iter::once("lagrangian".to_string()).chain(words).collect::<Vec<_>>().join(" ")
+    std::iter::once("lagrangian".to_string())
+        .chain(words)
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    if !word.is_empty() && word.chars().all(plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 /// Time since 1970, s.
 fn seconds_now() -> f64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64())
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0.0, |d| d.as_secs_f64())
 }
 
 /// `2026-01-31T12:00:00Z`, from seconds since 1970 (civil-from-days in the proleptic Gregorian calendar).
@@ -304,9 +365,18 @@ fn utc(seconds: f64) -> String {
     let day_of_year = day - (365 * year + year / 4 - year / 100);
     let month = (5 * day_of_year + 2) / 153;
     let day = day_of_year - (153 * month + 2) / 5 + 1;
-    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let (month, next) = if month < 10 {
+        (month + 3, 0)
+    } else {
+        (month - 9, 1)
+    };
     let year = year + era * 400 + next;
-    format!("{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z", time / 3600, time / 60 % 60, time % 60)
+    format!(
+        "{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z",
+        time / 3600,
+        time / 60 % 60,
+        time % 60
+    )
 }
 
 #[cfg(test)]
@@ -320,7 +390,15 @@ mod tests {
     }
 
     fn record() -> RunRecord {
-        RunRecord::now(3, &Settings { width: 64, learning_rate: 0.5 }, Vec::new()).unwrap()
+        RunRecord::now(
+            3,
+            &Settings {
+                width: 64,
+                learning_rate: 0.5,
+            },
+            Vec::new(),
+        )
+        .unwrap()
     }
 
     #[test]
@@ -339,7 +417,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
         run.write_record(&record()).unwrap();
-        run.metrics(0).unwrap().add(1, 0.1, &[("loss/train", 1.0)]).unwrap();
+        run.metrics(0)
+            .unwrap()
+            .add(1, 0.1, &[("loss/train", 1.0)])
+            .unwrap();
         RunFolder::open(folder.path(), Occupied::Restart).unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
@@ -367,7 +448,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
         run.write_record(&record()).unwrap();
-        let back = RunFolder::existing(folder.path()).unwrap().record().unwrap();
+        let back = RunFolder::existing(folder.path())
+            .unwrap()
+            .record()
+            .unwrap();
         assert_eq!(back, record().tap_started(&back.started));
         assert_eq!(back.settings["learning_rate"].as_float(), Some(0.5));
     }
@@ -385,13 +469,33 @@ mod tests {
         let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
         let mut metrics = run.metrics(0).unwrap();
         for step in 1..=5 {
-            metrics.add(step, 0.5, &[("loss/train", 1.0 / step as f64), ("loss/validation", f64::NAN)]).unwrap();
+            metrics
+                .add(
+                    step,
+                    0.5,
+                    &[
+                        ("loss/train", 1.0 / step as f64),
+                        ("loss/validation", f64::NAN),
+                    ],
+                )
+                .unwrap();
         }
-        OpenOptions::new().append(true).open(run.file(METRICS)).unwrap().write_all(b"{\"step\":6,\"sec").unwrap();
-        run.metrics(3).unwrap().add(4, 0.6, &[("loss/train", 0.0)]).unwrap();
+        OpenOptions::new()
+            .append(true)
+            .open(run.file(METRICS))
+            .unwrap()
+            .write_all(b"{\"step\":6,\"sec")
+            .unwrap();
+        run.metrics(3)
+            .unwrap()
+            .add(4, 0.6, &[("loss/train", 0.0)])
+            .unwrap();
         let steps: Vec<u64> = run.read_metrics().unwrap().iter().map(|m| m.step).collect();
         assert_eq!(steps, [1, 2, 3, 4]);
-        assert_eq!(run.read_metrics().unwrap()[2].figures, [("loss/train".to_string(), 1.0 / 3.0)].into());
+        assert_eq!(
+            run.read_metrics().unwrap()[2].figures,
+            [("loss/train".to_string(), 1.0 / 3.0)].into()
+        );
     }
 
     #[test]
@@ -410,6 +514,9 @@ mod tests {
 
     #[test]
     fn the_command_line_is_quoted_for_the_shell() {
-        assert_eq!([quoted("a.csv"), quoted("my file"), quoted("it's")], ["a.csv", "'my file'", r"'it'\''s'"]);
+        assert_eq!(
+            [quoted("a.csv"), quoted("my file"), quoted("it's")],
+            ["a.csv", "'my file'", r"'it'\''s'"]
+        );
     }
 }

@@ -36,12 +36,20 @@ impl<W: Write> EventWriter<W> {
     }
 
     /// Writes some scalars of one step.
-    pub(crate) fn scalars(&mut self, wall_time: f64, step: u64, values: &[(&str, f64)]) -> io::Result<()> {
+    pub(crate) fn scalars(
+        &mut self,
+        wall_time: f64,
+        step: u64,
+        values: &[(&str, f64)],
+    ) -> io::Result<()> {
         let mut summary = Message::default();
         for (tag, value) in values {
             let mut scalar = Message::default();
             scalar.bytes(1, tag.as_bytes());
-            #[expect(clippy::cast_possible_truncation, reason = "the format stores single precision")]
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "the format stores single precision"
+            )]
             scalar.float(2, *value as f32);
             summary.bytes(1, &scalar.0);
         }
@@ -113,7 +121,9 @@ fn masked_crc(data: &[u8]) -> u32 {
 }
 
 fn crc32c(data: &[u8]) -> u32 {
-    !data.iter().fold(!0, |crc, &byte| CRC_TABLE[usize::from(crc.to_le_bytes()[0] ^ byte)] ^ (crc >> 8))
+    !data.iter().fold(!0, |crc, &byte| {
+        CRC_TABLE[usize::from(crc.to_le_bytes()[0] ^ byte)] ^ (crc >> 8)
+    })
 }
 
 const CRC_TABLE: [u32; 256] = {
@@ -123,7 +133,11 @@ const CRC_TABLE: [u32; 256] = {
         let mut crc = i as u32;
         let mut bit = 0;
         while bit < 8 {
-            crc = if crc & 1 == 1 { (crc >> 1) ^ 0x82F6_3B78 } else { crc >> 1 };
+            crc = if crc & 1 == 1 {
+                (crc >> 1) ^ 0x82F6_3B78
+            } else {
+                crc >> 1
+            };
             bit += 1;
         }
         table[i] = crc;
@@ -148,7 +162,9 @@ mod tests {
     fn an_event_file_has_the_bytes_that_tensorboard_reads() {
         let mut bytes = Vec::new();
         let mut events = EventWriter::new(&mut bytes, 1.5).unwrap();
-        events.scalars(2.5, 300, &[("loss/train", 0.25), ("lr", 1e-3)]).unwrap();
+        events
+            .scalars(2.5, 300, &[("loss/train", 0.25), ("lr", 1e-3)])
+            .unwrap();
         let hex: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
         assert_eq!(hex, include_str!("tensorboard.golden").trim());
     }

@@ -5,17 +5,23 @@ pub(crate) const MAX_SEED: u64 = i64::MAX as u64;
 
 /// A finite number above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    number(text).filter(|x| *x > 0.0).ok_or_else(|| "it must be a number above 0".into())
+    number(text)
+        .filter(|x| *x > 0.0)
+        .ok_or_else(|| "it must be a number above 0".into())
 }
 
 /// A finite number, 0 or above.
 pub(crate) fn non_negative(text: &str) -> Result<f64, String> {
-    number(text).filter(|x| *x >= 0.0).ok_or_else(|| "it must be a number, 0 or above".into())
+    number(text)
+        .filter(|x| *x >= 0.0)
+        .ok_or_else(|| "it must be a number, 0 or above".into())
 }
 
 /// A number in [0, 1).
 pub(crate) fn fraction(text: &str) -> Result<f64, String> {
-    number(text).filter(|x| (0.0..1.0).contains(x)).ok_or_else(|| "it must be a number from 0 to below 1".into())
+    number(text)
+        .filter(|x| (0.0..1.0).contains(x))
+        .ok_or_else(|| "it must be a number from 0 to below 1".into())
 }
 
 /// `name=value`.

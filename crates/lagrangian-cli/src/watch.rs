@@ -75,18 +75,26 @@ impl<'a> Watch<'a> {
             ("singular", progress.singular as f64),
         ];
         figures.extend(progress.validation.map(|loss| ("loss/validation", loss)));
-        self.metrics.add(progress.step as u64, progress.seconds, &figures)
+        self.metrics
+            .add(progress.step as u64, progress.seconds, &figures)
     }
 
     fn show(&mut self, progress: &Progress) {
-        let (step, start) = *self.first_step.get_or_insert((progress.step, Instant::now()));
+        let (step, start) = *self
+            .first_step
+            .get_or_insert((progress.step, Instant::now()));
         let rate = (progress.step - step) as f64 / start.elapsed().as_secs_f64().max(1e-9);
-        let news = format!("step {} · {rate:.1} steps/s · loss {:.2e}", progress.step, progress.loss);
+        let news = format!(
+            "step {} · {rate:.1} steps/s · loss {:.2e}",
+            progress.step, progress.loss
+        );
         self.bar.update(progress.share, &news);
     }
 
     fn save(&mut self) {
-        let Some(checkpoint) = self.pending.take() else { return };
+        let Some(checkpoint) = self.pending.take() else {
+            return;
+        };
         self.saved = Some(Instant::now());
         let written = checkpoint
             .to_bytes()

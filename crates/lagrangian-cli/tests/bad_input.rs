@@ -8,7 +8,10 @@ use workbench::{Outcome, Workbench, swing};
 #[test]
 fn a_missing_file_is_named() {
     let message = Workbench::new().refuse("check nowhere.csv");
-    assert!(message.contains("'nowhere.csv'") && message.contains("hint: "), "{message}");
+    assert!(
+        message.contains("'nowhere.csv'") && message.contains("hint: "),
+        "{message}"
+    );
 }
 
 #[test]
@@ -24,7 +27,11 @@ fn a_missing_column_quotes_the_flag_that_names_it() {
     bench.write("a.csv", "time,theta\n0,1\n1,2\n");
     assert!(bench.refuse("check a.csv").contains("--time"));
     assert!(bench.refuse("check a.csv --time time").contains("--q"));
-    assert!(bench.refuse("check a.csv --time time --q angle").contains("time, theta"));
+    assert!(
+        bench
+            .refuse("check a.csv --time time --q angle")
+            .contains("time, theta")
+    );
 }
 
 #[test]
@@ -32,15 +39,20 @@ fn text_in_a_number_is_found_with_line_and_column() {
     let bench = Workbench::new();
     bench.write("a.csv", "t,q1\n0,1\n1,two\n");
     let message = bench.refuse("check a.csv");
-    assert!(message.contains("line 3") && message.contains("'q1'") && message.contains("'two'"), "{message}");
+    assert!(
+        message.contains("line 3") && message.contains("'q1'") && message.contains("'two'"),
+        "{message}"
+    );
 }
 
 #[test]
 fn data_that_cannot_be_fitted_fails_the_check_and_the_fit() {
     let bench = Workbench::new();
     bench.write("short.csv", "t,q1,qd1\n0,1,0\n0.1,0.9,-1\n");
-    let degrees: String =
-        (0..200).map(|k| f64::from(k) * 0.05).map(|t| format!("{t},{},{}\n", t.sin(), t.cos() * 57.3)).collect();
+    let degrees: String = (0..200)
+        .map(|k| f64::from(k) * 0.05)
+        .map(|t| format!("{t},{},{}\n", t.sin(), t.cos() * 57.3))
+        .collect();
     bench.write("degrees.csv", &format!("t,q1,qd1\n{degrees}"));
     bench.write("hole.csv", &swing().replace("\n0.5,", "\nnan,"));
     for file in ["short.csv", "degrees.csv", "hole.csv"] {
@@ -48,25 +60,56 @@ fn data_that_cannot_be_fitted_fails_the_check_and_the_fit() {
         assert_eq!(check.code, 1, "{file}: {}", check.stderr);
         assert_eq!(check.json()["passed"], false, "{file}");
         let message = bench.refuse(&format!("fit {file} --steps 1 --out run-{file}"));
-        assert!(message.contains("meaningless") && message.contains("hint: "), "{message}");
+        assert!(
+            message.contains("meaningless") && message.contains("hint: "),
+            "{message}"
+        );
     }
 }
 
 #[test]
 fn steps_durations_and_tolerances_must_be_positive_numbers() {
     let bench = Workbench::new();
-    for flag in ["--step 0", "--step -1", "--step nan", "--duration 0", "--duration -3", "--tolerance inf"] {
-        assert!(bench.refuse(&format!("simulate pendulum {flag}")).contains("above 0"), "{flag}");
+    for flag in [
+        "--step 0",
+        "--step -1",
+        "--step nan",
+        "--duration 0",
+        "--duration -3",
+        "--tolerance inf",
+    ] {
+        assert!(
+            bench
+                .refuse(&format!("simulate pendulum {flag}"))
+                .contains("above 0"),
+            "{flag}"
+        );
     }
 }
 
 #[test]
 fn an_unknown_system_or_parameter_lists_the_known_ones() {
     let bench = Workbench::new();
-    assert!(bench.refuse("simulate pendulun").contains("double-pendulum"));
-    assert!(bench.refuse("simulate pendulum --set len=1").contains("length"));
-    assert!(bench.refuse("simulate pendulum --set length=-1").contains("length is -1"));
-    assert!(bench.refuse("simulate pendulum --set length").contains("name=value"));
+    assert!(
+        bench
+            .refuse("simulate pendulun")
+            .contains("double-pendulum")
+    );
+    assert!(
+        bench
+            .refuse("simulate pendulum --set len=1")
+            .contains("length")
+    );
+    assert!(
+        bench
+            .refuse("simulate pendulum --set length=-1")
+            .contains("length is -1")
+    );
+    assert!(
+        bench
+            .refuse("simulate pendulum --set length")
+            .contains("name=value")
+    );
 }
 
 #[test]
@@ -82,9 +125,21 @@ fn a_file_that_was_there_survives_every_command() {
         bench.write(name, "precious");
     }
     bench.write("swing.csv", &swing());
-    assert!(bench.refuse("simulate pendulum --out a.csv").contains("--force"));
-    assert!(bench.refuse("simulate pendulum --out b.csv").contains("b.toml"));
-    assert!(bench.refuse("check swing.csv --out a.json").contains("--force"));
+    assert!(
+        bench
+            .refuse("simulate pendulum --out a.csv")
+            .contains("--force")
+    );
+    assert!(
+        bench
+            .refuse("simulate pendulum --out b.csv")
+            .contains("b.toml")
+    );
+    assert!(
+        bench
+            .refuse("check swing.csv --out a.json")
+            .contains("--force")
+    );
     for name in ["a.csv", "a.json", "b.toml"] {
         assert_eq!(bench.read(name), b"precious");
     }
@@ -97,26 +152,52 @@ fn a_run_folder_that_holds_something_is_refused() {
     bench.write("swing.csv", &swing());
     std::fs::create_dir(bench.path("run")).unwrap();
     bench.write("run/notes.txt", "precious");
-    assert!(bench.refuse("fit swing.csv --steps 1 --out run").contains("not empty"));
-    assert!(bench.refuse("fit --resume --out run").contains("no run to resume"));
-    assert!(bench.refuse("fit swing.csv --steps 1 --out swing.csv").contains("cannot write to the folder"));
+    assert!(
+        bench
+            .refuse("fit swing.csv --steps 1 --out run")
+            .contains("not empty")
+    );
+    assert!(
+        bench
+            .refuse("fit --resume --out run")
+            .contains("no run to resume")
+    );
+    assert!(
+        bench
+            .refuse("fit swing.csv --steps 1 --out swing.csv")
+            .contains("cannot write to the folder")
+    );
     assert_eq!(bench.names("run"), ["notes.txt"]);
     assert_eq!(bench.read("swing.csv"), swing().as_bytes());
 }
 
 #[test]
 fn a_folder_that_does_not_exist_is_named() {
-    assert!(Workbench::new().refuse("simulate pendulum --out no/where.csv").contains("'no'"));
+    assert!(
+        Workbench::new()
+            .refuse("simulate pendulum --out no/where.csv")
+            .contains("'no'")
+    );
 }
 
 #[test]
 fn what_is_no_model_is_refused() {
     let bench = Workbench::new();
     bench.write("model.safetensors", "");
-    bench.write("huge.safetensors", "\u{7f}\u{7f}\u{7f}\u{7f}\u{7f}\u{7f}\u{7f}\u{7f}{}");
-    for model in ["model.safetensors", "huge.safetensors", "missing.safetensors"] {
+    bench.write(
+        "huge.safetensors",
+        "\u{7f}\u{7f}\u{7f}\u{7f}\u{7f}\u{7f}\u{7f}\u{7f}{}",
+    );
+    for model in [
+        "model.safetensors",
+        "huge.safetensors",
+        "missing.safetensors",
+    ] {
         let message = bench.refuse(&format!("rollout {model} --q0 1 --qd0 0"));
-        assert!(message.contains(model) && message.contains("hint: "), "{message}");
+        assert!(
+            message.contains(model) && message.contains("hint: "),
+            "{message}"
+        );
     }
 }
 
@@ -124,16 +205,34 @@ fn what_is_no_model_is_refused() {
 #[test]
 fn a_full_disk_is_a_failure_and_leaves_nothing_behind() {
     let bench = Workbench::new();
-    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let outcome = Outcome::of(bench.command("simulate pendulum").stdout(full).output().unwrap());
+    let full = std::fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .unwrap();
+    let outcome = Outcome::of(
+        bench
+            .command("simulate pendulum")
+            .stdout(full)
+            .output()
+            .unwrap(),
+    );
     assert_eq!(outcome.code, 1, "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("No space left"), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("No space left"),
+        "{}",
+        outcome.stderr
+    );
 
     // A limit on the size of files: what has begun to be written cannot be completed.
     let program = bench.command("").get_program().to_owned();
-    let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" simulate pendulum --duration 100 --out a.csv";
+    let script =
+        "trap '' XFSZ; ulimit -f 1; exec \"$0\" simulate pendulum --duration 100 --out a.csv";
     let mut shell = std::process::Command::new("sh");
-    shell.arg("-c").arg(script).arg(program).current_dir(bench.path(""));
+    shell
+        .arg("-c")
+        .arg(script)
+        .arg(program)
+        .current_dir(bench.path(""));
     let outcome = Outcome::of(shell.output().unwrap());
     assert_eq!(outcome.code, 1, "{}", outcome.stderr);
     assert!(bench.names("").is_empty(), "{:?}", bench.names(""));

@@ -17,16 +17,23 @@ fn with_data() -> Workbench {
 #[test]
 fn help_has_examples_for_every_command() {
     let bench = Workbench::new();
-    for command in ["demo", "simulate", "check", "fit", "score", "rollout", "report"] {
+    for command in [
+        "demo", "simulate", "check", "fit", "score", "rollout", "report",
+    ] {
         let help = bench.succeed(&format!("{command} --help")).stdout;
-        assert!(help.contains("Examples:") && help.contains("--out") && help.contains("--json"), "{command}");
+        assert!(
+            help.contains("Examples:") && help.contains("--out") && help.contains("--json"),
+            "{command}"
+        );
     }
 }
 
 #[test]
 fn simulated_motions_keep_their_energy_and_pass_the_check() {
     let bench = with_data();
-    let simulated = bench.succeed("simulate pendulum --trajectories 3 --json").json();
+    let simulated = bench
+        .succeed("simulate pendulum --trajectories 3 --json")
+        .json();
     for trajectory in simulated["trajectories"].as_array().unwrap() {
         assert!(trajectory["energy_change_max"].as_f64().unwrap() < 1e-6);
         assert_eq!(trajectory["outcome"]["kind"], "finished");
@@ -40,7 +47,13 @@ fn simulated_motions_keep_their_energy_and_pass_the_check() {
 #[test]
 fn the_same_seed_gives_the_same_file_and_another_seed_another() {
     let bench = Workbench::new();
-    let motion = |seed: u32| bench.succeed(&format!("simulate double-pendulum --duration 1 --seed {seed}")).stdout;
+    let motion = |seed: u32| {
+        bench
+            .succeed(&format!(
+                "simulate double-pendulum --duration 1 --seed {seed}"
+            ))
+            .stdout
+    };
     assert_eq!(motion(1), motion(1));
     assert_ne!(motion(1), motion(2));
 }
@@ -49,28 +62,54 @@ fn the_same_seed_gives_the_same_file_and_another_seed_another() {
 fn csv_and_npz_hold_the_same_motion() {
     let bench = Workbench::new();
     for format in ["csv", "npz"] {
-        bench.succeed(&format!("simulate pendulum --duration 2 --out {format}.{format}"));
+        bench.succeed(&format!(
+            "simulate pendulum --duration 2 --out {format}.{format}"
+        ));
     }
-    let items = |file: &str| bench.succeed(&format!("check {file} --json")).json()["samples"].clone();
+    let items =
+        |file: &str| bench.succeed(&format!("check {file} --json")).json()["samples"].clone();
     assert_eq!(items("csv.csv"), items("npz.npz"));
 }
 
 #[test]
 fn a_fitted_pendulum_is_followed_and_keeps_its_energy() {
     let bench = with_data();
-    let fit = bench.succeed("fit data.csv --steps 120 --width 16 --out run --json").json();
+    let fit = bench
+        .succeed("fit data.csv --steps 120 --width 16 --out run --json")
+        .json();
     assert_eq!(fit["ending"], "finished");
-    assert_eq!(fit["samples"]["train"].as_u64().unwrap() + fit["samples"]["validation"].as_u64().unwrap(), 804);
+    assert_eq!(
+        fit["samples"]["train"].as_u64().unwrap() + fit["samples"]["validation"].as_u64().unwrap(),
+        804
+    );
     let names = bench.names("run");
     for name in ["run.toml", "metrics.jsonl", "model.safetensors"] {
         assert!(names.contains(&name.to_string()), "{names:?}");
     }
-    let score = bench.succeed("score run/model.safetensors data.csv --json").json();
-    assert!(score["score"]["acceleration"]["nmse"][0].as_f64().unwrap() < 1e-2, "{score}");
-    let rollout = bench.succeed("rollout run/model.safetensors --q0 0.5 --qd0 0 --json").json();
-    let energy: Vec<f64> = rollout["energy"].as_array().unwrap().iter().map(|e| e.as_f64().unwrap()).collect();
-    let change = energy.iter().map(|e| (e - energy[0]).abs()).fold(0.0, f64::max);
-    assert!(change < 1e-6 * energy[0].abs().max(1.0), "the learned energy changes by {change} J");
+    let score = bench
+        .succeed("score run/model.safetensors data.csv --json")
+        .json();
+    assert!(
+        score["score"]["acceleration"]["nmse"][0].as_f64().unwrap() < 1e-2,
+        "{score}"
+    );
+    let rollout = bench
+        .succeed("rollout run/model.safetensors --q0 0.5 --qd0 0 --json")
+        .json();
+    let energy: Vec<f64> = rollout["energy"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|e| e.as_f64().unwrap())
+        .collect();
+    let change = energy
+        .iter()
+        .map(|e| (e - energy[0]).abs())
+        .fold(0.0, f64::max);
+    assert!(
+        change < 1e-6 * energy[0].abs().max(1.0),
+        "the learned energy changes by {change} J"
+    );
 }
 
 #[test]
@@ -78,11 +117,25 @@ fn a_model_of_other_coordinates_than_the_data_is_refused() {
     let bench = with_data();
     bench.succeed("fit data.csv --steps 1 --width 16 --out run");
     bench.succeed("simulate double-pendulum --duration 2 --out other.csv");
-    for command in ["score run/model.safetensors other.csv", "rollout run/model.safetensors --follow other.csv"] {
-        assert!(bench.refuse(command).contains("2 coordinates, the model 1"), "{command}");
+    for command in [
+        "score run/model.safetensors other.csv",
+        "rollout run/model.safetensors --follow other.csv",
+    ] {
+        assert!(
+            bench.refuse(command).contains("2 coordinates, the model 1"),
+            "{command}"
+        );
     }
-    assert!(bench.refuse("rollout run/model.safetensors --q0 1,2 --qd0 0,0").contains("2 values where 1"));
-    assert!(bench.refuse("rollout run/model.safetensors").contains("no initial state"));
+    assert!(
+        bench
+            .refuse("rollout run/model.safetensors --q0 1,2 --qd0 0,0")
+            .contains("2 values where 1")
+    );
+    assert!(
+        bench
+            .refuse("rollout run/model.safetensors")
+            .contains("no initial state")
+    );
 }
 
 #[test]
@@ -90,10 +143,16 @@ fn a_killed_fit_that_is_resumed_ends_with_the_weights_of_one_never_killed() {
     let bench = with_data();
     let settings = "data.csv --steps 2000 --optimizer adam --batch 64 --width 16 --quiet";
     bench.succeed(&format!("fit {settings} --out whole"));
-    let mut killed = bench.command(&format!("fit {settings} --out killed")).spawn().unwrap();
+    let mut killed = bench
+        .command(&format!("fit {settings} --out killed"))
+        .spawn()
+        .unwrap();
     let start = Instant::now();
     let checkpoint = bench.path("killed/checkpoint.safetensors");
-    while !checkpoint.exists() && killed.try_wait().unwrap().is_none() && start.elapsed() < Duration::from_secs(60) {
+    while !checkpoint.exists()
+        && killed.try_wait().unwrap().is_none()
+        && start.elapsed() < Duration::from_secs(60)
+    {
         std::thread::sleep(Duration::from_millis(20));
     }
     killed.kill().unwrap();
@@ -106,7 +165,11 @@ fn a_killed_fit_that_is_resumed_ends_with_the_weights_of_one_never_killed() {
     };
     assert_eq!(weights("killed"), weights("whole"));
     bench.succeed("fit --resume --out whole --quiet");
-    assert_eq!(weights("killed"), weights("whole"), "nothing is left to do in a finished run");
+    assert_eq!(
+        weights("killed"),
+        weights("whole"),
+        "nothing is left to do in a finished run"
+    );
 }
 
 #[test]
@@ -114,20 +177,30 @@ fn data_that_changed_since_the_run_began_is_not_resumed() {
     let bench = with_data();
     bench.succeed("fit data.csv --steps 2 --width 16 --out run");
     bench.succeed("simulate pendulum --duration 4 --seed 9 --out data.csv --force");
-    assert!(bench.refuse("fit --resume --out run").contains("no longer the file"));
+    assert!(
+        bench
+            .refuse("fit --resume --out run")
+            .contains("no longer the file")
+    );
 }
 
 #[cfg(unix)]
 #[test]
 fn ctrl_c_ends_a_fit_cleanly_and_keeps_the_best_model() {
     let bench = with_data();
-    let mut fit = bench.command("fit data.csv --seconds 600 --width 16 --out run").spawn().unwrap();
+    let mut fit = bench
+        .command("fit data.csv --seconds 600 --width 16 --out run")
+        .spawn()
+        .unwrap();
     let start = Instant::now();
     while !bench.path("run/metrics.jsonl").exists() && start.elapsed() < Duration::from_secs(60) {
         std::thread::sleep(Duration::from_millis(20));
     }
     std::thread::sleep(Duration::from_millis(500));
-    let interrupt = std::process::Command::new("kill").args(["-INT", &fit.id().to_string()]).status().unwrap();
+    let interrupt = std::process::Command::new("kill")
+        .args(["-INT", &fit.id().to_string()])
+        .status()
+        .unwrap();
     assert!(interrupt.success());
     assert_eq!(fit.wait().unwrap().code(), Some(130));
     bench.succeed("rollout run/model.safetensors --q0 0.5 --qd0 0 --duration 0.1");

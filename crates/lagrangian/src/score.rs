@@ -55,7 +55,11 @@ pub struct Score {
 /// # Errors
 /// As [`rollout`] and [`Trajectory::validate`]; [`crate::Error::Shape`] for trajectories of other degrees of freedom
 /// than the model.
-pub fn score(model: &dyn Model, trajectories: &[Trajectory], options: &RolloutOptions) -> Result<Score> {
+pub fn score(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    options: &RolloutOptions,
+) -> Result<Score> {
     let n = model.coordinates().dof();
     let (mut acceleration, mut torque) = (Errors::new(n), Errors::new(n));
     let (mut singular, mut rollouts) = (0, Vec::new());
@@ -72,19 +76,40 @@ pub fn score(model: &dyn Model, trajectories: &[Trajectory], options: &RolloutOp
     })
 }
 
-fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<RolloutScore> {
+fn predict(
+    model: &dyn Model,
+    truth: &Trajectory,
+    options: &RolloutOptions,
+) -> Result<RolloutScore> {
     let n = model.coordinates().dof();
     let force = recorded(truth, model.coordinates(), Hold::Previous)?;
-    let state = (&truth.q[..n.min(truth.q.len())], &truth.qd[..n.min(truth.qd.len())]);
+    let state = (
+        &truth.q[..n.min(truth.q.len())],
+        &truth.qd[..n.min(truth.qd.len())],
+    );
     let prediction = rollout(model, state.0, state.1, &truth.t, &force, options)?;
-    let ValidTime { seconds, exceeded } =
-        valid_prediction_time(truth, &prediction.trajectory, model.coordinates(), THRESHOLD)?;
+    let ValidTime { seconds, exceeded } = valid_prediction_time(
+        truth,
+        &prediction.trajectory,
+        model.coordinates(),
+        THRESHOLD,
+    )?;
     let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
-    Ok(RolloutScore { outcome: prediction.outcome, duration, valid_seconds: seconds, exceeded })
+    Ok(RolloutScore {
+        outcome: prediction.outcome,
+        duration,
+        valid_seconds: seconds,
+        exceeded,
+    })
 }
 
 /// Adds the errors of q̈ and τ at every sample; returns the number of singular mass matrices.
-fn one_step(model: &dyn Model, t: &Trajectory, acceleration: &mut Errors, torque: &mut Errors) -> usize {
+fn one_step(
+    model: &dyn Model,
+    t: &Trajectory,
+    acceleration: &mut Errors,
+    torque: &mut Errors,
+) -> usize {
     let Some(qdd) = &t.qdd else { return 0 };
     let free = vec![0.0; t.q.len()];
     let tau = t.tau.as_ref().unwrap_or(&free);
@@ -106,7 +131,10 @@ struct Errors {
 
 impl Errors {
     fn new(n: usize) -> Self {
-        Self { squared: vec![0.0; n], truth: Vec::new() }
+        Self {
+            squared: vec![0.0; n],
+            truth: Vec::new(),
+        }
     }
 
     fn add(&mut self, truth: &[f64], predicted: &[f64]) {
@@ -130,7 +158,11 @@ impl Errors {
         let mean = mean_over_samples(&|_, x| x);
         let variance = mean_over_samples(&|i, x| (x - mean[i]).powi(2));
         let mse: Vec<f64> = self.squared.iter().map(|s| s / count).collect();
-        let nmse = mse.iter().zip(variance).map(|(mse, variance)| mse / variance).collect();
+        let nmse = mse
+            .iter()
+            .zip(variance)
+            .map(|(mse, variance)| mse / variance)
+            .collect();
         Some(SignalError { mse, nmse })
     }
 }
@@ -146,7 +178,15 @@ mod tests {
     fn the_truth_scores_without_error_and_another_pendulum_does_not() {
         let truth = by_name("pendulum", &[]).unwrap();
         let options = RolloutOptions::default();
-        let swing = rollout(&*truth, &[1.0], &[0.0], &times(10.0, 0.05).unwrap(), &free, &options).unwrap();
+        let swing = rollout(
+            &*truth,
+            &[1.0],
+            &[0.0],
+            &times(10.0, 0.05).unwrap(),
+            &free,
+            &options,
+        )
+        .unwrap();
         let same = score(&*truth, std::slice::from_ref(&swing.trajectory), &options).unwrap();
         assert!(same.acceleration.unwrap().nmse[0] < 1e-20 && !same.rollouts[0].exceeded);
         let longer = by_name("pendulum", &[("length", 2.0)]).unwrap();
@@ -161,7 +201,15 @@ mod tests {
         let one = by_name("pendulum", &[]).unwrap();
         let two = by_name("double-pendulum", &[]).unwrap();
         let options = RolloutOptions::default();
-        let swing = rollout(&*one, &[1.0], &[0.0], &times(1.0, 0.1).unwrap(), &free, &options).unwrap();
+        let swing = rollout(
+            &*one,
+            &[1.0],
+            &[0.0],
+            &times(1.0, 0.1).unwrap(),
+            &free,
+            &options,
+        )
+        .unwrap();
         assert!(score(&*two, &[swing.trajectory], &options).is_err());
     }
 }

@@ -251,15 +251,33 @@ mod families {
     use lagrangian::train::Learned;
 
     fn lnn(form: Form) -> Lnn {
-        let config = LnnConfig { form, width: 16, ..LnnConfig::default() };
+        let config = LnnConfig {
+            form,
+            width: 16,
+            ..LnnConfig::default()
+        };
         Lnn::random(Coordinates::angles(2), config, Scaling::identity(2), 5).unwrap()
     }
 
     fn models() -> Vec<Learned> {
-        let friction = Dissipation { viscous: vec![0.1, 1.0 / 3.0], coulomb: vec![0.0, 0.2], smoothing: 0.01 };
-        let config = MlpConfig { width: 16, ..MlpConfig::default() };
+        let friction = Dissipation {
+            viscous: vec![0.1, 1.0 / 3.0],
+            coulomb: vec![0.0, 0.2],
+            smoothing: 0.01,
+        };
+        let config = MlpConfig {
+            width: 16,
+            ..MlpConfig::default()
+        };
         let scales = (vec![1.0 / 3.0, 2.0], vec![1.0, 0.7]);
-        let mlp = Mlp::random(Coordinates::angles(2), config, Scaling::identity(2), scales, 5).unwrap();
+        let mlp = Mlp::random(
+            Coordinates::angles(2),
+            config,
+            Scaling::identity(2),
+            scales,
+            5,
+        )
+        .unwrap();
         vec![
             Learned::Lnn(Mechanical::conservative(lnn(Form::Free))),
             Learned::Lnn(Mechanical::dissipative(lnn(Form::Convex), friction).unwrap()),
@@ -269,16 +287,25 @@ mod families {
 
     fn acceleration(model: &Learned) -> [f64; 2] {
         let mut qdd = [0.0; 2];
-        model.evaluator().forward_dynamics(&[0.3, -1.2], &[2.0, 0.5], &[0.1, -0.4], &mut qdd);
+        model
+            .evaluator()
+            .forward_dynamics(&[0.3, -1.2], &[2.0, 0.5], &[0.1, -0.4], &mut qdd);
         qdd
     }
 
     #[test]
     fn every_family_moves_with_the_same_bits_after_it_was_saved() {
         for model in models() {
-            let bytes = model.save(Provenance::of_seed(5)).unwrap().to_bytes().unwrap();
+            let bytes = model
+                .save(Provenance::of_seed(5))
+                .unwrap()
+                .to_bytes()
+                .unwrap();
             let back = Learned::load(&SavedModel::from_bytes(&bytes).unwrap()).unwrap();
-            assert_eq!(acceleration(&back).map(f64::to_bits), acceleration(&model).map(f64::to_bits));
+            assert_eq!(
+                acceleration(&back).map(f64::to_bits),
+                acceleration(&model).map(f64::to_bits)
+            );
         }
     }
 
@@ -299,7 +326,10 @@ mod families {
             assert!(changed(&|m| m.header.coordinates = Coordinates::lines(1)).is_err());
             assert!(changed(&|m| m.header.coordinates = Coordinates(vec![])).is_err());
             assert!(changed(&|m| m.header.scaling = json!({})).is_err());
-            assert!(changed(&|m| m.header.dissipation = json!({ "viscous": [1.0] })).is_err() || !matches!(model, Learned::Lnn(_)));
+            assert!(
+                changed(&|m| m.header.dissipation = json!({ "viscous": [1.0] })).is_err()
+                    || !matches!(model, Learned::Lnn(_))
+            );
             assert!(changed(&|m| m.tensors.clear()).is_err());
         }
     }

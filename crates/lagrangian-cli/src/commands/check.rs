@@ -30,7 +30,11 @@ pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
     } else {
         output::print(&as_text(&recordings, &report, stdout().is_terminal()))?;
     }
-    Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    Ok(if report.passed() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(FAILED)
+    })
 }
 
 fn as_json(args: &CheckArgs, recordings: &[Recording], report: &CheckReport) -> Value {
@@ -52,7 +56,9 @@ fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> Stri
     for item in &report.items {
         if item.trajectory != about {
             about.clone_from(&item.trajectory);
-            text += &about.as_ref().map_or(String::new(), |name| format!("\n{name}\n"));
+            text += &about
+                .as_ref()
+                .map_or(String::new(), |name| format!("\n{name}\n"));
         }
         text += &line(item, colour);
     }
@@ -66,8 +72,15 @@ fn line(item: &Item, colour: bool) -> String {
         Verdict::Warn => ("warn", "33"),
         Verdict::Fail => ("FAIL", "31;1"),
     };
-    let verdict = if colour { format!("\u{1b}[{code}m{word}\u{1b}[0m") } else { word.to_string() };
-    let remedy = item.remedy.as_ref().map_or(String::new(), |remedy| format!("{:22}→ {remedy}\n", ""));
+    let verdict = if colour {
+        format!("\u{1b}[{code}m{word}\u{1b}[0m")
+    } else {
+        word.to_string()
+    };
+    let remedy = item
+        .remedy
+        .as_ref()
+        .map_or(String::new(), |remedy| format!("{:22}→ {remedy}\n", ""));
     format!("  {verdict}  {:<14}{}\n{remedy}", item.name, item.finding)
 }
 
@@ -75,7 +88,9 @@ fn conclusion(report: &CheckReport) -> String {
     let (warnings, failures) = (report.count(Verdict::Warn), report.count(Verdict::Fail));
     match (failures, warnings) {
         (0, 0) => "The data can be fitted.".into(),
-        (0, _) => format!("The data can be fitted; better after a look at the warnings ({warnings})."),
+        (0, _) => {
+            format!("The data can be fitted; better after a look at the warnings ({warnings}).")
+        }
         _ => format!("A fit would be meaningless before what fails is mended ({failures})."),
     }
 }

@@ -20,7 +20,9 @@ use crate::fit_args::FitArgs;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
-use crate::run_folder::{CHECKPOINT, DataFile, MODEL, Occupied, RunFolder, RunRecord, command_line};
+use crate::run_folder::{
+    CHECKPOINT, DataFile, MODEL, Occupied, RunFolder, RunRecord, command_line,
+};
 use crate::watch::Watch;
 
 /// Exit code of a fit that Ctrl-C ended; its best model is kept.
@@ -28,7 +30,11 @@ const INTERRUPTED: u8 = 130;
 
 pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
     let folder = RunFolder::open(&args.out, occupied(args))?;
-    let (args, checkpoint) = if args.resume { resumed(&folder, args)? } else { (args.clone(), None) };
+    let (args, checkpoint) = if args.resume {
+        resumed(&folder, args)?
+    } else {
+        (args.clone(), None)
+    };
     let data = read(&args)?;
     let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
     let record = record(&args)?;
@@ -38,7 +44,11 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
     }
     let fit = fit(&args, &folder, &dataset, checkpoint.as_ref(), manner)?;
     let provenance = Provenance {
-        data: record.data.iter().map(|file| (file.path.clone(), file.sha256.clone())).collect(),
+        data: record
+            .data
+            .iter()
+            .map(|file| (file.path.clone(), file.sha256.clone()))
+            .collect(),
         command: Some(record.command.clone()),
         ..Provenance::of_seed(args.training.seed)
     };
@@ -60,7 +70,12 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
             "estimates": data.estimates.len(),
         }))?;
     } else {
-        eprintln!("model: {} (loss {:.3e} at step {})", model.display(), fit.best, fit.best_step);
+        eprintln!(
+            "model: {} (loss {:.3e} at step {})",
+            model.display(),
+            fit.best,
+            fit.best_step
+        );
     }
     Ok(match fit.ending {
         Ending::Interrupted => ExitCode::from(INTERRUPTED),
@@ -79,15 +94,20 @@ fn occupied(args: &FitArgs) -> Occupied {
 /// The settings of the interrupted run, and the state to go on from if it came so far.
 fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<(FitArgs, Option<Checkpoint>)> {
     let settings = folder.record()?.settings;
-    let mut args: FitArgs = settings.try_into().advise("cannot resume", "run.toml was changed by hand: repeat the fit")?;
+    let mut args: FitArgs = settings.try_into().advise(
+        "cannot resume",
+        "run.toml was changed by hand: repeat the fit",
+    )?;
     args.out.clone_from(&given.out);
     let path = folder.file(CHECKPOINT);
     if !path.is_file() {
         return Ok((args, None));
     }
     let bytes = fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
-    let checkpoint = Checkpoint::from_bytes(&bytes)
-        .advise(format!("cannot resume from '{}'", path.display()), "begin anew with --force")?;
+    let checkpoint = Checkpoint::from_bytes(&bytes).advise(
+        format!("cannot resume from '{}'", path.display()),
+        "begin anew with --force",
+    )?;
     Ok((args, Some(checkpoint)))
 }
 
@@ -100,37 +120,66 @@ struct Data {
 }
 
 fn read(args: &FitArgs) -> Result<Data> {
-    let options = EstimateOptions { smooth: args.training.smooth, ..EstimateOptions::default() };
+    let options = EstimateOptions {
+        smooth: args.training.smooth,
+        ..EstimateOptions::default()
+    };
     let recordings = data::read(&args.files, &args.data)?;
     refuse_meaningless(&recordings)?;
     let coordinates = recordings[0].coordinates.clone();
     let (trajectories, mut estimates) = data::trajectories(recordings, &options)?;
     if args.training.validate.is_empty() {
-        let (train, validation) = split(trajectories, args.training.validate_fraction, args.training.seed)?;
-        return Ok(Data { coordinates, train, validation, estimates });
+        let (train, validation) = split(
+            trajectories,
+            args.training.validate_fraction,
+            args.training.seed,
+        )?;
+        return Ok(Data {
+            coordinates,
+            train,
+            validation,
+            estimates,
+        });
     }
     let recordings = data::read(&args.training.validate, &args.data)?;
     data::require_dof(&recordings, &coordinates)?;
     let (validation, own) = data::trajectories(recordings, &options)?;
     estimates.extend(own);
-    Ok(Data { coordinates, train: trajectories, validation, estimates })
+    Ok(Data {
+        coordinates,
+        train: trajectories,
+        validation,
+        estimates,
+    })
 }
 
 /// The gate: data that `lagrangian check` fails is not fitted.
 fn refuse_meaningless(recordings: &[lagrangian::trajectory::Recording]) -> Result<()> {
     let report = check(recordings);
-    match report.items.iter().find(|item| item.verdict == Verdict::Fail) {
+    match report
+        .items
+        .iter()
+        .find(|item| item.verdict == Verdict::Fail)
+    {
         None => Ok(()),
         Some(item) => Err(mistake(
-            format!("a fit of this data would be meaningless: {}: {}", item.name, item.finding),
-            item.remedy.clone().unwrap_or_else(|| "`lagrangian check` says more".into()),
+            format!(
+                "a fit of this data would be meaningless: {}: {}",
+                item.name, item.finding
+            ),
+            item.remedy
+                .clone()
+                .unwrap_or_else(|| "`lagrangian check` says more".into()),
         )),
     }
 }
 
 fn record(args: &FitArgs) -> Result<RunRecord> {
     let of = |role: &'static str, paths: &[PathBuf]| {
-        paths.iter().map(|path| DataFile::of(role, path)).collect::<Result<Vec<_>>>()
+        paths
+            .iter()
+            .map(|path| DataFile::of(role, path))
+            .collect::<Result<Vec<_>>>()
     };
     let mut files = of("training", &args.files)?;
     files.extend(of("validation", &args.training.validate)?);
@@ -138,10 +187,18 @@ fn record(args: &FitArgs) -> Result<RunRecord> {
 }
 
 fn same_data(now: &RunRecord, then: &RunRecord) -> Result<()> {
-    match now.data.iter().zip(&then.data).find(|(now, then)| now.sha256 != then.sha256) {
+    match now
+        .data
+        .iter()
+        .zip(&then.data)
+        .find(|(now, then)| now.sha256 != then.sha256)
+    {
         None => Ok(()),
         Some((changed, _)) => Err(mistake(
-            format!("'{}' is no longer the file that the run began with", changed.path),
+            format!(
+                "'{}' is no longer the file that the run began with",
+                changed.path
+            ),
             "bring the old file back, or begin anew with --force",
         )),
     }
@@ -163,5 +220,8 @@ fn fit(
         Err(_) => "failed".into(),
     };
     watch.finish(&result)?;
-    fitted.advise(format!("cannot fit (`{}`)", command_line()), "`lagrangian fit --help` tells what the flags may be")
+    fitted.advise(
+        format!("cannot fit (`{}`)", command_line()),
+        "`lagrangian fit --help` tells what the flags may be",
+    )
 }

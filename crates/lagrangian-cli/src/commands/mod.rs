@@ -25,7 +25,10 @@ pub(crate) struct Manner {
 
 /// Runs the command that was asked for.
 pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
-    let manner = Manner { json: cli.json, quiet: cli.quiet };
+    let manner = Manner {
+        json: cli.json,
+        quiet: cli.quiet,
+    };
     match cli.command {
         Command::Demo(args) => demo::run(&args, manner),
         Command::Simulate(args) => simulate::run(&args, manner),

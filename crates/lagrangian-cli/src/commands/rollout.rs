@@ -61,33 +61,60 @@ fn from_start(model: &dyn Model, args: &RolloutArgs) -> Result<Rollout> {
         ));
     }
     let times = rollout::times(args.motion.duration, args.motion.step)?;
-    rollout::rollout(model, &start.q, &start.qd, &times, &free, &args.motion.options())
-        .advise("cannot roll out", "give --q0 and --qd0 one value per coordinate of the model")
+    rollout::rollout(
+        model,
+        &start.q,
+        &start.qd,
+        &times,
+        &free,
+        &args.motion.options(),
+    )
+    .advise(
+        "cannot roll out",
+        "give --q0 and --qd0 one value per coordinate of the model",
+    )
 }
 
 fn follow(model: &dyn Model, path: &Path, args: &RolloutArgs) -> Result<Rollout> {
     let mut recordings = data::read(&[path.into()], &args.data)?;
     data::require_dof(&recordings, model.coordinates())?;
     recordings.truncate(1);
-    let options = EstimateOptions { accelerations: false, ..EstimateOptions::default() };
+    let options = EstimateOptions {
+        accelerations: false,
+        ..EstimateOptions::default()
+    };
     let (trajectories, _) = data::trajectories(recordings, &options)?;
     let truth = &trajectories[0];
     let n = model.coordinates().dof();
     let force = recorded(truth, model.coordinates(), Hold::Previous)?;
-    Ok(rollout::rollout(model, &truth.q[..n], &truth.qd[..n], &truth.t, &force, &args.motion.options())?)
+    Ok(rollout::rollout(
+        model,
+        &truth.q[..n],
+        &truth.qd[..n],
+        &truth.t,
+        &force,
+        &args.motion.options(),
+    )?)
 }
 
 /// H at every sample, J; null for a model that has none.
 fn energies(model: &dyn Model, rollout: &Rollout) -> Option<Vec<f64>> {
     let t = &rollout.trajectory;
     let mut energy = vec![0.0; t.len()];
-    model.evaluator().energy(&t.q, &t.qd, &mut energy).then_some(energy)
+    model
+        .evaluator()
+        .energy(&t.q, &t.qd, &mut energy)
+        .then_some(energy)
 }
 
 fn note(outcome: Outcome) {
     match outcome {
         Outcome::Finished => {}
-        Outcome::Diverged { t, reason } => eprintln!("note: the motion ends at t = {t} s: {reason}"),
-        Outcome::StepLimit { t } => eprintln!("note: the motion ends at t = {t} s: too many steps; loosen --tolerance"),
+        Outcome::Diverged { t, reason } => {
+            eprintln!("note: the motion ends at t = {t} s: {reason}")
+        }
+        Outcome::StepLimit { t } => {
+            eprintln!("note: the motion ends at t = {t} s: too many steps; loosen --tolerance")
+        }
     }
 }

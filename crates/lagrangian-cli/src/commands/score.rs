@@ -25,8 +25,19 @@ pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
     let recordings = data::read(&args.files, &args.data)?;
     data::require_dof(&recordings, model.coordinates())?;
     let (trajectories, estimates) = data::trajectories(recordings, &EstimateOptions::default())?;
-    let score = score(&model, &trajectories, &RolloutOptions { rtol: 1e-8, atol: 1e-8, ..RolloutOptions::default() })
-        .advise("cannot score", "`lagrangian check` shows what is wrong with the data")?;
+    let score = score(
+        &model,
+        &trajectories,
+        &RolloutOptions {
+            rtol: 1e-8,
+            atol: 1e-8,
+            ..RolloutOptions::default()
+        },
+    )
+    .advise(
+        "cannot score",
+        "`lagrangian check` shows what is wrong with the data",
+    )?;
     let figures = json!({
         "command": "score",
         "model": args.model,
@@ -46,9 +57,19 @@ pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
 }
 
 fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {
-    let mut text = format!("{} samples of {} trajectories\n", score.samples, trajectories.len());
-    let signals = [("acceleration", &score.acceleration), ("torque", &score.torque)];
-    for (name, error) in signals.into_iter().filter_map(|(name, error)| Some((name, error.as_ref()?))) {
+    let mut text = format!(
+        "{} samples of {} trajectories\n",
+        score.samples,
+        trajectories.len()
+    );
+    let signals = [
+        ("acceleration", &score.acceleration),
+        ("torque", &score.torque),
+    ];
+    for (name, error) in signals
+        .into_iter()
+        .filter_map(|(name, error)| Some((name, error.as_ref()?)))
+    {
         text += &signal(name, error, coordinates);
     }
     if score.singular > 0 {
@@ -67,6 +88,11 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
 fn signal(name: &str, error: &SignalError, coordinates: &Coordinates) -> String {
     let by_coordinate = coordinates.0.iter().zip(error.mse.iter().zip(&error.nmse));
     by_coordinate
-        .map(|(c, (mse, nmse))| format!("  {name:<13}{:<12}mean square error {mse:.3e}, of its variance {nmse:.3e}\n", c.name))
+        .map(|(c, (mse, nmse))| {
+            format!(
+                "  {name:<13}{:<12}mean square error {mse:.3e}, of its variance {nmse:.3e}\n",
+                c.name
+            )
+        })
         .collect()
 }

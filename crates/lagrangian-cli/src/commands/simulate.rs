@@ -28,13 +28,26 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
     let system = system(args)?;
     let starts = starts(args, &*system)?;
     let times = rollout::times(args.motion.duration, args.motion.step)?;
-    let rollouts = rollout_many(&*system, &starts, &times, &free, &args.motion.options())
-        .advise("cannot simulate", "give --q0 and --qd0 one value per coordinate, or neither for a random start")?;
-    let summaries: Vec<Summary> = rollouts.iter().map(|rollout| Summary::of(rollout, &*system)).collect();
-    summaries.iter().enumerate().for_each(|(k, summary)| summary.warn(k + 1));
+    let rollouts = rollout_many(&*system, &starts, &times, &free, &args.motion.options()).advise(
+        "cannot simulate",
+        "give --q0 and --qd0 one value per coordinate, or neither for a random start",
+    )?;
+    let summaries: Vec<Summary> = rollouts
+        .iter()
+        .map(|rollout| Summary::of(rollout, &*system))
+        .collect();
+    summaries
+        .iter()
+        .enumerate()
+        .for_each(|(k, summary)| summary.warn(k + 1));
     let trajectories = recorded(rollouts, args);
     let layout = match &args.out {
-        Some(path) => Some(output::write_trajectories(path, existing, &trajectories, system.coordinates())?),
+        Some(path) => Some(output::write_trajectories(
+            path,
+            existing,
+            &trajectories,
+            system.coordinates(),
+        )?),
         None if manner.json => None,
         None => {
             output::print_trajectories(&trajectories)?;
@@ -68,16 +81,28 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
 }
 
 fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
-    let given: Vec<(&str, f64)> = args.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-    by_name(&args.system, &given)
-        .advise("cannot simulate", "`lagrangian simulate list` names the systems and their parameters")
+    let given: Vec<(&str, f64)> = args
+        .parameters
+        .iter()
+        .map(|(name, value)| (name.as_str(), *value))
+        .collect();
+    by_name(&args.system, &given).advise(
+        "cannot simulate",
+        "`lagrangian simulate list` names the systems and their parameters",
+    )
 }
 
 /// The values of all parameters, also of those left at their defaults.
 fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value> {
-    let table = systems().iter().find(|entry| entry.name == args.system).map_or(&[][..], |entry| entry.parameters);
+    let table = systems()
+        .iter()
+        .find(|entry| entry.name == args.system)
+        .map_or(&[][..], |entry| entry.parameters);
     let defaults = table.iter().map(|p| (p.name.to_string(), json!(p.value)));
-    let given = args.parameters.iter().map(|(name, value)| (name.clone(), json!(value)));
+    let given = args
+        .parameters
+        .iter()
+        .map(|(name, value)| (name.clone(), json!(value)));
     defaults.chain(given).collect()
 }
 
@@ -104,7 +129,10 @@ fn recorded(rollouts: Vec<Rollout>, args: &SimulateArgs) -> Vec<Trajectory> {
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     // Another stream than that of the initial states.
     rng.set_stream(1);
-    let mut trajectories: Vec<Trajectory> = rollouts.into_iter().map(|rollout| rollout.trajectory).collect();
+    let mut trajectories: Vec<Trajectory> = rollouts
+        .into_iter()
+        .map(|rollout| rollout.trajectory)
+        .collect();
     for (k, trajectory) in trajectories.iter_mut().enumerate() {
         trajectory.name = (k + 1).to_string();
         if let Some(sigma) = args.noise {
@@ -137,7 +165,9 @@ impl Summary {
     fn of(rollout: &Rollout, system: &dyn AnalyticModel) -> Self {
         let trajectory = &rollout.trajectory;
         let mut energy = vec![0.0; trajectory.len()];
-        system.evaluator().energy(&trajectory.q, &trajectory.qd, &mut energy);
+        system
+            .evaluator()
+            .energy(&trajectory.q, &trajectory.qd, &mut energy);
         let start = energy.first().copied().unwrap_or_default();
         Self {
             samples: trajectory.len(),
@@ -154,9 +184,13 @@ impl Summary {
     fn warn(&self, number: usize) {
         match self.outcome {
             Outcome::Finished => {}
-            Outcome::Diverged { t, reason } => eprintln!("note: trajectory {number} ends at t = {t} s: {reason}"),
+            Outcome::Diverged { t, reason } => {
+                eprintln!("note: trajectory {number} ends at t = {t} s: {reason}")
+            }
             Outcome::StepLimit { t } => {
-                eprintln!("note: trajectory {number} ends at t = {t} s: too many steps; loosen --tolerance");
+                eprintln!(
+                    "note: trajectory {number} ends at t = {t} s: too many steps; loosen --tolerance"
+                );
             }
         }
     }
@@ -164,7 +198,8 @@ impl Summary {
 
 fn list(manner: Manner) -> Result<ExitCode> {
     if manner.json {
-        let parameter = |p: &Parameter| json!({ "name": p.name, "unit": p.unit, "default": p.value });
+        let parameter =
+            |p: &Parameter| json!({ "name": p.name, "unit": p.unit, "default": p.value });
         let entry = |e: &lagrangian::lagrangian::analytic::SystemEntry| {
             let parameters: Vec<_> = e.parameters.iter().map(parameter).collect();
             json!({ "name": e.name, "about": e.about, "parameters": parameters })
@@ -177,7 +212,8 @@ fn list(manner: Manner) -> Result<ExitCode> {
     for entry in systems() {
         text += &format!("{}\n    {}\n", entry.name, entry.about);
         for p in entry.parameters {
-            text += &format!("    --set {}={}  {}\n", p.name, p.value, p.unit).replace("  \n", "\n");
+            text +=
+                &format!("    --set {}={}  {}\n", p.name, p.value, p.unit).replace("  \n", "\n");
         }
     }
     output::print(&text)?;

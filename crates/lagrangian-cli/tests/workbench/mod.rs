@@ -36,15 +36,18 @@ impl Workbench {
 
     pub fn names(&self, folder: &str) -> Vec<String> {
         let entries = fs::read_dir(self.path(folder)).unwrap();
-        let mut names: Vec<String> =
-            entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<String> = entries
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
         names.sort();
         names
     }
 
     pub fn command(&self, line: &str) -> Command {
         let mut command = Command::cargo_bin("lagrangian").unwrap();
-        command.current_dir(self.0.path()).args(line.split_whitespace());
+        command
+            .current_dir(self.0.path())
+            .args(line.split_whitespace());
         command
     }
 
@@ -62,9 +65,21 @@ impl Workbench {
     /// Runs what must be refused as bad input: exit code 2, nothing on standard output, no panic; gives the message.
     pub fn refuse(&self, line: &str) -> String {
         let outcome = self.run(line);
-        assert_eq!(outcome.code, 2, "{line}: {}{}", outcome.stdout, outcome.stderr);
-        assert!(outcome.stderr.starts_with("error: "), "{line}: {}", outcome.stderr);
-        assert!(!outcome.stderr.contains("panicked"), "{line}: {}", outcome.stderr);
+        assert_eq!(
+            outcome.code, 2,
+            "{line}: {}{}",
+            outcome.stdout, outcome.stderr
+        );
+        assert!(
+            outcome.stderr.starts_with("error: "),
+            "{line}: {}",
+            outcome.stderr
+        );
+        assert!(
+            !outcome.stderr.contains("panicked"),
+            "{line}: {}",
+            outcome.stderr
+        );
         assert!(outcome.stdout.is_empty(), "{line}: {}", outcome.stdout);
         outcome.stderr
     }
@@ -87,6 +102,9 @@ impl Outcome {
 /// A swinging pendulum, `t,q1,qd1`.
 pub fn swing() -> String {
     let row = |k: i32| f64::from(k) * 0.05;
-    let rows: String = (0..200).map(row).map(|t| format!("{t},{},{}\n", t.sin(), t.cos())).collect();
+    let rows: String = (0..200)
+        .map(row)
+        .map(|t| format!("{t},{},{}\n", t.sin(), t.cos()))
+        .collect();
     format!("t,q1,qd1\n{rows}")
 }

@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Header, Provenance, SavedModel, Tensor, damaged};
+use crate::Result;
 use crate::baseline::{Mlp, MlpConfig};
 use crate::dynamics::{Mechanical, Model};
 use crate::lagrangian::{Dissipation, Lagrangian, Lnn, LnnConfig, Scaling};
-use crate::Result;
 use crate::train::Learned;
 
 /// The one tensor of a network: all weights, in the order of its `parameters`.
@@ -51,8 +51,15 @@ impl Learned {
             Self::Mlp(mlp) => {
                 let (qdd, tau) = mlp.scales();
                 let inputs = mlp.scaling().clone();
-                let scales = MlpScales { inputs, qdd: qdd.into(), tau: tau.into() };
-                saved(header(MLP, describe(mlp.config())?, describe(&scales)?), mlp.parameters())
+                let scales = MlpScales {
+                    inputs,
+                    qdd: qdd.into(),
+                    tau: tau.into(),
+                };
+                saved(
+                    header(MLP, describe(mlp.config())?, describe(&scales)?),
+                    mlp.parameters(),
+                )
             }
         }
     }
@@ -70,7 +77,12 @@ impl Learned {
         match header.family.as_str() {
             LNN => {
                 let config: LnnConfig = read("architecture", &header.architecture)?;
-                let lnn = Lnn::with_parameters(coordinates, config, read("scaling", &header.scaling)?, weights)?;
+                let lnn = Lnn::with_parameters(
+                    coordinates,
+                    config,
+                    read("scaling", &header.scaling)?,
+                    weights,
+                )?;
                 let dissipation: Option<Dissipation> = read("dissipation", &header.dissipation)?;
                 Ok(Self::Lnn(match dissipation {
                     None => Mechanical::conservative(lnn),
@@ -81,9 +93,17 @@ impl Learned {
                 let config: MlpConfig = read("architecture", &header.architecture)?;
                 let scales: MlpScales = read("scaling", &header.scaling)?;
                 let outputs = (scales.qdd, scales.tau);
-                Ok(Self::Mlp(Mlp::with_parameters(coordinates, config, scales.inputs, outputs, weights)?))
+                Ok(Self::Mlp(Mlp::with_parameters(
+                    coordinates,
+                    config,
+                    scales.inputs,
+                    outputs,
+                    weights,
+                )?))
             }
-            other => Err(damaged(format!("'{other}' is no family of models that is known"))),
+            other => Err(damaged(format!(
+                "'{other}' is no family of models that is known"
+            ))),
         }
     }
 
@@ -99,11 +119,17 @@ impl Learned {
 
 fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
     let tensor = Tensor::new(vec![weights.len()], weights.to_vec())?;
-    Ok(SavedModel { header, tensors: [(WEIGHTS.to_string(), tensor)].into() })
+    Ok(SavedModel {
+        header,
+        tensors: [(WEIGHTS.to_string(), tensor)].into(),
+    })
 }
 
 fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
-    let count = saved.tensors.get(WEIGHTS).map_or(0, |tensor| tensor.data().len());
+    let count = saved
+        .tensors
+        .get(WEIGHTS)
+        .map_or(0, |tensor| tensor.data().len());
     saved.expect_tensors(&[(WEIGHTS.to_string(), vec![count])])?;
     Ok(saved.tensor(WEIGHTS, &[count])?.to_vec())
 }

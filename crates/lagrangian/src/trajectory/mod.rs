@@ -6,8 +6,8 @@ pub mod csv;
 pub mod derivatives;
 mod format;
 mod layout;
-mod noise;
 pub(crate) mod local_polynomial;
+mod noise;
 mod npy;
 pub mod npz;
 #[cfg(feature = "parquet")]

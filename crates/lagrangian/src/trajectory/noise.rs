@@ -32,12 +32,21 @@ mod tests {
         let n = 20_000;
         let t = (0..n).map(f64::from).collect();
         let zeros = vec![0.0; n as usize];
-        let mut noisy =
-            Trajectory { name: "still".into(), t, q: zeros.clone(), qd: zeros.clone(), qdd: Some(zeros), tau: None };
+        let mut noisy = Trajectory {
+            name: "still".into(),
+            t,
+            q: zeros.clone(),
+            qd: zeros.clone(),
+            qdd: Some(zeros),
+            tau: None,
+        };
         noisy.add_noise(0.5, &mut ChaCha8Rng::seed_from_u64(1));
         let mean = noisy.q.iter().sum::<f64>() / f64::from(n);
         let variance = noisy.q.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / f64::from(n);
-        assert!(mean.abs() < 0.02 && (variance.sqrt() - 0.5).abs() < 0.01, "{mean} {variance}");
+        assert!(
+            mean.abs() < 0.02 && (variance.sqrt() - 0.5).abs() < 0.01,
+            "{mean} {variance}"
+        );
         assert!(noisy.qdd.is_none());
     }
 }
