@@ -2,7 +2,7 @@
 
 use std::io::{BufReader, Read, Seek, Write};
 
-use zip::{ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
+use zip::{CompressionMethod, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
 use super::columns::{Resolved, resolve};
 use super::npy::{Header, malformed, write_header};
@@ -238,7 +238,9 @@ pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()>
     let shape = WrittenColumns::of(trajectories)?;
     let rows = trajectories.iter().map(Trajectory::len).sum::<usize>();
     let mut archive = ZipWriter::new(sink);
-    let options = SimpleFileOptions::default().large_file(true);
+    let options = SimpleFileOptions::default()
+        .large_file(true)
+        .compression_method(CompressionMethod::Stored);
     if trajectories.len() > 1 {
         archive
             .start_file("trajectory.npy", options)
