@@ -193,7 +193,12 @@ fn gaps_jitter_repeats_and_saturation_are_warned_of() {
     let report = checked(&Layout::default(), |k, t, q, qd| {
         format!("{},{q},{qd},0\n", gap(k, t))
     });
-    assert_finds(&report, "gaps", Verdict::Warn, "1 gaps, the longest 1.0100 s");
+    assert_finds(
+        &report,
+        "gaps",
+        Verdict::Warn,
+        "1 gaps, the longest 1.0100 s",
+    );
     let late = |k: u32, t: f64| t + if k % 3 == 0 { 0.008 } else { 0.0 };
     let report = checked(&Layout::default(), |k, t, q, qd| {
         format!("{},{q},{qd},0\n", late(k, t))

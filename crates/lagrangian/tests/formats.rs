@@ -88,6 +88,8 @@ fn trajectories_of_one_name_stay_apart() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn any_finite_number_reads_back_to_the_same_bits(values in prop::collection::vec(any::<f64>(), 2..20)) {
         let q: Vec<f64> = values.into_iter().filter(|x| x.is_finite()).chain([0.0, -0.0]).collect();
@@ -111,11 +113,11 @@ fn columns_named_by_the_user_are_taken_in_that_order() {
         angles: vec!["a".into()],
         ..Layout::default()
     };
-    let readings = csv("a,b,m1,m2,time\n1,2,3,4,0\n5,6,7,8,1\n", &layout);
+    let readings = csv("a,b,m1,m2,time\n1,2,3,4,0\n2,6,7,8,1\n", &layout);
     let r = &readings.recordings[0];
     assert_eq!(
         (r.q.as_slice(), r.tau.as_deref()),
-        (&[2.0, 1.0, 6.0, 5.0][..], Some(&[4.0, 3.0, 8.0, 7.0][..]))
+        (&[2.0, 1.0, 6.0, 2.0][..], Some(&[4.0, 3.0, 8.0, 7.0][..]))
     );
     assert_eq!(r.coordinates.0[0].topology, Topology::Line);
     assert_eq!(
@@ -157,7 +159,7 @@ fn a_wrapped_angle_is_unwrapped_even_where_thinning_hides_the_jumps() {
         };
         let readings = csv(&format!("t,q1\n{rows}"), &layout);
         let r = &readings.recordings[0];
-        assert_eq!(r.unwrapped, [9]);
+        assert_eq!(r.unwrapped, [10]);
         for (t, q) in r.t.iter().zip(&r.q) {
             approx::assert_abs_diff_eq!(*q, 0.3 * t, epsilon = 1e-9);
         }
