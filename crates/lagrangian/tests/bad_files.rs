@@ -1,7 +1,7 @@
 //! Bad input: none may panic, and every message says where and what to do.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Seek, SeekFrom, Write};
 
 use lagrangian::trajectory::{EstimateOptions, Format, Layout, Readings, csv};
 use lagrangian::{Error, Result, Trajectory};
@@ -292,6 +292,60 @@ fn npz() -> Vec<u8> {
 
 fn read_bytes(format: Format, bytes: Vec<u8>) -> Result<Readings> {
     format.read(Cursor::new(bytes), "file", &Layout::default())
+}
+
+/// A disk with room for so many bytes.
+struct Disk {
+    room: usize,
+    file: Cursor<Vec<u8>>,
+}
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.file.position() as usize + bytes.len() > self.room {
+            return Err(std::io::Error::from(std::io::ErrorKind::StorageFull));
+        }
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Disk {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+#[test]
+fn a_full_disk_is_an_error_in_every_format() {
+    let t: Vec<f64> = (0..2000).map(f64::from).collect();
+    let whole = Trajectory {
+        name: "a".into(),
+        q: t.clone(),
+        qd: t.clone(),
+        t,
+        qdd: None,
+        tau: None,
+    };
+    let parquet = cfg!(feature = "parquet").then_some(Format::Parquet);
+    for format in [Format::Csv, Format::Npz].into_iter().chain(parquet) {
+        for room in [0, 10, 100, 3_000] {
+            let disk = Disk {
+                room,
+                file: Cursor::new(Vec::new()),
+            };
+            let error = format
+                .write(disk, std::slice::from_ref(&whole))
+                .unwrap_err();
+            assert!(
+                matches!(error, Error::Io(_)),
+                "{format:?} {room}: {error:?}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -199,7 +199,7 @@ fn gaps_jitter_repeats_and_saturation_are_warned_of() {
         Verdict::Warn,
         "1 gaps, the longest 1.0100 s",
     );
-    let late = |k: u32, t: f64| t + if k % 3 == 0 { 0.008 } else { 0.0 };
+    let late = |k: u32, t: f64| t + if k.is_multiple_of(3) { 0.008 } else { 0.0 };
     let report = checked(&Layout::default(), |k, t, q, qd| {
         format!("{},{q},{qd},0\n", late(k, t))
     });

@@ -127,7 +127,7 @@ fn relate(v: &[f64], d: &[f64]) -> Relation {
 /// What is said where the log holds differences.
 const DIFFERENCES: &str = "it is the difference of successive positions, half a sample late: estimating it from q is less noisy";
 
-/// Whether most velocities are (q_k − q_{k−1}) / (t_k − t_{k−1}), to 2 %.
+/// Whether most velocities are Δq / Δt from the sample before, to 2 %.
 fn successive_differences(recording: &Recording, i: usize) -> bool {
     let n = recording.dof();
     let Some(qd) = &recording.qd else {

@@ -3,7 +3,7 @@
 //! A window is chosen by its risk, the mean squared error of the derivative: variance σ² ‖a‖² (see
 //! `local_polynomial`), with σ from the residuals of short windows, plus squared bias. The bias of a window of
 //! length h is of order h⁴ (h³ at the ends), so that it follows from the difference to the next longer window r h, freed of its
-//! noise: bias² = (⟨(D_rh − D_h)²⟩ − σ² ‖a_rh − a_h‖²) / (r⁴ − 1)². (The idea of comparing windows is
+//! noise: bias² = (⟨(D' − D)²⟩ − σ² ‖a' − a‖²) / (r⁴ − 1)², where the prime means the longer one. (The idea of comparing windows is
 //! Lepski's, Theory Probab. Appl. 35, 1990.)
 
 use std::ops::Range;

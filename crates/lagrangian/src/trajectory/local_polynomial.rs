@@ -81,7 +81,7 @@ fn derivative_of_powers(x: f64, order: usize) -> [f64; SIZE] {
     v
 }
 
-/// Solves G c = v with Gᵢⱼ = moment i + j, up to `degree`, by LDLᵀ.
+/// Solves G c = v with Gᵢⱼ = moment i + j, up to `degree`, by the factors L D Lᵀ.
 fn solve(moments: &[f64; 2 * SIZE - 1], degree: usize, mut v: [f64; SIZE]) -> Option<[f64; SIZE]> {
     let n = degree + 1;
     let mut l = [[0.0; SIZE]; SIZE];
@@ -206,7 +206,7 @@ mod tests {
             coordinate: 0,
         };
         let mut a = Vec::new();
-        for at in [0.0, 0.33, 1.0] {
+        for at in [0.0_f64, 0.33, 1.0] {
             let truth = [
                 1.0 + 2.0 * at - at * at + 3.0 * at.powi(3),
                 2.0 - 2.0 * at + 9.0 * at * at,

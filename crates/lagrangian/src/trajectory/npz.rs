@@ -1,6 +1,6 @@
 //! NPZ: a zip of `NumPy` arrays, `t` `[len]`, and `q` `[len, n]` or `q1 …` `[len]` each.
 
-use std::io::{BufReader, Read, Seek, Write};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 
 use zip::{CompressionMethod, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
@@ -237,7 +237,10 @@ fn check_lengths(resolved: &Resolved, headers: &[String], arrays: &[Array]) -> R
 pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()> {
     let shape = WrittenColumns::of(trajectories)?;
     let rows = trajectories.iter().map(Trajectory::len).sum::<usize>();
-    let mut archive = ZipWriter::new(sink);
+    let mut archive = ZipWriter::new(FailsOnce {
+        sink,
+        failed: false,
+    });
     let options = SimpleFileOptions::default()
         .large_file(true)
         .compression_method(CompressionMethod::Stored);
@@ -266,7 +269,7 @@ pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()>
             .filter_map(|t| shape.signals(t).nth(signal).map(|s| s.1));
         write_array(&mut archive, &[rows, shape.n], values)?;
     }
-    archive.finish().map_err(zipped)?.flush()?;
+    archive.finish().map_err(zipped)?.sink.flush()?;
     Ok(())
 }
 
@@ -305,4 +308,42 @@ fn write_names(sink: &mut impl Write, trajectories: &[Trajectory], rows: usize) 
     }
     sink.flush()?;
     Ok(())
+}
+
+/// A sink that reports its first failure and takes everything after it in silence: a zip writer that is dropped
+/// tries to end its file, and would print where that fails.
+struct FailsOnce<W> {
+    sink: W,
+    failed: bool,
+}
+
+impl<W> FailsOnce<W> {
+    fn once<T>(
+        &mut self,
+        quiet: T,
+        act: impl FnOnce(&mut W) -> std::io::Result<T>,
+    ) -> std::io::Result<T> {
+        if self.failed {
+            return Ok(quiet);
+        }
+        let result = act(&mut self.sink);
+        self.failed = result.is_err();
+        result
+    }
+}
+
+impl<W: Write> Write for FailsOnce<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.once(bytes.len(), |sink| sink.write(bytes))
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.once((), Write::flush)
+    }
+}
+
+impl<W: Seek> Seek for FailsOnce<W> {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.once(0, |sink| sink.seek(to))
+    }
 }
