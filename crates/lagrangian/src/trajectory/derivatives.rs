@@ -2,8 +2,8 @@
 //!
 //! A window is chosen by its risk, the mean squared error of the derivative: variance σ² ‖a‖² (see
 //! `local_polynomial`), with σ from the residuals of short windows, plus squared bias. The bias of a window of
-//! length h is of order h⁴ (h³ at the ends), so that it follows from the difference to the next longer window r h, freed of its
-//! noise: bias² = (⟨(D' − D)²⟩ − σ² ‖a' − a‖²) / (r⁴ − 1)², where the prime means the longer one. (The idea of comparing windows is
+//! length h is of order hᵖ, so that it follows from the difference to the next longer window r h, freed of its
+//! noise: bias² = (⟨(D' − D)²⟩ − σ² ‖a' − a‖²) / (rᵖ − 1)², where the prime means the longer one. (The idea of comparing windows is
 //! Lepski's, Theory Probab. Appl. 35, 1990.)
 
 use std::ops::Range;
@@ -290,8 +290,9 @@ impl Risk {
         variance: f64,
         growth: impl Fn(i32) -> f64,
     ) {
-        // A shifted window errs at one order less.
-        for (shifted, order, risk) in [(false, 4, &mut self.inside), (true, 3, &mut self.ends)] {
+        // A shifted window errs at one order less. Both are taken one lower than for a smooth motion, since a window
+        // that is longer than a jerk hides part of its bias.
+        for (shifted, order, risk) in [(false, 3, &mut self.inside), (true, 2, &mut self.ends)] {
             let pairs = || {
                 longer
                     .iter()
