@@ -273,7 +273,7 @@ fn ten_million_rows_stream_through_and_only_the_kept_ones_stay() {
     assert!(recording.t.capacity() < 20_000);
 }
 
-fn npz() -> Vec<u8> {
+fn written(format: Format) -> Vec<u8> {
     let t: Vec<f64> = (0..20).map(f64::from).collect();
     let trajectory = |name: &str| Trajectory {
         name: name.into(),
@@ -350,7 +350,7 @@ fn a_full_disk_is_an_error_in_every_format() {
 
 #[test]
 fn an_array_that_claims_more_than_the_archive_holds_is_refused() {
-    let bytes = npz();
+    let bytes = written(Format::Npz);
     for (from, to) in [
         ("(40,)", "(9999999999,)"),
         ("(40, 1,)", "(4, 9999999999999999999,)"),
@@ -370,7 +370,7 @@ fn an_array_that_claims_more_than_the_archive_holds_is_refused() {
 
 #[test]
 fn a_truncated_archive_is_refused() {
-    let bytes = npz();
+    let bytes = written(Format::Npz);
     for keep in 0..bytes.len() {
         assert!(read_bytes(Format::Npz, bytes[..keep].to_vec()).is_err());
     }
@@ -380,13 +380,18 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_damaged_archive_never_panics(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8)) {
-        let mut bytes = npz();
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
+    fn a_damaged_file_never_panics(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+    ) {
+        let parquet = cfg!(feature = "parquet").then_some(Format::Parquet);
+        for format in [Format::Npz].into_iter().chain(parquet) {
+            let mut bytes = written(format);
+            for (at, value) in &changes {
+                let at = at.index(bytes.len());
+                bytes[at] = *value;
+            }
+            let _ = read_bytes(format, bytes);
         }
-        let _ = read_bytes(Format::Npz, bytes);
     }
 
     #[test]
