@@ -284,7 +284,7 @@ fn written(format: Format) -> Vec<u8> {
         tau: None,
     };
     let mut bytes = Cursor::new(Vec::new());
-    Format::Npz
+    format
         .write(&mut bytes, &[trajectory("a"), trajectory("b")])
         .unwrap();
     bytes.into_inner()

@@ -14,6 +14,7 @@ pub mod parquet;
 mod recording;
 mod rows;
 mod shared;
+pub(crate) mod window;
 
 pub use columns::Columns;
 pub use coordinates::{Coordinate, Coordinates, Topology};
