@@ -5,6 +5,8 @@ mod page;
 
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
@@ -53,8 +55,10 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
     folder.write_record(&RunRecord::now(args.seed, args, Vec::new())?)?;
     let system = by_name(SYSTEM, &[])?;
     let data = experiment::random_states(&*system, args.samples as usize, VALIDATION, args.seed)?;
+    let interrupted = interrupt::flag()?;
     let lnn = train(
         args,
+        &interrupted,
         "lnn",
         Family::Lnn(LnnConfig::default()),
         &data,
@@ -62,6 +66,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
     )?;
     let mlp = train(
         args,
+        &interrupted,
         "mlp",
         Family::Mlp(MlpConfig::default()),
         &data,
@@ -105,6 +110,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
 /// Trains one family for the time that was given, in a run folder of its own.
 fn train(
     args: &DemoArgs,
+    interrupted: &Arc<AtomicBool>,
     name: &str,
     family: Family,
     data: &Dataset,
@@ -124,7 +130,7 @@ fn train(
     };
     folder.write_record(&RunRecord::now(args.seed, &config, Vec::new())?)?;
     let bar = Progress::start(format!("fit {name}"), manner.quiet);
-    let mut watch = Watch::new(&folder, folder.metrics(0)?, bar, interrupt::flag()?);
+    let mut watch = Watch::new(&folder, folder.metrics(0)?, bar, Arc::clone(interrupted));
     let fit = train::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;
     watch.finish(&format!(
