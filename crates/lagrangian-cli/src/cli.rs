@@ -100,7 +100,7 @@ pub(crate) struct DataArgs {
     pub(crate) layout: Option<PathBuf>,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Args, serde::Serialize)]
 #[command(after_help = "\
 Examples:
   lagrangian demo

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use super::{Item, time};
 use crate::trajectory::Recording;
-use crate::trajectory::derivatives::noise_variance;
 use crate::trajectory::local_polynomial::{Series, median, segments};
+use crate::trajectory::window::noise_variance;
 
 /// A coordinate declared as an angle that turns more often than this may be in degrees.
 const MANY_TURNS: f64 = 6.0;

@@ -15,8 +15,8 @@ const POOR: f64 = 0.5;
 const FAIR: f64 = 0.9;
 /// A slope may differ from 1 by this much.
 const SLOPE: f64 = 0.1;
-/// A lag of more samples than this is worth a warning.
-const LAG: f64 = 1.5;
+/// A lag that spoils this part of the velocity is worth a warning, if it is more than a sample.
+const LAG_ERROR: f64 = 0.1;
 
 /// How measured velocities `v` relate to the derivative `d` of the positions.
 struct Relation {
@@ -25,6 +25,8 @@ struct Relation {
     slope: f64,
     /// v comes later by so many samples.
     lag: f64,
+    /// What that lag does to v, as a part of v.
+    lag_error: f64,
 }
 
 /// One item for each coordinate whose velocity was measured.
@@ -111,11 +113,39 @@ fn relate(v: &[f64], d: &[f64]) -> Relation {
         0.0
     };
     let m = moments(v, d, best);
+    let change: Vec<f64> = d.windows(2).map(|w| w[1] - w[0]).collect();
+    let lag = best as f64 + fraction;
+    let lag_error = lag.abs() * rms(&change) / rms(d);
     Relation {
         correlation: correlation(m),
         slope: m.0 / m.1,
-        lag: best as f64 + fraction,
+        lag,
+        lag_error,
     }
+}
+
+/// What is said where the log holds differences.
+const DIFFERENCES: &str = "it is the difference of successive positions, half a sample late: estimating it from q is less noisy";
+
+/// Whether most velocities are Δq / Δt from the sample before, to 2 %.
+fn successive_differences(recording: &Recording, i: usize) -> bool {
+    let n = recording.dof();
+    let Some(qd) = &recording.qd else {
+        return false;
+    };
+    let differs = |k: usize| {
+        recording.q[k * n + i]
+            .total_cmp(&recording.q[(k - 1) * n + i])
+            .is_ne()
+    };
+    let moving: Vec<usize> = (1..recording.len()).filter(|k| differs(*k)).collect();
+    let equal = |k: &&usize| {
+        let (now, before) = (**k * n + i, (**k - 1) * n + i);
+        let slope =
+            (recording.q[now] - recording.q[before]) / (recording.t[**k] - recording.t[**k - 1]);
+        (qd[now] - slope).abs() < 0.02 * slope.abs()
+    };
+    2 * moving.iter().filter(equal).count() > moving.len()
 }
 
 /// Slopes that give away a unit: (slope, what it means, what to do).
@@ -164,7 +194,7 @@ fn judge(recording: &Recording, i: usize, name: &str, r: &Relation) -> Item {
             "it is a poor measurement of the derivative of q",
             Some("leave it out and let it be estimated from q"),
         )
-    } else if r.lag.abs() > LAG {
+    } else if r.lag.abs() > 1.0 && r.lag_error > LAG_ERROR {
         (
             Verdict::Warn,
             "it is late or early",
@@ -173,7 +203,15 @@ fn judge(recording: &Recording, i: usize, name: &str, r: &Relation) -> Item {
             ),
         )
     } else {
-        (Verdict::Pass, "it is the derivative of q", None)
+        (
+            Verdict::Pass,
+            if successive_differences(recording, i) {
+                DIFFERENCES
+            } else {
+                "it is the derivative of q"
+            },
+            None,
+        )
     };
     let item = Item {
         verdict,

@@ -15,7 +15,7 @@ use crate::{Error, Result};
 /// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or other
 /// text than UTF-8, [`Error::TooShort`] if there is no row.
 pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> {
-    let mut source = BufReader::with_capacity(1 << 16, source);
+    let mut source = BufReader::with_capacity(1 << 16, PlainLines(source));
     let delimiter = delimiter(source.fill_buf()?);
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(delimiter)
@@ -47,12 +47,39 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
     let mut record = csv::StringRecord::new();
     let mut values = vec![0.0; numbers.len()];
     while reader.read_record(&mut record).map_err(malformed)? {
+        // The record's own position stands before the blank lines that were skipped.
+        let (start, next) = (
+            record.position().map_or(0, csv::Position::line),
+            reader.position().line(),
+        );
+        let line = start.max(next.saturating_sub(1));
         for (value, &column) in values.iter_mut().zip(&numbers) {
-            *value = number(&record, column, &headers)?;
+            *value = number(&record, column, &headers, line)?;
         }
         rows.push(trajectory.and_then(|at| record.get(at)), &mut values)?;
     }
     rows.finish()
+}
+
+/// Drops carriage returns, so that lines are counted alike wherever the file was written.
+struct PlainLines<R>(R);
+
+impl<R: Read> Read for PlainLines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        loop {
+            let count = self.0.read(buffer)?;
+            let mut kept = 0;
+            for i in 0..count {
+                if buffer[i] != b'\r' {
+                    buffer[kept] = buffer[i];
+                    kept += 1;
+                }
+            }
+            if kept > 0 || count == 0 {
+                return Ok(kept);
+            }
+        }
+    }
 }
 
 fn delimiter(start: &[u8]) -> u8 {
@@ -65,13 +92,13 @@ fn delimiter(start: &[u8]) -> u8 {
         .unwrap_or(b',')
 }
 
-fn number(record: &csv::StringRecord, column: usize, headers: &[String]) -> Result<f64> {
+fn number(record: &csv::StringRecord, column: usize, headers: &[String], line: u64) -> Result<f64> {
     let text = record.get(column).unwrap_or_default();
     if text.is_empty() {
         return Ok(f64::NAN);
     }
     text.parse().map_err(|_| Error::Cell {
-        line: record.position().map_or(0, csv::Position::line),
+        line,
         column: headers[column].clone(),
         text: text.chars().take(80).collect(),
     })

@@ -81,7 +81,7 @@ fn derivative_of_powers(x: f64, order: usize) -> [f64; SIZE] {
     v
 }
 
-/// Solves G c = v with Gᵢⱼ = moment i + j, up to `degree`, by LDLᵀ.
+/// Solves G c = v with Gᵢⱼ = moment i + j, up to `degree`, by the factors L D Lᵀ.
 fn solve(moments: &[f64; 2 * SIZE - 1], degree: usize, mut v: [f64; SIZE]) -> Option<[f64; SIZE]> {
     let n = degree + 1;
     let mut l = [[0.0; SIZE]; SIZE];

@@ -16,6 +16,7 @@ mod recording;
 mod rows;
 mod shared;
 mod state;
+pub(crate) mod window;
 
 pub use columns::Columns;
 pub use coordinates::{Coordinate, Coordinates, Topology};

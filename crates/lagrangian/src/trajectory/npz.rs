@@ -1,8 +1,8 @@
 //! NPZ: a zip of `NumPy` arrays, `t` `[len]`, and `q` `[len, n]` or `q1 …` `[len]` each.
 
-use std::io::{BufReader, Read, Seek, Write};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 
-use zip::{ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
+use zip::{CompressionMethod, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
 use super::columns::{Resolved, resolve};
 use super::npy::{Header, malformed, write_header};
@@ -237,8 +237,10 @@ fn check_lengths(resolved: &Resolved, headers: &[String], arrays: &[Array]) -> R
 pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()> {
     let shape = WrittenColumns::of(trajectories)?;
     let rows = trajectories.iter().map(Trajectory::len).sum::<usize>();
-    let mut archive = ZipWriter::new(sink);
-    let options = SimpleFileOptions::default().large_file(true);
+    let mut archive = ZipWriter::new(FailsOnce::new(sink));
+    let options = SimpleFileOptions::default()
+        .large_file(true)
+        .compression_method(CompressionMethod::Stored);
     if trajectories.len() > 1 {
         archive
             .start_file("trajectory.npy", options)
@@ -264,7 +266,7 @@ pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()>
             .filter_map(|t| shape.signals(t).nth(signal).map(|s| s.1));
         write_array(&mut archive, &[rows, shape.n], values)?;
     }
-    archive.finish().map_err(zipped)?.flush()?;
+    archive.finish().map_err(zipped)?.sink.flush()?;
     Ok(())
 }
 
@@ -303,4 +305,68 @@ fn write_names(sink: &mut impl Write, trajectories: &[Trajectory], rows: usize) 
     }
     sink.flush()?;
     Ok(())
+}
+
+/// A sink that reports its first failure and from then on pretends: a zip writer that is dropped tries to end its
+/// file, and would print or panic where that fails.
+struct FailsOnce<W> {
+    sink: W,
+    failed: bool,
+    position: u64,
+    end: u64,
+}
+
+impl<W> FailsOnce<W> {
+    fn new(sink: W) -> Self {
+        Self {
+            sink,
+            failed: false,
+            position: 0,
+            end: 0,
+        }
+    }
+
+    /// Moves to where `act` says, or to `pretended` once the sink has failed.
+    fn advance(
+        &mut self,
+        pretended: u64,
+        act: impl FnOnce(&mut W) -> std::io::Result<u64>,
+    ) -> std::io::Result<u64> {
+        self.position = if self.failed {
+            pretended
+        } else {
+            act(&mut self.sink).inspect_err(|_| self.failed = true)?
+        };
+        self.end = self.end.max(self.position);
+        Ok(self.position)
+    }
+}
+
+impl<W: Write> Write for FailsOnce<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let before = self.position;
+        let wanted = before + bytes.len() as u64;
+        let after = self.advance(wanted, |sink| Ok(before + sink.write(bytes)? as u64))?;
+        // OK because no more was written than there are bytes.
+        Ok((after - before) as usize)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        if self.failed {
+            Ok(())
+        } else {
+            self.sink.flush().inspect_err(|_| self.failed = true)
+        }
+    }
+}
+
+impl<W: Seek> Seek for FailsOnce<W> {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        let pretended = match to {
+            SeekFrom::Start(position) => position,
+            SeekFrom::End(offset) => self.end.saturating_add_signed(offset),
+            SeekFrom::Current(offset) => self.position.saturating_add_signed(offset),
+        };
+        self.advance(pretended, |sink| sink.seek(to))
+    }
 }

@@ -31,11 +31,11 @@ impl<R> Length for Shared<R> {
 impl<R: Read + Seek + Send> ChunkReader for Shared<R> {
     type T = std::io::BufReader<Self>;
 
-    fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
+    fn get_read(&self, start: u64) -> std::result::Result<Self::T, ParquetError> {
         Ok(std::io::BufReader::new(self.at(start)))
     }
 
-    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
+    fn get_bytes(&self, start: u64, length: usize) -> std::result::Result<Bytes, ParquetError> {
         if start.saturating_add(length as u64) > self.size {
             return Err(ParquetError::EOF(format!(
                 "{length} bytes at {start} of a file of {} bytes",

@@ -103,7 +103,8 @@ impl Partial {
         let n = self.last.len();
         let r = &mut self.recording;
         for i in 0..n {
-            if self.high[i] - self.low[i] > TAU * 1.001 {
+            let wrapped = self.wraps.iter().any(|w| w.1 == i);
+            if !wrapped || self.high[i] - self.low[i] > TAU * 1.001 {
                 continue;
             }
             let mut wraps = self.wraps.iter().filter(|w| w.1 == i).peekable();

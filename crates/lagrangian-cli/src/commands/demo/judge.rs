@@ -1,0 +1,109 @@
+//! What the demo measures: energy over long rollouts and valid prediction times, of both models and of the truth.
+
+use anyhow::Result;
+use lagrangian::State;
+use lagrangian::dynamics::Model;
+use lagrangian::experiment::{
+    self, EnergyTest, Predictability, ValidTimes, energy_test, predictability, restarted,
+    valid_times,
+};
+use lagrangian::integrate::Method;
+use lagrangian::lagrangian::analytic::AnalyticModel;
+use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
+
+use super::{Manner, REFERENCE_ENERGY};
+use crate::cli::DemoArgs;
+use crate::progress::Progress;
+
+/// Length of a rollout, s.
+pub(super) const DURATION: f64 = 100.0;
+/// Between two samples of a rollout, s.
+const INTERVAL: f64 = 0.05;
+/// By how much the true equations are restarted to see how predictable anything is, rad.
+pub(super) const RESTART: f64 = 1e-12;
+
+/// Rollouts of one model from all starts, and what they show.
+pub(super) struct Judged {
+    pub(super) rollouts: Vec<Rollout>,
+    pub(super) energy: EnergyTest,
+    /// None for the truth itself.
+    pub(super) valid: Option<ValidTimes>,
+}
+
+/// Everything that was measured.
+pub(super) struct Judgement {
+    pub(super) starts: Vec<State>,
+    pub(super) predictability: Vec<Predictability>,
+    pub(super) truth: Judged,
+    pub(super) restarted: ValidTimes,
+    pub(super) lnn: Judged,
+    pub(super) mlp: Judged,
+}
+
+/// Tolerances at which the integration error is far below the error of any model here.
+pub(super) fn options() -> RolloutOptions {
+    RolloutOptions {
+        method: Method::Dopri5,
+        rtol: 1e-9,
+        atol: 1e-9,
+        ..RolloutOptions::default()
+    }
+}
+
+impl Judgement {
+    pub(super) fn of(
+        args: &DemoArgs,
+        system: &dyn AnalyticModel,
+        lnn: &dyn Model,
+        mlp: &dyn Model,
+        manner: Manner,
+    ) -> Result<Self> {
+        let starts =
+            experiment::random_starts(system, args.starts as usize, args.seed.wrapping_add(1));
+        let times = times(DURATION, INTERVAL)?;
+        let mut bar = Progress::start("rollouts of 100 s", manner.quiet);
+        let truth = rollout_many(system, &starts, &times, &free, &RolloutOptions::truth())?;
+        bar.update(0.2, "true motions");
+        let predictability = predictability(system, &starts, DURATION, &options())?;
+        let restarted = restarted(system, &starts, RESTART, &times, &RolloutOptions::truth())?;
+        let restarted = valid_times(system, &truth, &restarted, &predictability)?;
+        bar.update(0.5, "Lyapunov times");
+        let judge = |model: &dyn Model| -> Result<Judged> {
+            let rollouts = rollout_many(model, &starts, &times, &free, &options())?;
+            let valid = valid_times(model, &truth, &rollouts, &predictability)?;
+            Ok(Judged {
+                energy: energy_test(system, &rollouts, REFERENCE_ENERGY),
+                valid: Some(valid),
+                rollouts,
+            })
+        };
+        let lnn = judge(lnn)?;
+        bar.update(0.8, "learned Lagrangian");
+        let mlp = judge(mlp)?;
+        bar.finish(&format!("{} starts, three models", starts.len()));
+        let energy = energy_test(system, &truth, REFERENCE_ENERGY);
+        let truth = Judged {
+            energy,
+            valid: None,
+            rollouts: truth,
+        };
+        Ok(Self {
+            starts,
+            predictability,
+            truth,
+            restarted,
+            lnn,
+            mlp,
+        })
+    }
+
+    /// The start that the page shows moving: chaotic, and kept by the plain network for as long as any.
+    pub(super) fn shown(&self) -> usize {
+        let kept = |k: &usize| self.mlp.rollouts[*k].trajectory.len();
+        let chaotic = |k: &usize| usize::from(self.predictability[*k].lyapunov_time.is_some());
+        (0..self.starts.len())
+            .rev()
+            .max_by_key(|k| (chaotic(k), kept(k)))
+            .unwrap_or(0)
+    }
+}

@@ -1,0 +1,197 @@
+//! `lagrangian demo`: a double pendulum learned twice, by a Lagrangian and by a plain network, and judged.
+
+mod judge;
+mod page;
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use lagrangian::baseline::MlpConfig;
+use lagrangian::dataset::Dataset;
+use lagrangian::experiment;
+use lagrangian::lagrangian::LnnConfig;
+use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::saved::Provenance;
+use lagrangian::train::{self, Budget, Ending, Family, Fit, FitConfig};
+use serde_json::json;
+
+use super::Manner;
+use crate::cli::DemoArgs;
+use crate::failure::Advise;
+use crate::interrupt;
+use crate::output;
+use crate::progress::Progress;
+use crate::run_folder::{MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord};
+use crate::watch::Watch;
+
+use judge::{Judged, Judgement};
+
+/// The system that is learned.
+const SYSTEM: &str = "double-pendulum";
+/// The energy that counts as 100 %: that of hanging upside down above resting at the height of the pivot, J.
+const REFERENCE_ENERGY: f64 = 29.4;
+/// States that the fits are stopped and chosen by.
+const VALIDATION: usize = 2000;
+
+/// A model of the demo, fitted.
+struct Trained {
+    fit: Fit,
+    config: FitConfig,
+    metrics: Vec<Metric>,
+}
+
+pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
+    let start = Instant::now();
+    let occupied = if args.force {
+        Occupied::Restart
+    } else {
+        Occupied::Refuse
+    };
+    let folder = RunFolder::open(&args.out, occupied)?;
+    folder.write_record(&RunRecord::now(args.seed, args, Vec::new())?)?;
+    let system = by_name(SYSTEM, &[])?;
+    let data = experiment::random_states(&*system, args.samples as usize, VALIDATION, args.seed)?;
+    let interrupted = interrupt::flag()?;
+    let lnn = train(
+        args,
+        &interrupted,
+        "lnn",
+        Family::Lnn(LnnConfig::default()),
+        &data,
+        manner,
+    )?;
+    let mlp = train(
+        args,
+        &interrupted,
+        "mlp",
+        Family::Mlp(MlpConfig::default()),
+        &data,
+        manner,
+    )?;
+    let judgement = Judgement::of(args, &*system, &lnn.fit.model, &mlp.fit.model, manner)?;
+    write_rollouts(&folder, &*system, &judgement)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let report = page::report(args, &*system, &data, [&lnn, &mlp], &judgement, seconds)?;
+    folder.write(REPORT, crate::draw::html(&report).as_bytes())?;
+    let page = folder.file(REPORT);
+    if manner.json {
+        let figures = json!({
+            "command": "demo",
+            "out": args.out,
+            "report": page,
+            "seed": args.seed,
+            "samples": args.samples,
+            "starts": args.starts,
+            "seconds": seconds,
+            "lnn": figures(&judgement.lnn, &lnn),
+            "baseline": figures(&judgement.mlp, &mlp),
+            "truth": {
+                "energy_error_mean_percent": judgement.truth.energy.mean,
+                "valid_time": judgement.restarted,
+            },
+        });
+        output::print_json(&figures)?;
+    } else {
+        let [lnn, mlp] = [&judgement.lnn, &judgement.mlp].map(|j| j.energy.mean);
+        eprintln!(
+            "energy error at 100 s, mean of {} starts: {lnn:.5} % (plain network {mlp:.2} %)",
+            args.starts
+        );
+        eprintln!("open {}", page.display());
+        eprintln!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Trains one family for the time that was given, in a run folder of its own.
+fn train(
+    args: &DemoArgs,
+    interrupted: &Arc<AtomicBool>,
+    name: &str,
+    family: Family,
+    data: &Dataset,
+    manner: Manner,
+) -> Result<Trained> {
+    let occupied = if args.force {
+        Occupied::Restart
+    } else {
+        Occupied::Refuse
+    };
+    let folder = RunFolder::open(&args.out.join(name), occupied)?;
+    let config = FitConfig {
+        family,
+        budget: Budget::Seconds(args.seconds),
+        seed: args.seed,
+        ..FitConfig::default()
+    };
+    folder.write_record(&RunRecord::now(args.seed, &config, Vec::new())?)?;
+    let bar = Progress::start(format!("fit {name}"), manner.quiet);
+    let mut watch = Watch::new(&folder, folder.metrics(0)?, bar, Arc::clone(interrupted));
+    let fit = train::fit(data, &config, None, &mut watch)
+        .advise("cannot fit", "give --samples and --seconds more")?;
+    watch.finish(&format!(
+        "{} steps, relative error of the accelerations {:.1e}",
+        fit.steps,
+        fit.best.sqrt()
+    ))?;
+    folder.write(
+        MODEL,
+        &fit.model.save(Provenance::of_seed(args.seed))?.to_bytes()?,
+    )?;
+    if fit.ending == Ending::Interrupted {
+        bail!(
+            "interrupted; the best model so far is in '{}'",
+            folder.file(MODEL).display()
+        );
+    }
+    Ok(Trained {
+        fit,
+        config,
+        metrics: folder.read_metrics()?,
+    })
+}
+
+/// The rollouts behind every figure of energy and prediction.
+fn write_rollouts(
+    folder: &RunFolder,
+    system: &dyn AnalyticModel,
+    judgement: &Judgement,
+) -> Result<()> {
+    let files = [
+        ("truth.npz", &judgement.truth),
+        ("lnn.npz", &judgement.lnn),
+        ("mlp.npz", &judgement.mlp),
+    ];
+    for (name, judged) in files {
+        let trajectories: Vec<_> = judged
+            .rollouts
+            .iter()
+            .map(|r| r.trajectory.clone())
+            .collect();
+        let path: &Path = &folder.file(name);
+        output::write_trajectories(
+            path,
+            output::Existing::Replace,
+            &trajectories,
+            system.coordinates(),
+        )?;
+    }
+    Ok(())
+}
+
+fn figures(judged: &Judged, trained: &Trained) -> serde_json::Value {
+    json!({
+        "energy_error_mean_percent": judged.energy.mean,
+        "energy_error_median_percent": judged.energy.median,
+        "energy_error_worst_percent": judged.energy.worst,
+        "unfinished": judged.energy.unfinished,
+        "valid_time": judged.valid,
+        "acceleration_loss": trained.fit.best,
+        "train_seconds": trained.fit.seconds,
+        "steps": trained.fit.steps,
+    })
+}

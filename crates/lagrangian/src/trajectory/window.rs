@@ -1,0 +1,236 @@
+//! Chooses the window of a local polynomial from the data.
+//!
+//! A window is chosen by its risk, the mean squared error of the derivative: variance σ² ‖a‖² (see
+//! `local_polynomial`), with σ from the residuals of short windows, plus squared bias. The bias of a window of
+//! length h is of order hᵖ, so that it follows from the difference to the next longer window r h, freed of its
+//! noise: bias² = (⟨(D' − D)²⟩ − σ² ‖a' − a‖²) / (rᵖ − 1)², where the prime means the longer one. (The idea of comparing windows is
+//! Lepski's, Theory Probab. Appl. 35, 1990.)
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::EstimateOptions;
+use super::local_polynomial::{Filter, Series, around};
+
+/// The risk of a window is estimated at so many places of a recording.
+const PLACES: usize = 1500;
+/// From one window to the next.
+const RUNG: f64 = 1.4;
+
+/// A window with what it costs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Choice {
+    pub(crate) filter: Filter,
+    pub(crate) window: usize,
+    /// Standard deviation of the noise of the source.
+    pub(crate) noise: f64,
+    /// Estimated mean squared error of the derivative.
+    pub(super) risk: Risk,
+}
+
+impl Choice {
+    /// Estimated standard error of the derivative.
+    pub(crate) fn standard_error(self) -> f64 {
+        self.risk.inside.sqrt()
+    }
+}
+
+/// One window at one place.
+struct Local {
+    start: usize,
+    weights: Vec<f64>,
+    value: f64,
+    /// The end of the data has shifted it off centre.
+    shifted: bool,
+}
+
+impl Local {
+    fn new(series: Series<'_>, filter: Filter, k: usize, window: Range<usize>) -> Self {
+        let mut weights = Vec::with_capacity(window.len());
+        filter.weights(&series.t[window.clone()], series.t[k], &mut weights);
+        let value = series.dot(window.start, &weights);
+        let shifted = k.abs_diff(window.start + window.len() / 2) > 1;
+        Self {
+            start: window.start,
+            weights,
+            value,
+            shifted,
+        }
+    }
+
+    fn variance(&self) -> f64 {
+        self.weights.iter().map(|a| a * a).sum()
+    }
+
+    /// ‖a − b‖², where `shorter` lies inside.
+    fn distance(&self, shorter: &Self) -> f64 {
+        let offset = shorter.start - self.start;
+        let inside = shorter
+            .weights
+            .iter()
+            .enumerate()
+            .map(|(j, b)| self.weights[offset + j] * b)
+            .sum::<f64>();
+        self.variance() + shorter.variance() - 2.0 * inside
+    }
+}
+
+/// At most [`PLACES`] samples, evenly spread, each with the segment that it belongs to.
+fn places(segments: &[Range<usize>]) -> Vec<(usize, &Range<usize>)> {
+    let total: usize = segments.iter().map(Range::len).sum();
+    let stride = total.div_ceil(PLACES).max(1);
+    let all = segments.iter().flat_map(|s| s.clone().map(move |k| (k, s)));
+    all.skip(stride / 2).step_by(stride).collect()
+}
+
+/// Variance of the noise: residuals of short windows, over what white noise of variance 1 would leave there.
+pub(crate) fn noise_variance(
+    series: Series<'_>,
+    segments: &[Range<usize>],
+    degree: usize,
+    window: usize,
+) -> f64 {
+    let sum = places(segments)
+        .into_iter()
+        .map(|(k, segment)| series.residual(around(k, window, segment), degree))
+        .fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
+    if sum.1 > 1e-9 { sum.0 / sum.1 } else { 0.0 }
+}
+
+/// Chooses the window of `filter` with the smallest risk.
+pub(crate) fn choose(
+    series: Series<'_>,
+    segments: &[Range<usize>],
+    filter: Filter,
+    options: &EstimateOptions,
+) -> Choice {
+    let variance = noise_variance(series, segments, filter.degree, filter.degree + 5);
+    let places = places(segments);
+    let longest = segments.iter().map(Range::len).max().unwrap_or(0);
+    let rungs = match options.window {
+        Some(window) => vec![window, longer(window)],
+        None => ladder(filter.degree + 3, longest.min(options.longest_window)),
+    };
+    let mut risks: Vec<(usize, Risk)> = Vec::new();
+    let mut shorter: Option<(usize, Vec<Local>)> = None;
+    for &window in &rungs {
+        let local =
+            |(k, s): &(usize, &Range<usize>)| Local::new(series, filter, *k, around(*k, window, s));
+        let here: Vec<Local> = places.par_iter().map(local).collect();
+        let mut risk = Risk::of_noise(&here, variance);
+        if let Some((previous, shorter)) = &shorter {
+            let ratio = window as f64 / *previous as f64;
+            // The difference says the bias of the shorter window best; the longest one has no other witness.
+            if let Some(last) = risks.last_mut() {
+                last.1
+                    .add_bias(&here, shorter, variance, |order| ratio.powi(order) - 1.0);
+            }
+            if Some(&window) == rungs.last() {
+                risk.add_bias(&here, shorter, variance, |order| 1.0 - ratio.powi(-order));
+            }
+        }
+        let best = risks
+            .iter()
+            .map(|r| r.1.total())
+            .fold(f64::INFINITY, f64::min);
+        if risks.last().is_some_and(|r| r.1.total() > 30.0 * best) {
+            break;
+        }
+        risks.push((window, risk));
+        shorter = Some((window, here));
+    }
+    if options.window.is_some() {
+        risks.truncate(1);
+    }
+    let best = risks
+        .into_iter()
+        .min_by(|a, b| a.1.total().total_cmp(&b.1.total()));
+    let (window, risk) = best.unwrap_or((filter.degree + 1, Risk::default()));
+    Choice {
+        filter,
+        window,
+        noise: variance.sqrt(),
+        risk,
+    }
+}
+
+/// Mean squared error of a derivative.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Risk {
+    /// Where the window is centred.
+    pub(super) inside: f64,
+    /// Where the end of the data has shifted it.
+    pub(super) ends: f64,
+    /// The part of the samples that stand at the ends.
+    part: f64,
+}
+
+impl Risk {
+    fn of_noise(here: &[Local], variance: f64) -> Self {
+        let risk = |shifted| {
+            variance
+                * mean(
+                    here.iter()
+                        .filter(|l| l.shifted == shifted)
+                        .map(Local::variance),
+                )
+        };
+        let shifted = here.iter().filter(|l| l.shifted).count();
+        Self {
+            inside: risk(false),
+            ends: risk(true),
+            part: shifted as f64 / here.len().max(1) as f64,
+        }
+    }
+
+    pub(super) fn total(self) -> f64 {
+        self.inside * (1.0 - self.part) + self.ends * self.part
+    }
+
+    /// Adds the squared bias that the differences between two windows tell; `growth` is that of the bias from one
+    /// to the other, minus 1, for a bias of some order in the length.
+    fn add_bias(
+        &mut self,
+        longer: &[Local],
+        shorter: &[Local],
+        variance: f64,
+        growth: impl Fn(i32) -> f64,
+    ) {
+        // A shifted window errs at one order less. Both are taken one lower than for a smooth motion, since a window
+        // that is longer than a jerk hides part of its bias.
+        for (shifted, order, risk) in [(false, 3, &mut self.inside), (true, 2, &mut self.ends)] {
+            let pairs = || {
+                longer
+                    .iter()
+                    .zip(shorter)
+                    .filter(|(l, _)| l.shifted == shifted)
+            };
+            let squared = mean(pairs().map(|(l, s)| (l.value - s.value).powi(2)));
+            let excess = (squared - variance * mean(pairs().map(|(l, s)| l.distance(s)))).max(0.0);
+            *risk += excess / growth(order).powi(2);
+        }
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+/// The next window of the ladder, an odd number of samples.
+fn longer(window: usize) -> usize {
+    ((window as f64 * RUNG).ceil() as usize) | 1
+}
+
+fn ladder(shortest: usize, longest: usize) -> Vec<usize> {
+    let next = |w: &usize| Some(longer(*w));
+    let rungs: Vec<usize> = std::iter::successors(Some(shortest | 1), next)
+        .take_while(|w| *w <= longest)
+        .collect();
+    if rungs.is_empty() {
+        vec![longest.max(1)]
+    } else {
+        rungs
+    }
+}
