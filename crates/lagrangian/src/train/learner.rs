@@ -37,7 +37,7 @@ pub(crate) struct Work<T: Real> {
     pub(crate) mix: Vec<f64>,
     /// Accelerations along which S is taken, `[samples, n]`.
     pub(crate) along: Vec<f64>,
-    /// ∂S_i/∂(extra parameter k of coordinate i), `[samples, n, extra]`.
+    /// ∂`S_i/∂(extra` parameter k of coordinate i), `[samples, n, extra]`.
     pub(crate) extra: Vec<f64>,
     /// Samples of this block whose mass matrix was singular; they weigh nothing.
     pub(crate) singular: usize,

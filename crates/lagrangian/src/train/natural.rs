@@ -113,10 +113,6 @@ impl Natural {
 
     /// One step at `rate` with damping `damping`; returns the loss before it. A batch whose system cannot be solved
     /// moves nothing but forgets the momentum.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a step is a function of all of these"
-    )]
     pub(crate) fn step(
         &mut self,
         learner: &dyn Learner<f64>,

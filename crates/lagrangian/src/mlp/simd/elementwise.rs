@@ -77,7 +77,7 @@ impl<T: Real> PointForward<'_, T> {
     }
 }
 
-/// out_c = σ′ in_c: tangents forward, and the value component of the sensitivity backward.
+/// `out_c` = σ′ `in_c`: tangents forward, and the value component of the sensitivity backward.
 pub(crate) struct PointTangent<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) components: Range<usize>,
@@ -103,7 +103,7 @@ impl<T: Real> Task for PointTangent<'_, T> {
     }
 }
 
-/// a_i′ = σ′ z_i′ + σ″ z_i z_′.
+/// `a_i`′ = σ′ `z_i`′ + σ″ `z_i` z_′.
 pub(crate) struct PointSecond<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) directions: usize,
@@ -178,7 +178,7 @@ impl<T: Real> Task for PointReverse2<'_, T> {
     }
 }
 
-/// Adds Σ_units σ″ ya₀ z_t z_u of one layer to the second derivatives of the output along the tangents:
+/// Adds `Σ_units` σ″ ya₀ `z_t` `z_u` of one layer to the second derivatives of the output along the tangents:
 /// `hessian[s, i, j]` for i ≥ j, and `hessian[s, i, directions]` for the pair of i with ′
 /// (`[samples, directions, directions + 1]`).
 pub(crate) struct Contract<'a, T> {
@@ -216,13 +216,13 @@ impl<T: Real> Task for Contract<'_, T> {
     }
 }
 
-/// The two sides of a gate z = Σ_j g_j v_j + g_n: the gates g (from q) and the velocities v.
+/// The two sides of a gate z = `Σ_j` `g_j` `v_j` + `g_n`: the gates g (from q) and the velocities v.
 pub(crate) struct Gates<'a, T> {
     /// Of the gated layer.
     pub(crate) shape: Shape,
     /// Degrees of freedom.
     pub(crate) n: usize,
-    /// Gates in panels: block j of `shape.panels` panels multiplies v_j, the last block is added.
+    /// Gates in panels: block j of `shape.panels` panels multiplies `v_j`, the last block is added.
     pub(crate) g: &'a [T],
     /// Velocities, `[components, samples, n]`.
     pub(crate) v: &'a [T],
@@ -252,7 +252,7 @@ impl<T: Real> Gates<'_, T> {
     }
 }
 
-/// Components of z = Σ_j g_j v_j + g_n.
+/// Components of z = `Σ_j` `g_j` `v_j` + `g_n`.
 pub(crate) struct GateForward<'a, T> {
     pub(crate) gates: Gates<'a, T>,
     pub(crate) components: Range<usize>,
@@ -324,7 +324,7 @@ impl<T: Real> Task for GateReverse<'_, T> {
     }
 }
 
-/// yv_j += Σ_units yz₀ g_j.
+/// `yv_j` += `Σ_units` yz₀ `g_j`.
 #[inline(always)]
 fn velocity_sensitivity<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], yv: &mut [T]) {
     for s in 0..g.shape.samples {
@@ -340,7 +340,7 @@ fn velocity_sensitivity<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], yv: &mut [T
     }
 }
 
-/// hessian[t, u] += Σ_units yz₀ Σ_j (g_j,t v_j,u + g_j,u v_j,t).
+/// hessian[t, u] += `Σ_units` yz₀ `Σ_j` (`g_j,t` `v_j,u` + `g_j,u` `v_j,t`).
 #[inline(always)]
 fn gate_curvature<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], n: usize, hessian: &mut [T]) {
     for s in 0..g.shape.samples {
