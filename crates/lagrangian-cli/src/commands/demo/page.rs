@@ -15,6 +15,7 @@ use lagrangian::train::{Family, FitConfig};
 use super::judge::{DURATION, Judged, Judgement, RESTART, options};
 use super::{REFERENCE_ENERGY, Trained};
 use crate::cli::DemoArgs;
+use crate::draw::short;
 use crate::run_folder::Metric;
 
 const NAMES: [(&str, Role); 3] = [
@@ -103,7 +104,7 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
     let worst = |judged: &Judged| {
         format!(
             "mean of {count} starts; worst {} %",
-            percent(judged.energy.worst)
+            short(judged.energy.worst)
         )
     };
     let valid = |judged: &Judged| {
@@ -116,14 +117,14 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
     vec![
         headline(
             "Energy error at 100 s, Lagrangian",
-            percent(judgement.lnn.energy.mean),
+            short(judgement.lnn.energy.mean),
             "%",
             worst(&judgement.lnn),
             Some(Role::Lnn),
         ),
         headline(
             "Energy error at 100 s, plain network",
-            percent(judgement.mlp.energy.mean),
+            short(judgement.mlp.energy.mean),
             "%",
             worst(&judgement.mlp),
             Some(Role::Baseline),
@@ -146,25 +147,6 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
             None,
         ),
     ]
-}
-
-/// Two significant digits, without an exponent.
-fn percent(x: f64) -> String {
-    if !x.is_finite() {
-        return "–".into();
-    }
-    let digits = if x > 0.0 {
-        (1.0 - x.log10().floor()).clamp(0.0, 9.0)
-    } else {
-        1.0
-    };
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped to 0…9"
-    )]
-    let digits = digits as usize;
-    format!("{x:.digits$}")
 }
 
 fn summary(judgement: &Judgement) -> Vec<String> {
@@ -322,7 +304,7 @@ fn table(judgement: &Judgement) -> Table {
     let row = |name: &str, judged: &Judged, valid: Option<&ValidTimes>| {
         let energy = &judged.energy;
         let mut row = vec![name.to_string()];
-        row.extend([energy.mean, energy.median, energy.worst].map(|x| format!("{} %", percent(x))));
+        row.extend([energy.mean, energy.median, energy.worst].map(|x| format!("{} %", short(x))));
         row.push(energy.unfinished.to_string());
         row.extend(valid.map_or_else(|| ["–"; 3].map(str::to_string), times));
         row
