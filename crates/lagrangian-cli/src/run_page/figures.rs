@@ -69,8 +69,8 @@ impl<'a> Followed<'a> {
         let chain = match (n, links) {
             (1, _) => "Drawn as a pendulum whose angle is measured from hanging down.",
             (_, Links::Absolute) => {
-                "Drawn as a chain of equal links, each angle measured from hanging down; `lagrangian report RUN \
-                 --links relative` measures it from the link before."
+                "Drawn as a chain of equal links, each angle measured from hanging down; the command report \
+                 with --links relative measures it from the link before."
             }
             (_, Links::Relative) => {
                 "Drawn as a chain of equal links, each angle measured from the link before."
@@ -86,19 +86,18 @@ impl<'a> Followed<'a> {
         })
     }
 
-    /// Coordinates over time, phase portraits, and the learned energy where nothing should change it.
+    /// The learned energy where nothing should change it, coordinates over time, and phase portraits.
     pub(super) fn figures(&self, run: &Run) -> Vec<Figure> {
         let coordinates = run.model.coordinates();
         let motions = self.motions(run.role());
-        let mut figures: Vec<Figure> = (0..coordinates.dof())
-            .flat_map(|i| {
-                [
-                    trajectories(coordinates, i, &motions),
-                    phase_portrait(coordinates, i, &motions),
-                ]
-            })
-            .collect();
-        figures.extend(self.energy(run));
+        // The energy stands beside the loss, so that each coordinate has a row of its own.
+        let mut figures: Vec<Figure> = self.energy(run).into_iter().collect();
+        figures.extend((0..coordinates.dof()).flat_map(|i| {
+            [
+                trajectories(coordinates, i, &motions),
+                phase_portrait(coordinates, i, &motions),
+            ]
+        }));
         figures
     }
 

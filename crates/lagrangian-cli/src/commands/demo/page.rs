@@ -57,7 +57,9 @@ pub(super) fn report(
         title: "A double pendulum, learned twice".into(),
         subtitle: format!(
             "{} random states, two networks of the same size and optimiser, {:.0} s of training each, {} starts of 100 s",
-            args.samples, args.seconds, args.starts
+            grouped(args.samples),
+            args.seconds,
+            args.starts
         ),
         headlines: headlines(judgement, seconds),
         summary: summary(judgement),
@@ -147,6 +149,18 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
             None,
         ),
     ]
+}
+
+/// 100000 as 100 000.
+fn grouped(count: u32) -> String {
+    let digits = count.to_string();
+    let groups: Vec<&str> = digits
+        .as_bytes()
+        .rchunks(3)
+        .rev()
+        .filter_map(|group| std::str::from_utf8(group).ok())
+        .collect();
+    groups.join("\u{a0}")
 }
 
 fn summary(judgement: &Judgement) -> Vec<String> {
@@ -349,7 +363,7 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
             "States",
             format!(
                 "{}: angles anywhere, speeds to ±10 rad/s; masses 1 kg, lengths 1 m, g 9.8 m/s²",
-                args.samples
+                grouped(args.samples)
             ),
         ),
         (
@@ -377,6 +391,10 @@ fn commands(args: &DemoArgs) -> Vec<Command> {
         command(
             "Its figures as JSON",
             format!("lagrangian demo --force --out {out} --json"),
+        ),
+        command(
+            "The motion as a GIF, the figures as SVG and PNG",
+            format!("lagrangian report {out} --gif demo.gif --pictures pictures"),
         ),
         command(
             "The learned model, from another start",
