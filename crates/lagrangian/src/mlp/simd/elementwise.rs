@@ -192,24 +192,76 @@ pub(crate) struct Contract<'a, T> {
 
 impl<T: Real> Task for Contract<'_, T> {
     #[inline(always)]
-    fn run<I: Isa>(self) {
-        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
+    fn run<I: Isa>(mut self) {
+        // Few directions: all sums of a sample in registers, every layer read once.
+        match self.directions {
+            1 => self.all_at_once::<I, 1>(),
+            2 => self.all_at_once::<I, 2>(),
+            3 => self.all_at_once::<I, 3>(),
+            _ => self.pair_by_pair::<I>(),
+        }
+    }
+}
+
+impl<T: Real> Contract<'_, T> {
+    #[inline(always)]
+    fn load<I: Isa>(x: &[T], at: usize) -> T::Vec<I> {
+        T::Vec::<I>::load(&x[at..])
+    }
+
+    #[inline(always)]
+    fn add(&mut self, s: usize, i: usize, j: usize, sum: T) {
         let n = self.directions;
-        for s in 0..self.shape.samples {
+        let h = &mut self.hessian[(s * n + i) * (n + 1) + j];
+        *h = *h + sum;
+    }
+
+    #[inline(always)]
+    fn all_at_once<I: Isa, const N: usize>(&mut self) {
+        let shape = self.shape;
+        for s in 0..shape.samples {
+            let mut pairs = [[T::Vec::<I>::of(0.0); N]; N];
+            let mut primes = [T::Vec::<I>::of(0.0); N];
+            for p in 0..shape.panels {
+                let at = |c| shape.at::<T>(p, c, s);
+                let second = Self::load::<I>(self.second, shape.slope::<T>(p, s));
+                let weight = second.mul(Self::load::<I>(self.ya, at(0)));
+                let prime = Self::load::<I>(self.z, at(1));
+                let mut z = [T::Vec::<I>::of(0.0); N];
+                for i in 0..N {
+                    z[i] = Self::load::<I>(self.z, at(2 + i));
+                    let weighed = weight.mul(z[i]);
+                    primes[i] = weighed.fma(prime, primes[i]);
+                    for j in 0..=i {
+                        pairs[i][j] = weighed.fma(z[j], pairs[i][j]);
+                    }
+                }
+            }
+            for i in 0..N {
+                self.add(s, i, N, primes[i].sum());
+                for (j, pair) in pairs[i].iter().enumerate().take(i + 1) {
+                    self.add(s, i, j, pair.sum());
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn pair_by_pair<I: Isa>(&mut self) {
+        let (shape, n) = (self.shape, self.directions);
+        for s in 0..shape.samples {
             for i in 0..n {
                 for j in (0..=i).chain([n]) {
                     let other = if j == n { 1 } else { 2 + j };
                     let mut sum = T::Vec::<I>::of(0.0);
-                    for p in 0..self.shape.panels {
-                        let weight = load(self.second, self.shape.slope::<T>(p, s))
-                            .mul(load(self.ya, self.shape.at::<T>(p, 0, s)));
-                        let zi = load(self.z, self.shape.at::<T>(p, 2 + i, s));
-                        sum = weight
-                            .mul(zi)
-                            .fma(load(self.z, self.shape.at::<T>(p, other, s)), sum);
+                    for p in 0..shape.panels {
+                        let second = Self::load::<I>(self.second, shape.slope::<T>(p, s));
+                        let weight = second.mul(Self::load::<I>(self.ya, shape.at::<T>(p, 0, s)));
+                        let zi = Self::load::<I>(self.z, shape.at::<T>(p, 2 + i, s));
+                        let zj = Self::load::<I>(self.z, shape.at::<T>(p, other, s));
+                        sum = weight.mul(zi).fma(zj, sum);
                     }
-                    let h = &mut self.hessian[(s * n + i) * (n + 1) + j];
-                    *h = *h + sum.sum();
+                    self.add(s, i, j, sum.sum());
                 }
             }
         }

@@ -199,7 +199,7 @@ fn column<I: Isa, T: Real, const P: usize>(g: &mut Gemm<'_, T>, p: usize) {
         let left = end - r;
         // SAFETY: `check` has seen that all rows, panels and terms are inside the slices.
         unsafe {
-            if P == 2 && left >= 8 && r.is_multiple_of(8) {
+            if I::TILE_PANELS == 2 && left >= 8 && r.is_multiple_of(8) {
                 tile::<I, T, P, 8>(g, p, r);
                 r += 8;
             } else if left >= 4 && r.is_multiple_of(4) {
