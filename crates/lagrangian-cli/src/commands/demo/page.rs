@@ -136,8 +136,9 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
             format!("{:.1}", valid(&judgement.lnn)),
             "Lyapunov times",
             format!(
-                "plain network {:.1}; the truth moved by 1e-12 rad {limit:.1}",
-                valid(&judgement.mlp)
+                "plain network {:.1}; the truth moved by {} rad {limit:.1}",
+                valid(&judgement.mlp),
+                short(RESTART)
             ),
             Some(Role::Lnn),
         ),
@@ -173,9 +174,10 @@ fn summary(judgement: &Judgement) -> Vec<String> {
         format!(
             "The energy is the true one, along each predicted motion, relative to {REFERENCE_ENERGY} J. The motion is \
              chaotic from {} of {} starts, so that no prediction of it can last: the true equations themselves, \
-             restarted {RESTART:e} rad away, part after {:.0} s.",
+             restarted {} rad away, part after {:.0} s.",
             judgement.restarted.chaotic,
             judgement.starts.len(),
+            short(RESTART),
             judgement.restarted.chaotic_seconds
         ),
     ]
@@ -304,9 +306,9 @@ fn table(judgement: &Judgement) -> Table {
         "median",
         "worst",
         "unfinished",
-        "valid, chaotic starts",
-        "in Lyapunov times",
-        "valid, regular starts",
+        "valid, chaotic",
+        "Lyapunov times",
+        "valid, regular",
     ];
     let times = |valid: &ValidTimes| {
         [
@@ -326,11 +328,12 @@ fn table(judgement: &Judgement) -> Table {
     Table {
         caption: format!(
             "All figures over the same {} starts ({} chaotic, {} regular), true energy relative to {REFERENCE_ENERGY} J. \
-             Valid: until the error reaches half a standard deviation of the motion, at most 100 s; medians. The truth \
-             is restarted {RESTART:e} rad away for its valid times.",
+             Valid: median time until the error reaches half a standard deviation of the motion, at most 100 s. The truth \
+             is restarted {} rad away for its valid times.",
             judgement.starts.len(),
             judgement.restarted.chaotic,
-            judgement.restarted.regular
+            judgement.restarted.regular,
+            short(RESTART)
         ),
         header: header.map(str::to_string).to_vec(),
         rows: vec![
