@@ -107,3 +107,8 @@ pub use lagrangian::{Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic};
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
 pub use train::{Budget, Family, Fit, FitConfig, Learned, Loss, Observer, Optimizer, fit};
 pub use trajectory::{Coordinate, Coordinates, Format, Layout, State, Topology, Trajectory};
+
+/// The program in the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
