@@ -470,7 +470,9 @@ impl<'a> Run<'a> {
             self.state
                 .best_parameters
                 .clone_from(&self.state.parameters);
-        } else if !(value <= SETBACK * self.state.best) && !self.state.best_parameters.is_empty() {
+        } else if (value.is_nan() || value > SETBACK * self.state.best)
+            && !self.state.best_parameters.is_empty()
+        {
             self.state.go_back();
         }
         value
