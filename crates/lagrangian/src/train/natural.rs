@@ -7,7 +7,7 @@
 //! | φ | step, remembered | P |
 //! | μ, λ, η | momentum, damping, rate | |
 //!
-//! φ ← μ φ + Jᵀ (J Jᵀ + λ N I)⁻¹ (r − μ J φ), θ ← θ − η φ
+//! φ ← μ φ + Jᵀ (J Jᵀ + λ N I)⁻¹ (r − μ J φ), θ ← θ − η φ, J by its factors (theory.md, equations 19 and 20)
 //! (SPRING: Goldshlager, Abrahamsen, Lin 2024, arXiv 2401.10190).
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -399,7 +399,7 @@ impl Block {
     }
 }
 
-/// K = D (S-space tile + extra parameters) D'ᵀ, rows and columns i · samples + s.
+/// K = D (S-space tile + extra parameters) D'ᵀ (theory.md, section 7), rows and columns i · samples + s.
 fn mix_tile(
     left: &Work<f64>,
     right: &Work<f64>,

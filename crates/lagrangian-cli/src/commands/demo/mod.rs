@@ -25,7 +25,7 @@ use crate::failure::Advise;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
-use crate::run_folder::{MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord};
+use crate::run_folder::{FIGURES, MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord};
 use crate::watch::Watch;
 
 use judge::{Judged, Judgement};
@@ -77,6 +77,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
     let seconds = start.elapsed().as_secs_f64();
     let report = page::report(args, &*system, &data, [&lnn, &mlp], &judgement, seconds)?;
     folder.write(REPORT, crate::draw::html(&report).as_bytes())?;
+    folder.write(FIGURES, &serde_json::to_vec(&report)?)?;
     let page = folder.file(REPORT);
     if manner.json {
         let figures = json!({
