@@ -125,7 +125,7 @@ fn train(
     let folder = RunFolder::open(&args.out.join(name), occupied)?;
     let config = FitConfig {
         family,
-        loss: Loss::AccelerationL1,
+        loss: Loss::Acceleration,
         budget: Budget::Seconds(args.seconds),
         seed: args.seed,
         ..FitConfig::default()
@@ -136,8 +136,9 @@ fn train(
     let fit = train::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;
     watch.finish(&format!(
-        "{} steps, mean error of the accelerations {:.1e} of their deviation",
-        fit.steps, fit.best
+        "{} steps, error of the accelerations {:.1e} of their deviation",
+        fit.steps,
+        fit.best.sqrt()
     ))?;
     folder.write(
         MODEL,

@@ -358,8 +358,7 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
         ("Plain network", size(&trained[1].config)),
         (
             "Optimiser of both",
-            "natural gradient, batches of 256 states, absolute errors (L1), double precision"
-                .to_string(),
+            "natural gradient, batches of 256 states, squared errors, double precision".to_string(),
         ),
         ("Training of the Lagrangian network", steps(trained[0])),
         ("Training of the plain network", steps(trained[1])),
