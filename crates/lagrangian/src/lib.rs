@@ -80,6 +80,8 @@
 //! # Ok::<(), lagrangian::Error>(())
 //! ```
 
+#![deny(unsafe_code)]
+
 pub mod baseline;
 pub mod chaos;
 pub mod check;
