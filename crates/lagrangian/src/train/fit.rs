@@ -404,6 +404,10 @@ impl<'a> Run<'a> {
                 observer.checkpoint(&self.state)?;
             }
             if let Some(ending) = ending {
+                // Ended before the first look. Not in the checkpoint: a resumed run must not know of it.
+                if self.state.best_parameters.is_empty() {
+                    self.look(learner, &mut judges, value.mean());
+                }
                 if self.state.best_parameters.is_empty() {
                     self.state
                         .best_parameters
