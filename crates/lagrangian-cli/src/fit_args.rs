@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::cli::DataArgs;
+use crate::cli::{DataArgs, EstimateArgs};
 use crate::values::{MAX_SEED, fraction, non_negative, positive};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
@@ -37,6 +37,9 @@ pub(crate) struct FitArgs {
 
     #[command(flatten)]
     pub(crate) training: TrainingArgs,
+
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
 
     #[command(flatten)]
     pub(crate) data: DataArgs,
@@ -77,9 +80,9 @@ pub(crate) struct TrainingArgs {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) loss: LossName,
 
-    /// Natural gradient, or Adam
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) optimizer: OptimizerName,
+    /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 %]
+    #[arg(long, value_enum)]
+    pub(crate) optimizer: Option<OptimizerName>,
 
     /// End after so many steps
     #[arg(long, conflicts_with = "seconds", value_parser = clap::value_parser!(u64).range(1..))]
@@ -116,10 +119,6 @@ pub(crate) struct TrainingArgs {
     /// Part of the trajectories that is kept for validation, where no files are given
     #[arg(long, value_name = "PART", default_value_t = 0.1, value_parser = fraction)]
     pub(crate) validate_fraction: f64,
-
-    /// Smooth measured q and q̇ before fitting
-    #[arg(long)]
-    pub(crate) smooth: bool,
 }
 
 /// A family of models.
@@ -131,6 +130,8 @@ pub(crate) enum Family {
     Lnn,
     /// Plain network
     Mlp,
+    /// Planar chain of rigid links, identified by least squares from torques: the classical fit to compare with
+    Rigid,
 }
 
 /// A form of the Lagrangian network.
@@ -173,11 +174,10 @@ pub(crate) enum LossName {
 }
 
 /// An optimiser.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum OptimizerName {
     /// Damped natural gradient with momentum (SPRING)
-    #[default]
     Natural,
     /// Adam with decoupled weight decay
     Adam,

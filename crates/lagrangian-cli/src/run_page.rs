@@ -54,10 +54,10 @@ impl Run<'_> {
     }
 
     fn family(&self) -> &'static str {
-        if self.role() == Role::Lnn {
-            "Lagrangian"
-        } else {
-            "plain"
+        match self.model {
+            Learned::Lnn(_) => "Lagrangian",
+            Learned::Rigid(_) => "rigid-body",
+            _ => "plain",
         }
     }
 

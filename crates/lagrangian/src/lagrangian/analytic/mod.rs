@@ -12,6 +12,7 @@ use num_dual::DualNum;
 use rand::Rng;
 
 pub use derivatives::Analytic;
+pub(crate) use derivatives::{ClosedForm, DualJets};
 pub use parameter::{Domain, Parameter};
 
 use super::Lagrangian;
