@@ -14,6 +14,7 @@ Examples:
   lagrangian fit motion.csv --angle all --out run
   lagrangian fit log*.csv --time t --q theta --qd omega --tau torque --angle theta --dissipation --out run
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
+  lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
   lagrangian fit --out run --resume                 go on with a run that was interrupted")]
 pub(crate) struct FitArgs {
     /// Files with recordings: .csv, .npz, .parquet
@@ -48,7 +49,7 @@ pub(crate) struct FitArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
-    /// A Lagrangian, or a plain network (q, q̇, τ) → q̈ to compare with
+    /// A Lagrangian; or, to compare with, a plain network (q, q̇, τ) → q̈ or a chain of rigid links
     #[arg(long, value_enum, default_value_t)]
     pub(crate) model: Family,
 
