@@ -224,7 +224,7 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
         ("tau", &samples.tau),
     ];
     for (name, x) in fields {
-        if samples.n != n || x.len() != size || size % n.max(1) != 0 {
+        if samples.n != n || x.len() != size || !size.is_multiple_of(n.max(1)) {
             return Err(Error::Shape {
                 what: format!("{name} of the samples"),
                 found: x.len(),

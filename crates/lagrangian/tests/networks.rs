@@ -1,6 +1,7 @@
 //! Networks through the kernels against the same networks over dual numbers.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::lagrangian::{Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling};
 use lagrangian::mlp::Activation;
 use lagrangian::{Coordinates, Topology};
@@ -138,5 +139,45 @@ fn the_convex_form_has_a_positive_definite_mass_matrix_everywhere() {
     lnn.jets().jet(&q, &qd, &mut jet);
     for m in jet.mass_matrix.chunks(4) {
         assert!(m[0] > 0.0 && m[0] * m[3] > m[1] * m[2], "{m:?}");
+    }
+}
+
+/// dE/dt along (q̇, q̈) for E = q̇·∂L/∂q̇ − L, by hyper-dual numbers: ε₁ scales the velocity, ε₂ is time.
+fn power(lnn: &Lnn, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
+    let q: Vec<_> = q
+        .iter()
+        .zip(qd)
+        .map(|(&q, &v)| HyperDual64::new(q, 0.0, v, 0.0))
+        .collect();
+    let qd: Vec<_> = qd
+        .iter()
+        .zip(qdd)
+        .map(|(&v, &a)| HyperDual64::new(v, v, a, a))
+        .collect();
+    let l = lnn.lagrangian(&q, &qd);
+    l.eps1eps2 - l.eps2
+}
+
+#[test]
+fn the_energy_of_a_random_network_changes_by_the_power_of_the_forces_alone() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    for n in 1..=7 {
+        for form in [Form::Free, Form::Convex] {
+            let lnn = network(n, 2, form, Activation::Softplus, n as u64);
+            let model = Mechanical::conservative(&lnn);
+            let mut evaluator = model.evaluator();
+            for _ in 0..20 {
+                let mut state =
+                    || -> Vec<f64> { (0..n).map(|_| rng.random_range(-3.0..3.0)).collect() };
+                let (q, qd, tau) = (state(), state(), state());
+                let mut qdd = vec![0.0; n];
+                evaluator.forward_dynamics(&q, &qd, &tau, &mut qdd);
+                let given: f64 = tau.iter().zip(&qd).map(|(f, v)| f * v).sum();
+                let scale: f64 = tau.iter().zip(&qd).map(|(f, v)| (f * v).abs()).sum();
+                let largest = qdd.iter().fold(1.0_f64, |m, a| m.max(a.abs()));
+                let error = (power(&lnn, &q, &qd, &qdd) - given).abs() / (scale * largest);
+                assert!(error < 1e-10, "n {n} {form:?}: {error:e}");
+            }
+        }
     }
 }

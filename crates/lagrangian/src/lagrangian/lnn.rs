@@ -385,8 +385,8 @@ impl LnnShape {
         let (scaling, kinetic) = (&self.scaling, self.config.kinetic);
         let e = scaling.energy;
         let mut at = 0;
-        for i in 0..n {
-            let features = Features::new(&self.coordinates, scaling, i, q[i]);
+        for (i, &q) in q.iter().enumerate() {
+            let features = Features::new(&self.coordinates, scaling, i, q);
             let mut force = 0.0;
             for k in 0..features.count {
                 force += pass.feature_gradient(s, at).f64() * features.slopes[k];
@@ -395,9 +395,9 @@ impl LnnShape {
             jet.dl_dq[row * n + i] = e * force;
         }
         let mut quadratic = 0.0;
-        for i in 0..n {
+        for (i, &qd) in qd.iter().enumerate() {
             let scale = 1.0 / scaling.qd_scale[i];
-            let v = qd[i] * scale;
+            let v = qd * scale;
             quadratic += 0.5 * kinetic * v * v;
             let p = match self.config.form {
                 Form::Free => pass.feature_gradient(s, at + i),

@@ -101,11 +101,15 @@ const INV_SQRT_TAU: f64 = 0.398_942_280_401_432_7;
 #[inline(always)]
 fn softplus<V: Vector>(x: V) -> Derivatives<V> {
     let e = exp_of_negative(V::of(0.0).sub(x.abs()));
-    let r = V::of(1.0).div(V::of(1.0).add(e));
+    // One division for 1 / (1 + e) and e / (2 + e).
+    let (one, two) = (V::of(1.0).add(e), V::of(2.0).add(e));
+    let shared = V::of(1.0).div(one.mul(two));
+    let r = shared.mul(two);
+    let s = e.mul(shared.mul(one));
     let er = e.mul(r);
     let first = x.if_non_negative(r, er);
     let second = er.mul(r);
-    let value = x.max(V::of(0.0)).add(log_one_plus(e));
+    let value = x.max(V::of(0.0)).add(twice_artanh(s));
     let third = second.mul(V::of(-2.0).fma(first, V::of(1.0)));
     Derivatives {
         value,
@@ -190,10 +194,9 @@ fn exp_of_negative<V: Vector>(x: V) -> V {
     x.sub(V::of(lowest)).if_non_negative(power, V::of(0.0))
 }
 
-/// log(1 + e) for 0 ≤ e ≤ 1, as 2 artanh(e / (2 + e)).
+/// 2 artanh(s) for 0 ≤ s ≤ ⅓: log(1 + e) where s = e / (2 + e).
 #[inline(always)]
-fn log_one_plus<V: Vector>(e: V) -> V {
-    let s = e.div(e.add(V::of(2.0)));
+fn twice_artanh<V: Vector>(s: V) -> V {
     let t = s.mul(s);
     let mut sum = V::of(1.0 / (2 * V::LOG_TERMS - 1) as f64);
     for k in (0..V::LOG_TERMS - 1).rev() {

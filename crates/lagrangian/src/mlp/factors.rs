@@ -1,8 +1,8 @@
 //! The Jacobian of a batch by the parameters, kept as factors: never formed, only used.
 //!
-//! The raw output S_i of a sample depends on a weight matrix W through dS_i = Σ_(c, k) y_c ⊗ a_k, a few pairs of
+//! The raw output `S_i` of a sample depends on a weight matrix W through `dS_i` = Σ_(c, k) `y_c` ⊗ `a_k`, a few pairs of
 //! components (`terms[i]`) of the sensitivity y and of the input a of its layer. Hence
-//! J Jᵀ = Σ_layers Σ_pairs Σ_pairs' (y_c · y_c') (a_k · a_k'), two products of the width of the layer instead of one
+//! J Jᵀ = `Σ_layers` `Σ_pairs` `Σ_pairs`' (`y_c` · `y_c`') (`a_k` · `a_k`'), two products of the width of the layer instead of one
 //! of its square, and nothing of the size (batch × parameters) exists (theory.md, section 8).
 
 use super::net::{Kind, Net, Source};
@@ -45,7 +45,7 @@ fn slot(source: Source) -> usize {
 }
 
 impl<T: Real> TileScratch<T> {
-    pub(crate) fn new<'a>(pass: &Pass<T>) -> Self {
+    pub(crate) fn new(pass: &Pass<T>) -> Self {
         let rows = pass.rows();
         let size = rows.next_multiple_of(T::LANES) * rows;
         Self {
@@ -233,7 +233,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Adds Σ x[s, i] ∂S_i/∂parameters to `gradient`; `scratch` is as large as the widest layer.
+    /// Adds Σ x[s, i] ∂`S_i/∂parameters` to `gradient`; `scratch` is as large as the widest layer.
     pub(crate) fn pull_back_factors(
         &self,
         net: &Net,

@@ -35,7 +35,7 @@ pub(crate) enum Kind {
         inputs: Vec<Input>,
         bias: Option<usize>,
     },
-    /// z = Σ_j g_j v_j + g_n, with the gates g from layer `gates` and v the velocities.
+    /// z = `Σ_j` `g_j` `v_j` + `g_n`, with the gates g from layer `gates` and v the velocities.
     Gate { gates: usize },
 }
 
@@ -184,11 +184,6 @@ impl Net {
                 }
             }
         }
-    }
-
-    /// Width of the output.
-    pub(crate) fn outputs(&self) -> usize {
-        self.layers.last().map_or(0, |l| l.width)
     }
 }
 

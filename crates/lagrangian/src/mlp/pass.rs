@@ -422,11 +422,6 @@ impl<T: Real> Pass<T> {
         out[(o / T::LANES * rows + c * self.samples + s) * T::LANES + o % T::LANES]
     }
 
-    /// Mixed component i of the (only) output of sample `s`.
-    pub(crate) fn output_mixed(&self, i: usize, s: usize) -> T {
-        self.output(self.mixed(i), s, 0)
-    }
-
     /// Backward: the value component of the sensitivities of the (only) output, its gradient by features and
     /// velocities, and its second derivatives along pairs of the first `directions` tangents and ′.
     pub(crate) fn reverse(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
@@ -693,7 +688,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Adds the gradient by the parameters of Σ_samples (mixed component of direction 0) to `gradient`.
+    /// Adds the gradient by the parameters of `Σ_samples` (mixed component of direction 0) to `gradient`.
     pub(crate) fn add_gradient(&self, net: &Net, gradient: &mut Gradient<T>) {
         let mixed = self.mixed(0);
         self.add_products(net, &[(0, mixed), (1, 2), (2, 1), (mixed, 0)], gradient);

@@ -51,13 +51,6 @@ pub(crate) struct Adam {
 }
 
 impl Adam {
-    pub(crate) fn new(parameters: usize) -> Self {
-        Self {
-            first: vec![0.0; parameters],
-            second: vec![0.0; parameters],
-        }
-    }
-
     /// One step against `gradient` at `rate`; `step` counts from 0. A gradient that is not finite is ignored.
     pub(crate) fn step(
         &mut self,

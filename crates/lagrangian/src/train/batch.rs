@@ -121,7 +121,7 @@ pub(crate) struct Batches<T: Real> {
 
 impl<T: Real> Batches<T> {
     pub(crate) fn new(learner: &dyn Learner<T>, batch: usize) -> Self {
-        let block = block::<T>(batch);
+        let block = block(batch);
         let (n, net) = (learner.dof(), learner.net());
         let lane = |_| Lane {
             work: Work::new(net, block, n, learner.room(), learner.extra()),
@@ -191,10 +191,9 @@ impl<T: Real> Batches<T> {
     }
 }
 
-/// Samples of a block: few enough that its buffers stay in the second-level cache.
-fn block<T: Real>(batch: usize) -> usize {
-    let most = if size_of::<T>() == 4 { 32 } else { 16 };
-    most.min(batch.div_ceil(2).next_multiple_of(8)).max(8)
+/// Samples of a block: few enough that its buffers stay in the second-level cache, and that a batch makes several.
+fn block(batch: usize) -> usize {
+    16.min(batch.div_ceil(2).next_multiple_of(8)).max(8)
 }
 
 fn value<T: Real>(work: &Work<T>, loss: Loss, n: usize) -> Value {

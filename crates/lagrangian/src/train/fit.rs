@@ -340,7 +340,8 @@ impl<'a> Run<'a> {
         let mut engine = Natural::new(learner, self.config.batch.min(self.dataset.train.len()));
         engine.phi.copy_from_slice(&self.state.memory[0]);
         let config = self.config;
-        let result = self.descend(learner, observer, |state, share, samples, numbers| {
+
+        self.descend(learner, observer, |state, share, samples, numbers| {
             let rate = natural.rate * cosine(share);
             let damping =
                 natural.damping_first * (natural.damping_last / natural.damping_first).powf(share);
@@ -355,8 +356,7 @@ impl<'a> Run<'a> {
             );
             state.memory[0].copy_from_slice(&engine.phi);
             (value, rate)
-        });
-        result
+        })
     }
 
     fn descend_in<T: crate::mlp::simd::Real>(

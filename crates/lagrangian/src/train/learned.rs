@@ -99,6 +99,7 @@ pub(crate) enum Template {
     },
     Mlp {
         shape: MlpShape,
+        loss: Loss,
         weights: Vec<f64>,
     },
 }
@@ -135,6 +136,7 @@ impl Family {
                 };
                 Template::Mlp {
                     shape: MlpShape::new(coordinates, mlp, scaling, (qdd, tau))?,
+                    loss: config.loss,
                     weights,
                 }
             }
@@ -175,7 +177,15 @@ impl Template {
                 weights,
                 friction: friction.clone(),
             }),
-            Self::Mlp { shape, weights } => Trainee::Mlp(MlpLearner { shape, weights }),
+            Self::Mlp {
+                shape,
+                loss,
+                weights,
+            } => Trainee::Mlp(MlpLearner {
+                shape,
+                loss: *loss,
+                weights,
+            }),
         }
     }
 

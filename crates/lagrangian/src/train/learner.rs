@@ -15,10 +15,24 @@ pub enum Loss {
     /// Squares of (q̈ predicted − q̈), each coordinate in units of its deviation.
     #[default]
     Acceleration,
+    /// Squares of the same relative to the size of q̈, so that slow motion counts as much as fast: each sample is
+    /// divided by √(⅒ + mean over the coordinates of (q̈ in units of its deviation)²).
+    AccelerationRelative,
     /// Absolute values of the same (Cranmer et al. 2020).
     AccelerationL1,
     /// Squares of (τ predicted − τ), in units of its deviation; needs forces, and no inverse of M.
     Torque,
+}
+
+impl Loss {
+    /// The weight of a sample with accelerations `qdd`, given the weights of the coordinates.
+    pub(crate) fn sample_weight(self, qdd: &[f64], weights: &[f64]) -> f64 {
+        if self != Self::AccelerationRelative {
+            return 1.0;
+        }
+        let squares: f64 = qdd.iter().zip(weights).map(|(a, w)| (a * w).powi(2)).sum();
+        1.0 / (0.1 + squares / qdd.len() as f64).sqrt()
+    }
 }
 
 /// A block of samples at work: its states, its pass through the network, and what the loss makes of it.
@@ -37,7 +51,7 @@ pub(crate) struct Work<T: Real> {
     pub(crate) mix: Vec<f64>,
     /// Accelerations along which S is taken, `[samples, n]`.
     pub(crate) along: Vec<f64>,
-    /// ∂S_i/∂(extra parameter k of coordinate i), `[samples, n, extra]`.
+    /// ∂`S_i/∂(extra` parameter k of coordinate i), `[samples, n, extra]`.
     pub(crate) extra: Vec<f64>,
     /// Samples of this block whose mass matrix was singular; they weigh nothing.
     pub(crate) singular: usize,
@@ -85,8 +99,27 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     /// Residual i of a sample depends on the parameters through Σ (component of yz) ⊗ (component of a) over these
     /// pairs of components.
     fn terms(&self) -> Vec<Vec<(usize, usize)>>;
+    /// What is minimised, and the weight of each coordinate's residual, `[n]`.
+    fn loss(&self) -> (Loss, &[f64]);
+    /// Carries the block forward and fills `residual` and `mix`, all samples of the same weight.
+    fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>);
     /// Carries the block forward and fills `residual` and `mix` (and what the two below need).
-    fn residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>);
+    fn residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
+        self.unweighted_residuals(packed, extra, work);
+        let (loss, weights) = self.loss();
+        let n = weights.len();
+        if loss == Loss::AccelerationRelative {
+            for (s, qdd) in work.qdd.chunks_exact(n).enumerate() {
+                let weight = loss.sample_weight(qdd, weights);
+                work.residual[s * n..][..n]
+                    .iter_mut()
+                    .for_each(|r| *r *= weight);
+                work.mix[s * n * n..][..n * n]
+                    .iter_mut()
+                    .for_each(|d| *d *= weight);
+            }
+        }
+    }
     /// Adds ∂(Σ λ·S)/∂parameters to `gradient` (the network's part), for λ in `work.lambda` `[samples, n]`.
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>);
     /// Fills the components that [`Learner::terms`] names.

@@ -48,7 +48,11 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
             .collect()
     }
 
-    fn residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
+    fn loss(&self) -> (Loss, &[f64]) {
+        (self.loss, self.weights)
+    }
+
+    fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
         let torque = self.loss == Loss::Torque;
         for s in 0..work.pass.samples() {

@@ -10,8 +10,9 @@
 //! φ ← μ φ + Jᵀ (J Jᵀ + λ N I)⁻¹ (r − μ J φ), θ ← θ − η φ
 //! (SPRING: Goldshlager, Abrahamsen, Lin 2024, arXiv 2401.10190).
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::llt::{self, factor::LltParams};
+use faer::{Auto, Conj, Mat, Par};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +57,7 @@ pub(crate) struct Natural {
     pub(crate) phi: Vec<f64>,
     blocks: Vec<Block>,
     tiles: Vec<Tile>,
+    system: System,
     packed: Packed<f64>,
     packed_phi: Packed<f64>,
 }
@@ -75,6 +77,59 @@ struct Tile {
     row: usize,
     column: usize,
     values: Vec<f64>,
+}
+
+/// A symmetric positive definite system with one right-hand side, kept so that a step allocates nothing.
+struct System {
+    matrix: Mat<f64>,
+    right: Mat<f64>,
+    memory: MemBuffer,
+}
+
+impl System {
+    fn new() -> Self {
+        Self {
+            matrix: Mat::new(),
+            right: Mat::new(),
+            memory: MemBuffer::new(StackReq::EMPTY),
+        }
+    }
+
+    fn resize(&mut self, size: usize) {
+        if self.matrix.nrows() != size {
+            self.matrix = Mat::zeros(size, size);
+            self.right = Mat::zeros(size, 1);
+            let factor = llt::factor::cholesky_in_place_scratch::<f64>(
+                size,
+                Par::Seq,
+                <LltParams as Auto<f64>>::auto().into(),
+            );
+            let solve = llt::solve::solve_in_place_scratch::<f64>(size, 1, Par::Seq);
+            self.memory = MemBuffer::new(factor.or(solve));
+        }
+    }
+
+    /// Overwrites the right-hand side with the solution. On one thread, so that the bits do not depend on how many
+    /// there are.
+    fn solve(&mut self) -> bool {
+        let stack = MemStack::new(&mut self.memory);
+        let (regularization, params) =
+            (Default::default(), <LltParams as Auto<f64>>::auto().into());
+        let matrix = self.matrix.as_mut();
+        if llt::factor::cholesky_in_place(matrix, regularization, Par::Seq, stack, params).is_err()
+        {
+            return false;
+        }
+        let stack = MemStack::new(&mut self.memory);
+        llt::solve::solve_in_place_with_conj(
+            self.matrix.as_ref(),
+            Conj::No,
+            self.right.as_mut(),
+            Par::Seq,
+            stack,
+        );
+        true
+    }
 }
 
 impl Natural {
@@ -106,6 +161,7 @@ impl Natural {
                 .flat_map(|i| (0..=i).map(move |j| (i, j)))
                 .map(tile)
                 .collect(),
+            system: System::new(),
             packed: Packed::new(net),
             packed_phi: Packed::new(net),
         }
@@ -113,10 +169,6 @@ impl Natural {
 
     /// One step at `rate` with damping `damping`; returns the loss before it. A batch whose system cannot be solved
     /// moves nothing but forgets the momentum.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a step is a function of all of these"
-    )]
     pub(crate) fn step(
         &mut self,
         learner: &dyn Learner<f64>,
@@ -200,32 +252,32 @@ impl Natural {
     fn solve(&mut self, used: usize, n: usize, damping: f64) -> bool {
         let count = BLOCK * n;
         let size = used * count;
-        let mut matrix = Mat::<f64>::zeros(size, size);
+        let system = &mut self.system;
+        system.resize(size);
         for tile in self.tiles.iter().filter(|t| t.row < used) {
-            for r in 0..count {
-                for c in 0..count {
-                    matrix[(tile.row * count + r, tile.column * count + c)] =
-                        tile.values[r * count + c];
+            for (c, column) in (tile.column * count..).zip(0..count) {
+                let rows = tile.row * count..(tile.row + 1) * count;
+                let target = &mut system.matrix.col_as_slice_mut(c)[rows];
+                for (x, row) in target.iter_mut().zip(tile.values.chunks_exact(count)) {
+                    *x = row[column];
                 }
             }
         }
         for i in 0..size {
-            matrix[(i, i)] += damping * size as f64;
+            system.matrix[(i, i)] += damping * size as f64;
         }
-        let mut right = Mat::<f64>::zeros(size, 1);
         for (b, block) in self.blocks[..used].iter().enumerate() {
             for (k, x) in block.right.iter().enumerate() {
                 // Row i · samples + s of a block belongs to residual i of sample s.
-                right[(b * count + k % n * BLOCK + k / n, 0)] = *x;
+                system.right[(b * count + k % n * BLOCK + k / n, 0)] = *x;
             }
         }
-        let Ok(factor) = matrix.llt(Side::Lower) else {
+        if !system.solve() {
             return false;
-        };
-        factor.solve_in_place(&mut right);
+        }
         for (b, block) in self.blocks[..used].iter_mut().enumerate() {
             for (k, x) in block.right.iter_mut().enumerate() {
-                *x = right[(b * count + k % n * BLOCK + k / n, 0)];
+                *x = system.right[(b * count + k % n * BLOCK + k / n, 0)];
             }
         }
         self.blocks[..used]

@@ -1,6 +1,6 @@
 //! Training of plain networks.
 
-use super::learner::{Learner, Work};
+use super::learner::{Learner, Loss, Work};
 use crate::baseline::MlpShape;
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed};
@@ -9,6 +9,7 @@ use crate::mlp::{Gradient, Net, Packed};
 #[derive(Debug)]
 pub(crate) struct MlpLearner<'a> {
     pub(crate) shape: &'a MlpShape,
+    pub(crate) loss: Loss,
     /// Weight of each coordinate's residual, `[n]`.
     pub(crate) weights: &'a [f64],
 }
@@ -32,7 +33,11 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         (0..self.shape.dof()).map(|i| vec![(i, 0)]).collect()
     }
 
-    fn residuals(&self, packed: &Packed<T>, _extra: &[f64], work: &mut Work<T>) {
+    fn loss(&self) -> (Loss, &[f64]) {
+        (self.loss, self.weights)
+    }
+
+    fn unweighted_residuals(&self, packed: &Packed<T>, _extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;

@@ -82,6 +82,7 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
                 (Loss::Acceleration, true),
                 (Loss::Torque, true),
                 (Loss::AccelerationL1, false),
+                (Loss::AccelerationRelative, false),
             ] {
                 let shape = shape(n, form);
                 let friction = friction.then(|| Friction {
@@ -115,6 +116,7 @@ fn the_gradient_of_a_plain_network_agrees_with_differences() {
         MlpShape::new(Coordinates::angles(3), config, Scaling::identity(3), scales).unwrap();
     let learner = MlpLearner {
         shape: &shape,
+        loss: Loss::Acceleration,
         weights: &[0.8; 3],
     };
     let error = gradient_error(&learner, Loss::Acceleration, &samples(3, 37));
@@ -182,6 +184,7 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
         MlpShape::new(Coordinates::angles(3), config, Scaling::identity(3), scales).unwrap();
     let learner = MlpLearner {
         shape: &shape,
+        loss: Loss::Acceleration,
         weights: &[0.8; 3],
     };
     assert_step_solves(&learner, Loss::Acceleration, &samples(3, 21));

@@ -16,7 +16,7 @@ use lagrangian::experiment;
 use lagrangian::lagrangian::LnnConfig;
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Budget, Ending, Family, Fit, FitConfig};
+use lagrangian::train::{self, Budget, Ending, Family, Fit, FitConfig, Loss};
 use serde_json::json;
 
 use super::Manner;
@@ -124,6 +124,7 @@ fn train(
     let folder = RunFolder::open(&args.out.join(name), occupied)?;
     let config = FitConfig {
         family,
+        loss: Loss::AccelerationL1,
         budget: Budget::Seconds(args.seconds),
         seed: args.seed,
         ..FitConfig::default()
@@ -134,9 +135,8 @@ fn train(
     let fit = train::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;
     watch.finish(&format!(
-        "{} steps, relative error of the accelerations {:.1e}",
-        fit.steps,
-        fit.best.sqrt()
+        "{} steps, mean error of the accelerations {:.1e} of their deviation",
+        fit.steps, fit.best
     ))?;
     folder.write(
         MODEL,

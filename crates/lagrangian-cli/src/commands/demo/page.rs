@@ -9,7 +9,7 @@ use lagrangian::report::{
     Animation, Axis, Command, Curve, Figure, Headline, Motion, Pairs, Panel, Report, Role, Series,
     Table, loss_curves, parity, phase_portrait, trajectories,
 };
-use lagrangian::rollout::{Rollout, free, rollout, times};
+use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
 use lagrangian::train::{Family, FitConfig};
 
 use super::judge::{DURATION, Judged, Judgement, RESTART, options};
@@ -78,14 +78,14 @@ fn shown(
     let times = times(DURATION, FRAME)?;
     let models: [&dyn Model; 3] = [system, &trained[0].fit.model, &trained[1].fit.model];
     let mut rollouts = Vec::new();
-    for model in models {
+    for (k, model) in models.into_iter().enumerate() {
+        let options = if k == 0 {
+            RolloutOptions::truth()
+        } else {
+            options()
+        };
         rollouts.push(rollout(
-            model,
-            &start.q,
-            &start.qd,
-            &times,
-            &free,
-            &options(),
+            model, &start.q, &start.qd, &times, &free, &options,
         )?);
     }
     Ok(rollouts)
@@ -152,6 +152,9 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
 fn percent(x: f64) -> String {
     if !x.is_finite() {
         return "–".into();
+    }
+    if x > 0.0 && x < 1e-5 {
+        return format!("{x:.0e}");
     }
     let digits = if x > 0.0 {
         (1.0 - x.log10().floor()).clamp(0.0, 9.0)
@@ -360,7 +363,8 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
         ("Plain network", size(&trained[1].config)),
         (
             "Optimiser of both",
-            "natural gradient, batches of 256 states, double precision".to_string(),
+            "natural gradient, batches of 256 states, absolute errors (L1), double precision"
+                .to_string(),
         ),
         ("Training of the Lagrangian network", steps(trained[0])),
         ("Training of the plain network", steps(trained[1])),

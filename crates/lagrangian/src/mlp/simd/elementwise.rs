@@ -77,7 +77,7 @@ impl<T: Real> PointForward<'_, T> {
     }
 }
 
-/// out_c = σ′ in_c: tangents forward, and the value component of the sensitivity backward.
+/// `out_c` = σ′ `in_c`: tangents forward, and the value component of the sensitivity backward.
 pub(crate) struct PointTangent<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) components: Range<usize>,
@@ -103,7 +103,7 @@ impl<T: Real> Task for PointTangent<'_, T> {
     }
 }
 
-/// a_i′ = σ′ z_i′ + σ″ z_i z_′.
+/// `a_i`′ = σ′ `z_i`′ + σ″ `z_i` z_′.
 pub(crate) struct PointSecond<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) directions: usize,
@@ -178,7 +178,7 @@ impl<T: Real> Task for PointReverse2<'_, T> {
     }
 }
 
-/// Adds Σ_units σ″ ya₀ z_t z_u of one layer to the second derivatives of the output along the tangents:
+/// Adds `Σ_units` σ″ ya₀ `z_t` `z_u` of one layer to the second derivatives of the output along the tangents:
 /// `hessian[s, i, j]` for i ≥ j, and `hessian[s, i, directions]` for the pair of i with ′
 /// (`[samples, directions, directions + 1]`).
 pub(crate) struct Contract<'a, T> {
@@ -192,37 +192,89 @@ pub(crate) struct Contract<'a, T> {
 
 impl<T: Real> Task for Contract<'_, T> {
     #[inline(always)]
-    fn run<I: Isa>(self) {
-        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
+    fn run<I: Isa>(mut self) {
+        // Few directions: all sums of a sample in registers, every layer read once.
+        match self.directions {
+            1 => self.all_at_once::<I, 1>(),
+            2 => self.all_at_once::<I, 2>(),
+            3 => self.all_at_once::<I, 3>(),
+            _ => self.pair_by_pair::<I>(),
+        }
+    }
+}
+
+impl<T: Real> Contract<'_, T> {
+    #[inline(always)]
+    fn load<I: Isa>(x: &[T], at: usize) -> T::Vec<I> {
+        T::Vec::<I>::load(&x[at..])
+    }
+
+    #[inline(always)]
+    fn add(&mut self, s: usize, i: usize, j: usize, sum: T) {
         let n = self.directions;
-        for s in 0..self.shape.samples {
+        let h = &mut self.hessian[(s * n + i) * (n + 1) + j];
+        *h = *h + sum;
+    }
+
+    #[inline(always)]
+    fn all_at_once<I: Isa, const N: usize>(&mut self) {
+        let shape = self.shape;
+        for s in 0..shape.samples {
+            let mut pairs = [[T::Vec::<I>::of(0.0); N]; N];
+            let mut primes = [T::Vec::<I>::of(0.0); N];
+            for p in 0..shape.panels {
+                let at = |c| shape.at::<T>(p, c, s);
+                let second = Self::load::<I>(self.second, shape.slope::<T>(p, s));
+                let weight = second.mul(Self::load::<I>(self.ya, at(0)));
+                let prime = Self::load::<I>(self.z, at(1));
+                let mut z = [T::Vec::<I>::of(0.0); N];
+                for i in 0..N {
+                    z[i] = Self::load::<I>(self.z, at(2 + i));
+                    let weighed = weight.mul(z[i]);
+                    primes[i] = weighed.fma(prime, primes[i]);
+                    for j in 0..=i {
+                        pairs[i][j] = weighed.fma(z[j], pairs[i][j]);
+                    }
+                }
+            }
+            for i in 0..N {
+                self.add(s, i, N, primes[i].sum());
+                for (j, pair) in pairs[i].iter().enumerate().take(i + 1) {
+                    self.add(s, i, j, pair.sum());
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn pair_by_pair<I: Isa>(&mut self) {
+        let (shape, n) = (self.shape, self.directions);
+        for s in 0..shape.samples {
             for i in 0..n {
                 for j in (0..=i).chain([n]) {
                     let other = if j == n { 1 } else { 2 + j };
                     let mut sum = T::Vec::<I>::of(0.0);
-                    for p in 0..self.shape.panels {
-                        let weight = load(self.second, self.shape.slope::<T>(p, s))
-                            .mul(load(self.ya, self.shape.at::<T>(p, 0, s)));
-                        let zi = load(self.z, self.shape.at::<T>(p, 2 + i, s));
-                        sum = weight
-                            .mul(zi)
-                            .fma(load(self.z, self.shape.at::<T>(p, other, s)), sum);
+                    for p in 0..shape.panels {
+                        let second = Self::load::<I>(self.second, shape.slope::<T>(p, s));
+                        let weight = second.mul(Self::load::<I>(self.ya, shape.at::<T>(p, 0, s)));
+                        let zi = Self::load::<I>(self.z, shape.at::<T>(p, 2 + i, s));
+                        let zj = Self::load::<I>(self.z, shape.at::<T>(p, other, s));
+                        sum = weight.mul(zi).fma(zj, sum);
                     }
-                    let h = &mut self.hessian[(s * n + i) * (n + 1) + j];
-                    *h = *h + sum.sum();
+                    self.add(s, i, j, sum.sum());
                 }
             }
         }
     }
 }
 
-/// The two sides of a gate z = Σ_j g_j v_j + g_n: the gates g (from q) and the velocities v.
+/// The two sides of a gate z = `Σ_j` `g_j` `v_j` + `g_n`: the gates g (from q) and the velocities v.
 pub(crate) struct Gates<'a, T> {
     /// Of the gated layer.
     pub(crate) shape: Shape,
     /// Degrees of freedom.
     pub(crate) n: usize,
-    /// Gates in panels: block j of `shape.panels` panels multiplies v_j, the last block is added.
+    /// Gates in panels: block j of `shape.panels` panels multiplies `v_j`, the last block is added.
     pub(crate) g: &'a [T],
     /// Velocities, `[components, samples, n]`.
     pub(crate) v: &'a [T],
@@ -252,7 +304,7 @@ impl<T: Real> Gates<'_, T> {
     }
 }
 
-/// Components of z = Σ_j g_j v_j + g_n.
+/// Components of z = `Σ_j` `g_j` `v_j` + `g_n`.
 pub(crate) struct GateForward<'a, T> {
     pub(crate) gates: Gates<'a, T>,
     pub(crate) components: Range<usize>,
@@ -324,7 +376,7 @@ impl<T: Real> Task for GateReverse<'_, T> {
     }
 }
 
-/// yv_j += Σ_units yz₀ g_j.
+/// `yv_j` += `Σ_units` yz₀ `g_j`.
 #[inline(always)]
 fn velocity_sensitivity<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], yv: &mut [T]) {
     for s in 0..g.shape.samples {
@@ -340,7 +392,7 @@ fn velocity_sensitivity<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], yv: &mut [T
     }
 }
 
-/// hessian[t, u] += Σ_units yz₀ Σ_j (g_j,t v_j,u + g_j,u v_j,t).
+/// hessian[t, u] += `Σ_units` yz₀ `Σ_j` (`g_j,t` `v_j,u` + `g_j,u` `v_j,t`).
 #[inline(always)]
 fn gate_curvature<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], n: usize, hessian: &mut [T]) {
     for s in 0..g.shape.samples {

@@ -54,7 +54,7 @@ impl<T: Real> Task for GramTile<'_, T> {
     }
 }
 
-/// out[s, i] += Σ_(c, k) ∈ terms i  y_c[s] · a_k[s], over the units of a layer.
+/// out[s, i] += Σ_(c, k) ∈ terms i  `y_c`[s] · `a_k`[s], over the units of a layer.
 pub(crate) struct RowDots<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) terms: &'a Terms,
@@ -85,7 +85,7 @@ impl<T: Real> Task for RowDots<'_, T> {
     }
 }
 
-/// out_k[s] = Σ_i x[s, i] Σ_(c, k) ∈ terms i  y_c[s], for the first `components` k.
+/// `out_k`[s] = `Σ_i` x[s, i] Σ_(c, k) ∈ terms i  `y_c`[s], for the first `components` k.
 pub(crate) struct WeighRows<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) terms: &'a Terms,

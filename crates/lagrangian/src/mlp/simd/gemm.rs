@@ -19,7 +19,7 @@ pub(crate) enum Init<'a, T> {
     Row(&'a [T]),
 }
 
-/// C[r, :] = init + Σ_k A[r, k] B[k, :], for `rows` rows and `panels` panels of C.
+/// C[r, :] = init + `Σ_k` A[r, k] B[k, :], for `rows` rows and `panels` panels of C.
 pub(crate) struct Gemm<'a, T> {
     /// Broadcast factor. Row r begins at `(r / LANES) · a_group + (r % LANES) · a_row`.
     pub(crate) a: &'a [T],
@@ -199,10 +199,10 @@ fn column<I: Isa, T: Real, const P: usize>(g: &mut Gemm<'_, T>, p: usize) {
         let left = end - r;
         // SAFETY: `check` has seen that all rows, panels and terms are inside the slices.
         unsafe {
-            if P == 2 && left >= 8 && r % 8 == 0 {
+            if I::TILE_PANELS == 2 && left >= 8 && r.is_multiple_of(8) {
                 tile::<I, T, P, 8>(g, p, r);
                 r += 8;
-            } else if left >= 4 && r % 4 == 0 {
+            } else if left >= 4 && r.is_multiple_of(4) {
                 tile::<I, T, P, 4>(g, p, r);
                 r += 4;
             } else {

@@ -131,7 +131,7 @@ pub trait Vector: Copy {
 
 /// Two vectors side by side, where a register holds less than 64 bytes.
 #[derive(Debug, Clone, Copy)]
-pub struct Pair<V>(V, V);
+pub(crate) struct Pair<V>(V, V);
 
 impl<V: Vector> Vector for Pair<V> {
     type Elem = V::Elem;
@@ -201,7 +201,7 @@ impl<V: Vector> Vector for Pair<V> {
 
 /// Plain arrays.
 #[derive(Debug, Clone, Copy)]
-pub struct Lanes<T, const N: usize>([T; N]);
+pub(crate) struct Lanes<T, const N: usize>([T; N]);
 
 macro_rules! portable {
     ($elem:ty, $n:literal, $bits:ty, $bias:literal, $shift:literal) => {
