@@ -347,14 +347,14 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// YᵀY, Yᵀτ and τᵀτ of weighted samples.
+/// Products of Y and τ over weighted samples.
 struct Sums {
     size: usize,
-    /// YᵀY, `[size, size]`, its lower triangle.
+    /// `YᵀY`, `[size, size]`, its lower triangle.
     square: Vec<f64>,
-    /// Yᵀτ, `[size]`.
+    /// `Yᵀτ`, `[size]`.
     right: Vec<f64>,
-    /// τᵀτ.
+    /// `τᵀτ`.
     torque: f64,
     /// Numbers in the sums.
     count: usize,

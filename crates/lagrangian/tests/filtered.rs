@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::identify::{RigidConfig, identify};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::trajectory::{Columns, EstimateOptions, Recording};

@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::{Evaluator, Mechanical, Model};
+use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::identify::{Identified, RigidConfig, identify};
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{Angles, Dissipation, RigidChain};
 use lagrangian::train::Samples;
 use lagrangian::{Coordinates, Error};
