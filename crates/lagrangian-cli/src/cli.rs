@@ -346,22 +346,41 @@ pub(crate) struct RolloutArgs {
 #[command(after_help = "\
 Examples:
   lagrangian report run
-  lagrangian report run --out page.html --pictures pictures")]
+  lagrangian report run --out page.html --pictures pictures
+  lagrangian report lagrangian-demo --gif demo.gif")]
 pub(crate) struct ReportArgs {
-    /// Folder of a run
+    /// Folder of a run, or of a demo
     pub(crate) run: PathBuf,
 
     /// File for the page [default: report.html in the run]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 
-    /// Folder for the figures as separate pictures
+    /// Folder for the figures as separate pictures, SVG and PNG
     #[arg(long, value_name = "DIR")]
     pub(crate) pictures: Option<PathBuf>,
+
+    /// File for the motion as an animated GIF (coordinates that are all angles)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) gif: Option<PathBuf>,
+
+    /// Where the moving chain of a run measures its angles
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) links: Links,
 
     /// Replace files that exist
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+/// Where the links of a drawn chain measure their angles.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Links {
+    /// From hanging down
+    #[default]
+    Absolute,
+    /// From the link before
+    Relative,
 }
 
 #[cfg(test)]

@@ -21,6 +21,8 @@ pub(crate) const METRICS: &str = "metrics.jsonl";
 pub(crate) const MODEL: &str = "model.safetensors";
 /// The page.
 pub(crate) const REPORT: &str = "report.html";
+/// The page as plain data, where it cannot be made again from the other files.
+pub(crate) const FIGURES: &str = "report.json";
 /// The state from which a killed run resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.safetensors";
 /// How the names of event files begin and end.
@@ -85,8 +87,13 @@ impl RunFolder {
                 "'{}' is not a run folder (it holds no {RUN})",
                 path.display()
             ),
-            "give the folder that was the --out of `lagrangian fit`",
+            "give the folder that was the --out of `lagrangian fit` or `lagrangian demo`",
         ))
+    }
+
+    /// Its own path.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The path of one of its files.
@@ -181,7 +188,7 @@ impl RunFolder {
 
     fn remove_earlier_run(&self) -> Result<()> {
         let ours = |name: &str| {
-            [RUN, METRICS, MODEL, REPORT, CHECKPOINT].contains(&name)
+            [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT].contains(&name)
                 || (name.starts_with(EVENTS.0) && name.ends_with(EVENTS.1))
         };
         for entry in fs::read_dir(&self.path)? {

@@ -1,6 +1,6 @@
 //! One training step through the Euler–Lagrange equation, against the FMA peak of the same core in the same run.
 //!
-//! A step costs n + 11 products of every weight matrix per sample (theory.md, section 7); the share of the peak
+//! A step costs n + 11 products of every weight matrix per sample (theory.md, section 6); the share of the peak
 //! counts these alone, so that activations, solves and the optimiser are overhead.
 //!
 //! `cargo bench -p lagrangian --bench training_step [-- --quick]`

@@ -1,4 +1,4 @@
-//! How long a prediction can be right: Lyapunov exponents and valid prediction times.
+//! How long a prediction can be right: Lyapunov exponents and valid prediction times (theory.md, equation 26).
 
 use crate::dynamics::Model;
 use crate::integrate::{Control, Dop853, Ending, adaptive};

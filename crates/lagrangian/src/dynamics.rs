@@ -1,4 +1,4 @@
-//! The Euler–Lagrange equation, written once: M q̈ + c = τ − d(q, q̇).
+//! The Euler–Lagrange equation, written once: M q̈ + c = τ − d(q, q̇) (theory.md, equations 4 to 8).
 //!
 //! From d/dt ∂L/∂q̇ − ∂L/∂q = τ − d with p = ∂L/∂q̇: M = ∂²L/∂q̇∂q̇ and c = (∂p/∂q) q̇ − ∂L/∂q. Along every motion
 //! the energy H = p·q̇ − L changes by the power of the forces, dH/dt = (τ − d)·q̇.

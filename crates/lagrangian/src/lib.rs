@@ -1,4 +1,86 @@
-//! Learns the mechanics of a physical system from its trajectories.
+//! Learns the mechanics of a physical system from its trajectories: data in, a Lagrangian out; then long stable
+//! rollouts, conserved energy and inverse dynamics from it.
+//!
+//! # The problem
+//!
+//! A network that is fitted to accelerations predicts the next instant well and the next minute badly: nothing in it
+//! knows of energy. Here the network is the Lagrangian L(q, q̇) itself, one scalar function, and the motion follows
+//! from it by the Euler–Lagrange equation,
+//!
+//! ```text
+//! d/dt ∂L/∂q̇ − ∂L/∂q = τ − d ,     that is     M q̈ + c = τ − d .
+//! ```
+//!
+//! Whatever the weights, the energy H = p·q̇ − L then changes only by the power of the forces, dH/dt = (τ − d)·q̇.
+//!
+//! # Notation
+//!
+//! One word for a thing, in code, on the command line and in files. Arrays are row-major, `[m, n]` for m states of n
+//! degrees of freedom, in SI units; angles are unwrapped.
+//!
+//! | code | symbol | meaning | shape |
+//! |---|---|---|---|
+//! | `q`, `qd`, `qdd` | q, q̇, q̈ | generalised coordinates, velocities, accelerations | `[n]` |
+//! | `tau` | τ | generalised forces: applied, not conservative | `[n]` |
+//! | [`Dissipation`] | d(q̇) | friction, viscous and smooth Coulomb | `[n]` |
+//! | `p`, `momentum` | p = ∂L/∂q̇ | momentum | `[n]` |
+//! | `mass_matrix` | M = ∂²L/∂q̇∂q̇ | | `[n, n]` |
+//! | `bias` | c = (∂p/∂q) q̇ − ∂L/∂q | Coriolis, centrifugal and conservative forces | `[n]` |
+//! | `energy` | H = p·q̇ − L | J | |
+//! | `rollout` | | a predicted trajectory | |
+//!
+//! The equations are numbered in `docs/theory.md`; the code cites the numbers.
+//!
+//! # The way of the data
+//!
+//! ```text
+//! files ─► Trajectory ─► Dataset ─► fit(Family, Loss, Optimizer) ─► saved model ─► rollout · energy · torque ─► report
+//!              ▲                                                                      │
+//!              └────────────────── a rollout is a Trajectory too ────────────────────┘
+//! ```
+//!
+//! [`trajectory`] reads files, [`mod@check`] judges them, [`dataset`] divides and scales them, [`train`] fits,
+//! [`saved`] stores, [`mod@rollout`] predicts, [`mod@score`] and [`report`] compare. An analytic Lagrangian
+//! ([`analytic`]) that is rolled out is where test data come from: there is no separate simulator. The names that
+//! most programs need stand at the root of the library.
+//!
+//! # From motions to a Lagrangian
+//!
+//! ```
+//! use lagrangian::dataset::split;
+//! use lagrangian::experiment::energy_error;
+//! use lagrangian::rollout::{free, times};
+//! use lagrangian::{Budget, Dataset, Family, FitConfig, LnnConfig, Model, RolloutOptions, analytic, fit, rollout};
+//!
+//! // Ten motions of a pendulum; recordings come from files instead (`Format::read`).
+//! let pendulum = analytic::by_name("pendulum", &[("length", 0.5)])?;
+//! let options = RolloutOptions::default();
+//! let mut motions = Vec::new();
+//! for k in 0..10 {
+//!     let (q0, qd0) = ([0.3 * f64::from(k)], [f64::from(k)]);
+//!     motions.push(rollout(&*pendulum, &q0, &qd0, &times(4.0, 0.02)?, &free, &options)?.trajectory);
+//! }
+//! let (train, validation) = split(motions, 0.2, 0)?;
+//! let data = Dataset::new(pendulum.coordinates().clone(), &train, &validation)?;
+//!
+//! // A Lagrangian, learned from them.
+//! let config = FitConfig {
+//!     family: Family::Lnn(LnnConfig { width: 16, ..LnnConfig::default() }),
+//!     budget: Budget::Steps(200),
+//!     batch: 64,
+//!     ..FitConfig::default()
+//! };
+//! let learned = fit(&data, &config, None, &mut ())?.model;
+//!
+//! // A hundred seconds of its motion keep the true energy, from a start that it has not seen.
+//! let motion = rollout(&learned, &[2.0], &[0.0], &times(100.0, 0.1)?, &free, &options)?;
+//! let scale = 2.0 * 9.8 * 0.5; // J, from the lowest to the highest point
+//! let error = energy_error(&*pendulum, &motion.trajectory, scale);
+//! assert!(motion.outcome.is_finished() && error.iter().all(|percent| percent.abs() < 0.1));
+//! # Ok::<(), lagrangian::Error>(())
+//! ```
+
+#![deny(unsafe_code)]
 
 pub mod baseline;
 pub mod chaos;
@@ -19,5 +101,17 @@ pub mod solve;
 pub mod train;
 pub mod trajectory;
 
+pub use baseline::{Mlp, MlpConfig};
+pub use dataset::Dataset;
+pub use dynamics::{Evaluator, Mechanical, Model};
 pub use error::{Error, Result};
-pub use trajectory::{Coordinate, Coordinates, State, Topology, Trajectory};
+pub use integrate::Method;
+pub use lagrangian::{Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic};
+pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
+pub use train::{Budget, Family, Fit, FitConfig, Learned, Loss, Observer, Optimizer, fit};
+pub use trajectory::{Coordinate, Coordinates, Format, Layout, State, Topology, Trajectory};
+
+/// The program in the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

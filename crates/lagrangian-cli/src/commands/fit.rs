@@ -15,6 +15,7 @@ use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
 
 use super::{Manner, report};
+use crate::cli::Links;
 use crate::data;
 use crate::draw;
 use crate::failure::{Advise, mistake};
@@ -57,7 +58,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
         ..Provenance::of_seed(args.training.seed)
     };
     folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
-    let page = draw::html(&report::of_run(&folder)?);
+    let page = draw::html(&report::of_run(&folder, Links::default())?);
     folder.write(REPORT, page.as_bytes())?;
     let model = folder.file(MODEL);
     if manner.json {
@@ -114,13 +115,14 @@ fn occupied(args: &FitArgs) -> Occupied {
     }
 }
 
-/// The motions that a run is judged by, read again from the files that it names.
-pub(super) fn judged(record: &RunRecord) -> Result<Vec<Trajectory>> {
+/// The motions that a run is judged by, read again from the files that it names, and whether they were kept from
+/// training.
+pub(super) fn judged(record: &RunRecord) -> Result<(Vec<Trajectory>, bool)> {
     let data = read(&settings(record)?)?;
     Ok(if data.validation.is_empty() {
-        data.train
+        (data.train, false)
     } else {
-        data.validation
+        (data.validation, true)
     })
 }
 

@@ -9,24 +9,30 @@ use lagrangian::report::Report;
 use serde_json::json;
 
 use super::{Manner, fit};
-use crate::cli::ReportArgs;
+use crate::cli::{Links, ReportArgs};
 use crate::data;
 use crate::draw;
-use crate::failure::Advise;
+use crate::failure::{Advise, mistake};
 use crate::output::{self, Existing};
-use crate::run_folder::{MODEL, REPORT, RunFolder};
+use crate::run_folder::{FIGURES, MODEL, REPORT, RunFolder};
 use crate::run_page::Run;
 
 pub(super) fn run(args: &ReportArgs, manner: Manner) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
-    let report = of_run(&folder)?;
-    let page = draw::html(&report);
+    let existing = Existing::from_force(args.force);
+    for path in [&args.out, &args.gif].into_iter().flatten() {
+        output::refuse_existing(path, existing)?;
+    }
+    let report = of_run(&folder, args.links)?;
     let path = args.out.clone().unwrap_or_else(|| folder.file(REPORT));
     // The run's own page is made to be made again.
-    let existing = Existing::from_force(args.force || args.out.is_none());
-    output::write_bytes(&path, existing, page.as_bytes())?;
+    let replace = Existing::from_force(args.force || args.out.is_none());
+    output::write_bytes(&path, replace, draw::html(&report).as_bytes())?;
     if let Some(pictures) = &args.pictures {
-        draw_figures(&report, pictures, Existing::from_force(args.force))?;
+        draw_figures(&report, pictures, existing)?;
+    }
+    if let Some(gif) = &args.gif {
+        draw_motion(&report, gif, existing)?;
     }
     if manner.json {
         output::print_json(&json!({
@@ -34,6 +40,7 @@ pub(super) fn run(args: &ReportArgs, manner: Manner) -> Result<ExitCode> {
             "run": args.run,
             "out": path,
             "pictures": args.pictures,
+            "gif": args.gif,
             "headlines": report.headlines,
             "figures": report.figures.iter().map(|figure| &figure.id).collect::<Vec<_>>(),
         }))?;
@@ -43,19 +50,37 @@ pub(super) fn run(args: &ReportArgs, manner: Manner) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The page of a run, from the files in its folder and the data that they name.
-pub(super) fn of_run(folder: &RunFolder) -> Result<Report> {
+/// The page of a run, from the files in its folder and the data that they name; that of a demo as it was kept.
+pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
+    let kept = folder.file(FIGURES);
+    if kept.is_file() {
+        let shown = format!("cannot read '{}'", kept.display());
+        let bytes = fs::read(&kept).advise(&shown, "check that the file may be read")?;
+        return serde_json::from_slice(&bytes).advise(shown, "repeat the demo with --force");
+    }
     let record = folder.record()?;
     let model = data::model(&folder.file(MODEL))?;
-    let judged = fit::judged(&record)?;
+    let (judged, held_out) = fit::judged(&record)?;
     let metrics = folder.read_metrics()?;
     Run {
+        folder: folder.path(),
         record: &record,
         metrics: &metrics,
         model: &model,
         judged: &judged,
+        held_out,
     }
-    .report()
+    .report(links)
+}
+
+fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {
+    let Some(animation) = report.animations.first() else {
+        return Err(mistake(
+            "there is no motion to draw as a GIF",
+            "declare with --angle, when fitting, that all coordinates are angles, or leave --gif away",
+        ));
+    };
+    output::write_file(path, existing, |sink| draw::gif(animation, sink))
 }
 
 fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()> {

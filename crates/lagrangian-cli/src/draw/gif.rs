@@ -14,9 +14,9 @@ use super::pendulum;
 const RATE: f64 = 20.0;
 const FINE: usize = 4;
 /// A longer clip makes a file that nobody waits for.
-const MOST_SECONDS: f64 = 15.0;
+const MOST_SECONDS: f64 = 9.0;
 
-/// Writes the animation from its start, up to 15 s, side by side on white, as an endless GIF.
+/// Writes the animation from its start, up to 9 s, side by side on white, as an endless GIF.
 ///
 /// # Errors
 /// Where it has no panel or more than eight, or cannot be written.

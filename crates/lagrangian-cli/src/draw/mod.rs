@@ -18,6 +18,7 @@ mod theme;
 pub(crate) use gif::gif;
 pub(crate) use page::html;
 pub(crate) use png::png;
+pub(crate) use scale::short;
 pub(crate) use svg::svg;
 
 /// Canvas units a px: plotters counts in whole units, and a curve needs finer steps than a px.

@@ -254,15 +254,16 @@ fn table(body: &mut String, table: &Table) {
     add(
         body,
         format_args!(
-            "<div class=\"card scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table>\
-             <caption>{caption}</caption><thead><tr>{header}</tr></thead><tbody>\n"
+            "<div class=\"card table\"><p class=\"caption\">{caption}</p>\
+             <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table>\
+             <thead><tr>{header}</tr></thead><tbody>\n"
         ),
     );
     table
         .rows
         .iter()
         .for_each(|row| add(body, format_args!("<tr>{}</tr>\n", cells("td", row))));
-    body.push_str("</tbody></table></div>\n");
+    body.push_str("</tbody></table></div></div>\n");
 }
 
 fn settings(body: &mut String, settings: &[(String, String)]) {

@@ -191,18 +191,32 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-/// A share as a percentage with two or three digits, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
+/// A share as a percentage, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
 pub(super) fn percent(share: f64) -> String {
-    let value = 100.0 * share.abs();
-    let exponent = if value > 0.0 {
-        value.log10().floor() as i32
-    } else {
-        0
-    };
-    if (-2..5).contains(&exponent) {
-        return format!("{value:.*} %", (2 - exponent.max(0)).max(0) as usize);
+    format!("{} %", short(100.0 * share.abs()))
+}
+
+/// A number with two or three digits, e.g. `1200`, `0.41`, `0.0021` or `3.2×10⁻⁶`.
+pub(crate) fn short(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
     }
-    format!("{:.1}×{} %", value / 10f64.powi(exponent), power(exponent))
+    let exponent = if value == 0.0 {
+        0
+    } else {
+        value.abs().log10().floor() as i32
+    };
+    let text = if (-4..5).contains(&exponent) {
+        let digits = if exponent < 0 {
+            1 - exponent
+        } else {
+            2 - exponent
+        };
+        format!("{value:.*}", digits.max(0) as usize)
+    } else {
+        format!("{:.1}×{}", value / 10f64.powi(exponent), power(exponent))
+    };
+    minus(&text)
 }
 
 /// The typographic minus sign.
@@ -250,6 +264,12 @@ mod tests {
             words,
             ["0.00 %", "0.41 %", "50.0 %", "1200 %", "3.2×10⁻⁷ %"]
         );
+    }
+
+    #[test]
+    fn small_numbers_keep_two_digits_and_absent_ones_are_a_dash() {
+        let words = [0.000_91, -0.031, 2.5e-10, 6.02e23, f64::NAN].map(short);
+        assert_eq!(words, ["0.00091", "−0.031", "2.5×10⁻¹⁰", "6.0×10²³", "–"]);
     }
 
     #[test]

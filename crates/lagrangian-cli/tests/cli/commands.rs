@@ -110,6 +110,51 @@ fn a_fitted_pendulum_is_followed_and_keeps_its_energy() {
 }
 
 #[test]
+fn a_run_of_angles_is_drawn_as_pictures_and_as_a_moving_gif() {
+    let bench = with_data();
+    bench.succeed("fit data.csv --steps 40 --width 16 --out run");
+    let report = bench
+        .succeed("report run --gif motion.gif --pictures pictures --json")
+        .json();
+    let drawn = bench.names("pictures");
+    for id in report["figures"].as_array().unwrap() {
+        for kind in ["svg", "png"] {
+            let name = format!("{}.{kind}", id.as_str().unwrap());
+            assert!(drawn.contains(&name), "{name} is not among {drawn:?}");
+        }
+    }
+    assert!(bench.read("motion.gif").starts_with(b"GIF89a"));
+    assert!(
+        bench
+            .refuse("report run --gif motion.gif")
+            .contains("exists")
+    );
+}
+
+#[test]
+fn a_motion_that_is_no_chain_of_angles_is_not_drawn_as_one() {
+    let bench = Workbench::new();
+    bench.succeed("simulate mass-spring --duration 4 --out data.csv");
+    bench.succeed("fit data.csv --steps 5 --width 16 --out run");
+    let message = bench.refuse("report run --gif motion.gif");
+    assert!(message.contains("no motion to draw"), "{message}");
+    assert!(!bench.path("motion.gif").exists());
+}
+
+#[test]
+fn a_demo_is_drawn_again_from_its_folder() {
+    let bench = Workbench::new();
+    bench.succeed("demo --seconds 0.5 --samples 500 --starts 2 --out demo");
+    let page = bench.read("demo/report.html");
+    bench.succeed("report demo --gif demo.gif");
+    assert_eq!(bench.read("demo/report.html"), page);
+    assert!(bench.read("demo.gif").starts_with(b"GIF89a"));
+    bench.write("demo/report.json", "{ \"title\": 3 }");
+    let message = bench.refuse("report demo");
+    assert!(message.contains("--force"), "{message}");
+}
+
+#[test]
 fn a_model_of_other_coordinates_than_the_data_is_refused() {
     let bench = with_data();
     bench.succeed("fit data.csv --steps 1 --width 16 --out run");

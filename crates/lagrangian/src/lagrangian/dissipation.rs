@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
-/// Friction dᵢ(q̇) = bᵢ q̇ᵢ + cᵢ tanh(q̇ᵢ / vₛ), which opposes the motion: M q̈ + c = τ − d.
+/// Friction dᵢ(q̇) = bᵢ q̇ᵢ + cᵢ tanh(q̇ᵢ / vₛ), which opposes the motion: M q̈ + c = τ − d (theory.md, equations 4
+/// and 24).
 ///
 /// All coefficients are non-negative, so that the power d·q̇ taken out is never negative.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -109,7 +109,8 @@ impl LnnConfig {
     }
 
     /// A trunk of q alone gates three kinds of units: quadratic and softplus ones, which only non-negative
-    /// weights read (their sum is convex in q̇), and linear ones (A(q)·q̇). The trunk adds −V(q).
+    /// weights read (their sum is convex in q̇), and linear ones (A(q)·q̇). The trunk adds −V(q) (theory.md,
+    /// equation 21).
     fn convex(&self, coordinates: &Coordinates) -> Net {
         let mut build = Build::new(Scaling::features(coordinates), coordinates.dof());
         let mut trunk = build.dense(
@@ -147,7 +148,7 @@ impl LnnConfig {
     }
 }
 
-/// A Lagrangian network: L(q, q̇) = E [ N(x(q), q̇ / s) + ½ κ ‖q̇ / s‖² ] (theory.md, section 9).
+/// A Lagrangian network: L(q, q̇) = E [ N(x(q), q̇ / s) + ½ κ ‖q̇ / s‖² ] (theory.md, equation 22).
 ///
 /// Angles enter as cos and sin. The network is in double precision.
 #[derive(Debug, Clone)]
@@ -352,7 +353,7 @@ impl LnnShape {
     }
 
     /// Writes the mixed component of direction `d` of sample `s`: −`weight` along the coordinates, so that the
-    /// output's mixed component is Σ weight (d/dt ∂L/∂q̇ − ∂L/∂q).
+    /// output's mixed component is Σ weight (d/dt ∂L/∂q̇ − ∂L/∂q) (theory.md, equations 12 and 16).
     pub(crate) fn write_mixed<T: Real>(
         &self,
         pass: &mut Pass<T>,

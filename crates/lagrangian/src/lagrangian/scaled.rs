@@ -6,7 +6,7 @@ use crate::{Coordinates, Error, Result};
 
 /// One centre and scale per coordinate, one scale per velocity, one energy.
 ///
-/// L(q, q̇) = E · N(x(q), q̇ / s): any such scaling of a Lagrangian is a Lagrangian again (theory.md, section 9).
+/// L(q, q̇) = E · N(x(q), q̇ / s): any such scaling of a Lagrangian is a Lagrangian again (theory.md, equation 22).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scaling {
     /// Subtracted from coordinates on the line, `[n]`.

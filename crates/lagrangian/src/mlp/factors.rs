@@ -3,7 +3,7 @@
 //! The raw output `S_i` of a sample depends on a weight matrix W through `dS_i` = Σ_(c, k) `y_c` ⊗ `a_k`, a few pairs of
 //! components (`terms[i]`) of the sensitivity y and of the input a of its layer. Hence
 //! J Jᵀ = `Σ_layers` `Σ_pairs` `Σ_pairs`' (`y_c` · `y_c`') (`a_k` · `a_k`'), two products of the width of the layer instead of one
-//! of its square, and nothing of the size (batch × parameters) exists (theory.md, section 8).
+//! of its square, and nothing of the size (batch × parameters) exists (theory.md, equations 18 and 20).
 
 use super::net::{Kind, Net, Source};
 use super::pass::{Gradient, Packed, Pass, panels};

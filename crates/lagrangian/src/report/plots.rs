@@ -89,7 +89,7 @@ pub fn energy_error_over_time(curves: &[Curve]) -> Figure {
 /// A runaway prediction does not flatten the others: the axis follows the truth where there is one.
 #[must_use]
 pub fn trajectories(coordinates: &Coordinates, i: usize, motions: &[Motion]) -> Figure {
-    let (name, unit) = label(coordinates, i);
+    let (name, _) = label(coordinates, i);
     let window = window(coordinates, motions, 40);
     let series = signals(motions, window, |motion| {
         (
@@ -101,14 +101,14 @@ pub fn trajectories(coordinates: &Coordinates, i: usize, motions: &[Motion]) -> 
         id: format!("trajectory-{}", i + 1),
         title: format!("{name} over time"),
         caption: format!(
-            "{} Predicted from the first state alone. A chaotic motion leaves any prediction in the \
-             end, that of the true equations with other rounding too.",
+            "{} Predicted from the first state alone; where the motion is chaotic, any prediction parts \
+             from it in the end.",
             spoken(window)
         ),
         x: Axis::linear("time", "s"),
         y: Axis {
             range: range_of_truth(&series),
-            ..Axis::linear(&name, &unit)
+            ..quantity(coordinates, i)
         },
         series,
     }
@@ -134,7 +134,7 @@ pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -
         Series { x, y, ..one }
     };
     let series: Vec<Series> = series.into_iter().map(turned).collect();
-    let x = Axis::linear(&name, &unit);
+    let x = quantity(coordinates, i);
     Figure {
         id: format!("phase-{}", i + 1),
         title: format!("Phase portrait of {name}"),
@@ -145,7 +145,7 @@ pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -
         x: if circle { x.between(-PI, PI) } else { x },
         y: Axis {
             range: range_of_truth(&series),
-            ..Axis::linear(&format!("d{name}/dt"), &format!("{unit}/s"))
+            ..Axis::linear(&format!("velocity of {name}"), &format!("{unit}/s"))
         },
         series,
     }
@@ -261,6 +261,15 @@ fn label(coordinates: &Coordinates, i: usize) -> (String, String) {
         .get(i)
         .map(|coordinate| (coordinate.name.clone(), coordinate.unit.clone()));
     known.unwrap_or_else(|| (format!("q{}", i + 1), String::new()))
+}
+
+/// The axis of coordinate `i`.
+fn quantity(coordinates: &Coordinates, i: usize) -> Axis {
+    let (name, unit) = label(coordinates, i);
+    if i < coordinates.dof() && coordinates.is_circle(i) {
+        return Axis::linear(&format!("angle {name}"), &unit);
+    }
+    Axis::linear(&name, &unit)
 }
 
 /// Column `i` of a `[len, n]` signal; gaps where it has none.

@@ -23,6 +23,8 @@ pub struct Checkpoint {
     pub best_parameters: Vec<f64>,
     /// The optimiser's memory: φ, or the moments m and v.
     pub memory: Vec<Vec<f64>>,
+    /// How often the run went back to its best; each time the damping grows tenfold.
+    pub setbacks: i32,
 }
 
 /// The numbers of a checkpoint that are no arrays, exact to the bit.
@@ -34,10 +36,13 @@ struct Scalars {
     seconds: u64,
     best: u64,
     best_step: usize,
+    setbacks: i32,
 }
 
 const FORMAT: &str = "lagrangian-checkpoint";
 const VERSION: u32 = 1;
+/// Setbacks that are counted.
+const MOST_SETBACKS: i32 = 6;
 
 impl Checkpoint {
     pub(crate) fn fresh(parameters: Vec<f64>, memory: usize) -> Self {
@@ -49,7 +54,15 @@ impl Checkpoint {
             best: f64::INFINITY,
             best_step: 0,
             best_parameters: Vec::new(),
+            setbacks: 0,
         }
+    }
+
+    /// Back to the best parameters, without memory.
+    pub(crate) fn go_back(&mut self) {
+        self.parameters.clone_from(&self.best_parameters);
+        self.memory.iter_mut().for_each(|x| x.fill(0.0));
+        self.setbacks = (self.setbacks + 1).min(MOST_SETBACKS);
     }
 
     pub(crate) fn for_run(self, parameters: usize, memory: usize) -> Result<Self> {
@@ -83,6 +96,7 @@ impl Checkpoint {
             seconds: self.seconds.to_bits(),
             best: self.best.to_bits(),
             best_step: self.best_step,
+            setbacks: self.setbacks,
         };
         let arrays = [
             ("parameters".to_string(), &self.parameters),
@@ -161,6 +175,7 @@ impl Checkpoint {
             memory: (0..count)
                 .map(|i| array(&format!("memory{i}")))
                 .collect::<Result<_>>()?,
+            setbacks: scalars.setbacks.clamp(0, MOST_SETBACKS),
         })
     }
 }

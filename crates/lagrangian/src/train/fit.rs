@@ -343,8 +343,10 @@ impl<'a> Run<'a> {
 
         self.descend(learner, observer, |state, share, samples, numbers| {
             let rate = natural.rate * cosine(share);
-            let damping =
-                natural.damping_first * (natural.damping_last / natural.damping_first).powf(share);
+            let damping = natural.damping_first
+                * (natural.damping_last / natural.damping_first).powf(share)
+                * 10f64.powi(state.setbacks);
+            engine.phi.copy_from_slice(&state.memory[0]);
             let parameters = &mut state.parameters;
             let value = engine.step(
                 learner,
@@ -502,10 +504,17 @@ impl<'a> Run<'a> {
             self.state
                 .best_parameters
                 .clone_from(&self.state.parameters);
+        } else if (value.is_nan() || value > SETBACK * self.state.best)
+            && !self.state.best_parameters.is_empty()
+        {
+            self.state.go_back();
         }
         value
     }
 }
+
+/// A loss that exceeds the best by this factor sends the run back to the best, with more damping.
+const SETBACK: f64 = 10.0;
 
 /// From 1 to 0.
 fn cosine(share: f64) -> f64 {

@@ -1,4 +1,5 @@
-//! Training of Lagrangian networks: residuals by the Euler–Lagrange equation, gradients through it.
+//! Training of Lagrangian networks: residuals by the Euler–Lagrange equation, gradients through it without the
+//! derivative of its solve (theory.md, equations 15 and 16).
 
 use super::learner::{Learner, Loss, Work};
 use crate::lagrangian::LnnShape;
@@ -166,7 +167,7 @@ impl LnnLearner<'_> {
         }
     }
 
-    /// r = w (M⁻¹ (τ − d − c) − q̈), D = −w M⁻¹ E, with S in units of the energy E.
+    /// r = w (M⁻¹ (τ − d − c) − q̈), D = −w M⁻¹ E, with S in units of the energy E (theory.md, equation 15).
     fn acceleration_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
         let n = self.shape.dof();
         let mass = &work.jet.mass_matrix[s * n * n..][..n * n];

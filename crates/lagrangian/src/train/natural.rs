@@ -7,7 +7,7 @@
 //! | φ | step, remembered | P |
 //! | μ, λ, η | momentum, damping, rate | |
 //!
-//! φ ← μ φ + Jᵀ (J Jᵀ + λ N I)⁻¹ (r − μ J φ), θ ← θ − η φ
+//! φ ← μ φ + Jᵀ (J Jᵀ + λ N I)⁻¹ (r − μ J φ), θ ← θ − η φ, J by its factors (theory.md, equations 19 and 20)
 //! (SPRING: Goldshlager, Abrahamsen, Lin 2024, arXiv 2401.10190).
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -29,7 +29,7 @@ pub struct NaturalConfig {
     pub rate: f64,
     /// Momentum μ.
     pub momentum: f64,
-    /// Damping λ at the start.
+    /// Damping λ at the start; every step multiplies it by √(mean |r| of its batch), at most 1.
     pub damping_first: f64,
     /// Damping λ at the end; it falls geometrically.
     pub damping_last: f64,
@@ -50,6 +50,9 @@ impl Default for NaturalConfig {
 }
 
 const BLOCK: usize = 16;
+
+/// Residuals below this share of the mean |r| weigh no more than one of that size.
+const SMALL: f64 = 0.1;
 
 /// The memory of a run and the work space of its batches.
 pub(crate) struct Natural {
@@ -192,23 +195,25 @@ impl Natural {
             .for_each(|(block, numbers)| {
                 samples.gather(numbers, &mut block.work);
                 learner.residuals(packed, extra, &mut block.work);
-                block.weigh(loss, samples.n);
-                learner.linearise(packed, &mut block.work);
-                block.transposed.set(net, &block.work.pass, &terms);
-                block.raw.fill(0.0);
-                block.work.pass.push_forward(
-                    net,
-                    packed_phi,
-                    &terms,
-                    &mut block.wide,
-                    &mut block.raw,
-                );
-                block.subtract_momentum(config.momentum, phi_extra, samples.n);
             });
+        let level = level(&self.blocks[..used], samples.n);
+        self.blocks[..used].par_iter_mut().for_each(|block| {
+            block.weigh(loss, level, samples.n);
+            learner.linearise(packed, &mut block.work);
+            block.transposed.set(net, &block.work.pass, &terms);
+            block.raw.fill(0.0);
+            block
+                .work
+                .pass
+                .push_forward(net, packed_phi, &terms, &mut block.wide, &mut block.raw);
+            block.subtract_momentum(config.momentum, phi_extra, samples.n);
+        });
         self.gram(learner, used, &terms);
         let value = self.blocks[..used]
             .iter()
             .fold(Value::default(), |sum, b| sum.add(b.value));
+        // Far from the solution the quadratic model is poor; near it, damping is all that slows the step.
+        let damping = damping * level.min(1.0).sqrt();
         if !self.solve(used, samples.n, damping) {
             self.phi.fill(0.0);
             return value;
@@ -327,9 +332,24 @@ impl Natural {
     }
 }
 
+/// Mean |r| of the batch, never zero.
+fn level(blocks: &[Block], n: usize) -> f64 {
+    let residuals = || {
+        blocks
+            .iter()
+            .flat_map(|b| &b.work.residual[..b.work.count * n])
+    };
+    let mean = residuals().map(|r| r.abs()).sum::<f64>() / residuals().count().max(1) as f64;
+    if mean.is_finite() {
+        mean.max(1e-12)
+    } else {
+        1.0
+    }
+}
+
 impl Block {
     /// Turns residuals into those whose squares are minimised, and leaves the padding of the block out.
-    fn weigh(&mut self, loss: Loss, n: usize) {
+    fn weigh(&mut self, loss: Loss, level: f64, n: usize) {
         let work = &mut self.work;
         let residuals = &work.residual[..work.count * n];
         self.value = Value {
@@ -341,8 +361,8 @@ impl Block {
             let r = work.residual[at];
             let weight = match loss {
                 _ if at >= work.count * n => 0.0,
-                // |r| = r² / |r|: squares, reweighted at every step.
-                Loss::AccelerationL1 => 1.0 / r.abs().max(1e-3).sqrt(),
+                // |r| = r² / |r|: squares, reweighted at every step, in units of the mean |r| of the batch.
+                Loss::AccelerationL1 => (level / r.abs().max(SMALL * level)).sqrt(),
                 _ => 1.0,
             };
             work.residual[at] = r * weight;
@@ -379,7 +399,7 @@ impl Block {
     }
 }
 
-/// K = D (S-space tile + extra parameters) D'ᵀ, rows and columns i · samples + s.
+/// K = D (S-space tile + extra parameters) D'ᵀ (theory.md, section 7), rows and columns i · samples + s.
 fn mix_tile(
     left: &Work<f64>,
     right: &Work<f64>,

@@ -2,7 +2,7 @@
 //!
 //! The estimate of dᵏy/dtᵏ at a time is Σⱼ aⱼ yⱼ, with weights a that depend on the time stamps alone; at even
 //! spacing it is the filter of Savitzky and Golay (Anal. Chem. 36, 1964). White noise of standard deviation σ in
-//! y gives the estimate a standard deviation σ ‖a‖.
+//! y gives the estimate a standard deviation σ ‖a‖ (theory.md, equation 25).
 
 use std::ops::Range;
 

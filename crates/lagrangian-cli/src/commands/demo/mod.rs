@@ -25,7 +25,7 @@ use crate::failure::Advise;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
-use crate::run_folder::{MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord};
+use crate::run_folder::{FIGURES, MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord};
 use crate::watch::Watch;
 
 use judge::{Judged, Judgement};
@@ -77,6 +77,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
     let seconds = start.elapsed().as_secs_f64();
     let report = page::report(args, &*system, &data, [&lnn, &mlp], &judgement, seconds)?;
     folder.write(REPORT, crate::draw::html(&report).as_bytes())?;
+    folder.write(FIGURES, &serde_json::to_vec(&report)?)?;
     let page = folder.file(REPORT);
     if manner.json {
         let figures = json!({
@@ -124,7 +125,7 @@ fn train(
     let folder = RunFolder::open(&args.out.join(name), occupied)?;
     let config = FitConfig {
         family,
-        loss: Loss::AccelerationL1,
+        loss: Loss::Acceleration,
         budget: Budget::Seconds(args.seconds),
         seed: args.seed,
         ..FitConfig::default()
@@ -135,8 +136,9 @@ fn train(
     let fit = train::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;
     watch.finish(&format!(
-        "{} steps, mean error of the accelerations {:.1e} of their deviation",
-        fit.steps, fit.best
+        "{} steps, error of the accelerations {:.1e} of their deviation",
+        fit.steps,
+        fit.best.sqrt()
     ))?;
     folder.write(
         MODEL,

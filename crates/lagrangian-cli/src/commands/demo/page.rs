@@ -15,6 +15,7 @@ use lagrangian::train::{Family, FitConfig};
 use super::judge::{DURATION, Judged, Judgement, RESTART, options};
 use super::{REFERENCE_ENERGY, Trained};
 use crate::cli::DemoArgs;
+use crate::draw::short;
 use crate::run_folder::Metric;
 
 const NAMES: [(&str, Role); 3] = [
@@ -56,7 +57,9 @@ pub(super) fn report(
         title: "A double pendulum, learned twice".into(),
         subtitle: format!(
             "{} random states, two networks of the same size and optimiser, {:.0} s of training each, {} starts of 100 s",
-            args.samples, args.seconds, args.starts
+            grouped(args.samples),
+            args.seconds,
+            args.starts
         ),
         headlines: headlines(judgement, seconds),
         summary: summary(judgement),
@@ -103,7 +106,7 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
     let worst = |judged: &Judged| {
         format!(
             "mean of {count} starts; worst {} %",
-            percent(judged.energy.worst)
+            short(judged.energy.worst)
         )
     };
     let valid = |judged: &Judged| {
@@ -116,14 +119,14 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
     vec![
         headline(
             "Energy error at 100 s, Lagrangian",
-            percent(judgement.lnn.energy.mean),
+            short(judgement.lnn.energy.mean),
             "%",
             worst(&judgement.lnn),
             Some(Role::Lnn),
         ),
         headline(
             "Energy error at 100 s, plain network",
-            percent(judgement.mlp.energy.mean),
+            short(judgement.mlp.energy.mean),
             "%",
             worst(&judgement.mlp),
             Some(Role::Baseline),
@@ -133,8 +136,9 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
             format!("{:.1}", valid(&judgement.lnn)),
             "Lyapunov times",
             format!(
-                "plain network {:.1}; the truth moved by 1e-12 rad {limit:.1}",
-                valid(&judgement.mlp)
+                "plain network {:.1}; the truth moved by {} rad {limit:.1}",
+                valid(&judgement.mlp),
+                short(RESTART)
             ),
             Some(Role::Lnn),
         ),
@@ -148,26 +152,16 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
     ]
 }
 
-/// Two significant digits, without an exponent.
-fn percent(x: f64) -> String {
-    if !x.is_finite() {
-        return "–".into();
-    }
-    if x > 0.0 && x < 1e-5 {
-        return format!("{x:.0e}");
-    }
-    let digits = if x > 0.0 {
-        (1.0 - x.log10().floor()).clamp(0.0, 9.0)
-    } else {
-        1.0
-    };
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped to 0…9"
-    )]
-    let digits = digits as usize;
-    format!("{x:.digits$}")
+/// 100000 as 100 000.
+fn grouped(count: u32) -> String {
+    let digits = count.to_string();
+    let groups: Vec<&str> = digits
+        .as_bytes()
+        .rchunks(3)
+        .rev()
+        .filter_map(|group| std::str::from_utf8(group).ok())
+        .collect();
+    groups.join("\u{a0}")
 }
 
 fn summary(judgement: &Judgement) -> Vec<String> {
@@ -180,9 +174,10 @@ fn summary(judgement: &Judgement) -> Vec<String> {
         format!(
             "The energy is the true one, along each predicted motion, relative to {REFERENCE_ENERGY} J. The motion is \
              chaotic from {} of {} starts, so that no prediction of it can last: the true equations themselves, \
-             restarted {RESTART:e} rad away, part after {:.0} s.",
+             restarted {} rad away, part after {:.0} s.",
             judgement.restarted.chaotic,
             judgement.starts.len(),
+            short(RESTART),
             judgement.restarted.chaotic_seconds
         ),
     ]
@@ -311,9 +306,9 @@ fn table(judgement: &Judgement) -> Table {
         "median",
         "worst",
         "unfinished",
-        "valid, chaotic starts",
-        "in Lyapunov times",
-        "valid, regular starts",
+        "valid, chaotic",
+        "Lyapunov times",
+        "valid, regular",
     ];
     let times = |valid: &ValidTimes| {
         [
@@ -325,7 +320,7 @@ fn table(judgement: &Judgement) -> Table {
     let row = |name: &str, judged: &Judged, valid: Option<&ValidTimes>| {
         let energy = &judged.energy;
         let mut row = vec![name.to_string()];
-        row.extend([energy.mean, energy.median, energy.worst].map(|x| format!("{} %", percent(x))));
+        row.extend([energy.mean, energy.median, energy.worst].map(|x| format!("{} %", short(x))));
         row.push(energy.unfinished.to_string());
         row.extend(valid.map_or_else(|| ["–"; 3].map(str::to_string), times));
         row
@@ -333,11 +328,12 @@ fn table(judgement: &Judgement) -> Table {
     Table {
         caption: format!(
             "All figures over the same {} starts ({} chaotic, {} regular), true energy relative to {REFERENCE_ENERGY} J. \
-             Valid: until the error reaches half a standard deviation of the motion, at most 100 s; medians. The truth \
-             is restarted {RESTART:e} rad away for its valid times.",
+             Valid: median time until the error reaches half a standard deviation of the motion, at most 100 s. The truth \
+             is restarted {} rad away for its valid times.",
             judgement.starts.len(),
             judgement.restarted.chaotic,
-            judgement.restarted.regular
+            judgement.restarted.regular,
+            short(RESTART)
         ),
         header: header.map(str::to_string).to_vec(),
         rows: vec![
@@ -363,8 +359,7 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
         ("Plain network", size(&trained[1].config)),
         (
             "Optimiser of both",
-            "natural gradient, batches of 256 states, absolute errors (L1), double precision"
-                .to_string(),
+            "natural gradient, batches of 256 states, squared errors, double precision".to_string(),
         ),
         ("Training of the Lagrangian network", steps(trained[0])),
         ("Training of the plain network", steps(trained[1])),
@@ -372,7 +367,7 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
             "States",
             format!(
                 "{}: angles anywhere, speeds to ±10 rad/s; masses 1 kg, lengths 1 m, g 9.8 m/s²",
-                args.samples
+                grouped(args.samples)
             ),
         ),
         (
@@ -400,6 +395,10 @@ fn commands(args: &DemoArgs) -> Vec<Command> {
         command(
             "Its figures as JSON",
             format!("lagrangian demo --force --out {out} --json"),
+        ),
+        command(
+            "The motion as a GIF, the figures as SVG and PNG",
+            format!("lagrangian report {out} --gif demo.gif --pictures pictures"),
         ),
         command(
             "The learned model, from another start",

@@ -8,12 +8,11 @@
 mod derivatives;
 mod parameter;
 
-use num_dual::DualNum;
-use rand::Rng;
-
 pub use derivatives::Analytic;
 pub(crate) use derivatives::{ClosedForm, DualJets};
+pub use num_dual::DualNum;
 pub use parameter::{Domain, Parameter};
+pub use rand::Rng;
 
 use super::Lagrangian;
 use crate::dynamics::Model;
@@ -168,7 +167,7 @@ fn normal(rng: &mut dyn Rng) -> f64 {
 }
 
 /// `n` uniform deviates from `low` to `high`.
-fn uniform(rng: &mut dyn Rng, n: usize, low: f64, high: f64) -> Vec<f64> {
+pub fn uniform(rng: &mut dyn Rng, n: usize, low: f64, high: f64) -> Vec<f64> {
     use rand::RngExt;
     (0..n)
         .map(|_| low + (high - low) * rng.random::<f64>())

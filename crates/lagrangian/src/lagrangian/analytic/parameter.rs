@@ -29,7 +29,9 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    pub(super) const fn positive(name: &'static str, unit: &'static str, value: f64) -> Self {
+    /// A parameter above 0.
+    #[must_use]
+    pub const fn positive(name: &'static str, unit: &'static str, value: f64) -> Self {
         Self {
             name,
             unit,
@@ -38,7 +40,9 @@ impl Parameter {
         }
     }
 
-    pub(super) const fn finite(name: &'static str, unit: &'static str, value: f64) -> Self {
+    /// A parameter that may be any finite number.
+    #[must_use]
+    pub const fn finite(name: &'static str, unit: &'static str, value: f64) -> Self {
         Self {
             name,
             unit,
@@ -47,7 +51,9 @@ impl Parameter {
         }
     }
 
-    pub(super) const fn count(name: &'static str, value: f64) -> Self {
+    /// A whole number of bodies or links, from 1 to 32.
+    #[must_use]
+    pub const fn count(name: &'static str, value: f64) -> Self {
         Self {
             name,
             unit: "",
@@ -56,7 +62,9 @@ impl Parameter {
         }
     }
 
-    pub(super) const fn planar_or_spatial(name: &'static str) -> Self {
+    /// The number of dimensions of space, 2 or 3.
+    #[must_use]
+    pub const fn planar_or_spatial(name: &'static str) -> Self {
         Self {
             name,
             unit: "",

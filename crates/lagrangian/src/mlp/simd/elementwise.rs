@@ -37,7 +37,7 @@ impl Shape {
     }
 }
 
-/// a₀ = σ(z₀), and the slopes σ′, σ″, σ‴ at z₀.
+/// a₀ = σ(z₀), and the slopes σ′, σ″, σ‴ at z₀ (theory.md, equation 10).
 pub(crate) struct PointForward<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) activation: Activation,
@@ -103,7 +103,7 @@ impl<T: Real> Task for PointTangent<'_, T> {
     }
 }
 
-/// `a_i`′ = σ′ `z_i`′ + σ″ `z_i` z_′.
+/// `a_i`′ = σ′ `z_i`′ + σ″ `z_i` z_′ (theory.md, equation 10).
 pub(crate) struct PointSecond<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) directions: usize,
@@ -135,7 +135,7 @@ impl<T: Real> Task for PointSecond<'_, T> {
 }
 
 /// Components ′, i and i′ of the sensitivity backward through an activation:
-/// the product of σ′(z) and ya in the truncated algebra.
+/// the product of σ′(z) and ya in the truncated algebra (theory.md, equation 17).
 pub(crate) struct PointReverse2<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) directions: usize,
@@ -180,7 +180,7 @@ impl<T: Real> Task for PointReverse2<'_, T> {
 
 /// Adds `Σ_units` σ″ ya₀ `z_t` `z_u` of one layer to the second derivatives of the output along the tangents:
 /// `hessian[s, i, j]` for i ≥ j, and `hessian[s, i, directions]` for the pair of i with ′
-/// (`[samples, directions, directions + 1]`).
+/// (`[samples, directions, directions + 1]`; theory.md, equation 14).
 pub(crate) struct Contract<'a, T> {
     pub(crate) shape: Shape,
     pub(crate) directions: usize,

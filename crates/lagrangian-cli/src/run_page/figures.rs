@@ -1,0 +1,258 @@
+//! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
+
+use anyhow::Result;
+use lagrangian::dynamics::{Evaluator, Model};
+use lagrangian::report::{
+    Animation, Curve, Figure, Motion, Pairs, Panel, Role, energy_error_over_time, loss_curves,
+    parity, phase_portrait, trajectories,
+};
+use lagrangian::score::predict;
+use lagrangian::train::Learned;
+use lagrangian::{Coordinates, Trajectory};
+
+use super::Run;
+use crate::cli::Links;
+use crate::motion;
+use crate::run_folder::Metric;
+
+/// Dots of a parity figure, at most.
+const DOTS: usize = 2000;
+/// Coordinates of a chain that can still be told apart in motion, at most.
+const MOST_LINKS: usize = 8;
+
+/// A recorded motion and what the model makes of it.
+pub(super) struct Followed<'a> {
+    truth: &'a Trajectory,
+    predicted: Trajectory,
+}
+
+impl<'a> Followed<'a> {
+    /// The first motion that the model is judged by, if there is one.
+    pub(super) fn first(run: &Run<'a>) -> Result<Option<Self>> {
+        let Some(truth) = run.judged.first() else {
+            return Ok(None);
+        };
+        let predicted = predict(run.model, truth, &motion::for_comparison())?.trajectory;
+        Ok(Some(Self { truth, predicted }))
+    }
+
+    fn motions(&self, role: Role) -> [Motion<'_>; 2] {
+        [
+            Motion {
+                name: "recorded",
+                role: Role::Truth,
+                trajectory: self.truth,
+            },
+            Motion {
+                name: "predicted",
+                role,
+                trajectory: &self.predicted,
+            },
+        ]
+    }
+
+    /// Both motions as pendulum chains, where all coordinates are angles.
+    pub(super) fn animation(&self, run: &Run, links: Links) -> Option<Animation> {
+        let coordinates = run.model.coordinates();
+        let n = coordinates.dof();
+        let angles = (0..n).all(|i| coordinates.is_circle(i));
+        if !angles || n > MOST_LINKS {
+            return None;
+        }
+        let panel = |motion: &Motion| {
+            let chain = match links {
+                Links::Absolute => motion.trajectory.clone(),
+                Links::Relative => absolute(motion.trajectory),
+            };
+            Panel::new(motion.name, motion.role, &vec![1.0; n], &chain, None)
+        };
+        let chain = match (n, links) {
+            (1, _) => "Drawn as a pendulum whose angle is measured from hanging down.",
+            (_, Links::Absolute) => {
+                "Drawn as a chain of equal links, each angle measured from hanging down; the command report \
+                 with --links relative measures it from the link before."
+            }
+            (_, Links::Relative) => {
+                "Drawn as a chain of equal links, each angle measured from the link before."
+            }
+        };
+        Some(Animation {
+            id: "motion".into(),
+            title: format!("The motion '{}'", self.truth.name),
+            caption: format!(
+                "Predicted from the first state alone; the pale one behind it was recorded. {chain}"
+            ),
+            panels: self.motions(run.role()).iter().map(panel).collect(),
+        })
+    }
+
+    /// The learned energy where nothing should change it, coordinates over time, and phase portraits.
+    pub(super) fn figures(&self, run: &Run) -> Vec<Figure> {
+        let coordinates = run.model.coordinates();
+        let motions = self.motions(run.role());
+        // The energy stands beside the loss, so that each coordinate has a row of its own.
+        let mut figures: Vec<Figure> = self.energy(run).into_iter().collect();
+        figures.extend((0..coordinates.dof()).flat_map(|i| {
+            [
+                trajectories(coordinates, i, &motions),
+                phase_portrait(coordinates, i, &motions),
+            ]
+        }));
+        figures
+    }
+
+    /// The learned energy along both motions, if neither force nor friction changes it.
+    fn energy(&self, run: &Run) -> Option<Figure> {
+        let driven = self.truth.tau.iter().flatten().any(|tau| *tau != 0.0);
+        let damped =
+            matches!(run.model, Learned::Lnn(lagrangian) if lagrangian.dissipation().is_some());
+        if driven || damped {
+            return None;
+        }
+        let mut evaluator = run.model.evaluator();
+        let scale = largest_kinetic_energy(&mut *evaluator, self.truth)?;
+        let motions = self.motions(run.role());
+        let errors = motions
+            .iter()
+            .map(|motion| energy_errors(&mut *evaluator, motion.trajectory, scale))
+            .collect::<Option<Vec<_>>>()?;
+        let curves: Vec<Curve> = motions
+            .iter()
+            .zip(&errors)
+            .map(|(motion, y)| Curve {
+                name: motion.name,
+                role: motion.role,
+                x: &motion.trajectory.t,
+                y,
+            })
+            .collect();
+        Some(Figure {
+            title: "Change of the learned energy".into(),
+            caption: "Of the largest kinetic energy of the motion. Along the recorded motion it tells how well the \
+                      model explains it; along its own prediction, the error of the integrator."
+                .into(),
+            ..energy_error_over_time(&curves)
+        })
+    }
+}
+
+/// H at (q, q̇) less that at (q, 0), at its largest along a motion, J.
+fn largest_kinetic_energy(evaluator: &mut dyn Evaluator, motion: &Trajectory) -> Option<f64> {
+    let mut energies = [vec![0.0; motion.len()], vec![0.0; motion.len()]];
+    let still = vec![0.0; motion.qd.len()];
+    let [moving, resting] = &mut energies;
+    let known = evaluator.energy(&motion.q, &motion.qd, moving)
+        && evaluator.energy(&motion.q, &still, resting);
+    let differences = moving.iter().zip(resting).map(|(h, v)| (h - *v).abs());
+    let largest = differences.fold(0.0, f64::max);
+    (known && largest > 0.0).then_some(largest)
+}
+
+fn energy_errors(
+    evaluator: &mut dyn Evaluator,
+    motion: &Trajectory,
+    scale: f64,
+) -> Option<Vec<f64>> {
+    let mut energy = vec![0.0; motion.len()];
+    let known = evaluator.energy(&motion.q, &motion.qd, &mut energy);
+    let start = *energy.first()?;
+    known.then(|| energy.iter().map(|h| (h - start) / scale).collect())
+}
+
+/// The same motion with each angle measured from hanging down instead of from the link before.
+fn absolute(motion: &Trajectory) -> Trajectory {
+    let n = motion.dof().max(1);
+    let mut chain = motion.clone();
+    for row in chain.q.chunks_exact_mut(n) {
+        for i in 1..n {
+            row[i] += row[i - 1];
+        }
+    }
+    chain
+}
+
+/// Loss over steps.
+pub(super) fn loss(metrics: &[Metric], role: Role) -> Figure {
+    let column = |name: &str| -> (Vec<f64>, Vec<f64>) {
+        metrics
+            .iter()
+            .filter_map(|m| Some((m.step as f64, *m.figures.get(name)?)))
+            .unzip()
+    };
+    let (train, validation) = (column("loss/train"), column("loss/validation"));
+    let curve = |name, role, (x, y)| Curve { name, role, x, y };
+    loss_curves(
+        "step",
+        "",
+        &[
+            curve("training", Role::Other(0), (&train.0, &train.1)),
+            curve("validation", role, (&validation.0, &validation.1)),
+        ],
+    )
+}
+
+/// Accelerations, predicted over recorded, for each coordinate.
+pub(super) fn parities(run: &Run) -> Vec<Figure> {
+    let coordinates = run.model.coordinates();
+    let n = coordinates.dof();
+    let (mut truth, mut predicted) = (Vec::new(), Vec::new());
+    for trajectory in run.judged {
+        let Some(qdd) = &trajectory.qdd else { continue };
+        let free = vec![0.0; qdd.len()];
+        let tau = trajectory.tau.as_ref().unwrap_or(&free);
+        let mut own = vec![0.0; qdd.len()];
+        run.model
+            .evaluator()
+            .forward_dynamics(&trajectory.q, &trajectory.qd, tau, &mut own);
+        truth.extend_from_slice(qdd);
+        predicted.extend(own);
+    }
+    let every = (truth.len() / n.max(1)).div_ceil(DOTS).max(1);
+    let column = |signal: &[f64], i: usize| -> Vec<f64> {
+        signal
+            .chunks_exact(n)
+            .step_by(every)
+            .map(|row| row[i])
+            .collect()
+    };
+    let figure = |i| {
+        parity_of(
+            run,
+            coordinates,
+            i,
+            &column(&truth, i),
+            &column(&predicted, i),
+        )
+    };
+    (0..n).filter(|_| !truth.is_empty()).map(figure).collect()
+}
+
+fn parity_of(
+    run: &Run,
+    coordinates: &Coordinates,
+    i: usize,
+    truth: &[f64],
+    predicted: &[f64],
+) -> Figure {
+    let coordinate = &coordinates.0[i];
+    let pairs = Pairs {
+        name: "model",
+        role: run.role(),
+        truth,
+        predicted,
+    };
+    let figure = parity(
+        &format!("acceleration of {}", coordinate.name),
+        &format!("{}/s²", coordinate.unit),
+        &[pairs],
+    );
+    if run.held_out {
+        return figure;
+    }
+    Figure {
+        caption:
+            "Each dot is a sample of the training data; a perfect model puts it on the diagonal."
+                .into(),
+        ..figure
+    }
+}

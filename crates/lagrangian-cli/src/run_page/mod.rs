@@ -1,0 +1,170 @@
+//! The page of a run: what the model is worth, a motion that it predicts, and how it came about.
+
+mod figures;
+mod tables;
+
+use std::path::Path;
+
+use anyhow::Result;
+use lagrangian::Trajectory;
+use lagrangian::report::{Command, Headline, Report, Role};
+use lagrangian::score::{Score, SignalError, score};
+use lagrangian::train::Learned;
+
+use crate::cli::Links;
+use crate::draw::short;
+use crate::motion;
+use crate::run_folder::{MODEL, Metric, RunRecord};
+use figures::Followed;
+
+/// What a page is made of.
+pub(crate) struct Run<'a> {
+    /// Its folder.
+    pub(crate) folder: &'a Path,
+    /// Its `run.toml`.
+    pub(crate) record: &'a RunRecord,
+    /// Its metrics.
+    pub(crate) metrics: &'a [Metric],
+    /// Its model.
+    pub(crate) model: &'a Learned,
+    /// Motions that the model is judged by.
+    pub(crate) judged: &'a [Trajectory],
+    /// Whether they were kept from training; otherwise there were no others.
+    pub(crate) held_out: bool,
+}
+
+impl Run<'_> {
+    /// The page as plain data.
+    pub(crate) fn report(&self, links: Links) -> Result<Report> {
+        let score = score(self.model, self.judged, &motion::for_comparison())?;
+        let followed = Followed::first(self)?;
+        let mut figures = vec![figures::loss(self.metrics, self.role())];
+        figures.extend(followed.iter().flat_map(|motion| motion.figures(self)));
+        figures.extend(figures::parities(self));
+        let animation = followed.and_then(|motion| motion.animation(self, links));
+        Ok(Report {
+            title: format!("{}, learned from recordings", self.family()),
+            subtitle: self.subtitle(),
+            headlines: self.headlines(&score),
+            summary: self.summary(&score),
+            animations: animation.into_iter().collect(),
+            figures,
+            tables: tables::of(self, &score),
+            settings: tables::settings(self.record),
+            commands: self.commands(),
+        })
+    }
+
+    fn family(&self) -> &'static str {
+        match self.model {
+            Learned::Lnn(_) => "A Lagrangian",
+            Learned::Rigid(_) => "A chain of rigid links",
+            _ => "A plain network",
+        }
+    }
+
+    fn role(&self) -> Role {
+        match self.model {
+            Learned::Lnn(_) => Role::Lnn,
+            _ => Role::Baseline,
+        }
+    }
+
+    fn subtitle(&self) -> String {
+        let files = self.record.data.iter().map(|file| file.path.as_str());
+        let files = match files.clone().count() {
+            0..=3 => files.collect::<Vec<_>>().join(", "),
+            count => format!("{count} files"),
+        };
+        let training = self.metrics.last().map_or(String::new(), |last| {
+            format!(" · {} steps in {:.0} s", last.step, last.seconds)
+        });
+        format!(
+            "{files}{training} · {} · version {}",
+            self.record.started, self.record.version
+        )
+    }
+
+    fn headlines(&self, score: &Score) -> Vec<Headline> {
+        let role = Some(self.role());
+        let mut headlines = Vec::new();
+        for (label, error) in [
+            ("Error of accelerations", &score.acceleration),
+            ("Error of torques", &score.torque),
+        ] {
+            let Some(error) = error else { continue };
+            headlines.push(Headline {
+                label: label.into(),
+                value: short(100.0 * worst(error)),
+                unit: "%".into(),
+                note: "of their variance, worst coordinate".into(),
+                role,
+            });
+        }
+        if let Some(first) = score.rollouts.first() {
+            let bound = if first.exceeded { "" } else { "≥ " };
+            headlines.push(Headline {
+                label: "Motion followed for".into(),
+                value: format!("{bound}{:.2}", first.valid_seconds),
+                unit: "s".into(),
+                note: format!("of {:.2} s, from its first state alone", first.duration),
+                role,
+            });
+        }
+        headlines.push(Headline {
+            label: "Judged by".into(),
+            value: score.samples.to_string(),
+            unit: "samples".into(),
+            note: if self.held_out {
+                "kept from training".into()
+            } else {
+                "of the training itself: none were kept".into()
+            },
+            role: None,
+        });
+        headlines
+    }
+
+    fn summary(&self, score: &Score) -> Vec<String> {
+        let whole = score.rollouts.iter().filter(|r| !r.exceeded).count();
+        let mut summary = vec![format!(
+            "From its first state alone, the model follows {whole} of {} recorded motions to the end. A motion counts \
+             as followed until the error reaches half a standard deviation of its signals.",
+            score.rollouts.len()
+        )];
+        if score.singular > 0 {
+            summary.push(format!(
+                "At {} states the learned mass matrix is singular: the convex form (--form convex) has none.",
+                score.singular
+            ));
+        }
+        summary
+    }
+
+    fn commands(&self) -> Vec<Command> {
+        let folder = self.folder.display();
+        let model = self.folder.join(MODEL);
+        let model = model.display();
+        let command = |makes: &str, line: String| Command {
+            makes: makes.into(),
+            line,
+        };
+        vec![
+            command("This run", self.record.command.clone()),
+            command("This page", format!("lagrangian report {folder}")),
+            command(
+                "The model's figures on other recordings",
+                format!("lagrangian score {model} other.csv"),
+            ),
+            command(
+                "What it makes of another motion, under its forces",
+                format!("lagrangian rollout {model} --follow other.csv --out predicted.csv"),
+            ),
+        ]
+    }
+}
+
+/// The error of the worst coordinate, as a share of the signal's variance.
+fn worst(error: &SignalError) -> f64 {
+    error.nmse.iter().copied().fold(0.0, f64::max)
+}
