@@ -100,6 +100,20 @@ pub(crate) struct DataArgs {
     pub(crate) layout: Option<PathBuf>,
 }
 
+/// How noisy recordings are prepared.
+#[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
+#[command(next_help_heading = "Noisy data")]
+pub(crate) struct EstimateArgs {
+    /// Smooth measured q and q̇, over windows chosen from the data
+    #[arg(long, conflicts_with = "filter")]
+    pub(crate) smooth: bool,
+
+    /// Take q, q̇, q̈ and τ from q and τ in the same windows of this length, s: for machines with noise, play or
+    /// vibrations; a quarter of the fastest period, or less
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub(crate) filter: Option<f64>,
+}
+
 #[derive(Debug, Args, serde::Serialize)]
 #[command(after_help = "\
 Examples:
@@ -291,6 +305,9 @@ pub(crate) struct ScoreArgs {
     pub(crate) force: bool,
 
     #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
+
+    #[command(flatten)]
     pub(crate) data: DataArgs,
 }
 
@@ -317,6 +334,9 @@ pub(crate) struct RolloutArgs {
 
     #[command(flatten)]
     pub(crate) motion: MotionArgs,
+
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
 
     #[command(flatten)]
     pub(crate) data: DataArgs,

@@ -9,11 +9,22 @@ use lagrangian::train::Learned;
 use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Recording};
 use lagrangian::{Coordinates, Trajectory};
 
-use crate::cli::DataArgs;
+use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
+
+impl EstimateArgs {
+    /// As the library takes it.
+    pub(crate) fn options(&self) -> EstimateOptions {
+        EstimateOptions {
+            smooth: self.smooth,
+            filter: self.filter,
+            ..EstimateOptions::default()
+        }
+    }
+}
 
 impl DataArgs {
     fn layout(&self) -> Layout {

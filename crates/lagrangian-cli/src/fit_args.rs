@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::cli::DataArgs;
+use crate::cli::{DataArgs, EstimateArgs};
 use crate::values::{MAX_SEED, fraction, non_negative, positive};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
@@ -14,6 +14,7 @@ Examples:
   lagrangian fit motion.csv --angle all --out run
   lagrangian fit log*.csv --time t --q theta --qd omega --tau torque --angle theta --dissipation --out run
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
+  lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
   lagrangian fit --out run --resume                 go on with a run that was interrupted")]
 pub(crate) struct FitArgs {
     /// Files with recordings: .csv, .npz, .parquet
@@ -39,13 +40,16 @@ pub(crate) struct FitArgs {
     pub(crate) training: TrainingArgs,
 
     #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
+
+    #[command(flatten)]
     pub(crate) data: DataArgs,
 }
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
-    /// A Lagrangian, or a plain network (q, q̇, τ) → q̈ to compare with
+    /// A Lagrangian; or, to compare with, a plain network (q, q̇, τ) → q̈ or a chain of rigid links
     #[arg(long, value_enum, default_value_t)]
     pub(crate) model: Family,
 
@@ -77,9 +81,9 @@ pub(crate) struct TrainingArgs {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) loss: LossName,
 
-    /// Natural gradient, or Adam
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) optimizer: OptimizerName,
+    /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 %]
+    #[arg(long, value_enum)]
+    pub(crate) optimizer: Option<OptimizerName>,
 
     /// End after so many steps
     #[arg(long, conflicts_with = "seconds", value_parser = clap::value_parser!(u64).range(1..))]
@@ -116,10 +120,6 @@ pub(crate) struct TrainingArgs {
     /// Part of the trajectories that is kept for validation, where no files are given
     #[arg(long, value_name = "PART", default_value_t = 0.1, value_parser = fraction)]
     pub(crate) validate_fraction: f64,
-
-    /// Smooth measured q and q̇ before fitting
-    #[arg(long)]
-    pub(crate) smooth: bool,
 }
 
 /// A family of models.
@@ -131,6 +131,8 @@ pub(crate) enum Family {
     Lnn,
     /// Plain network
     Mlp,
+    /// Planar chain of rigid links, identified by least squares from torques: the classical fit to compare with
+    Rigid,
 }
 
 /// A form of the Lagrangian network.
@@ -173,11 +175,10 @@ pub(crate) enum LossName {
 }
 
 /// An optimiser.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum OptimizerName {
     /// Damped natural gradient with momentum (SPRING)
-    #[default]
     Natural,
     /// Adam with decoupled weight decay
     Adam,

@@ -1,6 +1,7 @@
 //! From the flags of `lagrangian fit` to what the library takes.
 
 use lagrangian::baseline::MlpConfig;
+use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::LnnConfig;
 use lagrangian::mlp::Activation;
 use lagrangian::train::{self, AdamConfig, Budget, FitConfig, Loss, NaturalConfig, Optimizer};
@@ -12,16 +13,29 @@ use crate::fit_args::{
 /// Length of a fit that was given neither steps nor seconds, s.
 const SECONDS: f64 = 60.0;
 
+/// Accelerations that are less certain than this part of them are noisy.
+const NOISY: f64 = 0.005;
+
+/// The natural gradient solves each batch for itself, noise and all; Adam averages over many.
+pub(crate) fn by_noise(uncertainty: f64) -> OptimizerName {
+    if uncertainty > NOISY {
+        OptimizerName::Adam
+    } else {
+        OptimizerName::Natural
+    }
+}
+
 impl FitArgs {
-    /// All settings of the fit.
-    pub(crate) fn config(&self) -> FitConfig {
+    /// All settings of the fit to data whose accelerations are uncertain by the part `uncertainty`.
+    pub(crate) fn config(&self, uncertainty: f64) -> FitConfig {
         let training = &self.training;
+        let optimizer = training.optimizer.unwrap_or_else(|| by_noise(uncertainty));
         FitConfig {
             family: self.model.family(),
             loss: training.loss.into(),
-            optimizer: training.optimizer(),
+            optimizer: training.optimizer(optimizer),
             budget: training.budget(),
-            batch: training.batch(),
+            batch: training.batch(optimizer),
             seed: training.seed,
             dissipation: self.model.dissipation,
             patience: training.patience.map(|looks| looks as usize),
@@ -54,13 +68,14 @@ impl ModelArgs {
                 activation,
                 ..MlpConfig::default()
             }),
+            Family::Rigid => train::Family::Rigid(RigidConfig::default()),
         }
     }
 }
 
 impl TrainingArgs {
-    fn optimizer(&self) -> Optimizer {
-        match self.optimizer {
+    fn optimizer(&self, name: OptimizerName) -> Optimizer {
+        match name {
             OptimizerName::Natural => {
                 let default = NaturalConfig::default();
                 Optimizer::Natural(NaturalConfig {
@@ -87,8 +102,8 @@ impl TrainingArgs {
         }
     }
 
-    fn batch(&self) -> usize {
-        let by_optimizer = match self.optimizer {
+    fn batch(&self, optimizer: OptimizerName) -> usize {
+        let by_optimizer = match optimizer {
             OptimizerName::Natural => 256,
             OptimizerName::Adam => 512,
         };

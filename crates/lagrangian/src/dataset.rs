@@ -150,8 +150,9 @@ pub fn split(
         return Ok((trajectories, Vec::new()));
     }
     if trajectories.len() == 1 {
-        let (head, tail) = cut(&trajectories[0], total - wanted);
-        return Ok((vec![head], vec![tail]));
+        let only = &trajectories[0];
+        let (head, tail) = (0..total - wanted, total - wanted..total);
+        return Ok((vec![only.part(head)], vec![only.part(tail)]));
     }
     shuffle(
         &mut trajectories,
@@ -175,23 +176,6 @@ pub(crate) fn shuffle<X>(items: &mut [X], rng: &mut impl rand::Rng) {
     for i in (1..items.len()).rev() {
         items.swap(i, rng.random_range(0..=i));
     }
-}
-
-/// The first `len` samples, and the rest.
-fn cut(trajectory: &Trajectory, len: usize) -> (Trajectory, Trajectory) {
-    let n = trajectory.dof();
-    let part = |range: std::ops::Range<usize>| {
-        let rows = range.start * n..range.end * n;
-        Trajectory {
-            name: trajectory.name.clone(),
-            t: trajectory.t[range].to_vec(),
-            q: trajectory.q[rows.clone()].to_vec(),
-            qd: trajectory.qd[rows.clone()].to_vec(),
-            qdd: trajectory.qdd.as_ref().map(|x| x[rows.clone()].to_vec()),
-            tau: trajectory.tau.as_ref().map(|x| x[rows.clone()].to_vec()),
-        }
-    };
-    (part(0..len), part(len..trajectory.len()))
 }
 
 fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {

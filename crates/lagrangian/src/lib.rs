@@ -89,6 +89,7 @@ pub mod dataset;
 pub mod dynamics;
 pub mod error;
 pub mod experiment;
+pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;

@@ -1,14 +1,20 @@
 //! How good a model is on trajectories that it has not seen.
 
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::chaos::{ValidTime, valid_prediction_time};
 use crate::dynamics::Model;
 use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
-use crate::{Error, Result, Trajectory};
+use crate::{Coordinates, Error, Result, Trajectory};
 
 /// The normalised error at which a prediction is no longer valid.
 pub const THRESHOLD: f64 = 0.5;
+
+/// Lengths of the short predictions, s.
+pub const RESTARTS: [f64; 2] = [0.5, 1.0];
 
 /// Errors of one signal over all samples, by coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,6 +39,24 @@ pub struct RolloutScore {
     pub exceeded: bool,
 }
 
+/// Predictions over short times, from the state that was measured at the begin of each.
+///
+/// A long prediction of a driven or chaotic machine says how soon it is lost, this says how good it is until then.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RestartScore {
+    /// From one start to the next, and length of each prediction, s.
+    pub seconds: f64,
+    /// Predictions.
+    pub starts: usize,
+    /// Those that diverged; they are in none of the errors.
+    pub unfinished: usize,
+    /// Root mean square error of q over all samples of the predictions, `[n]`, in the unit of q; on the circle for
+    /// angles.
+    pub q_rms: Vec<f64>,
+    /// The same at their ends alone.
+    pub q_rms_end: Vec<f64>,
+}
+
 /// A model's figures on some trajectories.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Score {
@@ -44,6 +68,8 @@ pub struct Score {
     pub torque: Option<SignalError>,
     /// One free prediction for each trajectory.
     pub rollouts: Vec<RolloutScore>,
+    /// Predictions over each of [`RESTARTS`], for those that the trajectories are long enough for.
+    pub restarts: Vec<RestartScore>,
     /// States at which the mass matrix was singular.
     pub singular: usize,
 }
@@ -72,8 +98,107 @@ pub fn score(
         acceleration: acceleration.finish(),
         torque: torque.finish(),
         rollouts,
+        restarts: restarts(model, trajectories, options)?,
         singular,
     })
+}
+
+fn restarts(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    options: &RolloutOptions,
+) -> Result<Vec<RestartScore>> {
+    let scores = RESTARTS.map(|seconds| restart(model, trajectories, seconds, options));
+    let scores: Vec<RestartScore> = scores.into_iter().collect::<Result<_>>()?;
+    Ok(scores.into_iter().filter(|s| s.starts > 0).collect())
+}
+
+/// A prediction every `seconds`, of that length.
+///
+/// # Errors
+/// As [`score`].
+pub fn restart(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    seconds: f64,
+    options: &RolloutOptions,
+) -> Result<RestartScore> {
+    let windows: Vec<Trajectory> = trajectories
+        .iter()
+        .flat_map(|t| windows(t, seconds))
+        .collect();
+    let predict = |truth: &Trajectory| predict(model, truth, options);
+    let predictions: Vec<Rollout> = windows.par_iter().map(predict).collect::<Result<_>>()?;
+    let n = model.coordinates().dof();
+    let (mut all, mut ends) = (Squares::new(n), Squares::new(n));
+    let mut unfinished = 0;
+    for (truth, prediction) in windows.iter().zip(&predictions) {
+        if !prediction.outcome.is_finished() {
+            unfinished += 1;
+            continue;
+        }
+        let predicted = &prediction.trajectory.q;
+        all.add(model.coordinates(), &truth.q, predicted);
+        let last = truth.q.len() - n;
+        ends.add(model.coordinates(), &truth.q[last..], &predicted[last..]);
+    }
+    Ok(RestartScore {
+        seconds,
+        starts: windows.len(),
+        unfinished,
+        q_rms: all.root_mean(),
+        q_rms_end: ends.root_mean(),
+    })
+}
+
+/// Pieces of this length, one behind the other; a rest that is shorter is left out, and so is a piece with a gap.
+fn windows(t: &Trajectory, seconds: f64) -> Vec<Trajectory> {
+    let (Some(first), Some(last)) = (t.t.first(), t.t.last()) else {
+        return Vec::new();
+    };
+    let slack = 1e-9 * seconds;
+    let count = ((last - first + slack) / seconds).floor() as usize;
+    let at = |time: f64| t.t.partition_point(|&s| s < time - slack);
+    let piece = |k: usize| {
+        let begin = at(first + k as f64 * seconds);
+        let end = t.t.partition_point(|&s| s <= t.t[begin] + seconds + slack);
+        let piece = t.part(begin..end);
+        let gap = piece.t.windows(2).any(|w| w[1] - w[0] > 0.2 * seconds);
+        (piece.len() > 2 && !gap).then_some(piece)
+    };
+    (0..count).filter_map(piece).collect()
+}
+
+/// Sums of squared errors of q, `[n]`.
+struct Squares {
+    sums: Vec<f64>,
+    count: usize,
+}
+
+impl Squares {
+    fn new(n: usize) -> Self {
+        Self {
+            sums: vec![0.0; n],
+            count: 0,
+        }
+    }
+
+    fn add(&mut self, coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) {
+        let n = self.sums.len();
+        for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
+            let mut error = y - x;
+            if coordinates.is_circle(k % n) {
+                error -= TAU * (error / TAU).round();
+            }
+            self.sums[k % n] += error * error;
+        }
+        self.count += truth.len() / n;
+    }
+
+    fn root_mean(&self) -> Vec<f64> {
+        let count = self.count as f64;
+        self.sums.iter().map(|sum| (sum / count).sqrt()).collect()
+    }
 }
 
 /// What the model makes of a trajectory from its first state, under its forces, at its times.
@@ -211,6 +336,17 @@ mod tests {
         let other = score(&*longer, &[swing.trajectory], &options).unwrap();
         // q̈ is half of the truth, so a quarter of its mean square is missed.
         assert!((other.acceleration.unwrap().nmse[0] - 0.25).abs() < 0.05);
+        // Small swings of periods 2 and 2.8 s are apart by tenths of a radian after a second.
+        assert!(
+            same.restarts
+                .iter()
+                .all(|r| r.unfinished == 0 && r.q_rms_end[0] < 1e-7)
+        );
+        assert_eq!(
+            same.restarts.iter().map(|r| r.starts).collect::<Vec<_>>(),
+            [20, 10]
+        );
+        assert!(other.restarts[1].q_rms_end[0] > 0.1);
         assert!(other.rollouts[0].exceeded && other.rollouts[0].valid_seconds < 2.0);
     }
 

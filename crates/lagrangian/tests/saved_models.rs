@@ -247,7 +247,8 @@ mod families {
     use super::*;
     use lagrangian::baseline::{Mlp, MlpConfig};
     use lagrangian::dynamics::{Mechanical, Model};
-    use lagrangian::lagrangian::{Dissipation, Form, Lnn, LnnConfig, Scaling};
+    use lagrangian::identify::Rigid;
+    use lagrangian::lagrangian::{Angles, Dissipation, Form, Lnn, LnnConfig, RigidChain, Scaling};
     use lagrangian::train::Learned;
 
     fn lnn(form: Form) -> Lnn {
@@ -282,7 +283,16 @@ mod families {
             Learned::Lnn(Mechanical::conservative(lnn(Form::Free))),
             Learned::Lnn(Mechanical::dissipative(lnn(Form::Convex), friction).unwrap()),
             Learned::Mlp(mlp),
+            rigid(),
         ]
+    }
+
+    fn rigid() -> Learned {
+        let pi = vec![0.3, 0.1, 0.2, 0.01, 2.0, 1.0 / 3.0, 0.0, 0.1, 0.0, 0.0];
+        let chain = RigidChain::new(Coordinates::angles(2), Angles::Relative, pi).unwrap();
+        let friction = Dissipation::viscous(vec![0.1, 0.2]);
+        let motion = Mechanical::dissipative(chain, friction).unwrap();
+        Learned::Rigid(Rigid::new(motion, vec![0.01; 14]).unwrap())
     }
 
     fn acceleration(model: &Learned) -> [f64; 2] {

@@ -7,9 +7,10 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use lagrangian::check::{Verdict, check};
 use lagrangian::dataset::{Dataset, split};
+use lagrangian::identify::Parameter;
 use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Checkpoint, Ending, Fit};
-use lagrangian::trajectory::{Estimate, EstimateOptions};
+use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned};
+use lagrangian::trajectory::Estimate;
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
 
@@ -18,7 +19,8 @@ use crate::cli::Links;
 use crate::data;
 use crate::draw;
 use crate::failure::{Advise, mistake};
-use crate::fit_args::FitArgs;
+use crate::fit_args::{Family, FitArgs, OptimizerName};
+use crate::fit_config::by_noise;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
@@ -44,7 +46,8 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
         Some(_) => same_data(&record, &folder.record()?)?,
         None => folder.write_record(&record)?,
     }
-    let fit = fit(&args, &folder, &dataset, checkpoint.as_ref(), manner)?;
+    let config = config(&args, &dataset, &data.estimates);
+    let fit = fit(&config, &folder, &dataset, checkpoint.as_ref(), manner)?;
     let provenance = Provenance {
         data: record
             .data
@@ -73,6 +76,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
             "samples": { "train": dataset.train.len(), "validation": dataset.validation.len() },
             "forces": dataset.forced,
             "estimates": data.estimates.len(),
+            "parameters": parameters(&fit.model),
         }))?;
     } else {
         eprintln!(
@@ -81,12 +85,26 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
             fit.best,
             fit.best_step
         );
+        for p in parameters(&fit.model).into_iter().flatten() {
+            eprintln!(
+                "  {:<14} {:>10.3e} ± {:.1e}",
+                p.name, p.value, p.standard_error
+            );
+        }
         eprintln!("page:  {}", folder.file(REPORT).display());
     }
     Ok(match fit.ending {
         Ending::Interrupted => ExitCode::from(INTERRUPTED),
         _ => ExitCode::SUCCESS,
     })
+}
+
+/// The parameters of a model that has named ones.
+fn parameters(model: &Learned) -> Option<Vec<Parameter>> {
+    match model {
+        Learned::Rigid(rigid) => Some(rigid.parameters()),
+        _ => None,
+    }
 }
 
 fn occupied(args: &FitArgs) -> Occupied {
@@ -141,10 +159,7 @@ struct Data {
 }
 
 fn read(args: &FitArgs) -> Result<Data> {
-    let options = EstimateOptions {
-        smooth: args.training.smooth,
-        ..EstimateOptions::default()
-    };
+    let options = args.estimate.options();
     let recordings = data::read(&args.files, &args.data)?;
     refuse_meaningless(&recordings)?;
     let coordinates = recordings[0].coordinates.clone();
@@ -225,8 +240,38 @@ fn same_data(now: &RunRecord, then: &RunRecord) -> Result<()> {
     }
 }
 
+/// All settings of the fit; says what the noise of the data has decided.
+fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfig {
+    let scale = dataset.acceleration_scale();
+    let names: Vec<&str> = dataset.coordinates.0.iter().map(|c| &*c.name).collect();
+    let part = |(name, scale): (&&str, &f64)| {
+        let own = estimates
+            .iter()
+            .filter(|e| e.signal == "qdd" && e.coordinate == **name);
+        let (sum, count) = own.fold((0.0, 0.0), |(s, c), e| {
+            (s + e.standard_error.powi(2), c + 1.0)
+        });
+        if count > 0.0 {
+            (sum / count).sqrt() / scale
+        } else {
+            0.0
+        }
+    };
+    let uncertainty = names.iter().zip(&scale).map(part).fold(0.0, f64::max);
+    let network = args.model.model != Family::Rigid;
+    if network && args.training.optimizer.is_none() && by_noise(uncertainty) == OptimizerName::Adam
+    {
+        eprintln!(
+            "note: accelerations are uncertain by {:.1} %: Adam instead of the natural gradient, which would follow \
+             the noise (--optimizer decides otherwise)",
+            100.0 * uncertainty
+        );
+    }
+    args.config(uncertainty)
+}
+
 fn fit(
-    args: &FitArgs,
+    config: &FitConfig,
     folder: &RunFolder,
     dataset: &Dataset,
     checkpoint: Option<&Checkpoint>,
@@ -235,7 +280,7 @@ fn fit(
     let metrics = folder.metrics(checkpoint.map_or(0, |c| c.step as u64))?;
     let bar = Progress::start("fit", manner.quiet);
     let mut watch = Watch::new(folder, metrics, bar, interrupt::flag()?);
-    let fitted = train::fit(dataset, &args.config(), checkpoint, &mut watch);
+    let fitted = train::fit(dataset, config, checkpoint, &mut watch);
     let result = match &fitted {
         Ok(fit) => format!("{} steps, loss {:.3e}", fit.steps, fit.best),
         Err(_) => "failed".into(),

@@ -82,7 +82,7 @@ fn follow(model: &dyn Model, path: &Path, args: &RolloutArgs) -> Result<Rollout>
     recordings.truncate(1);
     let options = EstimateOptions {
         accelerations: false,
-        ..EstimateOptions::default()
+        ..args.estimate.options()
     };
     let (trajectories, _) = data::trajectories(recordings, &options)?;
     Ok(predict(model, &trajectories[0], &args.motion.options())?)

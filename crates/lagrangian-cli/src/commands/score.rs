@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian::dynamics::Model;
 use lagrangian::score::{Score, SignalError, score};
-use lagrangian::trajectory::EstimateOptions;
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
 
@@ -24,7 +23,7 @@ pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
     let model = data::model(&args.model)?;
     let recordings = data::read(&args.files, &args.data)?;
     data::require_dof(&recordings, model.coordinates())?;
-    let (trajectories, estimates) = data::trajectories(recordings, &EstimateOptions::default())?;
+    let (trajectories, estimates) = data::trajectories(recordings, &args.estimate.options())?;
     let score = score(&model, &trajectories, &motion::for_comparison()).advise(
         "cannot score",
         "`lagrangian check` shows what is wrong with the data",
@@ -72,6 +71,26 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
             "  {:<24} followed for {bound}{:.2} of {:.2} s\n",
             trajectory.name, rollout.valid_seconds, rollout.duration
         );
+    }
+    for restart in &score.restarts {
+        let errors = coordinates.0.iter().zip(&restart.q_rms_end);
+        let errors: Vec<String> = errors
+            .map(|(c, error)| format!("{} {error:.3} {}", c.name, c.unit))
+            .collect();
+        text += &format!(
+            "  after {:.1} s from {} starts: off by {} (root mean square)
+",
+            restart.seconds,
+            restart.starts,
+            errors.join(", ")
+        );
+        if restart.unfinished > 0 {
+            text += &format!(
+                "  {} of these diverged
+",
+                restart.unfinished
+            );
+        }
     }
     text
 }

@@ -56,10 +56,10 @@ impl Run<'_> {
     }
 
     fn family(&self) -> &'static str {
-        if self.role() == Role::Lnn {
-            "A Lagrangian"
-        } else {
-            "A plain network"
+        match self.model {
+            Learned::Lnn(_) => "A Lagrangian",
+            Learned::Rigid(_) => "A chain of rigid links",
+            _ => "A plain network",
         }
     }
 

@@ -3,11 +3,13 @@
 pub mod analytic;
 mod dissipation;
 mod lnn;
+mod rigid_chain;
 mod scaled;
 
 pub use dissipation::Dissipation;
 pub(crate) use lnn::LnnShape;
 pub use lnn::{Form, Lnn, LnnConfig};
+pub use rigid_chain::{Angles, RigidChain};
 pub(crate) use scaled::Features;
 pub use scaled::Scaling;
 

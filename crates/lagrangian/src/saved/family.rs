@@ -7,7 +7,8 @@ use super::{Header, Provenance, SavedModel, Tensor, damaged};
 use crate::Result;
 use crate::baseline::{Mlp, MlpConfig};
 use crate::dynamics::{Mechanical, Model};
-use crate::lagrangian::{Dissipation, Lagrangian, Lnn, LnnConfig, Scaling};
+use crate::identify::Rigid;
+use crate::lagrangian::{Angles, Dissipation, Lagrangian, Lnn, LnnConfig, RigidChain, Scaling};
 use crate::train::Learned;
 
 /// The one tensor of a network: all weights, in the order of its `parameters`.
@@ -15,6 +16,17 @@ const WEIGHTS: &str = "parameters";
 
 const LNN: &str = "lnn";
 const MLP: &str = "mlp";
+const RIGID: &str = "rigid";
+
+/// The other tensor of a chain: the standard errors of all its parameters.
+const ERRORS: &str = "standard_errors";
+
+/// What a chain's parameters mean.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ChainShape {
+    angles: Angles,
+}
 
 /// The scales of an [`Mlp`].
 #[derive(Serialize, Deserialize)]
@@ -61,6 +73,17 @@ impl Learned {
                     mlp.parameters(),
                 )
             }
+            Self::Rigid(rigid) => {
+                let chain = &rigid.motion().lagrangian;
+                let angles = chain.angles();
+                let mut header = header(RIGID, describe(&ChainShape { angles })?, Value::Null);
+                header.dissipation = describe(&rigid.motion().dissipation())?;
+                let errors = rigid.standard_errors();
+                let mut model = saved(header, chain.parameters())?;
+                let errors = Tensor::new(vec![errors.len()], errors.to_vec())?;
+                model.tensors.insert(ERRORS.into(), errors);
+                Ok(model)
+            }
         }
     }
 
@@ -72,6 +95,9 @@ impl Learned {
     /// to it.
     pub fn load(saved: &SavedModel) -> Result<Self> {
         let header = &saved.header;
+        if header.family == RIGID {
+            return chain(saved).map(Self::Rigid);
+        }
         let weights = weights(saved)?;
         let coordinates = header.coordinates.clone();
         match header.family.as_str() {
@@ -83,11 +109,7 @@ impl Learned {
                     read("scaling", &header.scaling)?,
                     weights,
                 )?;
-                let dissipation: Option<Dissipation> = read("dissipation", &header.dissipation)?;
-                Ok(Self::Lnn(match dissipation {
-                    None => Mechanical::conservative(lnn),
-                    Some(dissipation) => Mechanical::dissipative(lnn, dissipation)?,
-                }))
+                Ok(Self::Lnn(moving(lnn, header)?))
             }
             MLP => {
                 let config: MlpConfig = read("architecture", &header.architecture)?;
@@ -113,7 +135,34 @@ impl Learned {
         match self {
             Self::Lnn(model) => Some(&model.lagrangian),
             Self::Mlp(_) => None,
+            Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
         }
+    }
+}
+
+/// The chain that was saved.
+fn chain(saved: &SavedModel) -> Result<Rigid> {
+    let header = &saved.header;
+    let shape: ChainShape = read("architecture", &header.architecture)?;
+    if !header.scaling.is_null() {
+        return Err(damaged("a rigid chain has no scaling".into()));
+    }
+    let values = tensor(saved, WEIGHTS)?;
+    let errors = tensor(saved, ERRORS)?;
+    saved.expect_tensors(&[
+        (WEIGHTS.into(), vec![values.len()]),
+        (ERRORS.into(), vec![errors.len()]),
+    ])?;
+    let chain = RigidChain::new(header.coordinates.clone(), shape.angles, values)?;
+    Rigid::new(moving(chain, header)?, errors)
+}
+
+/// A Lagrangian with the dissipation of the header.
+fn moving<L: Lagrangian>(lagrangian: L, header: &Header) -> Result<Mechanical<L>> {
+    let dissipation: Option<Dissipation> = read("dissipation", &header.dissipation)?;
+    match dissipation {
+        None => Ok(Mechanical::conservative(lagrangian)),
+        Some(dissipation) => Mechanical::dissipative(lagrangian, dissipation),
     }
 }
 
@@ -126,12 +175,18 @@ fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
 }
 
 fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
+    let weights = tensor(saved, WEIGHTS)?;
+    saved.expect_tensors(&[(WEIGHTS.to_string(), vec![weights.len()])])?;
+    Ok(weights)
+}
+
+/// A list of any length.
+fn tensor(saved: &SavedModel, name: &str) -> Result<Vec<f64>> {
     let count = saved
         .tensors
-        .get(WEIGHTS)
+        .get(name)
         .map_or(0, |tensor| tensor.data().len());
-    saved.expect_tensors(&[(WEIGHTS.to_string(), vec![count])])?;
-    Ok(saved.tensor(WEIGHTS, &[count])?.to_vec())
+    Ok(saved.tensor(name, &[count])?.to_vec())
 }
 
 fn describe(part: &impl Serialize) -> Result<Value> {

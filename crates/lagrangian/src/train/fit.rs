@@ -14,6 +14,7 @@ use super::learned::{Family, Learned};
 use super::learner::{Learner, Loss};
 use super::natural::{Natural, NaturalConfig};
 use crate::dataset::{Dataset, shuffle};
+use crate::identify::{RigidConfig, identify};
 use crate::{Error, Result};
 
 /// How weights are improved.
@@ -223,6 +224,9 @@ pub fn fit(
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
     config.validate(dataset)?;
+    if let Family::Rigid(rigid) = &config.family {
+        return solve(dataset, rigid, config.dissipation, observer);
+    }
     let template = config.family.template(dataset, config)?;
     let fresh = template.initialise(config.seed);
     let mut run = Run::new(dataset, config, resume, fresh)?;
@@ -237,6 +241,36 @@ pub fn fit(
         best: state.best,
         best_step: state.best_step,
         steps: progress.step,
+        seconds: progress.seconds,
+    })
+}
+
+/// The fit of a family that has a closed form: one step.
+fn solve(
+    dataset: &Dataset,
+    config: &RigidConfig,
+    dissipation: bool,
+    observer: &mut dyn Observer,
+) -> Result<Fit> {
+    let clock = Instant::now();
+    let found = identify(dataset, config, dissipation)?;
+    let progress = Progress {
+        step: 1,
+        share: 1.0,
+        seconds: clock.elapsed().as_secs_f64(),
+        loss: found.loss,
+        validation: found.validation,
+        rate: 1.0,
+        singular: 0,
+    };
+    // It has ended whatever the observer says.
+    let _ = observer.progress(&progress);
+    Ok(Fit {
+        model: Learned::Rigid(found.model),
+        ending: Ending::Finished,
+        best: found.validation.unwrap_or(found.loss),
+        best_step: 1,
+        steps: 1,
         seconds: progress.seconds,
     })
 }

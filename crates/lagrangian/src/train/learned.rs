@@ -11,6 +11,7 @@ use super::plain::MlpLearner;
 use crate::baseline::{Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{Evaluator, Mechanical, Model};
+use crate::identify::{Rigid, RigidConfig};
 use crate::lagrangian::{Dissipation, Lnn, LnnConfig, LnnShape};
 use crate::{Coordinates, Result};
 
@@ -24,6 +25,8 @@ pub enum Family {
     Lnn(LnnConfig),
     /// Plain network, the baseline.
     Mlp(MlpConfig),
+    /// Planar chain of rigid links, by least squares.
+    Rigid(RigidConfig),
 }
 
 impl Default for Family {
@@ -39,6 +42,7 @@ impl Family {
         match self {
             Self::Lnn(_) => "lnn",
             Self::Mlp(_) => "mlp",
+            Self::Rigid(_) => "rigid",
         }
     }
 }
@@ -51,6 +55,8 @@ pub enum Learned {
     Lnn(Mechanical<Lnn>),
     /// A plain network.
     Mlp(Mlp),
+    /// An identified chain of rigid links.
+    Rigid(Rigid),
 }
 
 impl Model for Learned {
@@ -58,6 +64,7 @@ impl Model for Learned {
         match self {
             Self::Lnn(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
+            Self::Rigid(model) => model.coordinates(),
         }
     }
 
@@ -65,6 +72,7 @@ impl Model for Learned {
         match self {
             Self::Lnn(model) => model.evaluator(),
             Self::Mlp(model) => model.evaluator(),
+            Self::Rigid(model) => model.evaluator(),
         }
     }
 }
@@ -76,6 +84,7 @@ impl Learned {
         match self {
             Self::Lnn(_) => "lnn",
             Self::Mlp(_) => "mlp",
+            Self::Rigid(_) => "rigid",
         }
     }
 }
@@ -131,17 +140,25 @@ impl Family {
                     weights,
                 }
             }
+            Self::Rigid(_) => {
+                return Err(crate::Error::Argument {
+                    name: "family",
+                    value: "rigid".into(),
+                    must: "a network: a rigid chain is solved for, not trained",
+                });
+            }
         })
     }
 }
 
 impl Friction {
-    /// Coefficients of 1 mean friction of the size of the forces, which changes its sign within 2 % of the speeds.
+    /// Coefficients of 1 mean friction of the size of the forces, which changes its sign within 10 % of the speeds:
+    /// recordings rarely show it sharper.
     fn unit(qd_scale: &[f64], tau_scale: &[f64]) -> Self {
         Self {
             viscous: tau_scale.iter().zip(qd_scale).map(|(f, v)| f / v).collect(),
             coulomb: tau_scale.to_vec(),
-            smoothing: 0.02 * qd_scale.iter().copied().fold(f64::INFINITY, f64::min),
+            smoothing: 0.1 * qd_scale.iter().copied().fold(f64::INFINITY, f64::min),
         }
     }
 }

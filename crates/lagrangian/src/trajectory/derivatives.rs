@@ -20,6 +20,12 @@ pub struct EstimateOptions {
     pub accelerations: bool,
     /// Also replace measured q and q̇ by their local polynomial.
     pub smooth: bool,
+    /// Replace all signals, τ too, by polynomials over windows of this length, s: the same band of frequencies of
+    /// motion and forces, from q and τ alone. Half a window is lost at each end.
+    ///
+    /// Where a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
+    /// fit shrink both; so it does where play and vibrations shake the encoders but not the drive.
+    pub filter: Option<f64>,
     /// Use this window, in samples, instead of choosing one from the data.
     pub window: Option<usize>,
     /// The longest window that may be chosen, in samples.
@@ -33,6 +39,7 @@ impl Default for EstimateOptions {
         Self {
             accelerations: true,
             smooth: false,
+            filter: None,
             window: None,
             longest_window: 401,
             gap: 5.0,
@@ -51,6 +58,15 @@ impl EstimateOptions {
                 name: "window",
                 value: window.to_string(),
                 must: "at least 6 samples",
+            });
+        }
+        if let Some(seconds) = self.filter
+            && !(seconds.is_finite() && seconds > 0.0)
+        {
+            return Err(Error::Argument {
+                name: "filter",
+                value: seconds.to_string(),
+                must: "a finite number of seconds above 0",
             });
         }
         if self.gap.is_nan() || self.gap <= 1.0 {
@@ -72,6 +88,8 @@ pub enum Source {
     Q,
     /// The measured velocities.
     Qd,
+    /// The forces.
+    Tau,
 }
 
 /// How one signal was estimated, so that the user can be told.
@@ -108,6 +126,7 @@ pub(super) struct Fitted {
     q: Option<Vec<f64>>,
     qd: Option<Vec<f64>>,
     qdd: Option<Vec<f64>>,
+    tau: Option<Vec<f64>>,
     estimates: Vec<Estimate>,
 }
 
@@ -132,8 +151,12 @@ impl Fitted {
             q: None,
             qd: None,
             qdd: None,
+            tau: None,
             estimates: Vec::new(),
         };
+        if let Some(seconds) = options.filter {
+            return fitted.filter(recording, seconds, options);
+        }
         let (q, qd) = (
             (Source::Q, &recording.q),
             recording.qd.as_ref().map(|qd| (Source::Qd, qd)),
@@ -155,6 +178,52 @@ impl Fitted {
             fitted.qdd = Some(fitted.signal(recording, "qdd", &ways, options));
         }
         Ok(fitted)
+    }
+
+    /// All signals in the same windows; what is nearer to an end than half of one is left out.
+    fn filter(
+        mut self,
+        recording: &Recording,
+        seconds: f64,
+        options: &EstimateOptions,
+    ) -> Result<Self> {
+        let step = median_step(&recording.t);
+        let half = ((0.5 * seconds / step).round() as usize).clamp(SHORTEST / 2, recording.len());
+        let window = 2 * half + 1;
+        let longest = self.segments.iter().map(Range::len).max().unwrap_or(0);
+        if longest <= window {
+            return Err(Error::TooShort {
+                what: format!(
+                    "trajectory '{}', filtered over {seconds} s,",
+                    recording.name
+                ),
+                found: longest,
+                needed: window + 1,
+            });
+        }
+        self.segments.retain(|s| s.len() > window);
+        let options = EstimateOptions {
+            window: Some(window),
+            ..options.clone()
+        };
+        let q = (Source::Q, &recording.q);
+        self.q = Some(self.signal(recording, "q", &[(q, 0)], &options));
+        self.qd = Some(self.signal(recording, "qd", &[(q, 1)], &options));
+        self.qdd = options
+            .accelerations
+            .then(|| self.signal(recording, "qdd", &[(q, 2)], &options));
+        self.tau = recording
+            .tau
+            .as_ref()
+            .map(|tau| self.signal(recording, "tau", &[((Source::Tau, tau), 0)], &options));
+        for segment in &mut self.segments {
+            *segment = segment.start + half..segment.end - half;
+        }
+        let left_out = recording.len() - self.segments.iter().map(Range::len).sum::<usize>();
+        self.estimates
+            .iter_mut()
+            .for_each(|e| e.left_out = left_out);
+        Ok(self)
     }
 
     /// Estimates one signal, each coordinate in the way that has the smallest risk.
@@ -221,8 +290,8 @@ impl Fitted {
                 .flat_map(|s| values[s.start * width..s.end * width].iter().copied())
                 .collect()
         };
-        let qdd = recording
-            .qdd
+        let measured = recording.qdd.filter(|_| options.filter.is_none());
+        let qdd = measured
             .or(self.qdd)
             .filter(|_| options.accelerations || self.estimates.is_empty());
         let trajectory = Trajectory {
@@ -231,7 +300,7 @@ impl Fitted {
             q: rows(self.q.unwrap_or(recording.q), n),
             qd: rows(self.qd.or(recording.qd).unwrap_or_default(), n),
             qdd: qdd.map(|s| rows(s, n)),
-            tau: recording.tau.map(|s| rows(s, n)),
+            tau: self.tau.or(recording.tau).map(|s| rows(s, n)),
         };
         (trajectory, self.estimates)
     }

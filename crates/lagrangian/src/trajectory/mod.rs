@@ -69,6 +69,23 @@ impl Trajectory {
         self.q.len().checked_div(self.t.len()).unwrap_or(0)
     }
 
+    /// The samples of a range, which must lie within it.
+    #[must_use]
+    pub(crate) fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let n = self.dof();
+        let rows = range.start * n..range.end * n;
+        let optional =
+            |signal: &Option<Vec<f64>>| signal.as_ref().map(|x| x[rows.clone()].to_vec());
+        Self {
+            name: self.name.clone(),
+            t: self.t[range].to_vec(),
+            q: self.q[rows.clone()].to_vec(),
+            qd: self.qd[rows.clone()].to_vec(),
+            qdd: optional(&self.qdd),
+            tau: optional(&self.tau),
+        }
+    }
+
     /// Checks shapes, finiteness and that time increases.
     ///
     /// # Errors

@@ -179,7 +179,8 @@ impl Recording {
     pub fn into_trajectory(self, options: &EstimateOptions) -> Result<(Trajectory, Vec<Estimate>)> {
         self.validate()?;
         options.validate()?;
-        if self.qd.is_some() && !options.smooth && (self.qdd.is_some() || !options.accelerations) {
+        let complete = self.qd.is_some() && (self.qdd.is_some() || !options.accelerations);
+        if complete && !options.smooth && options.filter.is_none() {
             return Ok((self.plain(), Vec::new()));
         }
         let fitted = Fitted::of(&self, options)?;

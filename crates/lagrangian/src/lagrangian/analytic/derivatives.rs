@@ -3,7 +3,7 @@
 //! A hyper-dual number a + b ε₁ + c ε₂ + d ε₁ε₂ carries two directions t₁, t₂ through L; its last component is
 //! then the second derivative along both (Fike and Alonso 2011).
 
-use num_dual::{Dual64, HyperDual64};
+use num_dual::{Dual64, DualNum, HyperDual64};
 use rand::Rng;
 
 use super::{AnalyticModel, System};
@@ -43,18 +43,25 @@ impl<S: System> Analytic<S> {
     }
 }
 
+/// A Lagrangian that is written once over a generic scalar, whatever its parameters come from.
+pub(crate) trait ClosedForm: Sync {
+    /// L(q, q̇), J, over any scalar.
+    fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D;
+}
+
+impl<S: System> ClosedForm for S {
+    fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+        self.lagrangian(q, qd)
+    }
+}
+
 impl<S: System> Lagrangian for Analytic<S> {
     fn coordinates(&self) -> &Coordinates {
         &self.coordinates
     }
 
     fn jets(&self) -> Box<dyn Jets + '_> {
-        let n = self.coordinates.dof();
-        Box::new(DualJets {
-            system: &self.system,
-            first: vec![Dual64::from_re(0.0); 2 * n],
-            second: vec![HyperDual64::from_re(0.0); 2 * n],
-        })
+        Box::new(DualJets::new(&self.system, self.coordinates.dof()))
     }
 }
 
@@ -87,13 +94,13 @@ impl<S: System> AnalyticModel for Analytic<S> {
 }
 
 /// Scratch: the state (q, q̇) as dual and as hyper-dual numbers, `[2 n]` each.
-struct DualJets<'a, S> {
+pub(crate) struct DualJets<'a, S> {
     system: &'a S,
     first: Vec<Dual64>,
     second: Vec<HyperDual64>,
 }
 
-impl<S: System> Jets for DualJets<'_, S> {
+impl<S: ClosedForm> Jets for DualJets<'_, S> {
     fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
         let n = self.first.len() / 2;
         let m = q.len() / n;
@@ -115,7 +122,16 @@ impl<S: System> Jets for DualJets<'_, S> {
     }
 }
 
-impl<S: System> DualJets<'_, S> {
+impl<'a, S: ClosedForm> DualJets<'a, S> {
+    /// The derivatives of `system`, which has `n` coordinates.
+    pub(crate) fn new(system: &'a S, n: usize) -> Self {
+        Self {
+            system,
+            first: vec![Dual64::from_re(0.0); 2 * n],
+            second: vec![HyperDual64::from_re(0.0); 2 * n],
+        }
+    }
+
     /// ∂L/∂q, one direction eᵢ of q at a time; takes the state into the scratch.
     fn gradient(&mut self, q: &[f64], qd: &[f64], dl_dq: &mut [f64]) {
         let n = q.len();
@@ -126,7 +142,7 @@ impl<S: System> DualJets<'_, S> {
         for (i, slope) in dl_dq.iter_mut().enumerate() {
             self.first[i].eps = 1.0;
             let (q, qd) = self.first.split_at(n);
-            *slope = self.system.lagrangian(q, qd).eps;
+            *slope = self.system.value(q, qd).eps;
             self.first[i].eps = 0.0;
         }
     }
@@ -139,7 +155,7 @@ impl<S: System> DualJets<'_, S> {
         for i in 0..n {
             self.second[n + i].eps1 = 1.0;
             let (q, qd) = self.second.split_at(n);
-            let l = self.system.lagrangian(q, qd);
+            let l = self.system.value(q, qd);
             (value, momentum[i], drift[i]) = (l.re, l.eps1, l.eps1eps2);
             self.second[n + i].eps1 = 0.0;
         }
@@ -155,7 +171,7 @@ impl<S: System> DualJets<'_, S> {
             for j in i..n {
                 self.second[n + j].eps2 = 1.0;
                 let (q, qd) = self.second.split_at(n);
-                let m = self.system.lagrangian(q, qd).eps1eps2;
+                let m = self.system.value(q, qd).eps1eps2;
                 (mass_matrix[i * n + j], mass_matrix[j * n + i]) = (m, m);
                 self.second[n + j].eps2 = 0.0;
             }

@@ -9,6 +9,7 @@ mod derivatives;
 mod parameter;
 
 pub use derivatives::Analytic;
+pub(crate) use derivatives::{ClosedForm, DualJets};
 pub use num_dual::DualNum;
 pub use parameter::{Domain, Parameter};
 pub use rand::Rng;

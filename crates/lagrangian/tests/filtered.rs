@@ -1,0 +1,89 @@
+//! Filtering motion and forces alike keeps the equation of motion where noise would bend it.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use lagrangian::dataset::Dataset;
+use lagrangian::identify::{RigidConfig, identify};
+use lagrangian::lagrangian::analytic::by_name;
+use lagrangian::trajectory::{Columns, EstimateOptions, Recording};
+use lagrangian::{Coordinates, Error};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A pendulum that is driven along q = sin 3t + 0.5 sin 5t, at 500 Hz, with white noise on q and τ.
+fn recording(noise: [f64; 2]) -> Recording {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut scatter = |size: f64| size * rng.random_range(-1.7..1.7);
+    let t: Vec<f64> = (0..5000).map(|k| 0.002 * f64::from(k)).collect();
+    let of = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { t.iter().map(|&t| f(t)).collect() };
+    let q = of(&|t| (3.0 * t).sin() + 0.5 * (5.0 * t).sin());
+    let qd = of(&|t| 3.0 * (3.0 * t).cos() + 2.5 * (5.0 * t).cos());
+    let qdd = of(&|t| -9.0 * (3.0 * t).sin() - 12.5 * (5.0 * t).sin());
+    let mut tau = vec![0.0; t.len()];
+    let pendulum = by_name("pendulum", &[]).unwrap();
+    pendulum
+        .evaluator()
+        .inverse_dynamics(&q, &qd, &qdd, &mut tau);
+    let q = q.iter().map(|q| q + scatter(noise[0])).collect();
+    let tau = tau.iter().map(|tau| tau + scatter(noise[1])).collect();
+    Recording {
+        name: "driven".into(),
+        coordinates: Coordinates::angles(1),
+        unwrapped: vec![0],
+        columns: Columns::default(),
+        qd: None,
+        qdd: None,
+        tau: Some(tau),
+        t,
+        q,
+    }
+}
+
+fn options(filter: f64) -> EstimateOptions {
+    EstimateOptions {
+        filter: Some(filter),
+        ..EstimateOptions::default()
+    }
+}
+
+#[test]
+fn the_inertia_of_a_noisy_pendulum_is_found_from_filtered_signals() {
+    let (filtered, estimates) = recording([2e-3, 0.5])
+        .into_trajectory(&options(0.3))
+        .unwrap();
+    assert_eq!(
+        estimates.iter().map(|e| e.signal).collect::<Vec<_>>(),
+        ["q", "qd", "qdd", "tau"]
+    );
+    // Half a window at each end.
+    assert_eq!(filtered.len(), 5000 - 150);
+    let dataset = Dataset::new(Coordinates::angles(1), &[filtered], &[]).unwrap();
+    let found = identify(&dataset, &RigidConfig::default(), false).unwrap();
+    let parameters = found.model.parameters();
+    // a₁₁ = ½ m l² and c₁ = m g l of the pendulum of 1 kg and 1 m.
+    let (inertia, gravity) = (parameters[0].value, parameters[1].value);
+    assert!((inertia - 0.5).abs() < 0.01, "{inertia}");
+    assert!((gravity - 9.8).abs() < 0.15, "{gravity}");
+}
+
+#[test]
+fn a_filter_keeps_a_motion_that_is_slower_than_its_window() {
+    let exact = recording([0.0, 0.0]);
+    let (filtered, _) = exact.clone().into_trajectory(&options(0.1)).unwrap();
+    assert!((filtered.t[0] - exact.t[25]).abs() < 1e-12);
+    let (tau, n) = (exact.tau.unwrap(), filtered.len());
+    let filtered = filtered.tau.unwrap();
+    assert!((0..n).all(|k| (filtered[k] - tau[25 + k]).abs() < 2e-3));
+}
+
+#[test]
+fn a_filter_longer_than_the_recording_or_without_length_is_refused() {
+    let refused = |filter| {
+        recording([0.0, 0.0])
+            .into_trajectory(&options(filter))
+            .unwrap_err()
+    };
+    assert!(matches!(refused(11.0), Error::TooShort { .. }));
+    for filter in [0.0, -1.0, f64::NAN] {
+        assert!(matches!(refused(filter), Error::Argument { .. }));
+    }
+}
