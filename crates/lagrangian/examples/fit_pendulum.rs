@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use lagrangian::dataset::split;
 use lagrangian::rollout::{free, times};
 use lagrangian::score::score;
-use lagrangian::{Budget, Dataset, FitConfig, Model, Result, RolloutOptions, analytic};
+use lagrangian::{Budget, Dataset, FitConfig, Result, RolloutOptions, analytic};
 use lagrangian::{fit, rollout};
 
 fn main() -> Result<()> {

@@ -2,12 +2,13 @@
 //!
 //! `cargo run --release -p lagrangian --example inverse_dynamics`
 
+use std::f64::consts::FRAC_PI_2;
+
 use lagrangian::rollout::times;
 use lagrangian::{
-    Budget, Dataset, Family, FitConfig, LnnConfig, Loss, Mechanical, Model, Result, RolloutOptions,
-    analytic, fit, rollout,
+    Budget, Dataset, Dissipation, Family, FitConfig, LnnConfig, Loss, Mechanical, Model, Result,
+    RolloutOptions, analytic, fit, rollout,
 };
-use lagrangian::{Dissipation, Evaluator as _};
 
 fn main() -> Result<()> {
     // A pendulum with viscous friction, driven by two tones at each of six frequencies.
@@ -38,7 +39,7 @@ fn main() -> Result<()> {
     let learned = fit(&data, &config, None, &mut ())?.model;
 
     // Swing up along q(t) = π sin²(πt/4): the torque at half the way, when it is fastest.
-    let (q, qd, qdd) = ([1.5708], [2.4674], [0.0]);
+    let (q, qd, qdd) = ([FRAC_PI_2], [FRAC_PI_2.powi(2)], [0.0]);
     for (name, model) in [("true", &truth as &dyn Model), ("learned", &learned)] {
         let mut tau = [0.0];
         model.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau);

@@ -50,7 +50,7 @@
 //! use lagrangian::dataset::split;
 //! use lagrangian::experiment::energy_error;
 //! use lagrangian::rollout::{free, times};
-//! use lagrangian::{Budget, Dataset, Family, FitConfig, LnnConfig, Model, RolloutOptions, analytic, fit, rollout};
+//! use lagrangian::{Budget, Dataset, Family, FitConfig, LnnConfig, RolloutOptions, analytic, fit, rollout};
 //!
 //! // Ten motions of a pendulum; recordings come from files instead (`Format::read`).
 //! let pendulum = analytic::by_name("pendulum", &[("length", 0.5)])?;
@@ -79,6 +79,8 @@
 //! assert!(motion.outcome.is_finished() && error.iter().all(|percent| percent.abs() < 0.1));
 //! # Ok::<(), lagrangian::Error>(())
 //! ```
+
+#![deny(unsafe_code)]
 
 pub mod baseline;
 pub mod chaos;

@@ -71,7 +71,7 @@ impl Run<'_> {
     }
 
     fn subtitle(&self) -> String {
-        let files = self.record.data.iter().map(|file| file.path.as_str());
+        let files = self.record.data.iter().map(|file| file_name(&file.path));
         let files = match files.clone().count() {
             0..=3 => files.collect::<Vec<_>>().join(", "),
             count => format!("{count} files"),
@@ -79,9 +79,17 @@ impl Run<'_> {
         let training = self.metrics.last().map_or(String::new(), |last| {
             format!(" · {} steps in {:.0} s", last.step, last.seconds)
         });
+        // 2026-01-31T12:00:00Z as 2026-01-31 12:00 UTC.
+        let started = match (
+            self.record.started.get(..10),
+            self.record.started.get(11..16),
+        ) {
+            (Some(day), Some(time)) => format!("{day} {time} UTC"),
+            _ => self.record.started.clone(),
+        };
         format!(
-            "{files}{training} · {} · version {}",
-            self.record.started, self.record.version
+            "{files}{training} · {started} · version {}",
+            self.record.version
         )
     }
 
@@ -167,4 +175,12 @@ impl Run<'_> {
 /// The error of the worst coordinate, as a share of the signal's variance.
 fn worst(error: &SignalError) -> f64 {
     error.nmse.iter().copied().fold(0.0, f64::max)
+}
+
+/// The last part of a path; the command line of the run has the whole.
+fn file_name(path: &str) -> &str {
+    Path::new(path)
+        .file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or(path)
 }

@@ -117,7 +117,7 @@ pub(super) fn settings(record: &RunRecord) -> Vec<(String, String)> {
         let hash = file.sha256.get(..12).unwrap_or(&file.sha256);
         (
             format!("{} data", file.role),
-            format!("{} (SHA-256 {hash}…)", file.path),
+            format!("{} (SHA-256 {hash}…)", super::file_name(&file.path)),
         )
     }));
     rows
@@ -125,7 +125,7 @@ pub(super) fn settings(record: &RunRecord) -> Vec<(String, String)> {
 
 fn setting((name, value): (&String, &toml::Value)) -> Option<(String, String)> {
     // The data files are listed with their hashes, and how the folder was opened is no setting of the fit.
-    if matches!(name.as_str(), "files" | "force" | "resume") {
+    if matches!(name.as_str(), "files" | "validate" | "force" | "resume") {
         return None;
     }
     let words = match value {

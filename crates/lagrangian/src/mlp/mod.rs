@@ -1,6 +1,6 @@
 //! Networks and their derivatives: parameters, activations, initialisation, and the batched kernels.
 //!
-//! A network is a short list of layers ([`Net`]). A [`Pass`] carries a block of samples through it: forward over
+//! A network is a short list of layers (`Net`). A `Pass` carries a block of samples through it: forward over
 //! the truncated algebra {1, ′, i, i′} (theory.md, section 5), backward as ordinary back-propagation over the same
 //! algebra. From these come, without a nested tape, the value, the gradient, second derivatives along the
 //! directions that are wanted, and the gradient of all of them by the weights.

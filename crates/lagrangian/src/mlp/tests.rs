@@ -3,7 +3,7 @@
 use num_dual::{Dual64, HyperDual64};
 
 use super::Activation;
-use super::simd::{Real, Task, dispatch_on, levels};
+use super::simd::{Buffer, Gemm, Init, Real, Task, dispatch_on, levels};
 
 const ALL: [Activation; 5] = [
     Activation::Softplus,
@@ -135,5 +135,100 @@ fn the_oracle_of_gelu_is_smooth_across_its_two_branches() {
         assert!((above.eps - below.eps).abs() < 1e-8);
         let exact = x * 0.5 * libm::erfc(-x / 2.0_f64.sqrt());
         assert!((above.re - exact).abs() < 1e-8);
+    }
+}
+
+/// A matrix in panels, and its entries by row and column.
+fn panelled<T: Real>(rows: usize, columns: usize, phase: f64) -> (Buffer<T>, Vec<Vec<f64>>) {
+    let entry = |r: usize, c: usize| T::of((phase + 1.3 * r as f64 + 0.7 * c as f64).sin());
+    let mut buffer = Buffer::new(columns.div_ceil(T::LANES) * rows * T::LANES);
+    for r in 0..rows {
+        for c in 0..columns {
+            buffer[(c / T::LANES * rows + r) * T::LANES + c % T::LANES] = entry(r, c);
+        }
+    }
+    let row = |r| (0..columns).map(|c| entry(r, c).f64()).collect();
+    (buffer, (0..rows).map(row).collect())
+}
+
+fn product_error<T: Real>(
+    level: super::simd::Level,
+    rows: usize,
+    terms: usize,
+    columns: usize,
+) -> f64 {
+    let (a, a_entries) = panelled::<T>(rows, terms, 0.1);
+    let (b, b_entries) = panelled::<T>(terms, columns, 0.2);
+    let (mut c, c_entries) = panelled::<T>(rows, columns, 0.3);
+    let panels = columns.div_ceil(T::LANES);
+    let gemm = Gemm::along_rows(
+        &a,
+        rows,
+        &b,
+        terms,
+        &mut c,
+        rows,
+        0..rows,
+        panels,
+        Init::Add,
+    );
+    dispatch_on(level, gemm);
+    // The same numbers by columns: Aᵀ stored, in two pieces of rows.
+    let (at, _) = panelled::<T>(terms, rows, 0.0);
+    let mut at = at;
+    for k in 0..terms {
+        for r in 0..rows {
+            at[(r / T::LANES * terms + k) * T::LANES + r % T::LANES] = T::of(a_entries[r][k]);
+        }
+    }
+    let half = terms / 2;
+    let pieces = [(0, 0), (half * T::LANES, half * T::LANES)];
+    let mut d = Buffer::new(panels * rows * T::LANES);
+    let gemm = Gemm::along_columns(
+        &at,
+        terms,
+        &b,
+        terms,
+        &pieces,
+        half,
+        &mut d,
+        rows,
+        panels,
+        Init::Zero,
+    );
+    dispatch_on(level, gemm);
+    let mut worst = 0.0_f64;
+    for r in 0..rows {
+        for column in 0..columns {
+            let at = (column / T::LANES * rows + r) * T::LANES + column % T::LANES;
+            let sum: f64 = (0..terms)
+                .map(|k| a_entries[r][k] * b_entries[k][column])
+                .sum();
+            worst = worst.max((c[at].f64() - c_entries[r][column] - sum).abs());
+            worst = worst.max((d[at].f64() - sum).abs());
+        }
+    }
+    worst
+}
+
+#[test]
+fn the_matrix_product_agrees_with_sums_on_every_instruction_set() {
+    for level in levels() {
+        for rows in [1, 3, 8, 13, 40] {
+            for terms in [2, 8, 22, 64] {
+                for columns in [1, 8, 17, 50] {
+                    let double = product_error::<f64>(level, rows, terms, columns);
+                    let single = product_error::<f32>(level, rows, terms, columns);
+                    assert!(
+                        double < 1e-13,
+                        "{level:?} {rows} × {terms} × {columns}: {double:e}"
+                    );
+                    assert!(
+                        single < 1e-4,
+                        "{level:?} {rows} × {terms} × {columns}: {single:e}"
+                    );
+                }
+            }
+        }
     }
 }

@@ -142,7 +142,11 @@ pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -
             "{} Velocity over position: the shapes should agree even where the motions have parted.",
             spoken(window)
         ),
-        x: if circle { x.between(-PI, PI) } else { x },
+        x: if circle && !is_narrow(&series) {
+            x.between(-PI, PI)
+        } else {
+            x
+        },
         y: Axis {
             range: range_of_truth(&series),
             ..Axis::linear(&format!("velocity of {name}"), &format!("{unit}/s"))
@@ -297,6 +301,12 @@ fn range_of_truth(series: &[Series]) -> Option<(f64, f64)> {
         all.1.min(high + near) + margin,
     );
     (high > low).then_some(range)
+}
+
+/// Whether all motions keep to less than half the circle: small swings would be lost on the whole of it.
+fn is_narrow(series: &[Series]) -> bool {
+    let (low, high) = span(series.iter().flat_map(|one| &one.x));
+    high - low < PI
 }
 
 /// The lowest and the highest finite value; an empty range where there is none.

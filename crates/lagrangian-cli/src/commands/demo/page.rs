@@ -375,7 +375,7 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
         ),
         (
             "Rollouts",
-            "Dormand–Prince 5(4), tolerance 1e-9; truth 8(5,3), 1e-13".to_string(),
+            "Dormand–Prince 5(4), tolerance 10⁻⁹; truth 8(5,3), 10⁻¹³".to_string(),
         ),
         ("Seed", args.seed.to_string()),
     ]

@@ -1,6 +1,6 @@
 //! The one module with `unsafe`: vectors of 64 bytes on whatever the CPU offers, chosen when the program runs.
 //!
-//! A kernel is written once over [`Isa`] and entered through [`dispatch`], which compiles it for AVX-512, AVX2
+//! A kernel is written once over [`Isa`] and entered through `dispatch`, which compiles it for AVX-512, AVX2
 //! with FMA, NEON and a portable fallback. Everything below an entry is `#[inline(always)]`, so that it is
 //! compiled with the features of the entry; without them a fused multiply-add is a library call, thirty times
 //! slower.

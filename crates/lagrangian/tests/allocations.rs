@@ -1,0 +1,80 @@
+//! Evaluating a model allocates nothing once it has run: a control loop may call it.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(unsafe_code, reason = "an allocator that counts")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use lagrangian::Coordinates;
+use lagrangian::baseline::{Mlp, MlpConfig};
+use lagrangian::dynamics::{Mechanical, Model};
+use lagrangian::lagrangian::{Form, Lnn, LnnConfig, Scaling};
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: passes every call on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(model: &dyn Model, states: usize) -> usize {
+    let n = model.coordinates().dof();
+    let (q, mut out) = (vec![0.3; states * n], vec![0.0; states * n]);
+    let mut energy = vec![0.0; states];
+    let mut evaluator = model.evaluator();
+    let mut call = || {
+        evaluator.forward_dynamics(&q, &q, &q, &mut out);
+        evaluator.inverse_dynamics(&q, &q, &q, &mut out);
+        evaluator.energy(&q, &q, &mut energy);
+    };
+    call();
+    let before = COUNT.with(Cell::get);
+    call();
+    COUNT.with(Cell::get) - before
+}
+
+#[test]
+fn a_warm_model_allocates_nothing_for_one_state_or_for_many() {
+    for n in [1, 2, 7] {
+        for form in [Form::Free, Form::Convex] {
+            let config = LnnConfig {
+                form,
+                ..LnnConfig::default()
+            };
+            let lnn = Lnn::random(Coordinates::angles(n), config, Scaling::identity(n), 0).unwrap();
+            let model = Mechanical::conservative(lnn);
+            for states in [1, 40] {
+                assert_eq!(
+                    allocations(&model, states),
+                    0,
+                    "n {n} {form:?}, {states} states"
+                );
+            }
+        }
+        let (scales, config) = ((vec![1.0; n], vec![1.0; n]), MlpConfig::default());
+        let mlp = Mlp::random(
+            Coordinates::angles(n),
+            config,
+            Scaling::identity(n),
+            scales,
+            0,
+        )
+        .unwrap();
+        assert_eq!(allocations(&mlp, 1) + allocations(&mlp, 40), 0);
+    }
+}

@@ -1,0 +1,215 @@
+//! Fits end to end: what they learn, and that they can be repeated and resumed to the bit.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::ops::ControlFlow;
+
+use lagrangian::Error;
+use lagrangian::baseline::MlpConfig;
+use lagrangian::dataset::Dataset;
+use lagrangian::experiment::{energy_test, random_starts, random_states};
+use lagrangian::lagrangian::analytic::by_name;
+use lagrangian::lagrangian::{Form, LnnConfig};
+use lagrangian::rollout::{RolloutOptions, free, rollout_many, times};
+use lagrangian::train::{
+    AdamConfig, Budget, Checkpoint, Family, FitConfig, Learned, NaturalConfig, Observer, Optimizer,
+    Progress, fit,
+};
+
+fn pendulum(samples: usize) -> Dataset {
+    random_states(&*by_name("pendulum", &[]).unwrap(), samples, 64, 5).unwrap()
+}
+
+fn config(optimizer: Optimizer, steps: usize) -> FitConfig {
+    FitConfig {
+        family: Family::Lnn(LnnConfig {
+            width: 16,
+            ..LnnConfig::default()
+        }),
+        optimizer,
+        budget: Budget::Steps(steps),
+        batch: 64,
+        validate_every: 10,
+        ..FitConfig::default()
+    }
+}
+
+fn optimizers() -> [Optimizer; 2] {
+    [
+        Optimizer::Natural(NaturalConfig::default()),
+        Optimizer::Adam(AdamConfig::default()),
+    ]
+}
+
+fn weights(model: &Learned) -> Vec<u64> {
+    let parameters = match model {
+        Learned::Lnn(model) => model.lagrangian.parameters(),
+        Learned::Mlp(model) => model.parameters(),
+        _ => panic!("a network was fitted"),
+    };
+    parameters.iter().map(|x| x.to_bits()).collect()
+}
+
+/// Stops after some steps and keeps the last checkpoint as bytes, as a killed run leaves it on disk.
+#[derive(Default)]
+struct Killed {
+    after: usize,
+    saved: Vec<u8>,
+}
+
+impl Observer for Killed {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        if progress.step >= self.after {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) -> lagrangian::Result<()> {
+        if checkpoint.step.is_multiple_of(10) {
+            self.saved = checkpoint.to_bytes()?;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_fit_that_was_killed_and_resumed_has_the_weights_of_one_that_was_not() {
+    let data = pendulum(1000);
+    for optimizer in optimizers() {
+        let config = config(optimizer, 60);
+        let whole = fit(&data, &config, None, &mut ()).unwrap();
+        for after in [13, 47] {
+            let mut killed = Killed {
+                after,
+                ..Killed::default()
+            };
+            fit(&data, &config, None, &mut killed).unwrap();
+            let checkpoint = Checkpoint::from_bytes(&killed.saved).unwrap();
+            assert!(checkpoint.step < after);
+            let resumed = fit(&data, &config, Some(&checkpoint), &mut ()).unwrap();
+            assert_eq!(
+                weights(&resumed.model),
+                weights(&whole.model),
+                "killed after {after}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_on_one_thread_and_on_three() {
+    let data = pendulum(1000);
+    for optimizer in optimizers() {
+        let config = config(optimizer, 20);
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            weights(
+                &pool
+                    .install(|| fit(&data, &config, None, &mut ()))
+                    .unwrap()
+                    .model,
+            )
+        };
+        assert_eq!(on(1), on(3));
+    }
+}
+
+#[test]
+fn a_fitted_lagrangian_keeps_the_true_energy_of_the_pendulum_for_ten_seconds() {
+    let system = by_name("pendulum", &[]).unwrap();
+    let data = pendulum(2000);
+    for form in [Form::Free, Form::Convex] {
+        let mut config = config(Optimizer::default(), 200);
+        config.family = Family::Lnn(LnnConfig {
+            width: 16,
+            form,
+            ..LnnConfig::default()
+        });
+        let fitted = fit(&data, &config, None, &mut ()).unwrap();
+        let starts = random_starts(&*system, 5, 1);
+        let options = RolloutOptions::default();
+        let rollouts = rollout_many(
+            &fitted.model,
+            &starts,
+            &times(10.0, 0.1).unwrap(),
+            &free,
+            &options,
+        )
+        .unwrap();
+        let energy = energy_test(&*system, &rollouts, 9.8);
+        assert_eq!(energy.unfinished, 0);
+        assert!(energy.worst < 0.5, "{form:?}: {} %", energy.worst);
+    }
+}
+
+#[test]
+fn a_plain_network_fits_the_same_data_with_the_same_optimiser() {
+    let mut config = config(Optimizer::default(), 200);
+    config.family = Family::Mlp(MlpConfig {
+        width: 16,
+        ..MlpConfig::default()
+    });
+    let fitted = fit(&pendulum(2000), &config, None, &mut ()).unwrap();
+    assert!(fitted.best < 1e-3, "{}", fitted.best);
+}
+
+#[test]
+fn settings_outside_their_domain_are_refused_with_their_name() {
+    let data = pendulum(100);
+    let refused = |change: &dyn Fn(&mut FitConfig)| {
+        let mut config = config(Optimizer::default(), 10);
+        change(&mut config);
+        fit(&data, &config, None, &mut ()).unwrap_err().to_string()
+    };
+    let lnn = |width, layers| {
+        Family::Lnn(LnnConfig {
+            width,
+            layers,
+            ..LnnConfig::default()
+        })
+    };
+    assert!(refused(&|c| c.batch = 0).contains("batch"));
+    assert!(refused(&|c| c.batch = usize::MAX).contains("batch"));
+    assert!(refused(&|c| c.budget = Budget::Steps(0)).contains("steps"));
+    assert!(refused(&|c| c.budget = Budget::Seconds(f64::NAN)).contains("seconds"));
+    assert!(refused(&|c| c.validate_every = 0).contains("validate_every"));
+    assert!(refused(&|c| c.family = lnn(0, 2)).contains("width"));
+    assert!(refused(&|c| c.family = lnn(1 << 40, 2)).contains("width"));
+    assert!(refused(&|c| c.family = lnn(16, 1000)).contains("layers"));
+    assert!(refused(&|c| c.loss = lagrangian::train::Loss::Torque).contains("torque"));
+}
+
+#[test]
+fn a_checkpoint_of_another_run_cut_short_or_damaged_is_refused() {
+    let data = pendulum(200);
+    let config = config(Optimizer::default(), 20);
+    let mut killed = Killed {
+        after: 15,
+        ..Killed::default()
+    };
+    fit(&data, &config, None, &mut killed).unwrap();
+    let bytes = killed.saved;
+    for cut in [0, 7, 8, 100, bytes.len() / 2, bytes.len() - 1] {
+        assert!(
+            matches!(
+                Checkpoint::from_bytes(&bytes[..cut]),
+                Err(Error::Checkpoint { .. })
+            ),
+            "cut at {cut}"
+        );
+    }
+    let checkpoint = Checkpoint::from_bytes(&bytes).unwrap();
+    let mut other = config.clone();
+    other.family = Family::Lnn(LnnConfig {
+        width: 32,
+        ..LnnConfig::default()
+    });
+    assert!(fit(&data, &other, Some(&checkpoint), &mut ()).is_err());
+    let mut other = config;
+    other.optimizer = Optimizer::Adam(AdamConfig::default());
+    assert!(fit(&data, &other, Some(&checkpoint), &mut ()).is_err());
+}
