@@ -129,11 +129,11 @@ pub(crate) struct DemoArgs {
     pub(crate) seconds: f64,
 
     /// Number of states to learn from
-    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(100..))]
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     pub(crate) samples: u32,
 
     /// Rollouts over which the energy error is averaged
-    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) starts: u32,
 
     /// Seed of everything random

@@ -1,11 +1,11 @@
 //! Where results go: one JSON object on standard output, and files that appear whole or not at all.
 
 use std::fs::{self, OpenOptions};
-use std::io::{self, Cursor, Seek, Write};
+use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use lagrangian::trajectory::{Format, Layout};
+use lagrangian::trajectory::{Format, Layout, csv};
 use lagrangian::{Coordinates, Trajectory};
 use serde::Serialize;
 use tempfile::NamedTempFile;
@@ -163,9 +163,7 @@ pub(crate) fn write_trajectories(
 
 /// Writes trajectories as CSV to standard output.
 pub(crate) fn print_trajectories(trajectories: &[Trajectory]) -> Result<()> {
-    let mut csv = Cursor::new(Vec::new());
-    Format::Csv.write(&mut csv, trajectories)?;
-    print_bytes(&csv.into_inner())
+    csv::write(io::stdout().lock(), trajectories).context("cannot write to standard output")
 }
 
 /// Writes text to standard output; a closed or full output is an error, not a panic.

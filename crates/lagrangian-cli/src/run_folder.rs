@@ -43,11 +43,19 @@ pub(crate) enum Occupied {
 #[derive(Debug)]
 pub(crate) struct RunFolder {
     path: PathBuf,
+    /// Whether the files of an earlier run go when this one begins.
+    restart: bool,
 }
 
 impl RunFolder {
     /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
     pub(crate) fn open(path: &Path, occupied: Occupied) -> Result<Self> {
+        if occupied == Occupied::Resume && !path.join(RUN).is_file() {
+            return Err(mistake(
+                format!("there is no run to resume in '{}'", path.display()),
+                "leave --resume away to begin one, or give the --out of the run",
+            ));
+        }
         let create = || -> io::Result<bool> {
             fs::create_dir_all(path)?;
             tempfile::tempfile_in(path)?;
@@ -57,30 +65,25 @@ impl RunFolder {
             format!("cannot write to the folder '{}'", path.display()),
             "give another --out that is a folder you may write to",
         )?;
-        let folder = Self { path: path.into() };
-        match occupied {
-            Occupied::Refuse if !empty => {
-                return Err(mistake(
-                    format!("the folder '{}' is not empty", path.display()),
-                    "give another --out, --resume to go on with that run, or --force to begin it anew",
-                ));
-            }
-            Occupied::Resume if !folder.file(RUN).is_file() => {
-                return Err(mistake(
-                    format!("there is no run to resume in '{}'", path.display()),
-                    "leave --resume away to begin one, or give the --out of the run",
-                ));
-            }
-            Occupied::Restart => folder.remove_earlier_run()?,
-            Occupied::Refuse | Occupied::Resume => {}
+        if occupied == Occupied::Refuse && !empty {
+            return Err(mistake(
+                format!("the folder '{}' is not empty", path.display()),
+                "give another --out, --resume to go on with that run, or --force to begin it anew",
+            ));
         }
-        Ok(folder)
+        Ok(Self {
+            path: path.into(),
+            restart: occupied == Occupied::Restart,
+        })
     }
 
     /// Opens the folder of a finished or interrupted run for reading.
     pub(crate) fn existing(path: &Path) -> Result<Self> {
         if path.join(RUN).is_file() {
-            return Ok(Self { path: path.into() });
+            return Ok(Self {
+                path: path.into(),
+                restart: false,
+            });
         }
         Err(mistake(
             format!(
@@ -106,8 +109,11 @@ impl RunFolder {
         write_bytes(&self.file(name), Existing::Replace, bytes)
     }
 
-    /// Writes [`RUN`].
+    /// Writes [`RUN`]: the run begins. What an earlier one left goes only now, after data and settings have passed.
     pub(crate) fn write_record(&self, record: &RunRecord) -> Result<()> {
+        if self.restart {
+            self.remove_earlier_run()?;
+        }
         self.write(
             RUN,
             toml::to_string(record)
@@ -429,8 +435,15 @@ mod tests {
             .unwrap()
             .add(1, 0.1, &[("loss/train", 1.0)])
             .unwrap();
-        RunFolder::open(folder.path(), Occupied::Restart).unwrap();
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        run.write(MODEL, b"the earlier model").unwrap();
+        let anew = RunFolder::open(folder.path(), Occupied::Restart).unwrap();
+        assert!(anew.file(MODEL).is_file(), "not before the new run begins");
+        anew.write_record(&record()).unwrap();
+        let names: Vec<_> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
+        assert_eq!(names, [RUN]);
     }
 
     #[test]

@@ -151,7 +151,7 @@ pub fn rollout(
 ///
 /// # Errors
 /// [`Error::Argument`] where `duration` is negative, `step` is not positive, or either is not finite, and for
-/// more than 10⁸ times.
+/// more than 10⁷ times.
 pub fn times(duration: f64, step: f64) -> Result<Vec<f64>> {
     if !(step.is_finite() && step > 0.0) {
         let must = "a finite number of seconds above 0";
@@ -162,11 +162,11 @@ pub fn times(duration: f64, step: f64) -> Result<Vec<f64>> {
         });
     }
     let count = (duration / step * (1.0 + 1e-12) + 1e-9).floor();
-    if !(duration.is_finite() && (0.0..1e8).contains(&count)) {
-        let must = "not negative, finite and at most 10⁸ sample intervals";
+    if !(duration.is_finite() && (0.0..=1e7).contains(&count)) {
+        let must = "not negative, finite and at most 10⁷ sample intervals (--step) long";
         return Err(Error::Argument {
             name: "duration",
-            value: duration.to_string(),
+            value: format!("{duration:?}"),
             must,
         });
     }

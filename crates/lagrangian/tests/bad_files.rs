@@ -36,6 +36,17 @@ fn assert_says(message: &str, parts: &[&str]) {
 }
 
 #[test]
+fn a_row_without_end_is_refused_before_it_fills_the_memory() {
+    for (start, endless) in [("", b'1'), ("t,q1\n0,1\n", b'7'), ("t,q1\n0,\"", b'\n')] {
+        let text = start.as_bytes().chain(std::io::repeat(endless));
+        let message = csv::read(text, "file", &Layout::default())
+            .unwrap_err()
+            .to_string();
+        assert_says(&message, &["more than 4 MB", "quote"]);
+    }
+}
+
+#[test]
 fn a_missing_column_lists_those_that_are_there_and_the_flag() {
     assert_says(
         &refusal("time,q1\n0,0\n"),

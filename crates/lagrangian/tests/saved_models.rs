@@ -248,7 +248,9 @@ mod families {
     use lagrangian::baseline::{Mlp, MlpConfig};
     use lagrangian::dynamics::{Mechanical, Model};
     use lagrangian::identify::Rigid;
-    use lagrangian::lagrangian::{Angles, Dissipation, Form, Lnn, LnnConfig, RigidChain, Scaling};
+    use lagrangian::lagrangian::{
+        Angles, Dissipation, Form, Jet, Lagrangian, Lnn, LnnConfig, RigidChain, Scaling,
+    };
     use lagrangian::train::Learned;
 
     fn lnn(form: Form) -> Lnn {
@@ -316,6 +318,64 @@ mod families {
                 acceleration(&back).map(f64::to_bits),
                 acceleration(&model).map(f64::to_bits)
             );
+        }
+    }
+
+    #[test]
+    fn a_convex_network_with_a_negative_weight_on_the_path_of_the_velocity_is_refused() {
+        let (free, convex) = (lnn(Form::Free), lnn(Form::Convex));
+        let with = |lnn: &Lnn, parameters: Vec<f64>| {
+            Lnn::with_parameters(
+                Coordinates::angles(2),
+                lnn.config().clone(),
+                Scaling::identity(2),
+                parameters,
+            )
+        };
+        let negative = |lnn: &Lnn, at: usize| {
+            let mut parameters = lnn.parameters().to_vec();
+            parameters[at] = -parameters[at].abs() - 0.1;
+            with(lnn, parameters)
+        };
+        // The last weights of the output: those of the units that only sum up (free), and of the trunk (free too).
+        let count = convex.parameters().len();
+        let refused: Vec<usize> = (0..count)
+            .filter(|&at| negative(&convex, at).is_err())
+            .collect();
+        let second = 32 * 32; // of the bent units, read by the second layer of velocities
+        let output = 16 + 32 + 32;
+        assert!(refused.len() >= second.min(output), "{}", refused.len());
+        assert!(refused.iter().all(|&at| convex.parameters()[at] >= 0.0));
+        let message = negative(&convex, refused[0]).unwrap_err().to_string();
+        assert!(message.contains("not convex"), "{message}");
+        assert!((0..free.parameters().len()).all(|at| negative(&free, at).is_ok()));
+    }
+
+    #[test]
+    fn a_damaged_model_is_refused_or_still_has_a_positive_mass_matrix() {
+        let model = Learned::Lnn(Mechanical::conservative(lnn(Form::Convex)));
+        let saved = model.save(Provenance::of_seed(5)).unwrap();
+        let weights = saved.tensors["parameters"].data().to_vec();
+        for k in 0..200 {
+            let mut damaged = weights.clone();
+            let at = k * 7919 % damaged.len();
+            damaged[at] = f64::from_bits(damaged[at].to_bits() ^ (1 << (k % 64)));
+            let Ok(tensor) = Tensor::new(vec![damaged.len()], damaged) else {
+                continue;
+            };
+            let mut changed = saved.clone();
+            changed.tensors.insert("parameters".into(), tensor);
+            let Ok(Learned::Lnn(model)) = Learned::load(&changed) else {
+                continue;
+            };
+            let mut jet = Jet::default();
+            model
+                .lagrangian
+                .jets()
+                .jet(&[0.3, -1.2], &[2.0, 0.5], &mut jet);
+            let mass = jet.mass_matrix;
+            let finite = mass.iter().all(|m| m.is_finite());
+            assert!(!finite || (mass[0] > 0.0 && mass[3] > 0.0), "{k}: {mass:?}");
         }
     }
 

@@ -41,6 +41,10 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
     };
     let data = read(&args)?;
     let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
+    args.config().validate(&dataset).advise(
+        format!("cannot fit (`{}`)", command_line()),
+        "`lagrangian fit --help` tells what the flags may be",
+    )?;
     let record = record(&args)?;
     match &checkpoint {
         Some(_) => same_data(&record, &folder.record()?)?,

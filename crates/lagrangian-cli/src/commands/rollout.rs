@@ -61,7 +61,10 @@ fn from_start(model: &dyn Model, args: &RolloutArgs) -> Result<Rollout> {
             "give one with --q0 and --qd0, or a recording to follow with --follow",
         ));
     }
-    let times = rollout::times(args.motion.duration, args.motion.step)?;
+    let times = rollout::times(args.motion.duration, args.motion.step).advise(
+        "cannot roll out",
+        "give a shorter --duration or a longer --step",
+    )?;
     rollout::rollout(
         model,
         &start.q,

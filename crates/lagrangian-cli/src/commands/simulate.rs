@@ -26,8 +26,12 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
         output::refuse_existing(path, existing)?;
     }
     let system = system(args)?;
+    let times = rollout::times(args.motion.duration, args.motion.step).advise(
+        "cannot simulate",
+        "give a shorter --duration or a longer --step",
+    )?;
+    refuse_too_many(args.trajectories, times.len())?;
     let starts = starts(args, &*system)?;
-    let times = rollout::times(args.motion.duration, args.motion.step)?;
     let rollouts = rollout_many(&*system, &starts, &times, &free, &args.motion.options()).advise(
         "cannot simulate",
         "give --q0 and --qd0 one value per coordinate, or neither for a random start",
@@ -78,6 +82,22 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
         );
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Samples of all trajectories at most: they are held in memory.
+const MOST_SAMPLES: u64 = 20_000_000;
+
+fn refuse_too_many(trajectories: u32, samples: usize) -> Result<()> {
+    let all = u64::from(trajectories).saturating_mul(samples as u64);
+    if all <= MOST_SAMPLES {
+        return Ok(());
+    }
+    Err(mistake(
+        format!(
+            "{trajectories} trajectories of {samples} samples are more than {MOST_SAMPLES} samples"
+        ),
+        "give a shorter --duration, a longer --step, or fewer --trajectories with another --seed for each file",
+    ))
 }
 
 fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {

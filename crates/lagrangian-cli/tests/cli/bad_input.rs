@@ -168,6 +168,56 @@ fn a_run_folder_that_holds_something_is_refused() {
     assert_eq!(bench.read("swing.csv"), swing().as_bytes());
 }
 
+/// A swing of which nothing has to be estimated, so that there is no note before an error.
+fn swing_with_accelerations() -> String {
+    let row = |t: f64| format!("{t},{},{},{}\n", t.sin(), t.cos(), -t.sin());
+    let rows: String = (0..200).map(|k| row(f64::from(k) * 0.05)).collect();
+    format!("t,q1,qd1,qdd1\n{rows}")
+}
+
+#[test]
+fn a_mistake_under_force_does_not_cost_the_earlier_run() {
+    let bench = Workbench::new();
+    bench.write("swing.csv", &swing_with_accelerations());
+    bench.succeed("fit swing.csv --steps 2 --width 16 --out run");
+    let (names, model) = (bench.names("run"), bench.read("run/model.safetensors"));
+    for mistake in [
+        "nowhere.csv",
+        "swing.csv --q theta",
+        "swing.csv --width 20",
+        "swing.csv --batch 1000000000",
+        "swing.csv --loss torque",
+    ] {
+        bench.refuse(&format!("fit {mistake} --steps 2 --out run --force"));
+        assert_eq!(bench.names("run"), names, "{mistake}");
+        assert_eq!(bench.read("run/model.safetensors"), model, "{mistake}");
+    }
+}
+
+#[test]
+fn a_refused_resume_makes_no_folder() {
+    let bench = Workbench::new();
+    bench.refuse("fit --resume --out run");
+    assert!(!bench.path("run").exists());
+}
+
+#[test]
+fn more_than_the_memory_holds_is_refused_at_once() {
+    let bench = Workbench::new();
+    for flags in [
+        "simulate pendulum --trajectories 4000000000",
+        "simulate pendulum --duration 1e12 --step 1e-9",
+        "simulate pendulum --duration 99 --step 1e-6",
+        "simulate pendulum --step 1e300 --duration 1e-300 --trajectories 4000000000",
+    ] {
+        let message = bench.refuse(flags);
+        assert!(message.contains("hint: "), "{flags}: {message}");
+    }
+    bench.write("swing.csv", &swing_with_accelerations());
+    let message = bench.refuse("fit swing.csv --width 4096 --layers 16 --steps 1 --out run");
+    assert!(message.contains("--width"), "{message}");
+}
+
 #[test]
 fn a_folder_that_does_not_exist_is_named() {
     assert!(

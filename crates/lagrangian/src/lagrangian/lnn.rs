@@ -186,7 +186,8 @@ impl Lnn {
     /// A network with given weights, in the order of [`Lnn::parameters`].
     ///
     /// # Errors
-    /// As [`Lnn::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`] for NaN among them.
+    /// As [`Lnn::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`] for NaN among them;
+    /// [`Error::Argument`] in the convex form for a negative weight on the path of q̇.
     pub fn with_parameters(
         coordinates: Coordinates,
         config: LnnConfig,
@@ -209,6 +210,13 @@ impl Lnn {
             return Err(Error::NotFinite {
                 what: "parameters".into(),
                 index,
+            });
+        }
+        if let Some(index) = shape.net.negative(&parameters) {
+            return Err(Error::Argument {
+                name: "weight of the convex form",
+                value: format!("{} at index {index}", parameters[index]),
+                must: "0 or above, or L is not convex in q̇: repeat the fit, or use the free form",
             });
         }
         let mut packed = Packed::new(&shape.net);

@@ -172,6 +172,19 @@ impl Net {
         parameters
     }
 
+    /// The first weight that must not be negative and is.
+    pub(crate) fn negative(&self, parameters: &[f64]) -> Option<usize> {
+        let inputs = self.layers.iter().filter_map(|layer| match &layer.kind {
+            Kind::Dense { inputs, .. } => Some(inputs.iter().map(|i| (layer.width, i))),
+            Kind::Gate { .. } => None,
+        });
+        inputs
+            .flatten()
+            .filter(|(_, input)| input.non_negative)
+            .flat_map(|(width, input)| input.at..input.at + width * input.width)
+            .find(|&at| parameters[at] < 0.0)
+    }
+
     /// Moves the weights that must not be negative back to zero where they are.
     pub(crate) fn project(&self, parameters: &mut [f64]) {
         for layer in &self.layers {

@@ -200,7 +200,7 @@ fn value<T: Real>(work: &Work<T>, loss: Loss, n: usize) -> Value {
     let residuals = &work.residual[..work.count * n];
     Value {
         sum: residuals.iter().map(|&r| loss.of(r)).sum(),
-        count: residuals.len(),
+        count: residuals.len() - work.singular * n,
         singular: work.singular,
     }
 }

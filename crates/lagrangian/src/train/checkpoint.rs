@@ -73,6 +73,12 @@ impl Checkpoint {
                 .chain([&self.parameters])
                 .all(|x| x.len() == parameters)
             && (self.best_parameters.is_empty() || self.best_parameters.len() == parameters);
+        if fits && self.best_step > self.step {
+            return Err(refused("its best step has not been done yet"));
+        }
+        if fits && (self.best.is_nan() || !(self.seconds.is_finite() && self.seconds >= 0.0)) {
+            return Err(refused("its loss or its clock is no number"));
+        }
         if fits {
             return Ok(self);
         }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::adam::{Adam, AdamConfig};
 use super::batch::{Batches, Samples, Value};
 use super::checkpoint::Checkpoint;
+use super::learned::Template;
 use super::learned::{Family, Learned};
 use super::learner::{Learner, Loss};
 use super::natural::{Natural, NaturalConfig};
@@ -167,8 +168,33 @@ pub struct Fit {
     pub seconds: f64,
 }
 
+/// Parameters that are trained at most: some ten arrays of that length stay within a few gigabytes.
+const MAX_PARAMETERS: usize = 1 << 26;
+
 impl FitConfig {
-    fn validate(&self, dataset: &Dataset) -> Result<()> {
+    /// Checks all settings against the data, as [`fit`] does before it begins.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first that is outside its domain.
+    pub fn validate(&self, dataset: &Dataset) -> Result<()> {
+        self.template(dataset).map(drop)
+    }
+
+    fn template(&self, dataset: &Dataset) -> Result<Template> {
+        self.check(dataset)?;
+        let template = self.family.template(dataset, self)?;
+        let parameters = template.parameters();
+        if parameters <= MAX_PARAMETERS {
+            return Ok(template);
+        }
+        Err(Error::Argument {
+            name: "number of parameters",
+            value: parameters.to_string(),
+            must: "at most 67108864: take a smaller --width or fewer --layers",
+        })
+    }
+
+    fn check(&self, dataset: &Dataset) -> Result<()> {
         let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
         if dataset.train.is_empty() {
             return argument("training samples", "none".into(), "at least one");
@@ -223,11 +249,11 @@ pub fn fit(
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
-    config.validate(dataset)?;
     if let Family::Rigid(rigid) = &config.family {
+        config.check(dataset)?;
         return solve(dataset, rigid, config.dissipation, observer);
     }
-    let template = config.family.template(dataset, config)?;
+    let template = config.template(dataset)?;
     let fresh = template.initialise(config.seed);
     let mut run = Run::new(dataset, config, resume, fresh)?;
     let (ending, progress) = match config.precision {
@@ -421,7 +447,7 @@ impl<'a> Run<'a> {
             self.state.step += 1;
             let share = self.share();
             let look = self.state.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
-            let validation = look.then(|| self.look(learner, &mut judges, value.mean()));
+            let validation = look.then(|| self.look(learner, &mut judges, value));
             let progress = Progress {
                 step: self.state.step,
                 share,
@@ -440,7 +466,7 @@ impl<'a> Run<'a> {
             if let Some(ending) = ending {
                 // Ended before the first look. Not in the checkpoint: a resumed run must not know of it.
                 if self.state.best_parameters.is_empty() {
-                    self.look(learner, &mut judges, value.mean());
+                    self.look(learner, &mut judges, value);
                 }
                 if self.state.best_parameters.is_empty() {
                     self.state
@@ -486,21 +512,25 @@ impl<'a> Run<'a> {
         &mut self,
         learner: &dyn Learner<T>,
         judges: &mut Batches<T>,
-        loss: f64,
+        batch: Value,
     ) -> f64 {
         let judged = (&self.dataset.validation, &self.judge[..]);
-        let value = if self.judge.is_empty() {
-            loss
+        let seen = if self.judge.is_empty() {
+            batch
         } else {
-            judges
-                .evaluate(
-                    learner,
-                    self.config.loss,
-                    &self.state.parameters,
-                    judged,
-                    None,
-                )
-                .mean()
+            judges.evaluate(
+                learner,
+                self.config.loss,
+                &self.state.parameters,
+                judged,
+                None,
+            )
+        };
+        // A model without accelerations somewhere is not the best, however well it does elsewhere.
+        let value = if seen.singular > 0 {
+            f64::INFINITY
+        } else {
+            seen.mean()
         };
         if value.is_finite() && value < self.state.best {
             self.state.best = value;

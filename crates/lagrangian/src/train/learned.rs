@@ -203,6 +203,11 @@ impl Template {
         }
     }
 
+    /// Number of all parameters.
+    pub(crate) fn parameters(&self) -> usize {
+        self.with_f64(|learner| learner.parameters())
+    }
+
     /// Random weights; friction begins small.
     pub(crate) fn initialise(&self, seed: u64) -> Vec<f64> {
         self.with_f64(|learner| {

@@ -354,7 +354,7 @@ impl Block {
         let residuals = &work.residual[..work.count * n];
         self.value = Value {
             sum: residuals.iter().map(|&r| loss.of(r)).sum(),
-            count: residuals.len(),
+            count: residuals.len() - work.singular * n,
             singular: work.singular,
         };
         for at in 0..work.residual.len() {

@@ -189,3 +189,56 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
     };
     assert_step_solves(&learner, Loss::Acceleration, &samples(3, 21));
 }
+
+#[test]
+fn a_checkpoint_that_contradicts_itself_is_refused() {
+    let good = super::Checkpoint {
+        step: 10,
+        best: 0.5,
+        best_step: 5,
+        best_parameters: vec![1.0],
+        ..super::Checkpoint::fresh(vec![0.0], 1)
+    };
+    assert!(good.clone().for_run(1, 1).is_ok());
+    let later = super::Checkpoint {
+        best_step: 11,
+        ..good.clone()
+    };
+    let no_loss = super::Checkpoint {
+        best: f64::NAN,
+        ..good.clone()
+    };
+    let no_clock = super::Checkpoint {
+        seconds: f64::NAN,
+        ..good
+    };
+    for bad in [later, no_loss, no_clock] {
+        assert!(bad.for_run(1, 1).is_err());
+    }
+}
+
+#[test]
+fn samples_without_an_acceleration_do_not_lower_the_loss() {
+    let shape = shape(1, Form::Free);
+    let weights = [1.0];
+    let learner = LnnLearner {
+        shape: &shape,
+        loss: Loss::Acceleration,
+        weights: &weights,
+        friction: None,
+    };
+    let learner: &dyn Learner<f64> = &learner;
+    let samples = samples(1, 20);
+    let numbers: Vec<usize> = (0..20).collect();
+    let broken = vec![1e300; learner.parameters()];
+    let mut batches = Batches::new(learner, 20);
+    let value = batches.evaluate(
+        learner,
+        Loss::Acceleration,
+        &broken,
+        (&samples, &numbers),
+        None,
+    );
+    assert_eq!((value.count, value.singular), (0, 20));
+    assert!(value.mean().is_nan(), "no sample, no loss");
+}

@@ -1,11 +1,18 @@
 //! CSV: a header, then one sample a line.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::cell::Cell;
+use std::io::{self, BufRead, BufReader, Read, Write};
 
 use super::columns::resolve;
 use super::rows::Rows;
 use super::{Layout, Readings, Trajectory, unique_names};
 use crate::{Error, Result};
+
+/// The longest row that is read, bytes: what is no table cannot fill the memory.
+const MAX_ROW: usize = 1 << 22;
+
+/// Bytes that the reader takes at a time.
+const CHUNK: usize = 1 << 16;
 
 /// Reads the recordings of a CSV text (comma, semicolon or tab between columns, whichever the header uses most).
 ///
@@ -15,7 +22,12 @@ use crate::{Error, Result};
 /// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or other
 /// text than UTF-8, [`Error::TooShort`] if there is no row.
 pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> {
-    let mut source = BufReader::with_capacity(1 << 16, PlainLines(source));
+    let unread = Cell::new(0);
+    let plain = PlainLines {
+        source,
+        unread: &unread,
+    };
+    let mut source = BufReader::with_capacity(CHUNK, plain);
     let delimiter = delimiter(source.fill_buf()?);
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(delimiter)
@@ -47,6 +59,7 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
     let mut record = csv::StringRecord::new();
     let mut values = vec![0.0; numbers.len()];
     while reader.read_record(&mut record).map_err(malformed)? {
+        unread.set(0);
         // The record's own position stands before the blank lines that were skipped.
         let (start, next) = (
             record.position().map_or(0, csv::Position::line),
@@ -61,13 +74,24 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
     rows.finish()
 }
 
-/// Drops carriage returns, so that lines are counted alike wherever the file was written.
-struct PlainLines<R>(R);
+/// Drops carriage returns, so that lines are counted alike wherever the file was written, and ends a row that does not.
+struct PlainLines<'a, R> {
+    source: R,
+    /// Bytes since the last row was complete.
+    unread: &'a Cell<usize>,
+}
 
-impl<R: Read> Read for PlainLines<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+impl<R: Read> Read for PlainLines<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.unread.get() > MAX_ROW {
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                "a row of more than 4 MB: is it a CSV file, and is each quote closed?",
+            ));
+        }
         loop {
-            let count = self.0.read(buffer)?;
+            let count = self.source.read(buffer)?;
+            self.unread.set(self.unread.get() + count);
             let mut kept = 0;
             for i in 0..count {
                 if buffer[i] != b'\r' {
