@@ -41,7 +41,8 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
     };
     let data = read(&args)?;
     let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
-    args.config().validate(&dataset).advise(
+    let config = config(&args, &dataset, &data.estimates);
+    config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` tells what the flags may be",
     )?;
@@ -50,7 +51,6 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
         Some(_) => same_data(&record, &folder.record()?)?,
         None => folder.write_record(&record)?,
     }
-    let config = config(&args, &dataset, &data.estimates);
     let fit = fit(&config, &folder, &dataset, checkpoint.as_ref(), manner)?;
     let provenance = Provenance {
         data: record

@@ -177,7 +177,10 @@ impl FitConfig {
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
     pub fn validate(&self, dataset: &Dataset) -> Result<()> {
-        self.template(dataset).map(drop)
+        match self.family {
+            Family::Rigid(_) => self.check(dataset),
+            _ => self.template(dataset).map(drop),
+        }
     }
 
     fn template(&self, dataset: &Dataset) -> Result<Template> {
