@@ -8,7 +8,7 @@ use crate::trajectory::local_polynomial::{Series, median, segments};
 use crate::trajectory::window::noise_variance;
 
 /// A coordinate declared as an angle that turns more often than this may be in degrees.
-const MANY_TURNS: f64 = 6.0;
+const MANY_TURNS: f64 = 15.0;
 /// A jump is so many times the usual deviation from the neighbours …
 const JUMP: f64 = 30.0;
 /// … and at least this part of the range.

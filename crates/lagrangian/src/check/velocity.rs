@@ -127,25 +127,27 @@ fn relate(v: &[f64], d: &[f64]) -> Relation {
 /// What is said where the log holds differences.
 const DIFFERENCES: &str = "it is the difference of successive positions, half a sample late: estimating it from q is less noisy";
 
-/// Whether most velocities are Δq / Δt from the sample before, to 2 %.
+/// Whether most velocities are Δq / Δt from the sample before to 2 %, and far nearer to it than to the slope through
+/// both neighbours, which a true velocity is near.
 fn successive_differences(recording: &Recording, i: usize) -> bool {
     let n = recording.dof();
     let Some(qd) = &recording.qd else {
         return false;
     };
-    let differs = |k: usize| {
-        recording.q[k * n + i]
-            .total_cmp(&recording.q[(k - 1) * n + i])
-            .is_ne()
+    let slope = |a: usize, b: usize| {
+        (recording.q[b * n + i] - recording.q[a * n + i]) / (recording.t[b] - recording.t[a])
     };
-    let moving: Vec<usize> = (1..recording.len()).filter(|k| differs(*k)).collect();
-    let equal = |k: &&usize| {
-        let (now, before) = (**k * n + i, (**k - 1) * n + i);
-        let slope =
-            (recording.q[now] - recording.q[before]) / (recording.t[**k] - recording.t[**k - 1]);
-        (qd[now] - slope).abs() < 0.02 * slope.abs()
-    };
-    2 * moving.iter().filter(equal).count() > moving.len()
+    let (mut moving, mut equal) = (0, 0);
+    for k in 1..recording.len().saturating_sub(1) {
+        let (before, both) = (slope(k - 1, k), slope(k - 1, k + 1));
+        if before.abs() > 0.0 {
+            moving += 1;
+            let off = (qd[k * n + i] - before).abs();
+            let near = off < 0.02 * before.abs() && off < 0.2 * (qd[k * n + i] - both).abs();
+            equal += usize::from(near);
+        }
+    }
+    2 * equal > moving
 }
 
 /// Slopes that give away a unit: (slope, what it means, what to do).
