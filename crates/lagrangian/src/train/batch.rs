@@ -47,7 +47,10 @@ impl Samples {
                 (&self.tau, &mut work.tau),
             ];
             for (source, target) in pairs {
-                target[s * n..s * n + n].copy_from_slice(&source[from..from + n]);
+                // A loop, because a copy of two numbers is not worth a call.
+                for (to, &from) in target[s * n..].iter_mut().zip(&source[from..from + n]) {
+                    *to = from;
+                }
             }
         }
     }
@@ -103,7 +106,7 @@ impl Loss {
 }
 
 /// Parts that a batch is cut into; more threads than this do not help a batch.
-const LANES: usize = 8;
+const LANES: usize = 4;
 
 struct Lane<T: Real> {
     work: Work<T>,

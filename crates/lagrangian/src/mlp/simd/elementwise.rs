@@ -430,6 +430,47 @@ pub(crate) struct Combine<'a, T> {
 impl<T: Real> Task for Combine<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(self) {
+        match self.directions {
+            1 => self.few::<I, 1>(),
+            2 => self.few::<I, 2>(),
+            3 => self.few::<I, 3>(),
+            _ => self.many::<I>(),
+        }
+    }
+}
+
+impl<T: Real> Combine<'_, T> {
+    /// With all weights of a sample and all its tangents of a panel in registers.
+    #[inline(always)]
+    fn few<I: Isa, const N: usize>(self) {
+        let zero = T::Vec::<I>::of(0.0);
+        for s in 0..self.shape.samples {
+            let (mut along, mut onto) = ([zero; N], [zero; N]);
+            for i in 0..N {
+                along[i] = T::Vec::<I>::splat(self.along[s * N + i]);
+                if let Some(weights) = self.onto {
+                    onto[i] = T::Vec::<I>::splat(weights[s * N + i]);
+                }
+            }
+            for p in 0..self.shape.panels {
+                let at = |c| self.shape.at::<T>(p, c, s);
+                let mut prime = T::Vec::<I>::load(&self.buffer[at(1)..]);
+                let mut direction = zero;
+                for i in 0..N {
+                    let tangent = T::Vec::<I>::load(&self.buffer[at(2 + i)..]);
+                    prime = tangent.fma(along[i], prime);
+                    direction = tangent.fma(onto[i], direction);
+                }
+                prime.store(&mut self.buffer[at(1)..]);
+                if self.onto.is_some() {
+                    direction.store(&mut self.buffer[at(2)..]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn many<I: Isa>(self) {
         let n = self.directions;
         for p in 0..self.shape.panels {
             for s in 0..self.shape.samples {
