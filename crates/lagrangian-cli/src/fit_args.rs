@@ -53,9 +53,10 @@ pub(crate) struct ModelArgs {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) model: Family,
 
-    /// Whether the Lagrangian is convex in q̇, so that its mass matrix is positive everywhere
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) form: Form,
+    /// Any Lagrangian, or one convex in q̇, whose mass matrix is positive everywhere [default: free; convex where
+    /// accelerations are uncertain by more than 0.5 %]
+    #[arg(long, value_enum)]
+    pub(crate) form: Option<Form>,
 
     /// Units in each hidden layer
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -136,13 +137,12 @@ pub(crate) enum Family {
 }
 
 /// A form of the Lagrangian network.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Form {
     /// Any function of q and q̇
     Free,
     /// Convex in q̇
-    #[default]
     Convex,
 }
 

@@ -25,13 +25,22 @@ pub(crate) fn by_noise(uncertainty: f64) -> OptimizerName {
     }
 }
 
+/// Beyond noisy data only a convex Lagrangian stays physical; on exact data a free one is more accurate (ADR 0005).
+fn form_by_noise(uncertainty: f64) -> Form {
+    if uncertainty > NOISY {
+        Form::Convex
+    } else {
+        Form::Free
+    }
+}
+
 impl FitArgs {
     /// All settings of the fit to data whose accelerations are uncertain by the part `uncertainty`.
     pub(crate) fn config(&self, uncertainty: f64) -> FitConfig {
         let training = &self.training;
         let optimizer = training.optimizer.unwrap_or_else(|| by_noise(uncertainty));
         FitConfig {
-            family: self.model.family(),
+            family: self.model.family(uncertainty),
             loss: training.loss.into(),
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),
@@ -45,7 +54,7 @@ impl FitArgs {
 }
 
 impl ModelArgs {
-    fn family(&self) -> train::Family {
+    fn family(&self, uncertainty: f64) -> train::Family {
         let (width, layers, activation) = (
             self.width as usize,
             self.layers as usize,
@@ -53,7 +62,10 @@ impl ModelArgs {
         );
         match self.model {
             Family::Lnn => {
-                let form = self.form.into();
+                let form = self
+                    .form
+                    .unwrap_or_else(|| form_by_noise(uncertainty))
+                    .into();
                 train::Family::Lnn(LnnConfig {
                     form,
                     width,

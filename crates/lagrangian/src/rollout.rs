@@ -318,6 +318,10 @@ impl Rollout {
     }
 
     fn end(&mut self, ending: Ending, evaluator: &mut dyn Evaluator, tau: &Force<'_>) {
+        let ending = keep_finite(&mut self.trajectory).map_or(ending, |t| Ending::Failed {
+            t,
+            reason: Failure::NotFinite,
+        });
         complete(&mut self.trajectory, evaluator, tau);
         self.outcome = match ending {
             Ending::Finished => Outcome::Finished,
@@ -325,6 +329,23 @@ impl Rollout {
             Ending::Failed { t, reason } => Outcome::Diverged { t, reason },
         };
     }
+}
+
+/// Cuts the trajectory before its first sample that is not finite (interpolation inside the last step of a motion that
+/// runs away may overflow though both ends are finite); returns the time of the cut.
+fn keep_finite(trajectory: &mut Trajectory) -> Option<f64> {
+    let n = trajectory.dof();
+    let finite = |k: usize| {
+        let row = k * n..(k + 1) * n;
+        let mut state = trajectory.q[row.clone()].iter().chain(&trajectory.qd[row]);
+        state.all(|x| x.is_finite())
+    };
+    let bad = (0..trajectory.len()).find(|k| !finite(*k))?;
+    let t = trajectory.t[bad];
+    trajectory.t.truncate(bad);
+    trajectory.q.truncate(bad * n);
+    trajectory.qd.truncate(bad * n);
+    Some(t)
 }
 
 /// Takes the sample (q, q̇) at time t.
@@ -337,6 +358,9 @@ fn record(trajectory: &mut Trajectory, t: f64, x: &[f64]) {
 
 /// Adds q̈ (where finite) and τ (where there is any) to a trajectory.
 fn complete(trajectory: &mut Trajectory, evaluator: &mut dyn Evaluator, tau: &Force<'_>) {
+    if trajectory.is_empty() {
+        return;
+    }
     let n = trajectory.dof();
     let mut forces = vec![0.0; trajectory.q.len()];
     let states = trajectory
@@ -355,4 +379,20 @@ fn complete(trajectory: &mut Trajectory, evaluator: &mut dyn Evaluator, tau: &Fo
     let _ = evaluator.forward_dynamics(&trajectory.q, &trajectory.qd, &forces, &mut qdd);
     trajectory.qdd = Some(qdd).filter(|qdd| qdd.iter().all(|a| a.is_finite()));
     trajectory.tau = Some(forces).filter(|forces| forces.iter().any(|f| *f != 0.0));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_that_overflowed_ends_the_trajectory_before_it() {
+        let mut rollout = Rollout::begin(3, 1);
+        for (t, qd) in [(0.0, 1.0), (0.1, 1e300), (0.2, f64::INFINITY)] {
+            record(&mut rollout.trajectory, t, &[0.0, qd]);
+        }
+        assert_eq!(keep_finite(&mut rollout.trajectory), Some(0.2));
+        assert_eq!(rollout.trajectory.len(), 2);
+        assert_eq!(keep_finite(&mut rollout.trajectory), None);
+    }
 }
