@@ -184,7 +184,7 @@ fn a_mistake_under_force_does_not_cost_the_earlier_run() {
     for mistake in [
         "nowhere.csv",
         "swing.csv --q theta",
-        "swing.csv --width 20",
+        "swing.csv --form convex --width 20",
         "swing.csv --batch 1000000000",
         "swing.csv --loss torque",
     ] {
