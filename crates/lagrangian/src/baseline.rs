@@ -91,20 +91,7 @@ impl Mlp {
     }
 
     pub(crate) fn assemble(shape: MlpShape, parameters: Vec<f64>) -> Result<Self> {
-        if parameters.len() != shape.net.parameters {
-            return Err(Error::Shape {
-                what: "parameters".into(),
-                found: parameters.len(),
-                expected: shape.net.parameters,
-                remedy: "use the configuration that the weights were made for".into(),
-            });
-        }
-        if let Some(index) = parameters.iter().position(|x| !x.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "parameters".into(),
-                index,
-            });
-        }
+        shape.net.check(&parameters)?;
         let mut packed = Packed::new(&shape.net);
         packed.set(&shape.net, &parameters);
         Ok(Self {

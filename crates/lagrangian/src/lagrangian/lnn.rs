@@ -198,20 +198,7 @@ impl Lnn {
     }
 
     pub(crate) fn assemble(shape: LnnShape, parameters: Vec<f64>) -> Result<Self> {
-        if parameters.len() != shape.net.parameters {
-            return Err(Error::Shape {
-                what: "parameters".into(),
-                found: parameters.len(),
-                expected: shape.net.parameters,
-                remedy: "use the configuration that the weights were made for".into(),
-            });
-        }
-        if let Some(index) = parameters.iter().position(|x| !x.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "parameters".into(),
-                index,
-            });
-        }
+        shape.net.check(&parameters)?;
         if let Some(index) = shape.net.negative(&parameters) {
             return Err(Error::Argument {
                 name: "weight of the convex form",

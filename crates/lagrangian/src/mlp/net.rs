@@ -4,6 +4,7 @@ use rand::{Rng, RngExt};
 
 use super::Activation;
 use super::simd::Real;
+use crate::{Error, Result};
 
 /// What a layer reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -183,6 +184,25 @@ impl Net {
             .filter(|(_, input)| input.non_negative)
             .flat_map(|(width, input)| input.at..input.at + width * input.width)
             .find(|&at| parameters[at] < 0.0)
+    }
+
+    /// Checks that these are weights of this network: as many as it has, all finite.
+    pub(crate) fn check(&self, parameters: &[f64]) -> Result<()> {
+        if parameters.len() != self.parameters {
+            return Err(Error::Shape {
+                what: "parameters".into(),
+                found: parameters.len(),
+                expected: self.parameters,
+                remedy: "use the configuration that the weights were made for".into(),
+            });
+        }
+        if let Some(index) = parameters.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite {
+                what: "parameters".into(),
+                index,
+            });
+        }
+        Ok(())
     }
 
     /// Moves the weights that must not be negative back to zero where they are.

@@ -715,10 +715,7 @@ impl<T: Real> Pass<T> {
             let yz = &self.layers[l].yz;
             let (matrices, sums) = &mut gradient.layers[l];
             for (input, matrix) in inputs.iter().zip(matrices) {
-                let a: &[T] = match input.source {
-                    Source::Features => &self.x,
-                    Source::Layer(l) => self.layers[l].output(),
-                };
+                let a = self.input(input.source);
                 let pieces = &pieces[..pairs.len()];
                 dispatch(Gemm::along_columns(
                     yz,

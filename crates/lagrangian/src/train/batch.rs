@@ -199,7 +199,8 @@ fn block(batch: usize) -> usize {
     16.min(batch.div_ceil(2).next_multiple_of(8)).max(8)
 }
 
-fn value<T: Real>(work: &Work<T>, loss: Loss, n: usize) -> Value {
+/// The loss of the samples of a block that count.
+pub(crate) fn value<T: Real>(work: &Work<T>, loss: Loss, n: usize) -> Value {
     let residuals = &work.residual[..work.count * n];
     Value {
         sum: residuals.iter().map(|&r| loss.of(r)).sum(),

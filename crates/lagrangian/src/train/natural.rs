@@ -16,7 +16,7 @@ use faer::{Auto, Conj, Mat, Par};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::batch::{Samples, Value};
+use super::batch::{Samples, Value, value};
 use super::learner::{Learner, Loss, Work};
 use crate::mlp::simd::Buffer;
 use crate::mlp::{Gradient, Packed, TileScratch, Transposed};
@@ -351,12 +351,7 @@ impl Block {
     /// Turns residuals into those whose squares are minimised, and leaves the padding of the block out.
     fn weigh(&mut self, loss: Loss, level: f64, n: usize) {
         let work = &mut self.work;
-        let residuals = &work.residual[..work.count * n];
-        self.value = Value {
-            sum: residuals.iter().map(|&r| loss.of(r)).sum(),
-            count: residuals.len() - work.singular * n,
-            singular: work.singular,
-        };
+        self.value = value(work, loss, n);
         for at in 0..work.residual.len() {
             let r = work.residual[at];
             let weight = match loss {
