@@ -257,7 +257,7 @@ impl Evaluator for MlpEvaluator<'_> {
             }
             pass.forward(&shape.net, &self.mlp.packed, None);
             for (at, qdd) in qdd[start * n..(start + count) * n].iter_mut().enumerate() {
-                *qdd = shape.qdd_scale[at % n] * pass.output(0, at / n, at % n);
+                *qdd = shape.qdd_scale[at % n] * pass.output(&shape.net, 0, at / n, at % n);
             }
         }
         0
