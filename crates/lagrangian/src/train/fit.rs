@@ -231,11 +231,6 @@ impl FitConfig {
                 "torque".into(),
                 "acceleration: the data hold no force τ",
             ),
-            _ if self.loss == Loss::Torque && matches!(self.family, Family::Mlp(_)) => argument(
-                "loss",
-                "torque".into(),
-                "acceleration: a plain network has no inverse dynamics",
-            ),
             _ => Ok(()),
         }
     }

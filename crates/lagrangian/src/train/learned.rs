@@ -8,7 +8,7 @@ use super::fit::FitConfig;
 use super::learner::Learner;
 use super::lnn::{Friction, LnnLearner};
 use super::plain::MlpLearner;
-use crate::baseline::{Mlp, MlpConfig, MlpShape};
+use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{Evaluator, Mechanical, Model};
 use crate::identify::{Rigid, RigidConfig};
@@ -23,7 +23,7 @@ use super::Loss;
 pub enum Family {
     /// Lagrangian neural network.
     Lnn(LnnConfig),
-    /// Plain network, the baseline.
+    /// Plain network, the baseline: of accelerations, or of torques where the loss is theirs.
     Mlp(MlpConfig),
     /// Planar chain of rigid links, by least squares.
     Rigid(RigidConfig),
@@ -65,6 +65,13 @@ impl Model for Learned {
             Self::Lnn(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
+        }
+    }
+
+    fn moves(&self) -> bool {
+        match self {
+            Self::Mlp(model) => model.moves(),
+            _ => true,
         }
     }
 
@@ -130,7 +137,12 @@ impl Family {
                 }
             }
             Self::Mlp(mlp) => {
+                let direction = match config.loss {
+                    Loss::Torque => Direction::Inverse,
+                    _ => Direction::Forward,
+                };
                 let mlp = MlpConfig {
+                    direction,
                     forced: dataset.forced,
                     ..mlp.clone()
                 };
