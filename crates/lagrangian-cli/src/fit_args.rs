@@ -49,8 +49,8 @@ pub(crate) struct FitArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
-    /// Any Lagrangian; one with a mass matrix; or, to compare with, a plain network (q, q̇, τ) → q̈ or a chain of rigid
-    /// links
+    /// Any Lagrangian; one with a mass matrix; or, to compare with, a plain network (q, q̇, τ) → q̈ (with --loss torque,
+    /// (q, q̇, q̈) → τ) or a chain of rigid links
     #[arg(long, value_enum, default_value_t)]
     pub(crate) model: Family,
 

@@ -26,6 +26,11 @@ pub trait Model: Send + Sync {
     /// The coordinates of its state.
     fn coordinates(&self) -> &Coordinates;
 
+    /// Whether it has forward dynamics, so that it can be rolled out: all but an inverse plain network.
+    fn moves(&self) -> bool {
+        true
+    }
+
     /// Something that evaluates it, with its own scratch memory; one per thread.
     fn evaluator(&self) -> Box<dyn Evaluator + '_>;
 }
@@ -33,10 +38,12 @@ pub trait Model: Send + Sync {
 /// Evaluates one model at batches of `m` states; every array is `[m, n]` unless said otherwise.
 pub trait Evaluator {
     /// Forward dynamics: writes q̈ for states (q, q̇) under forces τ (SI units). Returns at how many states
-    /// the mass matrix was singular, so that a truncated pseudo-inverse was used.
+    /// the mass matrix was singular, so that a truncated pseudo-inverse was used. NaN where the model has none, see
+    /// [`Model::moves`].
     fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize;
 
-    /// Inverse dynamics: writes the τ that yields q̈. `false` where the model has none (a plain network).
+    /// Inverse dynamics: writes the τ that yields q̈. `false` where the model has none (a plain forward
+    /// network).
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool;
 
     /// Energy H = p·q̇ − L, J, `[m]`. `false` where the model has none.

@@ -248,11 +248,6 @@ impl FitConfig {
                     "torque or acceleration: only deep Lagrangian networks (delan) are fitted to more at once",
                 )
             }
-            _ if self.loss.needs_forces() && matches!(self.family, Family::Mlp(_)) => argument(
-                "loss",
-                "torque".into(),
-                "acceleration: a plain network has no inverse dynamics",
-            ),
             _ => Ok(()),
         }
     }

@@ -10,7 +10,7 @@ use super::forces::{ForceTerms, Forces};
 use super::learner::Learner;
 use super::lnn::LnnLearner;
 use super::plain::MlpLearner;
-use crate::baseline::{Mlp, MlpConfig, MlpShape};
+use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{Evaluator, Mechanical, Model};
 use crate::identify::{Rigid, RigidConfig};
@@ -29,7 +29,7 @@ pub enum Family {
     Lnn(LnnConfig),
     /// Deep Lagrangian network.
     Delan(DelanConfig),
-    /// Plain network, the baseline.
+    /// Plain network, the baseline: of accelerations, or of torques where the loss is theirs.
     Mlp(MlpConfig),
     /// Planar chain of rigid links, by least squares.
     Rigid(RigidConfig),
@@ -75,6 +75,13 @@ impl Model for Learned {
             Self::Delan(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
+        }
+    }
+
+    fn moves(&self) -> bool {
+        match self {
+            Self::Mlp(model) => model.moves(),
+            _ => true,
         }
     }
 
@@ -170,7 +177,12 @@ impl Family {
                 forces,
             },
             Self::Mlp(mlp) => {
+                let direction = match config.loss {
+                    Loss::Torque | Loss::TorqueL1 => Direction::Inverse,
+                    _ => Direction::Forward,
+                };
                 let mlp = MlpConfig {
+                    direction,
                     forced: dataset.forced,
                     ..mlp.clone()
                 };
