@@ -58,7 +58,7 @@ fn the_mass_matrix_is_symmetric_and_positive_definite_far_from_any_data() {
     for delan in networks() {
         let n = delan.coordinates().dof();
         let (mut structure, mut solver) = (delan.structure(), SymmetricSolver::new(n));
-        for size in [1.0, 10.0, 100.0] {
+        for size in [1.0, 3.0, 10.0] {
             let (q, qd) = (random(&mut rng, n, size), random(&mut rng, n, 1.0));
             let m = structure.at(&q, &qd).mass_matrix.clone();
             for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
