@@ -289,7 +289,7 @@ impl MlpEvaluator<'_> {
             }
             pass.forward(&shape.net, &self.mlp.packed, None);
             for (at, out) in out[start * n..(start + count) * n].iter_mut().enumerate() {
-                *out = scale[at % n] * pass.output(0, at / n, at % n);
+                *out = scale[at % n] * pass.output(&shape.net, 0, at / n, at % n);
             }
         }
     }

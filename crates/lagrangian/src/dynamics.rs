@@ -17,7 +17,7 @@
 //! # Ok::<(), lagrangian::Error>(())
 //! ```
 
-use crate::lagrangian::{Dissipation, Jet, Jets, Lagrangian};
+use crate::lagrangian::{Actuation, Dissipation, Jet, Jets, Lagrangian};
 use crate::solve::{Regularity, SymmetricSolver};
 use crate::{Coordinates, Result};
 
@@ -112,8 +112,10 @@ pub fn energy(jet: &Jet, n: usize, qd: &[f64], energy: &mut [f64]) {
 pub struct EulerLagrange<'a> {
     jets: Box<dyn Jets + 'a>,
     dissipation: Option<&'a Dissipation>,
+    actuation: Option<&'a Actuation>,
     jet: Jet,
     force: Vec<f64>,
+    friction: Vec<f64>,
     solver: SymmetricSolver,
 }
 
@@ -124,10 +126,18 @@ impl<'a> EulerLagrange<'a> {
         Self {
             jets: lagrangian.jets(),
             dissipation,
+            actuation: None,
             jet: Jet::default(),
             force: Vec::new(),
+            friction: Vec::new(),
             solver: SymmetricSolver::new(lagrangian.coordinates().dof()),
         }
+    }
+
+    /// With inputs in the place of forces, which must be those of its coordinates.
+    #[must_use]
+    pub fn driven(self, actuation: Option<&'a Actuation>) -> Self {
+        Self { actuation, ..self }
     }
 
     /// The derivatives of L at the states evaluated last.
@@ -141,15 +151,15 @@ impl Evaluator for EulerLagrange<'_> {
     fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
         self.jets.jet(q, qd, &mut self.jet);
         self.force.resize(qd.len(), 0.0);
-        match self.dissipation {
-            Some(dissipation) => {
-                dissipation.force(qd, &mut self.force);
-                self.force
-                    .iter_mut()
-                    .zip(tau)
-                    .for_each(|(f, tau)| *f = tau - *f);
-            }
+        match self.actuation {
+            Some(actuation) => actuation.forces(tau, &mut self.force),
             None => self.force.copy_from_slice(tau),
+        }
+        if let Some(dissipation) = self.dissipation {
+            self.friction.resize(qd.len(), 0.0);
+            dissipation.force(qd, &mut self.friction);
+            let pairs = self.force.iter_mut().zip(&self.friction);
+            pairs.for_each(|(f, d)| *f -= d);
         }
         forward(&self.jet, &mut self.solver, &mut self.force, qdd)
     }
@@ -158,11 +168,14 @@ impl Evaluator for EulerLagrange<'_> {
         self.jets.jet(q, qd, &mut self.jet);
         inverse(&self.jet, self.solver.n(), qdd, tau);
         if let Some(dissipation) = self.dissipation {
-            self.force.resize(qd.len(), 0.0);
-            dissipation.force(qd, &mut self.force);
+            self.friction.resize(qd.len(), 0.0);
+            dissipation.force(qd, &mut self.friction);
             tau.iter_mut()
-                .zip(&self.force)
+                .zip(&self.friction)
                 .for_each(|(tau, d)| *tau += d);
+        }
+        if let Some(actuation) = self.actuation {
+            actuation.inputs(tau);
         }
         true
     }
@@ -179,8 +192,8 @@ impl Evaluator for EulerLagrange<'_> {
 pub struct Mechanical<L> {
     /// The Lagrangian.
     pub lagrangian: L,
-    /// Its dissipation.
     dissipation: Option<Dissipation>,
+    actuation: Option<Actuation>,
 }
 
 impl<L: Lagrangian> Mechanical<L> {
@@ -190,6 +203,7 @@ impl<L: Lagrangian> Mechanical<L> {
         Self {
             lagrangian,
             dissipation: None,
+            actuation: None,
         }
     }
 
@@ -202,7 +216,32 @@ impl<L: Lagrangian> Mechanical<L> {
         Ok(Self {
             lagrangian,
             dissipation: Some(dissipation),
+            actuation: None,
         })
+    }
+
+    /// With inputs in the place of forces.
+    ///
+    /// # Errors
+    /// [`Error::Shape`](crate::Error::Shape) where they are not those of its coordinates.
+    pub fn driven(self, actuation: Actuation) -> Result<Self> {
+        let n = self.lagrangian.coordinates().dof();
+        if actuation.dof() != n {
+            return Err(crate::Error::Shape {
+                what: "actuation".into(),
+                found: actuation.dof(),
+                expected: n,
+                remedy: "give a row of the input matrix and an offset for each coordinate".into(),
+            });
+        }
+        let actuation = Some(actuation);
+        Ok(Self { actuation, ..self })
+    }
+
+    /// How its forces come from inputs, where they are not the inputs themselves.
+    #[must_use]
+    pub fn actuation(&self) -> Option<&Actuation> {
+        self.actuation.as_ref()
     }
 
     /// Its dissipation, where it has any.
@@ -218,9 +257,7 @@ impl<L: Lagrangian> Model for Mechanical<L> {
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        Box::new(EulerLagrange::new(
-            &self.lagrangian,
-            self.dissipation.as_ref(),
-        ))
+        let motion = EulerLagrange::new(&self.lagrangian, self.dissipation.as_ref());
+        Box::new(motion.driven(self.actuation.as_ref()))
     }
 }

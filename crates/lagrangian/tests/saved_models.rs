@@ -17,6 +17,7 @@ fn header() -> Header {
         architecture: json!({ "width": 64, "layers": 2, "activation": "softplus" }),
         scaling: json!({ "energy": 0.1 + 0.2 }),
         dissipation: json!({ "viscous": [0.1, 1.0 / 3.0] }),
+        actuation: serde_json::Value::Null,
         provenance: Provenance {
             command: Some("lagrangian fit a.csv".into()),
             ..Provenance::of_seed(7)
@@ -266,7 +267,8 @@ mod families {
         let friction = Dissipation {
             viscous: vec![0.1, 1.0 / 3.0],
             coulomb: vec![0.0, 0.2],
-            smoothing: 0.01,
+            smoothing: vec![0.01; 2],
+            stribeck: None,
         };
         let mlp = |direction| {
             let config = MlpConfig {

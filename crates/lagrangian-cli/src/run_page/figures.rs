@@ -7,7 +7,6 @@ use lagrangian::report::{
     parity, phase_portrait, trajectories,
 };
 use lagrangian::score::predict;
-use lagrangian::train::Learned;
 use lagrangian::{Coordinates, Trajectory};
 
 use super::Run;
@@ -105,8 +104,7 @@ impl<'a> Followed<'a> {
     /// The learned energy along both motions, if neither force nor friction changes it.
     fn energy(&self, run: &Run) -> Option<Figure> {
         let driven = self.truth.tau.iter().flatten().any(|tau| *tau != 0.0);
-        let damped =
-            matches!(run.model, Learned::Lnn(lagrangian) if lagrangian.dissipation().is_some());
+        let damped = run.model.dissipation().is_some();
         if driven || damped {
             return None;
         }

@@ -59,6 +59,7 @@ impl Run<'_> {
     fn family(&self) -> &'static str {
         match self.model {
             Learned::Lnn(_) => "A Lagrangian",
+            Learned::Delan(_) => "A Lagrangian with a mass matrix",
             Learned::Rigid(_) => "A chain of rigid links",
             _ => "A plain network",
         }
@@ -66,7 +67,7 @@ impl Run<'_> {
 
     fn role(&self) -> Role {
         match self.model {
-            Learned::Lnn(_) => Role::Lnn,
+            Learned::Lnn(_) | Learned::Delan(_) => Role::Lnn,
             _ => Role::Baseline,
         }
     }

@@ -25,9 +25,6 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         // The sensitivities of n outputs stand in the first n components.
         self.shape.dof().div_ceil(2)
     }
-    fn extra(&self) -> usize {
-        0
-    }
 
     fn terms(&self) -> Vec<Vec<(usize, usize)>> {
         (0..self.shape.dof()).map(|i| vec![(i, 0)]).collect()
@@ -58,7 +55,7 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
             for i in 0..n {
                 let scale = shape.output_scale()[i] * self.weights[i];
                 let at = s * n + i;
-                let found = work.pass.output(0, s, i).f64();
+                let found = work.pass.output(&shape.net, 0, s, i).f64();
                 work.residual[at] = scale * found - self.weights[i] * target[at];
                 for j in 0..n {
                     work.mix[at * n + j] = if i == j { scale } else { 0.0 };
