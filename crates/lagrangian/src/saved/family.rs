@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Header, Provenance, SavedModel, Tensor, damaged};
-use crate::Result;
 use crate::baseline::{Mlp, MlpConfig};
 use crate::dynamics::{Mechanical, Model};
 use crate::identify::Rigid;
 use crate::lagrangian::{Angles, Dissipation, Lagrangian, Lnn, LnnConfig, RigidChain, Scaling};
+use crate::rigid::{IdentifiedRobot, RigidBodies, RobotConfig};
 use crate::train::Learned;
+use crate::{Coordinates, Result};
 
 /// The one tensor of a network: all weights, in the order of its `parameters`.
 const WEIGHTS: &str = "parameters";
@@ -17,6 +18,7 @@ const WEIGHTS: &str = "parameters";
 const LNN: &str = "lnn";
 const MLP: &str = "mlp";
 const RIGID: &str = "rigid";
+const ROBOT: &str = "robot";
 
 /// The other tensor of a chain: the standard errors of all its parameters.
 const ERRORS: &str = "standard_errors";
@@ -26,6 +28,33 @@ const ERRORS: &str = "standard_errors";
 #[serde(deny_unknown_fields)]
 struct ChainShape {
     angles: Angles,
+}
+
+/// Tensors of a robot's drives.
+const ROTOR: &str = "rotor";
+const OFFSET: &str = "offset";
+
+/// The robot that the parameters belong to.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RobotShape {
+    robot: RobotConfig,
+    gravity: [f64; 3],
+}
+
+impl RobotShape {
+    fn of(bodies: &RigidBodies) -> Self {
+        Self {
+            robot: bodies.config(),
+            gravity: bodies.gravity(),
+        }
+    }
+
+    fn bodies(&self, coordinates: &Coordinates) -> Result<RigidBodies> {
+        RigidBodies::with_joints(&self.robot.urdf, &self.robot.joints)?
+            .with_coordinates(coordinates.clone())?
+            .with_gravity(self.gravity)
+    }
 }
 
 /// The scales of an [`Mlp`].
@@ -84,6 +113,21 @@ impl Learned {
                 model.tensors.insert(ERRORS.into(), errors);
                 Ok(model)
             }
+            Self::Robot(robot) => {
+                let bodies = &robot.motion().lagrangian;
+                let mut header = header(ROBOT, describe(&RobotShape::of(bodies))?, Value::Null);
+                header.dissipation = describe(&robot.motion().dissipation())?;
+                let mut model = saved(header, &bodies.inertial_parameters())?;
+                for (name, list) in [
+                    (ROTOR, bodies.rotor()),
+                    (OFFSET, bodies.offset()),
+                    (ERRORS, robot.standard_errors()),
+                ] {
+                    let list = Tensor::new(vec![list.len()], list.to_vec())?;
+                    model.tensors.insert(name.into(), list);
+                }
+                Ok(model)
+            }
         }
     }
 
@@ -97,6 +141,9 @@ impl Learned {
         let header = &saved.header;
         if header.family == RIGID {
             return chain(saved).map(Self::Rigid);
+        }
+        if header.family == ROBOT {
+            return robot(saved).map(Self::Robot);
         }
         let weights = weights(saved)?;
         let coordinates = header.coordinates.clone();
@@ -136,6 +183,7 @@ impl Learned {
             Self::Lnn(model) => Some(&model.lagrangian),
             Self::Mlp(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
+            Self::Robot(robot) => Some(&robot.motion().lagrangian),
         }
     }
 }
@@ -155,6 +203,29 @@ fn chain(saved: &SavedModel) -> Result<Rigid> {
     ])?;
     let chain = RigidChain::new(header.coordinates.clone(), shape.angles, values)?;
     Rigid::new(moving(chain, header)?, errors)
+}
+
+/// The robot that was saved.
+fn robot(saved: &SavedModel) -> Result<IdentifiedRobot> {
+    let header = &saved.header;
+    let shape: RobotShape = read("architecture", &header.architecture)?;
+    if !header.scaling.is_null() {
+        return Err(damaged("a robot has no scaling".into()));
+    }
+    let lists = [WEIGHTS, ROTOR, OFFSET, ERRORS].map(|name| tensor(saved, name));
+    let [weights, rotor, offset, errors] = lists;
+    let bodies = shape
+        .bodies(&header.coordinates)?
+        .with_inertial_parameters(&weights?)?
+        .with_drives(rotor?, offset?)?;
+    let robot = IdentifiedRobot::new(moving(bodies, header)?, errors?)?;
+    let (n, errors) = (
+        robot.motion().lagrangian.dof(),
+        robot.standard_errors().len(),
+    );
+    let expected = [(WEIGHTS, 10 * n), (ROTOR, n), (OFFSET, n), (ERRORS, errors)];
+    saved.expect_tensors(&expected.map(|(name, count)| (name.into(), vec![count])))?;
+    Ok(robot)
 }
 
 /// A Lagrangian with the dissipation of the header.

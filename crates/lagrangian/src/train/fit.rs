@@ -16,7 +16,7 @@ use super::learner::{Learner, Loss};
 use super::natural::{Natural, NaturalConfig};
 use crate::dataset::{Dataset, shuffle};
 use crate::identify::{RigidConfig, identify};
-use crate::{Error, Result};
+use crate::{Error, Result, rigid};
 
 /// How weights are improved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -282,22 +282,32 @@ fn solve(
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
     let clock = Instant::now();
-    let found = identify(dataset, config, dissipation)?;
+    let found = match &config.robot {
+        None => {
+            let found = identify(dataset, config, dissipation)?;
+            (Learned::Rigid(found.model), found.loss, found.validation)
+        }
+        Some(robot) => {
+            let found = rigid::identify(dataset, robot, config.smoothing, dissipation)?;
+            (Learned::Robot(found.model), found.loss, found.validation)
+        }
+    };
+    let (model, loss, validation) = found;
     let progress = Progress {
         step: 1,
         share: 1.0,
         seconds: clock.elapsed().as_secs_f64(),
-        loss: found.loss,
-        validation: found.validation,
+        loss,
+        validation,
         rate: 1.0,
         singular: 0,
     };
     // It has ended whatever the observer says.
     let _ = observer.progress(&progress);
     Ok(Fit {
-        model: Learned::Rigid(found.model),
+        model,
         ending: Ending::Finished,
-        best: found.validation.unwrap_or(found.loss),
+        best: validation.unwrap_or(loss),
         best_step: 1,
         steps: 1,
         seconds: progress.seconds,

@@ -13,6 +13,7 @@ use crate::dataset::Dataset;
 use crate::dynamics::{Evaluator, Mechanical, Model};
 use crate::identify::{Rigid, RigidConfig};
 use crate::lagrangian::{Dissipation, Lnn, LnnConfig, LnnShape};
+use crate::rigid::IdentifiedRobot;
 use crate::{Coordinates, Result};
 
 use super::Loss;
@@ -57,6 +58,8 @@ pub enum Learned {
     Mlp(Mlp),
     /// An identified chain of rigid links.
     Rigid(Rigid),
+    /// A robot of known kinematics, identified.
+    Robot(IdentifiedRobot),
 }
 
 impl Model for Learned {
@@ -65,6 +68,7 @@ impl Model for Learned {
             Self::Lnn(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
+            Self::Robot(model) => model.coordinates(),
         }
     }
 
@@ -73,6 +77,7 @@ impl Model for Learned {
             Self::Lnn(model) => model.evaluator(),
             Self::Mlp(model) => model.evaluator(),
             Self::Rigid(model) => model.evaluator(),
+            Self::Robot(model) => model.evaluator(),
         }
     }
 }
@@ -84,7 +89,7 @@ impl Learned {
         match self {
             Self::Lnn(_) => "lnn",
             Self::Mlp(_) => "mlp",
-            Self::Rigid(_) => "rigid",
+            Self::Rigid(_) | Self::Robot(_) => "rigid",
         }
     }
 }
