@@ -7,7 +7,7 @@ use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::Dissipation;
 use lagrangian::rigid::{self, RigidBodies, RobotConfig};
 use lagrangian::saved::{Provenance, SavedModel};
-use lagrangian::train::Samples;
+use lagrangian::train::{ForceTerms, Samples};
 use lagrangian::{Coordinates, Dataset, Error, Family, FitConfig, Learned, Loss, fit};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -49,7 +49,7 @@ fn dataset(truth: &dyn Model, m: usize, noise: f64) -> Dataset {
     Dataset::from_samples(coordinates, train, validation).unwrap()
 }
 
-fn config(urdf: &str, dissipation: bool) -> FitConfig {
+fn config(urdf: &str, friction: bool) -> FitConfig {
     let robot = RobotConfig {
         urdf: urdf.into(),
         joints: Vec::new(),
@@ -59,7 +59,11 @@ fn config(urdf: &str, dissipation: bool) -> FitConfig {
             robot: Some(robot),
             ..RigidConfig::default()
         }),
-        dissipation,
+        forces: if friction {
+            ForceTerms::friction()
+        } else {
+            ForceTerms::default()
+        },
         loss: Loss::Torque,
         ..FitConfig::default()
     }
@@ -157,7 +161,8 @@ fn rotors_offsets_and_friction_are_found_with_the_masses() {
     let friction = Dissipation {
         viscous: vec![0.5; n],
         coulomb: vec![1.0; n],
-        smoothing: 0.05,
+        smoothing: vec![0.05; n],
+        stribeck: None,
     };
     let truth = Mechanical::dissipative(bodies, friction).unwrap();
     let config = FitConfig {

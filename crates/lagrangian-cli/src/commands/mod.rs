@@ -2,6 +2,7 @@
 
 mod check;
 mod demo;
+mod experiment;
 mod fit;
 mod report;
 mod rollout;
@@ -37,5 +38,6 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Score(args) => score::run(&args, manner),
         Command::Rollout(args) => rollout::run(&args, manner),
         Command::Report(args) => report::run(&args, manner),
+        Command::Experiment(args) => experiment::run(&args, manner),
     }
 }

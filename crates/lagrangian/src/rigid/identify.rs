@@ -209,7 +209,8 @@ impl<'a> Problem<'a> {
             let dissipation = Dissipation {
                 viscous: friction[..n].to_vec(),
                 coulomb: friction[n..].to_vec(),
-                smoothing: self.speeds[found.speed],
+                smoothing: vec![self.speeds[found.speed]; n],
+                stribeck: None,
             };
             Mechanical::dissipative(robot, dissipation)?
         } else {
