@@ -8,8 +8,8 @@ use crate::baseline::{Mlp, MlpConfig};
 use crate::dynamics::{Mechanical, Model};
 use crate::identify::Rigid;
 use crate::lagrangian::{
-    Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, RigidChain,
-    Scaling,
+    Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, Rest,
+    RigidChain, Scaling, Sum,
 };
 use crate::rigid::{IdentifiedRobot, RigidBodies, RobotConfig};
 use crate::train::Learned;
@@ -23,6 +23,9 @@ const DELAN: &str = "delan";
 const MLP: &str = "mlp";
 const RIGID: &str = "rigid";
 const ROBOT: &str = "robot";
+
+/// Before the family of a network that was learned upon a robot.
+const UPON: &str = "nominal+";
 
 /// The other tensor of a chain: the standard errors of all its parameters.
 const ERRORS: &str = "standard_errors";
@@ -86,8 +89,9 @@ impl Learned {
             architecture,
             scaling,
             dissipation: Value::Null,
+            nominal: Value::Null,
             actuation: Value::Null,
-            provenance,
+            provenance: provenance.clone(),
         };
         match self {
             Self::Lnn(model) => {
@@ -132,6 +136,7 @@ impl Learned {
                 model.tensors.insert(ERRORS.into(), errors);
                 Ok(model)
             }
+            Self::Nominal(model) => upon(model, provenance),
             Self::Robot(robot) => {
                 let bodies = &robot.motion().lagrangian;
                 let mut header = header(ROBOT, describe(&RobotShape::of(bodies))?, Value::Null);
@@ -158,6 +163,15 @@ impl Learned {
     /// to it.
     pub fn load(saved: &SavedModel) -> Result<Self> {
         let header = &saved.header;
+        if let Some(family) = header.family.strip_prefix(UPON) {
+            if ![LNN, DELAN].contains(&family) {
+                return Err(damaged(format!("'{family}' is no network upon a robot")));
+            }
+            let mut rest = saved.clone();
+            rest.header.family = family.into();
+            let shape: RobotShape = read("nominal model", &header.nominal)?;
+            return Self::load(&rest)?.upon(Some(&shape.bodies(&header.coordinates)?));
+        }
         if header.family == RIGID {
             return chain(saved).map(Self::Rigid);
         }
@@ -215,6 +229,7 @@ impl Learned {
             Self::Mlp(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
             Self::Robot(robot) => Some(&robot.motion().lagrangian),
+            Self::Nominal(model) => Some(&model.lagrangian),
         }
     }
 }
@@ -234,6 +249,18 @@ fn chain(saved: &SavedModel) -> Result<Rigid> {
     ])?;
     let chain = RigidChain::new(header.coordinates.clone(), shape.angles, values)?;
     Rigid::new(moving(chain, header)?, errors)
+}
+
+/// A network upon a robot: what is saved of the network, and the robot in its header.
+fn upon(model: &Mechanical<Sum<RigidBodies, Rest>>, provenance: Provenance) -> Result<SavedModel> {
+    let network = match model.lagrangian.rest() {
+        Rest::Lnn(lnn) => Learned::Lnn(model.clone().with(|_| Ok(lnn.clone()))?),
+        Rest::Delan(delan) => Learned::Delan(model.clone().with(|_| Ok(delan.clone()))?),
+    };
+    let mut saved = network.save(provenance)?;
+    saved.header.family.insert_str(0, UPON);
+    saved.header.nominal = describe(&RobotShape::of(model.lagrangian.known()))?;
+    Ok(saved)
 }
 
 /// The robot that was saved.
