@@ -94,6 +94,7 @@ pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;
 pub mod report;
+pub mod rigid;
 pub mod rollout;
 pub mod saved;
 pub mod score;

@@ -11,6 +11,7 @@ mod learned;
 mod learner;
 mod lnn;
 mod natural;
+mod nominal;
 mod plain;
 #[cfg(test)]
 mod tests;
