@@ -9,6 +9,7 @@ mod learner;
 mod lnn;
 mod natural;
 mod plain;
+mod stepper;
 #[cfg(test)]
 mod tests;
 
@@ -19,3 +20,4 @@ pub use fit::{Budget, Ending, Fit, FitConfig, Observer, Optimizer, Precision, Pr
 pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;
+pub use stepper::{StepLoss, Stepper};
