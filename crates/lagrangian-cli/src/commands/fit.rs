@@ -271,7 +271,7 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfi
             100.0 * uncertainty
         );
     }
-    args.config(uncertainty)
+    args.config(uncertainty, dataset.forced)
 }
 
 fn fit(

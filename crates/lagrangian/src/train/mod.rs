@@ -3,7 +3,9 @@
 mod adam;
 mod batch;
 mod checkpoint;
+mod delan;
 mod fit;
+mod forces;
 mod learned;
 mod learner;
 mod lnn;
@@ -17,6 +19,7 @@ pub use adam::AdamConfig;
 pub use batch::Samples;
 pub use checkpoint::Checkpoint;
 pub use fit::{Budget, Ending, Fit, FitConfig, Observer, Optimizer, Precision, Progress, fit};
+pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;
