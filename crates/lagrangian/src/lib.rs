@@ -96,6 +96,7 @@ pub mod lagrangian;
 pub mod mlp;
 pub mod online;
 pub mod report;
+pub mod rigid;
 pub mod rollout;
 pub mod saved;
 pub mod score;
