@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{Differentiator, Guard, Record, Replay, ReplayConfig, Sample, What};
 use crate::dataset::Dataset;
-use crate::train::{Family, FitConfig, Learned, Loss, NaturalConfig, Optimizer, Samples, Stepper};
+use crate::train::{
+    Family, FitConfig, ForceTerms, Learned, Loss, NaturalConfig, Optimizer, Samples, Stepper,
+};
 use crate::{Coordinates, Error, Result};
 
 /// Settings of an online learner.
@@ -13,8 +15,8 @@ use crate::{Coordinates, Error, Result};
 pub struct OnlineConfig {
     /// What is learned, by its torque.
     pub family: Family,
-    /// Whether friction is learned too.
-    pub dissipation: bool,
+    /// Forces that are learned beside those of the Lagrangian.
+    pub forces: ForceTerms,
     /// Samples of a step.
     pub batch: usize,
     /// Rate of a step.
@@ -43,7 +45,7 @@ impl Default for OnlineConfig {
     fn default() -> Self {
         Self {
             family: Family::default(),
-            dissipation: false,
+            forces: ForceTerms::default(),
             batch: 128,
             rate: 0.3,
             damping_first: 1e-1,
@@ -97,7 +99,7 @@ impl OnlineConfig {
             loss: Loss::Torque,
             optimizer: Optimizer::Natural(NaturalConfig::default()),
             batch: self.batch,
-            dissipation: self.dissipation,
+            forces: self.forces,
             seed: self.seed,
             ..FitConfig::default()
         }
