@@ -2,6 +2,7 @@
 
 mod course;
 mod letters;
+mod plausibility;
 mod spread;
 
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ struct Experiment {
 }
 
 /// All experiments, in the order of the list.
-const EXPERIMENTS: &[Experiment] = &[letters::EXPERIMENT];
+const EXPERIMENTS: &[Experiment] = &[letters::EXPERIMENT, plausibility::EXPERIMENT];
 
 /// What was asked for.
 pub(crate) struct Setting<'a> {
