@@ -11,6 +11,12 @@ use crate::commands::experiment::spread::{cell, median, scientific};
 /// The least violation that is drawn, N·m: below it a machine is not broken.
 const LEAST: f64 = 1e-6;
 
+/// Where the unbroken machine stands on a logarithmic axis, in parts of the least violation.
+const UNBROKEN: f64 = 0.3;
+
+/// The smallest torque error that is drawn, N·m.
+const SMALLEST: f64 = 1e-5;
+
 fn strings(cells: &[&str]) -> Vec<String> {
     cells.iter().map(|cell| (*cell).to_string()).collect()
 }
@@ -159,10 +165,15 @@ fn broken_table(broken: &Broken) -> Table {
 }
 
 fn figure(broken: &Broken) -> Figure {
-    let x: Vec<f64> = broken
+    let exact: Vec<f64> = broken
         .violation
         .iter()
         .map(|v| if *v < LEAST { f64::NAN } else { *v })
+        .collect();
+    let least = exact.iter().copied().fold(f64::INFINITY, f64::min);
+    let x: Vec<f64> = exact
+        .iter()
+        .map(|v| if v.is_nan() { UNBROKEN * least } else { *v })
         .collect();
     let series = |errors: &Errors| {
         let contestant = errors.contestant;
@@ -171,17 +182,26 @@ fn figure(broken: &Broken) -> Figure {
     let equal = Series::line(
         "exact Lagrangian of the unbroken machine",
         Role::Truth,
-        x.clone(),
-        x.clone(),
+        exact.clone(),
+        exact,
     );
+    let errors = broken
+        .families
+        .iter()
+        .flat_map(|errors| errors.torque.iter().flatten());
+    let most = errors
+        .copied()
+        .filter(|e| e.is_finite())
+        .fold(least, f64::max);
     Figure {
         id: format!("premise-{}", broken.premise.name()),
         title: format!("Broken premise: {}", broken.premise.name()),
         caption: "Torque error on held-out recordings over how much the machine breaks the premise: median and range of \
-                  the seeds. The broad line is the error of the exact Lagrangian of the unbroken machine."
+                  the seeds. The leftmost points are the unbroken machine, whose place on a logarithmic axis is no \
+                  value. The broad line is the error of the exact Lagrangian of the unbroken machine."
             .into(),
         x: Axis::log("violation", "N·m"),
-        y: Axis::log("torque error, RMS", "N·m"),
+        y: Axis::log("torque error, RMS", "N·m").between(SMALLEST, 2.0 * most),
         series: std::iter::once(equal)
             .chain(broken.families.iter().map(series))
             .collect(),
