@@ -2,6 +2,7 @@
 
 mod course;
 mod letters;
+mod plausibility;
 mod real;
 mod spread;
 
@@ -33,7 +34,11 @@ struct Experiment {
 }
 
 /// All experiments, in the order of the list.
-const EXPERIMENTS: &[Experiment] = &[letters::EXPERIMENT, real::EXPERIMENT];
+const EXPERIMENTS: &[Experiment] = &[
+    letters::EXPERIMENT,
+    plausibility::EXPERIMENT,
+    real::EXPERIMENT,
+];
 
 /// What was asked for.
 pub(crate) struct Setting<'a> {

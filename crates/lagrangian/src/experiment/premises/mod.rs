@@ -21,7 +21,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::dynamics::Model;
 use crate::integrate::Method;
 use crate::lagrangian::analytic::Analytic;
-use crate::rollout::{RolloutOptions, rollout, times};
+use crate::rollout::{Force, RolloutOptions, rollout, times};
 use crate::{Coordinates, Result, Trajectory};
 
 pub use arm::Arm;
@@ -87,7 +87,7 @@ impl Premise {
         match self {
             Self::Friction => [0.0, 0.1, 0.3, 1.0],
             Self::Drive => [0.0, 0.003, 0.01, 0.03],
-            Self::Backlash => [0.0, 0.001, 0.003, 0.01],
+            Self::Backlash => [0.0, 0.0003, 0.001, 0.003],
             Self::Rolling => [0.0, 0.3, 3.0, 30.0],
         }
     }
@@ -112,16 +112,10 @@ impl Premise {
     /// # Errors
     /// As [`rollout`].
     pub fn recordings(self, amount: f64, count: usize, seed: u64) -> Result<Vec<Trajectory>> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let n = self.coordinates().dof();
-        let record = |k| {
-            let drive = Excitation::random(n, AMPLITUDE, &mut rng);
-            let start: Vec<f64> = (0..n).map(|_| rng.random_range(-1.5..1.5)).collect();
-            let mut recording = self.recording(amount, &drive, &start)?;
-            recording.name = format!("{} {}", self.name(), k);
-            Ok(recording)
-        };
-        (0..count).map(record).collect()
+        shaken(n, (count, seed), &|drive, start| {
+            self.recording(amount, drive, start)
+        })
     }
 
     /// One recording, from rest.
@@ -144,16 +138,7 @@ impl Premise {
         // Motors and links together, at rest on each other.
         let copies = machine.coordinates().dof() / n;
         let q0 = start.repeat(copies);
-        let options = RolloutOptions {
-            method: Method::Dop853,
-            rtol: 1e-9,
-            atol: 1e-9,
-            ..RolloutOptions::default()
-        };
-        let times = times(DURATION + BEFORE as f64 * INTERVAL, INTERVAL)?;
-        let still = vec![0.0; q0.len()];
-        let motion = rollout(&*machine, &q0, &still, &times, &force, &options)?;
-        Ok(motors(&motion.trajectory, n, drive).after(BEFORE))
+        Ok(motors(&motion(&*machine, &q0, &force)?, n, drive))
     }
 
     /// By how much recordings break the premise: the root mean square over samples and coordinates of the recorded
@@ -162,6 +147,49 @@ impl Premise {
     pub fn violation(self, recordings: &[Trajectory]) -> f64 {
         torque_misfit(&*self.unbroken(), recordings).unwrap_or(f64::NAN)
     }
+}
+
+/// `count` driven motions of a machine that breaks nothing, for any model.
+///
+/// # Errors
+/// As [`rollout`].
+pub fn driven(model: &dyn Model, count: usize, seed: u64) -> Result<Vec<Trajectory>> {
+    let n = model.coordinates().dof();
+    shaken(n, (count, seed), &|drive, start| {
+        let force = |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| drive.torque(t, 0.0, tau);
+        Ok(motors(&motion(model, start, &force)?, n, drive))
+    })
+}
+
+/// Recordings under random excitations from random starts.
+fn shaken(
+    n: usize,
+    (count, seed): (usize, u64),
+    record: &dyn Fn(&Excitation, &[f64]) -> Result<Trajectory>,
+) -> Result<Vec<Trajectory>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let one = |k| {
+        let drive = Excitation::random(n, AMPLITUDE, &mut rng);
+        let start: Vec<f64> = (0..n).map(|_| rng.random_range(-1.5..1.5)).collect();
+        let mut recording = record(&drive, &start)?;
+        recording.name = format!("recording {k}");
+        Ok(recording)
+    };
+    (0..count).map(one).collect()
+}
+
+/// The motion from rest at `start`, without its first samples.
+fn motion(model: &dyn Model, start: &[f64], force: &Force<'_>) -> Result<Trajectory> {
+    let options = RolloutOptions {
+        method: Method::Dop853,
+        rtol: 1e-9,
+        atol: 1e-9,
+        ..RolloutOptions::default()
+    };
+    let times = times(DURATION + BEFORE as f64 * INTERVAL, INTERVAL)?;
+    let still = vec![0.0; start.len()];
+    let whole = rollout(model, start, &still, &times, force, &options)?;
+    Ok(whole.trajectory.after(BEFORE))
 }
 
 /// Root mean square over samples and coordinates of the recorded torque less the model's, N·m; `None` where it has no

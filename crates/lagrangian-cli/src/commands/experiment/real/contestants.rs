@@ -5,7 +5,7 @@ use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::train::{AdamConfig, Family, ForceTerms, Loss, Optimizer};
 
-pub(super) struct Contestant {
+pub(crate) struct Contestant {
     /// Its name in JSON.
     pub(super) key: &'static str,
     /// Its name on the page.
