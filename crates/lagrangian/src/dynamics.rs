@@ -39,6 +39,18 @@ pub trait Evaluator {
     /// Inverse dynamics: writes the τ that yields q̈. `false` where the model has none (a plain network).
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool;
 
+    /// Writes the part of inverse dynamics that friction makes, `[m, n]`; 0 where the model has none.
+    fn friction(&mut self, qd: &[f64], tau: &mut [f64]) {
+        let _ = qd;
+        tau.fill(0.0);
+    }
+
+    /// Writes the part of inverse dynamics that neither state nor acceleration changes, `[m, n]`, where the model
+    /// tells it from gravity; 0 elsewhere.
+    fn offset(&mut self, tau: &mut [f64]) {
+        tau.fill(0.0);
+    }
+
     /// Energy H = p·q̇ − L, J, `[m]`. `false` where the model has none.
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool;
 }
@@ -158,6 +170,13 @@ impl Evaluator for EulerLagrange<'_> {
                 .for_each(|(tau, d)| *tau += d);
         }
         true
+    }
+
+    fn friction(&mut self, qd: &[f64], tau: &mut [f64]) {
+        match self.dissipation {
+            Some(dissipation) => dissipation.force(qd, tau),
+            None => tau.fill(0.0),
+        }
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {
