@@ -5,7 +5,7 @@
 use std::fs::File;
 use std::path::PathBuf;
 
-use lagrangian::check::{CheckReport, check};
+use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict, check, check_with};
 use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Recording};
 
 /// The folder of recorded data, if it is there.
@@ -122,5 +122,50 @@ fn the_simulated_arm_passes_the_check_and_its_own_accelerations_are_found_again(
             trajectory.name, estimates[0]
         );
         assert!(error < 0.3 * size, "trajectory {}", trajectory.name);
+    }
+}
+
+/// The `delay` items of these logs together.
+fn delays(folder: &str, files: &[&str], filter: Option<f64>) -> Option<Vec<Item>> {
+    let logs: Option<Vec<_>> = files.iter().map(|file| read(folder, file)).collect();
+    let recordings: Vec<Recording> = logs?.into_iter().flatten().collect();
+    let mut items = check_with(&recordings, &CheckOptions { filter }).items;
+    items.retain(|i| ["delay", "inertia", "acceleration"].contains(&i.name));
+    for item in &items {
+        println!(
+            "{files:?} {:?} {}: {}",
+            item.verdict, item.name, item.finding
+        );
+    }
+    items.retain(|i| i.name == "delay");
+    Some(items)
+}
+
+#[test]
+fn two_logs_of_the_real_pendulum_agree_on_a_delay_of_its_torque() {
+    for log in ["ddp", "direct_collocation"] {
+        let Some(items) = delays("pendulum_real", &[log], None) else {
+            return;
+        };
+        let (delay, error) = (items[0].values["delay_s"], items[0].values["error_s"]);
+        assert_eq!(items[0].verdict, Verdict::Warn);
+        assert!((delay - 0.016).abs() < 0.003 && error < 0.005, "{items:?}");
+    }
+}
+
+#[test]
+fn no_delay_is_claimed_for_the_real_double_pendulum() {
+    let logs = ["00", "01", "02", "03", "04", "05"].map(|k| format!("trajectory_{k}"));
+    let logs: Vec<&str> = logs.iter().map(String::as_str).collect();
+    for logs in [&logs[..4], &logs, &["trajectory_12", "trajectory_13"]] {
+        for filter in [None, Some(0.1), Some(0.2), Some(0.3)] {
+            let Some(items) = delays("double_pendulum_real", logs, filter) else {
+                return;
+            };
+            assert!(
+                items.iter().all(|i| i.verdict == Verdict::Pass),
+                "{items:?}"
+            );
+        }
     }
 }

@@ -4,14 +4,16 @@ use super::regression::{Findings, Found, findings};
 use super::{CheckOptions, Item};
 use crate::trajectory::{Recording, Topology};
 
-/// A delay, an inertia or a sign is judged only where the motion explains this part of the variance of the force.
+/// An inertia or a sign is judged only where the motion explains this part of the variance of the force …
 const EXPLAINED: f64 = 0.5;
+/// … and a delay, which changes little of it, where it explains this part.
+const WELL_EXPLAINED: f64 = 0.9;
 /// A delay is one only beyond so many standard errors …
 const ERRORS: f64 = 3.0;
 /// … and this part of a sample: a force that a controller holds between samples comes half a sample late.
 const SAMPLES: f64 = 0.5;
 /// … and if without it this much more of the force stays unexplained.
-const GAIN: f64 = 1.05;
+const GAIN: f64 = 1.15;
 /// Beyond these an inertia is a matter of units, kg m² or kg.
 const INERTIA: (f64, f64) = (1e-6, 1e4);
 /// A wrong sign is certain beyond so many standard errors …
@@ -20,6 +22,8 @@ const SIGN_ERRORS: f64 = 5.0;
 const SHARE: f64 = 0.2;
 /// Accelerations that are less certain than this part of them want a filter.
 const UNCERTAIN: f64 = 0.1;
+/// So does an inertia that grows by more than this part from one window to a wider one.
+const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
 pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Item> {
@@ -43,7 +47,7 @@ fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
 fn is_delay(found: &Found, step: f64) -> bool {
     let (at_delay, at_none) = (1.0 - found.explained.0, 1.0 - found.explained.1);
     !found.at_end
-        && found.explained.0 > EXPLAINED
+        && found.explained.0 > WELL_EXPLAINED
         && found.delay.abs() - ERRORS * found.error > SAMPLES * step
         && at_none > GAIN * at_delay
 }
@@ -70,7 +74,7 @@ fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
             1e3 * found.delay,
             1e3 * found.error
         );
-        let item = if found.explained.0 <= EXPLAINED {
+        let item = if found.explained.0 <= WELL_EXPLAINED {
             let finding = format!(
                 "{name}: cannot be told: the motion explains {explained:.0} % of the force"
             );
@@ -89,8 +93,13 @@ fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
                 format!("shift the forces: --delay {flag}"),
             )
         } else {
-            let finding = format!("{name}: {size}: none that is certain");
-            Item::pass("delay", finding)
+            let certain = found.delay.abs() > ERRORS * found.error;
+            let verdict = if certain {
+                "too little to matter"
+            } else {
+                "none that is certain"
+            };
+            Item::pass("delay", format!("{name}: {size}: {verdict}"))
         };
         let item = item
             .value("delay_s", found.delay)
@@ -138,17 +147,27 @@ fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> 
         .enumerate()
         .filter(|(_, c)| c.error.is_finite() && c.quarter.is_finite())
         .max_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
-    let name = names(recordings).nth(at)?.1;
-    let finding = format!(
-        "estimated q̈ is uncertain by {:.1} % ({name})",
-        100.0 * worst.error
+    let name = |i: usize| names(recordings).nth(i).map_or("", |n| n.1);
+    let mut finding = format!(
+        "estimated q̈ is uncertain by {:.1} % ({})",
+        100.0 * worst.error,
+        name(at)
     );
-    let quarter = findings
-        .certainty
-        .iter()
-        .map(|c| c.quarter)
-        .fold(f64::INFINITY, f64::min);
-    let item = if worst.error > UNCERTAIN {
+    let explained = |f: &Found| f.explained.0 > EXPLAINED && f.inertia.0 > 0.0;
+    let grown = findings.joints.iter().enumerate();
+    let grown = grown.filter_map(|(i, f)| Some((i, f.filter(explained)?.growth)));
+    let grown = grown.max_by(|a, b| a.1.total_cmp(&b.1));
+    let shrunk = grown.is_some_and(|(_, growth)| growth > GROWTH);
+    if let Some((i, growth)) = grown.filter(|_| shrunk) {
+        finding += &format!(
+            "; the inertia of {} comes out {:.0} % larger in windows 1.4 times as long: noise, play or vibrations make it too small",
+            name(i),
+            100.0 * growth
+        );
+    }
+    let quarters = findings.certainty.iter().map(|c| c.quarter);
+    let quarter = quarters.fold(f64::INFINITY, f64::min);
+    let item = if worst.error > UNCERTAIN || shrunk {
         let remedy = format!(
             "filter motion and forces alike, --filter {quarter:.2}: a quarter of the period of the fastest coordinate, or less"
         );
@@ -158,6 +177,7 @@ fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> 
     };
     Some(
         item.value("uncertainty", worst.error)
+            .value("inertia_growth", grown.map_or(0.0, |g| g.1))
             .value("filter_s", quarter),
     )
 }

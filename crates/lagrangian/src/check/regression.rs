@@ -32,6 +32,11 @@ const SAMPLES: usize = 600;
 const FARTHEST: f64 = 0.06;
 /// … and among at least, and at most, so many steps either way.
 const STEPS: (usize, usize) = (12, 60);
+/// The window in parts of the one that knows accelerations best: noise makes a delay uncertain but not wrong, while a
+/// long window hides the fast motion that tells it.
+const SHORTER: f64 = 0.6;
+/// The second window in parts of the first.
+const WIDER: f64 = 1.4;
 /// Added to the diagonal of the system in units of it.
 const RIDGE: f64 = 1e-9;
 /// The speeds over which dry friction may change its sign, in parts of the root mean square of the velocity.
@@ -68,6 +73,9 @@ pub(super) struct Found {
     pub(super) explained: (f64, f64),
     /// Mean inertia ∂τᵢ/∂q̈ᵢ and its standard error, kg m² or kg.
     pub(super) inertia: (f64, f64),
+    /// How much larger the inertia comes out in the wider window, as a part of it: noise and vibrations of the
+    /// positions that the force does not know make it too small, the more so the shorter the window.
+    pub(super) growth: f64,
     /// Root mean square of inertia × acceleration over that of the force.
     pub(super) share: f64,
 }
@@ -109,7 +117,7 @@ pub(super) fn findings(recordings: &[Recording], options: &CheckOptions) -> Opti
         .reduce(f64::min)?;
     // A second, wider window shows what the choice of the first has decided.
     let near = joints(&sources, coordinates, step, 1.0)?;
-    let wide = joints(&sources, coordinates, step, 1.4);
+    let wide = joints(&sources, coordinates, step, WIDER);
     let joints = near.into_iter().enumerate().map(|(i, found)| {
         let other = wide.as_ref().and_then(|w| w[i]);
         found.map(|f| f.beside(other))
@@ -125,7 +133,9 @@ impl Found {
     /// The same with the difference to another window in its error.
     fn beside(self, other: Option<Self>) -> Self {
         let difference = other.map_or(0.0, |o| o.delay - self.delay);
+        let growth = other.map_or(0.0, |o| o.inertia.0 / self.inertia.0 - 1.0);
         Self {
+            growth,
             error: self.error.hypot(difference),
             ..self
         }
@@ -158,7 +168,7 @@ impl<'a> Source<'a> {
         let step = median_step(&recording.t);
         let window = match options.filter {
             Some(seconds) => (seconds / step).round() as usize | 1,
-            None => chosen.iter().map(|c| c.window).max()?,
+            None => (SHORTER * chosen.iter().map(|c| c.window).max()? as f64) as usize | 1,
         };
         let source = Self {
             recording,
@@ -516,6 +526,7 @@ fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<Found> {
         at_end: whole.at_end,
         explained: (1.0 - whole.unexplained.0, 1.0 - whole.unexplained.1),
         inertia: (whole.inertia, scatter(|l| l.1)),
+        growth: 0.0,
         share: whole.share,
     })
 }
