@@ -17,6 +17,11 @@ pub(crate) fn non_negative(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "it must be a number, 0 or above".into())
 }
 
+/// A finite number of any sign.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    number(text).ok_or_else(|| "it must be a number".into())
+}
+
 /// A number in [0, 1).
 pub(crate) fn fraction(text: &str) -> Result<f64, String> {
     number(text)

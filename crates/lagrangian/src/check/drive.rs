@@ -145,7 +145,7 @@ fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> 
         .certainty
         .iter()
         .enumerate()
-        .filter(|(_, c)| c.error.is_finite() && c.quarter.is_finite())
+        .filter(|(_, c)| c.error.is_finite() && c.filter.is_finite())
         .max_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
     let name = |i: usize| names(recordings).nth(i).map_or("", |n| n.1);
     let mut finding = format!(
@@ -165,11 +165,13 @@ fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> 
             100.0 * growth
         );
     }
-    let quarters = findings.certainty.iter().map(|c| c.quarter);
-    let quarter = quarters.fold(f64::INFINITY, f64::min);
+    let windows = findings.certainty.iter().map(|c| c.filter);
+    let seconds = windows
+        .filter(|s| s.is_finite())
+        .fold(f64::INFINITY, f64::min);
     let item = if worst.error > UNCERTAIN || shrunk {
         let remedy = format!(
-            "filter motion and forces alike, --filter {quarter:.2}: a quarter of the period of the fastest coordinate, or less"
+            "filter motion and forces alike, --filter {seconds:.2}; longer as long as the inertia grows with it, but at most a quarter of the fastest period"
         );
         Item::warn("acceleration", finding, remedy)
     } else {
@@ -178,6 +180,6 @@ fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> 
     Some(
         item.value("uncertainty", worst.error)
             .value("inertia_growth", grown.map_or(0.0, |g| g.1))
-            .value("filter_s", quarter),
+            .value("filter_s", seconds),
     )
 }

@@ -56,8 +56,9 @@ struct Source<'a> {
 pub(super) struct Certainty {
     /// Standard error of q̈ over its root mean square.
     pub(super) error: f64,
-    /// A quarter of the period of the motion, s.
-    pub(super) quarter: f64,
+    /// A window for a filter, s: half as long again as the one in which q̈ is known best, but at most a quarter of the
+    /// period of the motion.
+    pub(super) filter: f64,
 }
 
 /// What was found for one joint.
@@ -107,7 +108,7 @@ pub(super) fn findings(recordings: &[Recording], options: &CheckOptions) -> Opti
     let certainty = (0..n)
         .map(|i| Certainty {
             error: mean(i, |c| c.error),
-            quarter: mean(i, |c| c.quarter),
+            filter: mean(i, |c| c.filter),
         })
         .collect();
     let sources: Vec<Source<'_>> = sources.into_iter().map(|s| s.0).collect();
@@ -176,12 +177,16 @@ impl<'a> Source<'a> {
             segments: all,
             window: window.max(7),
         };
-        let certainty = (0..n).map(|i| source.certainty(column(i), chosen[i].standard_error()));
+        let certainty = (0..n).map(|i| {
+            let choice = chosen[i];
+            source.certainty(column(i), choice.window, choice.standard_error())
+        });
         let certainty = certainty.collect();
         Some((source, certainty))
     }
 
-    fn certainty(&self, series: Series<'_>, error: f64) -> Certainty {
+    /// `best` is the window in which q̈ is known best, with the standard error `error`.
+    fn certainty(&self, series: Series<'_>, best: usize, error: f64) -> Certainty {
         let mean = |order| {
             let mut weights = Vec::new();
             let stride = (self.recording.len() / 500).max(1);
@@ -199,9 +204,11 @@ impl<'a> Source<'a> {
             f64::sqrt(sum / count)
         };
         let (speed, acceleration) = (mean(1), mean(2));
+        let quarter = 0.5 * std::f64::consts::PI * speed / acceleration;
+        let settled = 1.5 * best as f64 * median_step(&self.recording.t);
         Certainty {
             error: error / acceleration,
-            quarter: 0.5 * std::f64::consts::PI * speed / acceleration,
+            filter: quarter.min(settled),
         }
     }
 }
