@@ -6,7 +6,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::fit_args::FitArgs;
-use crate::values::{MAX_SEED, assignment, finite, non_negative, positive};
+use crate::values::{assignment, finite, non_negative, positive, seed};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -151,7 +151,7 @@ pub(crate) struct DemoArgs {
     pub(crate) starts: u32,
 
     /// Seed of everything random
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
     /// Replace an earlier demo in the folder
@@ -193,7 +193,7 @@ pub(crate) struct SimulateArgs {
     pub(crate) starts: Starts,
 
     /// Seed of the initial states and of the noise
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
     /// Standard deviation of Gaussian noise on q (in its unit) and q̇; accelerations are then left out

@@ -291,7 +291,8 @@ fn a_negative_number_is_a_value_that_the_flag_refuses() {
     bench.write("swing.csv", &swing());
     for (flag, must) in [
         ("fit swing.csv --seconds -1", "above 0"),
-        ("fit swing.csv --steps -1", "-1 is not in"),
+        ("fit swing.csv --steps -1", "1 or above"),
+        ("fit swing.csv --seed -1", "from 0"),
         ("fit swing.csv --learning-rate -0.1", "above 0"),
         ("fit swing.csv --filter -1", "above 0"),
         ("check swing.csv --every -2", "-2 is not in"),

@@ -336,7 +336,7 @@ fn a_delay_is_measured_mended_and_the_torque_then_divided_into_its_parts() {
             .contains(".html")
     );
     for file in ["parts.parquet", "parts.npz", "parts.svg", "parts.png"] {
-        let flag = if file.contains("parquet") || file.contains("npz") {
+        let flag = if file.contains("npz") {
             "--out"
         } else {
             "--plot"
