@@ -55,6 +55,8 @@ pub(crate) enum Command {
     Torque(TorqueArgs),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
+    /// Repeat a comparison of models: figures, curves and a page
+    Experiment(ExperimentArgs),
 }
 
 /// How the columns of a file are read; a TOML file beside the data may say the same.
@@ -422,6 +424,45 @@ pub(crate) struct ReportArgs {
     pub(crate) links: Links,
 
     /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args, serde::Serialize)]
+#[command(after_help = "\
+Examples:
+  lagrangian experiment list
+  lagrangian experiment letters --seeds 3 --json
+  lagrangian experiment letters --quick --out look")]
+pub(crate) struct ExperimentArgs {
+    /// Name of the experiment, or `list`
+    pub(crate) name: String,
+
+    /// Number of runs, each with a seed of its own
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub(crate) seeds: u32,
+
+    /// The first seed
+    #[arg(long, default_value_t = 0, value_parser = seed)]
+    pub(crate) seed: u64,
+
+    /// Time for each main fit, s [default: that of the experiment]
+    #[arg(long, value_parser = positive)]
+    pub(crate) seconds: Option<f64>,
+
+    /// The whole in less than a minute, with few steps: for a look, not for comparisons
+    #[arg(long)]
+    pub(crate) quick: bool,
+
+    /// Folder of the reference data [default: the variable `LAGRANGIAN_DATA`, else shared/data, else ../shared/data]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
+
+    /// Folder for figures and report [default: lagrangian-NAME, with a number if that is taken]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Replace an earlier run in the folder
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -49,7 +49,8 @@ pub(crate) struct FitArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
-    /// A Lagrangian; or, to compare with, a plain network (q, q̇, τ) → q̈ or a chain of rigid links
+    /// Any Lagrangian; one with a mass matrix; or, to compare with, a plain network (q, q̇, τ) → q̈ (with --loss torque,
+    /// (q, q̇, q̈) → τ) or a chain of rigid links
     #[arg(long, value_enum, default_value_t)]
     pub(crate) model: Family,
 
@@ -73,14 +74,26 @@ pub(crate) struct ModelArgs {
     /// Learn viscous and Coulomb friction too
     #[arg(long)]
     pub(crate) dissipation: bool,
+
+    /// Learn these forces too, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
+    pub(crate) forces: Vec<Force>,
+
+    /// Whether M and V of a deep Lagrangian network are read off the same hidden layers
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) trunks: Trunks,
+
+    /// Give a deep Lagrangian network the term A(q)·q̇, for gyroscopic and magnetic forces
+    #[arg(long)]
+    pub(crate) vector_potential: bool,
 }
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
-    /// What is compared with the data
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) loss: LossName,
+    /// What is compared with the data [default: acceleration; torque for delan where torques are recorded]
+    #[arg(long, value_enum)]
+    pub(crate) loss: Option<LossName>,
 
     /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 %]
     #[arg(long, value_enum)]
@@ -130,6 +143,8 @@ pub(crate) enum Family {
     /// Lagrangian neural network
     #[default]
     Lnn,
+    /// Deep Lagrangian network: ½ q̇ᵀM(q)q̇ − V(q), M positive definite by construction; for robots
+    Delan,
     /// Plain network
     Mlp,
     /// Planar chain of rigid links, identified by least squares from torques: the classical fit to compare with
@@ -162,16 +177,52 @@ pub(crate) enum ActivationName {
 }
 
 /// A loss.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum LossName {
     /// Mean squared error of q̈
-    #[default]
     Acceleration,
     /// Mean absolute error of q̈
     AccelerationL1,
     /// Mean squared error of τ; needs no inverse of the mass matrix
     Torque,
+    /// Mean absolute error of τ: outliers weigh little
+    TorqueL1,
+    /// Squares of both (delan)
+    TorqueAcceleration,
+    /// Squared errors of τ and of the power τ·q̇ (delan)
+    TorquePower,
+}
+
+/// A force that is learned beside those of the Lagrangian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Force {
+    /// Friction b q̇
+    Viscous,
+    /// Friction c tanh(q̇ / v), with the speed v
+    Coulomb,
+    /// What friction near standstill exceeds Coulomb friction by, with its speed
+    Stribeck,
+    /// A constant torque: the offset of a sensor
+    Offset,
+    /// The inertia of a rotor behind a gear (delan)
+    Rotor,
+    /// A gain for each joint, relative to the first: the recorded inputs are currents
+    Gains,
+    /// The matrix from inputs to torques, relative to its first entry: joints that are not driven themselves
+    InputMatrix,
+}
+
+/// Hidden layers of a deep Lagrangian network.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Trunks {
+    /// One stack for all
+    #[default]
+    Shared,
+    /// One for M, one for V
+    Separate,
 }
 
 /// An optimiser.

@@ -2,12 +2,15 @@
 
 use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::LnnConfig;
+use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig};
 use lagrangian::mlp::Activation;
-use lagrangian::train::{self, AdamConfig, Budget, FitConfig, Loss, NaturalConfig, Optimizer};
+use lagrangian::train::{
+    self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
+};
 
 use crate::fit_args::{
-    ActivationName, Family, FitArgs, Form, LossName, ModelArgs, OptimizerName, TrainingArgs,
+    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, OptimizerName, TrainingArgs,
+    Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
@@ -35,18 +38,19 @@ fn form_by_noise(uncertainty: f64) -> Form {
 }
 
 impl FitArgs {
-    /// All settings of the fit to data whose accelerations are uncertain by the part `uncertainty`.
-    pub(crate) fn config(&self, uncertainty: f64) -> FitConfig {
+    /// All settings of the fit to data whose accelerations are uncertain by the part `uncertainty`, with or without
+    /// recorded torques.
+    pub(crate) fn config(&self, uncertainty: f64, forced: bool) -> FitConfig {
         let training = &self.training;
         let optimizer = training.optimizer.unwrap_or_else(|| by_noise(uncertainty));
         FitConfig {
             family: self.model.family(uncertainty),
-            loss: training.loss.into(),
+            loss: training.loss(self.model.model, forced),
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),
             batch: training.batch(optimizer),
             seed: training.seed,
-            dissipation: self.model.dissipation,
+            forces: self.model.forces(),
             patience: training.patience.map(|looks| looks as usize),
             ..FitConfig::default()
         }
@@ -74,6 +78,17 @@ impl ModelArgs {
                     ..LnnConfig::default()
                 })
             }
+            Family::Delan => train::Family::Delan(DelanConfig {
+                width,
+                layers,
+                activation,
+                trunks: match self.trunks {
+                    Trunks::Shared => mechanics::Trunks::Shared,
+                    Trunks::Separate => mechanics::Trunks::Separate,
+                },
+                vector_potential: self.vector_potential,
+                ..DelanConfig::default()
+            }),
             Family::Mlp => train::Family::Mlp(MlpConfig {
                 width,
                 layers,
@@ -85,7 +100,33 @@ impl ModelArgs {
     }
 }
 
+impl ModelArgs {
+    fn forces(&self) -> ForceTerms {
+        let wanted = |force| self.forces.contains(&force);
+        ForceTerms {
+            viscous: self.dissipation || wanted(Force::Viscous),
+            coulomb: self.dissipation || wanted(Force::Coulomb),
+            stribeck: wanted(Force::Stribeck),
+            offset: wanted(Force::Offset),
+            rotor: wanted(Force::Rotor),
+            input: match (wanted(Force::InputMatrix), wanted(Force::Gains)) {
+                (true, _) => Input::Matrix,
+                (false, true) => Input::Gains,
+                (false, false) => Input::Torque,
+            },
+        }
+    }
+}
+
 impl TrainingArgs {
+    fn loss(&self, model: Family, forced: bool) -> Loss {
+        match (self.loss, model) {
+            (Some(name), _) => name.into(),
+            (None, Family::Delan) if forced => Loss::Torque,
+            (None, _) => Loss::Acceleration,
+        }
+    }
+
     fn optimizer(&self, name: OptimizerName) -> Optimizer {
         match name {
             OptimizerName::Natural => {
@@ -138,6 +179,9 @@ impl From<LossName> for Loss {
             LossName::Acceleration => Self::Acceleration,
             LossName::AccelerationL1 => Self::AccelerationL1,
             LossName::Torque => Self::Torque,
+            LossName::TorqueL1 => Self::TorqueL1,
+            LossName::TorqueAcceleration => Self::TorqueAcceleration,
+            LossName::TorquePower => Self::TorquePower,
         }
     }
 }

@@ -6,8 +6,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use lagrangian::rollout::times;
 use lagrangian::{
-    Budget, Dataset, Dissipation, Family, FitConfig, LnnConfig, Loss, Mechanical, Model, Result,
-    RolloutOptions, analytic, fit, rollout,
+    Budget, Dataset, Dissipation, Family, FitConfig, ForceTerms, LnnConfig, Loss, Mechanical,
+    Model, Result, RolloutOptions, analytic, fit, rollout,
 };
 
 fn main() -> Result<()> {
@@ -31,7 +31,7 @@ fn main() -> Result<()> {
             ..LnnConfig::default()
         }),
         loss: Loss::Torque,
-        dissipation: true,
+        forces: ForceTerms::friction(),
         budget: Budget::Steps(400),
         batch: 128,
         ..FitConfig::default()

@@ -1,4 +1,5 @@
-//! The fair opponent: a plain network (q, q̇, τ) → q̈ with the same inputs, size and optimiser.
+//! The fair opponent: a plain network with the same inputs, size and optimiser, (q, q̇, τ) → q̈ where accelerations are
+//! compared and (q, q̇, q̈) → τ where torques are.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -10,6 +11,17 @@ use crate::mlp::simd::Real;
 use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
 
+/// What a plain network predicts. It knows one of the two alone: it holds no equation that could be turned round.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Direction {
+    /// Accelerations, (q, q̇, τ) → q̈: it moves, and has no inverse dynamics.
+    #[default]
+    Forward,
+    /// Forces, (q, q̇, q̈) → τ: it has inverse dynamics, and does not move.
+    Inverse,
+}
+
 /// The shape of a plain network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -20,7 +32,9 @@ pub struct MlpConfig {
     pub layers: usize,
     /// Nonlinearity.
     pub activation: Activation,
-    /// Whether it reads the forces τ.
+    /// What it predicts; a fit sets it to what the loss asks for.
+    pub direction: Direction,
+    /// Whether it reads the forces τ (forward); a fit sets it to whether the data hold any.
     pub forced: bool,
 }
 
@@ -30,12 +44,14 @@ impl Default for MlpConfig {
             width: 64,
             layers: 2,
             activation: Activation::default(),
+            direction: Direction::default(),
             forced: false,
         }
     }
 }
 
-/// A plain network q̈ = a ∘ N(x(q), q̇ / s, τ / f). It conserves nothing and has no energy.
+/// A plain network q̈ = a ∘ N(x(q), q̇ / s, τ / f), or τ = f ∘ N(x(q), q̇ / s, q̈ / a). It conserves nothing and has
+/// no energy.
 #[derive(Debug, Clone)]
 pub struct Mlp {
     pub(crate) shape: MlpShape,
@@ -156,7 +172,8 @@ impl MlpShape {
                 must: "at least one",
             });
         }
-        let inputs = Scaling::features(&coordinates) + n + if config.forced { n } else { 0 };
+        let driven = config.forced || config.direction == Direction::Inverse;
+        let inputs = Scaling::features(&coordinates) + n + if driven { n } else { 0 };
         let mut build = Build::new(inputs, 0);
         let mut source = Source::Features;
         for _ in 0..config.layers {
@@ -182,14 +199,30 @@ impl MlpShape {
         self.coordinates.dof()
     }
 
-    /// Writes a state as the value of sample `s`.
+    /// The scale of its outputs, `[n]`: of q̈ forward, of τ inverse.
+    pub(crate) fn output_scale(&self) -> &[f64] {
+        match self.config.direction {
+            Direction::Forward => &self.qdd_scale,
+            Direction::Inverse => &self.tau_scale,
+        }
+    }
+
+    /// The scale of what it reads beside the state, `[n]`: of τ forward, of q̈ inverse; none where it reads no more.
+    fn third_scale(&self) -> Option<&[f64]> {
+        match self.config.direction {
+            Direction::Forward => self.config.forced.then_some(&self.tau_scale),
+            Direction::Inverse => Some(&self.qdd_scale),
+        }
+    }
+
+    /// Writes a state, and τ (forward) or q̈ (inverse), as the value of sample `s`.
     pub(crate) fn write<T: Real>(
         &self,
         pass: &mut Pass<T>,
         s: usize,
         q: &[f64],
         qd: &[f64],
-        tau: &[f64],
+        third: &[f64],
     ) {
         let mut at = 0;
         let mut set = |x: f64| {
@@ -205,10 +238,8 @@ impl MlpShape {
         qd.iter()
             .zip(&self.scaling.qd_scale)
             .for_each(|(v, s)| set(v / s));
-        if self.config.forced {
-            tau.iter()
-                .zip(&self.tau_scale)
-                .for_each(|(f, s)| set(f / s));
+        if let Some(scale) = self.third_scale() {
+            third.iter().zip(scale).for_each(|(x, s)| set(x / s));
         }
     }
 }
@@ -216,6 +247,10 @@ impl MlpShape {
 impl Model for Mlp {
     fn coordinates(&self) -> &Coordinates {
         &self.shape.coordinates
+    }
+
+    fn moves(&self) -> bool {
+        self.shape.config.direction == Direction::Forward
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
@@ -233,8 +268,9 @@ struct MlpEvaluator<'a> {
     pass: Option<Pass<f64>>,
 }
 
-impl Evaluator for MlpEvaluator<'_> {
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+impl MlpEvaluator<'_> {
+    /// Writes its outputs for states (q, q̇) and what it reads beside them.
+    fn evaluate(&mut self, q: &[f64], qd: &[f64], third: &[f64], out: &mut [f64]) {
         let shape = &self.mlp.shape;
         let n = shape.dof();
         let m = q.len() / n;
@@ -242,29 +278,39 @@ impl Evaluator for MlpEvaluator<'_> {
         if self.pass.as_ref().is_none_or(|p| p.samples() != samples) {
             self.pass = Some(Pass::new(&shape.net, samples, 0));
         }
-        let Some(pass) = &mut self.pass else { return 0 };
+        let Some(pass) = &mut self.pass else { return };
+        let scale = shape.output_scale();
         for start in (0..m).step_by(samples) {
             let count = samples.min(m - start);
             for s in 0..samples {
                 let row = (start + if s < count { s } else { 0 }) * n;
-                shape.write(
-                    pass,
-                    s,
-                    &q[row..row + n],
-                    &qd[row..row + n],
-                    &tau[row..row + n],
-                );
+                let row = row..row + n;
+                shape.write(pass, s, &q[row.clone()], &qd[row.clone()], &third[row]);
             }
             pass.forward(&shape.net, &self.mlp.packed, None);
-            for (at, qdd) in qdd[start * n..(start + count) * n].iter_mut().enumerate() {
-                *qdd = shape.qdd_scale[at % n] * pass.output(0, at / n, at % n);
+            for (at, out) in out[start * n..(start + count) * n].iter_mut().enumerate() {
+                *out = scale[at % n] * pass.output(&shape.net, 0, at / n, at % n);
             }
+        }
+    }
+}
+
+impl Evaluator for MlpEvaluator<'_> {
+    /// NaN where the network is an inverse one.
+    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+        match self.mlp.shape.config.direction {
+            Direction::Forward => self.evaluate(q, qd, tau, qdd),
+            Direction::Inverse => qdd.fill(f64::NAN),
         }
         0
     }
 
-    fn inverse_dynamics(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
-        false
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
+        let inverse = self.mlp.shape.config.direction == Direction::Inverse;
+        if inverse {
+            self.evaluate(q, qd, qdd, tau);
+        }
+        inverse
     }
 
     fn energy(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {

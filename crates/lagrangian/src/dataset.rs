@@ -125,6 +125,21 @@ impl Dataset {
     }
 }
 
+impl Dataset {
+    /// Root mean square of the power τ·q̇, W; 1 where it is 0.
+    #[must_use]
+    pub fn power_scale(&self) -> f64 {
+        let n = self.coordinates.dof().max(1);
+        let samples = self
+            .train
+            .tau
+            .chunks_exact(n)
+            .zip(self.train.qd.chunks_exact(n));
+        let mut power = samples.map(|(tau, v)| tau.iter().zip(v).map(|(f, v)| f * v).sum::<f64>());
+        positive(root_mean_square(&mut power))
+    }
+}
+
 /// Divides trajectories into those to fit and those to judge by: whole trajectories, about `fraction` of the
 /// samples, chosen by `seed`; a single trajectory is cut in time.
 ///

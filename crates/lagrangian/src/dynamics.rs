@@ -17,7 +17,7 @@
 //! # Ok::<(), lagrangian::Error>(())
 //! ```
 
-use crate::lagrangian::{Dissipation, Jet, Jets, Lagrangian};
+use crate::lagrangian::{Actuation, Dissipation, Jet, Jets, Lagrangian};
 use crate::solve::{Regularity, SymmetricSolver};
 use crate::{Coordinates, Result};
 
@@ -26,6 +26,11 @@ pub trait Model: Send + Sync {
     /// The coordinates of its state.
     fn coordinates(&self) -> &Coordinates;
 
+    /// Whether it has forward dynamics, so that it can be rolled out: all but an inverse plain network.
+    fn moves(&self) -> bool {
+        true
+    }
+
     /// Something that evaluates it, with its own scratch memory; one per thread.
     fn evaluator(&self) -> Box<dyn Evaluator + '_>;
 }
@@ -33,10 +38,12 @@ pub trait Model: Send + Sync {
 /// Evaluates one model at batches of `m` states; every array is `[m, n]` unless said otherwise.
 pub trait Evaluator {
     /// Forward dynamics: writes q̈ for states (q, q̇) under forces τ (SI units). Returns at how many states
-    /// the mass matrix was singular, so that a truncated pseudo-inverse was used.
+    /// the mass matrix was singular, so that a truncated pseudo-inverse was used. NaN where the model has none, see
+    /// [`Model::moves`].
     fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize;
 
-    /// Inverse dynamics: writes the τ that yields q̈. `false` where the model has none (a plain network).
+    /// Inverse dynamics: writes the τ that yields q̈. `false` where the model has none (a plain forward
+    /// network).
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool;
 
     /// Writes the part of inverse dynamics that friction makes, `[m, n]`; 0 where the model has none.
@@ -117,8 +124,10 @@ pub fn energy(jet: &Jet, n: usize, qd: &[f64], energy: &mut [f64]) {
 pub struct EulerLagrange<'a> {
     jets: Box<dyn Jets + 'a>,
     dissipation: Option<&'a Dissipation>,
+    actuation: Option<&'a Actuation>,
     jet: Jet,
     force: Vec<f64>,
+    friction: Vec<f64>,
     solver: SymmetricSolver,
 }
 
@@ -129,10 +138,18 @@ impl<'a> EulerLagrange<'a> {
         Self {
             jets: lagrangian.jets(),
             dissipation,
+            actuation: None,
             jet: Jet::default(),
             force: Vec::new(),
+            friction: Vec::new(),
             solver: SymmetricSolver::new(lagrangian.coordinates().dof()),
         }
+    }
+
+    /// With inputs in the place of forces, which must be those of its coordinates.
+    #[must_use]
+    pub fn driven(self, actuation: Option<&'a Actuation>) -> Self {
+        Self { actuation, ..self }
     }
 
     /// The derivatives of L at the states evaluated last.
@@ -146,15 +163,15 @@ impl Evaluator for EulerLagrange<'_> {
     fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
         self.jets.jet(q, qd, &mut self.jet);
         self.force.resize(qd.len(), 0.0);
-        match self.dissipation {
-            Some(dissipation) => {
-                dissipation.force(qd, &mut self.force);
-                self.force
-                    .iter_mut()
-                    .zip(tau)
-                    .for_each(|(f, tau)| *f = tau - *f);
-            }
+        match self.actuation {
+            Some(actuation) => actuation.forces(tau, &mut self.force),
             None => self.force.copy_from_slice(tau),
+        }
+        if let Some(dissipation) = self.dissipation {
+            self.friction.resize(qd.len(), 0.0);
+            dissipation.force(qd, &mut self.friction);
+            let pairs = self.force.iter_mut().zip(&self.friction);
+            pairs.for_each(|(f, d)| *f -= d);
         }
         forward(&self.jet, &mut self.solver, &mut self.force, qdd)
     }
@@ -163,19 +180,39 @@ impl Evaluator for EulerLagrange<'_> {
         self.jets.jet(q, qd, &mut self.jet);
         inverse(&self.jet, self.solver.n(), qdd, tau);
         if let Some(dissipation) = self.dissipation {
-            self.force.resize(qd.len(), 0.0);
-            dissipation.force(qd, &mut self.force);
+            self.friction.resize(qd.len(), 0.0);
+            dissipation.force(qd, &mut self.friction);
             tau.iter_mut()
-                .zip(&self.force)
+                .zip(&self.friction)
                 .for_each(|(tau, d)| *tau += d);
+        }
+        if let Some(actuation) = self.actuation {
+            actuation.inputs(tau);
         }
         true
     }
 
     fn friction(&mut self, qd: &[f64], tau: &mut [f64]) {
-        match self.dissipation {
-            Some(dissipation) => dissipation.force(qd, tau),
-            None => tau.fill(0.0),
+        let Some(dissipation) = self.dissipation else {
+            tau.fill(0.0);
+            return;
+        };
+        dissipation.force(qd, tau);
+        if let Some(actuation) = self.actuation {
+            actuation.inputs(tau);
+            self.friction.resize(qd.len(), 0.0);
+            self.friction.fill(0.0);
+            actuation.inputs(&mut self.friction);
+            tau.iter_mut()
+                .zip(&self.friction)
+                .for_each(|(tau, still)| *tau -= still);
+        }
+    }
+
+    fn offset(&mut self, tau: &mut [f64]) {
+        tau.fill(0.0);
+        if let Some(actuation) = self.actuation {
+            actuation.inputs(tau);
         }
     }
 
@@ -191,8 +228,8 @@ impl Evaluator for EulerLagrange<'_> {
 pub struct Mechanical<L> {
     /// The Lagrangian.
     pub lagrangian: L,
-    /// Its dissipation.
     dissipation: Option<Dissipation>,
+    actuation: Option<Actuation>,
 }
 
 impl<L: Lagrangian> Mechanical<L> {
@@ -202,6 +239,7 @@ impl<L: Lagrangian> Mechanical<L> {
         Self {
             lagrangian,
             dissipation: None,
+            actuation: None,
         }
     }
 
@@ -214,7 +252,32 @@ impl<L: Lagrangian> Mechanical<L> {
         Ok(Self {
             lagrangian,
             dissipation: Some(dissipation),
+            actuation: None,
         })
+    }
+
+    /// With inputs in the place of forces.
+    ///
+    /// # Errors
+    /// [`Error::Shape`](crate::Error::Shape) where they are not those of its coordinates.
+    pub fn driven(self, actuation: Actuation) -> Result<Self> {
+        let n = self.lagrangian.coordinates().dof();
+        if actuation.dof() != n {
+            return Err(crate::Error::Shape {
+                what: "actuation".into(),
+                found: actuation.dof(),
+                expected: n,
+                remedy: "give a row of the input matrix and an offset for each coordinate".into(),
+            });
+        }
+        let actuation = Some(actuation);
+        Ok(Self { actuation, ..self })
+    }
+
+    /// How its forces come from inputs, where they are not the inputs themselves.
+    #[must_use]
+    pub fn actuation(&self) -> Option<&Actuation> {
+        self.actuation.as_ref()
     }
 
     /// Its dissipation, where it has any.
@@ -230,9 +293,7 @@ impl<L: Lagrangian> Model for Mechanical<L> {
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        Box::new(EulerLagrange::new(
-            &self.lagrangian,
-            self.dissipation.as_ref(),
-        ))
+        let motion = EulerLagrange::new(&self.lagrangian, self.dissipation.as_ref());
+        Box::new(motion.driven(self.actuation.as_ref()))
     }
 }

@@ -328,11 +328,13 @@ impl<'a> Problem<'a> {
         let (pi, friction) = values.split_at(chain);
         let links = RigidChain::new(self.dataset.coordinates.clone(), self.angles, pi.to_vec())?;
         let motion = if self.dissipation {
-            let (viscous, coulomb) = friction.split_at(friction.len() / 2);
+            let n = friction.len() / 2;
+            let (viscous, coulomb) = friction.split_at(n);
             let dissipation = Dissipation {
                 viscous: viscous.into(),
                 coulomb: coulomb.into(),
-                smoothing: self.smoothing[candidate],
+                smoothing: vec![self.smoothing[candidate]; n],
+                stribeck: None,
             };
             Mechanical::dissipative(links, dissipation)?
         } else {

@@ -107,9 +107,13 @@ pub use dataset::Dataset;
 pub use dynamics::{Evaluator, Mechanical, Model};
 pub use error::{Error, Result};
 pub use integrate::Method;
-pub use lagrangian::{Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic};
+pub use lagrangian::{
+    Actuation, Delan, DelanConfig, Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic,
+};
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
-pub use train::{Budget, Family, Fit, FitConfig, Learned, Loss, Observer, Optimizer, fit};
+pub use train::{
+    Budget, Family, Fit, FitConfig, ForceTerms, Learned, Loss, Observer, Optimizer, fit,
+};
 pub use trajectory::{Coordinate, Coordinates, Format, Layout, State, Topology, Trajectory};
 
 /// The program in the README compiles.

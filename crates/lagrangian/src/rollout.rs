@@ -181,6 +181,13 @@ fn check(
     options: &RolloutOptions,
 ) -> Result<()> {
     options.control().validate()?;
+    if !model.moves() {
+        return Err(Error::Argument {
+            name: "model",
+            value: "a plain network of torques".into(),
+            must: "one with forward dynamics: fit it with --loss acceleration, or take another --model",
+        });
+    }
     let n = model.coordinates().dof();
     for (what, x) in [("initial q", q0), ("initial qd", qd0)] {
         if x.len() != n || n == 0 {

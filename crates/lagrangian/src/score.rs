@@ -80,11 +80,11 @@ pub struct RestartScore {
 pub struct Score {
     /// Samples in all.
     pub samples: usize,
-    /// Of q̈ predicted from (q, q̇, τ); none where no trajectory has q̈.
+    /// Of q̈ predicted from (q, q̇, τ); none where no trajectory has q̈, or the model has no forward dynamics.
     pub acceleration: Option<SignalError>,
     /// Of τ predicted from (q, q̇, q̈); none where no trajectory has q̈ and τ, or the model has no inverse dynamics.
     pub torque: Option<SignalError>,
-    /// One free prediction for each trajectory.
+    /// One free prediction for each trajectory; none where the model has no forward dynamics.
     pub rollouts: Vec<RolloutScore>,
     /// Predictions over each of [`RESTARTS`], for those that the trajectories are long enough for.
     pub restarts: Vec<RestartScore>,
@@ -108,7 +108,9 @@ pub fn score(
     let (mut acceleration, mut torque) = (Errors::new(n), Errors::new(n));
     let (mut singular, mut rollouts) = (0, Vec::new());
     for trajectory in trajectories {
-        rollouts.push(follow(model, trajectory, options)?);
+        if model.moves() {
+            rollouts.push(follow(model, trajectory, options)?);
+        }
         singular += one_step(model, trajectory, &mut acceleration, &mut torque);
     }
     Ok(Score {
@@ -116,7 +118,11 @@ pub fn score(
         acceleration: acceleration.finish(),
         torque: torque.finish(),
         rollouts,
-        restarts: restarts(model, trajectories, options)?,
+        restarts: if model.moves() {
+            restarts(model, trajectories, options)?
+        } else {
+            Vec::new()
+        },
         singular,
     })
 }
@@ -276,8 +282,11 @@ fn one_step(
     let tau = t.tau.as_ref().unwrap_or(&free);
     let mut evaluator = model.evaluator();
     let mut predicted = vec![0.0; t.q.len()];
-    let singular = evaluator.forward_dynamics(&t.q, &t.qd, tau, &mut predicted);
-    acceleration.add(qdd, &predicted);
+    let mut singular = 0;
+    if model.moves() {
+        singular = evaluator.forward_dynamics(&t.q, &t.qd, tau, &mut predicted);
+        acceleration.add(qdd, &predicted);
+    }
     if t.tau.is_some() && evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted) {
         torque.add(tau, &predicted);
     }

@@ -251,8 +251,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
     use crate::dynamics::Mechanical;
-    use crate::lagrangian::Dissipation;
     use crate::lagrangian::analytic::by_name;
+    use crate::lagrangian::{Actuation, Dissipation};
 
     /// States of a double pendulum, `[3, 2]` each.
     const Q: [f64; 6] = [0.3, -1.0, 2.0, 0.4, -0.7, 0.1];
@@ -291,6 +291,34 @@ mod tests {
             assert!(same(&faster.gravity, &parts.gravity));
             assert!(parts.coriolis.iter().any(|c| c.abs() > 0.1));
         });
+    }
+
+    #[test]
+    fn inputs_with_gains_and_offsets_are_divided_in_the_unit_of_the_inputs() {
+        let system = by_name("double-pendulum", &[]).unwrap();
+        let lagrangian = || {
+            let d = Dissipation::viscous(vec![0.3, 0.2]);
+            Mechanical::dissipative(system.lagrangian(), d).unwrap()
+        };
+        let gains = Actuation::gains(&[2.0, 4.0], vec![0.5, -1.0]).unwrap();
+        let torques = split(&mut *lagrangian().evaluator(), &Q, &QD, &QDD).unwrap();
+        let driven = lagrangian().driven(gains).unwrap();
+        let inputs = split(&mut *driven.evaluator(), &Q, &QD, &QDD).unwrap();
+        for (k, gain) in [2.0, 4.0].into_iter().cycle().take(6).enumerate() {
+            for ((name, torque), (_, input)) in torques.named().into_iter().zip(inputs.named()) {
+                let offset = if name == "offset" {
+                    [0.5, -1.0][k % 2]
+                } else {
+                    0.0
+                };
+                let expected = (torque[k] + offset) / gain;
+                assert!(
+                    (input[k] - expected).abs() < 1e-12,
+                    "{name}: {} {expected}",
+                    input[k]
+                );
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,9 @@ use std::cell::Cell;
 use lagrangian::Coordinates;
 use lagrangian::baseline::{Mlp, MlpConfig};
 use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::{Form, Lnn, LnnConfig, Scaling};
+use lagrangian::lagrangian::{
+    Actuation, Delan, DelanConfig, Dissipation, Form, Lnn, LnnConfig, Scaling,
+};
 
 struct Counting;
 
@@ -66,6 +68,18 @@ fn a_warm_model_allocates_nothing_for_one_state_or_for_many() {
                 );
             }
         }
+        let delan = Delan::random(
+            Coordinates::angles(n),
+            DelanConfig::default(),
+            Scaling::identity(n),
+            0,
+        );
+        let friction = Dissipation::viscous(vec![0.1; n]);
+        let model = Mechanical::dissipative(delan.unwrap(), friction).unwrap();
+        let model = model
+            .driven(Actuation::offset(vec![0.1; n]).unwrap())
+            .unwrap();
+        assert_eq!(allocations(&model, 1) + allocations(&model, 40), 0);
         let (scales, config) = ((vec![1.0; n], vec![1.0; n]), MlpConfig::default());
         let mlp = Mlp::random(
             Coordinates::angles(n),

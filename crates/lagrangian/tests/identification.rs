@@ -17,7 +17,8 @@ fn friction(n: usize) -> Dissipation {
     Dissipation {
         viscous: (0..n).map(|i| 0.1 + 0.05 * i as f64).collect(),
         coulomb: (0..n).map(|i| 0.3 - 0.04 * i as f64).collect(),
-        smoothing: SMOOTHING,
+        smoothing: vec![SMOOTHING; n],
+        stribeck: None,
     }
 }
 
@@ -183,7 +184,7 @@ fn the_speed_at_which_friction_turns_is_chosen_from_the_data() {
     let system = by_name("pendulum", &[]).unwrap();
     let truth = Mechanical::dissipative(system.lagrangian(), friction(1)).unwrap();
     let found = identified(&truth, 0.0, &RigidConfig::default());
-    let chosen = found.model.motion().dissipation().unwrap().smoothing;
+    let chosen = found.model.motion().dissipation().unwrap().smoothing[0];
     assert!((0.1..0.9).contains(&chosen), "{chosen}");
 }
 

@@ -160,7 +160,8 @@ fn energy_changes_by_the_power_of_the_forces_and_of_friction() {
             let friction = Dissipation {
                 viscous: vec![0.3; n],
                 coulomb: vec![0.2; n],
-                smoothing: 0.1,
+                smoothing: vec![0.1; n],
+                stribeck: None,
             };
             let mut d = vec![0.0; n];
             friction.force(&start.qd, &mut d);

@@ -2,15 +2,17 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::{Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling};
+use lagrangian::lagrangian::{
+    Delan, DelanConfig, Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling, Trunks,
+};
 use lagrangian::mlp::Activation;
 use lagrangian::{Coordinates, Topology};
-use num_dual::{Dual64, HyperDual64};
+use num_dual::{Dual64, DualNum, HyperDual64};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Coordinates of both topologies, with scales that differ.
-fn network(n: usize, depth: usize, form: Form, activation: Activation, seed: u64) -> Lnn {
+fn coordinates(n: usize) -> (Coordinates, Scaling) {
     let mut coordinates = Coordinates::angles(n);
     for (i, c) in coordinates.0.iter_mut().enumerate() {
         c.topology = if i % 3 == 1 {
@@ -25,6 +27,11 @@ fn network(n: usize, depth: usize, form: Form, activation: Activation, seed: u64
         qd_scale: (0..n).map(|i| 2.0 + 0.5 * i as f64).collect(),
         energy: 3.0,
     };
+    (coordinates, scaling)
+}
+
+fn network(n: usize, depth: usize, form: Form, activation: Activation, seed: u64) -> Lnn {
+    let (coordinates, scaling) = coordinates(n);
     let config = LnnConfig {
         form,
         width: 32,
@@ -35,8 +42,41 @@ fn network(n: usize, depth: usize, form: Form, activation: Activation, seed: u64
     Lnn::random(coordinates, config, scaling, seed).unwrap()
 }
 
+fn deep(n: usize, depth: usize, trunks: Trunks, activation: Activation, seed: u64) -> Delan {
+    let (coordinates, scaling) = coordinates(n);
+    let config = DelanConfig {
+        width: 24,
+        layers: depth,
+        activation,
+        trunks,
+        vector_potential: trunks == Trunks::Separate,
+        ..DelanConfig::default()
+    };
+    let random = Delan::random(coordinates.clone(), config.clone(), scaling.clone(), seed).unwrap();
+    let rotors = (0..n).map(|i| 0.1 * i as f64).collect();
+    let parameters = random.parameters().to_vec();
+    Delan::with_parameters(coordinates, config, scaling, parameters, rotors).unwrap()
+}
+
+/// A Lagrangian that can be evaluated over any scalar.
+trait Slow {
+    fn at<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D;
+}
+
+impl Slow for Lnn {
+    fn at<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+        self.lagrangian(q, qd)
+    }
+}
+
+impl Slow for Delan {
+    fn at<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+        self.lagrangian(q, qd)
+    }
+}
+
 /// L and its derivatives at one state by dual and hyper-dual numbers.
-fn oracle(lnn: &Lnn, q: &[f64], qd: &[f64]) -> Jet {
+fn oracle(slow: &impl Slow, q: &[f64], qd: &[f64]) -> Jet {
     let n = q.len();
     let mut jet = Jet::default();
     jet.resize(1, n);
@@ -44,7 +84,7 @@ fn oracle(lnn: &Lnn, q: &[f64], qd: &[f64]) -> Jet {
     for i in 0..n {
         let along_q: Vec<_> = (0..n).map(|k| Dual64::new(q[k], basis(i, k))).collect();
         let rest: Vec<_> = qd.iter().map(|&v| Dual64::from_re(v)).collect();
-        let l = lnn.lagrangian(&along_q, &rest);
+        let l = slow.at(&along_q, &rest);
         (jet.lagrangian[0], jet.dl_dq[i]) = (l.re, l.eps);
         let second = |dq: &dyn Fn(usize) -> f64, dv: &dyn Fn(usize) -> f64| {
             let x: Vec<_> = (0..n)
@@ -53,7 +93,7 @@ fn oracle(lnn: &Lnn, q: &[f64], qd: &[f64]) -> Jet {
             let v: Vec<_> = (0..n)
                 .map(|k| HyperDual64::new(qd[k], basis(i, k), dv(k), 0.0))
                 .collect();
-            lnn.lagrangian(&x, &v)
+            slow.at(&x, &v)
         };
         let drift = second(&|k| qd[k], &|_| 0.0);
         (jet.momentum[i], jet.momentum_drift[i]) = (drift.eps1, drift.eps1eps2);
@@ -72,6 +112,35 @@ fn worst(found: &[f64], truth: &[f64]) -> f64 {
         .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs() / scale))
 }
 
+/// Kernels and dual numbers at some random states.
+fn assert_agrees<L: Slow + Lagrangian>(lagrangian: &L, n: usize, what: &str) {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let states = 19; // one block and a part of another
+    let q: Vec<f64> = (0..states * n)
+        .map(|_| rng.random_range(-3.0..3.0))
+        .collect();
+    let qd: Vec<f64> = (0..states * n)
+        .map(|_| rng.random_range(-5.0..5.0))
+        .collect();
+    let mut jet = Jet::default();
+    lagrangian.jets().jet(&q, &qd, &mut jet);
+    for row in 0..states {
+        let (from, to) = (row * n, row * n + n);
+        let truth = oracle(lagrangian, &q[from..to], &qd[from..to]);
+        let pairs = [
+            (&jet.lagrangian[row..=row], &truth.lagrangian[..]),
+            (&jet.dl_dq[from..to], &truth.dl_dq[..]),
+            (&jet.momentum[from..to], &truth.momentum[..]),
+            (&jet.momentum_drift[from..to], &truth.momentum_drift[..]),
+            (&jet.mass_matrix[from * n..to * n], &truth.mass_matrix[..]),
+        ];
+        for (k, (found, truth)) in pairs.into_iter().enumerate() {
+            let error = worst(found, truth);
+            assert!(error < 1e-12, "{what} field {k}: {error:e}");
+        }
+    }
+}
+
 #[test]
 fn every_derivative_of_a_network_agrees_with_dual_numbers_to_rounding() {
     let activations = [
@@ -80,39 +149,19 @@ fn every_derivative_of_a_network_agrees_with_dual_numbers_to_rounding() {
         Activation::Gelu,
         Activation::XTanh,
     ];
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
     for n in 1..=7 {
         for depth in 1..=4 {
             for form in [Form::Free, Form::Convex] {
                 let activation = activations[(n + depth) % 4];
                 let lnn = network(n, depth, form, activation, (n * 10 + depth) as u64);
-                let states = 19; // one block and a part of another
-                let q: Vec<f64> = (0..states * n)
-                    .map(|_| rng.random_range(-3.0..3.0))
-                    .collect();
-                let qd: Vec<f64> = (0..states * n)
-                    .map(|_| rng.random_range(-5.0..5.0))
-                    .collect();
-                let mut jet = Jet::default();
-                lnn.jets().jet(&q, &qd, &mut jet);
-                for row in 0..states {
-                    let (from, to) = (row * n, row * n + n);
-                    let truth = oracle(&lnn, &q[from..to], &qd[from..to]);
-                    let pairs = [
-                        (&jet.lagrangian[row..=row], &truth.lagrangian[..]),
-                        (&jet.dl_dq[from..to], &truth.dl_dq[..]),
-                        (&jet.momentum[from..to], &truth.momentum[..]),
-                        (&jet.momentum_drift[from..to], &truth.momentum_drift[..]),
-                        (&jet.mass_matrix[from * n..to * n], &truth.mass_matrix[..]),
-                    ];
-                    for (k, (found, truth)) in pairs.into_iter().enumerate() {
-                        let error = worst(found, truth);
-                        assert!(
-                            error < 1e-12,
-                            "n {n} depth {depth} {form:?} {activation:?} field {k}: {error:e}"
-                        );
-                    }
-                }
+                let what = format!("n {n} depth {depth} {form:?} {activation:?}");
+                assert_agrees(&lnn, n, &what);
+            }
+            for trunks in [Trunks::Shared, Trunks::Separate] {
+                let activation = activations[(n + depth) % 4];
+                let delan = deep(n, depth, trunks, activation, (n * 10 + depth) as u64);
+                let what = format!("n {n} depth {depth} {trunks:?} {activation:?}");
+                assert_agrees(&delan, n, &what);
             }
         }
     }

@@ -17,6 +17,7 @@ fn header() -> Header {
         architecture: json!({ "width": 64, "layers": 2, "activation": "softplus" }),
         scaling: json!({ "energy": 0.1 + 0.2 }),
         dissipation: json!({ "viscous": [0.1, 1.0 / 3.0] }),
+        actuation: serde_json::Value::Null,
         provenance: Provenance {
             command: Some("lagrangian fit a.csv".into()),
             ..Provenance::of_seed(7)
@@ -245,7 +246,7 @@ proptest! {
 
 mod families {
     use super::*;
-    use lagrangian::baseline::{Mlp, MlpConfig};
+    use lagrangian::baseline::{Direction, Mlp, MlpConfig};
     use lagrangian::dynamics::{Mechanical, Model};
     use lagrangian::identify::Rigid;
     use lagrangian::lagrangian::{
@@ -266,25 +267,24 @@ mod families {
         let friction = Dissipation {
             viscous: vec![0.1, 1.0 / 3.0],
             coulomb: vec![0.0, 0.2],
-            smoothing: 0.01,
+            smoothing: vec![0.01; 2],
+            stribeck: None,
         };
-        let config = MlpConfig {
-            width: 16,
-            ..MlpConfig::default()
+        let mlp = |direction| {
+            let config = MlpConfig {
+                width: 16,
+                direction,
+                ..MlpConfig::default()
+            };
+            let scales = (vec![1.0 / 3.0, 2.0], vec![1.0, 0.7]);
+            let scaling = Scaling::identity(2);
+            Learned::Mlp(Mlp::random(Coordinates::angles(2), config, scaling, scales, 5).unwrap())
         };
-        let scales = (vec![1.0 / 3.0, 2.0], vec![1.0, 0.7]);
-        let mlp = Mlp::random(
-            Coordinates::angles(2),
-            config,
-            Scaling::identity(2),
-            scales,
-            5,
-        )
-        .unwrap();
         vec![
             Learned::Lnn(Mechanical::conservative(lnn(Form::Free))),
             Learned::Lnn(Mechanical::dissipative(lnn(Form::Convex), friction).unwrap()),
-            Learned::Mlp(mlp),
+            mlp(Direction::Forward),
+            mlp(Direction::Inverse),
             rigid(),
         ]
     }
@@ -297,12 +297,14 @@ mod families {
         Learned::Rigid(Rigid::new(motion, vec![0.01; 14]).unwrap())
     }
 
-    fn acceleration(model: &Learned) -> [f64; 2] {
-        let mut qdd = [0.0; 2];
-        model
-            .evaluator()
-            .forward_dynamics(&[0.3, -1.2], &[2.0, 0.5], &[0.1, -0.4], &mut qdd);
-        qdd
+    /// Both directions; NaN and zeros where it has none.
+    fn dynamics(model: &Learned) -> [u64; 4] {
+        let (q, qd, third) = ([0.3, -1.2], [2.0, 0.5], [0.1, -0.4]);
+        let (mut qdd, mut tau) = ([0.0; 2], [0.0; 2]);
+        let mut evaluator = model.evaluator();
+        evaluator.forward_dynamics(&q, &qd, &third, &mut qdd);
+        evaluator.inverse_dynamics(&q, &qd, &third, &mut tau);
+        [qdd[0], qdd[1], tau[0], tau[1]].map(f64::to_bits)
     }
 
     #[test]
@@ -314,10 +316,7 @@ mod families {
                 .to_bytes()
                 .unwrap();
             let back = Learned::load(&SavedModel::from_bytes(&bytes).unwrap()).unwrap();
-            assert_eq!(
-                acceleration(&back).map(f64::to_bits),
-                acceleration(&model).map(f64::to_bits)
-            );
+            assert_eq!(dynamics(&back), dynamics(&model));
         }
     }
 

@@ -3,17 +3,17 @@
 
 use std::ops::ControlFlow;
 
-use lagrangian::Error;
 use lagrangian::baseline::MlpConfig;
 use lagrangian::dataset::Dataset;
 use lagrangian::experiment::{energy_test, random_starts, random_states};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{Form, LnnConfig};
-use lagrangian::rollout::{RolloutOptions, free, rollout_many, times};
+use lagrangian::rollout::{RolloutOptions, free, rollout, rollout_many, times};
 use lagrangian::train::{
     AdamConfig, Budget, Checkpoint, Family, FitConfig, Learned, NaturalConfig, Observer, Optimizer,
     Progress, fit,
 };
+use lagrangian::{Error, Model};
 
 fn pendulum(samples: usize) -> Dataset {
     random_states(&*by_name("pendulum", &[]).unwrap(), samples, 64, 5).unwrap()
@@ -155,6 +155,44 @@ fn a_plain_network_fits_the_same_data_with_the_same_optimiser() {
     });
     let fitted = fit(&pendulum(2000), &config, None, &mut ()).unwrap();
     assert!(fitted.best < 1e-3, "{}", fitted.best);
+}
+
+#[test]
+fn a_plain_network_of_torques_has_inverse_dynamics_and_does_not_move() {
+    let states = pendulum(2000);
+    // τ = m l² q̈ + m g l sin q, of accelerations that are independent of the states.
+    let force = |mut samples: lagrangian::train::Samples| {
+        samples.qdd.rotate_left(1);
+        let terms = samples.qdd.iter().zip(&samples.q);
+        samples.tau = terms.map(|(qdd, q)| qdd + 9.8 * q.sin()).collect();
+        samples
+    };
+    let coordinates = states.coordinates.clone();
+    let (train, held) = (force(states.train), force(states.validation));
+    let data = Dataset::from_samples(coordinates, train, held).unwrap();
+    let mut config = config(Optimizer::default(), 200);
+    config.loss = lagrangian::train::Loss::Torque;
+    config.family = Family::Mlp(MlpConfig {
+        width: 16,
+        ..MlpConfig::default()
+    });
+    let model = fit(&data, &config, None, &mut ()).unwrap().model;
+    let mut tau = [0.0];
+    assert!(
+        model
+            .evaluator()
+            .inverse_dynamics(&[1.0], &[0.5], &[2.0], &mut tau)
+    );
+    let truth = 2.0 + 9.8 * 1f64.sin();
+    assert!((tau[0] - truth).abs() < 0.02 * truth, "{}", tau[0]);
+    let options = RolloutOptions::default();
+    let refused = rollout(&model, &[1.0], &[0.0], &[0.0, 1.0], &free, &options);
+    assert!(
+        refused
+            .unwrap_err()
+            .to_string()
+            .contains("forward dynamics")
+    );
 }
 
 #[test]

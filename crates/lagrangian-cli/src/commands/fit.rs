@@ -7,9 +7,8 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use lagrangian::check::{CheckOptions, Verdict, check_with};
 use lagrangian::dataset::{Dataset, split};
-use lagrangian::identify::Parameter;
 use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned};
+use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig};
 use lagrangian::trajectory::{Estimate, EstimateOptions, Recording};
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
@@ -88,7 +87,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             "samples": { "train": dataset.train.len(), "validation": dataset.validation.len() },
             "forces": dataset.forced,
             "estimates": data.estimates.len(),
-            "parameters": parameters(&fit.model),
+            "parameters": fit.model.parameters(),
         }))?;
     } else {
         eprintln!(
@@ -97,11 +96,10 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             fit.best,
             fit.best_step
         );
-        for p in parameters(&fit.model).into_iter().flatten() {
-            eprintln!(
-                "  {:<14} {:>10.3e} ± {:.1e}",
-                p.name, p.value, p.standard_error
-            );
+        for p in fit.model.parameters() {
+            let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
+            let error = error.unwrap_or_default();
+            eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
         }
         eprintln!("page:  {}", folder.file(REPORT).display());
     }
@@ -128,14 +126,6 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
 fn improved(fit: &Fit, config: &FitConfig) -> bool {
     let time_enough = fit.steps >= LOOKS * config.validate_every;
     fit.best.is_finite() && !(time_enough && fit.best_step <= config.validate_every)
-}
-
-/// The parameters of a model that has named ones.
-fn parameters(model: &Learned) -> Option<Vec<Parameter>> {
-    match model {
-        Learned::Rigid(rigid) => Some(rigid.parameters()),
-        _ => None,
-    }
 }
 
 fn occupied(args: &FitArgs) -> Occupied {
@@ -299,7 +289,7 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfi
             100.0 * uncertainty
         );
     }
-    args.config(uncertainty)
+    args.config(uncertainty, dataset.forced)
 }
 
 fn fit(

@@ -2,6 +2,7 @@
 
 mod check;
 mod demo;
+mod experiment;
 mod fit;
 mod report;
 mod rollout;
@@ -39,5 +40,6 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Rollout(args) => rollout::run(&args, manner),
         Command::Torque(args) => torque::run(&args, manner),
         Command::Report(args) => report::run(&args, manner),
+        Command::Experiment(args) => experiment::run(&args, manner),
     }
 }

@@ -7,7 +7,6 @@ use lagrangian::report::{
     parity, phase_portrait, trajectories,
 };
 use lagrangian::score::predict;
-use lagrangian::train::Learned;
 use lagrangian::{Coordinates, Trajectory};
 
 use super::Run;
@@ -29,7 +28,8 @@ pub(super) struct Followed<'a> {
 impl<'a> Followed<'a> {
     /// The first motion that the model is judged by, if there is one.
     pub(super) fn first(run: &Run<'a>) -> Result<Option<Self>> {
-        let Some(truth) = run.judged.first() else {
+        let truth = run.judged.first().filter(|_| run.model.moves());
+        let Some(truth) = truth else {
             return Ok(None);
         };
         let predicted = predict(run.model, truth, &motion::for_comparison())?.trajectory;
@@ -104,8 +104,7 @@ impl<'a> Followed<'a> {
     /// The learned energy along both motions, if neither force nor friction changes it.
     fn energy(&self, run: &Run) -> Option<Figure> {
         let driven = self.truth.tau.iter().flatten().any(|tau| *tau != 0.0);
-        let damped =
-            matches!(run.model, Learned::Lnn(lagrangian) if lagrangian.dissipation().is_some());
+        let damped = run.model.dissipation().is_some();
         if driven || damped {
             return None;
         }
@@ -196,7 +195,7 @@ pub(super) fn parities(run: &Run) -> Vec<Figure> {
     let coordinates = run.model.coordinates();
     let n = coordinates.dof();
     let (mut truth, mut predicted) = (Vec::new(), Vec::new());
-    for trajectory in run.judged {
+    for trajectory in run.judged.iter().filter(|_| run.model.moves()) {
         let Some(qdd) = &trajectory.qdd else { continue };
         let free = vec![0.0; qdd.len()];
         let tau = trajectory.tau.as_ref().unwrap_or(&free);

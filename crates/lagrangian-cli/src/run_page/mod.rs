@@ -7,6 +7,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use lagrangian::Trajectory;
+use lagrangian::dynamics::Model;
 use lagrangian::report::{Command, Headline, Report, Role};
 use lagrangian::score::{Score, SignalError, score};
 use lagrangian::train::Learned;
@@ -58,6 +59,7 @@ impl Run<'_> {
     fn family(&self) -> &'static str {
         match self.model {
             Learned::Lnn(_) => "A Lagrangian",
+            Learned::Delan(_) => "A Lagrangian with a mass matrix",
             Learned::Rigid(_) => "A chain of rigid links",
             _ => "A plain network",
         }
@@ -65,7 +67,7 @@ impl Run<'_> {
 
     fn role(&self) -> Role {
         match self.model {
-            Learned::Lnn(_) => Role::Lnn,
+            Learned::Lnn(_) | Learned::Delan(_) => Role::Lnn,
             _ => Role::Baseline,
         }
     }
@@ -135,11 +137,18 @@ impl Run<'_> {
 
     fn summary(&self, score: &Score) -> Vec<String> {
         let whole = score.rollouts.iter().filter(|r| !r.exceeded).count();
-        let mut summary = vec![format!(
+        let mut summary = Vec::new();
+        if !self.model.moves() {
+            summary.push(
+                "A plain network of torques has no forward dynamics: it predicts no motion.".into(),
+            );
+            return summary;
+        }
+        summary.push(format!(
             "From its first state alone, the model follows {whole} of {} recorded motions to the end. A motion counts \
              as followed until the error reaches half a standard deviation of its signals.",
             score.rollouts.len()
-        )];
+        ));
         if score.singular > 0 {
             summary.push(format!(
                 "At {} states the learned mass matrix is singular: the convex form (--form convex) has none.",

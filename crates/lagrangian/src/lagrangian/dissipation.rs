@@ -1,21 +1,35 @@
-//! Forces that take energy out: viscous and smooth Coulomb friction, one pair of coefficients a coordinate.
+//! Forces that take energy out: viscous, smooth Coulomb and Stribeck friction, coefficients for each coordinate.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
-/// Friction dᵢ(q̇) = bᵢ q̇ᵢ + cᵢ tanh(q̇ᵢ / vₛ), which opposes the motion: M q̈ + c = τ − d (theory.md, equations 4
-/// and 24).
+/// Friction dᵢ(q̇) = bᵢ q̇ᵢ + tanh(q̇ᵢ / vₛᵢ) [cᵢ + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = τ − d
+/// (theory.md, equations 4, 24 and 36).
 ///
 /// All coefficients are non-negative, so that the power d·q̇ taken out is never negative.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Dissipation {
     /// Viscous coefficients b, N·s/m or N·m·s/rad, `[n]`.
     pub viscous: Vec<f64>,
     /// Coulomb coefficients c, N or N·m, `[n]`.
     pub coulomb: Vec<f64>,
-    /// The speed vₛ over which Coulomb friction changes its sign, m/s or rad/s.
-    pub smoothing: f64,
+    /// The speeds vₛ over which Coulomb friction changes its sign, m/s or rad/s, `[n]`.
+    pub smoothing: Vec<f64>,
+    /// What friction near standstill exceeds Coulomb friction by, where it does (Stribeck 1902).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stribeck: Option<Stribeck>,
+}
+
+/// The excess of static over Coulomb friction: hᵢ exp(−(q̇ᵢ / vₕᵢ)²).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stribeck {
+    /// Heights h, N or N·m, `[n]`.
+    pub height: Vec<f64>,
+    /// Speeds vₕ at which it has fallen to 37 %, m/s or rad/s, `[n]`.
+    pub speed: Vec<f64>,
 }
 
 impl Dissipation {
@@ -24,8 +38,9 @@ impl Dissipation {
     pub fn viscous(coefficients: Vec<f64>) -> Self {
         Self {
             coulomb: vec![0.0; coefficients.len()],
+            smoothing: vec![1.0; coefficients.len()],
             viscous: coefficients,
-            smoothing: 1.0,
+            stribeck: None,
         }
     }
 
@@ -33,51 +48,80 @@ impl Dissipation {
     ///
     /// # Errors
     /// [`Error::Shape`] where there are not `n` of each; [`Error::Argument`] where one is negative or not
-    /// finite, or vₛ is not positive.
+    /// finite, or a speed is not positive.
     pub fn validate(&self, n: usize) -> Result<()> {
+        self.coefficients()
+            .try_for_each(|(name, list)| checked(name, list, n, |x| x >= 0.0, COEFFICIENT))?;
+        self.speeds()
+            .try_for_each(|(name, list)| checked(name, list, n, |x| x > 0.0, SPEED))
+    }
+
+    fn coefficients(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
+        let height = self
+            .stribeck
+            .iter()
+            .map(|s| ("Stribeck friction", &s.height[..]));
         let kinds = [
-            ("viscous friction", &self.viscous),
+            ("viscous friction", &self.viscous[..]),
             ("Coulomb friction", &self.coulomb),
         ];
-        for (name, coefficients) in kinds {
-            if coefficients.len() != n {
-                return Err(Error::Shape {
-                    what: name.into(),
-                    found: coefficients.len(),
-                    expected: n,
-                    remedy: "give one coefficient per coordinate".into(),
-                });
-            }
-            if let Some(value) = coefficients.iter().find(|c| !(c.is_finite() && **c >= 0.0)) {
-                let must = "finite and not negative: friction takes energy out";
-                return Err(Error::Argument {
-                    name,
-                    value: value.to_string(),
-                    must,
-                });
-            }
-        }
-        if !(self.smoothing.is_finite() && self.smoothing > 0.0) {
-            return Err(Error::Argument {
-                name: "smoothing",
-                value: self.smoothing.to_string(),
-                must: "a positive speed: take one below the slowest motion of interest",
-            });
-        }
-        Ok(())
+        kinds.into_iter().chain(height)
+    }
+
+    fn speeds(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
+        let speed = self
+            .stribeck
+            .iter()
+            .map(|s| ("Stribeck speed", &s.speed[..]));
+        [("smoothing", &self.smoothing[..])]
+            .into_iter()
+            .chain(speed)
     }
 
     /// Writes d at `m` states; `qd` and `force` are `[m, n]`.
     pub fn force(&self, qd: &[f64], force: &mut [f64]) {
         let n = self.viscous.len().max(1);
         for (qd, force) in qd.chunks_exact(n).zip(force.chunks_exact_mut(n)) {
-            for (i, (v, d)) in qd.iter().zip(force).enumerate() {
+            for (i, (&v, d)) in qd.iter().zip(force).enumerate() {
+                let mut dry = self.coulomb[i];
+                if let Some(stribeck) = &self.stribeck {
+                    dry += stribeck.height[i] * (-(v / stribeck.speed[i]).powi(2)).exp();
+                }
                 *d = self.viscous[i] * v;
-                if self.coulomb[i] > 0.0 {
-                    *d += self.coulomb[i] * (v / self.smoothing).tanh();
+                if dry > 0.0 {
+                    *d += dry * (v / self.smoothing[i]).tanh();
                 }
             }
         }
+    }
+}
+
+const COEFFICIENT: &str = "finite and not negative: friction takes energy out";
+const SPEED: &str = "a positive speed: take one below the slowest motion of interest";
+
+/// `n` finite numbers that are `right`.
+fn checked(
+    name: &'static str,
+    list: &[f64],
+    n: usize,
+    right: impl Fn(f64) -> bool,
+    must: &'static str,
+) -> Result<()> {
+    if list.len() != n {
+        return Err(Error::Shape {
+            what: name.into(),
+            found: list.len(),
+            expected: n,
+            remedy: "give one coefficient per coordinate".into(),
+        });
+    }
+    match list.iter().find(|x| !(x.is_finite() && right(**x))) {
+        None => Ok(()),
+        Some(value) => Err(Error::Argument {
+            name,
+            value: value.to_string(),
+            must,
+        }),
     }
 }
 
@@ -91,7 +135,8 @@ mod tests {
         let d = Dissipation {
             viscous: vec![0.1, 0.0],
             coulomb: vec![0.0, 2.0],
-            smoothing: 0.01,
+            smoothing: vec![0.01; 2],
+            stribeck: None,
         };
         d.validate(2).unwrap();
         let mut force = [0.0; 6];
@@ -109,12 +154,37 @@ mod tests {
     }
 
     #[test]
+    fn friction_near_standstill_exceeds_that_of_motion_where_it_is_told_to() {
+        let stribeck = Stribeck {
+            height: vec![0.5],
+            speed: vec![0.1],
+        };
+        let d = Dissipation {
+            viscous: vec![0.0],
+            coulomb: vec![1.0],
+            smoothing: vec![1e-4],
+            stribeck: Some(stribeck),
+        };
+        d.validate(1).unwrap();
+        let mut force = [0.0; 3];
+        d.force(&[1e-3, 0.1, -1.0], &mut force);
+        let expected = [1.5, 1.0 + 0.5 / std::f64::consts::E, -1.0];
+        assert!(
+            force
+                .iter()
+                .zip(expected)
+                .all(|(f, e)| (f - e).abs() < 1e-4),
+            "{force:?}"
+        );
+    }
+
+    #[test]
     fn coefficients_that_would_put_energy_in_are_refused() {
         assert!(Dissipation::viscous(vec![-0.1]).validate(1).is_err());
         assert!(Dissipation::viscous(vec![f64::NAN]).validate(1).is_err());
         assert!(Dissipation::viscous(vec![0.1]).validate(2).is_err());
         let still = Dissipation {
-            smoothing: 0.0,
+            smoothing: vec![0.0],
             ..Dissipation::viscous(vec![0.1])
         };
         assert!(still.validate(1).is_err());

@@ -236,14 +236,7 @@ impl Lnn {
     /// L over any scalar: the slow, plain evaluation that the kernels are tested against. `q`, `qd` are `[n]`.
     pub fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
         let (shape, scaling) = (&self.shape, &self.shape.scaling);
-        let mut x = Vec::new();
-        for (i, &q) in q.iter().enumerate() {
-            if shape.coordinates.is_circle(i) {
-                x.extend([q.cos(), q.sin()]);
-            } else {
-                x.push((q - scaling.q_center[i]) / scaling.q_scale[i]);
-            }
-        }
+        let mut x = scaling.evaluate(&shape.coordinates, q);
         let v: Vec<D> = qd
             .iter()
             .zip(&scaling.qd_scale)
@@ -407,7 +400,7 @@ impl LnnShape {
                 jet.mass_matrix[(row * n + i) * n + j] = e * m;
             }
         }
-        jet.lagrangian[row] = e * (pass.output(0, s, 0).f64() + quadratic);
+        jet.lagrangian[row] = e * (pass.output(&self.net, 0, s, 0).f64() + quadratic);
     }
 }
 

@@ -1,12 +1,17 @@
 //! Lagrangians: analytic systems and learned ones, behind one trait.
 
+mod actuation;
 pub mod analytic;
+mod delan;
 mod dissipation;
 mod lnn;
 mod rigid_chain;
 mod scaled;
 
-pub use dissipation::Dissipation;
+pub use actuation::Actuation;
+pub use delan::{Delan, DelanConfig, Structure, Terms, Trunks};
+pub(crate) use delan::{DelanShape, Factor};
+pub use dissipation::{Dissipation, Stribeck};
 pub(crate) use lnn::LnnShape;
 pub use lnn::{Form, Lnn, LnnConfig};
 pub use rigid_chain::{Angles, RigidChain};
@@ -33,6 +38,12 @@ pub struct Jet {
 }
 
 impl Jet {
+    /// Degrees of freedom.
+    pub(crate) fn n(&self) -> usize {
+        let states = self.lagrangian.len().max(1);
+        self.momentum.len() / states
+    }
+
     /// Sizes all fields for `m` states of `n` degrees of freedom; allocates only when it grows.
     pub fn resize(&mut self, m: usize, n: usize) {
         self.lagrangian.resize(m, 0.0);

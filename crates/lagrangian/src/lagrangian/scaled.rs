@@ -1,5 +1,6 @@
 //! Scales that make a network's inputs and its Lagrangian of order one, without touching the structure.
 
+use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
 use crate::{Coordinates, Error, Result};
@@ -69,6 +70,23 @@ impl Scaling {
                 None => Ok(()),
             },
         }
+    }
+
+    /// The features of the coordinates over any scalar.
+    pub(crate) fn evaluate<D: DualNum<Primitive = f64> + Copy>(
+        &self,
+        coordinates: &Coordinates,
+        q: &[D],
+    ) -> Vec<D> {
+        let mut x = Vec::new();
+        for (i, &q) in q.iter().enumerate() {
+            if coordinates.is_circle(i) {
+                x.extend([q.cos(), q.sin()]);
+            } else {
+                x.push((q - self.q_center[i]) / self.q_scale[i]);
+            }
+        }
+        x
     }
 
     /// How many features the coordinates have.

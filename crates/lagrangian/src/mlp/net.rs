@@ -47,7 +47,7 @@ pub(crate) struct Layer {
     pub(crate) activation: Option<Activation>,
 }
 
-/// A feed-forward network; the last layer is its output.
+/// A feed-forward network.
 #[derive(Debug, Clone)]
 pub(crate) struct Net {
     /// Numbers that it reads.
@@ -55,6 +55,8 @@ pub(crate) struct Net {
     /// Velocities that its gates multiply.
     pub(crate) velocities: usize,
     pub(crate) layers: Vec<Layer>,
+    /// The layers that are its output, one after the other; no layer reads them, and they have no activation.
+    pub(crate) outputs: Vec<usize>,
     /// Numbers in its parameters.
     pub(crate) parameters: usize,
 }
@@ -69,6 +71,7 @@ impl Build {
             features,
             velocities,
             layers: Vec::new(),
+            outputs: Vec::new(),
             parameters: 0,
         })
     }
@@ -131,7 +134,15 @@ impl Build {
         self.0.layers.len() - 1
     }
 
-    pub(crate) fn finish(mut self) -> Net {
+    /// A network whose output is its last layer.
+    pub(crate) fn finish(self) -> Net {
+        let last = self.0.layers.len().saturating_sub(1);
+        self.finish_with(vec![last])
+    }
+
+    /// A network whose output are these layers.
+    pub(crate) fn finish_with(mut self, outputs: Vec<usize>) -> Net {
+        self.0.outputs = outputs;
         let mut seen = vec![false; self.0.layers.len() + 1];
         for layer in self.0.layers.iter_mut().rev() {
             let Kind::Dense { inputs, .. } = &mut layer.kind else {
@@ -150,6 +161,18 @@ impl Build {
 }
 
 impl Net {
+    /// The layer that output `o` stands in, and its unit there.
+    pub(crate) fn output_at(&self, mut o: usize) -> (usize, usize) {
+        for &l in &self.outputs {
+            let width = self.layers[l].width;
+            if o < width {
+                return (l, o);
+            }
+            o -= width;
+        }
+        (self.layers.len().saturating_sub(1), o)
+    }
+
     /// Random parameters: weights normal with variance 1 / width of the source (those that must not be negative:
     /// their absolute values, scaled to keep the sum), biases zero.
     pub(crate) fn initialise(&self, rng: &mut impl Rng) -> Vec<f64> {

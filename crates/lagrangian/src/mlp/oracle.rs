@@ -42,6 +42,7 @@ impl Net {
                     .collect(),
             );
         }
-        outputs.pop().unwrap_or_default()
+        let of = |&l: &usize| outputs[l].iter().copied();
+        self.outputs.iter().flat_map(of).collect()
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::net::{Input, Kind, Net, Source};
 use super::simd::{
     AddTo, Buffer, Combine, Contract, GateForward, GateReverse, Gates, Gemm, Init, PointForward,
-    PointReverse2, PointSecond, PointTangent, Real, Shape, dispatch,
+    PointReverse2, PointReverseTangents, PointSecond, PointTangent, Real, Shape, dispatch,
 };
 
 /// The parameters of a network as the kernels read them: every matrix in panels, both ways round.
@@ -196,6 +196,30 @@ struct LayerBuffers<T: Real> {
     slopes: [Buffer<T>; 3],
 }
 
+/// What goes forward.
+#[derive(Clone, Copy, PartialEq)]
+enum Forward {
+    /// The value, and tangents with it.
+    Value,
+    /// Tangents alone.
+    Tangents,
+    /// Mixed second derivatives.
+    Mixed,
+}
+
+/// What goes backward.
+#[derive(Clone, Copy)]
+enum Backward {
+    /// The value's sensitivity, with second derivatives along pairs of so many tangents.
+    Value { directions: usize },
+    /// Those of so many outputs, one a component.
+    Outputs(usize),
+    /// The components ′, i and i′ of one output's.
+    Mixed { directions: usize },
+    /// Those of so many scalars of the value and its tangents.
+    Tangents { directions: usize },
+}
+
 /// The buffers of one block of samples; see the module for the components.
 ///
 /// The caller writes [`Pass::features_mut`] and [`Pass::velocities_mut`], then calls the passes in order.
@@ -316,15 +340,28 @@ impl<T: Real> Pass<T> {
 
     /// Forward: the value and the tangents ′ and i < `directions` (only the value if `directions` is `None`).
     pub(crate) fn forward(&mut self, net: &Net, packed: &Packed<T>, directions: Option<usize>) {
-        self.propagate(net, packed, 0..directions.map_or(1, |d| 2 + d), true);
+        let components = 0..directions.map_or(1, |d| 2 + d);
+        self.propagate(net, packed, components, Forward::Value);
     }
 
     /// Forward: the mixed second derivatives i′ for i < `directions`, after [`Pass::forward`].
     pub(crate) fn forward_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
-        self.propagate(net, packed, self.mixed(0)..self.mixed(directions), false);
+        let components = self.mixed(0)..self.mixed(directions);
+        self.propagate(net, packed, components, Forward::Mixed);
     }
 
-    fn propagate(&mut self, net: &Net, packed: &Packed<T>, components: Range<usize>, first: bool) {
+    /// Forward: the tangents i < `directions` alone, after a [`Pass::forward`] without them.
+    pub(crate) fn forward_tangents(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
+        self.propagate(net, packed, 2..2 + directions, Forward::Tangents);
+    }
+
+    fn propagate(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        components: Range<usize>,
+        stage: Forward,
+    ) {
         let rows = self.components * self.samples;
         for (l, layer) in net.layers.iter().enumerate() {
             let (before, rest) = self.layers.split_at_mut(l);
@@ -338,7 +375,7 @@ impl<T: Real> Pass<T> {
                             Source::Layer(l) => before[l].output(),
                         };
                         // The bias belongs to the value alone.
-                        let split = if first && k == 0 {
+                        let split = if stage == Forward::Value && k == 0 {
                             self.samples
                         } else {
                             components.start * self.samples
@@ -388,7 +425,18 @@ impl<T: Real> Pass<T> {
                 slopes: [s1, s2, s3],
                 ..
             } = buffers;
-            if first {
+            if stage == Forward::Mixed {
+                let (directions, slopes) = (components.len(), [&s1[..], &s2[..]]);
+                dispatch(PointSecond {
+                    shape,
+                    directions,
+                    slopes,
+                    z,
+                    a,
+                });
+                continue;
+            }
+            if stage == Forward::Value {
                 dispatch(PointForward {
                     shape,
                     activation,
@@ -396,39 +444,44 @@ impl<T: Real> Pass<T> {
                     a,
                     slopes: [s1, s2, s3],
                 });
-                dispatch(PointTangent {
-                    shape,
-                    components: 1..components.end,
-                    first: s1,
-                    input: z,
-                    output: a,
-                });
-            } else {
-                dispatch(PointSecond {
-                    shape,
-                    directions: components.len(),
-                    slopes: [s1, s2],
-                    z,
-                    a,
-                });
             }
+            dispatch(PointTangent {
+                shape,
+                components: components.start.max(1)..components.end,
+                first: s1,
+                input: z,
+                output: a,
+            });
         }
     }
 
     /// Component `c` of output `o` of sample `s`.
-    pub(crate) fn output(&self, c: usize, s: usize, o: usize) -> T {
+    pub(crate) fn output(&self, net: &Net, c: usize, s: usize, o: usize) -> T {
         let rows = self.components * self.samples;
-        let out = self.layers.last().map_or(&[][..], LayerBuffers::output);
+        let (layer, o) = net.output_at(o);
+        let out = self.layers[layer].output();
         out[(o / T::LANES * rows + c * self.samples + s) * T::LANES + o % T::LANES]
     }
 
     /// Backward: the value component of the sensitivities of the (only) output, its gradient by features and
     /// velocities, and its second derivatives along pairs of the first `directions` tangents and ′.
     pub(crate) fn reverse(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
-        self.seed(0..1, |_, _, _| T::of(1.0));
+        self.seed(net, 0..1, |_, _, _| T::of(1.0));
         self.hessian.fill(T::default());
         self.yv.fill(T::default());
-        self.back(net, packed, 0..1, Some(directions), directions);
+        self.back(net, packed, Backward::Value { directions });
+    }
+
+    /// Backward: the value component of the sensitivities of Σ `seed(s, o)` output o, and its gradient by the
+    /// features.
+    pub(crate) fn reverse_sum(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        seed: impl Fn(usize, usize) -> T,
+    ) {
+        self.seed(net, 0..1, |_, s, o| seed(s, o));
+        self.back(net, packed, Backward::Value { directions: 0 });
     }
 
     /// Backward: the components ′, i and i′ of the sensitivities, after [`Pass::reverse`] and
@@ -436,18 +489,30 @@ impl<T: Real> Pass<T> {
     pub(crate) fn reverse_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let mixed = self.mixed(0)..self.mixed(directions);
         for components in [1..2 + directions, mixed.clone()] {
-            self.seed(components, |_, _, _| T::default());
+            self.seed(net, components, |_, _, _| T::default());
         }
-        self.back(net, packed, 1..2 + directions, None, directions);
+        self.back(net, packed, Backward::Mixed { directions });
+    }
+
+    /// Backward: `directions` scalars that depend on the outputs, their tangents ′ and one tangent i each. `seed(c,
+    /// s, o)` is the sensitivity to component ′ of output o for c < directions, to its value for the others; those
+    /// to the tangents i are what [`Pass::reverse_sum`] left.
+    pub(crate) fn reverse_tangents(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        directions: usize,
+        seed: impl Fn(usize, usize, usize) -> T,
+    ) {
+        self.seed(net, 1..1 + 2 * directions, |c, s, o| seed(c - 1, s, o));
+        self.back(net, packed, Backward::Tangents { directions });
     }
 
     /// Backward, one component per output: component c holds the sensitivities of output c (plain networks).
     pub(crate) fn reverse_outputs(&mut self, net: &Net, packed: &Packed<T>, outputs: usize) {
-        self.seed(
-            0..outputs,
-            |c, _, o| if c == o { T::of(1.0) } else { T::default() },
-        );
-        self.back(net, packed, 0..outputs, None, 0);
+        let unit = |c, _, o| if c == o { T::of(1.0) } else { T::default() };
+        self.seed(net, 0..outputs, unit);
+        self.back(net, packed, Backward::Outputs(outputs));
     }
 
     /// Backward: component 0 holds the sensitivities of Σ `weights[s, o]` output o (plain networks).
@@ -458,50 +523,54 @@ impl<T: Real> Pass<T> {
         outputs: usize,
         weights: &[T],
     ) {
-        let weight = |s: usize, o: usize| {
-            if o < outputs {
-                weights[s * outputs + o]
-            } else {
-                T::default()
-            }
-        };
-        self.seed(0..1, |_, s, o| weight(s, o));
-        self.back(net, packed, 0..1, None, 0);
+        self.seed(net, 0..1, |_, s, o| weights[s * outputs + o]);
+        self.back(net, packed, Backward::Outputs(1));
     }
 
-    /// Sets the sensitivity of component `c` of sample `s` to output `o`.
-    fn seed(&mut self, components: Range<usize>, seed: impl Fn(usize, usize, usize) -> T) {
-        let Some(last) = self.layers.last_mut() else {
-            return;
-        };
+    /// Sets the sensitivity of component `c` of sample `s` to output `o`; 0 in the padding of the last panels.
+    fn seed(
+        &mut self,
+        net: &Net,
+        components: Range<usize>,
+        seed: impl Fn(usize, usize, usize) -> T,
+    ) {
         let rows = self.components * self.samples;
-        for p in 0..last.shape.panels {
-            for c in components.clone() {
-                for s in 0..self.samples {
-                    let at = (p * rows + c * self.samples + s) * T::LANES;
-                    for lane in 0..T::LANES {
-                        last.yz[at + lane] = seed(c, s, p * T::LANES + lane);
+        let mut first = 0;
+        for &l in &net.outputs {
+            let (layer, width) = (&mut self.layers[l], net.layers[l].width);
+            for p in 0..layer.shape.panels {
+                for c in components.clone() {
+                    for s in 0..self.samples {
+                        let at = (p * rows + c * self.samples + s) * T::LANES;
+                        for lane in 0..T::LANES {
+                            let o = p * T::LANES + lane;
+                            layer.yz[at + lane] = if o < width {
+                                seed(c, s, first + o)
+                            } else {
+                                T::default()
+                            };
+                        }
                     }
                 }
             }
+            first += width;
         }
     }
 
-    /// Carries sensitivities from the output to the features. With `value`, only component 0, with curvature;
-    /// otherwise `components` and, where `directions` > 0, their mixed companions.
-    fn back(
-        &mut self,
-        net: &Net,
-        packed: &Packed<T>,
-        components: Range<usize>,
-        value: Option<usize>,
-        directions: usize,
-    ) {
-        let mixed = if value.is_none() {
-            self.mixed(0)..self.mixed(directions)
-        } else {
-            0..0
+    /// Carries sensitivities from the outputs down, to the features where the value's are carried.
+    fn back(&mut self, net: &Net, packed: &Packed<T>, way: Backward) {
+        let mixed = |directions| self.mixed(0)..self.mixed(directions);
+        let parts = match way {
+            Backward::Value { .. } => [0..1, 0..0],
+            Backward::Outputs(outputs) => [0..outputs, 0..0],
+            Backward::Mixed { directions } => [1..2 + directions, mixed(directions)],
+            Backward::Tangents { directions } => [1..1 + 2 * directions, 0..0],
         };
+        let curved = match way {
+            Backward::Value { directions } if directions > 0 => Some(directions),
+            _ => None,
+        };
+        let value = matches!(way, Backward::Value { .. });
         for (l, layer) in net.layers.iter().enumerate().rev() {
             let (before, rest) = self.layers.split_at_mut(l);
             let buffers = &mut rest[0];
@@ -514,35 +583,42 @@ impl<T: Real> Pass<T> {
                     slopes: [s1, s2, s3],
                     ..
                 } = buffers;
-                if value.is_some() || directions == 0 {
-                    let components = components.clone();
-                    dispatch(PointTangent {
-                        shape,
-                        components,
-                        first: s1,
-                        input: ya,
-                        output: yz,
-                    });
-                    if let Some(directions) = value.filter(|&d| d > 0) {
-                        let hessian = &mut self.hessian[..];
-                        dispatch(Contract {
+                match way {
+                    Backward::Value { .. } | Backward::Outputs(_) => {
+                        dispatch(PointTangent {
                             shape,
-                            directions,
-                            second: s2,
-                            z,
-                            ya,
-                            hessian,
+                            components: parts[0].clone(),
+                            first: s1,
+                            input: ya,
+                            output: yz,
                         });
+                        if let Some(directions) = curved {
+                            dispatch(Contract {
+                                shape,
+                                directions,
+                                second: s2,
+                                z,
+                                ya,
+                                hessian: &mut self.hessian[..],
+                            });
+                        }
                     }
-                } else {
-                    dispatch(PointReverse2 {
+                    Backward::Mixed { directions } => dispatch(PointReverse2 {
                         shape,
                         directions,
                         slopes: [s1, s2, s3],
                         z,
                         ya,
                         yz,
-                    });
+                    }),
+                    Backward::Tangents { directions } => dispatch(PointReverseTangents {
+                        shape,
+                        directions,
+                        slopes: [s1, s2],
+                        z,
+                        ya,
+                        yz,
+                    }),
                 }
             }
             match &layer.kind {
@@ -550,7 +626,7 @@ impl<T: Real> Pass<T> {
                     let rows = self.components * self.samples;
                     for (input, (_, w)) in inputs.iter().zip(&packed.layers[l].weights) {
                         let target = match input.source {
-                            Source::Features if value.is_some() => &mut self.yx,
+                            Source::Features if value => &mut self.yx,
                             // Only the value's sensitivity to the features is ever read.
                             Source::Features => continue,
                             Source::Layer(l) => before[l].sensitivity_mut(),
@@ -562,7 +638,7 @@ impl<T: Real> Pass<T> {
                                 Init::Add
                             }
                         };
-                        for c in [components.clone(), mixed.clone()] {
+                        for c in parts.clone() {
                             let part = c.start * self.samples..c.end * self.samples;
                             if !part.is_empty() {
                                 dispatch(Gemm::along_rows(
@@ -582,7 +658,7 @@ impl<T: Real> Pass<T> {
                 }
                 Kind::Gate { gates } => {
                     let (g, yg) = before[*gates].output_and_sensitivity();
-                    for components in [components.clone(), mixed.clone()] {
+                    for components in parts.clone() {
                         if components.is_empty() {
                             continue;
                         }
@@ -596,8 +672,8 @@ impl<T: Real> Pass<T> {
                             components,
                             yz: &buffers.yz,
                             yg: &mut yg[..],
-                            yv: value.map(|_| &mut self.yv[..]),
-                            hessian: value.filter(|&d| d > 0).map(|d| (&mut self.hessian[..], d)),
+                            yv: value.then_some(&mut self.yv[..]),
+                            hessian: curved.map(|d| (&mut self.hessian[..], d)),
                         });
                     }
                 }

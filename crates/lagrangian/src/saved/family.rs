@@ -8,18 +8,25 @@ use crate::Result;
 use crate::baseline::{Mlp, MlpConfig};
 use crate::dynamics::{Mechanical, Model};
 use crate::identify::Rigid;
-use crate::lagrangian::{Angles, Dissipation, Lagrangian, Lnn, LnnConfig, RigidChain, Scaling};
+use crate::lagrangian::{
+    Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, RigidChain,
+    Scaling,
+};
 use crate::train::Learned;
 
 /// The one tensor of a network: all weights, in the order of its `parameters`.
 const WEIGHTS: &str = "parameters";
 
 const LNN: &str = "lnn";
+const DELAN: &str = "delan";
 const MLP: &str = "mlp";
 const RIGID: &str = "rigid";
 
 /// The other tensor of a chain: the standard errors of all its parameters.
 const ERRORS: &str = "standard_errors";
+
+/// The other tensor of a deep Lagrangian network: inertias of rotors, one a coordinate or none.
+const ROTORS: &str = "rotor_inertias";
 
 /// What a chain's parameters mean.
 #[derive(Serialize, Deserialize)]
@@ -50,6 +57,7 @@ impl Learned {
             architecture,
             scaling,
             dissipation: Value::Null,
+            actuation: Value::Null,
             provenance,
         };
         match self {
@@ -57,8 +65,19 @@ impl Learned {
                 let lnn = &model.lagrangian;
                 let mut header = header(LNN, describe(lnn.config())?, describe(lnn.scaling())?);
                 header.form = describe(&lnn.config().form)?.as_str().map(String::from);
-                header.dissipation = describe(&model.dissipation())?;
+                header.forces(model)?;
                 saved(header, lnn.parameters())
+            }
+            Self::Delan(model) => {
+                let delan = &model.lagrangian;
+                let (config, scaling) = (describe(delan.config())?, describe(delan.scaling())?);
+                let mut header = header(DELAN, config, scaling);
+                header.forces(model)?;
+                let mut saved = saved(header, delan.parameters())?;
+                let rotors = delan.rotors();
+                let rotors = Tensor::new(vec![rotors.len()], rotors.to_vec())?;
+                saved.tensors.insert(ROTORS.into(), rotors);
+                Ok(saved)
             }
             Self::Mlp(mlp) => {
                 let (qdd, tau) = mlp.scales();
@@ -98,8 +117,19 @@ impl Learned {
         if header.family == RIGID {
             return chain(saved).map(Self::Rigid);
         }
-        let weights = weights(saved)?;
         let coordinates = header.coordinates.clone();
+        if header.family == DELAN {
+            let (weights, rotors) = (tensor(saved, WEIGHTS)?, tensor(saved, ROTORS)?);
+            saved.expect_tensors(&[
+                (WEIGHTS.into(), vec![weights.len()]),
+                (ROTORS.into(), vec![rotors.len()]),
+            ])?;
+            let config: DelanConfig = read("architecture", &header.architecture)?;
+            let scaling = read("scaling", &header.scaling)?;
+            let delan = Delan::with_parameters(coordinates, config, scaling, weights, rotors)?;
+            return Ok(Self::Delan(moving(delan, header)?));
+        }
+        let weights = weights(saved)?;
         match header.family.as_str() {
             LNN => {
                 let config: LnnConfig = read("architecture", &header.architecture)?;
@@ -134,6 +164,7 @@ impl Learned {
     pub fn lagrangian(&self) -> Option<&dyn Lagrangian> {
         match self {
             Self::Lnn(model) => Some(&model.lagrangian),
+            Self::Delan(model) => Some(&model.lagrangian),
             Self::Mlp(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
         }
@@ -160,9 +191,23 @@ fn chain(saved: &SavedModel) -> Result<Rigid> {
 /// A Lagrangian with the dissipation of the header.
 fn moving<L: Lagrangian>(lagrangian: L, header: &Header) -> Result<Mechanical<L>> {
     let dissipation: Option<Dissipation> = read("dissipation", &header.dissipation)?;
-    match dissipation {
-        None => Ok(Mechanical::conservative(lagrangian)),
-        Some(dissipation) => Mechanical::dissipative(lagrangian, dissipation),
+    let model = match dissipation {
+        None => Mechanical::conservative(lagrangian),
+        Some(dissipation) => Mechanical::dissipative(lagrangian, dissipation)?,
+    };
+    let actuation: Option<Actuation> = read("actuation", &header.actuation)?;
+    match actuation {
+        None => Ok(model),
+        Some(actuation) => model.driven(actuation),
+    }
+}
+
+impl Header {
+    /// Describes the forces of a model beside those of its Lagrangian.
+    fn forces<L: Lagrangian>(&mut self, model: &Mechanical<L>) -> Result<()> {
+        self.dissipation = describe(&model.dissipation())?;
+        self.actuation = describe(&model.actuation())?;
+        Ok(())
     }
 }
 

@@ -51,6 +51,9 @@ pub struct Header {
     /// Dissipation that was learned or given, where there is one.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub dissipation: Value,
+    /// Gains and offsets that were learned or given, where there are any.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub actuation: Value,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -104,6 +107,7 @@ struct Envelope {
 ///     architecture: serde_json::json!({ "width": 64, "layers": 2 }),
 ///     scaling: serde_json::Value::Null,
 ///     dissipation: serde_json::Value::Null,
+///     actuation: serde_json::Value::Null,
 ///     provenance: Provenance::of_seed(1),
 /// };
 /// let weights = Tensor::new(vec![1, 2], vec![0.5, -0.25])?;

@@ -86,18 +86,19 @@ impl Value {
 }
 
 impl Loss {
+    /// Whether absolute values are minimised.
+    pub(crate) fn is_absolute(self) -> bool {
+        matches!(self, Self::AccelerationL1 | Self::TorqueL1)
+    }
+
     /// The value of one residual.
     pub(crate) fn of(self, r: f64) -> f64 {
-        if self == Self::AccelerationL1 {
-            r.abs()
-        } else {
-            r * r
-        }
+        if self.is_absolute() { r.abs() } else { r * r }
     }
 
     /// Its derivative.
     pub(crate) fn slope(self, r: f64) -> f64 {
-        if self == Self::AccelerationL1 {
+        if self.is_absolute() {
             r.signum()
         } else {
             2.0 * r
@@ -127,7 +128,7 @@ impl<T: Real> Batches<T> {
         let block = block(batch);
         let (n, net) = (learner.dof(), learner.net());
         let lane = |_| Lane {
-            work: Work::new(net, block, n, learner.room(), learner.extra()),
+            work: Work::new(learner, block),
             gradient: Gradient::new(net),
             extra: vec![0.0; learner.extra() * n],
             value: Value::default(),
@@ -154,7 +155,8 @@ impl<T: Real> Batches<T> {
         self.packed.set(net, weights);
         let (packed, block, lanes) = (&self.packed, self.block, self.lanes.len());
         let wanted = gradient.is_some();
-        let factor = 1.0 / (numbers.len() * samples.n).max(1) as f64;
+        let m = learner.residuals_each();
+        let factor = 1.0 / (numbers.len() * m).max(1) as f64;
         let work = |(l, lane): (usize, &mut Lane<T>)| {
             lane.value = Value::default();
             lane.gradient.clear();
@@ -162,7 +164,7 @@ impl<T: Real> Batches<T> {
             for numbers in numbers.chunks(block).skip(l).step_by(lanes) {
                 samples.gather(numbers, &mut lane.work);
                 learner.residuals(packed, extra, &mut lane.work);
-                lane.value = lane.value.add(value(&lane.work, loss, samples.n));
+                lane.value = lane.value.add(value(&lane.work, loss, m));
                 if wanted {
                     weigh(&mut lane.work, loss, samples.n, factor, &mut lane.extra);
                     learner.pull_back(packed, &mut lane.work, &mut lane.gradient);
@@ -199,32 +201,33 @@ fn block(batch: usize) -> usize {
     16.min(batch.div_ceil(2).next_multiple_of(8)).max(8)
 }
 
-/// The loss of the samples of a block that count.
-pub(crate) fn value<T: Real>(work: &Work<T>, loss: Loss, n: usize) -> Value {
-    let residuals = &work.residual[..work.count * n];
+/// The loss of the samples of a block that count, `m` residuals each.
+pub(crate) fn value<T: Real>(work: &Work<T>, loss: Loss, m: usize) -> Value {
+    let residuals = &work.residual[..work.count * m];
     Value {
         sum: residuals.iter().map(|&r| loss.of(r)).sum(),
-        count: residuals.len() - work.singular * n,
+        count: residuals.len() - work.singular * m,
         singular: work.singular,
     }
 }
 
 /// λ = Dᵀ ∂loss/∂r · `factor`, and the gradient by the extra parameters.
 fn weigh<T: Real>(work: &mut Work<T>, loss: Loss, n: usize, factor: f64, extra: &mut [f64]) {
-    let kinds = extra.len() / n;
-    for s in 0..work.pass.samples() {
-        for k in 0..n {
+    let (kinds, samples) = (extra.len() / n, work.pass.samples());
+    let (m, k) = (work.residual.len() / samples, work.lambda.len() / samples);
+    for s in 0..samples {
+        for j in 0..k {
             let lambda: f64 = if s < work.count {
-                let slope = |i: usize| factor * loss.slope(work.residual[s * n + i]);
-                (0..n)
-                    .map(|i| work.mix[(s * n + i) * n + k] * slope(i))
+                let slope = |i: usize| factor * loss.slope(work.residual[s * m + i]);
+                (0..m)
+                    .map(|i| work.mix[(s * m + i) * k + j] * slope(i))
                     .sum()
             } else {
                 0.0
             };
-            work.lambda[s * n + k] = T::of(lambda);
+            work.lambda[s * k + j] = T::of(lambda);
             for e in 0..kinds {
-                extra[e * n + k] += lambda * work.extra[(s * n + k) * kinds + e];
+                extra[e * n + j % n] += lambda * work.extra[(s * k + j) * kinds + e];
             }
         }
     }

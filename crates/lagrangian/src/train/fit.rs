@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::adam::{Adam, AdamConfig};
 use super::batch::{Batches, Samples, Value};
 use super::checkpoint::Checkpoint;
+use super::forces::ForceTerms;
 use super::learned::Template;
 use super::learned::{Family, Learned};
 use super::learner::{Learner, Loss};
@@ -71,8 +72,8 @@ pub struct FitConfig {
     pub batch: usize,
     /// Of weights and batches.
     pub seed: u64,
-    /// Whether viscous and Coulomb friction are learned too.
-    pub dissipation: bool,
+    /// Forces that are learned beside those of the Lagrangian (a chain of rigid links knows friction alone).
+    pub forces: ForceTerms,
     /// Numbers of the kernels under Adam.
     pub precision: Precision,
     /// Steps between two looks at the validation samples.
@@ -90,7 +91,7 @@ impl Default for FitConfig {
             budget: Budget::Steps(1000),
             batch: 256,
             seed: 0,
-            dissipation: false,
+            forces: ForceTerms::default(),
             precision: Precision::default(),
             validate_every: 25,
             patience: None,
@@ -205,7 +206,9 @@ impl FitConfig {
         if self.batch == 0 || self.batch > 1 << 20 {
             return argument("batch", self.batch.to_string(), "between 1 and 1048576");
         }
-        if matches!(self.optimizer, Optimizer::Natural(_)) && self.batch * dataset.train.n > 8192 {
+        if matches!(self.optimizer, Optimizer::Natural(_))
+            && self.batch * self.loss.residuals(dataset.train.n) > 8192
+        {
             let must =
                 "at most 8192 residuals under the natural gradient: take a smaller batch, or Adam";
             return argument(
@@ -213,7 +216,7 @@ impl FitConfig {
                 format!(
                     "{} ({} residuals)",
                     self.batch,
-                    self.batch * dataset.train.n
+                    self.batch * self.loss.residuals(dataset.train.n)
                 ),
                 must,
             );
@@ -226,16 +229,25 @@ impl FitConfig {
             Budget::Seconds(s) if !(s.is_finite() && s > 0.0) => {
                 argument("seconds", s.to_string(), "finite and positive")
             }
-            _ if self.loss == Loss::Torque && !dataset.forced => argument(
+            _ if self.loss.needs_forces() && !dataset.forced => argument(
                 "loss",
                 "torque".into(),
                 "acceleration: the data hold no force τ",
             ),
-            _ if self.loss == Loss::Torque && matches!(self.family, Family::Mlp(_)) => argument(
-                "loss",
-                "torque".into(),
-                "acceleration: a plain network has no inverse dynamics",
+            _ if self.forces.rotor && !matches!(self.family, Family::Delan(_)) => argument(
+                "forces",
+                "rotor".into(),
+                "without rotor inertias: only a deep Lagrangian network (delan) keeps them apart from M",
             ),
+            _ if matches!(self.loss, Loss::TorqueAcceleration | Loss::TorquePower)
+                && !matches!(self.family, Family::Delan(_)) =>
+            {
+                argument(
+                    "loss",
+                    format!("{:?}", self.loss),
+                    "torque or acceleration: only deep Lagrangian networks (delan) are fitted to more at once",
+                )
+            }
             _ => Ok(()),
         }
     }
@@ -254,7 +266,12 @@ pub fn fit(
 ) -> Result<Fit> {
     if let Family::Rigid(rigid) = &config.family {
         config.check(dataset)?;
-        return solve(dataset, rigid, config.dissipation, observer);
+        return solve(
+            dataset,
+            rigid,
+            config.forces.viscous || config.forces.coulomb,
+            observer,
+        );
     }
     let template = config.template(dataset)?;
     let fresh = template.initialise(config.seed);

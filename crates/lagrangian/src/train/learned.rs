@@ -4,15 +4,19 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use super::delan::DelanLearner;
 use super::fit::FitConfig;
+use super::forces::{ForceTerms, Forces};
 use super::learner::Learner;
-use super::lnn::{Friction, LnnLearner};
+use super::lnn::LnnLearner;
 use super::plain::MlpLearner;
-use crate::baseline::{Mlp, MlpConfig, MlpShape};
+use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{Evaluator, Mechanical, Model};
 use crate::identify::{Rigid, RigidConfig};
-use crate::lagrangian::{Dissipation, Lnn, LnnConfig, LnnShape};
+use crate::lagrangian::{
+    Actuation, Delan, DelanConfig, DelanShape, Dissipation, Lagrangian, Lnn, LnnConfig, LnnShape,
+};
 use crate::{Coordinates, Result};
 
 use super::Loss;
@@ -23,7 +27,9 @@ use super::Loss;
 pub enum Family {
     /// Lagrangian neural network.
     Lnn(LnnConfig),
-    /// Plain network, the baseline.
+    /// Deep Lagrangian network.
+    Delan(DelanConfig),
+    /// Plain network, the baseline: of accelerations, or of torques where the loss is theirs.
     Mlp(MlpConfig),
     /// Planar chain of rigid links, by least squares.
     Rigid(RigidConfig),
@@ -41,6 +47,7 @@ impl Family {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Lnn(_) => "lnn",
+            Self::Delan(_) => "delan",
             Self::Mlp(_) => "mlp",
             Self::Rigid(_) => "rigid",
         }
@@ -53,6 +60,8 @@ impl Family {
 pub enum Learned {
     /// A learned Lagrangian, with its friction if that was learned too.
     Lnn(Mechanical<Lnn>),
+    /// The same with a mass matrix that is positive definite by construction.
+    Delan(Mechanical<Delan>),
     /// A plain network.
     Mlp(Mlp),
     /// An identified chain of rigid links.
@@ -63,14 +72,23 @@ impl Model for Learned {
     fn coordinates(&self) -> &Coordinates {
         match self {
             Self::Lnn(model) => model.coordinates(),
+            Self::Delan(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
+        }
+    }
+
+    fn moves(&self) -> bool {
+        match self {
+            Self::Mlp(model) => model.moves(),
+            _ => true,
         }
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         match self {
             Self::Lnn(model) => model.evaluator(),
+            Self::Delan(model) => model.evaluator(),
             Self::Mlp(model) => model.evaluator(),
             Self::Rigid(model) => model.evaluator(),
         }
@@ -78,11 +96,33 @@ impl Model for Learned {
 }
 
 impl Learned {
+    /// Its friction, where it has any.
+    #[must_use]
+    pub fn dissipation(&self) -> Option<&Dissipation> {
+        match self {
+            Self::Lnn(model) => model.dissipation(),
+            Self::Delan(model) => model.dissipation(),
+            Self::Mlp(_) => None,
+            Self::Rigid(rigid) => rigid.motion().dissipation(),
+        }
+    }
+
+    /// How its forces come from inputs, where they are not the inputs themselves.
+    #[must_use]
+    pub fn actuation(&self) -> Option<&Actuation> {
+        match self {
+            Self::Lnn(model) => model.actuation(),
+            Self::Delan(model) => model.actuation(),
+            Self::Mlp(_) | Self::Rigid(_) => None,
+        }
+    }
+
     /// The name of its family.
     #[must_use]
     pub fn family(&self) -> &'static str {
         match self {
             Self::Lnn(_) => "lnn",
+            Self::Delan(_) => "delan",
             Self::Mlp(_) => "mlp",
             Self::Rigid(_) => "rigid",
         }
@@ -95,7 +135,15 @@ pub(crate) enum Template {
         shape: LnnShape,
         loss: Loss,
         weights: Vec<f64>,
-        friction: Option<Friction>,
+        terms: ForceTerms,
+        forces: Forces,
+    },
+    Delan {
+        shape: DelanShape,
+        loss: Loss,
+        weights: Vec<f64>,
+        terms: ForceTerms,
+        forces: Forces,
     },
     Mlp {
         shape: MlpShape,
@@ -109,28 +157,32 @@ impl Family {
         let n = dataset.coordinates.dof();
         crate::Error::check_dof(n, super::lnn::MAX_DOF)?;
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
-        let scale = if config.loss == Loss::Torque {
-            &tau
-        } else {
-            &qdd
-        };
-        let weights: Vec<f64> = scale.iter().map(|s| 1.0 / s).collect();
+        let weights = config.loss.weights(dataset);
         let (coordinates, scaling) = (dataset.coordinates.clone(), dataset.scaling());
+        let terms = config.forces;
+        let forces = Forces::new(terms, tau.clone(), scaling.qd_scale.clone(), qdd.clone());
         Ok(match self {
-            Self::Lnn(lnn) => {
-                let friction = config
-                    .dissipation
-                    .then(|| Friction::unit(&scaling.qd_scale, &tau));
-                let shape = LnnShape::new(coordinates, lnn.clone(), scaling)?;
-                Template::Lnn {
-                    shape,
-                    loss: config.loss,
-                    weights,
-                    friction,
-                }
-            }
+            Self::Lnn(lnn) => Template::Lnn {
+                shape: LnnShape::new(coordinates, lnn.clone(), scaling)?,
+                loss: config.loss,
+                weights,
+                terms,
+                forces,
+            },
+            Self::Delan(delan) => Template::Delan {
+                shape: DelanShape::new(coordinates, delan.clone(), scaling)?,
+                loss: config.loss,
+                weights,
+                terms,
+                forces,
+            },
             Self::Mlp(mlp) => {
+                let direction = match config.loss {
+                    Loss::Torque | Loss::TorqueL1 => Direction::Inverse,
+                    _ => Direction::Forward,
+                };
                 let mlp = MlpConfig {
+                    direction,
                     forced: dataset.forced,
                     ..mlp.clone()
                 };
@@ -151,18 +203,6 @@ impl Family {
     }
 }
 
-impl Friction {
-    /// Coefficients of 1 mean friction of the size of the forces, which changes its sign within 10 % of the speeds:
-    /// recordings rarely show it sharper.
-    fn unit(qd_scale: &[f64], tau_scale: &[f64]) -> Self {
-        Self {
-            viscous: tau_scale.iter().zip(qd_scale).map(|(f, v)| f / v).collect(),
-            coulomb: tau_scale.to_vec(),
-            smoothing: 0.1 * qd_scale.iter().copied().fold(f64::INFINITY, f64::min),
-        }
-    }
-}
-
 impl Template {
     fn learner(&self) -> Trainee<'_> {
         match self {
@@ -170,12 +210,25 @@ impl Template {
                 shape,
                 loss,
                 weights,
-                friction,
+                forces,
+                ..
             } => Trainee::Lnn(LnnLearner {
                 shape,
                 loss: *loss,
                 weights,
-                friction: friction.clone(),
+                forces: forces.clone(),
+            }),
+            Self::Delan {
+                shape,
+                loss,
+                weights,
+                forces,
+                ..
+            } => Trainee::Delan(DelanLearner {
+                shape,
+                loss: *loss,
+                weights,
+                forces: forces.clone(),
             }),
             Self::Mlp {
                 shape,
@@ -192,6 +245,7 @@ impl Template {
     pub(crate) fn with_f64<R>(&self, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
+            Trainee::Delan(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -199,6 +253,7 @@ impl Template {
     pub(crate) fn with_f32<R>(&self, f: impl FnOnce(&dyn Learner<f32>) -> R) -> R {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
+            Trainee::Delan(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -214,7 +269,7 @@ impl Template {
             let mut parameters = learner
                 .net()
                 .initialise(&mut ChaCha8Rng::seed_from_u64(seed));
-            parameters.resize(learner.parameters(), 0.01);
+            parameters.extend(learner.forces().map(Forces::initial).unwrap_or_default());
             parameters
         })
     }
@@ -222,14 +277,25 @@ impl Template {
     pub(crate) fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
         Ok(match self {
             Self::Lnn {
-                shape, friction, ..
+                shape,
+                terms,
+                forces,
+                ..
             } => {
                 let (weights, extra) = parameters.split_at(shape.net.parameters);
                 let lnn = Lnn::assemble(shape.clone(), weights.to_vec())?;
-                Learned::Lnn(match friction {
-                    None => Mechanical::conservative(lnn),
-                    Some(unit) => Mechanical::dissipative(lnn, unit.times(extra))?,
-                })
+                Learned::Lnn(forces.mechanical(lnn, *terms, extra)?)
+            }
+            Self::Delan {
+                shape,
+                terms,
+                forces,
+                ..
+            } => {
+                let (weights, extra) = parameters.split_at(shape.net.parameters);
+                let rotors = forces.rotors(extra);
+                let delan = Delan::assemble(shape.clone(), weights.to_vec(), rotors)?;
+                Learned::Delan(forces.mechanical(delan, *terms, extra)?)
             }
             Self::Mlp { shape, .. } => {
                 Learned::Mlp(Mlp::assemble(shape.clone(), parameters.to_vec())?)
@@ -238,20 +304,44 @@ impl Template {
     }
 }
 
-impl Friction {
-    /// The dissipation of trained coefficients `[2, n]`.
-    fn times(&self, extra: &[f64]) -> Dissipation {
-        let (viscous, coulomb) = extra.split_at(self.viscous.len());
-        let product = |x: &[f64], unit: &[f64]| x.iter().zip(unit).map(|(x, u)| x * u).collect();
-        Dissipation {
-            viscous: product(viscous, &self.viscous),
-            coulomb: product(coulomb, &self.coulomb),
-            smoothing: self.smoothing,
+impl Forces {
+    /// A Lagrangian with the trained forces.
+    fn mechanical<L: Lagrangian>(
+        &self,
+        lagrangian: L,
+        terms: ForceTerms,
+        extra: &[f64],
+    ) -> Result<Mechanical<L>> {
+        let model = match self.dissipation(terms, extra) {
+            None => Mechanical::conservative(lagrangian),
+            Some(dissipation) => Mechanical::dissipative(lagrangian, dissipation)?,
+        };
+        match self.actuation(terms, extra)? {
+            None => Ok(model),
+            Some(actuation) => model.driven(actuation),
         }
+    }
+}
+
+impl Loss {
+    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of.
+    fn weights(self, dataset: &Dataset) -> Vec<f64> {
+        let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
+        let scales = match self {
+            Self::TorqueAcceleration => [tau, qdd].concat(),
+            Self::TorquePower => {
+                let power = dataset.power_scale();
+                [tau, vec![power]].concat()
+            }
+            _ if self.needs_forces() => tau,
+            _ => qdd,
+        };
+        scales.iter().map(|s| 1.0 / s).collect()
     }
 }
 
 enum Trainee<'a> {
     Lnn(LnnLearner<'a>),
+    Delan(DelanLearner<'a>),
     Mlp(MlpLearner<'a>),
 }

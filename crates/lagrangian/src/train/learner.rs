@@ -1,9 +1,11 @@
 //! What a model family offers so that any loss and any optimiser can train it.
 //!
-//! Notation: r residuals of a batch `[samples, n]`; S the raw outputs that depend on the parameters through the
-//! network alone; r = D S + … with D a small matrix per sample; λ = Dᵀ ∂loss/∂r.
+//! Notation: r residuals of a batch `[samples, m]`; S the raw outputs `[samples, k]`, the left side of the balance of
+//! each coordinate at one or at two accelerations, so that `S_j` belongs to coordinate j mod n; r = D S + … with D a
+//! small matrix per sample; λ = Dᵀ ∂loss/∂r.
 
-use crate::lagrangian::Jet;
+use super::forces::{Drive, Forces};
+use crate::lagrangian::{Factor, Jet};
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed, Pass};
 use crate::solve::SymmetricSolver;
@@ -22,9 +24,40 @@ pub enum Loss {
     AccelerationL1,
     /// Squares of (τ predicted − τ), in units of its deviation; needs forces, and no inverse of M.
     Torque,
+    /// Absolute values of the same: outliers weigh little.
+    TorqueL1,
+    /// Squares of both, so that the model serves inverse and forward dynamics alike.
+    TorqueAcceleration,
+    /// Squares of (τ predicted − τ), and of the power (τ predicted − τ)·q̇ in units of its deviation: the balance of
+    /// energy weighs as much as a coordinate.
+    TorquePower,
 }
 
 impl Loss {
+    /// Whether it compares forces, so that they must be recorded.
+    #[must_use]
+    pub fn needs_forces(self) -> bool {
+        matches!(
+            self,
+            Self::Torque | Self::TorqueL1 | Self::TorqueAcceleration | Self::TorquePower
+        )
+    }
+
+    /// Whether it compares accelerations, so that M is inverted.
+    #[must_use]
+    pub fn inverts(self) -> bool {
+        !self.needs_forces() || self == Self::TorqueAcceleration
+    }
+
+    /// Residuals of a sample of `n` coordinates.
+    pub(crate) fn residuals(self, n: usize) -> usize {
+        match self {
+            Self::TorqueAcceleration => 2 * n,
+            Self::TorquePower => n + 1,
+            _ => n,
+        }
+    }
+
     /// The weight of a sample with accelerations `qdd`, given the weights of the coordinates.
     pub(crate) fn sample_weight(self, qdd: &[f64], weights: &[f64]) -> f64 {
         if self != Self::AccelerationRelative {
@@ -45,13 +78,13 @@ pub(crate) struct Work<T: Real> {
     pub(crate) qd: Vec<f64>,
     pub(crate) qdd: Vec<f64>,
     pub(crate) tau: Vec<f64>,
-    /// r, `[samples, n]`.
+    /// r, `[samples, m]`.
     pub(crate) residual: Vec<f64>,
-    /// D, `[samples, n, n]`.
+    /// D, `[samples, m, k]`.
     pub(crate) mix: Vec<f64>,
-    /// Accelerations along which S is taken, `[samples, n]`.
+    /// Accelerations along which S is taken, `[samples, k]`.
     pub(crate) along: Vec<f64>,
-    /// ∂`S_i/∂(extra` parameter k of coordinate i), `[samples, n, extra]`.
+    /// ∂`S_j`/∂(extra parameter e of its coordinate), `[samples, k, extra]`.
     pub(crate) extra: Vec<f64>,
     /// Samples of this block whose mass matrix was singular; they weigh nothing.
     pub(crate) singular: usize,
@@ -60,32 +93,84 @@ pub(crate) struct Work<T: Real> {
     pub(crate) scratch: Vec<f64>,
     pub(crate) lambda: Vec<T>,
     pub(crate) lambda_along: Vec<T>,
+    /// Of deep Lagrangian networks: the outputs of each sample, and the seeds of the reverse passes.
+    pub(crate) factors: Vec<Factor>,
+    pub(crate) seeds: [Vec<f64>; 2],
 }
 
 impl<T: Real> Work<T> {
-    pub(crate) fn new(net: &Net, samples: usize, n: usize, room: usize, extra: usize) -> Self {
+    pub(crate) fn new(learner: &dyn Learner<T>, samples: usize) -> Self {
+        let (net, n, extra) = (learner.net(), learner.dof(), learner.extra());
+        let (m, k) = (learner.residuals_each(), learner.outputs_each());
         let mut jet = Jet::default();
         jet.resize(samples, n);
         let column = || vec![0.0; samples * n];
         Self {
-            pass: Pass::new(net, samples, room),
+            pass: Pass::new(net, samples, learner.room()),
             count: 0,
             q: column(),
             qd: column(),
             qdd: column(),
             tau: column(),
-            residual: column(),
-            mix: vec![0.0; samples * n * n],
-            along: column(),
-            extra: vec![0.0; samples * n * extra],
+            residual: vec![0.0; samples * m],
+            mix: vec![0.0; samples * m * k],
+            along: vec![0.0; samples * k],
+            extra: vec![0.0; samples * k * extra],
             singular: 0,
             jet,
             solver: SymmetricSolver::new(n),
             scratch: vec![0.0; 2 * n],
-            lambda: vec![T::default(); samples * n],
-            lambda_along: vec![T::default(); samples * n],
+            lambda: vec![T::default(); samples * k],
+            lambda_along: vec![T::default(); samples * k],
+            factors: Vec::new(),
+            seeds: [Vec::new(), Vec::new()],
         }
     }
+}
+
+impl<T: Real> Work<T> {
+    /// What `forces` add to the left side of the balance of sample `s`, N·m, into the second half of the scratch;
+    /// their slopes, in units of `energy`, into `extra`, for the set of outputs that `at` belongs to.
+    pub(crate) fn force(
+        &mut self,
+        forces: &Forces,
+        parameters: &[f64],
+        (s, at): (usize, At),
+        energy: f64,
+    ) {
+        let (n, samples) = (self.jet.n(), self.pass.samples());
+        let (kinds, k) = (forces.kinds(), self.along.len() / samples);
+        let set = match at {
+            At::Recorded => 0,
+            At::Rest | At::Found(_) => k / n - 1,
+        };
+        let row = s * n..s * n + n;
+        for i in 0..n {
+            let drive = Drive {
+                qd: self.qd[s * n + i],
+                qdd: match at {
+                    At::Recorded => self.qdd[s * n + i],
+                    At::Rest => 0.0,
+                    At::Found(set) => self.along[s * k + set * n + i],
+                },
+                tau: &self.tau[row.clone()],
+            };
+            let slopes = &mut self.extra[(s * k + set * n + i) * kinds..][..kinds];
+            self.scratch[n + i] = forces.force(parameters, i, &drive, slopes);
+            slopes.iter_mut().for_each(|x| *x /= energy);
+        }
+    }
+}
+
+/// The acceleration at which forces are taken.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum At {
+    /// The sample's.
+    Recorded,
+    /// None.
+    Rest,
+    /// That of the model, in this set of `Work::along`.
+    Found(usize),
 }
 
 /// A model family in training. The parameters are those of its network, then `extra` for each coordinate.
@@ -94,13 +179,28 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     fn dof(&self) -> usize;
     /// Directions that a pass needs room for.
     fn room(&self) -> usize;
-    /// Extra parameters of each coordinate (dissipation), stored `[extra, n]` behind those of the network.
-    fn extra(&self) -> usize;
+    /// Forces that are learned beside the network: their parameters are stored `[kinds, n]` behind those of the
+    /// network.
+    fn forces(&self) -> Option<&Forces> {
+        None
+    }
+    /// Extra parameters of each coordinate.
+    fn extra(&self) -> usize {
+        self.forces().map_or(0, Forces::kinds)
+    }
     /// Residual i of a sample depends on the parameters through Σ (component of yz) ⊗ (component of a) over these
     /// pairs of components.
     fn terms(&self) -> Vec<Vec<(usize, usize)>>;
+    /// Raw outputs S of a sample, k.
+    fn outputs_each(&self) -> usize {
+        self.dof()
+    }
     /// What is minimised, and the weight of each coordinate's residual, `[n]`.
     fn loss(&self) -> (Loss, &[f64]);
+    /// Residuals of a sample, m.
+    fn residuals_each(&self) -> usize {
+        self.loss().0.residuals(self.dof())
+    }
     /// Carries the block forward and fills `residual` and `mix`, all samples of the same weight.
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>);
     /// Carries the block forward and fills `residual` and `mix` (and what the two below need).
@@ -120,16 +220,17 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
             }
         }
     }
-    /// Adds ∂(Σ λ·S)/∂parameters to `gradient` (the network's part), for λ in `work.lambda` `[samples, n]`.
+    /// Adds ∂(Σ λ·S)/∂parameters to `gradient` (the network's part), for λ in `work.lambda` `[samples, k]`.
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>);
     /// Fills the components that [`Learner::terms`] names.
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>);
     /// Moves parameters back into their domain.
     fn project(&self, parameters: &mut [f64]) {
         let net = self.net();
-        net.project(&mut parameters[..net.parameters]);
-        for extra in &mut parameters[net.parameters..] {
-            *extra = extra.max(0.0);
+        let (weights, extra) = parameters.split_at_mut(net.parameters);
+        net.project(weights);
+        if let Some(forces) = self.forces() {
+            forces.project(extra);
         }
     }
     /// Number of all parameters.

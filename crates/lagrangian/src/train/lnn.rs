@@ -1,22 +1,12 @@
 //! Training of Lagrangian networks: residuals by the Euler–Lagrange equation, gradients through it without the
 //! derivative of its solve (theory.md, equations 15 and 16).
 
-use super::learner::{Learner, Loss, Work};
+use super::forces::Forces;
+use super::learner::{At, Learner, Loss, Work};
 use crate::lagrangian::LnnShape;
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed};
 use crate::solve::Regularity;
-
-/// Units of the two dissipation coefficients of each coordinate, so that the trained numbers are of order one.
-#[derive(Debug, Clone)]
-pub(crate) struct Friction {
-    /// Viscous, `[n]`.
-    pub(crate) viscous: Vec<f64>,
-    /// Coulomb, `[n]`.
-    pub(crate) coulomb: Vec<f64>,
-    /// Speed over which Coulomb friction changes sign.
-    pub(crate) smoothing: f64,
-}
 
 /// An [`Lnn`](crate::lagrangian::Lnn) in training.
 #[derive(Debug)]
@@ -25,7 +15,7 @@ pub(crate) struct LnnLearner<'a> {
     pub(crate) loss: Loss,
     /// Weight of each coordinate's residual, `[n]`.
     pub(crate) weights: &'a [f64],
-    pub(crate) friction: Option<Friction>,
+    pub(crate) forces: Forces,
 }
 
 impl<T: Real> Learner<T> for LnnLearner<'_> {
@@ -38,8 +28,8 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
     fn room(&self) -> usize {
         self.shape.dof()
     }
-    fn extra(&self) -> usize {
-        if self.friction.is_some() { 2 } else { 0 }
+    fn forces(&self) -> Option<&Forces> {
+        Some(&self.forces)
     }
 
     fn terms(&self) -> Vec<Vec<(usize, usize)>> {
@@ -74,7 +64,12 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
                 &work.qd[row],
                 &mut work.jet,
             );
-            self.friction_force(extra, s, work);
+            work.force(
+                &self.forces,
+                extra,
+                (s, At::Recorded),
+                self.shape.scaling.energy,
+            );
             if torque {
                 self.torque_residual(s, work)
             } else {
@@ -127,25 +122,6 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
 }
 
 impl LnnLearner<'_> {
-    /// d of sample `s` into the second half of the scratch, its slopes by the coefficients into `extra`.
-    fn friction_force<T: Real>(&self, extra: &[f64], s: usize, work: &mut Work<T>) {
-        let n = self.shape.dof();
-        work.scratch[n..].fill(0.0);
-        let Some(friction) = &self.friction else {
-            return;
-        };
-        for i in 0..n {
-            let v = work.qd[s * n + i];
-            let slopes = [
-                friction.viscous[i] * v,
-                friction.coulomb[i] * (v / friction.smoothing).tanh(),
-            ];
-            let per_energy = slopes.map(|x| x / self.shape.scaling.energy);
-            work.extra[(s * n + i) * 2..][..2].copy_from_slice(&per_energy);
-            work.scratch[n + i] = extra[i] * slopes[0] + extra[n + i] * slopes[1];
-        }
-    }
-
     /// r = w (M q̈ + c + d − τ), D = w E. The pass was along (q̇, q̈), so that the drift holds M q̈ as well,
     /// but for the kinetic term of the scaling.
     fn torque_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
@@ -155,7 +131,7 @@ impl LnnLearner<'_> {
             let kinetic = self.shape.scaling.energy * self.shape.config.kinetic / (scale * scale);
             let at = s * n + i;
             let found = work.jet.momentum_drift[at] + kinetic * work.qdd[at] - work.jet.dl_dq[at];
-            work.residual[at] = self.weights[i] * (found + work.scratch[n + i] - work.tau[at]);
+            work.residual[at] = self.weights[i] * (found + work.scratch[n + i]);
             work.along[at] = 0.0;
             for j in 0..n {
                 work.mix[at * n + j] = if i == j {
@@ -183,8 +159,8 @@ impl LnnLearner<'_> {
             work.mix[(s * n + i) * n..][..n].copy_from_slice(&column[..n]);
         }
         for i in row.clone() {
-            let force = work.tau[i] - work.scratch[n + i - s * n] - work.jet.momentum_drift[i]
-                + work.jet.dl_dq[i];
+            let force =
+                work.jet.dl_dq[i] - work.jet.momentum_drift[i] - work.scratch[n + i - s * n];
             work.scratch[i - s * n] = force;
         }
         for (i, at) in row.clone().enumerate() {

@@ -70,7 +70,7 @@ struct Block {
     transposed: Transposed<f64>,
     gradient: Gradient<f64>,
     wide: Buffer<f64>,
-    /// r − μ J φ, then the solution, `[samples, n]`; J φ and Dᵀ x in S-space.
+    /// r − μ J φ, then the solution, `[samples, m]`; J φ and Dᵀ x in S-space, `[samples, k]`.
     right: Vec<f64>,
     raw: Vec<f64>,
     value: Value,
@@ -137,21 +137,22 @@ impl System {
 
 impl Natural {
     pub(crate) fn new(learner: &dyn Learner<f64>, batch: usize) -> Self {
-        let (net, n) = (learner.net(), learner.dof());
+        let net = learner.net();
+        let (m, k) = (learner.residuals_each(), learner.outputs_each());
         let count = batch.div_ceil(BLOCK);
         let block = |_| {
-            let work = Work::new(net, BLOCK, n, learner.room(), learner.extra());
+            let work = Work::new(learner, BLOCK);
             Block {
                 transposed: Transposed::new(net, &work.pass),
                 wide: Buffer::new(work.pass.widest()),
                 work,
                 gradient: Gradient::new(net),
-                right: vec![0.0; BLOCK * n],
-                raw: vec![0.0; BLOCK * n],
+                right: vec![0.0; BLOCK * m],
+                raw: vec![0.0; BLOCK * k],
                 value: Value::default(),
             }
         };
-        let size = BLOCK * n;
+        let size = BLOCK * m;
         let tile = |(row, column)| Tile {
             row,
             column,
@@ -196,9 +197,10 @@ impl Natural {
                 samples.gather(numbers, &mut block.work);
                 learner.residuals(packed, extra, &mut block.work);
             });
-        let level = level(&self.blocks[..used], samples.n);
+        let (m, n) = (learner.residuals_each(), samples.n);
+        let level = level(&self.blocks[..used], m);
         self.blocks[..used].par_iter_mut().for_each(|block| {
-            block.weigh(loss, level, samples.n);
+            block.weigh(loss, level, m);
             learner.linearise(packed, &mut block.work);
             block.transposed.set(net, &block.work.pass, &terms);
             block.raw.fill(0.0);
@@ -206,7 +208,7 @@ impl Natural {
                 .work
                 .pass
                 .push_forward(net, packed_phi, &terms, &mut block.wide, &mut block.raw);
-            block.subtract_momentum(config.momentum, phi_extra, samples.n);
+            block.subtract_momentum(config.momentum, phi_extra, n);
         });
         self.gram(learner, used, &terms);
         let value = self.blocks[..used]
@@ -214,12 +216,12 @@ impl Natural {
             .fold(Value::default(), |sum, b| sum.add(b.value));
         // Far from the solution the quadratic model is poor; near it, damping is all that slows the step.
         let damping = damping * level.min(1.0).sqrt();
-        if !self.solve(used, samples.n, damping) {
+        if !self.solve(used, m, damping) {
             self.phi.fill(0.0);
             return value;
         }
         self.blocks[..used].par_iter_mut().for_each(|block| {
-            block.unmix(samples.n);
+            block.unmix();
             block.gradient.clear();
             let Block {
                 work,
@@ -238,11 +240,12 @@ impl Natural {
     /// The lower triangle of J Jᵀ, tile by tile.
     fn gram(&mut self, learner: &dyn Learner<f64>, used: usize, terms: &[Vec<(usize, usize)>]) {
         let (net, blocks, n) = (learner.net(), &self.blocks, learner.dof());
+        let k = learner.outputs_each();
         let tiles = self.tiles.par_iter_mut().filter(|t| t.row < used);
         let scratch = || {
             (
                 TileScratch::new(&blocks[0].work.pass),
-                vec![0.0; (BLOCK * n).pow(2)],
+                vec![0.0; (BLOCK * k).pow(2)],
             )
         };
         tiles.for_each_init(scratch, |(scratch, raw), tile| {
@@ -254,8 +257,8 @@ impl Natural {
     }
 
     /// Solves for the weights of the residuals; `false` if the system is not positive definite.
-    fn solve(&mut self, used: usize, n: usize, damping: f64) -> bool {
-        let count = BLOCK * n;
+    fn solve(&mut self, used: usize, m: usize, damping: f64) -> bool {
+        let count = BLOCK * m;
         let size = used * count;
         let system = &mut self.system;
         system.resize(size);
@@ -274,7 +277,7 @@ impl Natural {
         for (b, block) in self.blocks[..used].iter().enumerate() {
             for (k, x) in block.right.iter().enumerate() {
                 // Row i · samples + s of a block belongs to residual i of sample s.
-                system.right[(b * count + k % n * BLOCK + k / n, 0)] = *x;
+                system.right[(b * count + k % m * BLOCK + k / m, 0)] = *x;
             }
         }
         if !system.solve() {
@@ -282,7 +285,7 @@ impl Natural {
         }
         for (b, block) in self.blocks[..used].iter_mut().enumerate() {
             for (k, x) in block.right.iter_mut().enumerate() {
-                *x = system.right[(b * count + k % n * BLOCK + k / n, 0)];
+                *x = system.right[(b * count + k % m * BLOCK + k / m, 0)];
             }
         }
         self.blocks[..used]
@@ -299,7 +302,7 @@ impl Natural {
         rate: f64,
         parameters: &mut [f64],
     ) {
-        let (net, n) = (learner.net(), learner.dof());
+        let (net, n, k) = (learner.net(), learner.dof(), learner.outputs_each());
         self.phi.iter_mut().for_each(|x| *x *= config.momentum);
         if let Some((first, rest)) = self.blocks[..used].split_first_mut() {
             rest.iter()
@@ -308,10 +311,9 @@ impl Natural {
         }
         for block in &self.blocks[..used] {
             let kinds = learner.extra();
-            for (k, slope) in block.work.extra.iter().enumerate() {
-                let (coordinate, kind) = (k / kinds, k % kinds);
-                self.phi[net.parameters + kind * n + coordinate % n] +=
-                    slope * block.raw[coordinate];
+            for (at, slope) in block.work.extra.iter().enumerate() {
+                let (output, kind) = (at / kinds, at % kinds);
+                self.phi[net.parameters + kind * n + output % k % n] += slope * block.raw[output];
             }
         }
         let length = rate * self.phi.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -333,11 +335,11 @@ impl Natural {
 }
 
 /// Mean |r| of the batch, never zero.
-fn level(blocks: &[Block], n: usize) -> f64 {
+fn level(blocks: &[Block], m: usize) -> f64 {
     let residuals = || {
         blocks
             .iter()
-            .flat_map(|b| &b.work.residual[..b.work.count * n])
+            .flat_map(|b| &b.work.residual[..b.work.count * m])
     };
     let mean = residuals().map(|r| r.abs()).sum::<f64>() / residuals().count().max(1) as f64;
     if mean.is_finite() {
@@ -349,19 +351,20 @@ fn level(blocks: &[Block], n: usize) -> f64 {
 
 impl Block {
     /// Turns residuals into those whose squares are minimised, and leaves the padding of the block out.
-    fn weigh(&mut self, loss: Loss, level: f64, n: usize) {
+    fn weigh(&mut self, loss: Loss, level: f64, m: usize) {
         let work = &mut self.work;
-        self.value = value(work, loss, n);
+        self.value = value(work, loss, m);
+        let k = work.mix.len() / work.residual.len();
         for at in 0..work.residual.len() {
             let r = work.residual[at];
             let weight = match loss {
-                _ if at >= work.count * n => 0.0,
+                _ if at >= work.count * m => 0.0,
                 // |r| = r² / |r|: squares, reweighted at every step, in units of the mean |r| of the batch.
-                Loss::AccelerationL1 => (level / r.abs().max(SMALL * level)).sqrt(),
+                _ if loss.is_absolute() => (level / r.abs().max(SMALL * level)).sqrt(),
                 _ => 1.0,
             };
             work.residual[at] = r * weight;
-            work.mix[at * n..at * n + n]
+            work.mix[at * k..at * k + k]
                 .iter_mut()
                 .for_each(|d| *d *= weight);
         }
@@ -370,25 +373,27 @@ impl Block {
     /// right = r − μ D (J φ in S-space, in `raw`).
     fn subtract_momentum(&mut self, momentum: f64, phi_extra: &[f64], n: usize) {
         let kinds = phi_extra.len() / n;
-        for (k, raw) in self.raw.iter_mut().enumerate() {
+        let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
+        for (at, raw) in self.raw.iter_mut().enumerate() {
             for e in 0..kinds {
-                *raw += self.work.extra[k * kinds + e] * phi_extra[e * n + k % n];
+                *raw += self.work.extra[at * kinds + e] * phi_extra[e * n + at % k % n];
             }
         }
-        for (k, right) in self.right.iter_mut().enumerate() {
-            let along = &self.raw[k / n * n..][..n];
-            let row = &self.work.mix[k * n..][..n];
+        for (at, right) in self.right.iter_mut().enumerate() {
+            let along = &self.raw[at / m * k..][..k];
+            let row = &self.work.mix[at * k..][..k];
             let pushed = row.iter().zip(along).map(|(d, x)| d * x).sum::<f64>();
-            *right = self.work.residual[k] - momentum * pushed;
+            *right = self.work.residual[at] - momentum * pushed;
         }
     }
 
     /// raw = Dᵀ right.
-    fn unmix(&mut self, n: usize) {
-        for (k, raw) in self.raw.iter_mut().enumerate() {
-            let (s, column) = (k / n, k % n);
-            *raw = (0..n)
-                .map(|i| self.work.mix[(s * n + i) * n + column] * self.right[s * n + i])
+    fn unmix(&mut self) {
+        let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
+        for (at, raw) in self.raw.iter_mut().enumerate() {
+            let (s, column) = (at / k, at % k);
+            *raw = (0..m)
+                .map(|i| self.work.mix[(s * m + i) * k + column] * self.right[s * m + i])
                 .sum();
         }
     }
@@ -403,29 +408,45 @@ fn mix_tile(
     raw: &mut [f64],
     out: &mut [f64],
 ) {
-    let size = n * BLOCK;
-    for i in 0..n {
+    let (m, k) = (left.residual.len() / BLOCK, left.along.len() / BLOCK);
+    let raw_size = k * BLOCK;
+    for (i, j) in pairs(k).filter(|(i, j)| i % n == j % n && kinds > 0) {
         for s in 0..BLOCK {
-            let row = &mut raw[(i * BLOCK + s) * size + i * BLOCK..][..BLOCK];
+            let row = &mut raw[(i * BLOCK + s) * raw_size + j * BLOCK..][..BLOCK];
             for e in 0..kinds {
-                let slope = left.extra[(s * n + i) * kinds + e];
+                let slope = left.extra[(s * k + i) * kinds + e];
                 for (t, x) in row.iter_mut().enumerate() {
-                    *x += slope * right.extra[(t * n + i) * kinds + e];
+                    *x += slope * right.extra[(t * k + j) * kinds + e];
                 }
             }
         }
     }
     out.fill(0.0);
+    let mut between = [0.0; BLOCK];
     for s in 0..BLOCK {
-        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-            let target = &mut out[(i * BLOCK + s) * size + j * BLOCK..][..BLOCK];
-            for (k, l) in (0..n).flat_map(|k| (0..n).map(move |l| (k, l))) {
-                let d = left.mix[(s * n + i) * n + k];
-                let source = &raw[(k * BLOCK + s) * size + l * BLOCK..][..BLOCK];
-                for (t, (x, y)) in target.iter_mut().zip(source).enumerate() {
-                    *x += d * y * right.mix[(t * n + j) * n + l];
+        for (i, l) in (0..m).flat_map(|i| (0..k).map(move |l| (i, l))) {
+            // Σ over the outputs of the left sample, then over those of the right ones.
+            between.fill(0.0);
+            for (c, d) in left.mix[(s * m + i) * k..][..k].iter().enumerate() {
+                let source = &raw[(c * BLOCK + s) * raw_size + l * BLOCK..][..BLOCK];
+                if *d != 0.0 {
+                    between
+                        .iter_mut()
+                        .zip(source)
+                        .for_each(|(x, y)| *x += d * y);
+                }
+            }
+            for j in 0..m {
+                let target = &mut out[(i * BLOCK + s) * m * BLOCK + j * BLOCK..][..BLOCK];
+                for (t, (x, y)) in target.iter_mut().zip(&between).enumerate() {
+                    *x += y * right.mix[(t * m + j) * k + l];
                 }
             }
         }
     }
+}
+
+/// All pairs of numbers below `k`.
+fn pairs(k: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..k).flat_map(move |i| (0..k).map(move |j| (i, j)))
 }

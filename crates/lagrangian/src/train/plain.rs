@@ -1,11 +1,11 @@
 //! Training of plain networks.
 
 use super::learner::{Learner, Loss, Work};
-use crate::baseline::MlpShape;
+use crate::baseline::{Direction, MlpShape};
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed};
 
-/// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − q̈), D = w · scale.
+/// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse.
 #[derive(Debug)]
 pub(crate) struct MlpLearner<'a> {
     pub(crate) shape: &'a MlpShape,
@@ -25,9 +25,6 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         // The sensitivities of n outputs stand in the first n components.
         self.shape.dof().div_ceil(2)
     }
-    fn extra(&self) -> usize {
-        0
-    }
 
     fn terms(&self) -> Vec<Vec<(usize, usize)>> {
         (0..self.shape.dof()).map(|i| vec![(i, 0)]).collect()
@@ -39,6 +36,10 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
 
     fn unweighted_residuals(&self, packed: &Packed<T>, _extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
+        let (third, target) = match shape.config.direction {
+            Direction::Forward => (&work.tau, &work.qdd),
+            Direction::Inverse => (&work.qdd, &work.tau),
+        };
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
             shape.write(
@@ -46,16 +47,16 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
                 s,
                 &work.q[row.clone()],
                 &work.qd[row.clone()],
-                &work.tau[row],
+                &third[row],
             );
         }
         work.pass.forward(&shape.net, packed, None);
         for s in 0..work.pass.samples() {
             for i in 0..n {
-                let scale = shape.qdd_scale[i] * self.weights[i];
+                let scale = shape.output_scale()[i] * self.weights[i];
                 let at = s * n + i;
-                let found = work.pass.output(0, s, i).f64();
-                work.residual[at] = scale * found - self.weights[i] * work.qdd[at];
+                let found = work.pass.output(&shape.net, 0, s, i).f64();
+                work.residual[at] = scale * found - self.weights[i] * target[at];
                 for j in 0..n {
                     work.mix[at * n + j] = if i == j { scale } else { 0.0 };
                 }

@@ -4,13 +4,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::batch::{Batches, Samples};
+use super::delan::DelanLearner;
+use super::forces::{ForceTerms, Forces, Input};
 use super::learner::{Learner, Loss};
-use super::lnn::{Friction, LnnLearner};
+use super::lnn::LnnLearner;
 use super::natural::{Natural, NaturalConfig};
 use super::plain::MlpLearner;
 use crate::Coordinates;
 use crate::baseline::{MlpConfig, MlpShape};
-use crate::lagrangian::{Form, LnnConfig, LnnShape, Scaling};
+use crate::lagrangian::{DelanConfig, DelanShape, Form, LnnConfig, LnnShape, Scaling, Trunks};
 
 fn samples(n: usize, m: usize) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -38,10 +40,116 @@ fn shape(n: usize, form: Form) -> LnnShape {
     LnnShape::new(Coordinates::angles(n), config, scaling).unwrap()
 }
 
+fn forces(terms: ForceTerms, n: usize) -> Forces {
+    Forces::new(terms, vec![0.7; n], vec![1.5; n], vec![1.1; n])
+}
+
+/// Every force that there is.
+fn all_forces(input: Input) -> ForceTerms {
+    ForceTerms {
+        viscous: true,
+        coulomb: true,
+        stribeck: true,
+        offset: true,
+        rotor: true,
+        input,
+    }
+}
+
+/// Random weights, and forces away from where they begin.
+fn parameters(learner: &dyn Learner<f64>) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut parameters = learner.net().initialise(&mut rng);
+    let initial = learner.forces().map(Forces::initial).unwrap_or_default();
+    parameters.extend(initial.iter().map(|x| x + rng.random_range(0.1..0.4)));
+    learner.project(&mut parameters);
+    parameters
+}
+
+fn delan(n: usize, config: DelanConfig) -> DelanShape {
+    let scaling = Scaling {
+        energy: 1.7,
+        qd_scale: (0..n).map(|i| 1.3 + 0.2 * i as f64).collect(),
+        ..Scaling::identity(n)
+    };
+    let config = DelanConfig {
+        width: 16,
+        ..config
+    };
+    DelanShape::new(Coordinates::angles(n), config, scaling).unwrap()
+}
+
+#[test]
+fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
+    let losses = [
+        Loss::Torque,
+        Loss::TorqueL1,
+        Loss::Acceleration,
+        Loss::TorqueAcceleration,
+        Loss::TorquePower,
+    ];
+    for n in [1, 2, 3] {
+        for loss in losses {
+            for trunks in [Trunks::Shared, Trunks::Separate] {
+                let vector_potential = trunks == Trunks::Separate;
+                let shape = delan(
+                    n,
+                    DelanConfig {
+                        trunks,
+                        vector_potential,
+                        ..Default::default()
+                    },
+                );
+                let input = [Input::Torque, Input::Gains, Input::Matrix][n - 1];
+                let weights: Vec<f64> = (0..2 * n).map(|i| 0.8 + 0.1 * i as f64).collect();
+                let learner = DelanLearner {
+                    shape: &shape,
+                    loss,
+                    weights: &weights,
+                    forces: forces(all_forces(input), n),
+                };
+                let error = gradient_error(&learner, loss, &samples(n, 37));
+                assert!(error < 1e-7, "n {n} {trunks:?} {loss:?}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rate() {
+    for loss in [
+        Loss::Torque,
+        Loss::Acceleration,
+        Loss::TorqueAcceleration,
+        Loss::TorquePower,
+    ] {
+        let shape = delan(
+            2,
+            DelanConfig {
+                vector_potential: true,
+                ..Default::default()
+            },
+        );
+        // Near M r_q̈ = −r_τ the residuals of both kinds depend on each other: fewer samples keep them apart.
+        let count = if loss == Loss::TorqueAcceleration {
+            7
+        } else {
+            21
+        };
+        let weights = [0.8, 1.2, 0.5, 0.6];
+        let learner = DelanLearner {
+            shape: &shape,
+            loss,
+            weights: &weights,
+            forces: forces(all_forces(Input::Matrix), 2),
+        };
+        assert_step_solves(&learner, loss, &samples(2, count));
+    }
+}
+
 /// The largest relative error of the gradient against central differences, over some parameters.
 fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) -> f64 {
-    let mut parameters = learner.net().initialise(&mut ChaCha8Rng::seed_from_u64(1));
-    parameters.resize(learner.parameters(), 0.3);
+    let parameters = parameters(learner);
     let numbers: Vec<usize> = (0..samples.len()).collect();
     let mut batches = Batches::new(learner, samples.len());
     let mut gradient = vec![0.0; parameters.len()];
@@ -85,17 +193,17 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
                 (Loss::AccelerationRelative, false),
             ] {
                 let shape = shape(n, form);
-                let friction = friction.then(|| Friction {
-                    viscous: vec![0.5; n],
-                    coulomb: vec![0.2; n],
-                    smoothing: 0.3,
-                });
+                let terms = if friction {
+                    ForceTerms::friction()
+                } else {
+                    ForceTerms::default()
+                };
                 let weights = vec![0.8; n];
                 let learner = LnnLearner {
                     shape: &shape,
                     loss,
                     weights: &weights,
-                    friction,
+                    forces: forces(terms, n),
                 };
                 let error = gradient_error(&learner, loss, &samples(n, 37));
                 assert!(error < 1e-7, "n {n} {form:?} {loss:?}: {error:e}");
@@ -126,8 +234,7 @@ fn the_gradient_of_a_plain_network_agrees_with_differences() {
 /// Without momentum, one step of rate 1 is −Jᵀ (J Jᵀ + λ N)⁻¹ r; the residuals after a short step must change by
 /// −rate · K (K + λ N)⁻¹ r, which for small damping is −rate · r.
 fn assert_step_solves(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) {
-    let mut parameters = learner.net().initialise(&mut ChaCha8Rng::seed_from_u64(1));
-    parameters.resize(learner.parameters(), 0.3);
+    let mut parameters = parameters(learner);
     let numbers: Vec<usize> = (0..samples.len()).collect();
     let mut natural = Natural::new(learner, numbers.len());
     let config = NaturalConfig {
@@ -159,17 +266,12 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
     for form in [Form::Free, Form::Convex] {
         for loss in [Loss::Acceleration, Loss::Torque] {
             let shape = shape(2, form);
-            let friction = Some(Friction {
-                viscous: vec![0.5; 2],
-                coulomb: vec![0.2; 2],
-                smoothing: 0.3,
-            });
             let weights = [0.8, 1.2];
             let learner = LnnLearner {
                 shape: &shape,
                 loss,
                 weights: &weights,
-                friction,
+                forces: forces(ForceTerms::friction(), 2),
             };
             assert_step_solves(&learner, loss, &samples(2, 21));
         }
@@ -225,7 +327,7 @@ fn samples_without_an_acceleration_do_not_lower_the_loss() {
         shape: &shape,
         loss: Loss::Acceleration,
         weights: &weights,
-        friction: None,
+        forces: forces(ForceTerms::default(), 1),
     };
     let learner: &dyn Learner<f64> = &learner;
     let samples = samples(1, 20);

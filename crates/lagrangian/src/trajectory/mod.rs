@@ -89,6 +89,21 @@ impl Trajectory {
         }
     }
 
+    /// The same path `alpha` times as fast, q(t) → q(α t): q̇ grows by α, q̈ by α², and which forces that needs only a
+    /// model can say.
+    #[must_use]
+    pub fn faster(&self, alpha: f64) -> Self {
+        let scaled = |signal: &[f64], by: f64| signal.iter().map(|x| by * x).collect::<Vec<_>>();
+        Self {
+            name: self.name.clone(),
+            t: scaled(&self.t, 1.0 / alpha),
+            q: self.q.clone(),
+            qd: scaled(&self.qd, alpha),
+            qdd: self.qdd.as_ref().map(|qdd| scaled(qdd, alpha * alpha)),
+            tau: None,
+        }
+    }
+
     /// Checks shapes, finiteness and that time increases.
     ///
     /// # Errors

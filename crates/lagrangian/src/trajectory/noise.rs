@@ -13,6 +13,14 @@ impl Trajectory {
         }
         self.qdd = None;
     }
+
+    /// Adds Gaussian noise of these standard deviations, `[n]`, to the forces, where there are any.
+    pub fn add_force_noise(&mut self, sigma: &[f64], rng: &mut dyn Rng) {
+        let forces = self.tau.iter_mut().flatten();
+        for (x, sigma) in forces.zip(sigma.iter().cycle()) {
+            *x += sigma * normal(rng);
+        }
+    }
 }
 
 /// A standard normal deviate (Box, Muller 1958).

@@ -351,7 +351,7 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
             lnn.form, lnn.layers, lnn.width, lnn.activation
         ),
         Family::Mlp(mlp) => format!("{} × {}, {:?}", mlp.layers, mlp.width, mlp.activation),
-        Family::Rigid(_) => "rigid chain".into(),
+        other => other.name().into(),
     };
     let steps = |t: &Trained| format!("{} steps in {:.1} s", t.fit.steps, t.fit.seconds);
     [

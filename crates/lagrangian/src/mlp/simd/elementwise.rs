@@ -178,6 +178,43 @@ impl<T: Real> Task for PointReverse2<'_, T> {
     }
 }
 
+/// Sensitivities of scalars `S_i` that depend on a value, on its tangent ′ and on one further tangent i each, backward
+/// through an activation: to ′ in component 1 + i, to the value in component 1 + directions + i, and to the tangent
+/// i, one for all, in component 0 (theory.md, equation 32):
+/// yz_′ = σ′ ya_′, yz = σ′ ya + σ″ (z_′ ya_′ + `z_i` ya₀).
+pub(crate) struct PointReverseTangents<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) directions: usize,
+    pub(crate) slopes: [&'a [T]; 2],
+    pub(crate) z: &'a [T],
+    pub(crate) ya: &'a [T],
+    pub(crate) yz: &'a mut [T],
+}
+
+impl<T: Real> Task for PointReverseTangents<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
+        let n = self.directions;
+        for p in 0..self.shape.panels {
+            for s in 0..self.shape.samples {
+                let at = |c| self.shape.at::<T>(p, c, s);
+                let slope = self.shape.slope::<T>(p, s);
+                let (s1, s2) = (load(self.slopes[0], slope), load(self.slopes[1], slope));
+                let s2y0 = s2.mul(load(self.ya, at(0)));
+                let s2z1 = s2.mul(load(self.z, at(1)));
+                for i in 0..n {
+                    let prime = load(self.ya, at(1 + i));
+                    prime.mul(s1).store(&mut self.yz[at(1 + i)..]);
+                    let curved = s2z1.fma(prime, s2y0.mul(load(self.z, at(2 + i))));
+                    let value = load(self.ya, at(1 + n + i));
+                    value.fma(s1, curved).store(&mut self.yz[at(1 + n + i)..]);
+                }
+            }
+        }
+    }
+}
+
 /// Adds `Σ_units` σ″ ya₀ `z_t` `z_u` of one layer to the second derivatives of the output along the tangents:
 /// `hessian[s, i, j]` for i ≥ j, and `hessian[s, i, directions]` for the pair of i with ′
 /// (`[samples, directions, directions + 1]`; theory.md, equation 14).

@@ -19,8 +19,8 @@ mod vector;
 
 pub(crate) use buffer::Buffer;
 pub(crate) use elementwise::{
-    Combine, Contract, GateForward, GateReverse, Gates, PointForward, PointReverse2, PointSecond,
-    PointTangent, Shape,
+    Combine, Contract, GateForward, GateReverse, Gates, PointForward, PointReverse2,
+    PointReverseTangents, PointSecond, PointTangent, Shape,
 };
 pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};

@@ -1,0 +1,13 @@
+//! Measurements that models are compared by, as plain data; the command's experiments are made of them.
+
+mod history;
+pub mod letters;
+mod long_rollouts;
+mod torque;
+
+pub use history::{History, Moment, fit_with_history};
+pub use long_rollouts::{
+    EnergyTest, Predictability, ValidTimes, energy_error, energy_test, predictability,
+    random_starts, random_states, restarted, valid_times,
+};
+pub use torque::{TorqueError, TorqueParts, torque_error};

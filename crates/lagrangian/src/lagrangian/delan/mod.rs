@@ -1,0 +1,365 @@
+//! Deep Lagrangian networks: L = ½ q̇ᵀM(q)q̇ + A(q)·q̇ − V(q) with M positive definite by construction
+//! (Lutter, Ritter, Peters 2019, arXiv 1907.04490).
+
+mod factor;
+mod jets;
+mod structure;
+
+pub(crate) use factor::Factor;
+pub use structure::{Structure, Terms};
+
+use num_dual::DualNum;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::scaled::{Features, Scaling};
+use super::{Jets, Lagrangian, LnnConfig};
+use crate::mlp::simd::Real;
+use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
+use crate::{Coordinates, Error, Result};
+
+/// Whether M and V are read off the same hidden layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Trunks {
+    /// One stack of layers for all.
+    #[default]
+    Shared,
+    /// One for M, one for V and A.
+    Separate,
+}
+
+/// The shape of a deep Lagrangian network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DelanConfig {
+    /// Units of a hidden layer.
+    pub width: usize,
+    /// Hidden layers.
+    pub layers: usize,
+    /// Nonlinearity.
+    pub activation: Activation,
+    /// Shared or separate hidden layers.
+    pub trunks: Trunks,
+    /// The least diagonal entry of the factor G, in units of the scales.
+    pub shift: f64,
+    /// Whether L has the term A(q)·q̇, for gyroscopic and magnetic forces.
+    pub vector_potential: bool,
+}
+
+impl Default for DelanConfig {
+    fn default() -> Self {
+        Self {
+            width: 64,
+            layers: 2,
+            activation: Activation::default(),
+            trunks: Trunks::default(),
+            shift: 1e-3,
+            vector_potential: false,
+        }
+    }
+}
+
+impl DelanConfig {
+    /// Checks width, depth and shift.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first that is outside its domain.
+    pub fn validate(&self) -> Result<()> {
+        LnnConfig {
+            width: self.width,
+            layers: self.layers,
+            ..LnnConfig::default()
+        }
+        .validate()?;
+        if self.shift.is_finite() && self.shift > 0.0 {
+            return Ok(());
+        }
+        Err(Error::Argument {
+            name: "shift",
+            value: self.shift.to_string(),
+            must: "finite and positive: it keeps M positive definite",
+        })
+    }
+
+    /// The layers for these coordinates. Outputs: the diagonal of G before softplus, its entries below the diagonal row
+    /// by row, V, and A where it is wanted.
+    fn net(&self, coordinates: &Coordinates) -> Net {
+        let n = coordinates.dof();
+        let (factor, rest) = (
+            n * (n + 1) / 2,
+            1 + if self.vector_potential { n } else { 0 },
+        );
+        let mut build = Build::new(Scaling::features(coordinates), 0);
+        let trunk = |build: &mut Build| {
+            let mut source = Source::Features;
+            for _ in 0..self.layers {
+                let activation = Some(self.activation);
+                source =
+                    Source::Layer(build.dense(self.width, &[(source, false)], true, activation));
+            }
+            source
+        };
+        let first = trunk(&mut build);
+        if self.trunks == Trunks::Shared {
+            build.dense(factor + rest, &[(first, false)], true, None);
+            return build.finish();
+        }
+        let second = trunk(&mut build);
+        let outputs = vec![
+            build.dense(factor, &[(first, false)], true, None),
+            build.dense(rest, &[(second, false)], true, None),
+        ];
+        build.finish_with(outputs)
+    }
+}
+
+/// A deep Lagrangian network: L = E [ ½ |G(x(q))ᵀ v|² + A(x(q))·v − V(x(q)) ] + ½ Σ Jᵢ q̇ᵢ², v = q̇ / s (theory.md,
+/// equations 27 and 28).
+///
+/// G is lower triangular, its diagonal softplus(·) + shift; angles enter as cos and sin. The network is in double
+/// precision.
+///
+/// ```
+/// use lagrangian::lagrangian::{Delan, DelanConfig, Scaling};
+/// use lagrangian::{Coordinates, Mechanical, Model};
+///
+/// let arm = Delan::random(Coordinates::angles(2), DelanConfig::default(), Scaling::identity(2), 1)?;
+/// let mut structure = arm.structure();
+/// let terms = structure.at(&[0.3, -1.2], &[0.5, 2.0]);
+/// let m = &terms.mass_matrix; // [2, 2]
+/// assert!(m[0] > 0.0 && m[0] * m[3] - m[1] * m[2] > 0.0);
+///
+/// let mut torque = [0.0; 2];
+/// let model = Mechanical::conservative(arm);
+/// model.evaluator().inverse_dynamics(&[0.3, -1.2], &[0.5, 2.0], &[0.0, 0.0], &mut torque);
+/// # Ok::<(), lagrangian::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Delan {
+    pub(crate) shape: DelanShape,
+    parameters: Vec<f64>,
+    rotors: Vec<f64>,
+    packed: Packed<f64>,
+}
+
+/// All of a [`Delan`] but its weights.
+#[derive(Debug, Clone)]
+pub(crate) struct DelanShape {
+    pub(crate) coordinates: Coordinates,
+    pub(crate) config: DelanConfig,
+    pub(crate) scaling: Scaling,
+    pub(crate) net: Net,
+}
+
+impl Delan {
+    /// A network with random weights.
+    ///
+    /// # Errors
+    /// As [`DelanConfig::validate`] and [`Scaling::validate`]; [`Error::Argument`] without coordinates or with more
+    /// than 64.
+    pub fn random(
+        coordinates: Coordinates,
+        config: DelanConfig,
+        scaling: Scaling,
+        seed: u64,
+    ) -> Result<Self> {
+        let shape = DelanShape::new(coordinates, config, scaling)?;
+        let parameters = shape.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed));
+        Self::assemble(shape, parameters, Vec::new())
+    }
+
+    /// A network with given weights, in the order of [`Delan::parameters`], and rotor inertias J, kg·m², `[n]` or
+    /// empty.
+    ///
+    /// # Errors
+    /// As [`Delan::random`]; [`Error::Shape`] for another number of weights or inertias; [`Error::NotFinite`] for NaN
+    /// among them; [`Error::Argument`] for a negative inertia.
+    pub fn with_parameters(
+        coordinates: Coordinates,
+        config: DelanConfig,
+        scaling: Scaling,
+        parameters: Vec<f64>,
+        rotors: Vec<f64>,
+    ) -> Result<Self> {
+        let shape = DelanShape::new(coordinates, config, scaling)?;
+        Self::assemble(shape, parameters, rotors)
+    }
+
+    pub(crate) fn assemble(
+        shape: DelanShape,
+        parameters: Vec<f64>,
+        rotors: Vec<f64>,
+    ) -> Result<Self> {
+        shape.net.check(&parameters)?;
+        if !rotors.is_empty() && rotors.len() != shape.dof() {
+            return Err(Error::Shape {
+                what: "rotor inertias".into(),
+                found: rotors.len(),
+                expected: shape.dof(),
+                remedy: "give one for each coordinate, or none".into(),
+            });
+        }
+        if let Some(rotor) = rotors.iter().find(|j| !(j.is_finite() && **j >= 0.0)) {
+            return Err(Error::Argument {
+                name: "rotor inertia",
+                value: rotor.to_string(),
+                must: "finite and not negative",
+            });
+        }
+        let mut packed = Packed::new(&shape.net);
+        packed.set(&shape.net, &parameters);
+        Ok(Self {
+            shape,
+            parameters,
+            rotors,
+            packed,
+        })
+    }
+
+    /// All weights, layer by layer: matrices row-major `[width, inputs]`, then biases.
+    #[must_use]
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// Inertias of the rotors, kg·m², `[n]`; empty where none were learned or given.
+    #[must_use]
+    pub fn rotors(&self) -> &[f64] {
+        &self.rotors
+    }
+
+    /// Its configuration.
+    #[must_use]
+    pub fn config(&self) -> &DelanConfig {
+        &self.shape.config
+    }
+
+    /// Its scales.
+    #[must_use]
+    pub fn scaling(&self) -> &Scaling {
+        &self.shape.scaling
+    }
+
+    /// Something that evaluates M, C, gravity and energies, with its own memory.
+    #[must_use]
+    pub fn structure(&self) -> Structure<'_> {
+        Structure::new(self)
+    }
+
+    /// L over any scalar: the slow, plain evaluation that the kernels are tested against. `q`, `qd` are `[n]`.
+    pub fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+        let (shape, scaling, n) = (&self.shape, &self.shape.scaling, q.len());
+        let x = scaling.evaluate(&shape.coordinates, q);
+        let v = |i: usize| qd[i] / scaling.qd_scale[i];
+        let o = shape.net.evaluate(&self.parameters, &x, &[]);
+        let entry = |i: usize, j: usize| match i == j {
+            true => Activation::Softplus.evaluate(o[i]) + shape.config.shift,
+            false => o[factor::below(n, i, j)],
+        };
+        let potential = n * (n + 1) / 2;
+        let mut l = -o[potential];
+        for j in 0..n {
+            let u: D = (j..n).map(|i| entry(i, j) * v(i)).sum();
+            l += u * u * 0.5;
+            if shape.config.vector_potential {
+                l += o[potential + 1 + j] * v(j);
+            }
+        }
+        let rotors = self.rotors.iter().zip(qd);
+        l * scaling.energy + rotors.map(|(&j, &v)| v * v * (0.5 * j)).sum::<D>()
+    }
+}
+
+impl Lagrangian for Delan {
+    fn coordinates(&self) -> &Coordinates {
+        &self.shape.coordinates
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        Box::new(jets::DelanJets::new(self))
+    }
+}
+
+impl DelanShape {
+    pub(crate) fn new(
+        coordinates: Coordinates,
+        config: DelanConfig,
+        scaling: Scaling,
+    ) -> Result<Self> {
+        config.validate()?;
+        scaling.validate(coordinates.dof())?;
+        if coordinates.dof() == 0 {
+            return Err(Error::Argument {
+                name: "coordinates",
+                value: "none".into(),
+                must: "at least one",
+            });
+        }
+        Error::check_dof(coordinates.dof(), 64)?;
+        let net = config.net(&coordinates);
+        Ok(Self {
+            coordinates,
+            config,
+            scaling,
+            net,
+        })
+    }
+
+    pub(crate) fn dof(&self) -> usize {
+        self.coordinates.dof()
+    }
+
+    /// Number of outputs.
+    pub(crate) fn factor_outputs(&self) -> usize {
+        let n = self.dof();
+        n * (n + 1) / 2 + 1 + if self.config.vector_potential { n } else { 0 }
+    }
+
+    /// The meaning of the outputs.
+    pub(crate) fn factor(&self) -> Factor {
+        Factor::new(self.dof(), self.config.vector_potential, self.config.shift)
+    }
+
+    /// Writes q as sample `s` and its tangent ′ along q̇.
+    pub(crate) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], qd: &[f64]) {
+        self.each_feature(q, |at, i, value, slope| {
+            pass.set_feature(0, s, at, T::of(value));
+            pass.set_feature(1, s, at, T::of(slope * qd[i]));
+        });
+    }
+
+    /// Writes tangent `d` of sample `s`, along `direction` in q.
+    pub(crate) fn write_tangent<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        (s, d): (usize, usize),
+        q: &[f64],
+        direction: impl Fn(usize) -> f64,
+    ) {
+        self.each_feature(q, |at, i, _, slope| {
+            pass.set_feature(2 + d, s, at, T::of(slope * direction(i)));
+        });
+    }
+
+    /// Calls `f` with number, coordinate, value and slope of each feature.
+    fn each_feature(&self, q: &[f64], mut f: impl FnMut(usize, usize, f64, f64)) {
+        let mut at = 0;
+        for (i, &q) in q.iter().enumerate() {
+            let features = Features::new(&self.coordinates, &self.scaling, i, q);
+            for k in 0..features.count {
+                f(at, i, features.values[k], features.slopes[k]);
+                at += 1;
+            }
+        }
+    }
+
+    /// Writes ∂(L/E)/∂q of sample `s` `[n]`, after the pass was reversed with the seeds of its factor.
+    pub(crate) fn slope<T: Real>(&self, pass: &Pass<T>, s: usize, q: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        self.each_feature(q, |at, i, _, slope| {
+            out[i] += pass.feature_gradient(s, at).f64() * slope;
+        });
+    }
+}

@@ -1,0 +1,300 @@
+//! Friction and actuation in training: forces of each coordinate that are learned together with the Lagrangian.
+//!
+//! The balance that is trained is M q̈ + c + d(q̇) + o + J q̈ = B u. Whatever a term adds to the left side depends on a
+//! few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Result;
+use crate::lagrangian::{Actuation, Dissipation, Stribeck};
+
+/// Which forces are learned beside those of the Lagrangian.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ForceTerms {
+    /// Friction b q̇.
+    pub viscous: bool,
+    /// Friction c tanh(q̇ / vₛ), with vₛ.
+    pub coulomb: bool,
+    /// Friction h tanh(q̇ / vₛ) exp(−(q̇ / vₕ)²), with vₛ and vₕ.
+    pub stribeck: bool,
+    /// Constant torques o.
+    pub offset: bool,
+    /// Inertia J of rotors behind gears, as seen by their joints (families with a mass matrix of their own).
+    pub rotor: bool,
+    /// B.
+    pub input: Input,
+}
+
+/// What is learned of the input matrix B. Some unit of energy must remain: the first entry is 1.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Input {
+    /// Nothing: inputs are torques.
+    #[default]
+    Torque,
+    /// A gain for each joint: inputs are, say, currents.
+    Gains,
+    /// All of B.
+    Matrix,
+}
+
+impl ForceTerms {
+    /// Viscous and Coulomb friction.
+    #[must_use]
+    pub fn friction() -> Self {
+        Self {
+            viscous: true,
+            coulomb: true,
+            ..Self::default()
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    fn dissipates(&self) -> bool {
+        self.viscous || self.coulomb || self.stribeck
+    }
+
+    fn list(&self, n: usize) -> Vec<Term> {
+        let dry = self.coulomb || self.stribeck;
+        let mut list: Vec<Term> = [
+            (self.viscous, Term::Viscous),
+            (self.coulomb, Term::Coulomb),
+            (dry, Term::Smoothing),
+            (self.stribeck, Term::Stribeck),
+            (self.stribeck, Term::StribeckSpeed),
+            (self.offset, Term::Offset),
+            (self.rotor, Term::Rotor),
+            (self.input == Input::Gains, Term::Gain),
+        ]
+        .into_iter()
+        .filter_map(|(wanted, term)| wanted.then_some(term))
+        .collect();
+        if self.input == Input::Matrix {
+            list.extend((0..n).map(Term::Input));
+        }
+        list
+    }
+}
+
+/// A parameter that every coordinate has one of. Speeds are logarithms, the others in units of [`Forces`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Term {
+    Viscous,
+    Coulomb,
+    Smoothing,
+    Stribeck,
+    StribeckSpeed,
+    Offset,
+    Rotor,
+    Gain,
+    Input(usize),
+}
+
+/// How far a speed may move from where it began, as a logarithm.
+const SPEED_RANGE: f64 = 2.5;
+
+/// The least gain of a joint: its sign is that of the sensor, which `check` looks at.
+const LEAST_GAIN: f64 = 0.05;
+
+/// The terms with units, so that the trained numbers are of order one.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Forces {
+    terms: Vec<Term>,
+    /// Of forces, velocities and accelerations, `[n]`.
+    tau: Vec<f64>,
+    qd: Vec<f64>,
+    qdd: Vec<f64>,
+}
+
+/// Coulomb friction changes its sign within this part of the speeds, at first: recordings rarely show it sharper.
+const SMOOTHING: f64 = 0.1;
+
+/// What friction near standstill adds falls over this part of the speeds, at first.
+const STRIBECK: f64 = 0.3;
+
+/// A sample as one coordinate sees it.
+pub(crate) struct Drive<'a> {
+    pub(crate) qd: f64,
+    pub(crate) qdd: f64,
+    pub(crate) tau: &'a [f64],
+}
+
+impl Forces {
+    pub(crate) fn new(terms: ForceTerms, tau: Vec<f64>, qd: Vec<f64>, qdd: Vec<f64>) -> Self {
+        Self {
+            terms: terms.list(tau.len()),
+            tau,
+            qd,
+            qdd,
+        }
+    }
+
+    /// Parameters of each coordinate.
+    pub(crate) fn kinds(&self) -> usize {
+        self.terms.len()
+    }
+
+    fn n(&self) -> usize {
+        self.tau.len()
+    }
+
+    fn find(&self, term: Term) -> Option<usize> {
+        self.terms.iter().position(|t| *t == term)
+    }
+
+    /// Parameter `term` of coordinate `i`, 0 where it is not learned; `extra` is `[kinds, n]`.
+    fn value(&self, extra: &[f64], term: Term, i: usize) -> f64 {
+        self.find(term).map_or(0.0, |k| extra[k * self.n() + i])
+    }
+
+    /// The parameters at first: little friction, the inputs as they are.
+    pub(crate) fn initial(&self) -> Vec<f64> {
+        let first = |term: &Term, i: usize| match term {
+            Term::Viscous | Term::Coulomb | Term::Rotor => 0.01,
+            Term::Stribeck => 0.003,
+            Term::Smoothing | Term::StribeckSpeed | Term::Offset => 0.0,
+            Term::Gain => 1.0,
+            Term::Input(j) => f64::from(u8::from(i == *j)),
+        };
+        let row = |term| (0..self.n()).map(move |i| first(term, i));
+        self.terms.iter().flat_map(row).collect()
+    }
+
+    /// Moves the parameters back into their domains: friction and inertia are not negative, B keeps its first entry.
+    pub(crate) fn project(&self, extra: &mut [f64]) {
+        for (term, row) in self
+            .terms
+            .iter()
+            .zip(extra.chunks_exact_mut(self.n().max(1)))
+        {
+            match term {
+                Term::Viscous | Term::Coulomb | Term::Stribeck | Term::Rotor => {
+                    row.iter_mut().for_each(|x| *x = x.max(0.0));
+                }
+                Term::Smoothing | Term::StribeckSpeed => row
+                    .iter_mut()
+                    .for_each(|x| *x = x.clamp(-SPEED_RANGE, SPEED_RANGE)),
+                Term::Gain => {
+                    row.iter_mut().for_each(|x| *x = x.max(LEAST_GAIN));
+                    row[0] = 1.0;
+                }
+                Term::Input(0) => row[0] = 1.0,
+                Term::Offset | Term::Input(_) => (),
+            }
+        }
+    }
+
+    fn smoothing(&self, extra: &[f64], i: usize) -> f64 {
+        SMOOTHING * self.qd[i] * self.value(extra, Term::Smoothing, i).exp()
+    }
+
+    fn stribeck_speed(&self, extra: &[f64], i: usize) -> f64 {
+        STRIBECK * self.qd[i] * self.value(extra, Term::StribeckSpeed, i).exp()
+    }
+
+    /// Inertia J of the rotor of coordinate `i`, kg·m².
+    pub(crate) fn rotor(&self, extra: &[f64], i: usize) -> f64 {
+        self.value(extra, Term::Rotor, i) * self.tau[i] / self.qdd[i]
+    }
+
+    /// What the terms add to the left side of coordinate `i`, N·m, B u included with its sign; the slopes by its
+    /// parameters go to `slopes` `[kinds]`.
+    pub(crate) fn force(
+        &self,
+        extra: &[f64],
+        i: usize,
+        drive: &Drive<'_>,
+        slopes: &mut [f64],
+    ) -> f64 {
+        let n = self.n();
+        if self.terms.is_empty() {
+            return -drive.tau[i];
+        }
+        let speed = self.smoothing(extra, i);
+        let (ratio, slow) = (drive.qd / speed, drive.qd / self.stribeck_speed(extra, i));
+        let (sign, hump) = (ratio.tanh(), (-slow * slow).exp());
+        let coulomb = self.tau[i] * self.value(extra, Term::Coulomb, i);
+        let static_excess = self.tau[i] * self.value(extra, Term::Stribeck, i) * hump;
+        let gains = self
+            .terms
+            .iter()
+            .any(|t| matches!(t, Term::Gain | Term::Input(_)));
+        let mut force = if gains { 0.0 } else { -drive.tau[i] };
+        for (k, (term, slope)) in self.terms.iter().zip(slopes).enumerate() {
+            let parameter = extra[k * n + i];
+            // Terms are linear in their parameter but for the two speeds, which add no force themselves.
+            let (by_parameter, linear) = match *term {
+                Term::Viscous => (self.tau[i] / self.qd[i] * drive.qd, true),
+                Term::Coulomb => (self.tau[i] * sign, true),
+                Term::Smoothing => (
+                    -(coulomb + static_excess) * (1.0 - sign * sign) * ratio,
+                    false,
+                ),
+                Term::Stribeck => (self.tau[i] * sign * hump, true),
+                Term::StribeckSpeed => (2.0 * static_excess * sign * slow * slow, false),
+                Term::Offset => (self.tau[i], true),
+                Term::Rotor => (self.tau[i] / self.qdd[i] * drive.qdd, true),
+                Term::Gain => (-drive.tau[i], true),
+                Term::Input(j) => (-drive.tau[j], true),
+            };
+            // The one entry of B that keeps the unit of energy is not learned.
+            let fixed = i == 0 && matches!(term, Term::Gain | Term::Input(0));
+            *slope = if fixed { 0.0 } else { by_parameter };
+            force += if linear {
+                by_parameter * parameter
+            } else {
+                0.0
+            };
+        }
+        force
+    }
+
+    /// The friction of trained parameters, where any is learned.
+    pub(crate) fn dissipation(&self, terms: ForceTerms, extra: &[f64]) -> Option<Dissipation> {
+        let each = |f: &dyn Fn(usize) -> f64| (0..self.n()).map(f).collect::<Vec<f64>>();
+        let force = |term| each(&|i| self.tau[i] * self.value(extra, term, i));
+        let stribeck = terms.stribeck.then(|| Stribeck {
+            height: force(Term::Stribeck),
+            speed: each(&|i| self.stribeck_speed(extra, i)),
+        });
+        terms.dissipates().then(|| Dissipation {
+            viscous: each(&|i| self.tau[i] / self.qd[i] * self.value(extra, Term::Viscous, i)),
+            coulomb: force(Term::Coulomb),
+            smoothing: each(&|i| self.smoothing(extra, i)),
+            stribeck,
+        })
+    }
+
+    /// The actuation of trained parameters, where anything of it is learned.
+    pub(crate) fn actuation(&self, terms: ForceTerms, extra: &[f64]) -> Result<Option<Actuation>> {
+        let n = self.n();
+        if !terms.offset && terms.input == Input::Torque {
+            return Ok(None);
+        }
+        let offset = (0..n).map(|i| self.tau[i] * self.value(extra, Term::Offset, i));
+        let entry = |i: usize, j: usize| match terms.input {
+            Input::Torque => f64::from(u8::from(i == j)),
+            Input::Gains if i == j => self.value(extra, Term::Gain, i),
+            Input::Gains => 0.0,
+            Input::Matrix => self.value(extra, Term::Input(j), i),
+        };
+        let matrix = (0..n)
+            .flat_map(|i| (0..n).map(move |j| entry(i, j)))
+            .collect();
+        Actuation::new(matrix, offset.collect()).map(Some)
+    }
+
+    /// Inertias of all rotors, kg·m², `[n]`; empty where none is learned.
+    pub(crate) fn rotors(&self, extra: &[f64]) -> Vec<f64> {
+        match self.find(Term::Rotor) {
+            None => Vec::new(),
+            Some(_) => (0..self.n()).map(|i| self.rotor(extra, i)).collect(),
+        }
+    }
+}
