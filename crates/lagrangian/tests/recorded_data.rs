@@ -141,31 +141,35 @@ fn delays(folder: &str, files: &[&str], filter: Option<f64>) -> Option<Vec<Item>
     Some(items)
 }
 
+/// Delays that fits of one log and tests on another do not confirm (docs/adr/0014): shaken encoders, not transport.
 #[test]
-fn two_logs_of_the_real_pendulum_agree_on_a_delay_of_its_torque() {
-    for log in ["ddp", "direct_collocation"] {
-        let Some(items) = delays("pendulum_real", &[log], None) else {
-            return;
-        };
-        let (delay, error) = (items[0].values["delay_s"], items[0].values["error_s"]);
-        assert_eq!(items[0].verdict, Verdict::Warn);
-        assert!((delay - 0.016).abs() < 0.003 && error < 0.005, "{items:?}");
-    }
-}
-
-#[test]
-fn no_delay_is_claimed_for_the_real_double_pendulum() {
-    let logs = ["00", "01", "02", "03", "04", "05"].map(|k| format!("trajectory_{k}"));
-    let logs: Vec<&str> = logs.iter().map(String::as_str).collect();
-    for logs in [&logs[..4], &logs, &["trajectory_12", "trajectory_13"]] {
-        for filter in [None, Some(0.1), Some(0.2), Some(0.3)] {
-            let Some(items) = delays("double_pendulum_real", logs, filter) else {
+fn no_delay_is_claimed_for_the_real_machines() {
+    let double =
+        ["00", "01", "02", "03", "04", "05", "12", "13"].map(|k| format!("trajectory_{k}"));
+    let double: Vec<&str> = double.iter().map(String::as_str).collect();
+    let mut cases: Vec<(&str, &[&str])> = vec![
+        ("double_pendulum_real", &double[..4]),
+        ("double_pendulum_real", &double[..6]),
+        ("double_pendulum_real", &double[6..]),
+    ];
+    cases.extend(double.chunks(1).map(|log| ("double_pendulum_real", log)));
+    let single = [
+        "ddp",
+        "direct_collocation",
+        "energy_shaping",
+        "swingup_failure",
+        "system_identification",
+    ];
+    cases.extend(single.chunks(1).map(|log| ("pendulum_real", log)));
+    let mut claims: Vec<String> = Vec::new();
+    for (folder, logs) in cases {
+        for filter in [None, Some(0.2), Some(0.3)] {
+            let Some(items) = delays(folder, logs, filter) else {
                 return;
             };
-            assert!(
-                items.iter().all(|i| i.verdict == Verdict::Pass),
-                "{items:?}"
-            );
+            let warned = items.iter().filter(|i| i.verdict > Verdict::Pass);
+            claims.extend(warned.map(|i| format!("{logs:?} {filter:?} {}", i.finding)));
         }
     }
+    assert!(claims.is_empty(), "{claims:#?}");
 }

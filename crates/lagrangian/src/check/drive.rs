@@ -44,6 +44,15 @@ fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
     coordinates.enumerate().map(|(i, c)| (i, c.name.as_str()))
 }
 
+/// Whether the positions show what the force does not know, so that neither inertias nor delays can be trusted: the
+/// accelerations of all joints stand in the regressor of each.
+fn is_shaken(findings: &Findings) -> bool {
+    let joints = findings.joints.iter().flatten();
+    joints
+        .filter(|f| f.explained.0 > EXPLAINED)
+        .any(|f| f.growth.abs() > GROWTH)
+}
+
 fn is_delay(found: &Found, step: f64) -> bool {
     let (at_delay, at_none) = (1.0 - found.explained.0, 1.0 - found.explained.1);
     !found.at_end
@@ -53,9 +62,9 @@ fn is_delay(found: &Found, step: f64) -> bool {
 }
 
 fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
-    let step = findings.step;
+    let (step, shaken) = (findings.step, is_shaken(findings));
     let milliseconds = |found: &Option<Found>| match found {
-        Some(f) if is_delay(f, step) => format!("{:.3}", 1e3 * f.delay),
+        Some(f) if !shaken && is_delay(f, step) => format!("{:.3}", 1e3 * f.delay),
         _ => "0".into(),
     };
     let flag = findings
@@ -78,6 +87,10 @@ fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
             let finding = format!(
                 "{name}: cannot be told: the motion explains {explained:.0} % of the force"
             );
+            Item::pass("delay", finding)
+        } else if shaken {
+            let finding =
+                format!("{name}: {size}: not to be trusted before the motion is filtered");
             Item::pass("delay", finding)
         } else if found.at_end {
             Item::pass("delay", format!("{name}: cannot be told from this motion"))

@@ -14,9 +14,6 @@ const STRETCHES: usize = 24;
 const LONGEST: usize = 2500;
 /// Samples of a stretch that are used.
 const SAMPLES: usize = 600;
-/// The window in parts of the one that knows accelerations best: noise makes a delay uncertain but not wrong, while a
-/// long window hides the fast motion that tells it.
-const SHORTER: f64 = 0.6;
 
 /// One recording on its way into the regression.
 pub(super) struct Source<'a> {
@@ -47,7 +44,7 @@ impl<'a> Source<'a> {
         let step = median_step(&recording.t);
         let window = match options.filter {
             Some(seconds) => (seconds / step).round() as usize | 1,
-            None => (SHORTER * chosen.iter().map(|c| c.window).max()? as f64) as usize | 1,
+            None => chosen.iter().map(|c| c.window).max()?,
         };
         let source = Self {
             recording,
