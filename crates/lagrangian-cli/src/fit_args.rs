@@ -80,8 +80,8 @@ pub(crate) struct ModelArgs {
     pub(crate) forces: Vec<Force>,
 
     /// Whether M and V of a deep Lagrangian network are read off the same hidden layers
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) trunks: Trunks,
+    #[arg(long, value_enum)]
+    pub(crate) trunks: Option<Trunks>,
 
     /// Give a deep Lagrangian network the term A(q)·q̇, for gyroscopic and magnetic forces
     #[arg(long)]

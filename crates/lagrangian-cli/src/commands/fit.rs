@@ -45,6 +45,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     } else {
         (args.clone(), None)
     };
+    args.model.require_own_flags()?;
     let data = read(&args)?;
     let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
     let config = config(&args, &dataset, &data.estimates);
