@@ -177,6 +177,15 @@ pub enum Error {
         remedy: &'static str,
     },
 
+    /// The description of a robot cannot be used.
+    #[error("the robot cannot be used: {finding}: {remedy}")]
+    Robot {
+        /// What is wrong, with the name of the link or joint.
+        finding: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+
     /// A checkpoint cannot be read or written.
     #[error("not a usable checkpoint: {reason}; start the fit anew, without --resume")]
     Checkpoint {

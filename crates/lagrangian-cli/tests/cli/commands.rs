@@ -15,7 +15,15 @@ fn with_data() -> Workbench {
 fn help_has_examples_for_every_command() {
     let bench = Workbench::new();
     for command in [
-        "demo", "simulate", "check", "fit", "score", "rollout", "torque", "report",
+        "demo",
+        "simulate",
+        "check",
+        "fit",
+        "score",
+        "rollout",
+        "torque",
+        "report",
+        "experiment",
     ] {
         let help = bench.succeed(&format!("{command} --help")).stdout;
         assert!(

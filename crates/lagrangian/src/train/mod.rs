@@ -11,7 +11,9 @@ mod learned;
 mod learner;
 mod lnn;
 mod natural;
+mod nominal;
 mod plain;
+mod stepper;
 #[cfg(test)]
 mod tests;
 
@@ -24,3 +26,4 @@ pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;
+pub use stepper::{StepLoss, Stepper};

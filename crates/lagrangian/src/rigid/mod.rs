@@ -1,0 +1,42 @@
+//! Rigid bodies in a tree on a fixed base, from URDF: the exact Lagrangian of a robot arm.
+//!
+//! ```
+//! use lagrangian::rigid::{self, RigidBodies};
+//! use lagrangian::rollout::{free, times};
+//! use lagrangian::{RolloutOptions, rollout};
+//!
+//! let arm = RigidBodies::from_urdf(rigid::example("iiwa7").unwrap_or_default())?;
+//! let loaded = arm.clone().with_payload("link_7", 1.5, [0.0, 0.0, 0.1])?;
+//!
+//! // Held out sideways, its shoulder feels 1.5 kg more.
+//! let (q, rest) = ([0.0, 1.57, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 7]);
+//! let (mut empty, mut full) = ([0.0; 7], [0.0; 7]);
+//! arm.dynamics().gravity_torque(&q, &mut empty);
+//! loaded.dynamics().gravity_torque(&q, &mut full);
+//! assert!(full[1].abs() > empty[1].abs() + 10.0);
+//!
+//! // It is a model like any other.
+//! let motion = rollout(&arm, &q, &rest, &times(0.1, 0.01)?, &free, &RolloutOptions::default())?;
+//! assert!(motion.outcome.is_finished());
+//! # Ok::<(), lagrangian::Error>(())
+//! ```
+
+mod bodies;
+mod dynamics;
+mod identified;
+mod identify;
+mod regressor;
+mod robot_config;
+mod robots;
+mod spatial;
+mod tree;
+mod urdf;
+
+pub use bodies::{GRAVITY, RigidBodies};
+pub use dynamics::RigidDynamics;
+pub use identified::IdentifiedRobot;
+pub(crate) use identify::identify;
+pub use robot_config::RobotConfig;
+pub use robots::{EXAMPLES, example};
+pub use tree::MAX_JOINTS;
+pub use urdf::JointKind;
