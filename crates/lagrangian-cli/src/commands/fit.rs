@@ -41,7 +41,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
     };
     let data = read(&args)?;
     let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
-    let config = config(&args, &dataset, &data.estimates);
+    let config = config(&args, &dataset, &data.estimates)?;
     config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` tells what the flags may be",
@@ -89,7 +89,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
             fit.best,
             fit.best_step
         );
-        for p in parameters(&fit.model).into_iter().flatten() {
+        for p in parameters(&fit.model).into_iter().flatten().filter(shown) {
             eprintln!(
                 "  {:<14} {:>10.3e} ± {:.1e}",
                 p.name, p.value, p.standard_error
@@ -107,8 +107,15 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
 fn parameters(model: &Learned) -> Option<Vec<Parameter>> {
     match model {
         Learned::Rigid(rigid) => Some(rigid.parameters()),
+        Learned::Robot(robot) => Some(robot.parameters()),
         _ => None,
     }
+}
+
+/// Ten inertial parameters of each link are for `--json`: most mean something only together.
+fn shown(parameter: &Parameter) -> bool {
+    let kind = parameter.name.rsplit_once('.').map(|(_, kind)| kind);
+    kind.is_none_or(|kind| matches!(kind, "rotor" | "offset" | "viscous" | "coulomb"))
 }
 
 fn occupied(args: &FitArgs) -> Occupied {
@@ -223,6 +230,7 @@ fn record(args: &FitArgs) -> Result<RunRecord> {
     };
     let mut files = of("training", &args.files)?;
     files.extend(of("validation", &args.training.validate)?);
+    files.extend(args.robot.file()?);
     RunRecord::now(args.training.seed, args, files)
 }
 
@@ -245,7 +253,7 @@ fn same_data(now: &RunRecord, then: &RunRecord) -> Result<()> {
 }
 
 /// All settings of the fit; says what the noise of the data has decided.
-fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfig {
+fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<FitConfig> {
     let scale = dataset.acceleration_scale();
     let names: Vec<&str> = dataset.coordinates.0.iter().map(|c| &*c.name).collect();
     let part = |(name, scale): (&&str, &f64)| {
@@ -271,7 +279,9 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfi
             100.0 * uncertainty
         );
     }
-    args.config(uncertainty, dataset.forced)
+    let mut config = args.config(uncertainty, dataset.forced);
+    args.robot.apply(args.model.form.is_some(), &mut config)?;
+    Ok(config)
 }
 
 fn fit(
