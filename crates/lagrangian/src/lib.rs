@@ -85,6 +85,7 @@
 pub mod baseline;
 pub mod chaos;
 pub mod check;
+pub mod control;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
@@ -93,12 +94,14 @@ pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;
+pub mod online;
 pub mod report;
 pub mod rigid;
 pub mod rollout;
 pub mod saved;
 pub mod score;
 pub mod solve;
+pub mod torque;
 pub mod train;
 pub mod trajectory;
 

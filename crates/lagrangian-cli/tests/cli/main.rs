@@ -3,5 +3,6 @@
 
 mod bad_input;
 mod commands;
+mod experiments;
 mod robots;
 mod workbench;

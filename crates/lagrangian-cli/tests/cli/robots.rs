@@ -46,9 +46,9 @@ fn a_robot_is_identified_from_its_torques_and_found_again_in_the_saved_model() {
         own["value"].as_f64().unwrap()
     };
     // What the forearm feels of gravity: 1.1 kg at 0.25 m; and no friction.
-    let first_moment = parameter("elbow.mass_x").hypot(parameter("elbow.mass_y"));
+    let first_moment = parameter("mass_x_elbow").hypot(parameter("mass_y_elbow"));
     assert!((first_moment - 1.1 * 0.25).abs() < 1e-3, "{first_moment}");
-    assert!(parameter("elbow.viscous").abs() < 1e-3 && parameter("shoulder.coulomb").abs() < 1e-2);
+    assert!(parameter("viscous_elbow").abs() < 1e-3 && parameter("coulomb_shoulder").abs() < 1e-2);
     assert_eq!(fit["family"], "rigid");
     // The model needs no other file.
     std::fs::remove_file(bench.path("arm.urdf")).unwrap();

@@ -164,6 +164,17 @@ impl Series {
     /// `runs` is `[runs][≤ len]`; a run that ended early counts while it lasts.
     #[must_use]
     pub fn spread(name: &str, role: Role, x: Vec<f64>, runs: &[Vec<f64>]) -> Self {
+        Self::band(name, role, x, runs, [0.1, 0.5, 0.9])
+    }
+
+    /// The median of a few runs at each x, with the band from the least to the largest; `runs` as in
+    /// [`Series::spread`].
+    #[must_use]
+    pub fn range(name: &str, role: Role, x: Vec<f64>, runs: &[Vec<f64>]) -> Self {
+        Self::band(name, role, x, runs, [0.0, 0.5, 1.0])
+    }
+
+    fn band(name: &str, role: Role, x: Vec<f64>, runs: &[Vec<f64>], shares: [f64; 3]) -> Self {
         let mut quantiles = [const { Vec::new() }; 3];
         for k in 0..x.len() {
             let mut values: Vec<f64> = runs
@@ -172,7 +183,7 @@ impl Series {
                 .filter(|y| y.is_finite())
                 .collect();
             values.sort_by(f64::total_cmp);
-            for (column, share) in quantiles.iter_mut().zip([0.1, 0.5, 0.9]) {
+            for (column, share) in quantiles.iter_mut().zip(shares) {
                 column.push(quantile(&values, share));
             }
         }

@@ -1,5 +1,5 @@
 //! Training of deep Lagrangian networks: each balance M q̈ + c − … depends on the network through its outputs, their
-//! change along q̇ and their change along one more direction in q (theory.md, section 10).
+//! change along q̇ and their change along one more direction in q (theory.md, section 14).
 
 use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};

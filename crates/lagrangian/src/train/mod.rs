@@ -4,6 +4,7 @@ mod adam;
 mod batch;
 mod checkpoint;
 mod delan;
+mod described;
 mod fit;
 mod forces;
 mod learned;
@@ -12,14 +13,17 @@ mod lnn;
 mod natural;
 mod nominal;
 mod plain;
+mod stepper;
 #[cfg(test)]
 mod tests;
 
 pub use adam::AdamConfig;
 pub use batch::Samples;
 pub use checkpoint::Checkpoint;
+pub use described::Parameter;
 pub use fit::{Budget, Ending, Fit, FitConfig, Observer, Optimizer, Precision, Progress, fit};
 pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;
+pub use stepper::{StepLoss, Stepper};

@@ -1,10 +1,10 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
-#![allow(
-    dead_code,
-    reason = "the experiments that use all of it come one by one"
-)]
 
 mod course;
+mod letters;
+mod plausibility;
+mod real;
+mod spread;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -34,7 +34,11 @@ struct Experiment {
 }
 
 /// All experiments, in the order of the list.
-const EXPERIMENTS: &[Experiment] = &[];
+const EXPERIMENTS: &[Experiment] = &[
+    letters::EXPERIMENT,
+    plausibility::EXPERIMENT,
+    real::EXPERIMENT,
+];
 
 /// What was asked for.
 pub(crate) struct Setting<'a> {

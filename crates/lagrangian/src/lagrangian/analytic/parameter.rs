@@ -7,6 +7,8 @@ use crate::{Error, Result};
 pub enum Domain {
     /// Finite and > 0.
     Positive,
+    /// Finite and ≥ 0.
+    NotNegative,
     /// Finite.
     Finite,
     /// A whole number from 1 to 32.
@@ -37,6 +39,17 @@ impl Parameter {
             unit,
             value,
             domain: Domain::Positive,
+        }
+    }
+
+    /// A parameter that may be 0 or above.
+    #[must_use]
+    pub const fn not_negative(name: &'static str, unit: &'static str, value: f64) -> Self {
+        Self {
+            name,
+            unit,
+            value,
+            domain: Domain::NotNegative,
         }
     }
 
@@ -81,6 +94,10 @@ impl Parameter {
         let whole = value.fract() == 0.0;
         let (fits, must) = match self.domain {
             Domain::Positive => (value.is_finite() && value > 0.0, "a finite number above 0"),
+            Domain::NotNegative => (
+                value.is_finite() && value >= 0.0,
+                "a finite number, 0 or above",
+            ),
             Domain::Finite => (value.is_finite(), "a finite number"),
             Domain::Count => (
                 whole && (1.0..=32.0).contains(&value),

@@ -1,0 +1,30 @@
+//! Online learning: a model that is trained while the robot moves.
+//!
+//! ```text
+//! control loop ──(q, q̇, τ)──► [`ring`] ──► [`Differentiator`] ──► [`Replay`] ──► steps ──► guard ──► [`slot`] ──► control loop
+//! ```
+//!
+//! The loop neither waits nor locks: it writes into a ring that drops the oldest sample, and looks into a slot for a
+//! new model. [`OnlineLearner`] does the rest, on a thread of its own ([`spawn`]) or in lock step with the motion, so
+//! many steps a second, where a run must be repeatable (theory.md, section 12).
+
+mod differentiator;
+mod guard;
+mod learner;
+mod record;
+mod replay;
+pub mod ring;
+pub mod slot;
+mod thread;
+mod tracking;
+
+pub use differentiator::{Differentiator, Sample};
+pub use guard::Guard;
+pub use learner::{OnlineConfig, OnlineLearner};
+pub use record::{Event, Record, What};
+pub use replay::{Replay, ReplayConfig};
+pub use thread::{OnlineThread, spawn};
+pub use tracking::{Feed, Tracked, TrackingConfig, track};
+
+#[cfg(test)]
+mod tests;
