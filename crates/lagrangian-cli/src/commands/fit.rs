@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use lagrangian::check::{CheckOptions, Verdict, check_with};
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig};
+use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned, Parameter};
 use lagrangian::trajectory::{Estimate, EstimateOptions, Recording};
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
@@ -51,7 +51,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     args.model.require_own_flags()?;
     let data = read(&args)?;
     let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
-    let config = config(&args, &dataset, &data.estimates);
+    let config = config(&args, &dataset, &data.estimates)?;
     config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` tells what the flags may be",
@@ -100,7 +100,8 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             fit.best,
             fit.best_step
         );
-        for p in fit.model.parameters() {
+        let all = fit.model.parameters();
+        for p in all.iter().filter(|p| shown(&fit.model, p)) {
             let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
             let error = error.unwrap_or_default();
             eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
@@ -133,6 +134,15 @@ fn improved(fit: &Fit, config: &FitConfig, args: &FitArgs) -> bool {
     let time_enough = fit.steps >= LOOKS * config.validate_every;
     let stuck = fit.best_step <= config.validate_every && fit.best > SMALL;
     fit.best.is_finite() && !useless && !(time_enough && stuck)
+}
+
+/// Ten inertial parameters of each link are for `--json`: most mean something only together.
+fn shown(model: &Learned, parameter: &Parameter) -> bool {
+    let of_a_body = ["mass_", "inertia_"];
+    !(matches!(model, Learned::Robot(_))
+        && of_a_body
+            .iter()
+            .any(|kind| parameter.name.starts_with(kind)))
 }
 
 fn occupied(args: &FitArgs) -> Occupied {
@@ -248,6 +258,7 @@ fn record(args: &FitArgs) -> Result<RunRecord> {
     };
     let mut files = of("training", &args.files)?;
     files.extend(of("validation", &args.training.validate)?);
+    files.extend(args.robot.file()?);
     RunRecord::now(args.training.seed, args, files)
 }
 
@@ -270,7 +281,7 @@ fn same_data(now: &RunRecord, then: &RunRecord) -> Result<()> {
 }
 
 /// All settings of the fit; says what the noise of the data has decided.
-fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfig {
+fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<FitConfig> {
     let scale = dataset.acceleration_scale();
     let names: Vec<&str> = dataset.coordinates.0.iter().map(|c| &*c.name).collect();
     let part = |(name, scale): (&&str, &f64)| {
@@ -296,7 +307,9 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfi
             100.0 * uncertainty
         );
     }
-    args.config(uncertainty, dataset.forced)
+    let mut config = args.config(uncertainty, dataset.forced);
+    args.robot.apply(args.model.form.is_some(), &mut config)?;
+    Ok(config)
 }
 
 fn fit(
