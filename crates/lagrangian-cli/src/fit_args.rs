@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::{DataArgs, EstimateArgs};
-use crate::values::{MAX_SEED, fraction, non_negative, positive};
+use crate::values::{fraction, non_negative, positive, seed, steps};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(after_help = "\
@@ -100,7 +100,7 @@ pub(crate) struct TrainingArgs {
     pub(crate) optimizer: Option<OptimizerName>,
 
     /// End after so many steps
-    #[arg(long, conflicts_with = "seconds", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, conflicts_with = "seconds", value_parser = steps)]
     pub(crate) steps: Option<u64>,
 
     /// End after so many seconds; the schedule is laid out over them [default: 60]
@@ -124,7 +124,7 @@ pub(crate) struct TrainingArgs {
     pub(crate) patience: Option<u32>,
 
     /// Seed of weights, split and batches
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
     /// Files to validate on

@@ -3,7 +3,7 @@
 use super::{Delan, Jet, Jets, Lagrangian, Lnn};
 use crate::{Coordinates, Error, Result};
 
-/// L = L_known + L_rest, of the same coordinates (theory.md, 48). All derivatives of L that the Euler–Lagrange
+/// `L = L_known + L_rest`, of the same coordinates (theory.md, 48). All derivatives of L that the Euler–Lagrange
 /// equation needs are sums too, M and c among them.
 #[derive(Debug, Clone)]
 pub struct Sum<A, B> {

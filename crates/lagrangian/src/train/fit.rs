@@ -76,7 +76,7 @@ pub struct FitConfig {
     /// Forces that are learned beside those of the Lagrangian (a chain of rigid links knows friction alone).
     pub forces: ForceTerms,
     /// A robot that is known: a Lagrangian network then learns what its description leaves (theory.md, 48), and the
-    /// losses are in units of that. DeLaN can only add inertia to it, a free network also take some away.
+    /// losses are in units of that. `DeLaN` can only add inertia to it, a free network also take some away.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nominal: Option<RobotConfig>,
     /// Numbers of the kernels under Adam.

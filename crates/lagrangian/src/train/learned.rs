@@ -72,7 +72,7 @@ pub enum Learned {
     /// A robot of known kinematics, identified.
     Robot(IdentifiedRobot),
     /// A robot that is known, and a network of what it leaves.
-    Nominal(Mechanical<Sum<RigidBodies, Rest>>),
+    Nominal(Box<Mechanical<Sum<RigidBodies, Rest>>>),
 }
 
 impl Model for Learned {
@@ -171,7 +171,7 @@ impl Learned {
                 });
             }
         };
-        Ok(Self::Nominal(model))
+        Ok(Self::Nominal(Box::new(model)))
     }
 }
 
