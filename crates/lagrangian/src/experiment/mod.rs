@@ -3,7 +3,9 @@
 mod history;
 pub mod letters;
 mod long_rollouts;
+pub mod swing_up;
 mod torque;
+pub mod tracking;
 
 pub use history::{History, Moment, fit_with_history};
 pub use long_rollouts::{

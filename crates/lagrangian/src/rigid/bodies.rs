@@ -191,7 +191,8 @@ impl RigidBodies {
         let dissipation = Dissipation {
             viscous,
             coulomb,
-            smoothing,
+            smoothing: vec![smoothing; self.dof()],
+            stribeck: None,
         };
         dissipation.validate(self.dof())?;
         Ok(Some(dissipation))

@@ -3,6 +3,8 @@
 mod course;
 mod letters;
 mod spread;
+mod swing_up;
+mod tracking;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -32,7 +34,11 @@ struct Experiment {
 }
 
 /// All experiments, in the order of the list.
-const EXPERIMENTS: &[Experiment] = &[letters::EXPERIMENT];
+const EXPERIMENTS: &[Experiment] = &[
+    letters::EXPERIMENT,
+    tracking::EXPERIMENT,
+    swing_up::EXPERIMENT,
+];
 
 /// What was asked for.
 pub(crate) struct Setting<'a> {
