@@ -141,7 +141,7 @@ impl Dataset {
 }
 
 /// Divides trajectories into those to fit and those to judge by: whole trajectories, about `fraction` of the
-/// samples, chosen by `seed`; a single trajectory is cut in time.
+/// samples, chosen by `seed`; where whole ones would be far more than that, the end of each.
 ///
 /// # Errors
 /// [`Error::Argument`] for a fraction outside 0…0.9 or no trajectory.
@@ -164,25 +164,36 @@ pub fn split(
     if wanted == 0 {
         return Ok((trajectories, Vec::new()));
     }
-    if trajectories.len() == 1 {
-        let only = &trajectories[0];
-        let (head, tail) = (0..total - wanted, total - wanted..total);
-        return Ok((vec![only.part(head)], vec![only.part(tail)]));
-    }
     shuffle(
         &mut trajectories,
         &mut rand_chacha::ChaCha8Rng::seed_from_u64(seed),
     );
-    let mut held = Vec::new();
     let mut count = 0;
-    while count < wanted && trajectories.len() > 1 {
-        let Some(next) = trajectories.pop() else {
-            break;
-        };
+    let mut enough = |next: &Trajectory| {
+        let before = count;
         count += next.len();
-        held.push(next);
+        before < wanted
+    };
+    let whole = trajectories.iter().rev().take_while(|t| enough(t)).count();
+    let kept = trajectories.len() - whole;
+    let held: usize = trajectories[kept..].iter().map(Trajectory::len).sum();
+    if kept == 0 || held as f64 > MOST_HELD * wanted as f64 {
+        return Ok(ends(&trajectories, fraction));
     }
+    let held = trajectories.split_off(kept);
     Ok((trajectories, held))
+}
+
+/// Whole trajectories are held back only if they are at most this many times what was asked for.
+const MOST_HELD: f64 = 2.5;
+
+/// Cuts the last `fraction` off each trajectory.
+fn ends(trajectories: &[Trajectory], fraction: f64) -> (Vec<Trajectory>, Vec<Trajectory>) {
+    let cut = |t: &Trajectory| t.len() - (t.len() as f64 * fraction).round() as usize;
+    let parts = trajectories
+        .iter()
+        .map(|t| (t.part(0..cut(t)), t.part(cut(t)..t.len())));
+    parts.filter(|(head, _)| !head.is_empty()).unzip()
 }
 
 /// A random order (Fisher, Yates).
@@ -290,4 +301,39 @@ fn deviation(x: &mut dyn Iterator<Item = f64>) -> f64 {
 /// 1 in place of a scale that cannot divide.
 fn positive(x: f64) -> f64 {
     if x.is_finite() && x > 1e-150 { x } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    fn recording(name: &str, len: usize) -> Trajectory {
+        Trajectory {
+            name: name.into(),
+            t: (0..len).map(|k| k as f64).collect(),
+            q: vec![0.0; len],
+            qd: vec![0.0; len],
+            qdd: None,
+            tau: None,
+        }
+    }
+
+    #[test]
+    fn of_many_recordings_whole_ones_are_held_back() {
+        let all = (0..20).map(|k| recording(&k.to_string(), 10)).collect();
+        let (train, held) = split(all, 0.1, 3).unwrap();
+        assert_eq!((train.len(), held.len()), (18, 2));
+        assert!(held.iter().all(|t| t.len() == 10));
+    }
+
+    #[test]
+    fn of_few_recordings_the_end_of_each_is_held_back() {
+        for count in [1, 2, 3] {
+            let all = (0..count).map(|k| recording(&k.to_string(), 100)).collect();
+            let (train, held) = split(all, 0.1, 0).unwrap();
+            assert_eq!((train.len(), held.len()), (count, count));
+            assert!(held.iter().all(|t| t.len() == 10 && t.t[0] == 90.0));
+        }
+    }
 }

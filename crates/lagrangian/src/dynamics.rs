@@ -238,6 +238,22 @@ impl<L: Lagrangian> Mechanical<L> {
         Ok(Self { actuation, ..self })
     }
 
+    /// The same friction and inputs with a Lagrangian made from this one.
+    ///
+    /// # Errors
+    /// That of `make`; [`Error::Shape`](crate::Error::Shape) for another number of coordinates.
+    pub fn with<M: Lagrangian>(self, make: impl FnOnce(L) -> Result<M>) -> Result<Mechanical<M>> {
+        let lagrangian = make(self.lagrangian)?;
+        let model = match self.dissipation {
+            None => Mechanical::conservative(lagrangian),
+            Some(dissipation) => Mechanical::dissipative(lagrangian, dissipation)?,
+        };
+        match self.actuation {
+            None => Ok(model),
+            Some(actuation) => model.driven(actuation),
+        }
+    }
+
     /// How its forces come from inputs, where they are not the inputs themselves.
     #[must_use]
     pub fn actuation(&self) -> Option<&Actuation> {

@@ -11,16 +11,18 @@
 //! Hollerbach, Int. J. Robotics Research 5, 1986). Friction is kept non-negative by leaving out, one after the
 //! other, the coefficients that come out below 0.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
-use rayon::prelude::*;
+mod sums;
+
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::Dataset;
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
 use crate::lagrangian::{Angles, Dissipation, Lagrangian, RigidChain};
+use crate::rigid::RobotConfig;
 use crate::train::Samples;
 use crate::{Coordinates, Error, Result};
+
+pub(crate) use sums::Sums;
 
 /// What is known of a chain before it is identified.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -30,6 +32,9 @@ pub struct RigidConfig {
     pub angles: Option<Angles>,
     /// Speed vₛ over which Coulomb friction changes its sign; `None`: whichever explains them best.
     pub smoothing: Option<f64>,
+    /// The robot, where its kinematics are known: then all its inertial parameters are identified.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotConfig>,
 }
 
 /// A parameter that was identified.
@@ -210,7 +215,7 @@ impl Terms {
 const WORTH: f64 = 0.8;
 
 /// Smoothing speeds that are tried, in parts of the smallest root mean square of a velocity.
-const SMOOTHING: [f64; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
+pub(crate) const SMOOTHING: [f64; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 
 /// One convention of angles: sums over the samples, for all candidates of the smoothing at once.
 struct Problem<'a> {
@@ -252,7 +257,7 @@ impl<'a> Problem<'a> {
         };
         let friction: &[f64] = if dissipation { &smoothing } else { &[] };
         let weights: Vec<f64> = dataset.force_scale().iter().map(|s| 1.0 / s).collect();
-        let sums = |samples| Sums::of(samples, &columns, friction, &weights);
+        let sums = |samples| sums_of(samples, &columns, friction, &weights);
         Ok(Self {
             train: sums(&dataset.train),
             validation: sums(&dataset.validation),
@@ -349,140 +354,18 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Products of Y and τ over weighted samples.
-struct Sums {
-    size: usize,
-    /// `YᵀY`, `[size, size]`, its lower triangle.
-    square: Vec<f64>,
-    /// `Yᵀτ`, `[size]`.
-    right: Vec<f64>,
-    /// `τᵀτ`.
-    torque: f64,
-    /// Numbers in the sums.
-    count: usize,
-}
-
-struct Solution {
-    values: Vec<f64>,
-    errors: Vec<f64>,
-}
-
-/// Samples that are worked on at a time.
-const BLOCK: usize = 1024;
-
-/// Added to the diagonal of the system in units of it: what the data do not determine becomes 0.
-const RIDGE: f64 = 1e-13;
-
-impl Sums {
-    /// Over columns of the chain, then viscous friction, then Coulomb friction for each smoothing speed.
-    fn of(samples: &Samples, chain: &[RigidChain], smoothing: &[f64], weights: &[f64]) -> Self {
-        let n = samples.n.max(1);
-        let friction = if smoothing.is_empty() {
-            0
-        } else {
-            n * (1 + smoothing.len())
-        };
-        let starts: Vec<usize> = (0..samples.len()).step_by(BLOCK).collect();
-        let block = |&start: &usize| {
-            let rows = start * n..(start + BLOCK).min(samples.len()) * n;
-            let mut sums = Self::zero(chain.len() + friction);
-            sums.add(
-                &regressor(samples, rows.clone(), chain, smoothing),
-                &samples.tau[rows],
-                weights,
-            );
-            sums
-        };
-        let blocks: Vec<Self> = starts.par_iter().map(block).collect();
-        blocks
-            .into_iter()
-            .fold(Self::zero(chain.len() + friction), Self::plus)
-    }
-
-    fn zero(size: usize) -> Self {
-        Self {
-            size,
-            square: vec![0.0; size * size],
-            right: vec![0.0; size],
-            torque: 0.0,
-            count: 0,
-        }
-    }
-
-    fn plus(mut self, other: Self) -> Self {
-        let add = |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-        add(&mut self.square, &other.square);
-        add(&mut self.right, &other.right);
-        self.torque += other.torque;
-        self.count += other.count;
-        self
-    }
-
-    /// Adds rows, given column by column.
-    fn add(&mut self, columns: &[Vec<f64>], tau: &[f64], weights: &[f64]) {
-        let n = weights.len();
-        let product = |a: &[f64], b: &[f64]| -> f64 {
-            let rows = a.iter().zip(b).enumerate();
-            rows.map(|(k, (a, b))| a * b * weights[k % n].powi(2)).sum()
-        };
-        for (k, column) in columns.iter().enumerate() {
-            self.right[k] += product(column, tau);
-            for (j, other) in columns[..=k].iter().enumerate() {
-                self.square[k * self.size + j] += product(column, other);
-            }
-        }
-        self.torque += product(tau, tau);
-        self.count += tau.len();
-    }
-
-    fn at(&self, k: usize, j: usize) -> f64 {
-        self.square[k.max(j) * self.size + k.min(j)]
-    }
-
-    /// Least squares over these columns alone, with the columns scaled to length 1.
-    fn solve(&self, columns: &[usize]) -> Option<Solution> {
-        let scale: Vec<f64> = columns
-            .iter()
-            .map(|&k| {
-                Some(self.at(k, k).sqrt())
-                    .filter(|s| *s > 0.0)
-                    .unwrap_or(1.0)
-            })
-            .collect();
-        let size = columns.len();
-        let matrix = Mat::from_fn(size, size, |k, j| {
-            let ridge = if k == j { RIDGE } else { 0.0 };
-            self.at(columns[k], columns[j]) / (scale[k] * scale[j]) + ridge
-        });
-        let inverse = matrix
-            .llt(Side::Lower)
-            .ok()?
-            .solve(Mat::<f64>::identity(size, size));
-        let value = |k: usize| -> f64 {
-            let row = (0..size).map(|j| inverse[(k, j)] * self.right[columns[j]] / scale[j]);
-            row.sum::<f64>() / scale[k]
-        };
-        let values: Vec<f64> = (0..size).map(value).collect();
-        let freedom = self.count.saturating_sub(size).max(1) as f64;
-        let variance = self.loss(columns, &values) * self.count as f64 / freedom;
-        let error = |k: usize| (variance * inverse[(k, k)]).sqrt() / scale[k];
-        let errors: Vec<f64> = (0..size).map(error).collect();
-        let finite = values.iter().chain(&errors).all(|x| x.is_finite());
-        finite.then_some(Solution { values, errors })
-    }
-
-    /// Mean of (Y π − τ)², never below 0 by rounding.
-    fn loss(&self, columns: &[usize], values: &[f64]) -> f64 {
-        let terms = columns.iter().zip(values);
-        let sum: f64 = terms
-            .clone()
-            .map(|(&k, x)| {
-                let row: f64 = terms.clone().map(|(&j, y)| self.at(k, j) * y).sum();
-                x * (row - 2.0 * self.right[k])
-            })
-            .sum();
-        ((sum + self.torque) / self.count.max(1) as f64).max(0.0)
-    }
+/// Over columns of the chain, then viscous friction, then Coulomb friction for each smoothing speed.
+fn sums_of(samples: &Samples, chain: &[RigidChain], smoothing: &[f64], weights: &[f64]) -> Sums {
+    let n = samples.n.max(1);
+    let friction = match smoothing.len() {
+        0 => 0,
+        speeds => n * (1 + speeds),
+    };
+    Sums::over(samples.len(), chain.len() + friction, weights, |range| {
+        let rows = range.start * n..range.end * n;
+        let columns = regressor(samples, rows.clone(), chain, smoothing);
+        (columns, samples.tau[rows].to_vec())
+    })
 }
 
 /// The columns of Y for the rows `rows` of the samples.

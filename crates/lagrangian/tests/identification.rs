@@ -165,6 +165,7 @@ fn the_errors_of_noisy_torques_are_of_the_size_that_is_reported() {
     let config = RigidConfig {
         smoothing: Some(SMOOTHING),
         angles: Some(Angles::Absolute),
+        ..RigidConfig::default()
     };
     let exact = identified(&truth, 0.0, &config).model.parameters();
     let noisy = identified(&truth, 0.5, &config).model.parameters();

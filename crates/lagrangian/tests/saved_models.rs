@@ -17,6 +17,7 @@ fn header() -> Header {
         architecture: json!({ "width": 64, "layers": 2, "activation": "softplus" }),
         scaling: json!({ "energy": 0.1 + 0.2 }),
         dissipation: json!({ "viscous": [0.1, 1.0 / 3.0] }),
+        nominal: serde_json::Value::Null,
         actuation: serde_json::Value::Null,
         provenance: Provenance {
             command: Some("lagrangian fit a.csv".into()),

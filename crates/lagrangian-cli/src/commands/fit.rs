@@ -7,9 +7,8 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use lagrangian::check::{Verdict, check};
 use lagrangian::dataset::{Dataset, split};
-use lagrangian::identify::Parameter;
 use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned};
+use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig};
 use lagrangian::trajectory::Estimate;
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
@@ -80,7 +79,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
             "samples": { "train": dataset.train.len(), "validation": dataset.validation.len() },
             "forces": dataset.forced,
             "estimates": data.estimates.len(),
-            "parameters": parameters(&fit.model),
+            "parameters": fit.model.parameters(),
         }))?;
     } else {
         eprintln!(
@@ -89,11 +88,10 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
             fit.best,
             fit.best_step
         );
-        for p in parameters(&fit.model).into_iter().flatten() {
-            eprintln!(
-                "  {:<14} {:>10.3e} ± {:.1e}",
-                p.name, p.value, p.standard_error
-            );
+        for p in fit.model.parameters() {
+            let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
+            let error = error.unwrap_or_default();
+            eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
         }
         eprintln!("page:  {}", folder.file(REPORT).display());
     }
@@ -101,14 +99,6 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
         Ending::Interrupted => ExitCode::from(INTERRUPTED),
         _ => ExitCode::SUCCESS,
     })
-}
-
-/// The parameters of a model that has named ones.
-fn parameters(model: &Learned) -> Option<Vec<Parameter>> {
-    match model {
-        Learned::Rigid(rigid) => Some(rigid.parameters()),
-        _ => None,
-    }
 }
 
 fn occupied(args: &FitArgs) -> Occupied {

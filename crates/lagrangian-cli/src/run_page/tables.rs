@@ -14,7 +14,7 @@ const MOST_MOTIONS: usize = 20;
 
 /// Errors at single samples, and how long whole motions are followed.
 pub(super) fn of(run: &Run, score: &Score) -> Vec<Table> {
-    let tables = [errors(run, score), motions(run, score)];
+    let tables = [errors(run, score), motions(run, score), parameters(run)];
     tables
         .into_iter()
         .filter(|table| !table.rows.is_empty())
@@ -61,6 +61,20 @@ fn rows(run: &Run, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String
         .zip(error.mse.iter().zip(&error.nmse))
         .map(row)
         .collect()
+}
+
+/// What was learned that has a name and a unit.
+fn parameters(run: &Run) -> Table {
+    let row = |p: lagrangian::train::Parameter| {
+        let error = p.standard_error.map(|e| format!(" ± {}", short(e)));
+        let value = format!("{}{}", short(p.value), error.unwrap_or_default());
+        vec![p.name, value, p.unit]
+    };
+    Table {
+        caption: "What was learned beside the Lagrangian, or of it.".into(),
+        header: ["parameter", "value", "unit"].map(str::to_string).to_vec(),
+        rows: run.model.parameters().into_iter().map(row).collect(),
+    }
 }
 
 fn motions(run: &Run, score: &Score) -> Table {

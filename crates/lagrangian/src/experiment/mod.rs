@@ -1,13 +1,16 @@
 //! Measurements that models are compared by, as plain data; the command's experiments are made of them.
 
 mod history;
+mod laws;
 pub mod letters;
 mod long_rollouts;
 pub mod swing_up;
+pub mod premises;
 mod torque;
 pub mod tracking;
 
 pub use history::{History, Moment, fit_with_history};
+pub use laws::{Laws, laws};
 pub use long_rollouts::{
     EnergyTest, Predictability, ValidTimes, energy_error, energy_test, predictability,
     random_starts, random_states, restarted, valid_times,

@@ -7,6 +7,7 @@ mod dissipation;
 mod lnn;
 mod rigid_chain;
 mod scaled;
+mod sum;
 
 pub use actuation::Actuation;
 pub use delan::{Delan, DelanConfig, Structure, Terms, Trunks};
@@ -17,6 +18,7 @@ pub use lnn::{Form, Lnn, LnnConfig};
 pub use rigid_chain::{Angles, RigidChain};
 pub(crate) use scaled::Features;
 pub use scaled::Scaling;
+pub use sum::{Rest, Sum};
 
 use crate::Coordinates;
 
@@ -51,6 +53,20 @@ impl Jet {
         self.momentum.resize(m * n, 0.0);
         self.mass_matrix.resize(m * n * n, 0.0);
         self.momentum_drift.resize(m * n, 0.0);
+    }
+
+    /// Adds the derivatives of another Lagrangian at the same states.
+    pub fn add(&mut self, other: &Self) {
+        let pairs = [
+            (&mut self.lagrangian, &other.lagrangian),
+            (&mut self.dl_dq, &other.dl_dq),
+            (&mut self.momentum, &other.momentum),
+            (&mut self.mass_matrix, &other.mass_matrix),
+            (&mut self.momentum_drift, &other.momentum_drift),
+        ];
+        for (own, other) in pairs {
+            own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::dynamics::RigidDynamics;
 use super::spatial::{Inertia, Vec3, transposed, turn};
 use super::tree::Tree;
-use super::urdf::Description;
+use super::urdf::{Description, unusable};
 use crate::dynamics::{Evaluator, Model};
 use crate::lagrangian::{Dissipation, Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
@@ -132,6 +132,45 @@ impl RigidBodies {
         }
         (self.rotor, self.offset) = (rotor, offset);
         Ok(self)
+    }
+
+    /// With coordinates of other names, such as those of a recording; the joints keep theirs.
+    ///
+    /// # Errors
+    /// [`Error::Robot`] for another number of coordinates, or an angle where a joint slides.
+    pub fn with_coordinates(mut self, coordinates: Coordinates) -> Result<Self> {
+        let (joints, n) = (self.tree.joints.join(", "), self.dof());
+        if coordinates.dof() != n {
+            let finding = format!(
+                "it has {n} joints ({joints}) where the data have {} coordinates",
+                coordinates.dof()
+            );
+            return Err(unusable(
+                finding,
+                "choose the joints with --joints, or the columns with --q, --qd and --tau",
+            ));
+        }
+        for body in &self.tree.bodies {
+            let i = body.coordinate;
+            if !body.turns && coordinates.is_circle(i) {
+                let finding = format!(
+                    "joint '{}' slides where '{}' is declared an angle",
+                    self.tree.joints[i], coordinates.0[i].name
+                );
+                return Err(unusable(
+                    finding,
+                    "check the order of the joints (--joints), or leave it out of --angle",
+                ));
+            }
+        }
+        self.tree.coordinates = coordinates;
+        Ok(self)
+    }
+
+    /// Names of its joints, in the order of the coordinates.
+    #[must_use]
+    pub fn joints(&self) -> &[String] {
+        &self.tree.joints
     }
 
     /// With other inertial parameters, ten for each joint in the order of [`RigidBodies::inertial_parameters`].

@@ -10,11 +10,11 @@ use crate::solve::{Regularity, SymmetricSolver};
 
 /// What a sweep knows of one body.
 #[derive(Debug, Clone, Copy)]
-struct Moving {
+pub(super) struct Moving {
     /// Its frame in its parent's at q.
-    frame: Frame,
-    twist: Twist,
-    acceleration: Twist,
+    pub(super) frame: Frame,
+    pub(super) twist: Twist,
+    pub(super) acceleration: Twist,
     wrench: Wrench,
     momentum: Wrench,
     /// Inertia of all that hangs on it.
@@ -44,8 +44,8 @@ impl Default for Moving {
 /// Every array is that of one state, `[n]`; the mass matrix is row-major `[n, n]`.
 #[derive(Debug, Clone)]
 pub struct RigidDynamics<'a> {
-    robot: &'a RigidBodies,
-    moving: Vec<Moving>,
+    pub(super) robot: &'a RigidBodies,
+    pub(super) moving: Vec<Moving>,
     solver: SymmetricSolver,
     mass: Vec<f64>,
     force: Vec<f64>,
@@ -81,7 +81,7 @@ impl Body {
 
     /// S·w: the part of a wrench that the joint feels.
     #[inline(always)]
-    fn along(&self, w: &Wrench) -> f64 {
+    pub(super) fn along(&self, w: &Wrench) -> f64 {
         if self.turns { w.moment[2] } else { w.force[2] }
     }
 
@@ -128,23 +128,23 @@ impl<'a> RigidDynamics<'a> {
         }
     }
 
-    fn bodies(&self) -> &'a [Body] {
+    pub(super) fn bodies(&self) -> &'a [Body] {
         &self.robot.tree().bodies
     }
 
-    fn n(&self) -> usize {
+    pub(super) fn n(&self) -> usize {
         self.moving.len()
     }
 
     /// Frames at q.
-    fn place(&mut self, q: &[f64]) {
+    pub(super) fn place(&mut self, q: &[f64]) {
         for (body, own) in self.bodies().iter().zip(&mut self.moving) {
             own.frame = body.at(q[body.coordinate]);
         }
     }
 
     /// Twists, spatial accelerations that hold gravity, and the wrenches that they need: outwards.
-    fn outwards(&mut self, qd: &[f64], qdd: &[f64], gravity: Vec3) {
+    pub(super) fn outwards(&mut self, qd: &[f64], qdd: &[f64], gravity: Vec3) {
         let base = Twist {
             angular: [0.0; 3],
             linear: scale(gravity, -1.0),

@@ -23,6 +23,10 @@
 
 mod bodies;
 mod dynamics;
+mod identified;
+mod identify;
+mod regressor;
+mod robot_config;
 mod robots;
 mod spatial;
 mod tree;
@@ -30,6 +34,9 @@ mod urdf;
 
 pub use bodies::{GRAVITY, RigidBodies};
 pub use dynamics::RigidDynamics;
+pub use identified::IdentifiedRobot;
+pub(crate) use identify::identify;
+pub use robot_config::RobotConfig;
 pub use robots::{EXAMPLES, example};
 pub use tree::MAX_JOINTS;
 pub use urdf::JointKind;

@@ -39,6 +39,8 @@ pub(crate) struct Place {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tree {
     pub(crate) coordinates: Coordinates,
+    /// Names of the joints, in the order of the coordinates.
+    pub(crate) joints: Vec<String>,
     /// Parents before their children.
     pub(crate) bodies: Vec<Body>,
     pub(crate) places: Vec<Place>,
@@ -64,6 +66,10 @@ impl Tree {
                     .map(|&j| coordinate(&description.joints[j]))
                     .collect(),
             ),
+            joints: selection
+                .iter()
+                .map(|&j| description.joints[j].name.clone())
+                .collect(),
             bodies: Vec::new(),
             places: Vec::new(),
             damping: selection

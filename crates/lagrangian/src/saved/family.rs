@@ -4,15 +4,16 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Header, Provenance, SavedModel, Tensor, damaged};
-use crate::Result;
 use crate::baseline::{Mlp, MlpConfig};
 use crate::dynamics::{Mechanical, Model};
 use crate::identify::Rigid;
 use crate::lagrangian::{
-    Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, RigidChain,
-    Scaling,
+    Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, Rest,
+    RigidChain, Scaling, Sum,
 };
+use crate::rigid::{IdentifiedRobot, RigidBodies, RobotConfig};
 use crate::train::Learned;
+use crate::{Coordinates, Result};
 
 /// The one tensor of a network: all weights, in the order of its `parameters`.
 const WEIGHTS: &str = "parameters";
@@ -21,6 +22,10 @@ const LNN: &str = "lnn";
 const DELAN: &str = "delan";
 const MLP: &str = "mlp";
 const RIGID: &str = "rigid";
+const ROBOT: &str = "robot";
+
+/// Before the family of a network that was learned upon a robot.
+const UPON: &str = "nominal+";
 
 /// The other tensor of a chain: the standard errors of all its parameters.
 const ERRORS: &str = "standard_errors";
@@ -33,6 +38,33 @@ const ROTORS: &str = "rotor_inertias";
 #[serde(deny_unknown_fields)]
 struct ChainShape {
     angles: Angles,
+}
+
+/// Tensors of a robot's drives.
+const ROTOR: &str = "rotor";
+const OFFSET: &str = "offset";
+
+/// The robot that the parameters belong to.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RobotShape {
+    robot: RobotConfig,
+    gravity: [f64; 3],
+}
+
+impl RobotShape {
+    fn of(bodies: &RigidBodies) -> Self {
+        Self {
+            robot: bodies.config(),
+            gravity: bodies.gravity(),
+        }
+    }
+
+    fn bodies(&self, coordinates: &Coordinates) -> Result<RigidBodies> {
+        RigidBodies::with_joints(&self.robot.urdf, &self.robot.joints)?
+            .with_coordinates(coordinates.clone())?
+            .with_gravity(self.gravity)
+    }
 }
 
 /// The scales of an [`Mlp`].
@@ -57,8 +89,9 @@ impl Learned {
             architecture,
             scaling,
             dissipation: Value::Null,
+            nominal: Value::Null,
             actuation: Value::Null,
-            provenance,
+            provenance: provenance.clone(),
         };
         match self {
             Self::Lnn(model) => {
@@ -103,6 +136,22 @@ impl Learned {
                 model.tensors.insert(ERRORS.into(), errors);
                 Ok(model)
             }
+            Self::Nominal(model) => upon(model, provenance),
+            Self::Robot(robot) => {
+                let bodies = &robot.motion().lagrangian;
+                let mut header = header(ROBOT, describe(&RobotShape::of(bodies))?, Value::Null);
+                header.dissipation = describe(&robot.motion().dissipation())?;
+                let mut model = saved(header, &bodies.inertial_parameters())?;
+                for (name, list) in [
+                    (ROTOR, bodies.rotor()),
+                    (OFFSET, bodies.offset()),
+                    (ERRORS, robot.standard_errors()),
+                ] {
+                    let list = Tensor::new(vec![list.len()], list.to_vec())?;
+                    model.tensors.insert(name.into(), list);
+                }
+                Ok(model)
+            }
         }
     }
 
@@ -114,8 +163,20 @@ impl Learned {
     /// to it.
     pub fn load(saved: &SavedModel) -> Result<Self> {
         let header = &saved.header;
+        if let Some(family) = header.family.strip_prefix(UPON) {
+            if ![LNN, DELAN].contains(&family) {
+                return Err(damaged(format!("'{family}' is no network upon a robot")));
+            }
+            let mut rest = saved.clone();
+            rest.header.family = family.into();
+            let shape: RobotShape = read("nominal model", &header.nominal)?;
+            return Self::load(&rest)?.upon(Some(&shape.bodies(&header.coordinates)?));
+        }
         if header.family == RIGID {
             return chain(saved).map(Self::Rigid);
+        }
+        if header.family == ROBOT {
+            return robot(saved).map(Self::Robot);
         }
         let coordinates = header.coordinates.clone();
         if header.family == DELAN {
@@ -167,6 +228,8 @@ impl Learned {
             Self::Delan(model) => Some(&model.lagrangian),
             Self::Mlp(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
+            Self::Robot(robot) => Some(&robot.motion().lagrangian),
+            Self::Nominal(model) => Some(&model.lagrangian),
         }
     }
 }
@@ -186,6 +249,41 @@ fn chain(saved: &SavedModel) -> Result<Rigid> {
     ])?;
     let chain = RigidChain::new(header.coordinates.clone(), shape.angles, values)?;
     Rigid::new(moving(chain, header)?, errors)
+}
+
+/// A network upon a robot: what is saved of the network, and the robot in its header.
+fn upon(model: &Mechanical<Sum<RigidBodies, Rest>>, provenance: Provenance) -> Result<SavedModel> {
+    let network = match model.lagrangian.rest() {
+        Rest::Lnn(lnn) => Learned::Lnn(model.clone().with(|_| Ok(lnn.clone()))?),
+        Rest::Delan(delan) => Learned::Delan(model.clone().with(|_| Ok(delan.clone()))?),
+    };
+    let mut saved = network.save(provenance)?;
+    saved.header.family.insert_str(0, UPON);
+    saved.header.nominal = describe(&RobotShape::of(model.lagrangian.known()))?;
+    Ok(saved)
+}
+
+/// The robot that was saved.
+fn robot(saved: &SavedModel) -> Result<IdentifiedRobot> {
+    let header = &saved.header;
+    let shape: RobotShape = read("architecture", &header.architecture)?;
+    if !header.scaling.is_null() {
+        return Err(damaged("a robot has no scaling".into()));
+    }
+    let lists = [WEIGHTS, ROTOR, OFFSET, ERRORS].map(|name| tensor(saved, name));
+    let [weights, rotor, offset, errors] = lists;
+    let bodies = shape
+        .bodies(&header.coordinates)?
+        .with_inertial_parameters(&weights?)?
+        .with_drives(rotor?, offset?)?;
+    let robot = IdentifiedRobot::new(moving(bodies, header)?, errors?)?;
+    let (n, errors) = (
+        robot.motion().lagrangian.dof(),
+        robot.standard_errors().len(),
+    );
+    let expected = [(WEIGHTS, 10 * n), (ROTOR, n), (OFFSET, n), (ERRORS, errors)];
+    saved.expect_tensors(&expected.map(|(name, count)| (name.into(), vec![count])))?;
+    Ok(robot)
 }
 
 /// A Lagrangian with the dissipation of the header.

@@ -54,6 +54,9 @@ pub struct Header {
     /// Gains and offsets that were learned or given, where there are any.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub actuation: Value,
+    /// The robot that the network was learned upon, where there is one.
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub nominal: Value,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -107,6 +110,7 @@ struct Envelope {
 ///     architecture: serde_json::json!({ "width": 64, "layers": 2 }),
 ///     scaling: serde_json::Value::Null,
 ///     dissipation: serde_json::Value::Null,
+///     nominal: serde_json::Value::Null,
 ///     actuation: serde_json::Value::Null,
 ///     provenance: Provenance::of_seed(1),
 /// };

@@ -1,11 +1,12 @@
 //! Training of deep Lagrangian networks: each balance M q̈ + c − … depends on the network through its outputs, their
-//! change along q̇ and their change along one more direction in q (theory.md, section 10).
+//! change along q̇ and their change along one more direction in q (theory.md, section 14).
 
 use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::lagrangian::DelanShape;
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed};
+use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
 
 /// A [`Delan`](crate::lagrangian::Delan) in training.
@@ -19,6 +20,8 @@ pub(crate) struct DelanLearner<'a> {
     /// Weight of each residual, `[m]`.
     pub(crate) weights: &'a [f64],
     pub(crate) forces: Forces,
+    /// What is known already.
+    pub(crate) nominal: Option<&'a RigidBodies>,
 }
 
 impl<T: Real> Learner<T> for DelanLearner<'_> {
@@ -52,6 +55,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
         self.prepare(work);
+        work.know(self.nominal);
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
             shape.write(&mut work.pass, s, &work.q[row.clone()], &work.qd[row]);
@@ -201,6 +205,7 @@ impl DelanLearner<'_> {
             }
             mass[i * n + i] += self.forces.rotor(extra, i);
         }
+        work.add_known_mass(s);
         for i in 0..n {
             work.scratch[i] = -energy * self.left(work, s, i) - work.scratch[n + i];
         }

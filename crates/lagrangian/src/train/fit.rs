@@ -17,7 +17,8 @@ use super::learner::{Learner, Loss};
 use super::natural::{Natural, NaturalConfig};
 use crate::dataset::{Dataset, shuffle};
 use crate::identify::{RigidConfig, identify};
-use crate::{Error, Result};
+use crate::rigid::{RigidBodies, RobotConfig};
+use crate::{Error, Result, rigid};
 
 /// How weights are improved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -74,6 +75,10 @@ pub struct FitConfig {
     pub seed: u64,
     /// Forces that are learned beside those of the Lagrangian (a chain of rigid links knows friction alone).
     pub forces: ForceTerms,
+    /// A robot that is known: a Lagrangian network then learns what its description leaves (theory.md, 48), and the
+    /// losses are in units of that. `DeLaN` can only add inertia to it, a free network also take some away.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nominal: Option<RobotConfig>,
     /// Numbers of the kernels under Adam.
     pub precision: Precision,
     /// Steps between two looks at the validation samples.
@@ -92,6 +97,7 @@ impl Default for FitConfig {
             batch: 256,
             seed: 0,
             forces: ForceTerms::default(),
+            nominal: None,
             precision: Precision::default(),
             validate_every: 25,
             patience: None,
@@ -179,9 +185,31 @@ impl FitConfig {
     /// [`Error::Argument`] for the first that is outside its domain.
     pub fn validate(&self, dataset: &Dataset) -> Result<()> {
         match self.family {
-            Family::Rigid(_) => self.check(dataset),
+            Family::Rigid(_) => {
+                self.nominal(dataset, &self.family)?;
+                self.check(dataset)
+            }
             _ => self.template(dataset).map(drop),
         }
+    }
+
+    /// The robot that is known, as the data see it.
+    pub(crate) fn nominal(
+        &self,
+        dataset: &Dataset,
+        family: &Family,
+    ) -> Result<Option<RigidBodies>> {
+        let Some(robot) = &self.nominal else {
+            return Ok(None);
+        };
+        if !matches!(family, Family::Lnn(_) | Family::Delan(_)) {
+            return Err(Error::Argument {
+                name: "nominal model",
+                value: format!("one beneath the family {}", family.name()),
+                must: "beneath a Lagrangian network (--model lnn or delan); rigid takes the robot itself (--urdf)",
+            });
+        }
+        robot.bodies(&dataset.coordinates).map(Some)
     }
 
     fn template(&self, dataset: &Dataset) -> Result<Template> {
@@ -265,7 +293,7 @@ pub fn fit(
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
     if let Family::Rigid(rigid) = &config.family {
-        config.check(dataset)?;
+        config.validate(dataset)?;
         return solve(
             dataset,
             rigid,
@@ -299,22 +327,32 @@ fn solve(
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
     let clock = Instant::now();
-    let found = identify(dataset, config, dissipation)?;
+    let found = match &config.robot {
+        None => {
+            let found = identify(dataset, config, dissipation)?;
+            (Learned::Rigid(found.model), found.loss, found.validation)
+        }
+        Some(robot) => {
+            let found = rigid::identify(dataset, robot, config.smoothing, dissipation)?;
+            (Learned::Robot(found.model), found.loss, found.validation)
+        }
+    };
+    let (model, loss, validation) = found;
     let progress = Progress {
         step: 1,
         share: 1.0,
         seconds: clock.elapsed().as_secs_f64(),
-        loss: found.loss,
-        validation: found.validation,
+        loss,
+        validation,
         rate: 1.0,
         singular: 0,
     };
     // It has ended whatever the observer says.
     let _ = observer.progress(&progress);
     Ok(Fit {
-        model: Learned::Rigid(found.model),
+        model,
         ending: Ending::Finished,
-        best: found.validation.unwrap_or(found.loss),
+        best: validation.unwrap_or(loss),
         best_step: 1,
         steps: 1,
         seconds: progress.seconds,

@@ -9,6 +9,7 @@ use super::fit::FitConfig;
 use super::forces::{ForceTerms, Forces};
 use super::learner::Learner;
 use super::lnn::LnnLearner;
+use super::nominal::remainder;
 use super::plain::MlpLearner;
 use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
@@ -16,7 +17,9 @@ use crate::dynamics::{Evaluator, Mechanical, Model};
 use crate::identify::{Rigid, RigidConfig};
 use crate::lagrangian::{
     Actuation, Delan, DelanConfig, DelanShape, Dissipation, Lagrangian, Lnn, LnnConfig, LnnShape,
+    Rest, Sum,
 };
+use crate::rigid::{IdentifiedRobot, RigidBodies};
 use crate::{Coordinates, Result};
 
 use super::Loss;
@@ -66,6 +69,10 @@ pub enum Learned {
     Mlp(Mlp),
     /// An identified chain of rigid links.
     Rigid(Rigid),
+    /// A robot of known kinematics, identified.
+    Robot(IdentifiedRobot),
+    /// A robot that is known, and a network of what it leaves.
+    Nominal(Box<Mechanical<Sum<RigidBodies, Rest>>>),
 }
 
 impl Model for Learned {
@@ -75,6 +82,8 @@ impl Model for Learned {
             Self::Delan(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
+            Self::Robot(model) => model.coordinates(),
+            Self::Nominal(model) => model.coordinates(),
         }
     }
 
@@ -91,6 +100,8 @@ impl Model for Learned {
             Self::Delan(model) => model.evaluator(),
             Self::Mlp(model) => model.evaluator(),
             Self::Rigid(model) => model.evaluator(),
+            Self::Robot(model) => model.evaluator(),
+            Self::Nominal(model) => model.evaluator(),
         }
     }
 }
@@ -104,6 +115,8 @@ impl Learned {
             Self::Delan(model) => model.dissipation(),
             Self::Mlp(_) => None,
             Self::Rigid(rigid) => rigid.motion().dissipation(),
+            Self::Robot(robot) => robot.motion().dissipation(),
+            Self::Nominal(model) => model.dissipation(),
         }
     }
 
@@ -113,7 +126,8 @@ impl Learned {
         match self {
             Self::Lnn(model) => model.actuation(),
             Self::Delan(model) => model.actuation(),
-            Self::Mlp(_) | Self::Rigid(_) => None,
+            Self::Nominal(model) => model.actuation(),
+            Self::Mlp(_) | Self::Rigid(_) | Self::Robot(_) => None,
         }
     }
 
@@ -124,8 +138,40 @@ impl Learned {
             Self::Lnn(_) => "lnn",
             Self::Delan(_) => "delan",
             Self::Mlp(_) => "mlp",
-            Self::Rigid(_) => "rigid",
+            Self::Rigid(_) | Self::Robot(_) => "rigid",
+            Self::Nominal(model) => match model.lagrangian.rest() {
+                Rest::Lnn(_) => "lnn",
+                Rest::Delan(_) => "delan",
+            },
         }
+    }
+
+    /// The robot that it was learned upon, where there is one.
+    #[must_use]
+    pub fn nominal(&self) -> Option<&RigidBodies> {
+        match self {
+            Self::Nominal(model) => Some(model.lagrangian.known()),
+            _ => None,
+        }
+    }
+
+    /// This network as what `nominal` leaves.
+    pub(crate) fn upon(self, nominal: Option<&RigidBodies>) -> Result<Self> {
+        let Some(nominal) = nominal.cloned() else {
+            return Ok(self);
+        };
+        let model = match self {
+            Self::Lnn(model) => model.with(|lnn| Sum::new(nominal, Rest::Lnn(lnn)))?,
+            Self::Delan(model) => model.with(|delan| Sum::new(nominal, Rest::Delan(delan)))?,
+            other => {
+                return Err(crate::Error::Argument {
+                    name: "nominal model",
+                    value: format!("one beneath the family {}", other.family()),
+                    must: "beneath a Lagrangian network: lnn or delan",
+                });
+            }
+        };
+        Ok(Self::Nominal(Box::new(model)))
     }
 }
 
@@ -137,6 +183,7 @@ pub(crate) enum Template {
         weights: Vec<f64>,
         terms: ForceTerms,
         forces: Forces,
+        nominal: Option<RigidBodies>,
     },
     Delan {
         shape: DelanShape,
@@ -144,6 +191,7 @@ pub(crate) enum Template {
         weights: Vec<f64>,
         terms: ForceTerms,
         forces: Forces,
+        nominal: Option<RigidBodies>,
     },
     Mlp {
         shape: MlpShape,
@@ -156,6 +204,9 @@ impl Family {
     pub(crate) fn template(&self, dataset: &Dataset, config: &FitConfig) -> Result<Template> {
         let n = dataset.coordinates.dof();
         crate::Error::check_dof(n, super::lnn::MAX_DOF)?;
+        let nominal = config.nominal(dataset, self)?;
+        let left = nominal.as_ref().map(|nominal| remainder(nominal, dataset));
+        let dataset = left.as_ref().unwrap_or(dataset);
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
         let weights = config.loss.weights(dataset);
         let (coordinates, scaling) = (dataset.coordinates.clone(), dataset.scaling());
@@ -168,6 +219,7 @@ impl Family {
                 weights,
                 terms,
                 forces,
+                nominal,
             },
             Self::Delan(delan) => Template::Delan {
                 shape: DelanShape::new(coordinates, delan.clone(), scaling)?,
@@ -175,6 +227,7 @@ impl Family {
                 weights,
                 terms,
                 forces,
+                nominal,
             },
             Self::Mlp(mlp) => {
                 let direction = match config.loss {
@@ -211,24 +264,28 @@ impl Template {
                 loss,
                 weights,
                 forces,
+                nominal,
                 ..
             } => Trainee::Lnn(LnnLearner {
                 shape,
                 loss: *loss,
                 weights,
                 forces: forces.clone(),
+                nominal: nominal.as_ref(),
             }),
             Self::Delan {
                 shape,
                 loss,
                 weights,
                 forces,
+                nominal,
                 ..
             } => Trainee::Delan(DelanLearner {
                 shape,
                 loss: *loss,
                 weights,
                 forces: forces.clone(),
+                nominal: nominal.as_ref(),
             }),
             Self::Mlp {
                 shape,
@@ -280,22 +337,24 @@ impl Template {
                 shape,
                 terms,
                 forces,
+                nominal,
                 ..
             } => {
                 let (weights, extra) = parameters.split_at(shape.net.parameters);
                 let lnn = Lnn::assemble(shape.clone(), weights.to_vec())?;
-                Learned::Lnn(forces.mechanical(lnn, *terms, extra)?)
+                Learned::Lnn(forces.mechanical(lnn, *terms, extra)?).upon(nominal.as_ref())?
             }
             Self::Delan {
                 shape,
                 terms,
                 forces,
+                nominal,
                 ..
             } => {
                 let (weights, extra) = parameters.split_at(shape.net.parameters);
                 let rotors = forces.rotors(extra);
                 let delan = Delan::assemble(shape.clone(), weights.to_vec(), rotors)?;
-                Learned::Delan(forces.mechanical(delan, *terms, extra)?)
+                Learned::Delan(forces.mechanical(delan, *terms, extra)?).upon(nominal.as_ref())?
             }
             Self::Mlp { shape, .. } => {
                 Learned::Mlp(Mlp::assemble(shape.clone(), parameters.to_vec())?)

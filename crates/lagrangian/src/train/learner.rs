@@ -89,6 +89,9 @@ pub(crate) struct Work<T: Real> {
     /// Samples of this block whose mass matrix was singular; they weigh nothing.
     pub(crate) singular: usize,
     pub(crate) jet: Jet,
+    /// The derivatives of a nominal model, where there is one.
+    pub(crate) known: Jet,
+    pub(crate) knows: bool,
     pub(crate) solver: SymmetricSolver,
     pub(crate) scratch: Vec<f64>,
     pub(crate) lambda: Vec<T>,
@@ -118,6 +121,8 @@ impl<T: Real> Work<T> {
             extra: vec![0.0; samples * k * extra],
             singular: 0,
             jet,
+            known: Jet::default(),
+            knows: false,
             solver: SymmetricSolver::new(n),
             scratch: vec![0.0; 2 * n],
             lambda: vec![T::default(); samples * k],
@@ -129,7 +134,7 @@ impl<T: Real> Work<T> {
 }
 
 impl<T: Real> Work<T> {
-    /// What `forces` add to the left side of the balance of sample `s`, N·m, into the second half of the scratch;
+    /// What `forces` and the nominal model add to the left side of the balance of sample `s`, N·m, into the second half of the scratch;
     /// their slopes, in units of `energy`, into `extra`, for the set of outputs that `at` belongs to.
     pub(crate) fn force(
         &mut self,
@@ -156,8 +161,9 @@ impl<T: Real> Work<T> {
                 tau: &self.tau[row.clone()],
             };
             let slopes = &mut self.extra[(s * k + set * n + i) * kinds..][..kinds];
-            self.scratch[n + i] = forces.force(parameters, i, &drive, slopes);
+            let learned = forces.force(parameters, i, &drive, slopes);
             slopes.iter_mut().for_each(|x| *x /= energy);
+            self.scratch[n + i] = learned + self.known_force(s, i, at);
         }
     }
 }

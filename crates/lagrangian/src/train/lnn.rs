@@ -6,6 +6,7 @@ use super::learner::{At, Learner, Loss, Work};
 use crate::lagrangian::LnnShape;
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed};
+use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
 
 /// An [`Lnn`](crate::lagrangian::Lnn) in training.
@@ -16,6 +17,8 @@ pub(crate) struct LnnLearner<'a> {
     /// Weight of each coordinate's residual, `[n]`.
     pub(crate) weights: &'a [f64],
     pub(crate) forces: Forces,
+    /// What is known already.
+    pub(crate) nominal: Option<&'a RigidBodies>,
 }
 
 impl<T: Real> Learner<T> for LnnLearner<'_> {
@@ -46,6 +49,8 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
         let torque = self.loss == Loss::Torque;
+        let at = if torque { At::Recorded } else { At::Rest };
+        work.know(self.nominal);
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
             let qdd = torque.then(|| &work.qdd[row.clone()]);
@@ -64,12 +69,8 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
                 &work.qd[row],
                 &mut work.jet,
             );
-            work.force(
-                &self.forces,
-                extra,
-                (s, At::Recorded),
-                self.shape.scaling.energy,
-            );
+            work.add_known_mass(s);
+            work.force(&self.forces, extra, (s, at), self.shape.scaling.energy);
             if torque {
                 self.torque_residual(s, work)
             } else {

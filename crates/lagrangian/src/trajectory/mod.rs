@@ -86,6 +86,12 @@ impl Trajectory {
         }
     }
 
+    /// The samples behind the first `skipped`.
+    #[must_use]
+    pub fn after(&self, skipped: usize) -> Self {
+        self.part(skipped.min(self.len())..self.len())
+    }
+
     /// The same path `alpha` times as fast, q(t) → q(α t): q̇ grows by α, q̈ by α², and which forces that needs only a
     /// model can say.
     #[must_use]

@@ -2,6 +2,8 @@
 
 mod course;
 mod letters;
+mod plausibility;
+mod real;
 mod spread;
 mod swing_up;
 mod tracking;
@@ -38,6 +40,8 @@ const EXPERIMENTS: &[Experiment] = &[
     letters::EXPERIMENT,
     tracking::EXPERIMENT,
     swing_up::EXPERIMENT,
+    plausibility::EXPERIMENT,
+    real::EXPERIMENT,
 ];
 
 /// What was asked for.

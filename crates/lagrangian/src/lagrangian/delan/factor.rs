@@ -1,5 +1,5 @@
 //! What the outputs of a deep Lagrangian network mean at one state: L/E = ½ |Gᵀv|² + A·v − V and its derivatives
-//! (theory.md, section 10).
+//! (theory.md, section 14).
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|

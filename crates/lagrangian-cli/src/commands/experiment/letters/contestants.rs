@@ -2,7 +2,7 @@
 
 use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::LnnConfig;
+use lagrangian::lagrangian::{DelanConfig, LnnConfig};
 use lagrangian::report::Role;
 use lagrangian::train::{Family, Loss};
 
@@ -19,6 +19,13 @@ pub(super) struct Contestant {
 
 /// All of them, in the order of the tables.
 pub(super) const CONTESTANTS: &[Contestant] = &[
+    Contestant {
+        key: "delan",
+        name: "deep Lagrangian network",
+        role: Role::Lnn,
+        loss: Loss::Torque,
+        family: || Family::Delan(DelanConfig::default()),
+    },
     Contestant {
         key: "lnn",
         name: "black-box Lagrangian",
@@ -54,6 +61,10 @@ impl Contestant {
             Family::Lnn(c) => format!(
                 "{:?} form, {} × {}, {:?}",
                 c.form, c.layers, c.width, c.activation
+            ),
+            Family::Delan(c) => format!(
+                "{:?} trunk, {} × {}, {:?}",
+                c.trunks, c.layers, c.width, c.activation
             ),
             Family::Mlp(c) => format!("{} × {}, {:?}", c.layers, c.width, c.activation),
             Family::Rigid(_) => "the structure of a planar chain is given to it".into(),

@@ -57,12 +57,12 @@ pub(super) fn learning(curve: &Curve) -> Figure {
         id: "learning-curve".into(),
         title: "Learning curve".into(),
         caption: "Torque MSE on the test letters over the number of letters to learn from, chosen by the seed: median \
-                  and range. What lies below the axis is the rounding of the data: the identified chain is given the \
-                  structure of the arm."
+                  and range. The identified chain is given the structure of the arm, so that only the rounding of the \
+                  data is left to it."
             .into(),
         x: Axis::log("training letters", ""),
         y: above_rounding(Axis::log("torque MSE", "N²m²"), series.clone()),
-        series: series.collect(),
+        series: series.map(named_if_unseen).collect(),
     }
 }
 
@@ -85,7 +85,18 @@ pub(super) fn extrapolation(main: &[Found]) -> Figure {
             .into(),
         x: Axis::linear("times as fast", ""),
         y: above_rounding(Axis::log("torque nMSE", ""), series.clone()),
-        series: series.collect(),
+        series: series.map(named_if_unseen).collect(),
+    }
+}
+
+/// A series that would not be seen says so in the legend.
+fn named_if_unseen(series: Series) -> Series {
+    if series.y.iter().any(|y| *y >= LEAST) {
+        return series;
+    }
+    Series {
+        name: format!("{} (below the axis)", series.name),
+        ..series
     }
 }
 

@@ -1,0 +1,95 @@
+//! The sum of two Lagrangians: what is known of a system, and what was learned of the rest.
+
+use super::{Delan, Jet, Jets, Lagrangian, Lnn};
+use crate::{Coordinates, Error, Result};
+
+/// `L = L_known + L_rest`, of the same coordinates (theory.md, 48). All derivatives of L that the Euler–Lagrange
+/// equation needs are sums too, M and c among them.
+#[derive(Debug, Clone)]
+pub struct Sum<A, B> {
+    known: A,
+    rest: B,
+}
+
+impl<A: Lagrangian, B: Lagrangian> Sum<A, B> {
+    /// Of these two.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where they do not have the same number of coordinates.
+    pub fn new(known: A, rest: B) -> Result<Self> {
+        let (found, expected) = (known.coordinates().dof(), rest.coordinates().dof());
+        if found != expected {
+            return Err(Error::Shape {
+                what: "the known Lagrangian".into(),
+                found,
+                expected,
+                remedy: "give one of the same coordinates as the rest".into(),
+            });
+        }
+        Ok(Self { known, rest })
+    }
+
+    /// What is known.
+    pub fn known(&self) -> &A {
+        &self.known
+    }
+
+    /// What is added to it.
+    pub fn rest(&self) -> &B {
+        &self.rest
+    }
+}
+
+impl<A: Lagrangian, B: Lagrangian> Lagrangian for Sum<A, B> {
+    fn coordinates(&self) -> &Coordinates {
+        self.rest.coordinates()
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        Box::new(SumJets {
+            known: self.known.jets(),
+            rest: self.rest.jets(),
+            jet: Jet::default(),
+        })
+    }
+}
+
+struct SumJets<'a> {
+    known: Box<dyn Jets + 'a>,
+    rest: Box<dyn Jets + 'a>,
+    jet: Jet,
+}
+
+impl Jets for SumJets<'_> {
+    fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
+        self.rest.jet(q, qd, jet);
+        self.known.jet(q, qd, &mut self.jet);
+        jet.add(&self.jet);
+    }
+}
+
+/// A network that learned what a known Lagrangian left over.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub enum Rest {
+    /// Any function of q and q̇; it may take inertia away.
+    Lnn(Lnn),
+    /// One with a mass matrix of its own, which can only add inertia.
+    Delan(Delan),
+}
+
+impl Lagrangian for Rest {
+    fn coordinates(&self) -> &Coordinates {
+        match self {
+            Self::Lnn(lnn) => lnn.coordinates(),
+            Self::Delan(delan) => Lagrangian::coordinates(delan),
+        }
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        match self {
+            Self::Lnn(lnn) => lnn.jets(),
+            Self::Delan(delan) => delan.jets(),
+        }
+    }
+}

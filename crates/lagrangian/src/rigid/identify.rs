@@ -1,0 +1,265 @@
+//! Identification of a robot whose kinematics are known: all inertial parameters, drives and friction, by least
+//! squares with a ridge towards the description (theory.md, 45 to 47).
+//!
+//! | symbol | meaning | shape |
+//! |---|---|---|
+//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction | K |
+//! | Y(q, q̇, q̈) | regressor, τ = Y π | n × K |
+//! | ρ | ridge: what the torques do not determine stays at the description | |
+//!
+//! Of the ten parameters of a body some move nothing and some only together (Gautier, Khalil 1990): the ridge leaves
+//! those combinations as they were. How much it holds back the others is chosen by the validation samples.
+
+use super::bodies::RigidBodies;
+use super::identified::IdentifiedRobot;
+use super::regressor::PER_BODY;
+use super::robot_config::RobotConfig;
+use crate::dataset::Dataset;
+use crate::dynamics::Mechanical;
+use crate::identify::{SMOOTHING, Sums};
+use crate::lagrangian::Dissipation;
+use crate::train::Samples;
+use crate::{Error, Result};
+
+/// Ridges that are tried, in units of the torques that a parameter makes.
+const RIDGES: [f64; 11] = [
+    1e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0,
+];
+/// The ridge where there is nothing to choose it by.
+const RIDGE: f64 = 1e-6;
+
+/// An identified robot and how well it explains the torques.
+#[derive(Debug, Clone)]
+pub(crate) struct Identified {
+    pub(crate) model: IdentifiedRobot,
+    /// Mean of the squared weighted torque residuals on the training samples.
+    pub(crate) loss: f64,
+    /// The same on the validation samples, where there are any.
+    pub(crate) validation: Option<f64>,
+}
+
+/// Identifies `robot` from the samples of `dataset`, with friction if `dissipation`; Coulomb friction changes its sign
+/// over `smoothing`, or over what the validation chooses.
+///
+/// # Errors
+/// As [`RobotConfig::bodies`]; [`Error::Argument`] where the data hold no forces; [`Error::NotFinite`] where the
+/// samples are too large to be squared.
+pub(crate) fn identify(
+    dataset: &Dataset,
+    robot: &RobotConfig,
+    smoothing: Option<f64>,
+    dissipation: bool,
+) -> Result<Identified> {
+    let robot = robot.bodies(&dataset.coordinates)?;
+    if !dataset.forced || dataset.train.is_empty() {
+        return Err(Error::Argument {
+            name: "forces",
+            value: "none".into(),
+            must: "recorded: a robot is identified from torques (--tau)",
+        });
+    }
+    let problem = Problem::new(dataset, &robot, smoothing, dissipation);
+    let mut best: Option<(f64, Candidate)> = None;
+    let ridges: &[f64] = if dataset.validation.is_empty() {
+        &[RIDGE]
+    } else {
+        &RIDGES
+    };
+    for speed in 0..problem.speeds.len() {
+        for &ridge in ridges {
+            let Some(candidate) = problem.solve(speed, ridge) else {
+                continue;
+            };
+            let judged = candidate.validation.unwrap_or(candidate.loss);
+            if best.as_ref().is_none_or(|(least, _)| judged < *least) {
+                best = Some((judged, candidate));
+            }
+        }
+    }
+    let what = || "the sums of squares of the samples".to_string();
+    let (_, candidate) = best.ok_or_else(|| Error::NotFinite {
+        what: what(),
+        index: 0,
+    })?;
+    problem.assemble(candidate)
+}
+
+/// Parameters of one ridge and one smoothing speed.
+struct Candidate {
+    speed: usize,
+    values: Vec<f64>,
+    errors: Vec<f64>,
+    loss: f64,
+    validation: Option<f64>,
+}
+
+/// Sums over the samples, for all smoothing speeds at once.
+struct Problem<'a> {
+    robot: &'a RigidBodies,
+    dissipation: bool,
+    speeds: Vec<f64>,
+    train: Sums,
+    validation: Sums,
+}
+
+impl<'a> Problem<'a> {
+    fn new(
+        dataset: &Dataset,
+        robot: &'a RigidBodies,
+        smoothing: Option<f64>,
+        dissipation: bool,
+    ) -> Self {
+        let slowest = dataset
+            .scaling()
+            .qd_scale
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        let speeds = match (dissipation, smoothing) {
+            (false, _) => vec![slowest],
+            (true, Some(speed)) => vec![speed],
+            (true, None) => SMOOTHING.map(|part| part * slowest).to_vec(),
+        };
+        let friction: &[f64] = if dissipation { &speeds } else { &[] };
+        let weights: Vec<f64> = dataset.force_scale().iter().map(|s| 1.0 / s).collect();
+        let sums = |samples| sums(samples, robot, friction, &weights);
+        Self {
+            robot,
+            dissipation,
+            train: sums(&dataset.train),
+            validation: sums(&dataset.validation),
+            speeds,
+        }
+    }
+
+    /// Columns that are always there: bodies, rotors, constant torques.
+    fn lasting(&self) -> usize {
+        (PER_BODY + 2) * self.robot.dof()
+    }
+
+    fn columns(&self, speed: usize) -> Vec<usize> {
+        let (n, lasting) = (self.robot.dof(), self.lasting());
+        let coulomb = lasting + n * (1 + speed);
+        match self.dissipation {
+            true => (0..lasting + n).chain(coulomb..coulomb + n).collect(),
+            false => (0..lasting).collect(),
+        }
+    }
+
+    /// What the description says of all parameters.
+    fn described(&self) -> Vec<f64> {
+        let mut values = self.robot.inertial_parameters();
+        values.extend(self.robot.rotor().iter().chain(self.robot.offset()));
+        if self.dissipation {
+            let tree = self.robot.tree();
+            values.extend(
+                tree.damping
+                    .iter()
+                    .chain(&tree.friction)
+                    .map(|x| x.max(0.0)),
+            );
+        }
+        values
+    }
+
+    /// Rotors and friction are never negative: those that come out below 0 are held at 0, the worst first.
+    fn solve(&self, speed: usize, ridge: f64) -> Option<Candidate> {
+        let (n, columns) = (self.robot.dof(), self.columns(speed));
+        let any_sign = |k: usize| k < PER_BODY * n || (PER_BODY + 1) * n <= k && k < self.lasting();
+        let described = self.described();
+        let mut free: Vec<usize> = (0..columns.len()).collect();
+        let solution = loop {
+            let own: Vec<usize> = free.iter().map(|&k| columns[k]).collect();
+            let near: Vec<f64> = free.iter().map(|&k| described[k]).collect();
+            let solution = self.train.solve_near(&own, &near, ridge)?;
+            let negative = free.iter().zip(&solution.values).enumerate();
+            let worst = negative
+                .filter(|(_, (k, x))| !any_sign(**k) && **x < 0.0)
+                .min_by(|a, b| a.1.1.total_cmp(b.1.1));
+            match worst {
+                Some((at, _)) => free.remove(at),
+                None => break solution,
+            };
+        };
+        let place = |of: &[f64]| -> Vec<f64> {
+            let value = |k| free.iter().position(|f| *f == k).map_or(0.0, |at| of[at]);
+            (0..columns.len()).map(value).collect()
+        };
+        let (values, errors) = (place(&solution.values), place(&solution.errors));
+        let validation =
+            (self.validation.count > 0).then(|| self.validation.loss(&columns, &values));
+        Some(Candidate {
+            speed,
+            loss: self.train.loss(&columns, &values),
+            validation,
+            values,
+            errors,
+        })
+    }
+
+    fn assemble(&self, found: Candidate) -> Result<Identified> {
+        let n = self.robot.dof();
+        let (bodies, rest) = found.values.split_at(PER_BODY * n);
+        let (drives, friction) = rest.split_at(2 * n);
+        let robot = self
+            .robot
+            .clone()
+            .with_inertial_parameters(bodies)?
+            .with_drives(drives[..n].to_vec(), drives[n..].to_vec())?;
+        let motion = if self.dissipation {
+            let dissipation = Dissipation {
+                viscous: friction[..n].to_vec(),
+                coulomb: friction[n..].to_vec(),
+                smoothing: vec![self.speeds[found.speed]; n],
+                stribeck: None,
+            };
+            Mechanical::dissipative(robot, dissipation)?
+        } else {
+            Mechanical::conservative(robot)
+        };
+        Ok(Identified {
+            model: IdentifiedRobot::new(motion, found.errors)?,
+            loss: found.loss,
+            validation: found.validation,
+        })
+    }
+}
+
+/// Sums over samples, of the columns: bodies, rotors, constant torques, viscous friction, then Coulomb friction for
+/// each smoothing speed.
+fn sums(samples: &Samples, robot: &RigidBodies, speeds: &[f64], weights: &[f64]) -> Sums {
+    let n = robot.dof();
+    let lasting = (PER_BODY + 2) * n;
+    let friction = if speeds.is_empty() {
+        0
+    } else {
+        n * (1 + speeds.len())
+    };
+    Sums::over(samples.len(), lasting + friction, weights, |range| {
+        let rows = range.start * n..range.end * n;
+        let mut columns = vec![vec![0.0; rows.len()]; lasting + friction];
+        let (mut dynamics, mut own) = (robot.dynamics(), vec![0.0; n * PER_BODY * n]);
+        for (s, at) in range.map(|s| s * n).enumerate() {
+            let (q, qd, qdd) = (
+                &samples.q[at..][..n],
+                &samples.qd[at..][..n],
+                &samples.qdd[at..][..n],
+            );
+            dynamics.inertial_regressor(q, qd, qdd, &mut own);
+            for (i, row) in own.chunks_exact(PER_BODY * n).enumerate() {
+                let at = s * n + i;
+                for (column, y) in columns.iter_mut().zip(row) {
+                    column[at] = *y;
+                }
+                columns[PER_BODY * n + i][at] = qdd[i];
+                columns[(PER_BODY + 1) * n + i][at] = 1.0;
+                if !speeds.is_empty() {
+                    columns[lasting + i][at] = qd[i];
+                }
+                for (k, speed) in speeds.iter().enumerate() {
+                    columns[lasting + (k + 1) * n + i][at] = (qd[i] / speed).tanh();
+                }
+            }
+        }
+        (columns, samples.tau[rows].to_vec())
+    })
+}

@@ -1,0 +1,56 @@
+//! Which robot a fit is about: its description and the joints that its data have.
+
+use serde::{Deserialize, Serialize};
+
+use super::bodies::RigidBodies;
+use super::urdf::unusable;
+use crate::{Coordinates, Result};
+
+/// A robot for a fit, as text, so that settings and model files need no other file.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RobotConfig {
+    /// URDF.
+    pub urdf: String,
+    /// The joints that move, in the order of the data; none: those that the data name, or all.
+    pub joints: Vec<String>,
+}
+
+impl RobotConfig {
+    /// The robot whose coordinates are those of the data.
+    ///
+    /// Where the data name joints of the robot, they are taken by name; otherwise by their order.
+    ///
+    /// # Errors
+    /// As [`RigidBodies::with_joints`] and [`RigidBodies::with_coordinates`]; [`crate::Error::Robot`] where the data
+    /// name the joints in another order than `joints`.
+    pub fn bodies(&self, coordinates: &Coordinates) -> Result<RigidBodies> {
+        let names: Vec<String> = coordinates.0.iter().map(|c| c.name.clone()).collect();
+        let robot = match RigidBodies::with_joints(&self.urdf, &names) {
+            Ok(robot) if self.joints.is_empty() => robot,
+            _ => RigidBodies::with_joints(&self.urdf, &self.joints)?,
+        };
+        let misplaced =
+            |(name, joint): &(&String, &String)| name != joint && robot.joints().contains(name);
+        if let Some((name, joint)) = names.iter().zip(robot.joints()).find(misplaced) {
+            let finding =
+                format!("column '{name}' of the data stands where joint '{joint}' is expected");
+            return Err(unusable(
+                finding,
+                "give the joints in the order of the data (--joints)",
+            ));
+        }
+        robot.with_coordinates(coordinates.clone())
+    }
+}
+
+impl RigidBodies {
+    /// What makes the same tree again.
+    #[must_use]
+    pub fn config(&self) -> RobotConfig {
+        RobotConfig {
+            urdf: self.urdf(),
+            joints: self.joints().to_vec(),
+        }
+    }
+}

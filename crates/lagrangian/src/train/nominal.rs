@@ -1,0 +1,73 @@
+//! A nominal model in training: what is known of the system joins the balance before a network learns the rest.
+
+use super::learner::{At, Work};
+use crate::dataset::Dataset;
+use crate::dynamics::Model;
+use crate::lagrangian::Lagrangian;
+use crate::mlp::simd::Real;
+use crate::rigid::RigidBodies;
+use crate::train::Samples;
+
+impl<T: Real> Work<T> {
+    /// Evaluates the nominal model at the states of the block; `None`: nothing is known.
+    pub(crate) fn know(&mut self, nominal: Option<&RigidBodies>) {
+        self.knows = nominal.is_some();
+        if let Some(nominal) = nominal {
+            nominal.jets().jet(&self.q, &self.qd, &mut self.known);
+        }
+    }
+
+    /// What the nominal model adds to the left side of the balance of coordinate `i` of sample `s`: its bias, and its
+    /// inertia where the recorded acceleration is taken.
+    pub(crate) fn known_force(&self, s: usize, i: usize, at: At) -> f64 {
+        if !self.knows {
+            return 0.0;
+        }
+        let (n, k) = (self.jet.n(), s * self.jet.n() + i);
+        let bias = self.known.momentum_drift[k] - self.known.dl_dq[k];
+        match at {
+            At::Recorded => {
+                let mass = &self.known.mass_matrix[k * n..][..n];
+                let qdd = &self.qdd[s * n..][..n];
+                bias + mass.iter().zip(qdd).map(|(m, a)| m * a).sum::<f64>()
+            }
+            At::Rest | At::Found(_) => bias,
+        }
+    }
+
+    /// Adds the nominal mass matrix to that of sample `s`.
+    pub(crate) fn add_known_mass(&mut self, s: usize) {
+        if self.knows {
+            let n = self.jet.n();
+            let entries = s * n * n..(s + 1) * n * n;
+            let own = &mut self.jet.mass_matrix[entries.clone()];
+            let known = &self.known.mass_matrix[entries];
+            own.iter_mut().zip(known).for_each(|(m, k)| *m += k);
+        }
+    }
+}
+
+/// What a nominal model leaves: the forces and the accelerations that it errs by, from which a network takes its
+/// scales.
+pub(crate) fn remainder(nominal: &RigidBodies, dataset: &Dataset) -> Dataset {
+    let left = |samples: &Samples| {
+        let mut left = samples.clone();
+        let Samples {
+            q, qd, qdd, tau, ..
+        } = samples;
+        let mut evaluator = nominal.evaluator();
+        let (mut needed, mut found) = (vec![0.0; tau.len()], vec![0.0; qdd.len()]);
+        evaluator.inverse_dynamics(q, qd, qdd, &mut needed);
+        let _ = evaluator.forward_dynamics(q, qd, tau, &mut found);
+        left.tau.iter_mut().zip(needed).for_each(|(t, n)| *t -= n);
+        left.qdd.iter_mut().zip(found).for_each(|(a, f)| *a -= f);
+        left
+    };
+    Dataset {
+        coordinates: dataset.coordinates.clone(),
+        train: left(&dataset.train),
+        validation: left(&dataset.validation),
+        // Forces are left over even where none was recorded.
+        forced: true,
+    }
+}

@@ -1,0 +1,304 @@
+//! A network that learns what a robot's description leaves.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use lagrangian::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use lagrangian::lagrangian::{DelanConfig, Dissipation, Jet, Lagrangian, Scaling, Sum};
+use lagrangian::rigid::{self, RigidBodies, RobotConfig};
+use lagrangian::rollout::{free, times};
+use lagrangian::saved::{Provenance, SavedModel};
+use lagrangian::train::{ForceTerms, Samples};
+use lagrangian::{
+    Budget, Dataset, Family, FitConfig, Learned, Lnn, LnnConfig, Loss, RolloutOptions, fit, rollout,
+};
+use rand::{RngExt, SeedableRng};
+
+const ARM: &str = "two_link_arm";
+
+fn arm() -> RigidBodies {
+    RigidBodies::from_urdf(rigid::example(ARM).unwrap()).unwrap()
+}
+
+/// The arm with a load that its description does not know.
+fn loaded() -> RigidBodies {
+    arm().with_payload("hand", 0.5, [0.05, 0.0, 0.0]).unwrap()
+}
+
+fn samples(truth: &dyn Model, m: usize, seed: u64) -> Samples {
+    let n = truth.coordinates().dof();
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let mut column = |size: f64| {
+        (0..m * n)
+            .map(|_| rng.random_range(-size..size))
+            .collect::<Vec<f64>>()
+    };
+    let (q, qd, tau) = (column(3.0), column(3.0), column(8.0));
+    let mut qdd = vec![0.0; m * n];
+    truth.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
+    Samples { n, q, qd, qdd, tau }
+}
+
+fn dataset(truth: &dyn Model, m: usize) -> Dataset {
+    let coordinates = truth.coordinates().clone();
+    Dataset::from_samples(coordinates, samples(truth, m, 1), samples(truth, 200, 2)).unwrap()
+}
+
+fn robot() -> RobotConfig {
+    RobotConfig {
+        urdf: rigid::example(ARM).unwrap().into(),
+        joints: Vec::new(),
+    }
+}
+
+fn config(family: Family, loss: Loss) -> FitConfig {
+    FitConfig {
+        family,
+        loss,
+        budget: Budget::Steps(60),
+        batch: 64,
+        nominal: Some(robot()),
+        ..FitConfig::default()
+    }
+}
+
+fn lnn() -> Family {
+    Family::Lnn(LnnConfig {
+        width: 16,
+        kinetic: 0.0,
+        ..LnnConfig::default()
+    })
+}
+
+fn delan() -> Family {
+    Family::Delan(DelanConfig {
+        width: 16,
+        ..DelanConfig::default()
+    })
+}
+
+/// Squared error of the torques over their square, at states that were not seen.
+fn torque_error(model: &dyn Model, truth: &dyn Model) -> f64 {
+    let data = samples(truth, 300, 99);
+    let mut tau = vec![0.0; data.tau.len()];
+    model
+        .evaluator()
+        .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut tau);
+    let square = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>();
+    square(&mut tau.iter().zip(&data.tau).map(|(a, b)| a - b))
+        / square(&mut data.tau.iter().copied())
+}
+
+#[test]
+fn the_derivatives_of_a_sum_are_sums() {
+    let scaling = Scaling::identity(2);
+    let network = Lnn::random(
+        Lagrangian::coordinates(&arm()).clone(),
+        LnnConfig::default(),
+        scaling,
+        3,
+    )
+    .unwrap();
+    let (q, qd) = ([0.3, -0.8, 1.0, 2.0], [1.0, 2.0, -0.5, 0.7]);
+    let (mut a, mut b, mut c) = (Jet::default(), Jet::default(), Jet::default());
+    arm().jets().jet(&q, &qd, &mut a);
+    network.jets().jet(&q, &qd, &mut b);
+    a.add(&b);
+    let sum = Sum::new(arm(), network).unwrap();
+    sum.jets().jet(&q, &qd, &mut c);
+    assert_eq!(a, c);
+    // And the power balance holds for it: dH/dt = τ·q̇ along the motion.
+    let model = Mechanical::conservative(sum);
+    let (mut qdd, mut h) = ([0.0; 2], [0.0; 2]);
+    let (q, qd, tau) = ([0.3, -0.8], [1.0, 2.0], [2.0, -1.0]);
+    EulerLagrange::new(&model.lagrangian, None).forward_dynamics(&q, &qd, &tau, &mut qdd);
+    let mut at = |dt: f64| {
+        let moved: Vec<f64> = (0..2)
+            .map(|i| q[i] + dt * qd[i] + 0.5 * dt * dt * qdd[i])
+            .collect();
+        let faster: Vec<f64> = (0..2).map(|i| qd[i] + dt * qdd[i]).collect();
+        model.evaluator().energy(&moved, &faster, &mut h[..1]);
+        h[0]
+    };
+    let rate = (at(1e-5) - at(-1e-5)) / 2e-5;
+    let power = tau[0] * qd[0] + tau[1] * qd[1];
+    assert!(
+        (rate - power).abs() < 1e-5 * power.abs().max(1.0),
+        "{rate} {power}"
+    );
+}
+
+#[test]
+fn networks_learn_a_load_that_the_description_does_not_know() {
+    let truth = loaded();
+    let data = dataset(&truth, 1000);
+    let before = torque_error(&arm(), &truth);
+    for (family, loss) in [
+        (lnn(), Loss::Torque),
+        (lnn(), Loss::Acceleration),
+        (delan(), Loss::Torque),
+        (delan(), Loss::Acceleration),
+        (delan(), Loss::TorqueAcceleration),
+    ] {
+        let found = fit(&data, &config(family.clone(), loss), None, &mut ())
+            .unwrap()
+            .model;
+        let after = torque_error(&found, &truth);
+        assert!(
+            after < 0.02 * before,
+            "{} {loss:?}: {after:e} of {before:e}",
+            family.name()
+        );
+        assert_eq!(found.family(), family.name());
+        assert_eq!(found.nominal().unwrap().joints(), ["shoulder", "elbow"]);
+    }
+}
+
+#[test]
+fn a_nominal_model_that_is_nearly_right_is_worth_many_samples() {
+    let truth = arm().with_payload("hand", 0.05, [0.0; 3]).unwrap();
+    let data = dataset(&truth, 100);
+    let with = fit(&data, &config(lnn(), Loss::Torque), None, &mut ())
+        .unwrap()
+        .model;
+    let alone = FitConfig {
+        nominal: None,
+        ..config(lnn(), Loss::Torque)
+    };
+    let without = fit(&data, &alone, None, &mut ()).unwrap().model;
+    let (with, without) = (torque_error(&with, &truth), torque_error(&without, &truth));
+    assert!(with < 0.05 * without, "{with:e} {without:e}");
+    assert!(with < torque_error(&arm(), &truth), "{with:e}");
+}
+
+#[test]
+fn free_motions_teach_the_accelerations_upon_a_robot() {
+    let truth = loaded();
+    let mut data = dataset(&truth, 800);
+    for part in [&mut data.train, &mut data.validation] {
+        part.tau.fill(0.0);
+        let _ = truth
+            .evaluator()
+            .forward_dynamics(&part.q, &part.qd, &part.tau, &mut part.qdd);
+    }
+    data.forced = false;
+    let error = |model: &dyn Model| {
+        let mut found = vec![0.0; data.validation.qdd.len()];
+        let part = &data.validation;
+        let _ = model
+            .evaluator()
+            .forward_dynamics(&part.q, &part.qd, &part.tau, &mut found);
+        found
+            .iter()
+            .zip(&part.qdd)
+            .map(|(a, b)| (a - b).powi(2))
+            .sum::<f64>()
+    };
+    let settings = FitConfig {
+        budget: Budget::Steps(120),
+        ..config(lnn(), Loss::Acceleration)
+    };
+    let found = fit(&data, &settings, None, &mut ()).unwrap().model;
+    assert!(
+        error(&found) < 0.05 * error(&arm()),
+        "{:e} of {:e}",
+        error(&found),
+        error(&arm())
+    );
+}
+
+#[test]
+fn friction_is_learned_upon_a_robot_too() {
+    let truth = Mechanical::dissipative(arm(), Dissipation::viscous(vec![0.6, 0.3])).unwrap();
+    let settings = FitConfig {
+        forces: ForceTerms {
+            viscous: true,
+            ..ForceTerms::default()
+        },
+        ..config(lnn(), Loss::Torque)
+    };
+    let found = fit(&dataset(&truth, 500), &settings, None, &mut ())
+        .unwrap()
+        .model;
+    let viscous = &found.dissipation().unwrap().viscous;
+    assert!(
+        (viscous[0] - 0.6).abs() < 0.02 && (viscous[1] - 0.3).abs() < 0.02,
+        "{viscous:?}"
+    );
+}
+
+#[test]
+fn a_model_upon_a_robot_is_saved_with_it() {
+    for family in [lnn(), delan()] {
+        let settings = FitConfig {
+            budget: Budget::Steps(3),
+            ..config(family, Loss::Torque)
+        };
+        let found = fit(&dataset(&loaded(), 100), &settings, None, &mut ())
+            .unwrap()
+            .model;
+        let bytes = found
+            .save(Provenance::of_seed(0))
+            .unwrap()
+            .to_bytes()
+            .unwrap();
+        let saved = SavedModel::from_bytes(&bytes).unwrap();
+        let again = Learned::load(&saved).unwrap();
+        let options = RolloutOptions::default();
+        let motion = |model: &Learned| {
+            let motion = rollout(
+                model,
+                &[0.5, 0.2],
+                &[0.0; 2],
+                &times(0.5, 0.1).unwrap(),
+                &free,
+                &options,
+            )
+            .unwrap();
+            motion.trajectory.q
+        };
+        assert_eq!(motion(&found), motion(&again), "to the bit");
+        // Damage is found: no robot, another one, a family that does not exist.
+        let mut damaged = saved.clone();
+        damaged.header.nominal = serde_json::Value::Null;
+        assert!(Learned::load(&damaged).is_err());
+        let mut damaged = saved.clone();
+        damaged.header.nominal["robot"]["urdf"] = rigid::example("ur5").unwrap().into();
+        assert!(Learned::load(&damaged).is_err());
+        let mut damaged = saved;
+        damaged.header.family = "nominal+".repeat(100_000) + "lnn";
+        assert!(Learned::load(&damaged).is_err());
+    }
+}
+
+#[test]
+fn a_family_that_cannot_stand_on_a_robot_says_so() {
+    let data = dataset(&loaded(), 50);
+    for family in [
+        Family::Mlp(lagrangian::MlpConfig::default()),
+        Family::Rigid(lagrangian::identify::RigidConfig::default()),
+    ] {
+        let settings = FitConfig {
+            loss: Loss::Acceleration,
+            ..config(family, Loss::Acceleration)
+        };
+        let message = fit(&data, &settings, None, &mut ())
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("lnn or delan"), "{message}");
+    }
+    let robot = RobotConfig {
+        urdf: rigid::example("ur5").unwrap().into(),
+        joints: Vec::new(),
+    };
+    let settings = FitConfig {
+        nominal: Some(robot),
+        ..config(lnn(), Loss::Torque)
+    };
+    assert!(
+        settings
+            .validate(&data)
+            .unwrap_err()
+            .to_string()
+            .contains("6 joints")
+    );
+}

@@ -1,0 +1,367 @@
+//! Identification of robots of known kinematics.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use lagrangian::dynamics::{Mechanical, Model};
+use lagrangian::identify::RigidConfig;
+use lagrangian::lagrangian::Dissipation;
+use lagrangian::rigid::{self, RigidBodies, RobotConfig};
+use lagrangian::saved::{Provenance, SavedModel};
+use lagrangian::train::{ForceTerms, Samples};
+use lagrangian::{Coordinates, Dataset, Error, Family, FitConfig, Learned, Loss, fit};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn robot(name: &str) -> RigidBodies {
+    RigidBodies::from_urdf(rigid::example(name).unwrap()).unwrap()
+}
+
+/// Random states and the torques of `truth`, with noise of this part of their root mean square.
+fn samples(truth: &dyn Model, m: usize, noise: f64, seed: u64) -> Samples {
+    let n = truth.coordinates().dof();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut column = |size: f64| {
+        (0..m * n)
+            .map(|_| rng.random_range(-size..size))
+            .collect::<Vec<f64>>()
+    };
+    let (q, qd, qdd) = (column(2.5), column(2.0), column(6.0));
+    let mut tau = vec![0.0; m * n];
+    truth.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau);
+    for i in 0..n {
+        let square: f64 = tau.iter().skip(i).step_by(n).map(|t| t * t).sum::<f64>() / m as f64;
+        // A uniform distribution of deviation 1.
+        let size = noise * square.sqrt() * 12_f64.sqrt();
+        tau.iter_mut()
+            .skip(i)
+            .step_by(n)
+            .for_each(|t| *t += size * (rng.random::<f64>() - 0.5));
+    }
+    Samples { n, q, qd, qdd, tau }
+}
+
+fn dataset(truth: &dyn Model, m: usize, noise: f64) -> Dataset {
+    let coordinates = truth.coordinates().clone();
+    let (train, validation) = (
+        samples(truth, m, noise, 1),
+        samples(truth, m / 4 + 1, noise, 2),
+    );
+    Dataset::from_samples(coordinates, train, validation).unwrap()
+}
+
+fn config(urdf: &str, friction: bool) -> FitConfig {
+    let robot = RobotConfig {
+        urdf: urdf.into(),
+        joints: Vec::new(),
+    };
+    FitConfig {
+        family: Family::Rigid(RigidConfig {
+            robot: Some(robot),
+            ..RigidConfig::default()
+        }),
+        forces: if friction {
+            ForceTerms::friction()
+        } else {
+            ForceTerms::default()
+        },
+        loss: Loss::Torque,
+        ..FitConfig::default()
+    }
+}
+
+/// Mean squared torque error over the variance, all joints, at states that were not seen.
+fn torque_nmse(model: &dyn Model, truth: &dyn Model) -> f64 {
+    let data = samples(truth, 300, 0.0, 99);
+    let mut tau = vec![0.0; data.tau.len()];
+    model
+        .evaluator()
+        .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut tau);
+    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    let errors: Vec<f64> = tau.iter().zip(&data.tau).map(|(a, b)| a - b).collect();
+    square(&errors) / square(&data.tau)
+}
+
+#[test]
+fn the_regressor_times_the_inertial_parameters_is_the_inverse_dynamics() {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    for name in rigid::EXAMPLES {
+        let robot = robot(name);
+        let n = robot.dof();
+        let mut random = |size: f64| {
+            (0..n)
+                .map(|_| rng.random_range(-size..size))
+                .collect::<Vec<f64>>()
+        };
+        let (q, qd, qdd) = (random(3.0), random(2.0), random(5.0));
+        let (mut y, mut tau) = (vec![0.0; n * 10 * n], vec![0.0; n]);
+        robot.dynamics().inertial_regressor(&q, &qd, &qdd, &mut y);
+        robot.dynamics().inverse_dynamics(&q, &qd, &qdd, &mut tau);
+        let pi = robot.inertial_parameters();
+        for (row, tau) in y.chunks_exact(10 * n).zip(&tau) {
+            let product: f64 = row.iter().zip(&pi).map(|(y, pi)| y * pi).sum();
+            assert!(
+                (product - tau).abs() < 1e-12 * tau.abs().max(1.0),
+                "{name}: {product} {tau}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_arm_whose_masses_were_not_known_is_found_from_its_torques() {
+    for (name, link) in [
+        ("two_link_arm", "hand"),
+        ("ur5", "tool0"),
+        ("iiwa7", "link_4"),
+    ] {
+        let nominal = robot(name);
+        let truth = nominal
+            .clone()
+            .with_payload(link, 2.0, [0.1, -0.05, 0.2])
+            .unwrap();
+        let data = dataset(&truth, 400, 0.0);
+        let found = fit(
+            &data,
+            &config(rigid::example(name).unwrap(), false),
+            None,
+            &mut (),
+        )
+        .unwrap();
+        let (before, after) = (
+            torque_nmse(&nominal, &truth),
+            torque_nmse(&found.model, &truth),
+        );
+        assert!(
+            before > 1e-3 && after < 1e-12,
+            "{name}: {before:e} {after:e}"
+        );
+        // And so is the motion: forward dynamics at rest.
+        let n = truth.dof();
+        let (q, zero) = (vec![0.3; n], vec![0.0; n]);
+        let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
+        truth.evaluator().forward_dynamics(&q, &zero, &zero, &mut a);
+        found
+            .model
+            .evaluator()
+            .forward_dynamics(&q, &zero, &zero, &mut b);
+        assert!(
+            a.iter()
+                .zip(&b)
+                .all(|(a, b)| (a - b).abs() < 1e-4 * a.abs().max(1.0)),
+            "{name}: {a:?} {b:?}"
+        );
+    }
+}
+
+#[test]
+fn rotors_offsets_and_friction_are_found_with_the_masses() {
+    let n = 7;
+    let (rotor, offset) = (vec![0.2; n], (0..n).map(|i| 0.3 * i as f64 - 1.0).collect());
+    let bodies = robot("iiwa7").with_drives(rotor, offset).unwrap();
+    let friction = Dissipation {
+        viscous: vec![0.5; n],
+        coulomb: vec![1.0; n],
+        smoothing: vec![0.05; n],
+        stribeck: None,
+    };
+    let truth = Mechanical::dissipative(bodies, friction).unwrap();
+    let config = FitConfig {
+        family: Family::Rigid(RigidConfig {
+            smoothing: Some(0.05),
+            robot: Some(RobotConfig {
+                urdf: rigid::example("iiwa7").unwrap().into(),
+                joints: Vec::new(),
+            }),
+            ..RigidConfig::default()
+        }),
+        ..config("", true)
+    };
+    let found = fit(&dataset(&truth, 1500, 0.0), &config, None, &mut ()).unwrap();
+    assert!(torque_nmse(&found.model, &truth) < 1e-12);
+    let Learned::Robot(model) = &found.model else {
+        panic!("not a robot")
+    };
+    let motion = model.motion();
+    let friction = motion.dissipation().unwrap();
+    let near = |x: &[f64], value: f64| x.iter().all(|x| (x - value).abs() < 1e-5);
+    assert!(
+        near(&friction.viscous, 0.5) && near(&friction.coulomb, 1.0),
+        "{friction:?}"
+    );
+    let robot = &motion.lagrangian;
+    assert!(
+        near(&robot.offset()[..1], -1.0) && near(&robot.offset()[6..], 0.8),
+        "{:?}",
+        robot.offset()
+    );
+    // The rotor of the first joint cannot be told from its link; those further out can.
+    assert!(near(&robot.rotor()[2..], 0.2), "{:?}", robot.rotor());
+}
+
+#[test]
+fn noise_and_few_samples_leave_what_is_known_of_the_robot_in_place() {
+    let nominal = robot("ur5");
+    let truth = nominal
+        .clone()
+        .with_payload("tool0", 1.0, [0.0, 0.0, 0.1])
+        .unwrap();
+    let found = |m: usize, noise: f64| {
+        let data = dataset(&truth, m, noise);
+        let fitted = fit(
+            &data,
+            &config(rigid::example("ur5").unwrap(), false),
+            None,
+            &mut (),
+        )
+        .unwrap();
+        torque_nmse(&fitted.model, &truth)
+    };
+    let before = torque_nmse(&nominal, &truth);
+    // 60 torques for some 40 numbers that can be told apart, 5 % of noise.
+    let few = found(10, 0.05);
+    assert!(few < before, "{few:e} {before:e}");
+    // With many the error is far below the noise: 0.05² = 2.5e-3 of the variance.
+    let many = found(1000, 0.05);
+    assert!(many < 0.02 * 2.5e-3, "{many:e}");
+}
+
+#[test]
+fn an_identified_robot_is_saved_whole() {
+    let truth = robot("panda").with_payload("hand", 1.0, [0.0; 3]).unwrap();
+    let braked = Mechanical::dissipative(truth, Dissipation::viscous(vec![0.4; 7])).unwrap();
+    let found = fit(
+        &dataset(&braked, 200, 0.01),
+        &config(rigid::example("panda").unwrap(), true),
+        None,
+        &mut (),
+    )
+    .unwrap();
+    let bytes = found
+        .model
+        .save(Provenance::of_seed(0))
+        .unwrap()
+        .to_bytes()
+        .unwrap();
+    let saved = SavedModel::from_bytes(&bytes).unwrap();
+    let again = Learned::load(&saved).unwrap();
+    assert_eq!(again.family(), "rigid");
+    let data = samples(&braked, 50, 0.0, 5);
+    let (mut a, mut b) = (vec![0.0; data.tau.len()], vec![0.0; data.tau.len()]);
+    found
+        .model
+        .evaluator()
+        .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut a);
+    again
+        .evaluator()
+        .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut b);
+    assert_eq!(a, b, "to the bit");
+    // A file that was changed is refused.
+    for name in ["rotor", "offset", "parameters", "standard_errors"] {
+        let mut damaged = saved.clone();
+        damaged.tensors.remove(name);
+        assert!(Learned::load(&damaged).is_err(), "{name}");
+    }
+    let mut damaged = saved;
+    damaged.header.architecture["robot"]["urdf"] = "<robot/>".into();
+    assert!(matches!(Learned::load(&damaged), Err(Error::Robot { .. })));
+}
+
+#[test]
+fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
+    let data = |coordinates: Coordinates| {
+        let n = coordinates.dof();
+        let wave = |f: f64| {
+            (0..20 * n)
+                .map(|k| (k as f64 * f).sin())
+                .collect::<Vec<f64>>()
+        };
+        let samples = Samples {
+            n,
+            q: wave(0.3),
+            qd: wave(0.7),
+            qdd: wave(1.1),
+            tau: wave(0.2),
+        };
+        Dataset::from_samples(coordinates, samples.clone(), samples).unwrap()
+    };
+    let refusal = |coordinates: Coordinates, joints: &[&str]| {
+        let robot = RobotConfig {
+            urdf: rigid::example("ur5").unwrap().into(),
+            joints: joints.iter().map(|j| (*j).to_string()).collect(),
+        };
+        let family = Family::Rigid(RigidConfig {
+            robot: Some(robot),
+            ..RigidConfig::default()
+        });
+        fit(
+            &data(coordinates),
+            &FitConfig {
+                family,
+                ..FitConfig::default()
+            },
+            None,
+            &mut (),
+        )
+        .map(drop)
+    };
+    let message = refusal(Coordinates::angles(5), &[])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("6 joints")
+            && message.contains("5 coordinates")
+            && message.contains("--joints"),
+        "{message}"
+    );
+    assert!(
+        refusal(
+            Coordinates::angles(2),
+            &["shoulder_lift_joint", "elbow_joint"]
+        )
+        .is_ok()
+    );
+    let mut named = Coordinates::angles(2);
+    named.0[0].name = "elbow_joint".into();
+    named.0[1].name = "shoulder_lift_joint".into();
+    let message = refusal(named.clone(), &["shoulder_lift_joint", "elbow_joint"])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("'elbow_joint' of the data stands where joint 'shoulder_lift_joint'"),
+        "{message}"
+    );
+    assert!(
+        refusal(named, &[]).is_ok(),
+        "joints that the data name are taken by name"
+    );
+    let slide = rigid::example("two_link_arm")
+        .unwrap()
+        .replacen("continuous", "prismatic", 1);
+    let robot = RobotConfig {
+        urdf: slide,
+        joints: Vec::new(),
+    };
+    let message = robot
+        .bodies(&Coordinates::angles(2))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("joint 'shoulder' slides where 'q1' is declared an angle"),
+        "{message}"
+    );
+    let mut free = data(Coordinates::angles(6));
+    free.forced = false;
+    let config = config(rigid::example("ur5").unwrap(), false);
+    let message = fit(
+        &free,
+        &FitConfig {
+            loss: Loss::Acceleration,
+            ..config
+        },
+        None,
+        &mut (),
+    )
+    .unwrap_err()
+    .to_string();
+    assert!(message.contains("--tau"), "{message}");
+}
