@@ -4,8 +4,8 @@ mod history;
 mod laws;
 pub mod letters;
 mod long_rollouts;
-pub mod swing_up;
 pub mod premises;
+pub mod swing_up;
 mod torque;
 pub mod tracking;
 
