@@ -249,8 +249,6 @@ pub struct Arm {
 
 /// One step of an encoder of 20 bits, rad.
 const ENCODER: f64 = TAU / 1_048_576.0;
-/// Noise of the drives, a part of their largest torque.
-const DRIVE_NOISE: f64 = 2e-3;
 /// Noise of measured velocities, rad/s.
 const VELOCITY_NOISE: f64 = 2e-3;
 
@@ -267,7 +265,7 @@ impl Arm {
             loaded: by_name("two-link-arm", &[("payload", payload)])?,
             payload,
             gains: Gains::uniform(2, 10.0, 1.0),
-            control: control(&[30.0, 30.0]),
+            control: control(&[30.0, 30.0], 2e-3),
             joints: vec![(0, 1.0, 0.0), (1, 1.0, 0.0)],
         })
     }
@@ -294,8 +292,12 @@ impl Arm {
             ),
             robot: Box::new(arm),
             payload,
-            gains: Gains::uniform(7, 40.0, 4.0),
-            control: control(&[176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0]),
+            // The wrist is light: a larger damping would not be stable at 500 Hz.
+            gains: Gains {
+                kp: vec![60.0, 60.0, 40.0, 40.0, 15.0, 8.0, 2.0],
+                kd: vec![6.0, 6.0, 4.0, 4.0, 0.8, 0.4, 0.1],
+            },
+            control: control(&[176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0], 3e-4),
             joints: (0..7).map(joint).collect(),
         })
     }
@@ -323,7 +325,7 @@ impl Arm {
     }
 }
 
-fn control(limit: &[f64]) -> LoopConfig {
+fn control(limit: &[f64], drive_noise: f64) -> LoopConfig {
     LoopConfig {
         limit: limit.to_vec(),
         sensors: Sensors {
@@ -332,7 +334,7 @@ fn control(limit: &[f64]) -> LoopConfig {
             velocity: VelocitySource::Measured,
             ..Sensors::default()
         },
-        drive_noise: DRIVE_NOISE,
+        drive_noise,
         substeps: 2,
         ..LoopConfig::default()
     }
@@ -402,7 +404,7 @@ pub struct Lesson {
 impl Default for Lesson {
     fn default() -> Self {
         Self {
-            width: 32,
+            width: 24,
             steps: 100.0,
             hand_overs: 20.0,
             online: OnlineConfig::default(),

@@ -53,7 +53,7 @@ impl Default for OnlineConfig {
     fn default() -> Self {
         Self {
             family: Family::Delan(DelanConfig {
-                width: 32,
+                width: 24,
                 ..DelanConfig::default()
             }),
             forces: ForceTerms::default(),
@@ -63,9 +63,9 @@ impl Default for OnlineConfig {
             rate_last: 0.05,
             damping_first: 1e-1,
             damping_decay: 0.99,
-            damping_last: 3e-4,
+            damping_last: 1e-3,
             warm_up: 500,
-            window: 20,
+            window: 40,
             replay: ReplayConfig::default(),
             surprise: 30.0,
             surprise_least: 0.03,

@@ -25,7 +25,7 @@ impl Default for ReplayConfig {
         Self {
             newest: 256,
             reservoir: 8192,
-            share: 0.5,
+            share: 0.25,
         }
     }
 }
