@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::fit_args::FitArgs;
-use crate::values::{MAX_SEED, assignment, non_negative, positive};
+use crate::values::{assignment, finite, non_negative, positive, seed};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -51,6 +51,8 @@ pub(crate) enum Command {
     Score(ScoreArgs),
     /// Predict a motion from an initial state
     Rollout(RolloutArgs),
+    /// Predict the torques of a motion, and divide them into inertial, Coriolis, gravity and friction parts
+    Torque(TorqueArgs),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
     /// Repeat a comparison of models: figures, curves and a page
@@ -76,6 +78,18 @@ pub(crate) struct DataArgs {
     /// Columns of the forces and torques τ; none means a free motion [default: tau1,tau2,…]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) tau: Vec<String>,
+
+    /// Coordinates that the forces act on, in the order of --tau, where they are fewer than the coordinates; the
+    /// forces on the others are 0 [default: all, or by the names of the columns]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[serde(default)]
+    pub(crate) actuated: Vec<String>,
+
+    /// The motion answers the recorded forces so many ms later: shift them; one value, or one for each coordinate
+    /// (`lagrangian check` measures it)
+    #[arg(long, value_name = "MS", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    #[serde(default)]
+    pub(crate) delay: Vec<f64>,
 
     /// Column of time, s [default: t]
     #[arg(long, value_name = "NAME")]
@@ -139,7 +153,7 @@ pub(crate) struct DemoArgs {
     pub(crate) starts: u32,
 
     /// Seed of everything random
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
     /// Replace an earlier demo in the folder
@@ -181,7 +195,7 @@ pub(crate) struct SimulateArgs {
     pub(crate) starts: Starts,
 
     /// Seed of the initial states and of the noise
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
     /// Standard deviation of Gaussian noise on q (in its unit) and q̇; accelerations are then left out
@@ -281,6 +295,10 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(crate) force: bool,
 
+    /// Judge the forces behind the filter of `fit --filter`, of this length, s
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub(crate) filter: Option<f64>,
+
     #[command(flatten)]
     pub(crate) data: DataArgs,
 }
@@ -303,6 +321,41 @@ pub(crate) struct ScoreArgs {
     pub(crate) out: Option<PathBuf>,
 
     /// Replace that file if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Parts: inertial τ(q, q̇, q̈) − τ(q, q̇, 0); gravity τ(q, 0, 0); friction as learned; Coriolis the rest.
+
+Examples:
+  lagrangian torque run/model.safetensors test.csv
+  lagrangian torque run/model.safetensors test.csv --out torques.parquet --plot torques.html
+  lagrangian torque run/model.safetensors log.csv --filter 0.3 --delay 16 --json")]
+pub(crate) struct TorqueArgs {
+    /// A saved model
+    pub(crate) model: PathBuf,
+
+    /// Files with recordings: .csv, .npz, .parquet; with torques, the prediction is compared with them
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// File for the torques and their parts at every sample, .csv, .npz or .parquet
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// File for a drawing of the first motion: .html for a page, .svg or .png for its first joint
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+
+    /// Replace the files if they exist
     #[arg(long)]
     pub(crate) force: bool,
 
@@ -390,7 +443,7 @@ pub(crate) struct ExperimentArgs {
     pub(crate) seeds: u32,
 
     /// The first seed
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
     /// Time for each main fit, s [default: that of the experiment]
@@ -424,13 +477,35 @@ pub(crate) enum Links {
     Relative,
 }
 
+impl Cli {
+    /// Reads the command line; a negative number is a value of the flag before it, which may refuse it.
+    pub(crate) fn from_command_line() -> Self {
+        let parsed = Self::from_arg_matches(&Self::numeric().get_matches());
+        parsed.unwrap_or_else(|error| error.exit())
+    }
+
+    fn numeric() -> clap::Command {
+        let takes_value =
+            |arg: &clap::Arg| arg.get_long().is_some() && arg.get_action().takes_values();
+        Self::command().mut_subcommands(|command| {
+            command.mut_args(|arg| {
+                let value = takes_value(&arg) && !arg.is_allow_hyphen_values_set();
+                if value {
+                    arg.allow_negative_numbers(true)
+                } else {
+                    arg
+                }
+            })
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_well_formed() {
-        Cli::command().debug_assert();
+        Cli::numeric().debug_assert();
     }
 }

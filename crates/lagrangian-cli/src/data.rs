@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use lagrangian::saved::SavedModel;
 use lagrangian::train::Learned;
-use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Recording};
+use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Readings, Recording};
 use lagrangian::{Coordinates, Trajectory};
 
 use crate::cli::{DataArgs, EstimateArgs};
@@ -35,6 +35,7 @@ impl DataArgs {
             qd: self.qd.clone(),
             qdd: self.qdd.clone(),
             tau: self.tau.clone(),
+            actuated: self.actuated.clone(),
             angles: self.angle.clone(),
             degrees: self.degrees,
             every: self.every.map_or(0, |n| n as usize),
@@ -112,7 +113,34 @@ fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
             readings.columns.ignored.join(", ")
         );
     }
-    Ok(readings.recordings)
+    note_passive(path, &readings);
+    let milliseconds: Vec<f64> = args.delay.iter().map(|ms| 1e-3 * ms).collect();
+    let shifted = |recording: Recording| {
+        let shown = format!("cannot shift the forces of '{}'", recording.name);
+        recording
+            .delayed(&milliseconds)
+            .advise(shown, "correct --delay")
+    };
+    match milliseconds[..] {
+        [] => Ok(readings.recordings),
+        _ => readings.recordings.into_iter().map(shifted).collect(),
+    }
+}
+
+/// Says which forces are taken as 0 for want of a column.
+fn note_passive(path: &Path, readings: &Readings) {
+    let forces = readings.columns.tau.iter().zip(&readings.columns.q);
+    let passive: Vec<&str> = forces
+        .filter(|(force, _)| force.is_empty())
+        .map(|(_, q)| q.as_str())
+        .collect();
+    if !passive.is_empty() {
+        eprintln!(
+            "note: '{}': there is no column for the force on {}: it is taken as 0",
+            path.display(),
+            passive.join(", ")
+        );
+    }
 }
 
 /// Makes trajectories of recordings; says on standard error what had to be estimated.

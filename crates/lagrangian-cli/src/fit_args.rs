@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::{DataArgs, EstimateArgs};
-use crate::values::{MAX_SEED, fraction, non_negative, positive};
+use crate::values::{fraction, non_negative, positive, seed, steps};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(after_help = "\
@@ -59,9 +59,9 @@ pub(crate) struct ModelArgs {
     #[arg(long, value_enum)]
     pub(crate) form: Option<Form>,
 
-    /// Units in each hidden layer
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub(crate) width: u32,
+    /// Units in each hidden layer [default: 64; 16 for delan where accelerations are uncertain by more than 0.5 %]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) width: Option<u32>,
 
     /// Hidden layers
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
@@ -91,7 +91,8 @@ pub(crate) struct ModelArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
-    /// What is compared with the data [default: acceleration; torque for delan where torques are recorded]
+    /// What is compared with the data [default: acceleration; torque for delan where torques are recorded and
+    /// accelerations certain to 0.5 %]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<LossName>,
 
@@ -100,7 +101,7 @@ pub(crate) struct TrainingArgs {
     pub(crate) optimizer: Option<OptimizerName>,
 
     /// End after so many steps
-    #[arg(long, conflicts_with = "seconds", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, conflicts_with = "seconds", value_parser = steps)]
     pub(crate) steps: Option<u64>,
 
     /// End after so many seconds; the schedule is laid out over them [default: 60]
@@ -124,7 +125,7 @@ pub(crate) struct TrainingArgs {
     pub(crate) patience: Option<u32>,
 
     /// Seed of weights, split and batches
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=MAX_SEED))]
+    #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
     /// Files to validate on

@@ -45,7 +45,7 @@ impl FitArgs {
         let optimizer = training.optimizer.unwrap_or_else(|| by_noise(uncertainty));
         FitConfig {
             family: self.model.family(uncertainty),
-            loss: training.loss(self.model.model, forced),
+            loss: training.loss(self.model.model, forced, uncertainty),
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),
             batch: training.batch(optimizer),
@@ -57,10 +57,19 @@ impl FitArgs {
     }
 }
 
+/// Units of a layer; few for a deep Lagrangian network of noisy data, whose mass matrix then extrapolates better.
+const WIDTH: u32 = 64;
+const NARROW: u32 = 16;
+
 impl ModelArgs {
+    fn width(&self, uncertainty: f64) -> usize {
+        let narrow = self.model == Family::Delan && uncertainty > NOISY;
+        self.width.unwrap_or(if narrow { NARROW } else { WIDTH }) as usize
+    }
+
     fn family(&self, uncertainty: f64) -> train::Family {
         let (width, layers, activation) = (
-            self.width as usize,
+            self.width(uncertainty),
             self.layers as usize,
             self.activation.into(),
         );
@@ -119,10 +128,12 @@ impl ModelArgs {
 }
 
 impl TrainingArgs {
-    fn loss(&self, model: Family, forced: bool) -> Loss {
+    /// A torque loss needs certain accelerations: where a machine swings nearly freely, their noise shrinks inertia and
+    /// gravity alike.
+    fn loss(&self, model: Family, forced: bool, uncertainty: f64) -> Loss {
         match (self.loss, model) {
             (Some(name), _) => name.into(),
-            (None, Family::Delan) if forced => Loss::Torque,
+            (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
             (None, _) => Loss::Acceleration,
         }
     }

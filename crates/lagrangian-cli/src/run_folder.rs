@@ -45,6 +45,8 @@ pub(crate) struct RunFolder {
     path: PathBuf,
     /// Whether the files of an earlier run go when this one begins.
     restart: bool,
+    /// The folders that were made for it, the deepest first.
+    made: Vec<PathBuf>,
 }
 
 impl RunFolder {
@@ -56,6 +58,10 @@ impl RunFolder {
                 "leave --resume away to begin one, or give the --out of the run",
             ));
         }
+        let made = path
+            .ancestors()
+            .take_while(|p| !p.as_os_str().is_empty() && !p.exists());
+        let made = made.map(Path::to_path_buf).collect();
         let create = || -> io::Result<bool> {
             fs::create_dir_all(path)?;
             tempfile::tempfile_in(path)?;
@@ -74,7 +80,14 @@ impl RunFolder {
         Ok(Self {
             path: path.into(),
             restart: occupied == Occupied::Restart,
+            made,
         })
+    }
+
+    /// Removes the folders that were made for a run that did not begin; what holds anything stays.
+    pub(crate) fn remove_if_new_and_empty(&self) {
+        // A folder that is not empty refuses to go, and so do those around it.
+        let _ = self.made.iter().try_for_each(fs::remove_dir);
     }
 
     /// Opens the folder of a finished or interrupted run for reading.
@@ -83,6 +96,7 @@ impl RunFolder {
             return Ok(Self {
                 path: path.into(),
                 restart: false,
+                made: Vec::new(),
             });
         }
         Err(mistake(

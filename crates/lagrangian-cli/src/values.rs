@@ -1,7 +1,19 @@
 //! Values on the command line that are refused before anything runs.
 
 /// The largest seed: what a TOML file can hold.
-pub(crate) const MAX_SEED: u64 = i64::MAX as u64;
+const MAX_SEED: u64 = i64::MAX as u64;
+
+/// A seed that a TOML file can hold.
+pub(crate) fn seed(text: &str) -> Result<u64, String> {
+    let seed = text.trim().parse().ok().filter(|s| *s <= MAX_SEED);
+    seed.ok_or_else(|| format!("it must be a whole number from 0 to {MAX_SEED}"))
+}
+
+/// A number of steps, at least one.
+pub(crate) fn steps(text: &str) -> Result<u64, String> {
+    let steps = text.trim().parse().ok().filter(|s| *s > 0);
+    steps.ok_or_else(|| "it must be a whole number, 1 or above".into())
+}
 
 /// A finite number above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
@@ -15,6 +27,11 @@ pub(crate) fn non_negative(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| *x >= 0.0)
         .ok_or_else(|| "it must be a number, 0 or above".into())
+}
+
+/// A finite number of any sign.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    number(text).ok_or_else(|| "it must be a number".into())
 }
 
 /// A number in [0, 1).

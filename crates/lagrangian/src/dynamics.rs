@@ -46,6 +46,18 @@ pub trait Evaluator {
     /// network).
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool;
 
+    /// Writes the part of inverse dynamics that friction makes, `[m, n]`; 0 where the model has none.
+    fn friction(&mut self, qd: &[f64], tau: &mut [f64]) {
+        let _ = qd;
+        tau.fill(0.0);
+    }
+
+    /// Writes the part of inverse dynamics that neither state nor acceleration changes, `[m, n]`, where the model
+    /// tells it from gravity; 0 elsewhere.
+    fn offset(&mut self, tau: &mut [f64]) {
+        tau.fill(0.0);
+    }
+
     /// Energy H = p·q̇ − L, J, `[m]`. `false` where the model has none.
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool;
 }
@@ -178,6 +190,30 @@ impl Evaluator for EulerLagrange<'_> {
             actuation.inputs(tau);
         }
         true
+    }
+
+    fn friction(&mut self, qd: &[f64], tau: &mut [f64]) {
+        let Some(dissipation) = self.dissipation else {
+            tau.fill(0.0);
+            return;
+        };
+        dissipation.force(qd, tau);
+        if let Some(actuation) = self.actuation {
+            actuation.inputs(tau);
+            self.friction.resize(qd.len(), 0.0);
+            self.friction.fill(0.0);
+            actuation.inputs(&mut self.friction);
+            tau.iter_mut()
+                .zip(&self.friction)
+                .for_each(|(tau, still)| *tau -= still);
+        }
+    }
+
+    fn offset(&mut self, tau: &mut [f64]) {
+        tau.fill(0.0);
+        if let Some(actuation) = self.actuation {
+            actuation.inputs(tau);
+        }
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {

@@ -112,6 +112,19 @@ pub enum Error {
         text: String,
     },
 
+    /// A cell of a text file is a number with a decimal comma.
+    #[error(
+        "line {line}, column '{column}': '{text}' has a decimal comma: write decimal points, e.g. `tr , . < old.csv > new.csv` where semicolons or tabs stand between the columns"
+    )]
+    DecimalComma {
+        /// Line of the file, the header is line 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// The text that stands there.
+        text: String,
+    },
+
     /// Bytes that are not a file of the format that they claim to be, or a damaged one.
     #[error("this is not a readable {format} file: {reason}")]
     Malformed {

@@ -101,6 +101,7 @@ pub mod rollout;
 pub mod saved;
 pub mod score;
 pub mod solve;
+pub mod torque;
 pub mod train;
 pub mod trajectory;
 

@@ -24,6 +24,24 @@ pub struct SignalError {
     /// The same divided by the variance of the signal, `[n]`: 1 is as good as predicting the mean. Not finite for
     /// a signal that is constant.
     pub nmse: Vec<f64>,
+    /// Mean squared error of all coordinates together: the sum of `mse`, as results of `characters` are given.
+    pub mse_sum: f64,
+    /// Mean of `nmse` over the coordinates.
+    pub nmse_mean: f64,
+}
+
+impl SignalError {
+    /// From mean squared errors and the variances of the true signals, both `[n]`.
+    #[must_use]
+    pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
+        let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
+        Self {
+            mse_sum: mse.iter().sum(),
+            nmse_mean: nmse.iter().sum::<f64>() / nmse.len() as f64,
+            mse,
+            nmse,
+        }
+    }
 }
 
 /// A prediction of one trajectory from its first state, under its forces.
@@ -276,20 +294,20 @@ fn one_step(
 }
 
 /// Squared errors, `[n]`, and the true signal that they belong to, `[m, n]`.
-struct Errors {
+pub(crate) struct Errors {
     squared: Vec<f64>,
     truth: Vec<f64>,
 }
 
 impl Errors {
-    fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         Self {
             squared: vec![0.0; n],
             truth: Vec::new(),
         }
     }
 
-    fn add(&mut self, truth: &[f64], predicted: &[f64]) {
+    pub(crate) fn add(&mut self, truth: &[f64], predicted: &[f64]) {
         let n = self.squared.len();
         for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
             self.squared[k % n] += (x - y).powi(2);
@@ -297,7 +315,7 @@ impl Errors {
         self.truth.extend_from_slice(truth);
     }
 
-    fn finish(self) -> Option<SignalError> {
+    pub(crate) fn finish(self) -> Option<SignalError> {
         let n = self.squared.len();
         if self.truth.is_empty() {
             return None;
@@ -310,12 +328,7 @@ impl Errors {
         let mean = mean_over_samples(&|_, x| x);
         let variance = mean_over_samples(&|i, x| (x - mean[i]).powi(2));
         let mse: Vec<f64> = self.squared.iter().map(|s| s / count).collect();
-        let nmse = mse
-            .iter()
-            .zip(variance)
-            .map(|(mse, variance)| mse / variance)
-            .collect();
-        Some(SignalError { mse, nmse })
+        Some(SignalError::new(mse, &variance))
     }
 }
 

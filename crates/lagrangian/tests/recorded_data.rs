@@ -5,7 +5,7 @@
 use std::fs::File;
 use std::path::PathBuf;
 
-use lagrangian::check::{CheckReport, check};
+use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict, check, check_with};
 use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Recording};
 
 /// The folder of recorded data, if it is there.
@@ -123,4 +123,53 @@ fn the_simulated_arm_passes_the_check_and_its_own_accelerations_are_found_again(
         );
         assert!(error < 0.3 * size, "trajectory {}", trajectory.name);
     }
+}
+
+/// The `delay` items of these logs together.
+fn delays(folder: &str, files: &[&str], filter: Option<f64>) -> Option<Vec<Item>> {
+    let logs: Option<Vec<_>> = files.iter().map(|file| read(folder, file)).collect();
+    let recordings: Vec<Recording> = logs?.into_iter().flatten().collect();
+    let mut items = check_with(&recordings, &CheckOptions { filter }).items;
+    items.retain(|i| ["delay", "inertia", "acceleration"].contains(&i.name));
+    for item in &items {
+        println!(
+            "{files:?} {:?} {}: {}",
+            item.verdict, item.name, item.finding
+        );
+    }
+    items.retain(|i| i.name == "delay");
+    Some(items)
+}
+
+/// Delays that fits of one log and tests on another do not confirm (docs/adr/0014): shaken encoders, not transport.
+#[test]
+fn no_delay_is_claimed_for_the_real_machines() {
+    let double =
+        ["00", "01", "02", "03", "04", "05", "12", "13"].map(|k| format!("trajectory_{k}"));
+    let double: Vec<&str> = double.iter().map(String::as_str).collect();
+    let mut cases: Vec<(&str, &[&str])> = vec![
+        ("double_pendulum_real", &double[..4]),
+        ("double_pendulum_real", &double[..6]),
+        ("double_pendulum_real", &double[6..]),
+    ];
+    cases.extend(double.chunks(1).map(|log| ("double_pendulum_real", log)));
+    let single = [
+        "ddp",
+        "direct_collocation",
+        "energy_shaping",
+        "swingup_failure",
+        "system_identification",
+    ];
+    cases.extend(single.chunks(1).map(|log| ("pendulum_real", log)));
+    let mut claims: Vec<String> = Vec::new();
+    for (folder, logs) in cases {
+        for filter in [None, Some(0.2), Some(0.3)] {
+            let Some(items) = delays(folder, logs, filter) else {
+                return;
+            };
+            let warned = items.iter().filter(|i| i.verdict > Verdict::Pass);
+            claims.extend(warned.map(|i| format!("{logs:?} {filter:?} {}", i.finding)));
+        }
+    }
+    assert!(claims.is_empty(), "{claims:#?}");
 }

@@ -4,7 +4,7 @@ use std::io::{IsTerminal, stdout};
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::check::{CheckReport, Item, Verdict, check};
+use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict, check_with};
 use lagrangian::trajectory::Recording;
 use serde_json::{Value, json};
 
@@ -20,7 +20,8 @@ pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
         output::refuse_existing(path, existing)?;
     }
     let recordings = data::read(&args.files, &args.data)?;
-    let report = check(&recordings);
+    let filter = args.filter;
+    let report = check_with(&recordings, &CheckOptions { filter });
     let findings = as_json(args, &recordings, &report);
     if let Some(path) = &args.out {
         output::write_bytes(path, existing, &serde_json::to_vec_pretty(&findings)?)?;

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use lagrangian::check::{Verdict, check};
+use lagrangian::check::{CheckOptions, Verdict, check_with};
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::saved::Provenance;
 use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig};
-use lagrangian::trajectory::Estimate;
+use lagrangian::trajectory::{Estimate, EstimateOptions, Recording};
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
 
@@ -17,7 +17,7 @@ use super::{Manner, report};
 use crate::cli::Links;
 use crate::data;
 use crate::draw;
-use crate::failure::{Advise, mistake};
+use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::{Family, FitArgs, OptimizerName};
 use crate::fit_config::by_noise;
 use crate::interrupt;
@@ -28,13 +28,20 @@ use crate::run_folder::{
 };
 use crate::watch::Watch;
 
+/// Looks at the loss after which a fit should have improved.
+const LOOKS: usize = 4;
+
 /// Exit code of a fit that Ctrl-C ended; its best model is kept.
 const INTERRUPTED: u8 = 130;
 
 pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
     let folder = RunFolder::open(&args.out, occupied(args))?;
+    run_in(&folder, args, manner).inspect_err(|_| folder.remove_if_new_and_empty())
+}
+
+fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode> {
     let (args, checkpoint) = if args.resume {
-        resumed(&folder, args)?
+        resumed(folder, args)?
     } else {
         (args.clone(), None)
     };
@@ -50,7 +57,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
         Some(_) => same_data(&record, &folder.record()?)?,
         None => folder.write_record(&record)?,
     }
-    let fit = fit(&config, &folder, &dataset, checkpoint.as_ref(), manner)?;
+    let fit = fit(&config, folder, &dataset, checkpoint.as_ref(), manner)?;
     let provenance = Provenance {
         data: record
             .data
@@ -61,7 +68,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
         ..Provenance::of_seed(args.training.seed)
     };
     folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
-    let page = draw::html(&report::of_run(&folder, Links::default())?);
+    let page = draw::html(&report::of_run(folder, Links::default())?);
     folder.write(REPORT, page.as_bytes())?;
     let model = folder.file(MODEL);
     if manner.json {
@@ -72,6 +79,7 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
             "report": folder.file(REPORT),
             "family": fit.model.family(),
             "ending": fit.ending,
+            "improved": improved(&fit, &config),
             "steps": fit.steps,
             "seconds": fit.seconds,
             "loss": fit.best,
@@ -97,8 +105,27 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
     }
     Ok(match fit.ending {
         Ending::Interrupted => ExitCode::from(INTERRUPTED),
-        _ => ExitCode::SUCCESS,
+        _ if improved(&fit, &config) => ExitCode::SUCCESS,
+        _ => {
+            eprintln!(
+                "{}",
+                failure::describe(&mistake(
+                    format!(
+                        "the fit did not improve: its best loss is {:.3e}, at step {}; the model is kept",
+                        fit.best, fit.best_step
+                    ),
+                    "look at the data with `lagrangian check`; take a smaller --learning-rate, --optimizer adam, or --form convex",
+                ))
+            );
+            ExitCode::from(FAILED)
+        }
     })
+}
+
+/// Whether the loss became finite, and, where there was time for several looks at it, fell after the first.
+fn improved(fit: &Fit, config: &FitConfig) -> bool {
+    let time_enough = fit.steps >= LOOKS * config.validate_every;
+    fit.best.is_finite() && !(time_enough && fit.best_step <= config.validate_every)
 }
 
 fn occupied(args: &FitArgs) -> Occupied {
@@ -155,7 +182,7 @@ struct Data {
 fn read(args: &FitArgs) -> Result<Data> {
     let options = args.estimate.options();
     let recordings = data::read(&args.files, &args.data)?;
-    refuse_meaningless(&recordings)?;
+    refuse_meaningless(&recordings, &options)?;
     let coordinates = recordings[0].coordinates.clone();
     let (trajectories, mut estimates) = data::trajectories(recordings, &options)?;
     if args.training.validate.is_empty() {
@@ -184,8 +211,9 @@ fn read(args: &FitArgs) -> Result<Data> {
 }
 
 /// The gate: data that `lagrangian check` fails is not fitted.
-fn refuse_meaningless(recordings: &[lagrangian::trajectory::Recording]) -> Result<()> {
-    let report = check(recordings);
+fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Result<()> {
+    let filter = options.filter;
+    let report = check_with(recordings, &CheckOptions { filter });
     match report
         .items
         .iter()

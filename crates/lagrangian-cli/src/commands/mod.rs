@@ -8,6 +8,7 @@ mod report;
 mod rollout;
 mod score;
 mod simulate;
+mod torque;
 
 use std::process::ExitCode;
 
@@ -37,6 +38,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Fit(args) => fit::run(&args, manner),
         Command::Score(args) => score::run(&args, manner),
         Command::Rollout(args) => rollout::run(&args, manner),
+        Command::Torque(args) => torque::run(&args, manner),
         Command::Report(args) => report::run(&args, manner),
         Command::Experiment(args) => experiment::run(&args, manner),
     }

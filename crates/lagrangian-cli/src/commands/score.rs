@@ -95,7 +95,12 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
     text
 }
 
+/// A line for each coordinate, and one for all of them where there are several.
 fn signal(name: &str, error: &SignalError, coordinates: &Coordinates) -> String {
+    let all = format!(
+        "  {name:<13}{:<12}mean square error {:.3e} (sum), of its variance {:.3e} (mean)\n",
+        "all", error.mse_sum, error.nmse_mean
+    );
     let by_coordinate = coordinates.0.iter().zip(error.mse.iter().zip(&error.nmse));
     by_coordinate
         .map(|(c, (mse, nmse))| {
@@ -104,5 +109,6 @@ fn signal(name: &str, error: &SignalError, coordinates: &Coordinates) -> String 
                 c.name
             )
         })
+        .chain((coordinates.dof() > 1).then_some(all))
         .collect()
 }

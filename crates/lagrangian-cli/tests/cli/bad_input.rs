@@ -284,3 +284,78 @@ fn a_full_disk_is_a_failure_and_leaves_nothing_behind() {
     assert_eq!(outcome.code, 1, "{}", outcome.stderr);
     assert!(bench.names("").is_empty(), "{:?}", bench.names(""));
 }
+
+#[test]
+fn a_negative_number_is_a_value_that_the_flag_refuses() {
+    let bench = Workbench::new();
+    bench.write("swing.csv", &swing());
+    for (flag, must) in [
+        ("fit swing.csv --seconds -1", "above 0"),
+        ("fit swing.csv --steps -1", "1 or above"),
+        ("fit swing.csv --seed -1", "from 0"),
+        ("fit swing.csv --learning-rate -0.1", "above 0"),
+        ("fit swing.csv --filter -1", "above 0"),
+        ("check swing.csv --every -2", "-2 is not in"),
+        ("simulate pendulum --noise -1", "0 or above"),
+        ("demo --samples -5", "-5 is not in"),
+    ] {
+        let message = bench.refuse(flag);
+        assert!(message.contains(must), "{flag}: {message}");
+    }
+}
+
+#[test]
+fn a_fit_that_does_not_begin_leaves_no_folder() {
+    let bench = Workbench::new();
+    std::fs::create_dir(bench.path("own")).unwrap();
+    bench.write("short.csv", "t,q1\n0,1\n0.1,0.9\n");
+    for command in [
+        "fit nothere.csv --out new/run",
+        "fit short.csv --out new/run",
+        "fit nothere.csv --out own",
+    ] {
+        bench.refuse(command);
+    }
+    assert_eq!(bench.names(""), ["own", "short.csv"]);
+}
+
+#[test]
+fn forces_that_cannot_be_told_apart_ask_for_their_joints() {
+    let bench = Workbench::new();
+    let rows: String = (0..200)
+        .map(|k| f64::from(k) * 0.02)
+        .map(|t| format!("{t},{},{},{}\n", t.sin(), t.cos(), (2.0 * t).sin()))
+        .collect();
+    bench.write("cart.csv", &format!("t,x,theta,u\n{rows}"));
+    let columns = "check cart.csv --q x,theta --tau u";
+    assert!(bench.refuse(columns).contains("--actuated"));
+    assert!(
+        bench
+            .refuse(&format!("{columns} --actuated y"))
+            .contains("'y'")
+    );
+    let report = bench.run(&format!("{columns} --actuated x --json"));
+    assert!(
+        report.stderr.contains("no column for the force on theta"),
+        "{}",
+        report.stderr
+    );
+    assert!(
+        report.stdout.contains("no column of its force"),
+        "{}",
+        report.stdout
+    );
+}
+
+#[test]
+fn a_delay_of_another_number_of_joints_or_longer_than_the_motion_is_refused() {
+    let bench = Workbench::new();
+    bench.write("swing.csv", "t,q1,tau1\n0,0,0\n1,1,1\n2,0,0\n3,1,0\n");
+    for delay in ["1,2", "1e6", "-1e6", "late"] {
+        let message = bench.refuse(&format!("check swing.csv --delay {delay}"));
+        assert!(
+            message.contains("delay") && message.contains("hint: ") || delay == "late",
+            "{message}"
+        );
+    }
+}

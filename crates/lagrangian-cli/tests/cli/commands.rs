@@ -23,6 +23,7 @@ fn help_has_examples_for_every_command() {
         "rollout",
         "report",
         "experiment",
+        "torque",
     ] {
         let help = bench.succeed(&format!("{command} --help")).stdout;
         assert!(
@@ -253,4 +254,110 @@ fn ctrl_c_ends_a_fit_cleanly_and_keeps_the_best_model() {
     assert!(interrupt.success());
     assert_eq!(fit.wait().unwrap().code(), Some(130));
     bench.succeed("rollout run/model.safetensors --q0 0.5 --qd0 0 --duration 0.1");
+}
+
+/// A driven, damped pendulum of mass and length 1 whose torque is recorded 20 ms before the motion answers.
+fn driven_pendulum() -> String {
+    let waves = [(0.6, 2.1), (0.4, 5.3), (0.2, 9.7)];
+    let sum = |f: &dyn Fn(f64, f64) -> f64| waves.iter().map(|(a, w)| f(*a, *w)).sum::<f64>();
+    let torque = |t: f64| {
+        let q = sum(&|a, w| a * (w * t).sin());
+        let qd = sum(&|a, w| a * w * (w * t).cos());
+        let qdd = sum(&|a, w| -a * w * w * (w * t).sin());
+        qdd + 9.8 * q.sin() + 0.5 * qd
+    };
+    let row = |t: f64| {
+        let q = sum(&|a, w| a * (w * t).sin());
+        format!("{t},{q},{}\n", torque(t + 0.02))
+    };
+    let rows: String = (0..1500).map(|k| row(f64::from(k) * 0.01)).collect();
+    format!("t,q1,tau1\n{rows}")
+}
+
+#[test]
+fn a_delay_is_measured_mended_and_the_torque_then_divided_into_its_parts() {
+    let bench = Workbench::new();
+    bench.write("log.csv", &driven_pendulum());
+    let check = bench.succeed("check log.csv --angle all --json").json();
+    let items = check["items"].as_array().unwrap();
+    let delay = items.iter().find(|i| i["name"] == "delay").unwrap();
+    assert!(
+        (delay["values"]["delay_s"].as_f64().unwrap() - 0.02).abs() < 0.002,
+        "{delay}"
+    );
+    assert_eq!(delay["verdict"], "warn");
+
+    bench.succeed("fit log.csv --angle all --model rigid --dissipation --delay 20 --out run");
+    let late = bench
+        .succeed("score run/model.safetensors log.csv --angle all --json")
+        .json();
+    let mended = bench
+        .succeed("score run/model.safetensors log.csv --angle all --delay 20 --json")
+        .json();
+    let nmse = |score: &serde_json::Value| score["score"]["torque"]["nmse_mean"].as_f64().unwrap();
+    assert!(
+        nmse(&mended) < 1e-3 && nmse(&late) > 10.0 * nmse(&mended),
+        "{} {}",
+        nmse(&late),
+        nmse(&mended)
+    );
+
+    let torque = "torque run/model.safetensors log.csv --angle all --delay 20";
+    let summary = bench
+        .succeed(&format!(
+            "{torque} --out parts.csv --plot parts.html --json"
+        ))
+        .json();
+    assert!(summary["torque"]["error"]["nmse_mean"].as_f64().unwrap() < 1e-3);
+    let parts = String::from_utf8(bench.read("parts.csv")).unwrap();
+    let mut lines = parts.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    assert_eq!(
+        header,
+        [
+            "t",
+            "tau1",
+            "measured1",
+            "inertial1",
+            "coriolis1",
+            "gravity1",
+            "friction1",
+            "offset1"
+        ]
+    );
+    for line in lines.step_by(100) {
+        let x: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert!((x[1] - x[3..].iter().sum::<f64>()).abs() < 1e-9, "{line}");
+    }
+    assert!(
+        bench.read("parts.html").starts_with(b"<!doctype html>")
+            || bench.read("parts.html").starts_with(b"<!DOCTYPE html>")
+    );
+    assert!(
+        bench
+            .refuse(&format!("{torque} --out parts.csv"))
+            .contains("--force")
+    );
+    assert!(
+        bench
+            .refuse(&format!("{torque} --plot parts.gif"))
+            .contains(".html")
+    );
+    for file in ["parts.parquet", "parts.npz", "parts.svg", "parts.png"] {
+        let flag = if file.contains("npz") {
+            "--out"
+        } else {
+            "--plot"
+        };
+        bench.succeed(&format!("{torque} {flag} {file}"));
+    }
+    assert!(bench.succeed(torque).stdout.contains("gravity"));
+}
+
+#[test]
+fn torques_of_a_plain_network_are_refused() {
+    let bench = with_data();
+    bench.succeed("fit data.csv --model mlp --steps 2 --width 16 --out run");
+    let message = bench.refuse("torque run/model.safetensors data.csv");
+    assert!(message.contains("inverse dynamics"), "{message}");
 }

@@ -4,6 +4,8 @@
 //! a fit of these recordings would be meaningless; [`Verdict::Warn`] that it would be worse than it could be.
 
 mod coverage;
+mod drive;
+mod regression;
 mod signals;
 mod time;
 mod velocity;
@@ -135,19 +137,35 @@ impl CheckReport {
 /// ```
 #[must_use]
 pub fn check(recordings: &[Recording]) -> CheckReport {
+    check_with(recordings, &CheckOptions::default())
+}
+
+/// How the check looks.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CheckOptions {
+    /// Window of the filter for motion and forces, s, that a fit will use; chosen from the data where there is none.
+    pub filter: Option<f64>,
+}
+
+/// As [`check`], with options.
+#[must_use]
+pub fn check_with(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     let mut items = vec![
         length(recordings),
         coverage::coverage(recordings),
         same_coordinates(recordings),
     ];
     items.extend(signals::excitation(recordings));
+    items.extend(drive::items(recordings, options));
     for recording in recordings {
         let shaped = shapes(recording);
         let whole = shaped.is_none();
         let mut own: Vec<Item> = shaped.into_iter().collect();
         own.extend(time::items(recording));
+        own.extend(time::too_short(recording));
         if whole {
             own.extend(signals::items(recording));
+            own.extend(signals::passive(recording));
         }
         if whole && time::usable(recording) {
             own.extend(signals::sampled_items(recording));
@@ -234,7 +252,14 @@ fn describe(recording: &Recording, i: usize, name: &str) -> String {
     } else {
         "line"
     };
-    format!("{name} ({kind})")
+    let force = recording.columns.tau.get(i);
+    let free = force.is_some_and(String::is_empty);
+    let drive = if free {
+        ", no column of its force: 0"
+    } else {
+        ""
+    };
+    format!("{name} ({kind}{drive})")
 }
 
 /// An item if a signal has another length than the time stamps.

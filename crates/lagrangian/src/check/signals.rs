@@ -22,6 +22,11 @@ const MUCH_SATURATION: f64 = 0.05;
 /// More moving samples than this that repeat the row before are a stuck sensor.
 const MANY_REPEATS: f64 = 0.02;
 
+/// A force that deviates from its mean by less than this part of it is practically constant.
+const HARDLY_CHANGES: f64 = 0.05;
+/// A force below this part of the largest is that of a passive joint, or nearly.
+const WEAK: f64 = 0.25;
+
 /// One column of a recording.
 struct Column<'a> {
     signal: &'static str,
@@ -70,6 +75,8 @@ fn columns(recording: &Recording) -> Vec<Column<'_>> {
                 }
             })
         })
+        // A force without a column is 0 by declaration.
+        .filter(|column| !column.name.is_empty())
         .collect()
 }
 
@@ -374,6 +381,39 @@ fn quantisation(columns: &[Column<'_>], steps: &[f64]) -> Item {
     item
 }
 
+/// Joints whose forces are 0, or small beside those of another joint.
+pub(super) fn passive(recording: &Recording) -> Vec<Item> {
+    let forces: Vec<Column<'_>> = columns(recording)
+        .into_iter()
+        .filter(|c| c.signal == "tau")
+        .collect();
+    let size = |c: &Column<'_>| {
+        let (sum, count) = c.iter().fold((0.0, 0.0), |(s, k), x| (s + x * x, k + 1.0));
+        f64::sqrt(sum / count)
+    };
+    let largest = forces.iter().map(size).fold(0.0, f64::max);
+    let item = |c: &Column<'_>| {
+        let (own, name) = (size(c), &recording.coordinates.0[c.coordinate].name);
+        let finding = if own <= 0.0 {
+            format!("{name} is passive: {} is 0 throughout", c.name)
+        } else if own < WEAK * largest {
+            format!(
+                "{} is weak, {own:.3e} (root mean square), {:.1} % of the largest: if {name} is passive this is noise and friction, and an error in parts of its variance says little",
+                c.name,
+                100.0 * own / largest
+            )
+        } else {
+            return None;
+        };
+        Some(Item::pass("passive", finding).value("rms", own))
+    };
+    forces
+        .iter()
+        .filter(|_| largest > 0.0)
+        .filter_map(item)
+        .collect()
+}
+
 /// Signals that stay at one of their extremes.
 fn saturation(columns: &[Column<'_>]) -> Vec<Item> {
     columns
@@ -396,6 +436,17 @@ fn saturated(c: &Column<'_>) -> Option<Item> {
                 "check that it was recorded: a constant force excites nothing",
             )
         });
+    }
+    let mean = c.iter().sum::<f64>() / len;
+    if c.signal == "tau" && c.deviation() < HARDLY_CHANGES * mean.abs() {
+        let finding = format!(
+            "{} hardly changes: {mean:.4} ± {:.1e}",
+            c.name,
+            c.deviation()
+        );
+        let remedy =
+            "check that it was recorded and not merely commanded; a constant force excites nothing";
+        return Some(Item::warn("saturation", finding, remedy));
     }
     let near = 1e-6 * (high - low);
     let at = |extreme: f64| c.iter().filter(|x| (x - extreme).abs() <= near).count() as f64 / len;

@@ -2,12 +2,34 @@
 
 use super::Item;
 use crate::trajectory::Recording;
-use crate::trajectory::local_polynomial::{median, median_step};
+use crate::trajectory::derivatives::SHORTEST;
+use crate::trajectory::local_polynomial::{median, median_step, segments};
 
 /// Steps longer than this many median steps are gaps; derivatives are not estimated across them.
 pub(super) const GAP: f64 = 5.0;
 /// Jitter above this part of a step makes finite differences by others, and lags, unreliable.
 const MUCH_JITTER: f64 = 0.5;
+
+/// More dropped samples than this part are a fault of the log.
+const MANY_DROPPED: f64 = 0.01;
+/// Time stamps are compared with the usual step only where they jitter less than this part of it.
+const LITTLE_JITTER: f64 = 0.1;
+
+/// An item where the longest piece without a gap is too short for what has to be estimated.
+pub(super) fn too_short(recording: &Recording) -> Option<Item> {
+    let measured = recording.qd.is_some() && recording.qdd.is_some();
+    if measured || recording.t.len() < 2 {
+        return None;
+    }
+    let pieces = segments(&recording.t, GAP);
+    let longest = pieces.iter().map(std::ops::Range::len).max().unwrap_or(0);
+    let finding =
+        format!("{longest} samples without a gap, where {SHORTEST} are needed to estimate q̈");
+    (longest < SHORTEST).then(|| {
+        let remedy = "leave this trajectory out, or record a longer one";
+        Item::fail("length", finding, remedy).value("longest", longest as f64)
+    })
+}
 
 /// Whether time can be worked with: finite and increasing, with enough samples for a window.
 pub(super) fn usable(recording: &Recording) -> bool {
@@ -47,7 +69,14 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
                 .value("repeated", repeated as f64),
         ];
     }
-    vec![rate(t), gaps(t)]
+    let rate = rate(t);
+    let even = rate
+        .values
+        .get("jitter")
+        .is_some_and(|j| *j < LITTLE_JITTER);
+    let mut items = vec![whole_numbers(t).unwrap_or(rate), gaps(t)];
+    items.extend(dropped(t).filter(|_| even));
+    items
 }
 
 fn rate(t: &[f64]) -> Item {
@@ -69,6 +98,35 @@ fn rate(t: &[f64]) -> Item {
     item.value("rate_hz", step.recip())
         .value("jitter", jitter)
         .value("step_s", step)
+}
+
+/// Time in whole numbers, several apart, is hardly in seconds.
+fn whole_numbers(t: &[f64]) -> Option<Item> {
+    let step = median_step(t);
+    let whole = t.iter().all(|t| t.fract().abs() <= 0.0) && step >= 2.0;
+    whole.then(|| {
+        let finding =
+            format!("time comes in whole numbers, {step} apart: it looks like milliseconds");
+        let remedy = "divide the column of time by 1000 (or by what makes it seconds)";
+        Item::warn("rate", finding, remedy)
+            .value("rate_hz", step.recip())
+            .value("step_s", step)
+    })
+}
+
+/// Single samples that are missing: steps of two to five usual ones.
+fn dropped(t: &[f64]) -> Option<Item> {
+    let step = median_step(t);
+    let ratios = t.windows(2).map(|w| (w[1] - w[0]) / step);
+    let missing: f64 = ratios
+        .filter(|r| *r > 1.5 && *r <= GAP)
+        .map(|r| r.round() - 1.0)
+        .sum();
+    (missing > MANY_DROPPED * t.len() as f64).then(|| {
+        let finding = format!("{missing} single samples are missing");
+        let remedy = "the true time stamps are used, but a log that loses samples may also be late: check the recorder";
+        Item::warn("dropped", finding, remedy).value("missing", missing)
+    })
 }
 
 fn gaps(t: &[f64]) -> Item {

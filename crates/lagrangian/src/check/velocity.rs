@@ -150,8 +150,11 @@ fn successive_differences(recording: &Recording, i: usize) -> bool {
     2 * equal > moving
 }
 
+/// What to do about another unit of time.
+const IN_SECONDS: &str = "convert the column of time to seconds";
+
 /// Slopes that give away a unit: (slope, what it means, what to do).
-const UNITS: [(f64, &str, &str); 4] = [
+const UNITS: [(f64, &str, &str); 7] = [
     (
         360.0 / TAU,
         "it is in degrees per second while q is in radians",
@@ -167,6 +170,9 @@ const UNITS: [(f64, &str, &str); 4] = [
         "it is in revolutions per minute while q is in radians",
         "convert it to rad/s",
     ),
+    (1e3, "time looks like milliseconds", IN_SECONDS),
+    (1e6, "time looks like microseconds", IN_SECONDS),
+    (1e9, "time looks like nanoseconds", IN_SECONDS),
     (
         -1.0,
         "its sign is opposite to that of q",

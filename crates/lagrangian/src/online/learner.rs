@@ -143,6 +143,7 @@ struct Work {
     guard: Guard,
     damping: f64,
     rate: f64,
+    first_loss: Option<f64>,
     /// The usual loss of new samples, once there is one.
     usual: Option<f64>,
     /// Looks in a row that made it forget.
@@ -154,8 +155,8 @@ struct Work {
 
 /// Every so many samples of the warm-up one is a probe of the guard.
 const PROBES: usize = 32;
-/// Training diverged where a batch's loss (in units of the variance of τ) exceeds this.
-const DIVERGED: f64 = 1e6;
+/// Training diverged where the loss of a batch exceeds that of random weights, or 1, by this factor.
+const DIVERGED: f64 = 1e4;
 /// How fast the usual loss follows the loss.
 const HABIT: f64 = 0.05;
 /// Looks in a row that may make it forget: the first still sees samples from before the change.
@@ -257,6 +258,7 @@ impl OnlineLearner {
             guard,
             damping: self.config.damping_first,
             rate: self.config.rate,
+            first_loss: None,
             usual: None,
             forgotten: 0,
             fresh: 0,
@@ -288,8 +290,9 @@ impl OnlineLearner {
                 .stepper
                 .step(self.replay.samples(), &work.numbers, schedule)?;
             self.record.steps += 1;
+            let first = *work.first_loss.get_or_insert(found.loss);
             let finite = work.stepper.parameters().iter().all(|x| x.is_finite());
-            if finite && found.loss < DIVERGED {
+            if finite && found.loss < DIVERGED * first.max(1.0) {
                 let damping = work.damping * self.config.damping_decay;
                 work.damping = damping.max(self.config.damping_last);
                 work.rate = (work.rate * self.config.rate_decay).max(self.config.rate_last);

@@ -6,6 +6,7 @@ mod decimate;
 mod figure;
 mod gaps;
 mod plots;
+mod torque;
 
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +16,7 @@ pub use figure::{Axis, Figure, Kind, Role, Scale, Series};
 pub use plots::{
     Curve, Motion, Pairs, energy_error_over_time, loss_curves, parity, phase_portrait, trajectories,
 };
+pub use torque::torque_parts;
 
 /// Everything that a reader of a run wants to see, in the order in which they see it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

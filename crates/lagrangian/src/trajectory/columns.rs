@@ -18,7 +18,7 @@ pub struct Columns {
     pub qd: Vec<String>,
     /// Columns of the accelerations, `[n]`, or none.
     pub qdd: Vec<String>,
-    /// Columns of the forces, `[n]`, or none.
+    /// Columns of the forces, `[n]`, or none; an empty name where a coordinate has no column and its force is 0.
     pub tau: Vec<String>,
     /// Columns of the file that were not used.
     pub ignored: Vec<String>,
@@ -33,6 +33,8 @@ pub(super) struct Resolved {
     pub(super) trajectory: Option<usize>,
     /// Positions of t, q, qd, qdd, tau, in this order.
     pub(super) numbers: Vec<usize>,
+    /// The coordinate of each column of tau.
+    pub(super) driven: Vec<usize>,
     /// Angles, their velocities and accelerations are in degrees.
     pub(super) degrees: bool,
     pub(super) every: usize,
@@ -46,7 +48,7 @@ impl Resolved {
             .chain(&c.q)
             .chain(&c.qd)
             .chain(&c.qdd)
-            .chain(&c.tau)
+            .chain(c.tau.iter().filter(|name| !name.is_empty()))
     }
 }
 
@@ -69,11 +71,11 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let q = finder.coordinates(&layout.q)?;
     let qd = finder.signal(&layout.qd, "qd", q.len())?;
     let qdd = finder.signal(&layout.qdd, "qdd", q.len())?;
-    let tau = finder.signal(&layout.tau, "tau", q.len())?;
+    let tau = finder.forces(layout, &q)?;
 
     let mut numbers = vec![t_at];
     for (names, flag) in [(&q, "--q"), (&qd, "--qd"), (&qdd, "--qdd"), (&tau, "--tau")] {
-        for name in names {
+        for name in names.iter().filter(|name| !name.is_empty()) {
             numbers.push(finder.position(name, flag)?);
         }
     }
@@ -86,6 +88,7 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         .collect();
     let coordinates = declare(&q, layout, &finder)?;
     let (trajectory, trajectory_at) = trajectory.unzip();
+    let driven = (0..tau.len()).filter(|&i| !tau[i].is_empty()).collect();
     Ok(Resolved {
         columns: Columns {
             trajectory,
@@ -99,6 +102,7 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         coordinates,
         trajectory: trajectory_at,
         numbers,
+        driven,
         degrees: layout.degrees,
         every: layout.every.max(1),
     })
@@ -234,6 +238,102 @@ impl Finder<'_> {
             return Err(self.error(finding, remedy));
         }
         Ok(found)
+    }
+
+    /// The column of the force on each coordinate: as many as `q`, or fewer that say which they act on.
+    fn forces(&self, layout: &Layout, q: &[String]) -> Result<Vec<String>> {
+        let standard = |i: usize| format!("tau{}", i + 1);
+        let numbered: Vec<usize> = (0..q.len()).filter(|&i| self.has(&standard(i))).collect();
+        let found: Vec<String> = if layout.tau.is_empty() {
+            numbered.iter().map(|&i| standard(i)).collect()
+        } else {
+            layout.tau.clone()
+        };
+        if layout.actuated.is_empty() && (found.is_empty() || found.len() == q.len()) {
+            if layout.tau.is_empty() {
+                self.unbroken("tau", found.len(), q.len())?;
+            }
+            return Ok(found);
+        }
+        let at = if !layout.actuated.is_empty() {
+            self.declared_as_actuated(&found, layout, q)?
+        } else if layout.tau.is_empty() {
+            numbered
+        } else {
+            self.named_like(&found, q)?
+        };
+        let mut tau = vec![String::new(); q.len()];
+        for (i, column) in at.into_iter().zip(found) {
+            if !tau[i].is_empty() {
+                let finding = format!("'{}' and '{column}' both act on '{}'", tau[i], q[i]);
+                return Err(self.error(finding, "name each coordinate once with --actuated".into()));
+            }
+            tau[i] = column;
+        }
+        Ok(tau)
+    }
+
+    fn declared_as_actuated(
+        &self,
+        found: &[String],
+        layout: &Layout,
+        q: &[String],
+    ) -> Result<Vec<usize>> {
+        let names = &layout.actuated;
+        if found.len() != names.len() {
+            let finding = format!(
+                "{} columns for tau ({}) but {} actuated coordinates ({})",
+                found.len(),
+                found.join(", "),
+                names.len(),
+                names.join(", ")
+            );
+            let remedy = "name one column with --tau for each coordinate of --actuated".into();
+            return Err(self.error(finding, remedy));
+        }
+        let position = |name: &String| {
+            q.iter().position(|own| own == name).ok_or_else(|| {
+                let finding = format!(
+                    "'{name}' is declared as actuated but is not one of the coordinates {}",
+                    q.join(", ")
+                );
+                self.error(finding, "name coordinates with --actuated".into())
+            })
+        };
+        names.iter().map(position).collect()
+    }
+
+    /// The coordinates whose names, or whose numbers, the columns bear: `elbow_torque` of `elbow`, `u2` of `q2`.
+    fn named_like(&self, found: &[String], q: &[String]) -> Result<Vec<usize>> {
+        let number = |name: &str| -> Option<usize> {
+            let letters = name.trim_end_matches(|c: char| c.is_ascii_digit());
+            name[letters.len()..].parse().ok()
+        };
+        let like = |column: &String| {
+            let words = |own: &String| {
+                column
+                    .split(|c: char| !c.is_alphanumeric())
+                    .any(|word| word == own)
+            };
+            let same_number = |own: &String| number(own).is_some() && number(own) == number(column);
+            let bears = |by: &dyn Fn(&String) -> bool| -> Vec<usize> {
+                (0..q.len()).filter(|&i| by(&q[i])).collect()
+            };
+            match (&bears(&words)[..], &bears(&same_number)[..]) {
+                (&[i], _) | (&[], &[i]) => Some(i),
+                _ => None,
+            }
+        };
+        found.iter().map(like).collect::<Option<_>>().ok_or_else(|| {
+            let finding = format!(
+                "{} columns for tau ({}) but {} for q",
+                found.len(),
+                found.join(", "),
+                q.len()
+            );
+            let remedy = "name one for each coordinate with --tau, or say with --actuated which coordinates they act on: the forces on the others are then 0";
+            self.error(finding, remedy.into())
+        })
     }
 
     /// `q1, q2, …` as far as they go.

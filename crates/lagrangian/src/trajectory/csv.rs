@@ -5,7 +5,7 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 
 use super::columns::resolve;
 use super::rows::Rows;
-use super::{Layout, Readings, Trajectory, unique_names};
+use super::{Layout, Readings, Table, Trajectory, unique_names};
 use crate::{Error, Result};
 
 /// The longest row that is read, bytes: what is no table cannot fill the memory.
@@ -121,10 +121,22 @@ fn number(record: &csv::StringRecord, column: usize, headers: &[String], line: u
     if text.is_empty() {
         return Ok(f64::NAN);
     }
-    text.parse().map_err(|_| Error::Cell {
-        line,
-        column: headers[column].clone(),
-        text: text.chars().take(80).collect(),
+    text.parse().map_err(|_| {
+        let (column, shown) = (headers[column].clone(), text.chars().take(80).collect());
+        let comma = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
+        if comma {
+            Error::DecimalComma {
+                line,
+                column,
+                text: shown,
+            }
+        } else {
+            Error::Cell {
+                line,
+                column,
+                text: shown,
+            }
+        }
     })
 }
 
@@ -136,8 +148,13 @@ fn malformed(error: csv::Error) -> Error {
             len,
         } => {
             let line = pos.as_ref().map_or(0, csv::Position::line);
+            let commas = if (*expected_len + 1..=2 * expected_len).contains(len) {
+                "; if its numbers have decimal commas, write points"
+            } else {
+                ""
+            };
             format!(
-                "line {line} has {len} cells where the header has {expected_len}: complete or remove it"
+                "line {line} has {len} cells where the header has {expected_len}: complete or remove it{commas}"
             )
         }
         csv::ErrorKind::Utf8 { pos, .. } => {
@@ -184,6 +201,28 @@ pub fn write(sink: impl Write, trajectories: &[Trajectory]) -> Result<()> {
             }
             writeln!(sink)?;
         }
+    }
+    sink.flush()?;
+    Ok(())
+}
+
+/// Writes named columns, the name of the trajectory before them where there are several.
+pub(super) fn write_table(sink: impl Write, table: &Table) -> Result<()> {
+    let mut sink = std::io::BufWriter::new(sink);
+    let several = table.trajectories.len() > 1;
+    let names = several.then(|| "trajectory".to_owned());
+    let headers = names
+        .into_iter()
+        .chain(table.columns.iter().map(|c| quoted(&c.0)));
+    writeln!(sink, "{}", headers.collect::<Vec<_>>().join(","))?;
+    for (k, name) in table.row_names().enumerate() {
+        let name = several.then(|| quoted(name));
+        let cells = table
+            .columns
+            .iter()
+            .map(|(_, x)| Shortest(x[k]).to_string());
+        let row: Vec<String> = name.into_iter().chain(cells).collect();
+        writeln!(sink, "{}", row.join(","))?;
     }
     sink.flush()?;
     Ok(())

@@ -11,7 +11,7 @@ use super::{Recording, Trajectory};
 use crate::{Error, Result};
 
 /// Fewer consecutive samples than this cannot be differentiated twice.
-const SHORTEST: usize = 6;
+pub(crate) const SHORTEST: usize = 6;
 
 /// How missing velocities and accelerations are estimated.
 #[derive(Debug, Clone, PartialEq)]
@@ -321,6 +321,12 @@ fn apply(series: Series<'_>, choice: Choice, segment: &Range<usize>, values: &mu
                 .weights(&series.t[window.clone()], series.t[k], weights);
             row[coordinate] = series.dot(window.start, weights);
         });
+}
+
+/// The window in which the acceleration of one coordinate of q is known best.
+pub(crate) fn acceleration_window(series: Series<'_>, segments: &[Range<usize>]) -> Choice {
+    let options = EstimateOptions::default();
+    choose(series, segments, Filter::of_order(2), &options)
 }
 
 /// The derivative of one coordinate of q, with its window chosen, for a `check` of measured velocities.

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek, Write};
 
-use super::{Layout, Readings, Trajectory};
+use super::{Layout, Readings, Table, Trajectory};
 use crate::{Error, Result};
 
 /// A file format for trajectories.
@@ -84,6 +84,23 @@ impl Format {
             Self::Npz => super::npz::write(sink, trajectories),
             #[cfg(feature = "parquet")]
             Self::Parquet => super::parquet::write(sink, trajectories),
+            #[cfg(not(feature = "parquet"))]
+            Self::Parquet => Err(without_parquet()),
+        }
+    }
+
+    /// Writes named columns of numbers.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Shape`] for columns of different lengths; [`Error::Format`] where this build leaves
+    /// the format out.
+    pub fn write_table<W: Write + Seek + Send>(self, sink: W, table: &Table) -> Result<()> {
+        table.validate()?;
+        match self {
+            Self::Csv => super::csv::write_table(sink, table),
+            Self::Npz => super::npz::write_table(sink, table),
+            #[cfg(feature = "parquet")]
+            Self::Parquet => super::parquet::write_table(sink, table),
             #[cfg(not(feature = "parquet"))]
             Self::Parquet => Err(without_parquet()),
         }

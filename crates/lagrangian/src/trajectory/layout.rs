@@ -25,6 +25,9 @@ pub struct Layout {
     pub qdd: Vec<String>,
     /// Columns of the generalised forces, in the order of `q`.
     pub tau: Vec<String>,
+    /// Coordinates that these forces act on, in the order of `tau`, where they are fewer than `q`; the forces on
+    /// the others are 0. Empty: all of them, or those whose names the columns bear.
+    pub actuated: Vec<String>,
     /// Names of the coordinates that are angles; `["all"]` for every one.
     pub angles: Vec<String>,
     /// Angles, and their velocities and accelerations, are in degrees. Never guessed.
@@ -41,6 +44,8 @@ pub struct Layout {
 struct LayoutFile {
     #[serde(skip_serializing_if = "Option::is_none")]
     angle: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    actuated: Option<OneOrMany>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     degrees: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -115,6 +120,7 @@ impl Layout {
             qd: names(columns.qd),
             qdd: names(columns.qdd),
             tau: names(columns.tau),
+            actuated: names(file.actuated),
             angles: names(file.angle),
             degrees: file.degrees,
             units: file.units,
@@ -129,6 +135,7 @@ impl Layout {
     pub fn to_toml(&self) -> Result<String> {
         let file = LayoutFile {
             angle: list(&self.angles),
+            actuated: list(&self.actuated),
             degrees: self.degrees,
             every: (self.every > 1).then_some(self.every),
             columns: ColumnsTable {
@@ -171,6 +178,7 @@ impl Layout {
             (&mut self.qd, beside.qd),
             (&mut self.qdd, beside.qdd),
             (&mut self.tau, beside.tau),
+            (&mut self.actuated, beside.actuated),
             (&mut self.angles, beside.angles),
         ];
         for (own, other) in lists {

@@ -3,6 +3,7 @@
 mod columns;
 mod coordinates;
 pub mod csv;
+mod delay;
 pub mod derivatives;
 mod format;
 mod layout;
@@ -16,6 +17,7 @@ mod recording;
 mod rows;
 mod shared;
 mod state;
+mod table;
 pub(crate) mod window;
 
 pub use columns::Columns;
@@ -27,6 +29,7 @@ pub use recording::{Readings, Recording};
 
 use format::{WrittenColumns, unique_names};
 pub use state::State;
+pub use table::Table;
 
 use crate::{Error, Result};
 

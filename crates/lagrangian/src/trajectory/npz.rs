@@ -8,7 +8,7 @@ use super::columns::{Resolved, resolve};
 use super::npy::{Header, malformed, write_header};
 use super::rows::Rows;
 use super::shared::Shared;
-use super::{Layout, Readings, Trajectory, WrittenColumns, unique_names};
+use super::{Layout, Readings, Table, Trajectory, WrittenColumns, unique_names};
 use crate::{Error, Result};
 
 /// An archive may unpack to this many bytes …
@@ -245,11 +245,7 @@ pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()>
         archive
             .start_file("trajectory.npy", options)
             .map_err(zipped)?;
-        write_names(
-            &mut std::io::BufWriter::new(&mut archive),
-            trajectories,
-            rows,
-        )?;
+        write_names(&mut std::io::BufWriter::new(&mut archive), trajectories)?;
     }
     archive.start_file("t.npy", options).map_err(zipped)?;
     write_array(
@@ -270,6 +266,33 @@ pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()>
     Ok(())
 }
 
+/// Writes each column as an array of one axis, and the names of the trajectories where there are several.
+pub(super) fn write_table(sink: impl Write + Seek, table: &Table) -> Result<()> {
+    let mut archive = ZipWriter::new(FailsOnce::new(sink));
+    let options = SimpleFileOptions::default()
+        .large_file(true)
+        .compression_method(CompressionMethod::Stored);
+    if table.trajectories.len() > 1 {
+        archive
+            .start_file("trajectory.npy", options)
+            .map_err(zipped)?;
+        let names: Vec<&str> = table.row_names().collect();
+        write_texts(&mut std::io::BufWriter::new(&mut archive), &names)?;
+    }
+    for (name, values) in &table.columns {
+        archive
+            .start_file(format!("{name}.npy"), options)
+            .map_err(zipped)?;
+        write_array(
+            &mut archive,
+            &[values.len()],
+            std::iter::once(values.as_slice()),
+        )?;
+    }
+    archive.finish().map_err(zipped)?.sink.flush()?;
+    Ok(())
+}
+
 fn write_array<'a>(
     sink: impl Write,
     shape: &[usize],
@@ -284,24 +307,30 @@ fn write_array<'a>(
     Ok(())
 }
 
-fn write_names(sink: &mut impl Write, trajectories: &[Trajectory], rows: usize) -> Result<()> {
+fn write_names(sink: &mut impl Write, trajectories: &[Trajectory]) -> Result<()> {
     let names = unique_names(trajectories);
-    let width = names
+    let rows = names.iter().zip(trajectories);
+    let texts: Vec<&str> = rows
+        .flat_map(|(name, t)| vec![name.as_str(); t.len()])
+        .collect();
+    write_texts(sink, &texts)
+}
+
+fn write_texts(sink: &mut impl Write, texts: &[&str]) -> Result<()> {
+    let width = texts
         .iter()
         .map(|n| n.chars().count())
         .max()
         .unwrap_or(0)
         .max(1);
-    write_header(sink, &format!("<U{width}"), &[rows])?;
-    for (name, trajectory) in names.iter().zip(trajectories) {
-        let mut element: Vec<u8> = name
+    write_header(sink, &format!("<U{width}"), &[texts.len()])?;
+    for text in texts {
+        let mut element: Vec<u8> = text
             .chars()
             .flat_map(|c| u32::from(c).to_le_bytes())
             .collect();
         element.resize(4 * width, 0);
-        for _ in 0..trajectory.len() {
-            sink.write_all(&element)?;
-        }
+        sink.write_all(&element)?;
     }
     sink.flush()?;
     Ok(())

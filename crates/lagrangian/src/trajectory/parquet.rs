@@ -16,7 +16,7 @@ use parquet::file::reader::{ChunkReader, Length};
 use super::columns::resolve;
 use super::rows::Rows;
 use super::shared::Shared;
-use super::{Layout, Readings, Trajectory, WrittenColumns, unique_names};
+use super::{Layout, Readings, Table, Trajectory, WrittenColumns, unique_names};
 use crate::{Error, Result};
 
 /// Rows that are decoded at a time.
@@ -243,6 +243,24 @@ pub fn write(sink: impl Write + Send, trajectories: &[Trajectory]) -> Result<()>
             writer.write(&batch).map_err(failed)?;
         }
     }
+    writer.close().map_err(failed)?;
+    Ok(())
+}
+
+/// Writes named columns, and the name of the trajectory where there are several.
+pub(super) fn write_table(sink: impl Write + Send, table: &Table) -> Result<()> {
+    let mut columns: Vec<(&str, ArrayRef)> = Vec::new();
+    if table.trajectories.len() > 1 {
+        let names = StringArray::from_iter_values(table.row_names());
+        columns.push(("trajectory", Arc::new(names)));
+    }
+    for (name, values) in &table.columns {
+        let values = Float64Array::from_iter_values(values.iter().copied());
+        columns.push((name, Arc::new(values)));
+    }
+    let batch = RecordBatch::try_from_iter(columns).map_err(malformed)?;
+    let mut writer = ArrowWriter::try_new(sink, batch.schema(), None).map_err(failed)?;
+    writer.write(&batch).map_err(failed)?;
     writer.close().map_err(failed)?;
     Ok(())
 }

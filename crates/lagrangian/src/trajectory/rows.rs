@@ -77,9 +77,16 @@ impl Partial {
         r.t.push(values[0]);
         r.q.extend_from_slice(&values[1..=n]);
         let mut rest = &values[1 + n..];
-        for signal in [&mut r.qd, &mut r.qdd, &mut r.tau].into_iter().flatten() {
+        for signal in [&mut r.qd, &mut r.qdd].into_iter().flatten() {
             signal.extend_from_slice(&rest[..n]);
             rest = &rest[n..];
+        }
+        if let Some(tau) = &mut r.tau {
+            let row = tau.len();
+            tau.resize(row + n, 0.0);
+            for (&i, force) in resolved.driven.iter().zip(rest) {
+                tau[row + i] = *force;
+            }
         }
     }
 

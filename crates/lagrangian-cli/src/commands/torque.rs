@@ -1,0 +1,187 @@
+//! `lagrangian torque`: the torques of a motion, and what they are made of.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use lagrangian::dynamics::Model;
+use lagrangian::report::{Report, Table, torque_parts};
+use lagrangian::torque::{TorquePrediction, TorqueSummary, predict_torque, summarise, table};
+use lagrangian::{Coordinates, Trajectory};
+use serde_json::json;
+
+use super::Manner;
+use crate::cli::TorqueArgs;
+use crate::data;
+use crate::draw;
+use crate::failure::{Advise, mistake};
+use crate::output::{self, Existing};
+use crate::run_folder::command_line;
+
+pub(super) fn run(args: &TorqueArgs, manner: Manner) -> Result<ExitCode> {
+    let existing = Existing::from_force(args.force);
+    if let Some(path) = &args.out {
+        output::format_of(path)?;
+    }
+    if let Some(path) = &args.plot {
+        Drawing::of(path)?;
+    }
+    for path in [&args.out, &args.plot].into_iter().flatten() {
+        output::refuse_existing(path, existing)?;
+    }
+    let model = data::model(&args.model)?;
+    let recordings = data::read(&args.files, &args.data)?;
+    data::require_dof(&recordings, model.coordinates())?;
+    let (motions, estimates) = data::trajectories(recordings, &args.estimate.options())?;
+    let predictions = predictions(&model, &motions)?;
+    let n = model.coordinates().dof();
+    let summary = summarise(&predictions, n);
+    if let Some(path) = &args.out {
+        let format = output::format_of(path)?;
+        let columns = table(&predictions, n);
+        output::write_file(path, existing, |sink| {
+            Ok(format.write_table(sink, &columns)?)
+        })?;
+    }
+    if let (Some(path), Some(first)) = (&args.plot, predictions.first()) {
+        draw(path, existing, model.coordinates(), first, &summary)?;
+    }
+    if manner.json {
+        output::print_json(&json!({
+            "command": "torque",
+            "model": args.model,
+            "files": args.files,
+            "out": args.out,
+            "plot": args.plot,
+            "estimated": estimates.iter().map(|e| e.signal).collect::<std::collections::BTreeSet<_>>(),
+            "torque": summary,
+        }))?;
+    } else {
+        output::print(&as_text(&summary, model.coordinates()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn predictions(model: &dyn Model, motions: &[Trajectory]) -> Result<Vec<TorquePrediction>> {
+    let all = motions.iter().map(|motion| predict_torque(model, motion));
+    let all: lagrangian::Result<Vec<_>> = all.collect();
+    all.advise(
+        "cannot predict torques",
+        "give a model with inverse dynamics, and data of its coordinates",
+    )
+}
+
+/// The rows of the summary: a signal, and a figure for each coordinate.
+fn rows(summary: &TorqueSummary) -> Vec<(String, Vec<f64>)> {
+    let mut rows: Vec<(String, Vec<f64>)> = Vec::new();
+    rows.extend(
+        summary
+            .measured
+            .iter()
+            .map(|m| ("measured".into(), m.clone())),
+    );
+    rows.extend(
+        summary
+            .sizes
+            .iter()
+            .map(|s| (s.part.to_string(), s.rms.clone())),
+    );
+    if let Some(error) = &summary.error {
+        rows.push(("error".into(), error.mse.iter().map(|e| e.sqrt()).collect()));
+        rows.push(("nMSE".into(), error.nmse.clone()));
+    }
+    rows
+}
+
+fn as_text(summary: &TorqueSummary, coordinates: &Coordinates) -> String {
+    let line = |name: &str, cells: Vec<String>| {
+        let cells: String = cells.iter().map(|cell| format!("{cell:>12}")).collect();
+        format!("  {name:<12}{cells}\n")
+    };
+    let names = coordinates.0.iter().map(|c| c.name.clone()).collect();
+    let mut text = format!(
+        "{} samples; root mean squares, and the squared error as a part of the variance (nMSE)\n",
+        summary.samples
+    );
+    text += &line("", names);
+    for (name, values) in rows(summary) {
+        text += &line(&name, values.iter().map(|x| format!("{x:.3e}")).collect());
+    }
+    if let Some(error) = summary.error.as_ref().filter(|_| coordinates.dof() > 1) {
+        text += &format!(
+            "  all: mean square error {:.3e} (sum), nMSE {:.3e} (mean)\n",
+            error.mse_sum, error.nmse_mean
+        );
+    }
+    text
+}
+
+/// What a file is drawn as.
+enum Drawing {
+    Page,
+    Svg,
+    Png,
+}
+
+impl Drawing {
+    fn of(path: &Path) -> Result<Self> {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("html") => Ok(Self::Page),
+            Some("svg") => Ok(Self::Svg),
+            Some("png") => Ok(Self::Png),
+            _ => Err(mistake(
+                format!("cannot draw '{}'", path.display()),
+                "end the name of --plot with .html, .svg or .png",
+            )),
+        }
+    }
+}
+
+fn draw(
+    path: &Path,
+    existing: Existing,
+    coordinates: &Coordinates,
+    prediction: &TorquePrediction,
+    summary: &TorqueSummary,
+) -> Result<()> {
+    let figure = |i| torque_parts(coordinates, i, prediction);
+    match Drawing::of(path)? {
+        Drawing::Page => {
+            let page = page(coordinates, prediction, summary);
+            output::write_bytes(path, existing, draw::html(&page).as_bytes())
+        }
+        Drawing::Svg => output::write_bytes(path, existing, draw::svg(&figure(0))?.as_bytes()),
+        Drawing::Png => output::write_file(path, existing, |sink| {
+            draw::png(&figure(0), 1280, 840, sink)
+        }),
+    }
+}
+
+fn page(
+    coordinates: &Coordinates,
+    prediction: &TorquePrediction,
+    summary: &TorqueSummary,
+) -> Report {
+    let cells = |(name, values): (String, Vec<f64>)| -> Vec<String> {
+        let values = values.into_iter().map(draw::short);
+        std::iter::once(name).chain(values).collect()
+    };
+    let names = coordinates.0.iter().map(|c| c.name.clone());
+    Report {
+        title: "Torques and their parts".into(),
+        subtitle: format!("{} samples; drawn: '{}'", summary.samples, prediction.name),
+        figures: (0..coordinates.dof())
+            .map(|i| torque_parts(coordinates, i, prediction))
+            .collect(),
+        tables: vec![Table {
+            caption: "Root mean squares over all samples, N·m or N; nMSE is the squared error as a part of the variance.".into(),
+            header: std::iter::once("signal".to_string()).chain(names).collect(),
+            rows: rows(summary).into_iter().map(cells).collect(),
+        }],
+        commands: vec![lagrangian::report::Command {
+            line: command_line(),
+            makes: "this page".into(),
+        }],
+        ..Report::default()
+    }
+}

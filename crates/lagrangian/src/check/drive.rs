@@ -1,0 +1,198 @@
+//! Whether the forces belong to the motion: their delay, sign and size.
+
+use super::regression::{Findings, Found, findings};
+use super::{CheckOptions, Item};
+use crate::trajectory::{Recording, Topology};
+
+/// An inertia or a sign is judged only where the motion explains this part of the variance of the force …
+const EXPLAINED: f64 = 0.5;
+/// … and a delay, which changes little of it, where it explains this part.
+const WELL_EXPLAINED: f64 = 0.9;
+/// A delay is one only beyond so many standard errors …
+const ERRORS: f64 = 3.0;
+/// … and this part of a sample: a force that a controller holds between samples comes half a sample late.
+const SAMPLES: f64 = 0.5;
+/// … and if without it this much more of the force stays unexplained.
+const GAIN: f64 = 1.15;
+/// Beyond these an inertia is a matter of units, kg m² or kg.
+const INERTIA: (f64, f64) = (1e-6, 1e4);
+/// A wrong sign is certain beyond so many standard errors …
+const SIGN_ERRORS: f64 = 5.0;
+/// … where inertia makes up this part of the force.
+const SHARE: f64 = 0.2;
+/// Accelerations that are less certain than this part of them want a filter.
+const UNCERTAIN: f64 = 0.1;
+/// So does an inertia that grows by more than this part from one window to a wider one.
+const GROWTH: f64 = 0.2;
+
+/// Items about forces and motion of all recordings together.
+pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Item> {
+    let Some(found) = findings(recordings, options) else {
+        return Vec::new();
+    };
+    let mut items = delays(recordings, &found);
+    items.extend(inertias(recordings, &found));
+    let estimated = recordings.iter().any(|r| r.qdd.is_none());
+    if options.filter.is_none() && estimated {
+        items.extend(accelerations(recordings, &found));
+    }
+    items
+}
+
+fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
+    let coordinates = recordings.iter().take(1).flat_map(|r| &r.coordinates.0);
+    coordinates.enumerate().map(|(i, c)| (i, c.name.as_str()))
+}
+
+/// Whether the positions show what the force does not know, so that neither inertias nor delays can be trusted: the
+/// accelerations of all joints stand in the regressor of each.
+fn is_shaken(findings: &Findings) -> bool {
+    let joints = findings.joints.iter().flatten();
+    joints
+        .filter(|f| f.explained.0 > EXPLAINED)
+        .any(|f| f.growth.abs() > GROWTH)
+}
+
+fn is_delay(found: &Found, step: f64) -> bool {
+    let (at_delay, at_none) = (1.0 - found.explained.0, 1.0 - found.explained.1);
+    !found.at_end
+        && found.explained.0 > WELL_EXPLAINED
+        && found.delay.abs() - ERRORS * found.error > SAMPLES * step
+        && at_none > GAIN * at_delay
+}
+
+fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
+    let (step, shaken) = (findings.step, is_shaken(findings));
+    let milliseconds = |found: &Option<Found>| match found {
+        Some(f) if !shaken && is_delay(f, step) => format!("{:.3}", 1e3 * f.delay),
+        _ => "0".into(),
+    };
+    let flag = findings
+        .joints
+        .iter()
+        .map(milliseconds)
+        .collect::<Vec<_>>()
+        .join(",");
+    let item = |(i, name): (usize, &str)| {
+        let found = findings.joints[i]?;
+        let explained = 100.0 * found.explained.0;
+        let size = format!(
+            "{:.2} ± {:.2} samples ({:.2} ± {:.2} ms)",
+            found.delay / step,
+            found.error / step,
+            1e3 * found.delay,
+            1e3 * found.error
+        );
+        let item = if found.explained.0 <= WELL_EXPLAINED {
+            let finding = format!(
+                "{name}: cannot be told: the motion explains {explained:.0} % of the force"
+            );
+            Item::pass("delay", finding)
+        } else if shaken {
+            let finding =
+                format!("{name}: {size}: not to be trusted before the motion is filtered");
+            Item::pass("delay", finding)
+        } else if found.at_end {
+            Item::pass("delay", format!("{name}: cannot be told from this motion"))
+        } else if is_delay(&found, step) {
+            let side = if found.delay > 0.0 { "after" } else { "before" };
+            let finding = format!(
+                "{name} moves {size} {side} its force: that explains {explained:.2} % of the force, no delay {:.2} %",
+                100.0 * found.explained.1
+            );
+            Item::warn(
+                "delay",
+                finding,
+                format!("shift the forces: --delay {flag}"),
+            )
+        } else {
+            let certain = found.delay.abs() > ERRORS * found.error;
+            let verdict = if certain {
+                "too little to matter"
+            } else {
+                "none that is certain"
+            };
+            Item::pass("delay", format!("{name}: {size}: {verdict}"))
+        };
+        let item = item
+            .value("delay_s", found.delay)
+            .value("error_s", found.error)
+            .value("delay_samples", found.delay / step)
+            .value("explained", found.explained.0)
+            .value("explained_without", found.explained.1);
+        Some(item)
+    };
+    names(recordings).filter_map(item).collect()
+}
+
+fn inertias(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
+    let item = |(i, name): (usize, &str)| {
+        let found = findings.joints[i].filter(|f| f.explained.0 > EXPLAINED)?;
+        let (inertia, error) = found.inertia;
+        let circle = recordings[0].coordinates.0[i].topology == Topology::Circle;
+        let unit = if circle { "kg m²" } else { "kg or kg m²" };
+        let finding = format!("{name}: inertia {inertia:.3e} ± {error:.1e} {unit}");
+        let certain = inertia.abs() > SIGN_ERRORS * error && found.share > SHARE;
+        let item = if certain && inertia < 0.0 {
+            let remedy = "turn the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
+            Item::fail(
+                "inertia",
+                format!("{finding}: the force pushes against the acceleration"),
+                remedy,
+            )
+        } else if certain && !(INERTIA.0..INERTIA.1).contains(&inertia) {
+            let remedy =
+                "check the unit of that force (N·m, N) and of the coordinate: SI is expected";
+            Item::warn("inertia", format!("{finding}: hardly a machine"), remedy)
+        } else {
+            Item::pass("inertia", finding)
+        };
+        Some(item.value("inertia", inertia).value("error", error))
+    };
+    names(recordings).filter_map(item).collect()
+}
+
+/// Whether noise spoils the accelerations.
+fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> {
+    let (at, worst) = findings
+        .certainty
+        .iter()
+        .enumerate()
+        .filter(|(_, c)| c.error.is_finite() && c.filter.is_finite())
+        .max_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
+    let name = |i: usize| names(recordings).nth(i).map_or("", |n| n.1);
+    let mut finding = format!(
+        "estimated q̈ is uncertain by {:.1} % ({})",
+        100.0 * worst.error,
+        name(at)
+    );
+    let explained = |f: &Found| f.explained.0 > EXPLAINED && f.inertia.0 > 0.0;
+    let grown = findings.joints.iter().enumerate();
+    let grown = grown.filter_map(|(i, f)| Some((i, f.filter(explained)?.growth)));
+    let grown = grown.max_by(|a, b| a.1.total_cmp(&b.1));
+    let shrunk = grown.is_some_and(|(_, growth)| growth > GROWTH);
+    if let Some((i, growth)) = grown.filter(|_| shrunk) {
+        finding += &format!(
+            "; the inertia of {} comes out {:.0} % larger in windows 1.4 times as long: noise, play or vibrations make it too small",
+            name(i),
+            100.0 * growth
+        );
+    }
+    let windows = findings.certainty.iter().map(|c| c.filter);
+    let seconds = windows
+        .filter(|s| s.is_finite())
+        .fold(f64::INFINITY, f64::min);
+    let item = if worst.error > UNCERTAIN || shrunk {
+        let remedy = format!(
+            "filter motion and forces alike, --filter {seconds:.2}; longer as long as the inertia grows with it, but at most a quarter of the fastest period"
+        );
+        Item::warn("acceleration", finding, remedy)
+    } else {
+        Item::pass("acceleration", finding)
+    };
+    Some(
+        item.value("uncertainty", worst.error)
+            .value("inertia_growth", grown.map_or(0.0, |g| g.1))
+            .value("filter_s", seconds),
+    )
+}

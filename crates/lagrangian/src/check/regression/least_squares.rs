@@ -1,0 +1,192 @@
+//! Sums over the samples, and least squares at every delay from them.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+use super::Found;
+use super::source::Signals;
+use super::terms::Terms;
+
+/// Added to the diagonal of the system in units of it.
+const RIDGE: f64 = 1e-9;
+
+/// What a stretch leaves behind.
+pub(super) struct Part {
+    /// Rows.
+    count: f64,
+    /// Number of terms that q̈ᵢ multiplies.
+    own: usize,
+    /// `YᵀY`, `[P, P]`, its lower triangle.
+    square: Vec<f64>,
+    /// `Yᵀτ(t − δ)`, `[P, K]`.
+    right: Vec<f64>,
+    /// Sums of τ and τ², `[K]`.
+    tau: Vec<(f64, f64)>,
+    /// Sums of the factors of q̈ᵢ, `[own]`, and of the squares of q̈ᵢ.
+    factors: Vec<f64>,
+    acceleration: f64,
+}
+
+impl Part {
+    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, shifts: usize) -> Self {
+        let n = terms.speeds.len();
+        let delays = 2 * shifts + 1;
+        let mut row = Vec::new();
+        let own = terms.row(i, &s.q[..n], &s.qd[..n], &s.qdd[..n], &mut row);
+        let size = row.len();
+        let mut part = Self {
+            count: 0.0,
+            own,
+            square: vec![0.0; size * size],
+            right: vec![0.0; size * delays],
+            tau: vec![(0.0, 0.0); delays],
+            factors: vec![0.0; own],
+            acceleration: 0.0,
+        };
+        let mut forces = vec![0.0; delays];
+        for m in 0..s.q.len() / n {
+            let state = m * n..(m + 1) * n;
+            let (q, qd, qdd) = (&s.q[state.clone()], &s.qd[state.clone()], &s.qdd[state]);
+            terms.row(i, q, qd, qdd, &mut row);
+            for (k, force) in forces.iter_mut().enumerate() {
+                // A delay of k − shifts steps: the force so much earlier.
+                *force = s.tau[(m * s.stride + 2 * shifts - k) * n + i];
+            }
+            part.add(&row, &forces);
+            let mut ones = Vec::new();
+            let unit: Vec<f64> = (0..n).map(|j| if j == i { 1.0 } else { 0.0 }).collect();
+            terms.row(i, q, qd, &unit, &mut ones);
+            part.factors
+                .iter_mut()
+                .zip(&ones)
+                .for_each(|(f, x)| *f += x);
+            part.acceleration += qdd[i] * qdd[i];
+        }
+        part
+    }
+
+    fn add(&mut self, row: &[f64], forces: &[f64]) {
+        let (size, delays) = (row.len(), forces.len());
+        for (k, x) in row.iter().enumerate() {
+            let square = &mut self.square[k * size..k * size + k + 1];
+            square.iter_mut().zip(row).for_each(|(s, y)| *s += x * y);
+            let right = &mut self.right[k * delays..(k + 1) * delays];
+            right.iter_mut().zip(forces).for_each(|(r, f)| *r += x * f);
+        }
+        for (sums, f) in self.tau.iter_mut().zip(forces) {
+            sums.0 += f;
+            sums.1 += f * f;
+        }
+        self.count += 1.0;
+    }
+
+    /// The same with another one added, or with `sign` −1 taken away.
+    fn plus(&mut self, other: &Self, sign: f64) {
+        let add = |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += sign * b);
+        add(&mut self.square, &other.square);
+        add(&mut self.right, &other.right);
+        add(&mut self.factors, &other.factors);
+        for (a, b) in self.tau.iter_mut().zip(&other.tau) {
+            a.0 += sign * b.0;
+            a.1 += sign * b.1;
+        }
+        self.count += sign * other.count;
+        self.acceleration += sign * other.acceleration;
+    }
+}
+
+/// The fit of some stretches together.
+struct Solution {
+    /// Delay in steps, and whether it stands at an end.
+    delay: f64,
+    at_end: bool,
+    /// Unexplained parts of the variance at the best delay and at none.
+    unexplained: (f64, f64),
+    inertia: f64,
+    share: f64,
+}
+
+pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<Found> {
+    let mut all = Part {
+        count: 0.0,
+        own: parts.first()?.own,
+        square: vec![0.0; parts[0].square.len()],
+        right: vec![0.0; parts[0].right.len()],
+        tau: vec![(0.0, 0.0); 2 * shifts + 1],
+        factors: vec![0.0; parts[0].own],
+        acceleration: 0.0,
+    };
+    parts.iter().for_each(|p| all.plus(p, 1.0));
+    let whole = solve(&all, shifts)?;
+    let without = |part: &Part| {
+        all.plus(part, -1.0);
+        let solution = solve(&all, shifts);
+        all.plus(part, 1.0);
+        solution.map(|s| (s.delay, s.inertia))
+    };
+    let left: Vec<(f64, f64)> = parts.iter().map(without).collect::<Option<_>>()?;
+    let scatter = |of: fn(&(f64, f64)) -> f64| {
+        let count = left.len() as f64;
+        let mean = left.iter().map(of).sum::<f64>() / count;
+        ((count - 1.0) / count * left.iter().map(|l| (of(l) - mean).powi(2)).sum::<f64>()).sqrt()
+    };
+    Some(Found {
+        delay: whole.delay * step,
+        error: scatter(|l| l.0) * step,
+        at_end: whole.at_end,
+        explained: (1.0 - whole.unexplained.0, 1.0 - whole.unexplained.1),
+        inertia: (whole.inertia, scatter(|l| l.1)),
+        growth: 0.0,
+        share: whole.share,
+    })
+}
+
+/// Least squares at every delay, and the vertex of the parabola through the best three.
+fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
+    let delays = 2 * shifts + 1;
+    let size = sums.right.len() / delays;
+    let at = |k: usize, j: usize| sums.square[k.max(j) * size + k.min(j)];
+    let scale: Vec<f64> = (0..size)
+        .map(|k| Some(at(k, k).sqrt()).filter(|s| *s > 0.0).unwrap_or(1.0))
+        .collect();
+    let matrix = Mat::from_fn(size, size, |k, j| {
+        let ridge = if k == j { RIDGE } else { 0.0 };
+        at(k, j) / (scale[k] * scale[j]) + ridge
+    });
+    let right = Mat::from_fn(size, delays, |k, d| sums.right[k * delays + d] / scale[k]);
+    let solved = matrix.llt(Side::Lower).ok()?.solve(&right);
+    let unexplained: Vec<f64> = (0..delays)
+        .map(|d| {
+            let (sum, square) = sums.tau[d];
+            let fitted: f64 = (0..size).map(|k| solved[(k, d)] * right[(k, d)]).sum();
+            let variance = square - sum * sum / sums.count;
+            ((square - fitted) / variance).max(f64::MIN_POSITIVE)
+        })
+        .collect();
+    if unexplained.iter().any(|u| !u.is_finite()) {
+        return None;
+    }
+    let best = (0..delays).min_by(|a, b| unexplained[*a].total_cmp(&unexplained[*b]))?;
+    let at_end = best == 0 || best + 1 == delays;
+    let vertex = if at_end {
+        0.0
+    } else {
+        let [before, here, after] = [best - 1, best, best + 1].map(|d| unexplained[d].ln());
+        let curvature = before - 2.0 * here + after;
+        if curvature > 0.0 {
+            (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
+        } else {
+            0.0
+        }
+    };
+    let inertia = (0..sums.own)
+        .map(|k| solved[(k, best)] / scale[k] * sums.factors[k] / sums.count)
+        .sum::<f64>();
+    Some(Solution {
+        delay: best as f64 - shifts as f64 + vertex,
+        at_end,
+        unexplained: (unexplained[best], unexplained[shifts]),
+        inertia,
+        share: inertia.abs() * (sums.acceleration / sums.tau[best].1).sqrt(),
+    })
+}

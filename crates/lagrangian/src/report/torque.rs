@@ -1,0 +1,47 @@
+//! The figure of a torque and its parts.
+
+use super::{Axis, Figure, Role, Series};
+use crate::Coordinates;
+use crate::torque::TorquePrediction;
+
+/// Samples of a motion that are drawn, at most: about a minute of a slow log, some seconds of a fast one.
+const DRAWN: usize = 4000;
+
+/// The force on coordinate `i` over time, measured and predicted, and what the prediction is made of.
+#[must_use]
+pub fn torque_parts(coordinates: &Coordinates, i: usize, prediction: &TorquePrediction) -> Figure {
+    let n = coordinates.dof().max(1);
+    let drawn = prediction.t.len().min(DRAWN);
+    let t = || prediction.t[..drawn].to_vec();
+    let column = |values: &[f64]| -> Vec<f64> {
+        values
+            .iter()
+            .skip(i)
+            .step_by(n)
+            .take(drawn)
+            .copied()
+            .collect()
+    };
+    let mut series = Vec::new();
+    for (role, (name, part)) in (0..).zip(prediction.parts.named()) {
+        if part.iter().any(|x| x.abs() > 0.0) {
+            series.push(Series::line(name, Role::Other(role), t(), column(part)));
+        }
+    }
+    if let Some(measured) = &prediction.measured {
+        series.push(Series::line("measured", Role::Truth, t(), column(measured)));
+    }
+    let total = column(&prediction.parts.total());
+    series.push(Series::line("predicted", Role::Lnn, t(), total));
+    let coordinate = coordinates.0.get(i);
+    let name = coordinate.map_or("", |c| &c.name);
+    let unit = coordinate.map_or("", |c| if c.unit == "rad" { "N·m" } else { "N" });
+    Figure {
+        id: format!("torque-{}", i + 1),
+        title: format!("Force on {name}"),
+        caption: "The parts add up to the prediction; inertial is what the acceleration asks for, gravity what holds the system at rest.".into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear("force", unit),
+        series,
+    }
+}
