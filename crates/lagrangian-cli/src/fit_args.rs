@@ -66,9 +66,9 @@ pub(crate) struct ModelArgs {
     #[arg(long, value_enum)]
     pub(crate) form: Option<Form>,
 
-    /// Units in each hidden layer
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub(crate) width: u32,
+    /// Units in each hidden layer [default: 64; 16 for delan where accelerations are uncertain by more than 0.5 %]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) width: Option<u32>,
 
     /// Hidden layers
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
@@ -87,8 +87,8 @@ pub(crate) struct ModelArgs {
     pub(crate) forces: Vec<Force>,
 
     /// Whether M and V of a deep Lagrangian network are read off the same hidden layers
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) trunks: Trunks,
+    #[arg(long, value_enum)]
+    pub(crate) trunks: Option<Trunks>,
 
     /// Give a deep Lagrangian network the term A(q)·q̇, for gyroscopic and magnetic forces
     #[arg(long)]
@@ -98,7 +98,8 @@ pub(crate) struct ModelArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
-    /// What is compared with the data [default: acceleration; torque for delan where torques are recorded]
+    /// What is compared with the data [default: acceleration; torque for delan where torques are recorded and
+    /// accelerations certain to 0.5 %]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<LossName>,
 

@@ -1,5 +1,7 @@
 //! From the flags of `lagrangian fit` to what the library takes.
 
+use anyhow::Result;
+use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig};
@@ -8,6 +10,7 @@ use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
 };
 
+use crate::failure::mistake;
 use crate::fit_args::{
     ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, OptimizerName, TrainingArgs,
     Trunks,
@@ -45,7 +48,7 @@ impl FitArgs {
         let optimizer = training.optimizer.unwrap_or_else(|| by_noise(uncertainty));
         FitConfig {
             family: self.model.family(uncertainty),
-            loss: training.loss(self.model.model, forced),
+            loss: training.loss(self.model.model, forced, uncertainty),
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),
             batch: training.batch(optimizer),
@@ -57,10 +60,19 @@ impl FitArgs {
     }
 }
 
+/// Units of a layer; few for a deep Lagrangian network of noisy data, whose mass matrix then extrapolates better.
+const WIDTH: u32 = 64;
+const NARROW: u32 = 16;
+
 impl ModelArgs {
+    fn width(&self, uncertainty: f64) -> usize {
+        let narrow = self.model == Family::Delan && uncertainty > NOISY;
+        self.width.unwrap_or(if narrow { NARROW } else { WIDTH }) as usize
+    }
+
     fn family(&self, uncertainty: f64) -> train::Family {
         let (width, layers, activation) = (
-            self.width as usize,
+            self.width(uncertainty),
             self.layers as usize,
             self.activation.into(),
         );
@@ -82,7 +94,7 @@ impl ModelArgs {
                 width,
                 layers,
                 activation,
-                trunks: match self.trunks {
+                trunks: match self.trunks.unwrap_or_default() {
                     Trunks::Shared => mechanics::Trunks::Shared,
                     Trunks::Separate => mechanics::Trunks::Separate,
                 },
@@ -101,6 +113,40 @@ impl ModelArgs {
 }
 
 impl ModelArgs {
+    /// Refuses flags that the model does not know, so that none is ignored.
+    ///
+    /// # Errors
+    /// For the first of them.
+    pub(crate) fn require_own_flags(&self) -> Result<()> {
+        let learns_forces = self.dissipation || !self.forces.is_empty();
+        let flags = [
+            ("--form", self.form.is_some(), &[Family::Lnn][..]),
+            ("--trunks", self.trunks.is_some(), &[Family::Delan]),
+            (
+                "--vector-potential",
+                self.vector_potential,
+                &[Family::Delan],
+            ),
+            (
+                "--dissipation and --forces",
+                learns_forces,
+                &[Family::Lnn, Family::Delan, Family::Rigid],
+            ),
+        ];
+        for (flag, given, models) in flags {
+            if given && !models.contains(&self.model) {
+                let name =
+                    |model: &Family| model.to_possible_value().map(|v| v.get_name().to_string());
+                let names: Vec<String> = models.iter().filter_map(name).collect();
+                return Err(mistake(
+                    format!("{flag}: not for this model"),
+                    format!("leave it away, or take --model {}", names.join(" or ")),
+                ));
+            }
+        }
+        Ok(())
+    }
+
     fn forces(&self) -> ForceTerms {
         let wanted = |force| self.forces.contains(&force);
         ForceTerms {
@@ -119,10 +165,12 @@ impl ModelArgs {
 }
 
 impl TrainingArgs {
-    fn loss(&self, model: Family, forced: bool) -> Loss {
+    /// A torque loss needs certain accelerations: where a machine swings nearly freely, their noise shrinks inertia and
+    /// gravity alike.
+    fn loss(&self, model: Family, forced: bool, uncertainty: f64) -> Loss {
         match (self.loss, model) {
             (Some(name), _) => name.into(),
-            (None, Family::Delan) if forced => Loss::Torque,
+            (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
             (None, _) => Loss::Acceleration,
         }
     }

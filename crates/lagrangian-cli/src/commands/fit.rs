@@ -31,6 +31,9 @@ use crate::watch::Watch;
 /// Looks at the loss after which a fit should have improved.
 const LOOKS: usize = 4;
 
+/// A loss that needs no improvement, as a part of that of a model that predicts nothing.
+const SMALL: f64 = 0.1;
+
 /// Exit code of a fit that Ctrl-C ended; its best model is kept.
 const INTERRUPTED: u8 = 130;
 
@@ -45,6 +48,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     } else {
         (args.clone(), None)
     };
+    args.model.require_own_flags()?;
     let data = read(&args)?;
     let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
     let config = config(&args, &dataset, &data.estimates)?;
@@ -79,7 +83,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             "report": folder.file(REPORT),
             "family": fit.model.family(),
             "ending": fit.ending,
-            "improved": improved(&fit, &config),
+            "improved": improved(&fit, &config, &args),
             "steps": fit.steps,
             "seconds": fit.seconds,
             "loss": fit.best,
@@ -106,7 +110,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     }
     Ok(match fit.ending {
         Ending::Interrupted => ExitCode::from(INTERRUPTED),
-        _ if improved(&fit, &config) => ExitCode::SUCCESS,
+        _ if improved(&fit, &config, &args) => ExitCode::SUCCESS,
         _ => {
             eprintln!(
                 "{}",
@@ -123,10 +127,13 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     })
 }
 
-/// Whether the loss became finite, and, where there was time for several looks at it, fell after the first.
-fn improved(fit: &Fit, config: &FitConfig) -> bool {
+/// Whether the loss became finite and better than that of a model that predicts nothing, which is 1 on motions like
+/// those it was fitted to; and, where there was time for several looks at it, fell after the first or was small by then.
+fn improved(fit: &Fit, config: &FitConfig, args: &FitArgs) -> bool {
+    let useless = fit.best >= 1.0 && args.training.validate.is_empty();
     let time_enough = fit.steps >= LOOKS * config.validate_every;
-    fit.best.is_finite() && !(time_enough && fit.best_step <= config.validate_every)
+    let stuck = fit.best_step <= config.validate_every && fit.best > SMALL;
+    fit.best.is_finite() && !useless && !(time_enough && stuck)
 }
 
 /// Ten inertial parameters of each link are for `--json`: most mean something only together.

@@ -71,6 +71,7 @@ impl Letters {
             inertial,
             coriolis,
             gravity,
+            ..TorqueParts::default()
         });
         let letters = motions.into_iter().zip(parts);
         let letters = letters.map(|(motion, parts)| Letter { motion, parts });

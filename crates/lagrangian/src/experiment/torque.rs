@@ -1,30 +1,14 @@
 //! The parts of a torque, and a model's error in each.
 //!
-//! τ(q, q̇, q̈) = M(q) q̈ + C(q, q̇) q̇ + g(q), so that inverse dynamics alone tells the parts apart:
-//!
-//! | part | from inverse dynamics | in a motion α times as fast |
-//! |---|---|---|
-//! | inertial | τ(q, q̇, q̈) − τ(q, q̇, 0) | α² |
-//! | Coriolis and centrifugal | the rest | α² |
-//! | gravity | τ(q, 0, 0) | 1 |
-//!
-//! The factors hold where L is quadratic in q̇ and nothing rubs.
+//! In a motion α times as fast the inertial and the Coriolis part are α² times as large and gravity the same, where L is
+//! quadratic in q̇ and nothing rubs.
 
 use serde::Serialize;
 
 use crate::Trajectory;
 use crate::dynamics::Model;
-
-/// The parts of the torques of a motion, `[len, n]` each, N·m.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct TorqueParts {
-    /// M q̈.
-    pub inertial: Vec<f64>,
-    /// C q̇: Coriolis and centrifugal.
-    pub coriolis: Vec<f64>,
-    /// g.
-    pub gravity: Vec<f64>,
-}
+pub use crate::torque::TorqueParts;
+use crate::torque::split;
 
 impl TorqueParts {
     /// The parts that `model` sees in a motion with accelerations; `None` where it has no inverse dynamics, or the
@@ -32,42 +16,17 @@ impl TorqueParts {
     #[must_use]
     pub fn of(model: &dyn Model, motion: &Trajectory) -> Option<Self> {
         let qdd = motion.qdd.as_ref()?;
-        let still = vec![0.0; motion.q.len()];
-        let mut evaluator = model.evaluator();
-        let mut torque = |qd: &[f64], qdd: &[f64]| {
-            let mut tau = vec![0.0; motion.q.len()];
-            let known = evaluator.inverse_dynamics(&motion.q, qd, qdd, &mut tau);
-            known.then_some(tau)
-        };
-        let whole = torque(&motion.qd, qdd)?;
-        let bias = torque(&motion.qd, &still)?;
-        let gravity = torque(&still, &still)?;
-        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
-        Some(Self {
-            inertial: difference(&whole, &bias),
-            coriolis: difference(&bias, &gravity),
-            gravity,
-        })
+        split(&mut *model.evaluator(), &motion.q, &motion.qd, qdd)
     }
 
-    /// Their sum τ, `[len, n]`.
-    #[must_use]
-    pub fn total(&self) -> Vec<f64> {
-        let inertial = self.inertial.iter().zip(&self.coriolis);
-        inertial
-            .zip(&self.gravity)
-            .map(|((i, c), g)| i + c + g)
-            .collect()
-    }
-
-    /// Those of the same path, `alpha` times as fast.
+    /// Those of the same path, `alpha` times as fast, where nothing rubs.
     #[must_use]
     pub fn faster(&self, alpha: f64) -> Self {
         let scaled = |part: &[f64]| part.iter().map(|x| alpha * alpha * x).collect();
         Self {
             inertial: scaled(&self.inertial),
             coriolis: scaled(&self.coriolis),
-            gravity: self.gravity.clone(),
+            ..self.clone()
         }
     }
 }

@@ -111,8 +111,8 @@ pub(super) fn run(args: &ExperimentArgs, manner: Manner) -> Result<ExitCode> {
         output::print_json(&figures)?;
     } else {
         output::print(&as_text(&findings.summary))?;
+        eprintln!("open {}", folder.file(REPORT).display());
     }
-    eprintln!("open {}", folder.file(REPORT).display());
     Ok(ExitCode::SUCCESS)
 }
 

@@ -14,6 +14,7 @@
 mod arm;
 mod blade;
 mod excitation;
+mod misfit;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -28,6 +29,7 @@ pub use arm::Arm;
 use arm::Geared;
 use blade::Blade;
 use excitation::Excitation;
+pub use misfit::{motion_misfit, torque_misfit};
 
 /// Length of a recording and time between its samples, s.
 const DURATION: f64 = 3.0;
@@ -190,28 +192,6 @@ fn motion(model: &dyn Model, start: &[f64], force: &Force<'_>) -> Result<Traject
     let still = vec![0.0; start.len()];
     let whole = rollout(model, start, &still, &times, force, &options)?;
     Ok(whole.trajectory.after(BEFORE))
-}
-
-/// Root mean square over samples and coordinates of the recorded torque less the model's, N·m; `None` where it has no
-/// inverse dynamics or nothing is recorded.
-#[must_use]
-pub fn torque_misfit(model: &dyn Model, recordings: &[Trajectory]) -> Option<f64> {
-    let mut evaluator = model.evaluator();
-    let (mut sum, mut count) = (0.0, 0);
-    for recording in recordings {
-        let (qdd, tau) = (recording.qdd.as_ref()?, recording.tau.as_ref()?);
-        let mut own = vec![0.0; tau.len()];
-        if !evaluator.inverse_dynamics(&recording.q, &recording.qd, qdd, &mut own) {
-            return None;
-        }
-        sum += own
-            .iter()
-            .zip(tau)
-            .map(|(x, y)| (x - y).powi(2))
-            .sum::<f64>();
-        count += own.len();
-    }
-    (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
 /// Friction of one joint at the amount 1, N·m.

@@ -52,7 +52,7 @@ impl Plan {
         Self {
             seeds: setting.seeds(),
             main,
-            short: if quick { 0.3 * main } else { 0.1 * main },
+            short: if quick { 0.2 * main } else { 0.1 * main },
             counts: if quick {
                 vec![1, 4, 17]
             } else {

@@ -1,19 +1,14 @@
 //! Errors of models of machines that break a premise, beside how much they break it.
 
 use anyhow::Result;
-use lagrangian::Trajectory;
-use lagrangian::dynamics::Model;
-use lagrangian::experiment::premises::{Premise, torque_misfit};
-use lagrangian::integrate::Method;
-use lagrangian::rollout::RolloutOptions;
-use lagrangian::score::restart;
+use lagrangian::experiment::premises::{Premise, motion_misfit, torque_misfit};
 use serde_json::{Value, json};
 
 use super::contestants::{BROKEN, Contestant};
 use super::{Course, HELD, Plan, TEST, TEST_SEED, TRAIN, fitted};
 
-/// Length of a short prediction, s.
-pub(super) const AHEAD: f64 = 0.5;
+/// Length of a short prediction in samples, which is half a second.
+const AHEAD: usize = 25;
 
 /// One premise, broken by growing amounts.
 pub(super) struct Broken {
@@ -29,7 +24,7 @@ pub(super) struct Errors {
     pub(super) contestant: &'static Contestant,
     /// Root mean square of the torque error, N·m.
     pub(super) torque: Vec<Vec<f64>>,
-    /// Root mean square of the error of q after [`AHEAD`]; NaN for a network that does not move.
+    /// Root mean square of the error of q after half a second; NaN for a network that does not move.
     pub(super) ahead: Vec<Vec<f64>>,
 }
 
@@ -70,7 +65,8 @@ fn one(premise: Premise, plan: &Plan, course: &mut Course) -> Result<Broken> {
                 let recordings = recordings.clone();
                 let model = fitted(contestant, &*truth, recordings, (plan, seed), course)?;
                 family.torque[k].push(torque_misfit(&model, &test).unwrap_or(f64::NAN));
-                family.ahead[k].push(error_ahead(&model, &test)?);
+                let ahead = motion_misfit(&model, &test, AHEAD)?;
+                family.ahead[k].push(ahead.unwrap_or(f64::NAN));
             }
         }
     }
@@ -80,21 +76,6 @@ fn one(premise: Premise, plan: &Plan, course: &mut Course) -> Result<Broken> {
         violation,
         families,
     })
-}
-
-/// Root mean square of the error of q after [`AHEAD`], over the coordinates; NaN for a model that does not move.
-fn error_ahead(model: &dyn Model, test: &[Trajectory]) -> Result<f64> {
-    if !model.moves() {
-        return Ok(f64::NAN);
-    }
-    let options = RolloutOptions {
-        method: Method::Rk4,
-        step: 0.01,
-        ..RolloutOptions::default()
-    };
-    let score = restart(model, test, AHEAD, &options)?;
-    let squares: f64 = score.q_rms_end.iter().map(|x| x * x).sum();
-    Ok((squares / score.q_rms_end.len() as f64).sqrt())
 }
 
 pub(super) fn json(all: &[Broken]) -> Value {

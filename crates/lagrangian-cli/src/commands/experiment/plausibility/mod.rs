@@ -43,7 +43,7 @@ struct Plan {
 impl Plan {
     fn of(setting: &Setting) -> Self {
         let quick = setting.args.quick;
-        let seconds = if quick { 0.25 } else { 3.0 };
+        let seconds = if quick { 0.15 } else { 3.0 };
         Self {
             seeds: setting.seeds(),
             seconds: setting.args.seconds.unwrap_or(seconds),

@@ -8,12 +8,15 @@
 //! | dE/dt = τ·q̇ | E along (q̇, q̈) by differences, q̈ the model's own under the recorded τ |
 //! | E constant | free motions from the test starts |
 
-use faer::{Mat, Side};
+mod energy;
+mod matrix;
+
 use serde::Serialize;
 
 use crate::dynamics::{Evaluator, Model};
-use crate::rollout::{RolloutOptions, free, rollout_many, times};
 use crate::{Result, State, Trajectory};
+use energy::{balance, drifts};
+use matrix::Matrix;
 
 /// How far a model is from each law. Powers are root mean squares over the states, as parts of that of τ·q̇.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -38,18 +41,13 @@ pub struct Laws {
     pub unfinished: usize,
 }
 
-/// Length of a free motion and time between its samples, s.
-const DURATION: f64 = 10.0;
-const INTERVAL: f64 = 0.05;
-
-/// Steps of the differences: along the motion, s, and over torques, N·m.
+/// Step of the differences along a motion, s.
 const STEP: f64 = 5e-4;
-const TORQUE: f64 = 1e-3;
 
 /// Measures `model` against `truth` at the states of driven motions, and by free motions from `starts`.
 ///
 /// # Errors
-/// As [`rollout_many`].
+/// As [`rollout_many`](crate::rollout::rollout_many).
 pub fn laws(
     model: &dyn Model,
     truth: &dyn Model,
@@ -138,100 +136,6 @@ impl States {
     }
 }
 
-/// A mass matrix or its inverse, as a model shows it, `[n, n]`.
-struct Matrix {
-    n: usize,
-    values: Vec<f64>,
-    /// Whether it is M⁻¹.
-    inverse: bool,
-}
-
-impl Matrix {
-    fn of(evaluator: &mut dyn Evaluator, moves: bool, row: Row) -> Self {
-        let n = row.q.len();
-        let by_torque = Self::by_torque(evaluator, row, row.qd);
-        let by_acceleration = || {
-            moves
-                .then(|| Self::by_acceleration(evaluator, row))
-                .flatten()
-        };
-        by_torque.or_else(by_acceleration).unwrap_or(Self {
-            n,
-            values: vec![f64::NAN; n * n],
-            inverse: false,
-        })
-    }
-
-    /// Column i is τ(q, q̇, eᵢ) − τ(q, q̇, 0).
-    fn by_torque(evaluator: &mut dyn Evaluator, row: Row, qd: &[f64]) -> Option<Self> {
-        let n = row.q.len();
-        let mut bias = vec![0.0; n];
-        let still = vec![0.0; n];
-        if !evaluator.inverse_dynamics(row.q, qd, &still, &mut bias) {
-            return None;
-        }
-        let mut values = vec![0.0; n * n];
-        for i in 0..n {
-            let (mut unit, mut tau) = (vec![0.0; n], vec![0.0; n]);
-            unit[i] = 1.0;
-            evaluator.inverse_dynamics(row.q, qd, &unit, &mut tau);
-            (0..n).for_each(|k| values[k * n + i] = tau[k] - bias[k]);
-        }
-        Some(Self {
-            n,
-            values,
-            inverse: false,
-        })
-    }
-
-    /// Column i is ∂q̈/∂τᵢ, by central differences.
-    fn by_acceleration(evaluator: &mut dyn Evaluator, row: Row) -> Option<Self> {
-        let n = row.q.len();
-        let mut values = vec![0.0; n * n];
-        for i in 0..n {
-            let mut at = |step: f64| {
-                let (mut tau, mut qdd) = (row.tau.to_vec(), vec![0.0; n]);
-                tau[i] += step;
-                evaluator.forward_dynamics(row.q, row.qd, &tau, &mut qdd);
-                qdd
-            };
-            let (above, below) = (at(TORQUE), at(-TORQUE));
-            (0..n).for_each(|k| values[k * n + i] = (above[k] - below[k]) / (2.0 * TORQUE));
-        }
-        Some(Self {
-            n,
-            values,
-            inverse: true,
-        })
-    }
-
-    fn asymmetry(&self) -> f64 {
-        let at = |i: usize, j: usize| self.values[i * self.n + j];
-        let pairs = || (0..self.n).flat_map(|i| (0..self.n).map(move |j| (i, j)));
-        let apart: f64 = pairs().map(|(i, j)| (at(i, j) - at(j, i)).powi(2)).sum();
-        let size: f64 = self.values.iter().map(|x| x * x).sum();
-        (apart / size).sqrt()
-    }
-
-    /// Of the symmetric part; NaN where there is none.
-    fn smallest_eigenvalue(&self) -> f64 {
-        let at = |i: usize, j: usize| self.values[i * self.n + j];
-        let symmetric = Mat::from_fn(self.n, self.n, |i, j| 0.5 * (at(i, j) + at(j, i)));
-        let values = symmetric.self_adjoint_eigenvalues(Side::Lower);
-        let smallest = values.ok().and_then(|x| x.into_iter().reduce(f64::min));
-        smallest.unwrap_or(f64::NAN)
-    }
-
-    /// vᵀ M v.
-    fn quadratic(&self, v: &[f64]) -> f64 {
-        self.values
-            .chunks_exact(self.n)
-            .zip(v)
-            .map(|(row, x)| x * dot(row, v))
-            .sum()
-    }
-}
-
 /// ½ q̇ᵀ (Ṁ − 2C) q̇, W.
 fn skew(evaluator: &mut dyn Evaluator, row: Row) -> Option<f64> {
     let n = row.q.len();
@@ -247,88 +151,6 @@ fn skew(evaluator: &mut dyn Evaluator, row: Row) -> Option<f64> {
     evaluator.inverse_dynamics(row.q, row.qd, &still, &mut bias);
     evaluator.inverse_dynamics(row.q, &still, &still, &mut gravity);
     Some(rate - dot(&bias, row.qd) + dot(&gravity, row.qd))
-}
-
-/// Root mean square of dE/dt − τ·q̇, W, with the energy of `energy` along the motion of `model`.
-fn balance(model: &dyn Model, energy: &dyn Model, states: &States, n: usize) -> Option<f64> {
-    if !model.moves() {
-        return None;
-    }
-    let (mut moving, mut judge) = (model.evaluator(), energy.evaluator());
-    let mut residual = |row: Row| {
-        let mut qdd = vec![0.0; n];
-        moving.forward_dynamics(row.q, row.qd, row.tau, &mut qdd);
-        let mut at = |s: f64| {
-            let motion = row.q.iter().zip(row.qd).zip(&qdd);
-            let (q, qd): (Vec<f64>, Vec<f64>) = motion
-                .map(|((q, v), a)| (q + s * (v + 0.5 * s * a), v + s * a))
-                .unzip();
-            let mut e = [0.0];
-            judge.energy(&q, &qd, &mut e).then_some(e[0])
-        };
-        let rate = derivative(&mut at)?;
-        Some(rate - dot(row.tau, row.qd))
-    };
-    let all: Option<Vec<f64>> = states.rows(n).map(&mut residual).collect();
-    all.map(|x| root_mean_square(x.into_iter()))
-}
-
-struct Drifts {
-    own: Option<f64>,
-    exact: Option<f64>,
-    unfinished: usize,
-}
-
-/// Energies at the end of free motions less those at their start.
-fn drifts(
-    model: &dyn Model,
-    truth: &dyn Model,
-    states: &States,
-    n: usize,
-    starts: &[State],
-) -> Result<Drifts> {
-    if !model.moves() {
-        return Ok(Drifts {
-            own: None,
-            exact: None,
-            unfinished: 0,
-        });
-    }
-    let options = RolloutOptions {
-        rtol: 1e-9,
-        atol: 1e-9,
-        ..RolloutOptions::default()
-    };
-    let rollouts = rollout_many(model, starts, &times(DURATION, INTERVAL)?, &free, &options)?;
-    let finished: Vec<&Trajectory> = rollouts
-        .iter()
-        .filter(|r| r.outcome.is_finished())
-        .map(|r| &r.trajectory)
-        .collect();
-    let drift = |judge: &dyn Model| {
-        let mut judge = judge.evaluator();
-        let mut all = vec![0.0; states.len(n)];
-        if !judge.energy(&states.q, &states.qd, &mut all) || finished.is_empty() {
-            return None;
-        }
-        let mean = all.iter().sum::<f64>() / all.len() as f64;
-        let deviation = root_mean_square(all.iter().map(|e| e - mean));
-        let mut change = |motion: &&Trajectory| {
-            let last = motion.q.len() - n;
-            let mut e = [0.0; 2];
-            let (start, end) = e.split_at_mut(1);
-            judge.energy(&motion.q[..n], &motion.qd[..n], start);
-            judge.energy(&motion.q[last..], &motion.qd[last..], end);
-            (end[0] - start[0]).abs()
-        };
-        let sum: f64 = finished.iter().map(&mut change).sum();
-        Some(sum / finished.len() as f64 / deviation)
-    };
-    Ok(Drifts {
-        own: drift(model),
-        exact: drift(truth),
-        unfinished: rollouts.len() - finished.len(),
-    })
 }
 
 /// d/ds at 0, by differences of order 4.
