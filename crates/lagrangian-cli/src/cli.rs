@@ -175,7 +175,7 @@ pub(crate) struct SimulateArgs {
     #[arg(required_unless_present = "urdf")]
     pub(crate) system: Option<String>,
 
-    /// A robot instead: its URDF file, or the name of an example (two_link_arm, iiwa7, ur5, panda)
+    /// A robot instead: its URDF file, or the name of an example (`two_link_arm`, iiwa7, ur5, panda)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["system", "parameters"])]
     pub(crate) urdf: Option<PathBuf>,
 

@@ -61,13 +61,15 @@ impl Run<'_> {
             Learned::Lnn(_) => "A Lagrangian",
             Learned::Delan(_) => "A Lagrangian with a mass matrix",
             Learned::Rigid(_) => "A chain of rigid links",
+            Learned::Robot(_) => "A robot of rigid bodies",
+            Learned::Nominal(_) => "A robot and a Lagrangian of what its description leaves",
             _ => "A plain network",
         }
     }
 
     fn role(&self) -> Role {
         match self.model {
-            Learned::Lnn(_) | Learned::Delan(_) => Role::Lnn,
+            Learned::Lnn(_) | Learned::Delan(_) | Learned::Nominal(_) => Role::Lnn,
             _ => Role::Baseline,
         }
     }
