@@ -166,12 +166,26 @@ pub(crate) struct DemoArgs {
 Examples:
   lagrangian simulate pendulum > motion.csv
   lagrangian simulate double-pendulum --trajectories 20 --duration 10 --out motion.parquet
+  lagrangian simulate --urdf robot.urdf --drive 20 --trajectories 10 --out motion.npz
   lagrangian simulate pendulum --set length=2 --q0 0.1 --qd0 0 --noise 0.001 --out noisy.csv
 
 `lagrangian simulate list` names the systems and their parameters.")]
 pub(crate) struct SimulateArgs {
     /// Name of the system, or `list`
-    pub(crate) system: String,
+    #[arg(required_unless_present = "urdf")]
+    pub(crate) system: Option<String>,
+
+    /// A robot instead: its URDF file, or the name of an example (two_link_arm, iiwa7, ur5, panda)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["system", "parameters"])]
+    pub(crate) urdf: Option<PathBuf>,
+
+    /// Joints of the robot that move, in this order, the others locked at 0 [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "urdf")]
+    pub(crate) joints: Vec<String>,
+
+    /// Drive every coordinate by sines of this amplitude, N·m, of random phase and 0.2 to 1.5 Hz
+    #[arg(long, value_name = "TORQUE", value_parser = positive)]
+    pub(crate) drive: Option<f64>,
 
     /// File for the trajectories, .csv, .npz or .parquet; a .toml that declares the angles is put beside it
     /// [default: CSV on standard output]

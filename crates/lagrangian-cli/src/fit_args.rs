@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::{DataArgs, EstimateArgs};
+use crate::robot::RobotArgs;
 use crate::values::{fraction, non_negative, positive, seed, steps};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
@@ -15,6 +16,8 @@ Examples:
   lagrangian fit log*.csv --time t --q theta --qd omega --tau torque --angle theta --dissipation --out run
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
   lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
+  lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
+  lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn what the description leaves
   lagrangian fit --out run --resume                 go on with a run that was interrupted")]
 pub(crate) struct FitArgs {
     /// Files with recordings: .csv, .npz, .parquet
@@ -35,6 +38,10 @@ pub(crate) struct FitArgs {
 
     #[command(flatten)]
     pub(crate) model: ModelArgs,
+
+    #[command(flatten)]
+    #[serde(default)]
+    pub(crate) robot: RobotArgs,
 
     #[command(flatten)]
     pub(crate) training: TrainingArgs,
@@ -80,8 +87,8 @@ pub(crate) struct ModelArgs {
     pub(crate) forces: Vec<Force>,
 
     /// Whether M and V of a deep Lagrangian network are read off the same hidden layers
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) trunks: Trunks,
+    #[arg(long, value_enum)]
+    pub(crate) trunks: Option<Trunks>,
 
     /// Give a deep Lagrangian network the term A(q)·q̇, for gyroscopic and magnetic forces
     #[arg(long)]
@@ -148,7 +155,8 @@ pub(crate) enum Family {
     Delan,
     /// Plain network
     Mlp,
-    /// Planar chain of rigid links, identified by least squares from torques: the classical fit to compare with
+    /// Planar chain of rigid links, or with --urdf a robot, identified by least squares from torques: the classical fit
+    /// to compare with
     Rigid,
 }
 

@@ -1,5 +1,7 @@
 //! From the flags of `lagrangian fit` to what the library takes.
 
+use anyhow::Result;
+use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig};
@@ -8,6 +10,7 @@ use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
 };
 
+use crate::failure::mistake;
 use crate::fit_args::{
     ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, OptimizerName, TrainingArgs,
     Trunks,
@@ -91,7 +94,7 @@ impl ModelArgs {
                 width,
                 layers,
                 activation,
-                trunks: match self.trunks {
+                trunks: match self.trunks.unwrap_or_default() {
                     Trunks::Shared => mechanics::Trunks::Shared,
                     Trunks::Separate => mechanics::Trunks::Separate,
                 },
@@ -110,6 +113,40 @@ impl ModelArgs {
 }
 
 impl ModelArgs {
+    /// Refuses flags that the model does not know, so that none is ignored.
+    ///
+    /// # Errors
+    /// For the first of them.
+    pub(crate) fn require_own_flags(&self) -> Result<()> {
+        let learns_forces = self.dissipation || !self.forces.is_empty();
+        let flags = [
+            ("--form", self.form.is_some(), &[Family::Lnn][..]),
+            ("--trunks", self.trunks.is_some(), &[Family::Delan]),
+            (
+                "--vector-potential",
+                self.vector_potential,
+                &[Family::Delan],
+            ),
+            (
+                "--dissipation and --forces",
+                learns_forces,
+                &[Family::Lnn, Family::Delan, Family::Rigid],
+            ),
+        ];
+        for (flag, given, models) in flags {
+            if given && !models.contains(&self.model) {
+                let name =
+                    |model: &Family| model.to_possible_value().map(|v| v.get_name().to_string());
+                let names: Vec<String> = models.iter().filter_map(name).collect();
+                return Err(mistake(
+                    format!("{flag}: not for this model"),
+                    format!("leave it away, or take --model {}", names.join(" or ")),
+                ));
+            }
+        }
+        Ok(())
+    }
+
     fn forces(&self) -> ForceTerms {
         let wanted = |force| self.forces.contains(&force);
         ForceTerms {

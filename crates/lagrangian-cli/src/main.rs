@@ -16,6 +16,7 @@ mod interrupt;
 mod motion;
 mod output;
 mod progress;
+mod robot;
 mod run_folder;
 mod run_page;
 mod tensorboard;

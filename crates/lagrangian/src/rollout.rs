@@ -2,6 +2,7 @@
 
 mod many;
 mod recorded;
+mod sines;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +12,7 @@ use crate::{Error, Result, Trajectory};
 
 pub use many::rollout_many;
 pub use recorded::{Hold, recorded, rollout_recorded};
+pub use sines::sines;
 
 /// Generalised forces as a function: (t, q, q̇, τ), which writes τ.
 pub type Force<'a> = dyn Fn(f64, &[f64], &[f64], &mut [f64]) + Sync + 'a;

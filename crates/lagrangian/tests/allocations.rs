@@ -11,6 +11,7 @@ use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::lagrangian::{
     Actuation, Delan, DelanConfig, Dissipation, Form, Lnn, LnnConfig, Scaling,
 };
+use lagrangian::rigid::{self, RigidBodies};
 
 struct Counting;
 
@@ -90,5 +91,20 @@ fn a_warm_model_allocates_nothing_for_one_state_or_for_many() {
         )
         .unwrap();
         assert_eq!(allocations(&mlp, 1) + allocations(&mlp, 40), 0);
+    }
+}
+
+#[test]
+fn a_robot_of_rigid_bodies_allocates_nothing() {
+    for name in rigid::EXAMPLES {
+        let robot = RigidBodies::from_urdf(rigid::example(name).unwrap()).unwrap();
+        assert_eq!(
+            allocations(&robot, 1) + allocations(&robot, 40),
+            0,
+            "{name}"
+        );
+        let braked = Dissipation::viscous(vec![0.1; robot.dof()]);
+        let braked = Mechanical::dissipative(robot, braked).unwrap();
+        assert_eq!(allocations(&braked, 1), 0, "{name}");
     }
 }

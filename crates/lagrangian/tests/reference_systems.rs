@@ -338,3 +338,105 @@ fn an_independent_code_gives_the_same_double_pendulum_for_about_as_many_evaluati
         assert!((0.8..1.2).contains(&ratio), "{ratio} times the evaluations");
     }
 }
+
+#[test]
+fn the_cart_pole_has_the_mass_matrix_and_the_forces_of_the_textbook() {
+    // (M + m) ẍ + m l θ̈ cos θ − m l θ̇² sin θ = u, m l ẍ cos θ + m l² θ̈ + m g l sin θ = 0.
+    let values = [
+        ("cart", 1.7),
+        ("mass", 0.3),
+        ("length", 0.6),
+        ("gravity", 9.81),
+    ];
+    let model = by_name("cart-pole", &values).unwrap();
+    let [cart, m, l, g] = values.map(|(_, value)| value);
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    for _ in 0..20 {
+        let State { q, qd } = model.sample_state(&mut rng);
+        let mut jet = Jet::default();
+        model.lagrangian().jets().jet(&q, &qd, &mut jet);
+        let (s, c) = q[1].sin_cos();
+        close(
+            &jet.mass_matrix,
+            &[cart + m, m * l * c, m * l * c, m * l * l],
+            1e-13,
+        );
+        let mut force = [0.0; 2];
+        bias(&jet, &mut force);
+        close(&force, &[-m * l * s * qd[1] * qd[1], m * g * l * s], 1e-12);
+    }
+}
+
+#[test]
+fn the_furuta_pendulum_has_the_equations_of_the_literature() {
+    // Cazzolato, Prime (2011), equations 33 and 34, for a point mass, with their θ₂ = θ and our signs.
+    let values = [
+        ("inertia", 0.02),
+        ("arm", 0.3),
+        ("mass", 0.15),
+        ("length", 0.4),
+        ("gravity", 9.81),
+    ];
+    let model = by_name("furuta-pendulum", &values).unwrap();
+    let [j, r, m, l, g] = values.map(|(_, value)| value);
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    for _ in 0..20 {
+        let State { q, qd } = model.sample_state(&mut rng);
+        let mut jet = Jet::default();
+        model.lagrangian().jets().jet(&q, &qd, &mut jet);
+        let (s, c) = q[1].sin_cos();
+        let arm = j + m * r * r + m * l * l * s * s;
+        close(
+            &jet.mass_matrix,
+            &[arm, m * r * l * c, m * r * l * c, m * l * l],
+            1e-13,
+        );
+        let mut force = [0.0; 2];
+        bias(&jet, &mut force);
+        let textbook = [
+            2.0 * m * l * l * s * c * qd[0] * qd[1] - m * r * l * s * qd[1] * qd[1],
+            -m * l * l * s * c * qd[0] * qd[0] + m * g * l * s,
+        ];
+        close(&force, &textbook, 1e-12);
+    }
+}
+
+#[test]
+fn the_two_link_arm_has_the_mass_matrix_and_the_gravity_of_the_textbook() {
+    // Spong, Hutchinson, Vidyasagar, Robot Modeling and Control, section 6.4, uniform rods and a mass at the tip.
+    let values = [
+        ("mass1", 1.2),
+        ("mass2", 0.7),
+        ("length1", 0.5),
+        ("length2", 0.3),
+        ("payload", 0.4),
+    ];
+    let model = by_name("two-link-arm", &values).unwrap();
+    let [m1, m2, l1, l2, load] = values.map(|(_, value)| value);
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    for _ in 0..20 {
+        let State { q, qd } = model.sample_state(&mut rng);
+        let mut jet = Jet::default();
+        model.lagrangian().jets().jet(&q, &qd, &mut jet);
+        let c = q[1].cos();
+        let far = m2 * l2 * l2 / 3.0 + load * l2 * l2;
+        let first_moment = l1 * (0.5 * m2 * l2 + load * l2);
+        let near = m1 * l1 * l1 / 3.0 + (m2 + load) * l1 * l1;
+        let off = far + first_moment * c;
+        close(
+            &jet.mass_matrix,
+            &[near + far + 2.0 * first_moment * c, off, off, far],
+            1e-13,
+        );
+        let mut force = [0.0; 2];
+        bias(&jet, &mut force);
+        let h = first_moment * q[1].sin();
+        let outer = 9.8 * (0.5 * m2 + load) * l2 * (q[0] + q[1]).cos();
+        let inner = 9.8 * (0.5 * m1 + m2 + load) * l1 * q[0].cos();
+        let textbook = [
+            -h * (2.0 * qd[0] * qd[1] + qd[1] * qd[1]) + inner + outer,
+            h * qd[0] * qd[0] + outer,
+        ];
+        close(&force, &textbook, 1e-12);
+    }
+}

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use lagrangian::check::{CheckOptions, Verdict, check_with};
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig};
+use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned, Parameter};
 use lagrangian::trajectory::{Estimate, EstimateOptions, Recording};
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
@@ -31,6 +31,9 @@ use crate::watch::Watch;
 /// Looks at the loss after which a fit should have improved.
 const LOOKS: usize = 4;
 
+/// A loss that needs no improvement, as a part of that of a model that predicts nothing.
+const SMALL: f64 = 0.1;
+
 /// Exit code of a fit that Ctrl-C ended; its best model is kept.
 const INTERRUPTED: u8 = 130;
 
@@ -45,9 +48,10 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     } else {
         (args.clone(), None)
     };
+    args.model.require_own_flags()?;
     let data = read(&args)?;
     let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
-    let config = config(&args, &dataset, &data.estimates);
+    let config = config(&args, &dataset, &data.estimates)?;
     config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` tells what the flags may be",
@@ -79,7 +83,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             "report": folder.file(REPORT),
             "family": fit.model.family(),
             "ending": fit.ending,
-            "improved": improved(&fit, &config),
+            "improved": improved(&fit, &config, &args),
             "steps": fit.steps,
             "seconds": fit.seconds,
             "loss": fit.best,
@@ -96,7 +100,8 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             fit.best,
             fit.best_step
         );
-        for p in fit.model.parameters() {
+        let all = fit.model.parameters();
+        for p in all.iter().filter(|p| shown(&fit.model, p)) {
             let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
             let error = error.unwrap_or_default();
             eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
@@ -105,7 +110,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     }
     Ok(match fit.ending {
         Ending::Interrupted => ExitCode::from(INTERRUPTED),
-        _ if improved(&fit, &config) => ExitCode::SUCCESS,
+        _ if improved(&fit, &config, &args) => ExitCode::SUCCESS,
         _ => {
             eprintln!(
                 "{}",
@@ -122,10 +127,22 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     })
 }
 
-/// Whether the loss became finite, and, where there was time for several looks at it, fell after the first.
-fn improved(fit: &Fit, config: &FitConfig) -> bool {
+/// Whether the loss became finite and better than that of a model that predicts nothing, which is 1 on motions like
+/// those it was fitted to; and, where there was time for several looks at it, fell after the first or was small by then.
+fn improved(fit: &Fit, config: &FitConfig, args: &FitArgs) -> bool {
+    let useless = fit.best >= 1.0 && args.training.validate.is_empty();
     let time_enough = fit.steps >= LOOKS * config.validate_every;
-    fit.best.is_finite() && !(time_enough && fit.best_step <= config.validate_every)
+    let stuck = fit.best_step <= config.validate_every && fit.best > SMALL;
+    fit.best.is_finite() && !useless && !(time_enough && stuck)
+}
+
+/// Ten inertial parameters of each link are for `--json`: most mean something only together.
+fn shown(model: &Learned, parameter: &Parameter) -> bool {
+    let of_a_body = ["mass_", "inertia_"];
+    !(matches!(model, Learned::Robot(_))
+        && of_a_body
+            .iter()
+            .any(|kind| parameter.name.starts_with(kind)))
 }
 
 fn occupied(args: &FitArgs) -> Occupied {
@@ -241,6 +258,7 @@ fn record(args: &FitArgs) -> Result<RunRecord> {
     };
     let mut files = of("training", &args.files)?;
     files.extend(of("validation", &args.training.validate)?);
+    files.extend(args.robot.file()?);
     RunRecord::now(args.training.seed, args, files)
 }
 
@@ -263,7 +281,7 @@ fn same_data(now: &RunRecord, then: &RunRecord) -> Result<()> {
 }
 
 /// All settings of the fit; says what the noise of the data has decided.
-fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfig {
+fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<FitConfig> {
     let scale = dataset.acceleration_scale();
     let names: Vec<&str> = dataset.coordinates.0.iter().map(|c| &*c.name).collect();
     let part = |(name, scale): (&&str, &f64)| {
@@ -289,7 +307,9 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> FitConfi
             100.0 * uncertainty
         );
     }
-    args.config(uncertainty, dataset.forced)
+    let mut config = args.config(uncertainty, dataset.forced);
+    args.robot.apply(args.model.form.is_some(), &mut config)?;
+    Ok(config)
 }
 
 fn fit(

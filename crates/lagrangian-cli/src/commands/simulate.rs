@@ -4,7 +4,8 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
-use lagrangian::rollout::{self, Outcome, Rollout, free, rollout_many};
+use lagrangian::rigid::RigidBodies;
+use lagrangian::rollout::{self, Outcome, Rollout, rollout_many};
 use lagrangian::{State, Trajectory};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -15,9 +16,10 @@ use super::Manner;
 use crate::cli::{SimulateArgs, Starts};
 use crate::failure::{Advise, mistake};
 use crate::output::{self, Existing};
+use crate::robot;
 
 pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
-    if args.system == "list" {
+    if args.system.as_deref() == Some("list") {
         return list(manner);
     }
     let existing = Existing::from_force(args.force);
@@ -32,7 +34,9 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
     )?;
     refuse_too_many(args.trajectories, times.len())?;
     let starts = starts(args, &*system)?;
-    let rollouts = rollout_many(&*system, &starts, &times, &free, &args.motion.options()).advise(
+    let amplitude = args.drive.unwrap_or(0.0);
+    let force = rollout::sines(system.coordinates().dof(), amplitude, args.seed);
+    let rollouts = rollout_many(&*system, &starts, &times, &force, &args.motion.options()).advise(
         "cannot simulate",
         "give --q0 and --qd0 one value per coordinate, or neither for a random start",
     )?;
@@ -106,7 +110,15 @@ fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
         .iter()
         .map(|(name, value)| (name.as_str(), *value))
         .collect();
-    by_name(&args.system, &given).advise(
+    if let Some(path) = &args.urdf {
+        let robot = robot::read(path, &args.joints)?;
+        let bodies = RigidBodies::with_joints(&robot.urdf, &robot.joints).advise(
+            format!("cannot simulate the robot of '{}'", path.display()),
+            "--joints chooses the joints that move; the others are locked at 0",
+        )?;
+        return Ok(Box::new(bodies));
+    }
+    by_name(args.system.as_deref().unwrap_or_default(), &given).advise(
         "cannot simulate",
         "`lagrangian simulate list` names the systems and their parameters",
     )
@@ -116,7 +128,7 @@ fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
 fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value> {
     let table = systems()
         .iter()
-        .find(|entry| entry.name == args.system)
+        .find(|entry| Some(entry.name) == args.system.as_deref())
         .map_or(&[][..], |entry| entry.parameters);
     let defaults = table.iter().map(|p| (p.name.to_string(), json!(p.value)));
     let given = args

@@ -185,6 +185,12 @@ fn a_mistake_under_force_does_not_cost_the_earlier_run() {
         "nowhere.csv",
         "swing.csv --q theta",
         "swing.csv --form convex --width 20",
+        "swing.csv --form convex --model mlp",
+        "swing.csv --trunks separate",
+        "swing.csv --vector-potential --model mlp",
+        "swing.csv --forces rotor",
+        "swing.csv --model mlp --dissipation",
+        "swing.csv --model delan --loss torque-power",
         "swing.csv --batch 1000000000",
         "swing.csv --loss torque",
     ] {

@@ -21,9 +21,9 @@ fn help_has_examples_for_every_command() {
         "fit",
         "score",
         "rollout",
+        "torque",
         "report",
         "experiment",
-        "torque",
     ] {
         let help = bench.succeed(&format!("{command} --help")).stdout;
         assert!(
@@ -343,7 +343,7 @@ fn a_delay_is_measured_mended_and_the_torque_then_divided_into_its_parts() {
             .refuse(&format!("{torque} --plot parts.gif"))
             .contains(".html")
     );
-    for file in ["parts.parquet", "parts.npz", "parts.svg", "parts.png"] {
+    for file in ["parts.npz", "parts.svg", "parts.png"] {
         let flag = if file.contains("npz") {
             "--out"
         } else {
@@ -360,4 +360,25 @@ fn torques_of_a_plain_network_are_refused() {
     bench.succeed("fit data.csv --model mlp --steps 2 --width 16 --out run");
     let message = bench.refuse("torque run/model.safetensors data.csv");
     assert!(message.contains("inverse dynamics"), "{message}");
+}
+
+#[test]
+fn a_fit_that_does_not_improve_says_so_and_keeps_its_model() {
+    let bench = with_data();
+    // Steps so long that every look after the first finds a worse model.
+    let fit = bench.run(
+        "fit data.csv --steps 150 --width 16 --optimizer adam --learning-rate 1e6 --out run --json",
+    );
+    assert_eq!(fit.code, 1, "{}", fit.stderr);
+    assert_eq!(fit.json()["improved"], false);
+    assert!(
+        fit.stderr.contains("did not improve") && fit.stderr.contains("hint: "),
+        "{}",
+        fit.stderr
+    );
+    assert!(
+        bench
+            .names("run")
+            .contains(&"model.safetensors".to_string())
+    );
 }

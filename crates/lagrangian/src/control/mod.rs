@@ -7,7 +7,7 @@
 //! | K_p, K_d | [`Gains`], diagonal |
 //! | M̂, ĉ | mass matrix and bias of the model that the controller has, which need not be those of the robot |
 //!
-//! A controller allocates nothing once it is warm: every one may run at a kilohertz (theory.md, section 12).
+//! A controller allocates nothing once it is warm: every one may run at a kilohertz (theory.md, equations 50 to 59).
 
 mod computed_torque;
 mod feed_forward;

@@ -88,16 +88,14 @@ impl Readout {
     ) {
         let sensors = self.sensors;
         for i in 0..q.len() {
-            let position = q[i] + sensors.position_noise * self.normal(sensors.position_noise);
+            let position = self.noisy(q[i], sensors.position_noise);
             measured_q[i] = if sensors.quantisation > 0.0 {
                 (position / sensors.quantisation).round() * sensors.quantisation
             } else {
                 position
             };
             measured_qd[i] = match sensors.velocity {
-                VelocitySource::Measured => {
-                    qd[i] + sensors.velocity_noise * self.normal(sensors.velocity_noise)
-                }
+                VelocitySource::Measured => self.noisy(qd[i], sensors.velocity_noise),
                 // The first reading has no other to differ from.
                 VelocitySource::Differences(_) if self.fresh => {
                     self.filtered[i] = qd[i];
@@ -114,12 +112,18 @@ impl Readout {
         self.fresh = false;
     }
 
-    /// A normal deviate (Box and Muller 1958); none is drawn where there is no noise.
-    fn normal(&mut self, deviation: f64) -> f64 {
-        if deviation <= 0.0 {
-            return 0.0;
-        }
+    /// A normal deviate (Box and Muller 1958).
+    pub(crate) fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.rng.random::<f64>()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.rng.random::<f64>()).cos()
+    }
+
+    /// `x` with noise of this deviation; none is drawn where there is none.
+    fn noisy(&mut self, x: f64, deviation: f64) -> f64 {
+        if deviation > 0.0 {
+            x + deviation * self.normal()
+        } else {
+            x
+        }
     }
 }

@@ -22,6 +22,9 @@ pub struct LoopConfig {
     pub limit: Vec<f64>,
     /// Its sensors.
     pub sensors: Sensors,
+    /// Standard deviation of what drives add to the torque that is asked of them, anew at each tick, as a part of each
+    /// limit.
+    pub drive_noise: f64,
     /// Ticks from a decision to its torque.
     pub actuation_delay: usize,
     /// Ticks from a state to its measurement.
@@ -37,6 +40,7 @@ impl Default for LoopConfig {
             substeps: 4,
             limit: Vec::new(),
             sensors: Sensors::default(),
+            drive_noise: 0.0,
             actuation_delay: 0,
             sensor_delay: 0,
             seed: 0,
@@ -67,6 +71,11 @@ impl LoopConfig {
         let delay = self.actuation_delay.max(self.sensor_delay);
         if delay > LONGEST_DELAY {
             return argument("delay", delay.to_string(), "at most 10000 ticks");
+        }
+        let noise = self.drive_noise;
+        if !(noise.is_finite() && noise >= 0.0 && (noise == 0.0 || !self.limit.is_empty())) {
+            let must = "a part of the torque limits: 0 or above, and 0 where there are none";
+            return argument("drive noise", noise.to_string(), must);
         }
         if !self.limit.is_empty() && self.limit.len() != n {
             return Err(Error::Shape {
@@ -113,7 +122,7 @@ pub enum Ending {
 pub struct Driven {
     /// True states at the ticks, with the torque that acted from there on; no accelerations.
     pub trajectory: Trajectory,
-    /// What the sensors said.
+    /// What the sensors said, with the torque that was asked for.
     pub measured: Trajectory,
     /// How it ended.
     pub ending: Ending,
@@ -136,7 +145,9 @@ pub struct Simulation<'a> {
     /// (q, q̇), `[2 n]`.
     state: Vec<f64>,
     measured: State,
+    /// The torque asked of the drives, and what they give.
     tau: Vec<f64>,
+    acting: Vec<f64>,
     /// Decisions on their way to the drives, and states on their way from the sensors; both used as rings.
     decisions: Vec<f64>,
     readings: Vec<f64>,
@@ -177,6 +188,7 @@ impl<'a> Simulation<'a> {
             tick: 0,
             measured: start.clone(),
             tau: vec![0.0; n],
+            acting: vec![0.0; n],
             decisions: vec![0.0; n * (config.actuation_delay + 1)],
             readings,
             driven: Driven::new(),
@@ -209,7 +221,7 @@ impl<'a> Simulation<'a> {
         &self.measured
     }
 
-    /// The torque that acted since the last tick, `[n]`.
+    /// The torque that was asked of the drives since the last tick, `[n]`.
     #[must_use]
     pub fn torque(&self) -> &[f64] {
         &self.tau
@@ -241,7 +253,7 @@ impl<'a> Simulation<'a> {
         self.driven.latency.record(clock.elapsed());
         self.drive();
         self.driven
-            .record(t, &self.state, &self.measured, &self.tau);
+            .record(t, &self.state, &self.measured, (&self.acting, &self.tau));
         self.advance();
         self.tick += 1;
         if self.state.iter().all(|x| x.is_finite()) {
@@ -286,11 +298,17 @@ impl<'a> Simulation<'a> {
             *tau = tau.clamp(-limit, *limit);
         }
         self.driven.saturated += u64::from(cut);
+        self.acting.copy_from_slice(&self.tau);
+        if self.config.drive_noise > 0.0 {
+            for (acting, limit) in self.acting.iter_mut().zip(&self.config.limit) {
+                *acting += self.config.drive_noise * limit * self.readout.normal();
+            }
+        }
     }
 
     fn advance(&mut self) {
         let h = self.config.period() / self.config.substeps as f64;
-        let (n, robot, tau) = (self.n, &mut self.robot, &self.tau);
+        let (n, robot, tau) = (self.n, &mut self.robot, &self.acting);
         let mut motion = |_: f64, x: &[f64], slope: &mut [f64]| {
             let (q, qd) = x.split_at(n);
             let (velocity, acceleration) = slope.split_at_mut(n);
@@ -324,13 +342,19 @@ impl Driven {
         }
     }
 
-    fn record(&mut self, t: f64, state: &[f64], measured: &State, tau: &[f64]) {
-        let (q, qd) = state.split_at(tau.len());
-        let pairs = [
-            (&mut self.trajectory, q, qd),
-            (&mut self.measured, &measured.q[..], &measured.qd[..]),
+    fn record(
+        &mut self,
+        t: f64,
+        state: &[f64],
+        measured: &State,
+        (acting, asked): (&[f64], &[f64]),
+    ) {
+        let (q, qd) = state.split_at(asked.len());
+        let both = [
+            (&mut self.trajectory, q, qd, acting),
+            (&mut self.measured, &measured.q[..], &measured.qd[..], asked),
         ];
-        for (trajectory, q, qd) in pairs {
+        for (trajectory, q, qd, tau) in both {
             trajectory.t.push(t);
             trajectory.q.extend_from_slice(q);
             trajectory.qd.extend_from_slice(qd);

@@ -5,7 +5,9 @@ mod laws;
 pub mod letters;
 mod long_rollouts;
 pub mod premises;
+pub mod swing_up;
 mod torque;
+pub mod tracking;
 
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};

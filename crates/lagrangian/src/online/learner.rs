@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Differentiator, Guard, Record, Replay, ReplayConfig, Sample, What};
 use crate::dataset::Dataset;
+use crate::lagrangian::DelanConfig;
 use crate::train::{
     Family, FitConfig, ForceTerms, Learned, Loss, NaturalConfig, Optimizer, Samples, Stepper,
 };
@@ -15,12 +16,16 @@ use crate::{Coordinates, Error, Result};
 pub struct OnlineConfig {
     /// What is learned, by its torque.
     pub family: Family,
-    /// Forces that are learned beside those of the Lagrangian.
+    /// Friction and actuation that are learned too.
     pub forces: ForceTerms,
     /// Samples of a step.
     pub batch: usize,
-    /// Rate of a step.
+    /// Rate of the first step, and of the first after old samples were forgotten,
     pub rate: f64,
+    /// which falls by this factor with each step,
+    pub rate_decay: f64,
+    /// down to this: a slow learner averages noise out.
+    pub rate_last: f64,
     /// Damping of the first step,
     pub damping_first: f64,
     /// which falls by this factor with each step,
@@ -35,6 +40,9 @@ pub struct OnlineConfig {
     pub replay: ReplayConfig,
     /// New samples whose loss exceeds the usual one by this factor make it forget the old ones.
     pub surprise: f64,
+    /// But only where it also exceeds this, in units of the mean square of the first torques: a region that is new is
+    /// learned beside the old ones, a load that is new contradicts them.
+    pub surprise_least: f64,
     /// Newest samples that are looked at for this, and kept.
     pub look: usize,
     /// Of weights and batches.
@@ -44,17 +52,23 @@ pub struct OnlineConfig {
 impl Default for OnlineConfig {
     fn default() -> Self {
         Self {
-            family: Family::default(),
+            family: Family::Delan(DelanConfig {
+                width: 24,
+                ..DelanConfig::default()
+            }),
             forces: ForceTerms::default(),
-            batch: 128,
-            rate: 0.3,
+            batch: 64,
+            rate: 0.2,
+            rate_decay: 0.999,
+            rate_last: 0.05,
             damping_first: 1e-1,
-            damping_decay: 0.97,
-            damping_last: 1e-6,
-            warm_up: 250,
-            window: 1,
+            damping_decay: 0.99,
+            damping_last: 1e-3,
+            warm_up: 500,
+            window: 40,
             replay: ReplayConfig::default(),
             surprise: 30.0,
+            surprise_least: 0.03,
             look: 32,
             seed: 0,
         }
@@ -70,9 +84,11 @@ impl OnlineConfig {
         let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
         let positive = [
             ("rate", self.rate),
+            ("rate_last", self.rate_last),
             ("damping_first", self.damping_first),
             ("damping_last", self.damping_last),
             ("surprise", self.surprise),
+            ("surprise_least", self.surprise_least),
         ];
         if let Some((name, x)) = positive.iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
             return argument(name, x.to_string(), "finite and above 0");
@@ -126,8 +142,12 @@ struct Work {
     good: Vec<f64>,
     guard: Guard,
     damping: f64,
+    rate: f64,
+    first_loss: Option<f64>,
     /// The usual loss of new samples, once there is one.
     usual: Option<f64>,
+    /// Looks in a row that made it forget.
+    forgotten: usize,
     /// New samples since the last look.
     fresh: usize,
     numbers: Vec<usize>,
@@ -135,12 +155,12 @@ struct Work {
 
 /// Every so many samples of the warm-up one is a probe of the guard.
 const PROBES: usize = 32;
-/// Training diverged where a batch's loss (in units of the variance of τ) exceeds this.
-const DIVERGED: f64 = 1e6;
+/// Training diverged where the loss of a batch exceeds that of random weights, or 1, by this factor.
+const DIVERGED: f64 = 1e4;
 /// How fast the usual loss follows the loss.
 const HABIT: f64 = 0.05;
-/// Losses below this share of the torque's variance surprise nobody.
-const NEGLIGIBLE: f64 = 1e-5;
+/// Looks in a row that may make it forget: the first still sees samples from before the change.
+const PATIENCE: usize = 2;
 
 impl OnlineLearner {
     /// Random weights are drawn once the warm-up is over.
@@ -237,7 +257,10 @@ impl OnlineLearner {
             stepper,
             guard,
             damping: self.config.damping_first,
+            rate: self.config.rate,
+            first_loss: None,
             usual: None,
+            forgotten: 0,
             fresh: 0,
             numbers: Vec::new(),
         });
@@ -256,20 +279,23 @@ impl OnlineLearner {
         if work.surprised(&self.config, &self.replay)? {
             self.replay.forget(self.config.look);
             work.damping = self.config.damping_first.min(RETURN * work.damping);
+            work.rate = self.config.rate;
             work.stepper.forget_momentum();
             self.record.note(self.now, What::Forgot);
         }
         for _ in 0..steps {
             self.replay.draw(self.config.batch, &mut work.numbers);
-            let schedule = (self.config.rate, work.damping);
+            let schedule = (work.rate, work.damping);
             let found = work
                 .stepper
                 .step(self.replay.samples(), &work.numbers, schedule)?;
             self.record.steps += 1;
+            let first = *work.first_loss.get_or_insert(found.loss);
             let finite = work.stepper.parameters().iter().all(|x| x.is_finite());
-            if finite && found.loss < DIVERGED {
+            if finite && found.loss < DIVERGED * first.max(1.0) {
                 let damping = work.damping * self.config.damping_decay;
                 work.damping = damping.max(self.config.damping_last);
+                work.rate = (work.rate * self.config.rate_decay).max(self.config.rate_last);
             } else {
                 let good = std::mem::take(&mut work.good);
                 work.stepper.set_parameters(&good)?;
@@ -334,12 +360,17 @@ impl Work {
             self.usual = Some(found);
             return Ok(false);
         };
-        let surprised = found > config.surprise * usual.max(NEGLIGIBLE);
-        self.usual = Some(if surprised {
-            found
-        } else {
-            usual + HABIT * (found - usual)
-        });
-        Ok(surprised)
+        let surprised = found > (config.surprise * usual).max(config.surprise_least);
+        if surprised && self.forgotten < PATIENCE {
+            self.forgotten += 1;
+            return Ok(true);
+        }
+        // In the logarithm: one bad look does not make a habit.
+        let follow = (found.max(f64::MIN_POSITIVE) / usual).powf(HABIT);
+        self.usual = Some(usual * follow);
+        if !surprised {
+            self.forgotten = 0;
+        }
+        Ok(false)
     }
 }

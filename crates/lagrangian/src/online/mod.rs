@@ -6,7 +6,7 @@
 //!
 //! The loop neither waits nor locks: it writes into a ring that drops the oldest sample, and looks into a slot for a
 //! new model. [`OnlineLearner`] does the rest, on a thread of its own ([`spawn`]) or in lock step with the motion, so
-//! many steps a second, where a run must be repeatable (theory.md, section 12).
+//! many steps a second, where a run must be repeatable (theory.md, equations 50 to 59).
 
 mod differentiator;
 mod guard;

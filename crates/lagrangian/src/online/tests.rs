@@ -4,9 +4,7 @@
 use super::*;
 use crate::control::{Desired, Ending, Gains, LoopConfig, Reference};
 use crate::lagrangian::analytic::{AnalyticModel, by_name};
-use crate::lagrangian::{Form, LnnConfig};
 use crate::rollout::times;
-use crate::train::Family;
 use crate::{Coordinates, Trajectory};
 
 fn arm(payload: f64) -> Box<dyn AnalyticModel> {
@@ -64,12 +62,6 @@ fn error(tracked: &Tracked, reference: &Reference, (from, to): (f64, f64)) -> f6
 
 fn learner(seed: u64) -> Box<OnlineLearner> {
     let config = OnlineConfig {
-        family: Family::Lnn(LnnConfig {
-            form: Form::Convex,
-            width: 32,
-            ..LnnConfig::default()
-        }),
-        batch: 64,
         seed,
         ..OnlineConfig::default()
     };
@@ -88,8 +80,8 @@ fn config<'a>(robot: &'a dyn crate::Model) -> TrackingConfig<'a> {
 fn lock_step(seed: u64) -> Feed<'static> {
     Feed::LockStep {
         learner: learner(seed),
-        steps: 50.0,
-        hand_overs: 10.0,
+        steps: 100.0,
+        hand_overs: 20.0,
     }
 }
 
@@ -290,4 +282,25 @@ fn settings_outside_their_domain_are_refused() {
     for config in bad {
         assert!(OnlineLearner::new(Coordinates::angles(2), config).is_err());
     }
+}
+
+#[test]
+fn a_payload_is_noticed_and_learned_while_the_arm_moves() {
+    let (empty, full, reference) = (arm(0.0), arm(0.4), loops(21.0));
+    let changing = || TrackingConfig {
+        change: Some((15.0, &*full as &dyn crate::Model)),
+        ..config(&*empty)
+    };
+    let unaware = track(&changing(), &reference, Feed::Model(&*empty)).unwrap();
+    let learned = track(&changing(), &reference, lock_step(5)).unwrap();
+    let record = learned.record.clone().unwrap();
+    let noticed = record.events.iter().find(|e| e.what == What::Forgot);
+    assert!(
+        noticed.is_some_and(|e| (15.0..16.0).contains(&e.t)),
+        "{:?}",
+        record.events
+    );
+    let span = (18.0, 21.0);
+    let [unaware, learned] = [unaware, learned].map(|x| error(&x, &reference, span));
+    assert!(learned < 0.1 * unaware, "{learned} against {unaware}");
 }

@@ -50,7 +50,7 @@ impl IdentifiedRobot {
         &self.errors
     }
 
-    /// All parameters: ten of each body in the frame of its joint (`elbow.mass` …), then of each joint its rotor,
+    /// All parameters: ten of each body in the frame of its joint (`mass_elbow` …), then of each joint its rotor,
     /// constant torque, and viscous and Coulomb friction where they were identified.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
@@ -70,7 +70,7 @@ fn names(robot: &RigidBodies, friction: bool) -> Vec<String> {
     let joints = robot.joints();
     let of_bodies = robot.tree().bodies.iter().flat_map(|body| {
         let joint = &joints[body.coordinate];
-        NAMES.iter().map(move |name| format!("{joint}.{name}"))
+        NAMES.iter().map(move |name| format!("{name}_{joint}"))
     });
     let kinds: &[&str] = if friction {
         &["rotor", "offset", "viscous", "coulomb"]
@@ -79,7 +79,7 @@ fn names(robot: &RigidBodies, friction: bool) -> Vec<String> {
     };
     let of_joints = kinds
         .iter()
-        .flat_map(|kind| joints.iter().map(move |joint| format!("{joint}.{kind}")));
+        .flat_map(|kind| joints.iter().map(move |joint| format!("{kind}_{joint}")));
     of_bodies.chain(of_joints).collect()
 }
 

@@ -29,6 +29,7 @@ mod regressor;
 mod robot_config;
 mod robots;
 mod spatial;
+mod starts;
 mod tree;
 mod urdf;
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::bodies::RigidBodies;
-use super::urdf::unusable;
+use super::urdf::{Description, unusable};
 use crate::{Coordinates, Result};
 
 /// A robot for a fit, as text, so that settings and model files need no other file.
@@ -17,6 +17,15 @@ pub struct RobotConfig {
 }
 
 impl RobotConfig {
+    /// From URDF, of which only what dynamics needs is kept.
+    ///
+    /// # Errors
+    /// [`crate::Error::Robot`] where it cannot be read.
+    pub fn new(urdf: &str, joints: Vec<String>) -> Result<Self> {
+        let urdf = Description::read(urdf)?.text();
+        Ok(Self { urdf, joints })
+    }
+
     /// The robot whose coordinates are those of the data.
     ///
     /// Where the data name joints of the robot, they are taken by name; otherwise by their order.

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::Learned;
 use crate::dynamics::Model;
 use crate::identify;
+use crate::rigid::IdentifiedRobot;
 
 /// A number with a meaning: a coefficient of friction, an offset, a gain, an inertia.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -49,11 +50,15 @@ impl Units {
 }
 
 impl Learned {
-    /// Its numbers that have a name: friction, offsets, gains, rotor inertias; for a chain of rigid links all.
+    /// Its numbers that have a name: friction, offsets, gains, rotor inertias; for a chain of rigid links or a robot
+    /// all.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         if let Self::Rigid(rigid) = self {
             return rigid.parameters().into_iter().map(solved).collect();
+        }
+        if let Self::Robot(robot) = self {
+            return of_robot(robot);
         }
         let mut list = Vec::new();
         let coordinates = &self.coordinates().0;
@@ -100,6 +105,26 @@ impl Learned {
         }
         list
     }
+}
+
+/// The parameters of an identified robot: ten of each body, then those of the joints; joints that slide have N for N·m
+/// and kg for kg·m².
+fn of_robot(robot: &IdentifiedRobot) -> Vec<Parameter> {
+    let bodies = 10 * robot.coordinates().dof();
+    let unit = |k: usize| match k % 10 {
+        0 => "kg",
+        1..=3 => "kg·m",
+        _ => "kg·m²",
+    };
+    let all = robot.parameters().into_iter().map(solved).enumerate();
+    all.map(|(k, parameter)| match k < bodies {
+        true => Parameter {
+            unit: unit(k).into(),
+            ..parameter
+        },
+        false => parameter,
+    })
+    .collect()
 }
 
 /// A parameter of a chain of rigid links.

@@ -185,8 +185,11 @@ impl FitConfig {
     /// [`Error::Argument`] for the first that is outside its domain.
     pub fn validate(&self, dataset: &Dataset) -> Result<()> {
         match self.family {
-            Family::Rigid(_) => {
+            Family::Rigid(ref rigid) => {
                 self.nominal(dataset, &self.family)?;
+                if let Some(robot) = &rigid.robot {
+                    robot.bodies(&dataset.coordinates)?;
+                }
                 self.check(dataset)
             }
             _ => self.template(dataset).map(drop),

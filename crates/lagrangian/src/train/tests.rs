@@ -13,6 +13,7 @@ use super::plain::MlpLearner;
 use crate::Coordinates;
 use crate::baseline::{MlpConfig, MlpShape};
 use crate::lagrangian::{DelanConfig, DelanShape, Form, LnnConfig, LnnShape, Scaling, Trunks};
+use crate::rigid::{self, RigidBodies};
 
 fn samples(n: usize, m: usize) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -108,6 +109,7 @@ fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
                     loss,
                     weights: &weights,
                     forces: forces(all_forces(input), n),
+                    nominal: None,
                 };
                 let error = gradient_error(&learner, loss, &samples(n, 37));
                 assert!(error < 1e-7, "n {n} {trunks:?} {loss:?}: {error:e}");
@@ -144,6 +146,7 @@ fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rat
             loss,
             weights: &weights,
             forces: forces(all_forces(Input::Matrix), 2),
+            nominal: None,
         };
         assert_step_solves(&learner, loss, &samples(2, count));
     }
@@ -207,11 +210,52 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
                     loss,
                     weights: &weights,
                     forces: forces(terms, n),
+                    nominal: None,
                 };
                 let error = gradient_error(&learner, loss, &samples(n, 37));
                 assert!(error < 1e-7, "n {n} {form:?} {loss:?}: {error:e}");
             }
         }
+    }
+}
+
+#[test]
+fn the_gradients_of_networks_upon_a_robot_agree_with_differences() {
+    let urdf = rigid::example("two_link_arm").unwrap();
+    let robot = RigidBodies::from_urdf(urdf).unwrap();
+    let (deep, weights) = (delan(2, DelanConfig::default()), [0.8, 1.2, 0.5, 0.6]);
+    for loss in [
+        Loss::Torque,
+        Loss::Acceleration,
+        Loss::TorqueAcceleration,
+        Loss::TorquePower,
+    ] {
+        let learner = DelanLearner {
+            shape: &deep,
+            loss,
+            weights: &weights,
+            forces: forces(all_forces(Input::Gains), 2),
+            nominal: Some(&robot),
+        };
+        let error = gradient_error(&learner, loss, &samples(2, 37));
+        assert!(error < 1e-7, "delan {loss:?}: {error:e}");
+    }
+    for (form, loss) in [
+        (Form::Free, Loss::Torque),
+        (Form::Convex, Loss::Torque),
+        (Form::Convex, Loss::Acceleration),
+    ] {
+        let shape = shape(2, form);
+        let learner = LnnLearner {
+            shape: &shape,
+            loss,
+            weights: &weights[..2],
+            forces: forces(ForceTerms::friction(), 2),
+            nominal: Some(&robot),
+        };
+        let error = gradient_error(&learner, loss, &samples(2, 37));
+        assert!(error < 1e-7, "lnn {form:?} {loss:?}: {error:e}");
+        assert_step_solves(&learner, loss, &samples(2, 21));
     }
 }
 
@@ -276,6 +320,7 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
                 loss,
                 weights: &weights,
                 forces: forces(ForceTerms::friction(), 2),
+                nominal: None,
             };
             assert_step_solves(&learner, loss, &samples(2, 21));
         }
@@ -333,6 +378,7 @@ fn samples_without_an_acceleration_do_not_lower_the_loss() {
         loss: Loss::Acceleration,
         weights: &weights,
         forces: forces(ForceTerms::default(), 1),
+        nominal: None,
     };
     let learner: &dyn Learner<f64> = &learner;
     let samples = samples(1, 20);

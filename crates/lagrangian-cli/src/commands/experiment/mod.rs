@@ -5,6 +5,8 @@ mod letters;
 mod plausibility;
 mod real;
 mod spread;
+mod swing_up;
+mod tracking;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -36,6 +38,8 @@ struct Experiment {
 /// All experiments, in the order of the list.
 const EXPERIMENTS: &[Experiment] = &[
     letters::EXPERIMENT,
+    tracking::EXPERIMENT,
+    swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
 ];

@@ -76,7 +76,7 @@ impl<S: System> Model for Analytic<S> {
 }
 
 impl<S: System> AnalyticModel for Analytic<S> {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         S::NAME
     }
 

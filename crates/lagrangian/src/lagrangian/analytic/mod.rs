@@ -48,7 +48,7 @@ pub trait System: Send + Sync + Sized + 'static {
 /// An analytic system behind a pointer: a model that also shows its Lagrangian and samples its states.
 pub trait AnalyticModel: Model {
     /// Its name, as in [`systems`].
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
     /// Its Lagrangian.
     fn lagrangian(&self) -> &dyn Lagrangian;

@@ -1,0 +1,115 @@
+//! The flags that name a robot, and the files behind them.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::Args;
+use lagrangian::lagrangian::Form;
+use lagrangian::rigid::{self, RobotConfig};
+use lagrangian::train::{Family, FitConfig};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::{Advise, mistake};
+use crate::run_folder::DataFile;
+
+/// The longest URDF that is read, bytes.
+const MOST: u64 = 8 << 20;
+
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[command(next_help_heading = "Robot")]
+#[serde(default)]
+pub(crate) struct RobotArgs {
+    /// URDF of the robot whose parameters --model rigid identifies
+    #[arg(long, value_name = "FILE", conflicts_with = "nominal")]
+    pub(crate) urdf: Option<PathBuf>,
+
+    /// URDF of a robot that is known: the network (lnn or delan) learns what it leaves
+    #[arg(long, value_name = "FILE")]
+    pub(crate) nominal: Option<PathBuf>,
+
+    /// Joints of the robot in the order of the data, the others locked at 0 [default: those that the data name, or all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) joints: Vec<String>,
+}
+
+impl RobotArgs {
+    /// The file behind the flags, for the record of the run.
+    pub(crate) fn file(&self) -> Result<Option<DataFile>> {
+        let path = self.urdf.as_ref().or(self.nominal.as_ref());
+        let file = path.filter(|path| example(path).is_none());
+        file.map(|path| DataFile::of("robot", path)).transpose()
+    }
+
+    /// Puts the robot into the settings of a fit. Upon a robot a network begins as nothing: without a mass matrix of
+    /// its own.
+    pub(crate) fn apply(&self, form_was_chosen: bool, config: &mut FitConfig) -> Result<()> {
+        if self.urdf.is_none() && self.nominal.is_none() && !self.joints.is_empty() {
+            return Err(mistake(
+                "--joints names joints of a robot, and none is given",
+                "add --urdf robot.urdf (--model rigid) or --nominal robot.urdf (--model lnn, delan)",
+            ));
+        }
+        if let Some(path) = &self.urdf {
+            let Family::Rigid(rigid) = &mut config.family else {
+                return Err(mistake(
+                    format!(
+                        "--urdf is for --model rigid, not for {}",
+                        config.family.name()
+                    ),
+                    "give the robot as --nominal, or --model rigid",
+                ));
+            };
+            rigid.robot = Some(read(path, &self.joints)?);
+        }
+        if let Some(path) = &self.nominal {
+            config.nominal = Some(read(path, &self.joints)?);
+            if let Family::Lnn(lnn) = &mut config.family {
+                if !form_was_chosen {
+                    lnn.form = Form::Free;
+                }
+                if lnn.form == Form::Free {
+                    lnn.kinetic = 0.0;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An example robot that is meant by a name that is no file.
+fn example(path: &Path) -> Option<&'static str> {
+    let name = path.to_str().filter(|_| !path.exists())?;
+    rigid::example(name)
+}
+
+/// The robot of a URDF file, or the example of that name.
+pub(crate) fn read(path: &Path, joints: &[String]) -> Result<RobotConfig> {
+    let text = match example(path) {
+        Some(text) => text.into(),
+        None => text(path)?,
+    };
+    RobotConfig::new(&text, joints.to_vec()).advise(
+        format!("cannot use the robot of '{}'", path.display()),
+        "`check_urdf` of ROS finds most mistakes in a URDF file",
+    )
+}
+
+fn text(path: &Path) -> Result<String> {
+    let mut bytes = Vec::new();
+    let file = File::open(path).and_then(|file| file.take(MOST + 1).read_to_end(&mut bytes));
+    file.advise(
+        format!("cannot read '{}'", path.display()),
+        format!(
+            "check that the file exists and may be read, or name an example: {}",
+            rigid::EXAMPLES.join(", ")
+        ),
+    )?;
+    String::from_utf8(bytes).map_err(|_| {
+        mistake(
+            format!("'{}' is not text", path.display()),
+            "give a URDF file (expand xacro first)",
+        )
+    })
+}

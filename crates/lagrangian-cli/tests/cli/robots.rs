@@ -1,0 +1,158 @@
+//! Robots from URDF, through the command line.
+
+use crate::workbench::Workbench;
+
+/// An arm under torques, whose upper arm is heavier than its description says.
+fn with_arm() -> Workbench {
+    let bench = Workbench::new();
+    let arm = lagrangian::rigid::example("two_link_arm").unwrap();
+    bench.write("arm.urdf", arm);
+    bench.write(
+        "heavier.urdf",
+        &arm.replace("value=\"0.8\"", "value=\"1.1\""),
+    );
+    bench.succeed(
+        "simulate --urdf heavier.urdf --drive 4 --trajectories 6 --duration 3 --step 0.02 --out data.npz",
+    );
+    bench
+}
+
+#[test]
+fn a_robot_that_moves_freely_keeps_its_energy() {
+    let bench = Workbench::new();
+    let motion = bench
+        .succeed("simulate --urdf iiwa7 --starts test --duration 1 --json")
+        .json();
+    assert_eq!(motion["system"], "iiwa7");
+    assert_eq!(motion["coordinates"][3]["name"], "joint_4");
+    let trajectory = &motion["trajectories"][0];
+    assert!(trajectory["energy_change_max"].as_f64().unwrap() < 1e-6);
+    let locked = bench
+        .succeed("simulate --urdf ur5 --joints elbow_joint,shoulder_lift_joint --duration 1 --json")
+        .json();
+    assert_eq!(locked["coordinates"][0]["name"], "elbow_joint");
+    assert_eq!(locked["coordinates"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn a_robot_is_identified_from_its_torques_and_found_again_in_the_saved_model() {
+    let bench = with_arm();
+    let fit = bench
+        .succeed("fit data.npz --model rigid --urdf arm.urdf --dissipation --out run --json")
+        .json();
+    let parameter = |name: &str| {
+        let all = fit["parameters"].as_array().unwrap();
+        let own = all.iter().find(|p| p["name"] == name).unwrap();
+        own["value"].as_f64().unwrap()
+    };
+    // What the forearm feels of gravity: 1.1 kg at 0.25 m; and no friction.
+    let first_moment = parameter("mass_x_elbow").hypot(parameter("mass_y_elbow"));
+    assert!((first_moment - 1.1 * 0.25).abs() < 1e-3, "{first_moment}");
+    assert!(parameter("viscous_elbow").abs() < 1e-3 && parameter("coulomb_shoulder").abs() < 1e-2);
+    assert_eq!(fit["family"], "rigid");
+    // The model needs no other file.
+    std::fs::remove_file(bench.path("arm.urdf")).unwrap();
+    let score = bench
+        .succeed("score run/model.safetensors data.npz --json")
+        .json();
+    let torque = score["score"]["torque"]["nmse"].as_array().unwrap();
+    assert!(torque.iter().all(|x| x.as_f64().unwrap() < 1e-9), "{score}");
+    bench.succeed(
+        "rollout run/model.safetensors --q0 0.1,0.2 --qd0 0,0 --duration 1 --out motion.csv",
+    );
+}
+
+#[test]
+fn a_network_learns_what_the_description_leaves() {
+    let bench = with_arm();
+    for model in ["lnn", "delan"] {
+        let fit = bench
+            .succeed(&format!(
+                "fit data.npz --model {model} --nominal arm.urdf --loss torque --steps 40 --width 16 --out {model} --json"
+            ))
+            .json();
+        assert_eq!(fit["family"], model);
+        assert!(fit["loss"].as_f64().unwrap() < 0.1, "{fit}");
+        bench.succeed(&format!("score {model}/model.safetensors data.npz"));
+    }
+    let record = String::from_utf8(bench.read("lnn/run.toml")).unwrap();
+    assert!(record.contains("role = \"robot\""), "{record}");
+}
+
+#[test]
+fn robots_that_do_not_fit_are_refused_with_a_hint() {
+    let bench = with_arm();
+    bench.write("empty.urdf", "");
+    bench.write("notes.txt", "no robot at all");
+    bench.write("named.csv", &named());
+    std::fs::write(bench.path("binary.urdf"), [0xff, 0xfe, 0x00]).unwrap();
+    bench.write(
+        "broken.urdf",
+        &lagrangian::rigid::example("two_link_arm")
+            .unwrap()
+            .replace("value=\"1.2\"", "value=\"NaN\""),
+    );
+    for (line, words) in [
+        (
+            "fit data.npz --model rigid --urdf nowhere.urdf",
+            "nowhere.urdf",
+        ),
+        ("fit data.npz --model rigid --urdf empty.urdf", "not XML"),
+        ("fit data.npz --model rigid --urdf notes.txt", "not XML"),
+        ("fit data.npz --model rigid --urdf binary.urdf", "not text"),
+        (
+            "fit data.npz --model rigid --urdf broken.urdf",
+            "link 'upper_arm': value is 'NaN'",
+        ),
+        ("fit data.npz --model rigid --urdf ur5", "6 joints"),
+        (
+            "fit named.csv --q shoulder,elbow --qd v1,v2 --qdd a1,a2 --tau u1,u2 --angle all --model rigid --urdf arm.urdf --joints elbow,shoulder",
+            "column 'shoulder' of the data",
+        ),
+        (
+            "fit data.npz --model rigid --urdf arm.urdf --joints knee",
+            "shoulder, elbow",
+        ),
+        ("fit data.npz --model lnn --urdf arm.urdf", "--nominal"),
+        (
+            "fit data.npz --model mlp --nominal arm.urdf",
+            "lnn or delan",
+        ),
+        ("fit data.npz --joints elbow", "--urdf"),
+        (
+            "fit data.npz --nominal arm.urdf --urdf arm.urdf",
+            "cannot be used with",
+        ),
+        ("simulate --urdf empty.urdf", "not XML"),
+        ("simulate --urdf arm.urdf --joints wrist", "is fixed"),
+        (
+            "simulate --urdf arm.urdf --set mass=1",
+            "cannot be used with",
+        ),
+        ("simulate", "required"),
+    ] {
+        let out = if line.starts_with("fit") {
+            " --out refused"
+        } else {
+            ""
+        };
+        let message = bench.refuse(&format!("{line}{out}"));
+        assert!(message.contains(words), "{line}: {message}");
+    }
+}
+
+/// Two joints that swing, by their names.
+fn named() -> String {
+    let row = |k: u32| {
+        let t = 0.02 * f64::from(k);
+        let ((s, c), (s2, c2)) = (t.sin_cos(), (2.0 * t).sin_cos());
+        format!(
+            "{t},{s},{c2},{c},{},{},{},{s2},{c}\n",
+            -2.0 * s2,
+            -s,
+            -4.0 * c2
+        )
+    };
+    let rows: String = (0..300).map(row).collect();
+    format!("t,shoulder,elbow,v1,v2,a1,a2,u1,u2\n{rows}")
+}
