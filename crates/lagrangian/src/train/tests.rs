@@ -103,6 +103,7 @@ fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
                 let input = [Input::Torque, Input::Gains, Input::Matrix][n - 1];
                 let weights: Vec<f64> = (0..2 * n).map(|i| 0.8 + 0.1 * i as f64).collect();
                 let learner = DelanLearner {
+                    nominal: None,
                     shape: &shape,
                     loss,
                     weights: &weights,
@@ -138,6 +139,7 @@ fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rat
         };
         let weights = [0.8, 1.2, 0.5, 0.6];
         let learner = DelanLearner {
+            nominal: None,
             shape: &shape,
             loss,
             weights: &weights,
@@ -200,6 +202,7 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
                 };
                 let weights = vec![0.8; n];
                 let learner = LnnLearner {
+                    nominal: None,
                     shape: &shape,
                     loss,
                     weights: &weights,
@@ -268,6 +271,7 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
             let shape = shape(2, form);
             let weights = [0.8, 1.2];
             let learner = LnnLearner {
+                nominal: None,
                 shape: &shape,
                 loss,
                 weights: &weights,
@@ -324,6 +328,7 @@ fn samples_without_an_acceleration_do_not_lower_the_loss() {
     let shape = shape(1, Form::Free);
     let weights = [1.0];
     let learner = LnnLearner {
+        nominal: None,
         shape: &shape,
         loss: Loss::Acceleration,
         weights: &weights,
