@@ -1,7 +1,7 @@
 //! Laws of deep Lagrangian networks, on random weights: what robotics builds on holds whatever was learned.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{Evaluator, Mechanical, Model};
+use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::lagrangian::{
     Actuation, Delan, DelanConfig, Dissipation, Jet, Lagrangian, Scaling, Stribeck, Trunks,
 };

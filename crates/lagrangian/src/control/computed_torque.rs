@@ -4,7 +4,7 @@ use super::{Controller, Desired, Gains, Reference};
 use crate::dynamics::{Evaluator, Model};
 use crate::{Error, Result};
 
-/// τ = M̂(q) (q̈_d + `K_p` e + `K_d` ė) + ĉ(q, q̇), theory.md (52): with a perfect model ë + `K_d` ė + `K_p` e = 0.
+/// τ = M̂(q) (`q̈_d` + `K_p` e + `K_d` ė) + ĉ(q, q̇), theory.md (52): with a perfect model ë + `K_d` ė + `K_p` e = 0.
 ///
 /// Gains are in s⁻² and s⁻¹ here, the same for heavy and light joints.
 pub struct ComputedTorque<'a> {

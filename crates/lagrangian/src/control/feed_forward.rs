@@ -4,7 +4,7 @@ use super::{Controller, Desired, Gains, Reference};
 use crate::dynamics::{Evaluator, Model};
 use crate::{Error, Result};
 
-/// τ = M̂(`q_d`) q̈_d + ĉ(`q_d`, q̇_d) + `K_p` (`q_d` − q) + `K_d` (q̇_d − q̇), theory.md (51).
+/// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
 ///
 /// Inverse dynamics at the reference, not at the measured state: noise of the sensors never passes through the model.
 /// Where the model is not finite the feed-forward is left out and counted; the feedback stays.

@@ -2,9 +2,9 @@
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | q_d, q̇_d, q̈_d | the motion that is wanted, a [`Reference`] |
-//! | e = q_d − q | tracking error |
-//! | K_p, K_d | [`Gains`], diagonal |
+//! | `q_d`, `q̇_d`, `q̈_d` | the motion that is wanted, a [`Reference`] |
+//! | e = `q_d` − q | tracking error |
+//! | `K_p`, `K_d` | [`Gains`], diagonal |
 //! | M̂, ĉ | mass matrix and bias of the model that the controller has, which need not be those of the robot |
 //!
 //! A controller allocates nothing once it is warm: every one may run at a kilohertz (theory.md, equations 50 to 59).

@@ -3,7 +3,7 @@
 use super::{Controller, Desired, Gains, Reference};
 use crate::Result;
 
-/// τ = `K_p` (`q_d` − q) + `K_d` (q̇_d − q̇), theory.md (50): it knows no model.
+/// τ = `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (50): it knows no model.
 #[derive(Debug, Clone)]
 pub struct Pd<'a> {
     gains: Gains,

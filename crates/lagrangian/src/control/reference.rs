@@ -7,9 +7,9 @@ use crate::{Error, Result, Trajectory};
 pub struct Desired {
     /// `q_d`.
     pub q: Vec<f64>,
-    /// q̇_d.
+    /// `q̇_d`.
     pub qd: Vec<f64>,
-    /// q̈_d.
+    /// `q̈_d`.
     pub qdd: Vec<f64>,
 }
 

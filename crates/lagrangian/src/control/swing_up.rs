@@ -3,11 +3,11 @@
 //! | symbol | meaning |
 //! |---|---|
 //! | a, p | the driven coordinate and the pendulum, the same where a motor sits on the pendulum |
-//! | Ẽ = H(q, q̇_p) − H(up) | energy that the pendulum lacks (below 0) or has too much, with q̇_a = 0 |
+//! | Ẽ = H(q, `q̇_p`) − H(up) | energy that the pendulum lacks (below 0) or has too much, with `q̇_a` = 0 |
 //! | q̈ = α + β u | forward dynamics, affine in the one input |
 //! | v | acceleration wanted of a |
 //!
-//! v = v_max sat(−k Ẽ q̇_p β_p/β_a) − k_q q_a − k_d q̇_a, u = (v − α_a)/β_a (theory.md, 57 and 58): a collocated
+//! v = `v_max` sat(−k Ẽ `q̇_p` `β_p/β_a)` − `k_q` `q_a` − `k_d` `q̇_a`, u = (v − `α_a`)/`β_a` (theory.md, 57 and 58): a collocated
 //! partial feedback linearisation (Spong 1995) with the energy law of Åström and Furuta (2000). Near the top an
 //! [`Lqr`] of the model's own linearisation takes over.
 

@@ -280,7 +280,11 @@ impl Arm {
         let home = [0.0, 0.5, 0.0, -1.2, 0.0, 0.9, 0.0];
         // Every other joint follows the second joint of the letter, about its own middle.
         let joint = |i: usize| {
-            let (source, middle) = if i % 2 == 0 { (0, -0.3) } else { (1, 1.7) };
+            let (source, middle) = if i.is_multiple_of(2) {
+                (0, -0.3)
+            } else {
+                (1, 1.7)
+            };
             let factor = if i % 3 == 2 { -0.6 } else { 0.6 };
             (source, factor, home[i] - factor * middle)
         };

@@ -140,7 +140,9 @@ fn path(found: &Found) -> Option<Figure> {
     Some(Figure {
         id: format!("path-{}", found.arm.name.replace(' ', "-")),
         title: format!("The letter {letter}, {}", found.arm.name),
-        caption: "Second joint over first. The learned model lies on the reference.".into(),
+        caption:
+            "Second joint over first: the reference, feedback alone, and with the learned model."
+                .into(),
         x: Axis::linear("first joint", "rad"),
         y: Axis::linear("second joint", "rad"),
         series,
