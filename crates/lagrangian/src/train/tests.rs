@@ -109,7 +109,6 @@ fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
                     loss,
                     weights: &weights,
                     forces: forces(all_forces(input), n),
-                    nominal: None,
                 };
                 let error = gradient_error(&learner, loss, &samples(n, 37));
                 assert!(error < 1e-7, "n {n} {trunks:?} {loss:?}: {error:e}");
@@ -146,7 +145,6 @@ fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rat
             loss,
             weights: &weights,
             forces: forces(all_forces(Input::Matrix), 2),
-            nominal: None,
         };
         assert_step_solves(&learner, loss, &samples(2, count));
     }
@@ -210,7 +208,6 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
                     loss,
                     weights: &weights,
                     forces: forces(terms, n),
-                    nominal: None,
                 };
                 let error = gradient_error(&learner, loss, &samples(n, 37));
                 assert!(error < 1e-7, "n {n} {form:?} {loss:?}: {error:e}");
@@ -320,7 +317,6 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
                 loss,
                 weights: &weights,
                 forces: forces(ForceTerms::friction(), 2),
-                nominal: None,
             };
             assert_step_solves(&learner, loss, &samples(2, 21));
         }
@@ -378,7 +374,6 @@ fn samples_without_an_acceleration_do_not_lower_the_loss() {
         loss: Loss::Acceleration,
         weights: &weights,
         forces: forces(ForceTerms::default(), 1),
-        nominal: None,
     };
     let learner: &dyn Learner<f64> = &learner;
     let samples = samples(1, 20);
