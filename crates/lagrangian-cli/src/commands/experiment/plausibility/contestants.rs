@@ -94,7 +94,12 @@ pub(super) const BROKEN: &[Contestant] = &[
     plain("delan", "deep Lagrangian network", Role::Other(0), delan),
     Contestant {
         forces: FORCES,
-        ..plain("delan_forces", "the same with forces", Role::Lnn, delan)
+        ..plain(
+            "delan_forces",
+            "deep Lagrangian with forces",
+            Role::Lnn,
+            delan,
+        )
     },
     plain("lnn", "black-box Lagrangian", Role::Other(2), lnn),
     Contestant {
