@@ -57,7 +57,7 @@ fn error(tracked: &Tracked, reference: &Reference, (from, to): (f64, f64)) -> f6
             count += 1.0;
         }
     }
-    (sum / count as f64).sqrt()
+    (sum / count).sqrt()
 }
 
 fn learner(seed: u64) -> Box<OnlineLearner> {
