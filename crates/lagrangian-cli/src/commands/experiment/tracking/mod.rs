@@ -28,6 +28,8 @@ const LETTERS: usize = 8;
 const FEW: usize = 3;
 /// A model has recovered where the error stays within this factor of before.
 const RECOVERED: f64 = 1.2;
+/// A model follows where its error is below so many times that of the true one.
+const FOLLOWS: f64 = 10.0;
 
 /// All runs of one arm.
 struct Found {
@@ -58,11 +60,19 @@ impl Found {
         runs.map(|run| last(&run.errors)).collect()
     }
 
-    /// Seconds from the payload to the old error, one figure a seed; NaN where it does not come back.
+    /// Seconds from the payload to the old error, one figure a seed; NaN where it does not come back, and for a model
+    /// that had not learned to follow before.
     fn recoveries(&self, condition: Condition) -> Vec<f64> {
-        let runs = self.of(condition).iter().zip(self.before(condition));
-        runs.map(|(run, before)| recovery(&run.after.1, before, RECOVERED).unwrap_or(f64::NAN))
-            .collect()
+        let before = self
+            .before(condition)
+            .into_iter()
+            .zip(self.ratios(condition));
+        let runs = self.of(condition).iter().zip(before);
+        let seconds = runs.map(|(run, (before, ratio))| {
+            let found = recovery(&run.after.1, before, RECOVERED);
+            found.filter(|_| ratio < FOLLOWS)
+        });
+        seconds.map(|found| found.unwrap_or(f64::NAN)).collect()
     }
 
     /// The learned error of the last letters over that of the true model, one figure a seed.
