@@ -66,7 +66,7 @@ pub(crate) struct TruthArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "robot")]
     pub(crate) joints: Vec<String>,
 
-    /// Mass in the robot's hand, kg, of which the model knows nothing
+    /// Mass in the robot's hand, kg, of which the true model knows and the saved one does not
     #[arg(long, value_name = "KG", value_parser = non_negative, requires = "robot")]
     pub(crate) payload: Option<f64>,
 }

@@ -33,6 +33,9 @@ pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
     let n = model.coordinates().dof();
     let control = loop_config(&args.control, n)?;
     let gains = all_gains(&args.control, robot, &reference)?;
+    if truth.is_none() {
+        eprintln!("note: the model itself is the robot, and right about it; --robot names another");
+    }
     let contestants = contestants(&model, truth.as_deref(), args.control.controller, &gains);
     let mut runs = Vec::new();
     for (key, name, law) in contestants {

@@ -12,16 +12,13 @@ use crate::failure::{Advise, mistake};
 use crate::robot;
 use crate::track_args::TruthArgs;
 
-/// The robot of the flags; none where the model itself is to move, which is said.
+/// The robot of the flags; none where the model itself is to move.
 pub(super) fn read(
     args: &TruthArgs,
     model: &Learned,
     reference: &Trajectory,
 ) -> Result<Option<Box<dyn Model>>> {
     let Some(path) = &args.robot else {
-        eprintln!(
-            "note: the model itself is the robot, so that it is right about it; --robot names another"
-        );
         if !model.moves() {
             return Err(mistake(
                 "the model gives torques and no motion, so that it cannot be the robot",
