@@ -452,7 +452,8 @@ pub(crate) struct ReportArgs {
 Examples:
   lagrangian experiment list
   lagrangian experiment letters --seeds 3 --json
-  lagrangian experiment letters --quick --out look")]
+  lagrangian experiment letters --quick --data ../shared/data --out look
+  lagrangian experiment swing-up --seeds 1 --quick")]
 pub(crate) struct ExperimentArgs {
     /// Name of the experiment, or `list`
     pub(crate) name: String,

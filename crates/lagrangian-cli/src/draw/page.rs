@@ -245,7 +245,10 @@ fn figures(body: &mut String, figures: &[Figure]) {
 fn table(body: &mut String, table: &Table) {
     let cells = |tag: &str, row: &[String]| {
         row.iter()
-            .map(|cell| format!("<{tag}>{}</{tag}>", breakable(cell)))
+            .map(|cell| match tag {
+                "td" => format!("<td>{}</td>", breakable(cell)),
+                _ => format!("<{tag}>{}</{tag}>", escaped(cell)),
+            })
             .collect::<String>()
     };
     let scope = "th scope=\"col\"";
@@ -285,7 +288,8 @@ fn part(text: &str) -> String {
         .split_once(" (")
         .filter(|(_, range)| range.contains('…'))
     {
-        None => escaped(text),
+        None if text.chars().any(|c| c.is_ascii_digit()) => escaped(text),
+        None => format!("<span class=\"words\">{}</span>", escaped(text)),
         Some((figure, range)) => format!(
             "{}<span class=\"range\"> ({}</span>",
             escaped(figure),
