@@ -169,6 +169,7 @@ pub(crate) struct DemoArgs {
 Examples:
   lagrangian simulate pendulum > motion.csv
   lagrangian simulate double-pendulum --trajectories 20 --duration 10 --out motion.parquet
+  lagrangian simulate two-link-arm --drive 3 --friction 0.3 --trajectories 10 --out arm.csv
   lagrangian simulate --urdf robot.urdf --drive 20 --trajectories 10 --out motion.npz
   lagrangian simulate pendulum --set length=2 --q0 0.1 --qd0 0 --noise 0.001 --out noisy.csv
 
@@ -186,9 +187,13 @@ pub(crate) struct SimulateArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "urdf")]
     pub(crate) joints: Vec<String>,
 
-    /// Drive every coordinate by sines of this amplitude, N·m, of random phase and 0.2 to 1.5 Hz
+    /// Drive every coordinate by a sine of this amplitude, N·m or N, of random phase and 0.2 to 1.5 Hz
     #[arg(long, value_name = "TORQUE", value_parser = positive)]
     pub(crate) drive: Option<f64>,
+
+    /// Viscous friction on every coordinate, N·m·s/rad or N·s/m; it is no part of the recorded forces
+    #[arg(long, value_name = "COEFFICIENT", default_value_t = 0.0, value_parser = non_negative)]
+    pub(crate) friction: f64,
 
     /// File for the trajectories, .csv, .npz or .parquet; a .toml that declares the angles is put beside it
     /// [default: CSV on standard output]
@@ -450,7 +455,8 @@ pub(crate) struct ReportArgs {
 Examples:
   lagrangian experiment list
   lagrangian experiment letters --seeds 3 --json
-  lagrangian experiment letters --quick --out look")]
+  lagrangian experiment letters --quick --data ../shared/data --out look
+  lagrangian experiment swing-up --seeds 1 --quick")]
 pub(crate) struct ExperimentArgs {
     /// Name of the experiment, or `list`
     pub(crate) name: String,

@@ -16,6 +16,7 @@ Examples:
   lagrangian fit log*.csv --time t --q theta --qd omega --tau torque --angle theta --dissipation --out run
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
   lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
+  lagrangian fit log*.csv --model delan --forces viscous,coulomb,offset --delay 16 --out run    a robot with torques
   lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
   lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn what the description leaves
   lagrangian fit --out run --resume                 go on with a run that was interrupted")]

@@ -72,9 +72,14 @@ impl RunFolder {
             "give another --out that is a folder you may write to",
         )?;
         if occupied == Occupied::Refuse && !empty {
+            let hint = if path.join(RUN).is_file() {
+                "give another --out, --resume to go on with that run, or --force to begin it anew"
+            } else {
+                "give another --out, or --force to write beside what is there"
+            };
             return Err(mistake(
                 format!("the folder '{}' is not empty", path.display()),
-                "give another --out, --resume to go on with that run, or --force to begin it anew",
+                hint,
             ));
         }
         Ok(Self {
@@ -435,7 +440,11 @@ mod tests {
         let precious = folder.path().join("thesis.txt");
         fs::write(&precious, "years of work").unwrap();
         let error = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
-        assert!(crate::failure::describe(&error).contains("--resume"));
+        let message = crate::failure::describe(&error);
+        assert!(
+            message.contains("--force") && !message.contains("--resume"),
+            "{message}"
+        );
         RunFolder::open(folder.path(), Occupied::Restart).unwrap();
         assert_eq!(fs::read_to_string(precious).unwrap(), "years of work");
     }
@@ -450,6 +459,8 @@ mod tests {
             .add(1, 0.1, &[("loss/train", 1.0)])
             .unwrap();
         run.write(MODEL, b"the earlier model").unwrap();
+        let refused = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
+        assert!(crate::failure::describe(&refused).contains("--resume"));
         let anew = RunFolder::open(folder.path(), Occupied::Restart).unwrap();
         assert!(anew.file(MODEL).is_file(), "not before the new run begins");
         anew.write_record(&record()).unwrap();

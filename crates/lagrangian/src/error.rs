@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum Error {
     /// Reading or writing failed in the operating system.
-    #[error("{0}")]
+    #[error(transparent)]
     Io(#[from] std::io::Error),
 
     /// An argument is outside its domain.

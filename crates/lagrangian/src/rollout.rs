@@ -12,7 +12,7 @@ use crate::{Error, Result, Trajectory};
 
 pub use many::rollout_many;
 pub use recorded::{Hold, recorded, rollout_recorded};
-pub use sines::sines;
+pub use sines::{record_forces, sines, with_friction};
 
 /// Generalised forces as a function: (t, q, q̇, τ), which writes τ.
 pub type Force<'a> = dyn Fn(f64, &[f64], &[f64], &mut [f64]) + Sync + 'a;

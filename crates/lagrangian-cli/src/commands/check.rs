@@ -53,6 +53,57 @@ fn as_json(args: &CheckArgs, recordings: &[Recording], report: &CheckReport) -> 
 fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> String {
     let samples: usize = recordings.iter().map(Recording::len).sum();
     let mut text = format!("{} trajectories, {samples} samples\n", recordings.len());
+    if recordings.len() > MOST_IN_FULL {
+        text += &in_short(recordings.len(), report, colour);
+    } else {
+        text += &in_full(report, colour);
+    }
+    text += &format!("\n{}\n", conclusion(report));
+    text
+}
+
+/// Of more trajectories than this, only what is wrong is written out.
+const MOST_IN_FULL: usize = 3;
+
+/// What was found in all trajectories together, then each warning once with those that it is about.
+fn in_short(trajectories: usize, report: &CheckReport, colour: bool) -> String {
+    let (all, single): (Vec<&Item>, Vec<&Item>) =
+        report.items.iter().partition(|i| i.trajectory.is_none());
+    let mut text: String = all.into_iter().map(|item| line(item, colour)).collect();
+    let mut kinds: Vec<Vec<&Item>> = Vec::new();
+    for item in single.into_iter().filter(|i| i.verdict != Verdict::Pass) {
+        let same = |kind: &&mut Vec<&Item>| {
+            kind.first()
+                .is_some_and(|i| i.name == item.name && i.verdict == item.verdict)
+        };
+        match kinds.iter_mut().find(same) {
+            Some(kind) => kind.push(item),
+            None => kinds.push(vec![item]),
+        }
+    }
+    text += "\nsingle trajectories (--json has all findings)\n";
+    if kinds.is_empty() {
+        text += &format!("  nothing is wrong with any of the {trajectories}\n");
+    }
+    for kind in kinds {
+        let mut names: Vec<&str> = kind
+            .iter()
+            .filter_map(|i| i.trajectory.as_deref())
+            .collect();
+        names.dedup();
+        let first = names.first().copied().unwrap_or_default();
+        text += &line(kind[0], colour);
+        let many = match names.len() {
+            1 => format!("in '{first}' alone"),
+            n => format!("above: '{first}'; in {n} of {trajectories} trajectories"),
+        };
+        text += &format!("{:22}{many}\n", "");
+    }
+    text
+}
+
+fn in_full(report: &CheckReport, colour: bool) -> String {
+    let mut text = String::new();
     let mut about = None;
     for item in &report.items {
         if item.trajectory != about {
@@ -63,7 +114,6 @@ fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> Stri
         }
         text += &line(item, colour);
     }
-    text += &format!("\n{}\n", conclusion(report));
     text
 }
 

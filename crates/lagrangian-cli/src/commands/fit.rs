@@ -239,8 +239,12 @@ fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Re
         None => Ok(()),
         Some(item) => Err(mistake(
             format!(
-                "a fit of this data would be meaningless: {}: {}",
-                item.name, item.finding
+                "a fit of this data would be meaningless: {}{}: {}",
+                item.trajectory
+                    .as_ref()
+                    .map_or(String::new(), |name| format!("trajectory '{name}': ")),
+                item.name,
+                item.finding
             ),
             item.remedy
                 .clone()

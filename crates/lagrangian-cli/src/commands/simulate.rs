@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
+use lagrangian::lagrangian::Dissipation;
 use lagrangian::lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
 use lagrangian::rigid::RigidBodies;
 use lagrangian::rollout::{self, Outcome, Rollout, rollout_many};
@@ -34,12 +35,18 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
     )?;
     refuse_too_many(args.trajectories, times.len())?;
     let starts = starts(args, &*system)?;
-    let amplitude = args.drive.unwrap_or(0.0);
-    let force = rollout::sines(system.coordinates().dof(), amplitude, args.seed);
-    let rollouts = rollout_many(&*system, &starts, &times, &force, &args.motion.options()).advise(
+    let n = system.coordinates().dof();
+    let drive = rollout::sines(n, args.drive.unwrap_or(0.0), args.seed);
+    let friction = Dissipation::viscous(vec![args.friction; n]);
+    let force = rollout::with_friction(&drive, &friction);
+    let options = args.motion.options();
+    let mut rollouts = rollout_many(&*system, &starts, &times, &force, &options).advise(
         "cannot simulate",
         "give --q0 and --qd0 one value per coordinate, or neither for a random start",
     )?;
+    rollouts
+        .iter_mut()
+        .for_each(|rollout| rollout::record_forces(&mut rollout.trajectory, &drive));
     let summaries: Vec<Summary> = rollouts
         .iter()
         .map(|rollout| Summary::of(rollout, &*system))
@@ -69,6 +76,8 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
             "parameters": parameters(args),
             "coordinates": system.coordinates(),
             "seed": args.seed,
+            "drive": args.drive,
+            "friction": args.friction,
             "motion": args.motion,
             "noise": args.noise,
             "out": args.out,

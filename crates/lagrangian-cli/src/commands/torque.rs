@@ -34,6 +34,7 @@ pub(super) fn run(args: &TorqueArgs, manner: Manner) -> Result<ExitCode> {
     data::require_dof(&recordings, model.coordinates())?;
     let (motions, estimates) = data::trajectories(recordings, &args.estimate.options())?;
     let predictions = predictions(&model, &motions)?;
+    note_not_finite(&predictions);
     let n = model.coordinates().dof();
     let summary = summarise(&predictions, n);
     if let Some(path) = &args.out {
@@ -71,6 +72,17 @@ fn predictions(model: &dyn Model, motions: &[Trajectory]) -> Result<Vec<TorquePr
         "cannot predict torques",
         "give a model with inverse dynamics, and data of its coordinates",
     )
+}
+
+/// Says where the model gave no figures; the data are finite by then.
+fn note_not_finite(predictions: &[TorquePrediction]) {
+    let totals = predictions.iter().flat_map(|p| p.parts.total());
+    let lost = totals.filter(|x| !x.is_finite()).count();
+    if lost > 0 {
+        eprintln!(
+            "warning: {lost} predicted torques are not finite: the model is damaged, or the motion far from its data"
+        );
+    }
 }
 
 /// The rows of the summary: a signal, and a figure for each coordinate.

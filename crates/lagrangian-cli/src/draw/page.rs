@@ -245,7 +245,10 @@ fn figures(body: &mut String, figures: &[Figure]) {
 fn table(body: &mut String, table: &Table) {
     let cells = |tag: &str, row: &[String]| {
         row.iter()
-            .map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)))
+            .map(|cell| match tag {
+                "td" => format!("<td>{}</td>", breakable(cell)),
+                _ => format!("<{tag}>{}</{tag}>", escaped(cell)),
+            })
             .collect::<String>()
     };
     let scope = "th scope=\"col\"";
@@ -264,6 +267,35 @@ fn table(body: &mut String, table: &Table) {
         .iter()
         .for_each(|row| add(body, format_args!("<tr>{}</tr>\n", cells("td", row))));
     body.push_str("</tbody></table></div></div>\n");
+}
+
+/// A cell that may be broken where there is no room: between its parts, `a / b` or `a; b`, and before the range of a
+/// figure, `median (least … largest)`.
+fn breakable(cell: &str) -> String {
+    let separator = if cell.contains(" / ") { " / " } else { "; " };
+    let parts: Vec<String> = cell.split(separator).map(part).collect();
+    match &parts[..] {
+        [one] => one.clone(),
+        parts => format!(
+            "<span class=\"part\">{}</span>",
+            parts.join(&format!("{separator}</span><span class=\"part\">"))
+        ),
+    }
+}
+
+fn part(text: &str) -> String {
+    match text
+        .split_once(" (")
+        .filter(|(_, range)| range.contains('…'))
+    {
+        None if text.chars().any(|c| c.is_ascii_digit()) => escaped(text),
+        None => format!("<span class=\"words\">{}</span>", escaped(text)),
+        Some((figure, range)) => format!(
+            "{}<span class=\"range\"> ({}</span>",
+            escaped(figure),
+            escaped(range)
+        ),
+    }
 }
 
 fn settings(body: &mut String, settings: &[(String, String)]) {

@@ -13,7 +13,7 @@ pub(super) struct Ink {
 
 /// Blue and orange stay apart for every kind of colour vision; contrast with the ground is at least 3 : 1 for lines
 /// and 4.5 : 1 for words.
-pub(super) const INKS: [Ink; 12] = [
+pub(super) const INKS: [Ink; 13] = [
     Ink {
         name: "truth",
         light: [130, 138, 150],
@@ -50,6 +50,11 @@ pub(super) const INKS: [Ink; 12] = [
         dark: [200, 202, 92],
     },
     Ink {
+        name: "other4",
+        light: [140, 90, 60],
+        dark: [214, 166, 134],
+    },
+    Ink {
         name: "ink",
         light: [27, 31, 38],
         dark: [230, 233, 238],
@@ -76,6 +81,9 @@ pub(super) const INKS: [Ink; 12] = [
     },
 ];
 
+/// Inks of roles without a colour of their own: a torque has as many parts.
+const OTHERS: u8 = 5;
+
 const GROUND: Ink = Ink {
     name: "ground",
     light: [247, 247, 245],
@@ -97,7 +105,7 @@ pub(super) fn name_of(role: Role) -> &'static str {
         Role::Truth => "truth",
         Role::Lnn => "lnn",
         Role::Baseline => "baseline",
-        Role::Other(n) => INKS[3 + usize::from(n % 4)].name,
+        Role::Other(n) => INKS[3 + usize::from(n % OTHERS)].name,
     }
 }
 

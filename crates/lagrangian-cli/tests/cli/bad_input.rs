@@ -65,6 +65,53 @@ fn data_that_cannot_be_fitted_fails_the_check_and_the_fit() {
 }
 
 #[test]
+fn torques_that_are_no_numbers_are_named_with_their_trajectory() {
+    let bench = Workbench::new();
+    bench.succeed(
+        "simulate pendulum --drive 1 --friction 0.2 --trajectories 5 --duration 2 --out good.csv",
+    );
+    let good = String::from_utf8(bench.read("good.csv")).unwrap();
+    for (name, from, to) in [("huge", 0, "1e308"), ("nan", 0, "nan"), ("inf", 250, "inf")] {
+        let bad = |(k, line): (usize, &str)| match line.rsplit_once(',') {
+            Some((row, _)) if k > from => format!("{row},{to}\n"),
+            _ => format!("{line}\n"),
+        };
+        let text: String = good.lines().enumerate().map(bad).collect();
+        bench.write(&format!("{name}.csv"), &text);
+        let check = bench.run(&format!("check {name}.csv --angle all"));
+        assert_eq!(check.code, 1, "{name}: {}", check.stdout);
+        assert!(
+            check.stdout.contains("'tau1'") && !check.stdout.contains("constant at inf"),
+            "{name}: {}",
+            check.stdout
+        );
+        let message = bench.refuse(&format!("fit {name}.csv --angle all --out run-{name}"));
+        let first = if from == 0 { "'1'" } else { "'2'" };
+        assert!(message.contains(first), "{name}: {message}");
+    }
+    assert!(
+        bench
+            .refuse("simulate pendulum --friction -1")
+            .contains("--friction")
+    );
+}
+
+#[test]
+fn a_damaged_model_that_predicts_no_numbers_says_so() {
+    let bench = Workbench::new();
+    bench.succeed("simulate pendulum --duration 2 --out data.csv");
+    bench.succeed("fit data.csv --model delan --steps 2 --width 8 --out run");
+    let model = bench.read("run/model.safetensors");
+    let header = u64::from_le_bytes(model[..8].try_into().unwrap()) as usize + 8;
+    let huge = 1e308_f64.to_le_bytes();
+    let weights = (model.len() - header) / 8;
+    let damaged = [&model[..header], &huge.repeat(weights)].concat();
+    std::fs::write(bench.path("damaged.safetensors"), damaged).unwrap();
+    let told = bench.run("torque damaged.safetensors data.csv");
+    assert!(told.stderr.contains("not finite"), "{}", told.stderr);
+}
+
+#[test]
 fn steps_durations_and_tolerances_must_be_positive_numbers() {
     let bench = Workbench::new();
     for flag in [

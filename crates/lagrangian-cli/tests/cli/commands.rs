@@ -51,6 +51,40 @@ fn simulated_motions_keep_their_energy_and_pass_the_check() {
 }
 
 #[test]
+fn of_many_recordings_only_what_is_wrong_is_written_out_and_json_has_all() {
+    let bench = Workbench::new();
+    bench.succeed("simulate two-link-arm --drive 3 --friction 0.3 --trajectories 12 --duration 4 --out arm.csv");
+    let good = bench.succeed("check arm.csv");
+    assert!(
+        good.stdout.lines().count() < 20 && good.stdout.contains("any of the 12"),
+        "{}",
+        good.stdout
+    );
+    // The torques of every trajectory at one value: one warning for each joint, not one for each trajectory.
+    let text = String::from_utf8(bench.read("arm.csv")).unwrap();
+    let stuck = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        if cells[0] == "trajectory" {
+            format!("{line}\n")
+        } else {
+            format!("{},1.5,1.5\n", cells[..cells.len() - 2].join(","))
+        }
+    };
+    bench.write("stuck.csv", &text.lines().map(stuck).collect::<String>());
+    let bad = bench.run("check stuck.csv --angle all");
+    assert_eq!(
+        bad.stdout.matches("warn  saturation").count(),
+        1,
+        "{}",
+        bad.stdout
+    );
+    assert!(bad.stdout.contains("in 12 of 12"), "{}", bad.stdout);
+    let all = bench.run("check stuck.csv --angle all --json").json();
+    let saturated = all["items"].as_array().unwrap().iter();
+    assert_eq!(saturated.filter(|i| i["name"] == "saturation").count(), 24);
+}
+
+#[test]
 fn the_same_seed_gives_the_same_file_and_another_seed_another() {
     let bench = Workbench::new();
     let motion = |seed: u32| {

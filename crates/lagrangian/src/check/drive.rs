@@ -129,6 +129,9 @@ fn inertias(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
     let item = |(i, name): (usize, &str)| {
         let found = findings.joints[i].filter(|f| f.explained.0 > EXPLAINED)?;
         let (inertia, error) = found.inertia;
+        if !inertia.is_finite() || inertia.abs() == 0.0 {
+            return None; // no force, or none that can be squared
+        }
         let circle = recordings[0].coordinates.0[i].topology == Topology::Circle;
         let unit = if circle { "kg m²" } else { "kg or kg m²" };
         let finding = format!("{name}: inertia {inertia:.3e} ± {error:.1e} {unit}");

@@ -155,18 +155,22 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
     items
 }
 
+/// No signal of a machine is larger; its square is still a number.
+const LARGEST: f64 = 1e100;
+
 fn finite(columns: &[Column<'_>]) -> Item {
-    let bad = |c: &&Column<'_>| c.iter().any(|x| !x.is_finite());
+    let usable = |x: &f64| x.abs() <= LARGEST;
+    let bad = |c: &&Column<'_>| c.iter().any(|x| !usable(&x));
     let total: usize = columns
         .iter()
-        .map(|c| c.iter().filter(|x| !x.is_finite()).count())
+        .map(|c| c.iter().filter(|x| !usable(x)).count())
         .sum();
     let item = match columns.iter().find(bad) {
         None => Item::pass("finite", "all values are finite"),
         Some(c) => {
-            let row = c.iter().position(|x| !x.is_finite()).unwrap_or(0) + 1;
+            let row = c.iter().position(|x| !usable(&x)).unwrap_or(0) + 1;
             let finding = format!(
-                "{total} values are NaN, infinite or empty, first in column '{}' at sample {row}",
+                "{total} values are NaN, infinite, above 1e100 or empty, first in column '{}' at sample {row}",
                 c.name
             );
             Item::fail("finite", finding, "remove or repair those rows")
@@ -175,12 +179,21 @@ fn finite(columns: &[Column<'_>]) -> Item {
     item.value("not_finite", total as f64)
 }
 
+/// A figure that stays readable whatever its size.
+fn short(x: f64) -> String {
+    if x.abs() < 1e6 {
+        format!("{x:.4}")
+    } else {
+        format!("{x:.4e}")
+    }
+}
+
 fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
     let mut texts = Vec::new();
     let mut item = Item::pass("range", "");
     for c in columns {
         let (low, high) = c.range();
-        texts.push(format!("{} {low:.4} … {high:.4}", c.name));
+        texts.push(format!("{} {} … {}", c.name, short(low), short(high)));
         item = item
             .value(format!("{}_min", c.name), low)
             .value(format!("{}_max", c.name), high);
@@ -426,9 +439,12 @@ fn saturation(columns: &[Column<'_>]) -> Vec<Item> {
 fn saturated(c: &Column<'_>) -> Option<Item> {
     let (low, high) = c.range();
     let len = c.iter().count() as f64;
+    if !(low.is_finite() && high.is_finite()) {
+        return None; // nothing but NaN, or infinite: `finite` says so
+    }
     if high <= low {
         let forced = c.signal == "tau" && low.abs() > 0.0;
-        let finding = format!("{} is constant at {low}", c.name);
+        let finding = format!("{} is constant at {low:.4e}", c.name);
         return forced.then(|| {
             Item::warn(
                 "saturation",

@@ -70,6 +70,17 @@ impl Actuation {
         &self.described.matrix
     }
 
+    /// Whether every coordinate is driven by its own input, as it is.
+    #[must_use]
+    pub fn is_direct(&self) -> bool {
+        let n = self.dof();
+        let identity = (0..n * n).map(|k| f64::from(k / n.max(1) == k % n.max(1)));
+        self.matrix()
+            .iter()
+            .zip(identity)
+            .all(|(b, one)| (b - one).abs() == 0.0)
+    }
+
     /// o, N or N·m, `[n]`.
     #[must_use]
     pub fn offsets(&self) -> &[f64] {

@@ -86,7 +86,13 @@ impl Learned {
         if let Some(actuation) = self.actuation() {
             let n = actuation.dof();
             add("offset", actuation.offsets(), &Units::force);
-            for (j, input) in coordinates.iter().enumerate() {
+            // The identity is what joints driven by their own torques have, learned or not.
+            let driven = if actuation.is_direct() {
+                &[][..]
+            } else {
+                coordinates
+            };
+            for (j, input) in driven.iter().enumerate() {
                 let column: Vec<f64> = actuation
                     .matrix()
                     .iter()

@@ -275,7 +275,7 @@ impl FitConfig {
             {
                 argument(
                     "loss",
-                    format!("{:?}", self.loss),
+                    self.loss.name().into(),
                     "torque or acceleration: only deep Lagrangian networks (delan) are fitted to more at once",
                 )
             }

@@ -34,6 +34,20 @@ pub enum Loss {
 }
 
 impl Loss {
+    /// Its name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Acceleration => "acceleration",
+            Self::AccelerationRelative => "acceleration-relative",
+            Self::AccelerationL1 => "acceleration-l1",
+            Self::Torque => "torque",
+            Self::TorqueL1 => "torque-l1",
+            Self::TorqueAcceleration => "torque-acceleration",
+            Self::TorquePower => "torque-power",
+        }
+    }
+
     /// Whether it compares forces, so that they must be recorded.
     #[must_use]
     pub fn needs_forces(self) -> bool {

@@ -128,7 +128,7 @@ fn summary(found: &[Found]) -> Table {
         vec![
             found.machine.system().to_string(),
             format!("{} of {starts}", successes(&found.truth)),
-            format!("{} of {starts}", cell(&found.successes())),
+            format!("{} of {starts}", counts(&found.successes())),
             cell(&true_times),
             cell(&times),
             cell(&found.losses),
@@ -136,8 +136,8 @@ fn summary(found: &[Found]) -> Table {
     };
     Table {
         caption: format!(
-            "Swing-ups from random starts that end upright within {SECONDS} s and were held for at least {HELD} s: median \
-             (least … largest) over the seeds; seconds until upright; mean squared torque error of the fit in units of \
+            "Swing-ups from random starts that end upright within {SECONDS} s and were held for at least {HELD} s, for each \
+             seed; seconds until upright, median (least … largest) of all; mean squared torque error of the fit in units of \
              its variance."
         ),
         header: [
@@ -152,6 +152,12 @@ fn summary(found: &[Found]) -> Table {
         .to_vec(),
         rows: found.iter().map(row).collect(),
     }
+}
+
+/// How many swing-ups succeeded with each fit: `30, 29, 30`.
+fn counts(successes: &[f64]) -> String {
+    let counts: Vec<String> = successes.iter().map(|x| format!("{x:.0}")).collect();
+    counts.join(", ")
 }
 
 /// The pendulum's angle in the first attempt, with the true and with the learned model.
@@ -178,7 +184,8 @@ fn angles(found: &Found) -> Figure {
     Figure {
         id: format!("angle-{}", found.machine.system()),
         title: format!("Angle of the {}", found.machine.system()),
-        caption: "From the first start; π is up.".into(),
+        caption: "From the first start; π is up, and so is π after whole turns (9.42, −3.14 …)."
+            .into(),
         x: Axis::linear("time", "s"),
         y: Axis::linear("angle from hanging down", "rad"),
         series: series.collect(),
@@ -188,9 +195,13 @@ fn angles(found: &Found) -> Figure {
 fn report(found: &[Found], quick: bool) -> Report {
     let headline = |found: &Found| Headline {
         label: format!("Swing-ups, {}", found.machine.system()),
-        value: cell(&found.successes()),
-        unit: format!("of {}", found.truth.len()),
-        note: format!("true model {}", successes(&found.truth)),
+        value: format!("{:.0}", found.successes().iter().sum::<f64>()),
+        unit: format!("of {}", found.truth.len() * found.learned.len()),
+        note: format!(
+            "all seeds; true model {} of {}",
+            successes(&found.truth),
+            found.truth.len()
+        ),
         role: Some(Role::Lnn),
     };
     Report {

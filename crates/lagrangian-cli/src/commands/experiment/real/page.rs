@@ -43,7 +43,7 @@ const HEADER: [&str; 6] = [
     "q after 0.5 s, rad",
 ];
 
-fn table(measured: &Measured) -> Table {
+fn rows(measured: &Measured) -> Vec<Vec<String>> {
     let logs = 0..measured.logs.len();
     let rows = logs.flat_map(|log| {
         measured
@@ -51,15 +51,7 @@ fn table(measured: &Measured) -> Table {
             .iter()
             .map(move |found| row(measured, found, log))
     });
-    Table {
-        caption: format!(
-            "{}. Errors over the variance of the signal (1: no better than its mean), joint by joint, after a filter \
-             of {} s; a constant torque has none. Median (least … largest) over the seeds.",
-            measured.machine.about, measured.machine.filter
-        ),
-        header: HEADER.map(str::to_string).to_vec(),
-        rows: rows.collect(),
-    }
+    rows.collect()
 }
 
 /// All rows of all machines.
@@ -69,9 +61,11 @@ pub(super) fn summary(measured: &[Measured]) -> Table {
         ..Table::default()
     };
     for one in measured {
-        all.rows.extend(table(one).rows);
+        all.rows.extend(rows(one));
     }
-    all.caption = "All logs that were kept from training.".into();
+    all.caption = "All logs that were kept from training. Errors over the variance of the signal (1: no better than its \
+                   mean; a constant torque has none), joint by joint. Median (least … largest) over the seeds."
+        .into();
     all
 }
 
@@ -99,18 +93,20 @@ fn choices(measured: &[Measured]) -> Table {
 }
 
 pub(super) fn report(measured: &[Measured], steps: usize) -> Report {
-    let mut tables: Vec<Table> = measured.iter().map(table).collect();
-    tables.push(choices(measured));
+    let machines = measured.iter().map(|m| {
+        format!(
+            "{}, after a filter of {} s.",
+            m.machine.about, m.machine.filter
+        )
+    });
+    let attenuation = "A torque loss is attenuated where a machine swings nearly freely: its torque is a small \
+                       difference of inertia and gravity, both computed from noisy accelerations, and least squares \
+                       shrinks the two together. A loss of accelerations has the noise where it averages out.";
     Report {
         title: "Two real machines".into(),
         subtitle: format!("logs that no model has learned from; {steps} steps a fit"),
-        summary: vec![
-            "A torque loss is attenuated where a machine swings nearly freely: its torque is a small difference of \
-             inertia and gravity, both computed from noisy accelerations, and least squares shrinks the two together. A \
-             loss of accelerations has the noise where it averages out."
-                .into(),
-        ],
-        tables,
+        summary: machines.chain([attenuation.into()]).collect(),
+        tables: vec![choices(measured)],
         settings: vec![(
             "Data".into(),
             "torque_limited_simple_pendulum and double_pendulum of the DFKI underactuated lab (BSD-3)".into(),
