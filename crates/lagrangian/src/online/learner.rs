@@ -45,8 +45,9 @@ pub struct OnlineConfig {
     pub surprise_least: f64,
     /// Newest samples that are looked at for this, and kept.
     pub look: usize,
-    /// A model is handed over only while it misses samples that it has not seen by less than this, in units of the mean
-    /// square of the first torques: a feed-forward that is wrong is worse than none.
+    /// The first model is handed over once it misses samples that it has not seen by less than this, in units of the
+    /// mean square of the first torques: a feed-forward that is wrong is worse than none. From then on the newest model is
+    /// the best that there is.
     pub trust: f64,
     /// Of weights and batches.
     pub seed: u64,
@@ -322,7 +323,9 @@ impl OnlineLearner {
         let work = self.work.as_mut().filter(|w| w.stepper.steps() > 0)?;
         let missed = work.newest.unwrap_or(f64::INFINITY);
         let reason = match work.stepper.model() {
-            _ if missed.is_nan() || missed > self.config.trust => {
+            _ if self.record.handed_over == 0
+                && (missed.is_nan() || missed > self.config.trust) =>
+            {
                 "it does not predict new samples yet".to_string()
             }
             Err(error) => error.to_string(),
