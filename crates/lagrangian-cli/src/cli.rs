@@ -6,6 +6,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::fit_args::FitArgs;
+use crate::track_args::TrackArgs;
 use crate::values::{assignment, finite, non_negative, positive, seed};
 
 const STYLES: Styles = Styles::styled()
@@ -53,6 +54,8 @@ pub(crate) enum Command {
     Rollout(RolloutArgs),
     /// Predict the torques of a motion, and divide them into inertial, Coriolis, gravity and friction parts
     Torque(TorqueArgs),
+    /// Let a simulated robot follow a motion through a model: tracking errors beside feedback alone and the true model
+    Track(Box<TrackArgs>),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
     /// Repeat a comparison of models: figures, curves and a page

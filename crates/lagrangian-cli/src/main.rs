@@ -15,11 +15,13 @@ mod fit_config;
 mod interrupt;
 mod motion;
 mod output;
+mod picture;
 mod progress;
 mod robot;
 mod run_folder;
 mod run_page;
 mod tensorboard;
+mod track_args;
 mod values;
 mod watch;
 

@@ -1,6 +1,7 @@
 //! From trajectories to what is fitted: samples, their split, and the scales that a model then owns.
 
 use crate::lagrangian::Scaling;
+use crate::solve::SymmetricSolver;
 use crate::train::Samples;
 use crate::{Coordinates, Error, Result, Trajectory};
 
@@ -98,6 +99,57 @@ impl Dataset {
         }
     }
 
+    /// The scales of a deep Lagrangian network: as [`Dataset::scaling`], but where forces are recorded the energy is
+    /// that of the largest of them over a radian (or the deviation of a line), so that V is of order one, and each
+    /// velocity that at which the coordinate's own inertia has this energy, so that M is too, for a heavy shoulder and a
+    /// light wrist alike. The network sees no velocity, so nothing else depends on it.
+    #[must_use]
+    pub fn mass_scaling(&self) -> Scaling {
+        let mut scaling = self.scaling();
+        if !self.forced {
+            return scaling;
+        }
+        let work = self.force_scale().into_iter().zip(&scaling.q_scale);
+        scaling.energy = positive(work.map(|(tau, q)| tau * q).fold(0.0, f64::max));
+        for (i, s) in scaling.qd_scale.iter_mut().enumerate() {
+            *s = positive((scaling.energy / self.own_inertia(i)).sqrt());
+        }
+        scaling
+    }
+
+    /// The slope of the force of coordinate `i` over its acceleration beside a constant and the features of all
+    /// coordinates, by least squares; within two decades of force over acceleration.
+    fn own_inertia(&self, i: usize) -> f64 {
+        let (data, n) = (&self.train, self.coordinates.dof());
+        let ratio = self.force_scale()[i] / self.acceleration_scale()[i];
+        let every = data.len().div_ceil(LOOKED_AT).max(1);
+        let columns = 2 + 2 * n;
+        let mut square = vec![0.0; columns * columns];
+        let (mut right, mut row) = (vec![0.0; columns], vec![0.0; columns]);
+        for s in (0..data.len()).step_by(every) {
+            (row[0], row[1]) = (data.qdd[s * n + i], 1.0);
+            for (j, q) in data.q[s * n..][..n].iter().enumerate() {
+                (row[2 + 2 * j], row[3 + 2 * j]) = match self.coordinates.is_circle(j) {
+                    true => (q.cos(), q.sin()),
+                    false => (*q, 0.0),
+                };
+            }
+            for (k, x) in row.iter().enumerate() {
+                right[k] += x * data.tau[s * n + i];
+                let target = &mut square[k * columns..][..columns];
+                target.iter_mut().zip(&row).for_each(|(m, y)| *m += x * y);
+            }
+        }
+        let mut solution = vec![0.0; columns];
+        let _ = SymmetricSolver::new(columns).solve(&square, &right, &mut solution);
+        let slope = solution[0].abs();
+        if slope.is_finite() {
+            slope.clamp(1e-2 * ratio, ratio)
+        } else {
+            ratio
+        }
+    }
+
     /// A guess of the inertia of each coordinate: force over acceleration where forces are recorded, else 1.
     fn inertias(&self) -> Vec<f64> {
         let n = self.coordinates.dof();
@@ -139,6 +191,9 @@ impl Dataset {
         positive(root_mean_square(&mut power))
     }
 }
+
+/// Samples that inertias are guessed from, at most.
+const LOOKED_AT: usize = 4096;
 
 /// Divides trajectories into those to fit and those to judge by: whole trajectories, about `fraction` of the
 /// samples, chosen by `seed`; where whole ones would be far more than that, the end of each.

@@ -6,7 +6,11 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use lagrangian::Coordinates;
+use lagrangian::Trajectory;
 use lagrangian::baseline::{Mlp, MlpConfig};
+use lagrangian::control::{
+    ComputedTorque, Controller, FeedForward, Gains, GravityCompensation, Pd, Reference,
+};
 use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::lagrangian::{
     Actuation, Delan, DelanConfig, Dissipation, Form, Lnn, LnnConfig, Scaling,
@@ -106,5 +110,49 @@ fn a_robot_of_rigid_bodies_allocates_nothing() {
         let braked = Dissipation::viscous(vec![0.1; robot.dof()]);
         let braked = Mechanical::dissipative(robot, braked).unwrap();
         assert_eq!(allocations(&braked, 1), 0, "{name}");
+    }
+}
+
+/// A slow motion of `n` joints.
+fn reference(n: usize) -> Reference {
+    let t: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.02).collect();
+    let each = |wave: fn(f64) -> f64| t.iter().flat_map(|&t| vec![wave(t); n]).collect();
+    Reference::new(Trajectory {
+        name: "slow".into(),
+        q: each(f64::sin),
+        qd: each(f64::cos),
+        qdd: None,
+        tau: None,
+        t: t.clone(),
+    })
+    .unwrap()
+}
+
+/// Of the first thousand ticks, the very first among them.
+fn ticks(controller: &mut dyn Controller, n: usize) -> usize {
+    let (q, mut tau) = (vec![0.2; n], vec![0.0; n]);
+    let before = COUNT.with(Cell::get);
+    for k in 0..1000 {
+        controller.torque(f64::from(k) * 1e-3, &q, &q, &mut tau);
+    }
+    COUNT.with(Cell::get) - before
+}
+
+#[test]
+fn a_controller_allocates_nothing_from_its_first_tick_on() {
+    for n in [1, 2, 7] {
+        let (reference, gains) = (reference(n), Gains::uniform(n, 5.0, 0.5));
+        let (config, scaling) = (DelanConfig::default(), Scaling::identity(n));
+        let delan = Delan::random(Coordinates::angles(n), config, scaling, 0).unwrap();
+        let model = Mechanical::conservative(delan);
+        let mut pd = Pd::new(gains.clone(), &reference).unwrap();
+        let mut forward = FeedForward::new(&model, &gains, &reference, 1e-3).unwrap();
+        let mut computed = ComputedTorque::new(&model, gains.clone(), &reference).unwrap();
+        assert_eq!(ticks(&mut pd, n), 0, "n {n}, feedback");
+        assert_eq!(ticks(&mut forward, n), 0, "n {n}, feed-forward");
+        assert_eq!(ticks(&mut computed, n), 0, "n {n}, computed torque");
+        let mut floating = GravityCompensation::new(&model, 0.1);
+        ticks(&mut floating, n);
+        assert_eq!(ticks(&mut floating, n), 0, "n {n}, gravity compensation");
     }
 }

@@ -9,6 +9,7 @@ mod rollout;
 mod score;
 mod simulate;
 mod torque;
+mod track;
 
 use std::process::ExitCode;
 
@@ -39,6 +40,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Score(args) => score::run(&args, manner),
         Command::Rollout(args) => rollout::run(&args, manner),
         Command::Torque(args) => torque::run(&args, manner),
+        Command::Track(args) => track::run(&args, manner),
         Command::Report(args) => report::run(&args, manner),
         Command::Experiment(args) => experiment::run(&args, manner),
     }

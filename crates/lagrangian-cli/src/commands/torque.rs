@@ -1,6 +1,5 @@
 //! `lagrangian torque`: the torques of a motion, and what they are made of.
 
-use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -14,8 +13,9 @@ use super::Manner;
 use crate::cli::TorqueArgs;
 use crate::data;
 use crate::draw;
-use crate::failure::{Advise, mistake};
+use crate::failure::Advise;
 use crate::output::{self, Existing};
+use crate::picture::{self, Drawing};
 use crate::run_folder::command_line;
 
 pub(super) fn run(args: &TorqueArgs, manner: Manner) -> Result<ExitCode> {
@@ -45,7 +45,9 @@ pub(super) fn run(args: &TorqueArgs, manner: Manner) -> Result<ExitCode> {
         })?;
     }
     if let (Some(path), Some(first)) = (&args.plot, predictions.first()) {
-        draw(path, existing, model.coordinates(), first, &summary)?;
+        let coordinates = model.coordinates();
+        let page = || page(coordinates, first, &summary);
+        picture::write(path, existing, page, || torque_parts(coordinates, 0, first))?;
     }
     if manner.json {
         output::print_json(&json!({
@@ -126,47 +128,6 @@ fn as_text(summary: &TorqueSummary, coordinates: &Coordinates) -> String {
         );
     }
     text
-}
-
-/// What a file is drawn as.
-enum Drawing {
-    Page,
-    Svg,
-    Png,
-}
-
-impl Drawing {
-    fn of(path: &Path) -> Result<Self> {
-        match path.extension().and_then(|e| e.to_str()) {
-            Some("html") => Ok(Self::Page),
-            Some("svg") => Ok(Self::Svg),
-            Some("png") => Ok(Self::Png),
-            _ => Err(mistake(
-                format!("cannot draw '{}'", path.display()),
-                "end the name of --plot with .html, .svg or .png",
-            )),
-        }
-    }
-}
-
-fn draw(
-    path: &Path,
-    existing: Existing,
-    coordinates: &Coordinates,
-    prediction: &TorquePrediction,
-    summary: &TorqueSummary,
-) -> Result<()> {
-    let figure = |i| torque_parts(coordinates, i, prediction);
-    match Drawing::of(path)? {
-        Drawing::Page => {
-            let page = page(coordinates, prediction, summary);
-            output::write_bytes(path, existing, draw::html(&page).as_bytes())
-        }
-        Drawing::Svg => output::write_bytes(path, existing, draw::svg(&figure(0))?.as_bytes()),
-        Drawing::Png => output::write_file(path, existing, |sink| {
-            draw::png(&figure(0), 1280, 840, sink)
-        }),
-    }
 }
 
 fn page(

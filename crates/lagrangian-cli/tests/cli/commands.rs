@@ -22,6 +22,7 @@ fn help_has_examples_for_every_command() {
         "score",
         "rollout",
         "torque",
+        "track",
         "report",
         "experiment",
     ] {

@@ -5,4 +5,5 @@ mod bad_input;
 mod commands;
 mod experiments;
 mod robots;
+mod tracking;
 mod workbench;

@@ -1,8 +1,9 @@
 //! Feedback that the model makes linear.
 
+use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Reference};
+use crate::Result;
 use crate::dynamics::{Evaluator, Model};
-use crate::{Error, Result};
 
 /// τ = M̂(q) (`q̈_d` + `K_p` e + `K_d` ė) + ĉ(q, q̇), theory.md (52): with a perfect model ë + `K_d` ė + `K_p` e = 0.
 ///
@@ -19,23 +20,23 @@ impl<'a> ComputedTorque<'a> {
     /// With these gains and this model along this reference.
     ///
     /// # Errors
-    /// As [`Gains::validate`]; [`Error::Shape`] for a model of other degrees of freedom.
+    /// As [`Gains::validate`]; [`crate::Error::Shape`] for a model of other degrees of freedom, [`crate::Error::Argument`]
+    /// for one without inverse dynamics.
     pub fn new(model: &'a dyn Model, gains: Gains, reference: &'a Reference) -> Result<Self> {
         let n = reference.dof();
         gains.validate(n)?;
-        let found = model.coordinates().dof();
-        if found != n {
-            return Err(Error::Shape {
-                what: "model".into(),
-                found,
-                expected: n,
-                remedy: "give a reference and a model of the same coordinates".into(),
-            });
+        same_dof(model, n)?;
+        let mut evaluator = model.evaluator();
+        let start = &reference.samples().q[..n];
+        let (rest, mut tau) = (vec![0.0; n], vec![0.0; n]);
+        // Warms the evaluator up, so that the first tick allocates nothing.
+        if !evaluator.inverse_dynamics(start, &rest, &rest, &mut tau) {
+            return Err(no_inverse());
         }
         Ok(Self {
             gains,
             reference,
-            evaluator: model.evaluator(),
+            evaluator,
             desired: Desired::new(n),
             acceleration: vec![0.0; n],
         })

@@ -1,8 +1,9 @@
 //! Feedback with the torque that the model asks for along the reference.
 
+use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Reference};
+use crate::Result;
 use crate::dynamics::{Evaluator, Model};
-use crate::{Error, Result};
 
 /// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
 ///
@@ -23,7 +24,7 @@ impl<'a> FeedForward<'a> {
     /// torque acts on average: half a tick, and the delay of the drive.
     ///
     /// # Errors
-    /// As [`Gains::validate`]; [`Error::Shape`] for a model of other degrees of freedom, [`Error::Argument`] for one
+    /// As [`Gains::validate`]; [`crate::Error::Shape`] for a model of other degrees of freedom, [`crate::Error::Argument`] for one
     /// without inverse dynamics.
     pub fn new(
         model: &'a dyn Model,
@@ -33,15 +34,7 @@ impl<'a> FeedForward<'a> {
     ) -> Result<Self> {
         let n = reference.dof();
         gains.validate(n)?;
-        let found = model.coordinates().dof();
-        if found != n {
-            return Err(Error::Shape {
-                what: "model".into(),
-                found,
-                expected: n,
-                remedy: "give a reference and a model of the same coordinates".into(),
-            });
-        }
+        same_dof(model, n)?;
         let mut new = Self {
             gains,
             reference,
@@ -56,11 +49,7 @@ impl<'a> FeedForward<'a> {
         if new.feed_forward(reference.start(), &mut tau) {
             return Ok(new);
         }
-        Err(Error::Argument {
-            name: "model",
-            value: "one without inverse dynamics".into(),
-            must: "a Lagrangian, or a plain network that was fitted with --loss torque",
-        })
+        Err(no_inverse())
     }
 
     /// Ticks at which the model was not finite, so that feedback worked alone.

@@ -241,6 +241,9 @@ pub struct Arm {
     pub payload: f64,
     /// Low gains of the feedback.
     pub gains: Gains,
+    /// Whether a surprise is taken for a load, so that older samples are forgotten. Many joints meet new regions for
+    /// long, which surprise as much.
+    pub forgets: bool,
     /// Its loop: 500 Hz, encoders of 20 bits, velocities with noise.
     pub control: LoopConfig,
     /// What each joint takes of a letter: (joint of the letter, factor, added), `[n]`.
@@ -264,7 +267,8 @@ impl Arm {
             robot: by_name("two-link-arm", &[])?,
             loaded: by_name("two-link-arm", &[("payload", payload)])?,
             payload,
-            gains: Gains::uniform(2, 10.0, 1.0),
+            gains: Gains::uniform(2, 20.0, 5.0),
+            forgets: true,
             control: control(&[30.0, 30.0], 2e-3),
             joints: vec![(0, 1.0, 0.0), (1, 1.0, 0.0)],
         })
@@ -296,6 +300,7 @@ impl Arm {
             ),
             robot: Box::new(arm),
             payload,
+            forgets: false,
             // The wrist is light: a larger damping would not be stable at 500 Hz.
             gains: Gains {
                 kp: vec![60.0, 60.0, 40.0, 40.0, 15.0, 8.0, 2.0],
@@ -477,6 +482,11 @@ pub fn run(
             let online = OnlineConfig {
                 family,
                 seed,
+                surprise: if arm.forgets {
+                    lesson.online.surprise
+                } else {
+                    f64::MAX
+                },
                 ..lesson.online.clone()
             };
             let coordinates = arm.robot.coordinates().clone();

@@ -45,6 +45,9 @@ pub struct OnlineConfig {
     pub surprise_least: f64,
     /// Newest samples that are looked at for this, and kept.
     pub look: usize,
+    /// A model is handed over only while it misses samples that it has not seen by less than this, in units of the mean
+    /// square of the first torques: a feed-forward that is wrong is worse than none.
+    pub trust: f64,
     /// Of weights and batches.
     pub seed: u64,
 }
@@ -70,6 +73,7 @@ impl Default for OnlineConfig {
             surprise: 30.0,
             surprise_least: 0.03,
             look: 32,
+            trust: 0.1,
             seed: 0,
         }
     }
@@ -89,6 +93,7 @@ impl OnlineConfig {
             ("damping_last", self.damping_last),
             ("surprise", self.surprise),
             ("surprise_least", self.surprise_least),
+            ("trust", self.trust),
         ];
         if let Some((name, x)) = positive.iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
             return argument(name, x.to_string(), "finite and above 0");
@@ -146,6 +151,8 @@ struct Work {
     first_loss: Option<f64>,
     /// The usual loss of new samples, once there is one.
     usual: Option<f64>,
+    /// The loss of the newest samples before they were learned from, once there is one.
+    newest: Option<f64>,
     /// Looks in a row that made it forget.
     forgotten: usize,
     /// New samples since the last look.
@@ -260,6 +267,7 @@ impl OnlineLearner {
             rate: self.config.rate,
             first_loss: None,
             usual: None,
+            newest: None,
             forgotten: 0,
             fresh: 0,
             numbers: Vec::new(),
@@ -312,7 +320,11 @@ impl OnlineLearner {
     /// so.
     pub fn hand_over(&mut self) -> Option<Learned> {
         let work = self.work.as_mut().filter(|w| w.stepper.steps() > 0)?;
+        let missed = work.newest.unwrap_or(f64::INFINITY);
         let reason = match work.stepper.model() {
+            _ if missed.is_nan() || missed > self.config.trust => {
+                "it does not predict new samples yet".to_string()
+            }
             Err(error) => error.to_string(),
             Ok(model) => match work.guard.objection(&model) {
                 Some(reason) => reason,
@@ -356,6 +368,7 @@ impl Work {
         self.fresh = 0;
         replay.newest(config.look, &mut self.numbers);
         let found = self.stepper.loss(replay.samples(), &self.numbers)?;
+        self.newest = Some(found);
         let Some(usual) = self.usual else {
             self.usual = Some(found);
             return Ok(false);

@@ -7,6 +7,7 @@ mod figure;
 mod gaps;
 mod plots;
 mod torque;
+mod tracking;
 
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +18,7 @@ pub use plots::{
     Curve, Motion, Pairs, energy_error_over_time, loss_curves, parity, phase_portrait, trajectories,
 };
 pub use torque::torque_parts;
+pub use tracking::{Follower, followed_motion, tracking_error};
 
 /// Everything that a reader of a run wants to see, in the order in which they see it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

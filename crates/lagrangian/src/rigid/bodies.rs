@@ -254,6 +254,14 @@ impl RigidBodies {
         self.tree.places.iter().map(|p| p.link.as_str())
     }
 
+    /// The last link that moves with the last joint, where a tool or a payload is.
+    #[must_use]
+    pub fn tip(&self) -> &str {
+        let last = self.dof().checked_sub(1);
+        let mut moved = self.tree.places.iter().rev();
+        moved.find(|p| p.body == last).map_or("", |p| &p.link)
+    }
+
     /// URDF of what was read, and no more than dynamics needs: what a model file keeps.
     #[must_use]
     pub fn urdf(&self) -> String {

@@ -222,7 +222,7 @@ impl Family {
                 nominal,
             },
             Self::Delan(delan) => Template::Delan {
-                shape: DelanShape::new(coordinates, delan.clone(), scaling)?,
+                shape: DelanShape::new(coordinates, delan.clone(), dataset.mass_scaling())?,
                 loss: config.loss,
                 weights,
                 terms,

@@ -1,0 +1,258 @@
+//! `lagrangian track`: a robot follows a motion through a saved model, and how much the model is worth there.
+
+mod page;
+mod truth;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use lagrangian::Model;
+use lagrangian::control::{
+    Ending, Followed, Gains, Law, LoopConfig, Reference, Sensors, follow, inertia_along,
+};
+use lagrangian::train::Learned;
+use serde_json::json;
+
+use super::Manner;
+use crate::data;
+use crate::failure::{Advise, mistake};
+use crate::output::{self, Existing};
+use crate::picture::{self, Drawing};
+use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
+
+/// Bandwidth of the feedback where no gains are given, rad/s: low, as where a model is to do the work.
+const BANDWIDTH: f64 = 5.0;
+
+pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
+    let existing = Existing::from_force(args.force);
+    refuse_outputs(args, existing)?;
+    let model = data::model(&args.model)?;
+    let reference = reference(args, &model)?;
+    let truth = truth::read(&args.truth, &model, reference.samples())?;
+    let robot: &dyn Model = truth.as_deref().unwrap_or(&model);
+    let n = model.coordinates().dof();
+    let control = loop_config(&args.control, n)?;
+    let gains = all_gains(&args.control, robot, &reference)?;
+    if truth.is_none() {
+        eprintln!("note: the model itself is the robot, and right about it; --robot names another");
+    }
+    let contestants = contestants(&model, truth.as_deref(), args.control.controller, &gains);
+    let mut runs = Vec::new();
+    for (key, name, law) in contestants {
+        let followed = follow(robot, &reference, law, &control).advise(
+            format!("cannot follow '{}'", args.reference.display()),
+            "`lagrangian track --help` says what --robot, --rate, --delay and the gains may be",
+        )?;
+        let run = Run {
+            key,
+            name,
+            followed,
+        };
+        run.warn();
+        runs.push(run);
+    }
+    if let (Some(path), Some(first)) = (&args.out, runs.first()) {
+        let motion = std::slice::from_ref(&first.followed.driven.trajectory);
+        output::write_trajectories(path, existing, motion, model.coordinates())?;
+    }
+    let story = page::Story {
+        coordinates: model.coordinates(),
+        reference: &reference,
+        rate: control.rate,
+        runs: &runs,
+    };
+    if let Some(path) = &args.plot {
+        picture::write(path, existing, || story.page(), || story.motion(0))?;
+    }
+    if manner.json {
+        output::print_json(&json!({
+            "command": "track",
+            "model": args.model,
+            "reference": args.reference,
+            "robot": args.truth.robot,
+            "payload": args.truth.payload,
+            "control": args.control,
+            "gains": gains.own,
+            "feedback_gains": gains.forces,
+            "coordinates": model.coordinates(),
+            "out": args.out,
+            "plot": args.plot,
+            "tracking": tracking(&runs),
+        }))?;
+    } else {
+        output::print(&story.text())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {
+    let entry = |run: &Run| (run.key.to_string(), run.as_json());
+    runs.iter().map(entry).collect()
+}
+
+fn refuse_outputs(args: &TrackArgs, existing: Existing) -> Result<()> {
+    if let Some(path) = &args.out {
+        output::format_of(path)?;
+        output::refuse_existing(&path.with_extension("toml"), existing)?;
+    }
+    if let Some(path) = &args.plot {
+        Drawing::of(path)?;
+    }
+    for path in [&args.out, &args.plot].into_iter().flatten() {
+        output::refuse_existing(path, existing)?;
+    }
+    Ok(())
+}
+
+fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {
+    let files = std::slice::from_ref(&args.reference);
+    let recordings = data::read(files, &args.columns.data())?;
+    data::require_dof(&recordings, model.coordinates())?;
+    let others = recordings.len() - 1;
+    if others > 0 {
+        eprintln!("note: the first trajectory is followed; {others} others are left out");
+    }
+    let first = recordings.into_iter().take(1).collect();
+    let (trajectories, _) = data::trajectories(first, &args.estimate.options())?;
+    let unusable = || {
+        mistake(
+            "there is no motion in the reference",
+            "give a file with at least two rows",
+        )
+    };
+    let trajectory = trajectories.into_iter().next().ok_or_else(unusable)?;
+    Reference::new(trajectory).advise(
+        format!("cannot follow '{}'", args.reference.display()),
+        "`lagrangian check` shows what is wrong with the data",
+    )
+}
+
+/// One value for all joints, or what was given.
+fn each(values: &[f64], n: usize) -> Vec<f64> {
+    match values {
+        [one] => vec![*one; n],
+        _ => values.to_vec(),
+    }
+}
+
+fn loop_config(args: &ControlArgs, n: usize) -> Result<LoopConfig> {
+    let (position_noise, velocity_noise) = match args.noise[..] {
+        [] => (0.0, 0.0),
+        [q] => (q, 0.0),
+        [q, v] => (q, v),
+        _ => {
+            return Err(mistake(
+                format!("--noise has {} values", args.noise.len()),
+                "give the deviation of positions, and after a comma that of velocities: --noise 1e-5,2e-3",
+            ));
+        }
+    };
+    let config = LoopConfig {
+        rate: args.rate,
+        limit: each(&args.limit, n),
+        actuation_delay: args.delay,
+        seed: args.seed,
+        sensors: Sensors {
+            position_noise,
+            velocity_noise,
+            quantisation: args.quantisation,
+            ..Sensors::default()
+        },
+        ..LoopConfig::default()
+    };
+    config.validate(n).advise(
+        "cannot run this loop",
+        "see --rate, --limit, --noise, --quantisation and --delay",
+    )?;
+    Ok(config)
+}
+
+/// The gains of the controller that was asked for, and as forces for feedback alone.
+struct AllGains {
+    own: Gains,
+    forces: Gains,
+}
+
+fn all_gains(args: &ControlArgs, robot: &dyn Model, reference: &Reference) -> Result<AllGains> {
+    let n = reference.dof();
+    let linear = args.controller == ControllerName::ComputedTorque;
+    let inertia = inertia_along(robot, reference).advise(
+        "cannot control this robot",
+        "give the robot that moves as --robot, or a model with inverse dynamics",
+    )?;
+    let unit = vec![1.0; n];
+    let mut own = Gains::critical(if linear { &unit } else { &inertia }, BANDWIDTH);
+    for (gains, given) in [(&mut own.kp, &args.kp), (&mut own.kd, &args.kd)] {
+        if !given.is_empty() {
+            *gains = each(given, n);
+        }
+    }
+    own.validate(n).advise(
+        "cannot use these gains",
+        "give --kp and --kd, each one value or one for each joint",
+    )?;
+    let forces = if linear {
+        own.of_inertia(&inertia)
+    } else {
+        own.clone()
+    };
+    Ok(AllGains { own, forces })
+}
+
+/// Who follows the reference, the one that was asked for first: a key, a name, and how.
+fn contestants<'a>(
+    model: &'a dyn Model,
+    truth: Option<&'a dyn Model>,
+    controller: ControllerName,
+    gains: &'a AllGains,
+) -> Vec<(&'static str, &'static str, Law<'a>)> {
+    let through = |model| match controller {
+        ControllerName::ComputedTorque => Law::ComputedTorque(model, &gains.own),
+        _ => Law::FeedForward(model, &gains.forces),
+    };
+    let mut all = Vec::new();
+    if controller != ControllerName::Pd {
+        all.push(("model", "this model", through(model)));
+    }
+    all.push(("feedback", "feedback alone", Law::Feedback(&gains.forces)));
+    all.extend(truth.map(|truth| ("perfect", "the true model", through(truth))));
+    all
+}
+
+/// One motion along the reference.
+struct Run {
+    key: &'static str,
+    name: &'static str,
+    followed: Followed,
+}
+
+impl Run {
+    /// Says what went wrong on the way.
+    fn warn(&self) {
+        let driven = &self.followed.driven;
+        if let Ending::Diverged { t } = driven.ending {
+            let name = self.name;
+            eprintln!(
+                "note: with {name} the robot diverged after {t} s; lower the gains, or raise --rate"
+            );
+        }
+        let lost = self.followed.without + driven.not_finite;
+        if lost > 0 {
+            let name = self.name;
+            eprintln!("note: with {name}, {lost} torques were not finite and left out");
+        }
+    }
+
+    fn as_json(&self) -> serde_json::Value {
+        let driven = &self.followed.driven;
+        json!({
+            "rmse": self.followed.following.rmse,
+            "largest": self.followed.following.largest,
+            "at_limit": self.followed.following.at_limit,
+            "latency": driven.latency.quantiles(),
+            "ending": driven.ending,
+            "without_model": self.followed.without,
+            "not_finite": driven.not_finite,
+        })
+    }
+}

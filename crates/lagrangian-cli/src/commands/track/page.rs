@@ -1,0 +1,150 @@
+//! What came of it: as text, and as a page.
+
+use lagrangian::Coordinates;
+use lagrangian::control::{Quantiles, Reference};
+use lagrangian::report::{
+    Command, Figure, Follower, Report, Role, Table, followed_motion, tracking_error,
+};
+
+use super::Run;
+use crate::draw::short;
+use crate::run_folder::command_line;
+
+/// Everything that is told.
+pub(super) struct Story<'a> {
+    pub(super) coordinates: &'a Coordinates,
+    pub(super) reference: &'a Reference,
+    pub(super) rate: f64,
+    pub(super) runs: &'a [Run],
+}
+
+/// What is told of each joint: a name, and the figures of a run.
+type Signal = (&'static str, fn(&Run) -> &[f64]);
+
+const SIGNALS: [Signal; 3] = [
+    ("RMSE", |run| &run.followed.following.rmse),
+    ("largest error", |run| &run.followed.following.largest),
+    ("at the limit", |run| &run.followed.following.at_limit),
+];
+
+fn latency(run: &Run) -> Quantiles {
+    run.followed.driven.latency.quantiles()
+}
+
+fn role(run: &Run) -> Role {
+    match run.key {
+        "perfect" => Role::Truth,
+        "model" => Role::Lnn,
+        _ => Role::Other(0),
+    }
+}
+
+fn follower(run: &Run) -> Follower<'_> {
+    Follower {
+        name: run.name,
+        role: role(run),
+        followed: &run.followed,
+    }
+}
+
+impl Story<'_> {
+    fn names(&self) -> impl Iterator<Item = String> {
+        self.coordinates.0.iter().map(|c| c.name.clone())
+    }
+
+    pub(super) fn text(&self) -> String {
+        let line = |name: &str, whose: &str, cells: Vec<String>| {
+            let cells: String = cells.iter().map(|cell| format!("{cell:>12}")).collect();
+            format!("  {name:<14}{whose:<16}{cells}\n")
+        };
+        let mut text = format!(
+            "{} s at {} Hz; errors in the units of the coordinates, and the part of the ticks at the torque limit\n",
+            short(self.reference.end() - self.reference.start()),
+            self.rate
+        );
+        text += &line("", "", self.names().collect());
+        for (name, values) in SIGNALS {
+            for run in self.runs {
+                let cells = values(run).iter().map(|x| format!("{x:.3e}")).collect();
+                text += &line(name, run.name, cells);
+            }
+        }
+        text += &line(
+            "time of a call",
+            "",
+            ["p50, µs", "p99, µs", "max, µs"].map(String::from).into(),
+        );
+        for run in self.runs {
+            let Quantiles { p50, p99, max, .. } = latency(run);
+            let cells = [p50, p99, max].map(|x| format!("{:.2}", 1e6 * x));
+            text += &line("", run.name, cells.into());
+        }
+        text
+    }
+
+    fn followers(&self) -> Vec<Follower<'_>> {
+        // The first run is the one that was asked for: it is drawn on top.
+        self.runs.iter().rev().map(follower).collect()
+    }
+
+    /// Reference and motions of one joint.
+    pub(super) fn motion(&self, i: usize) -> Figure {
+        followed_motion(self.coordinates, i, self.reference, &self.followers())
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let joints = 0..self.coordinates.dof();
+        let both = |i| {
+            [
+                self.motion(i),
+                tracking_error(self.coordinates, i, &self.followers()),
+            ]
+        };
+        joints.flat_map(both).collect()
+    }
+
+    fn errors(&self) -> Table {
+        let row = |run: &Run, (name, values): Signal| {
+            let cells = values(run).iter().map(|&x| short(x));
+            [name.to_string(), run.name.to_string()]
+                .into_iter()
+                .chain(cells)
+                .collect()
+        };
+        let rows = SIGNALS
+            .iter()
+            .flat_map(|&signal| self.runs.iter().map(move |run| row(run, signal)));
+        Table {
+            caption: "Tracking errors in the units of the coordinates, and the part of the ticks at the torque limit.".into(),
+            header: ["", "with"].map(String::from).into_iter().chain(self.names()).collect(),
+            rows: rows.collect(),
+        }
+    }
+
+    fn times(&self) -> Table {
+        let row = |run: &Run| {
+            let Quantiles { p50, p99, max, .. } = latency(run);
+            let cells = [p50, p99, max].map(|x| short(1e6 * x));
+            std::iter::once(run.name.to_string()).chain(cells).collect()
+        };
+        Table {
+            caption: "Time of a call of the controller, µs.".into(),
+            header: ["with", "p50", "p99", "max"].map(String::from).into(),
+            rows: self.runs.iter().map(row).collect(),
+        }
+    }
+
+    pub(super) fn page(&self) -> Report {
+        Report {
+            title: "Tracking of a reference".into(),
+            subtitle: format!("'{}', {} Hz", self.reference.samples().name, self.rate),
+            figures: self.figures(),
+            tables: vec![self.errors(), self.times()],
+            commands: vec![Command {
+                line: command_line(),
+                makes: "this page".into(),
+            }],
+            ..Report::default()
+        }
+    }
+}

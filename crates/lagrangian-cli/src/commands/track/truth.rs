@@ -1,0 +1,97 @@
+//! The robot that moves: a known system, or rigid bodies.
+
+use std::path::Path;
+
+use anyhow::Result;
+use lagrangian::lagrangian::analytic::{by_name, systems};
+use lagrangian::rigid::RigidBodies;
+use lagrangian::train::Learned;
+use lagrangian::{Model, Trajectory};
+
+use crate::failure::{Advise, mistake};
+use crate::robot;
+use crate::track_args::TruthArgs;
+
+/// The robot of the flags; none where the model itself is to move.
+pub(super) fn read(
+    args: &TruthArgs,
+    model: &Learned,
+    reference: &Trajectory,
+) -> Result<Option<Box<dyn Model>>> {
+    let Some(path) = &args.robot else {
+        if !model.moves() {
+            return Err(mistake(
+                "the model gives torques and no motion, so that it cannot be the robot",
+                "name the robot that moves: --robot two-link-arm, or a URDF file",
+            ));
+        }
+        return Ok(None);
+    };
+    let robot: Box<dyn Model> = match system(path) {
+        Some(name) => analytic(name, args)?,
+        None => Box::new(bodies(path, args, model)?),
+    };
+    let (found, wanted) = (robot.coordinates().dof(), reference.dof());
+    if found == wanted {
+        return Ok(Some(robot));
+    }
+    Err(mistake(
+        format!(
+            "the robot '{}' has {found} joints, the model and the reference have {wanted}",
+            path.display()
+        ),
+        "give the robot of the model, and the joints that move as --joints where it comes from a URDF",
+    ))
+}
+
+/// The name of a system that is meant by a name that is no file.
+fn system(path: &Path) -> Option<&'static str> {
+    let name = path.to_str().filter(|_| !path.exists())?;
+    let mut known = systems().iter().map(|entry| entry.name);
+    known.find(|known| *known == name)
+}
+
+fn analytic(name: &str, args: &TruthArgs) -> Result<Box<dyn Model>> {
+    if !args.joints.is_empty() {
+        return Err(mistake(
+            format!("--joints chooses joints of a URDF, and '{name}' is a system"),
+            "leave --joints away",
+        ));
+    }
+    let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));
+    let load = args.payload.map(|kg| ("payload", kg));
+    let all: Vec<(&str, f64)> = given.chain(load).collect();
+    let system = by_name(name, &all).advise(
+        format!("cannot take '{name}' as the robot"),
+        "`lagrangian simulate list` names the systems and their parameters; --payload sets the one of that name",
+    )?;
+    Ok(system)
+}
+
+fn bodies(path: &Path, args: &TruthArgs, model: &Learned) -> Result<RigidBodies> {
+    let shown = path.display();
+    if !args.parameters.is_empty() {
+        return Err(mistake(
+            format!("--set is for systems, and '{shown}' is none"),
+            "change the URDF instead; `lagrangian simulate list` names the systems",
+        ));
+    }
+    let named: Vec<&str> = systems().iter().map(|entry| entry.name).collect();
+    let hint = format!(
+        "--joints chooses its joints; or name a system: {}",
+        named.join(", ")
+    );
+    let config = robot::read(path, &args.joints)?;
+    let bodies = config
+        .bodies(model.coordinates())
+        .advise(format!("cannot take '{shown}' as the robot"), hint)?;
+    let Some(kg) = args.payload else {
+        return Ok(bodies);
+    };
+    let tip = bodies.tip().to_string();
+    eprintln!("note: the payload of {kg} kg is at the origin of link '{tip}'");
+    bodies.with_payload(&tip, kg, [0.0; 3]).advise(
+        format!("cannot put a payload on '{shown}'"),
+        "give --payload as a mass, kg",
+    )
+}

@@ -1,0 +1,188 @@
+//! The flags of `lagrangian track`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::cli::{DataArgs, EstimateArgs};
+use crate::values::{assignment, non_negative, positive, seed};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The motion of the reference is simulated three times: with the model, with feedback alone, and with the true model.
+
+Examples:
+  lagrangian track run/model.safetensors --reference letter.csv --robot two-link-arm
+  lagrangian track run/model.safetensors --reference letter.csv --robot robot.urdf --payload 0.5 --limit 30
+  lagrangian track run/model.safetensors --reference letter.csv --robot iiwa7 --kp 40 --kd 4 --noise 1e-5,2e-3 \\
+      --delay 2 --out motion.csv --plot track.html --json")]
+pub(crate) struct TrackArgs {
+    /// A saved model: what the controller knows
+    pub(crate) model: PathBuf,
+
+    /// File with the motion to follow: .csv, .npz, .parquet; of several trajectories the first
+    #[arg(long, value_name = "FILE")]
+    pub(crate) reference: PathBuf,
+
+    /// File for the motion and its torques, .csv, .npz or .parquet; a .toml that declares the angles is put beside it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// File for a drawing: .html for a page, .svg or .png for the motion of the first joint
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+
+    /// Replace the files if they exist
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    #[command(flatten)]
+    pub(crate) truth: TruthArgs,
+
+    #[command(flatten)]
+    pub(crate) control: ControlArgs,
+
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
+
+    #[command(flatten)]
+    pub(crate) columns: ReferenceArgs,
+}
+
+/// The robot that is driven.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Robot")]
+pub(crate) struct TruthArgs {
+    /// The robot that moves: a system (`lagrangian simulate list`), a URDF file, or an example (`two_link_arm`, iiwa7,
+    /// ur5, panda) [default: the model itself]
+    #[arg(long, value_name = "ROBOT")]
+    pub(crate) robot: Option<PathBuf>,
+
+    /// A parameter of the system; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment, requires = "robot")]
+    pub(crate) parameters: Vec<(String, f64)>,
+
+    /// Joints of a URDF robot in the order of the reference, the others locked at 0 [default: those that it names, or all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "robot")]
+    pub(crate) joints: Vec<String>,
+
+    /// Mass in the robot's hand, kg, of which the true model knows and the saved one does not
+    #[arg(long, value_name = "KG", value_parser = non_negative, requires = "robot")]
+    pub(crate) payload: Option<f64>,
+}
+
+/// The loop between sensors, controller and drives.
+#[derive(Debug, Clone, Args, serde::Serialize)]
+#[command(next_help_heading = "Control")]
+pub(crate) struct ControlArgs {
+    /// What the controller does with the model
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) controller: ControllerName,
+
+    /// Ticks of the loop a second, Hz, 10 to 10000
+    #[arg(long, default_value_t = 500.0, value_parser = positive)]
+    pub(crate) rate: f64,
+
+    /// Gains of the position error, N·m/rad (computed-torque: s⁻²); one, or one for each joint [default: 25 s⁻² times the
+    /// joint's mean inertia]
+    #[arg(long, value_name = "GAINS", value_delimiter = ',', value_parser = non_negative)]
+    pub(crate) kp: Vec<f64>,
+
+    /// Gains of the velocity error, N·m·s/rad (computed-torque: s⁻¹); one, or one for each joint [default: 10 s⁻¹ times
+    /// the joint's mean inertia]
+    #[arg(long, value_name = "GAINS", value_delimiter = ',', value_parser = non_negative)]
+    pub(crate) kd: Vec<f64>,
+
+    /// Largest torque, N·m; one, or one for each joint [default: none]
+    #[arg(long, value_name = "TORQUES", value_delimiter = ',', value_parser = positive)]
+    pub(crate) limit: Vec<f64>,
+
+    /// Standard deviation of the sensors' noise: positions, rad, and after a comma velocities, rad/s
+    #[arg(long, value_name = "Q,V", value_delimiter = ',', value_parser = non_negative)]
+    pub(crate) noise: Vec<f64>,
+
+    /// Step of the encoders, rad
+    #[arg(long, value_name = "STEP", default_value_t = 0.0, value_parser = non_negative)]
+    pub(crate) quantisation: f64,
+
+    /// Ticks from a decision to its torque
+    #[arg(long, value_name = "TICKS", default_value_t = 0)]
+    pub(crate) delay: usize,
+
+    /// Seed of the noise
+    #[arg(long, default_value_t = 0, value_parser = seed)]
+    pub(crate) seed: u64,
+}
+
+/// What the controller does with the model.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum ControllerName {
+    /// Nothing: feedback alone
+    Pd,
+    /// Feedback, and the model's torque along the reference
+    #[default]
+    FeedForward,
+    /// Feedback through the model at the measured state
+    ComputedTorque,
+}
+
+/// How the columns of the reference are read; a TOML file beside it may say the same.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Columns of the reference")]
+pub(crate) struct ReferenceArgs {
+    /// Columns of the coordinates q [default: q1,q2,…]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    q: Vec<String>,
+
+    /// Columns of the velocities q̇; estimated from q if there are none [default: qd1,qd2,…]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    qd: Vec<String>,
+
+    /// Columns of the accelerations q̈; estimated if there are none [default: qdd1,qdd2,…]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    qdd: Vec<String>,
+
+    /// Column of time, s [default: t]
+    #[arg(long, value_name = "NAME")]
+    time: Option<String>,
+
+    /// Column that tells several trajectories of one file apart [default: trajectory, if there is one]
+    #[arg(long, value_name = "NAME")]
+    trajectory: Option<String>,
+
+    /// Coordinates that are angles, so that q and q + 2π are the same; `all` for all of them
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    angle: Vec<String>,
+
+    /// Angles are in degrees (never guessed)
+    #[arg(long)]
+    degrees: bool,
+
+    /// Keep every so manyth row
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    every: Option<u32>,
+
+    /// TOML file with the above [default: the reference's name with .toml, else lagrangian.toml beside it]
+    #[arg(long, value_name = "FILE")]
+    layout: Option<PathBuf>,
+}
+
+impl ReferenceArgs {
+    /// As the flags of data; a reference has no forces, and `--delay` means another thing here.
+    pub(crate) fn data(&self) -> DataArgs {
+        let own = self.clone();
+        DataArgs {
+            q: own.q,
+            qd: own.qd,
+            qdd: own.qdd,
+            time: own.time,
+            trajectory: own.trajectory,
+            angle: own.angle,
+            degrees: own.degrees,
+            every: own.every,
+            layout: own.layout,
+            ..DataArgs::default()
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Figures of a reference and the motions that followed it.
+
+use super::{Axis, Figure, Role, Series};
+use crate::control::{Followed, Reference};
+use crate::{Coordinates, Trajectory};
+
+/// A motion that followed a reference, and whose it is.
+#[derive(Debug, Clone, Copy)]
+pub struct Follower<'a> {
+    /// Its name in the legend.
+    pub name: &'a str,
+    /// Its colour.
+    pub role: Role,
+    /// The motion.
+    pub followed: &'a Followed,
+}
+
+fn column(values: &[f64], i: usize, n: usize, factor: f64) -> Vec<f64> {
+    let own = values.iter().skip(i).step_by(n.max(1));
+    own.map(|x| factor * x).collect()
+}
+
+fn line(name: &str, role: Role, motion: &Trajectory, i: usize) -> Series {
+    let q = column(&motion.q, i, motion.dof(), 1.0);
+    Series::line(name, role, motion.t.clone(), q)
+}
+
+/// Coordinate `i` of a reference and of all that followed it, over time.
+#[must_use]
+pub fn followed_motion(
+    coordinates: &Coordinates,
+    i: usize,
+    reference: &Reference,
+    followers: &[Follower],
+) -> Figure {
+    let (name, unit) = label(coordinates, i);
+    let mut series = vec![line("reference", Role::Other(3), reference.samples(), i)];
+    let motions = followers.iter();
+    series.extend(motions.map(|f| line(f.name, f.role, &f.followed.driven.trajectory, i)));
+    Figure {
+        id: format!("motion-{}", i + 1),
+        title: format!("Motion of {name}"),
+        caption: "The reference, and what the robot made of it.".into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear(name, unit),
+        series,
+    }
+}
+
+/// Tracking errors of coordinate `i` over time, in thousandths of its unit.
+#[must_use]
+pub fn tracking_error(coordinates: &Coordinates, i: usize, followers: &[Follower]) -> Figure {
+    let (name, unit) = label(coordinates, i);
+    let error = |f: &Follower| {
+        let t = f.followed.driven.trajectory.t.clone();
+        let error = column(&f.followed.error, i, coordinates.dof(), 1e3);
+        Series::line(f.name, f.role, t, error)
+    };
+    Figure {
+        id: format!("error-{}", i + 1),
+        title: format!("Tracking error of {name}"),
+        caption: "Reference minus motion.".into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear("error", &format!("m{unit}")),
+        series: followers.iter().map(error).collect(),
+    }
+}
+
+fn label(coordinates: &Coordinates, i: usize) -> (&str, &str) {
+    let own = coordinates.0.get(i);
+    own.map_or(("", ""), |c| (&c.name, &c.unit))
+}
