@@ -71,7 +71,7 @@ impl Default for OnlineConfig {
             warm_up: 500,
             window: 40,
             replay: ReplayConfig::default(),
-            surprise: 30.0,
+            surprise: 300.0,
             surprise_least: 0.03,
             look: 32,
             trust: 0.1,

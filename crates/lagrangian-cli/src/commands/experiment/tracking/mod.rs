@@ -23,8 +23,8 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
     run,
 };
 
-/// Letters before the payload comes, and in a quick run.
-const LETTERS: usize = 8;
+/// Letters before the payload comes, eight to learn from and two to judge by; and in a quick run.
+const LETTERS: usize = 10;
 const FEW: usize = 3;
 /// A model has recovered where the error stays within this factor of before.
 const RECOVERED: f64 = 1.2;
