@@ -156,8 +156,10 @@ fn a_learner_that_diverges_goes_back_to_the_last_good_model_and_says_so() {
         ]
         .concat();
         learner.observe(&row).unwrap();
+        if k % 20 == 0 {
+            learner.train(5).unwrap();
+        }
     }
-    learner.train(5).unwrap();
     assert!(learner.hand_over().is_some());
     learner.spoil().unwrap();
     assert!(
