@@ -118,7 +118,8 @@ impl Dataset {
     }
 
     /// The slope of the force of coordinate `i` over its acceleration beside a constant and the features of all
-    /// coordinates, by least squares; within two decades of force over acceleration.
+    /// coordinates, by least squares, within two decades of force over acceleration; the ratio itself where these explain
+    /// less than half of the force: in fast motion it is the small rest of inertial and centrifugal forces.
     fn own_inertia(&self, i: usize) -> f64 {
         let (data, n) = (&self.train, self.coordinates.dof());
         let ratio = self.force_scale()[i] / self.acceleration_scale()[i];
@@ -126,8 +127,10 @@ impl Dataset {
         let columns = 2 + 2 * n;
         let mut square = vec![0.0; columns * columns];
         let (mut right, mut row) = (vec![0.0; columns], vec![0.0; columns]);
+        let mut total = 0.0;
         for s in (0..data.len()).step_by(every) {
             (row[0], row[1]) = (data.qdd[s * n + i], 1.0);
+            total += data.tau[s * n + i].powi(2);
             for (j, q) in data.q[s * n..][..n].iter().enumerate() {
                 (row[2 + 2 * j], row[3 + 2 * j]) = match self.coordinates.is_circle(j) {
                     true => (q.cos(), q.sin()),
@@ -143,7 +146,8 @@ impl Dataset {
         let mut solution = vec![0.0; columns];
         let _ = SymmetricSolver::new(columns).solve(&square, &right, &mut solution);
         let slope = solution[0].abs();
-        if slope.is_finite() {
+        let explained: f64 = solution.iter().zip(&right).map(|(x, r)| x * r).sum();
+        if slope.is_finite() && explained > 0.5 * total {
             slope.clamp(1e-2 * ratio, ratio)
         } else {
             ratio

@@ -250,6 +250,9 @@ impl Finder<'_> {
             layout.tau.clone()
         };
         if layout.actuated.is_empty() && (found.is_empty() || found.len() == q.len()) {
+            if layout.tau.is_empty() && !found.is_empty() && self.numbered("tau").len() > q.len() {
+                return self.signal(&[], "tau", q.len());
+            }
             if layout.tau.is_empty() {
                 self.unbroken("tau", found.len(), q.len())?;
             }

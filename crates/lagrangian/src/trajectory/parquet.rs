@@ -72,6 +72,22 @@ pub fn read(
 ) -> Result<Readings> {
     let builder =
         ParquetRecordBatchReaderBuilder::try_new(Shared::new(source)?).map_err(malformed)?;
+    // The library panics where one of these is negative.
+    let groups = builder.metadata().row_groups().iter();
+    let broken = groups.flat_map(|group| group.columns()).any(|column| {
+        let start = column.dictionary_page_offset().unwrap_or(0);
+        start
+            .min(column.data_page_offset())
+            .min(column.compressed_size())
+            < 0
+    });
+    if broken {
+        return Err(Error::Malformed {
+            format: "Parquet",
+            reason: "a column begins before the file, or has a negative length: write it again"
+                .into(),
+        });
+    }
     let headers: Vec<String> = builder
         .schema()
         .fields()
