@@ -111,18 +111,18 @@ impl Dataset {
         }
         let work = self.force_scale().into_iter().zip(&scaling.q_scale);
         scaling.energy = positive(work.map(|(tau, q)| tau * q).fold(0.0, f64::max));
-        for (i, s) in scaling.qd_scale.iter_mut().enumerate() {
-            *s = positive((scaling.energy / self.own_inertia(i)).sqrt());
+        let ratios = self.inertias();
+        for (i, (s, ratio)) in scaling.qd_scale.iter_mut().zip(ratios).enumerate() {
+            *s = positive((scaling.energy / self.own_inertia(i, ratio)).sqrt());
         }
         scaling
     }
 
     /// The slope of the force of coordinate `i` over its acceleration beside a constant and the features of all
-    /// coordinates, by least squares, within two decades of force over acceleration; the ratio itself where these explain
+    /// coordinates, by least squares, within two decades of `ratio`, force over acceleration; the ratio itself where these explain
     /// less than half of the force: in fast motion it is the small rest of inertial and centrifugal forces.
-    fn own_inertia(&self, i: usize) -> f64 {
+    fn own_inertia(&self, i: usize, ratio: f64) -> f64 {
         let (data, n) = (&self.train, self.coordinates.dof());
-        let ratio = self.force_scale()[i] / self.acceleration_scale()[i];
         let every = data.len().div_ceil(LOOKED_AT).max(1);
         let columns = 2 + 2 * n;
         let mut square = vec![0.0; columns * columns];

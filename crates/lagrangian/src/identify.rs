@@ -64,20 +64,8 @@ impl Rigid {
     pub fn new(motion: Mechanical<RigidChain>, errors: Vec<f64>) -> Result<Self> {
         let friction = motion.dissipation().map_or(0, |d| 2 * d.viscous.len());
         let expected = motion.lagrangian.parameters().len() + friction;
-        let what = "standard errors".to_string();
-        if errors.len() != expected {
-            let remedy = "give one for each parameter".into();
-            return Err(Error::Shape {
-                what,
-                found: errors.len(),
-                expected,
-                remedy,
-            });
-        }
-        match errors.iter().position(|e| !e.is_finite()) {
-            Some(index) => Err(Error::NotFinite { what, index }),
-            None => Ok(Self { motion, errors }),
-        }
+        check_errors(&errors, expected)?;
+        Ok(Self { motion, errors })
     }
 
     /// The chain with its friction.
@@ -113,6 +101,23 @@ impl Rigid {
             .zip(self.errors.iter().copied())
             .map(parameter)
             .collect()
+    }
+}
+
+/// Checks that there is one finite standard error for each of `expected` parameters.
+pub(crate) fn check_errors(errors: &[f64], expected: usize) -> Result<()> {
+    let what = "standard errors".to_string();
+    if errors.len() != expected {
+        return Err(Error::Shape {
+            what,
+            found: errors.len(),
+            expected,
+            remedy: "give one for each parameter".into(),
+        });
+    }
+    match errors.iter().position(|e| !e.is_finite()) {
+        Some(index) => Err(Error::NotFinite { what, index }),
+        None => Ok(()),
     }
 }
 

@@ -236,7 +236,8 @@ fn rotate(a: &mut [f64], vectors: &mut [f64], n: usize, i: usize, j: usize) {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Σ aᵢ bᵢ.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

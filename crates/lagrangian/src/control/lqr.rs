@@ -10,6 +10,7 @@
 //! One input. P is the limit of P ← Q + Fᵀ P F − Fᵀ P G (R + Gᵀ P G)⁻¹ Gᵀ P F, u = −K x (theory.md, 55 and 56).
 
 use crate::dynamics::Model;
+use crate::solve::dot;
 use crate::{Error, Result};
 
 /// A model near an equilibrium.
@@ -183,8 +184,4 @@ fn diagonal(entries: &[f64]) -> Vec<f64> {
         }
     };
     (0..size * size).map(entry).collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solve::SymmetricSolver;
+use crate::solve::{SymmetricSolver, dot};
 use crate::{Error, Result};
 
 /// The forces B u − o that inputs u exert: M q̈ + c = B u − o − d (theory.md, equation 37).
@@ -169,10 +169,6 @@ fn pseudo_inverse(b: &[f64], n: usize) -> Vec<f64> {
         }
     }
     inverse
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

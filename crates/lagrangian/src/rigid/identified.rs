@@ -4,7 +4,7 @@ use super::bodies::RigidBodies;
 use super::regressor::NAMES;
 use crate::dynamics::{Evaluator, Mechanical, Model};
 use crate::identify::Parameter;
-use crate::{Coordinates, Error, Result};
+use crate::{Coordinates, Result};
 
 /// A robot with identified parameters and their standard errors.
 ///
@@ -22,20 +22,8 @@ impl IdentifiedRobot {
     /// [`Error::Shape`] for another number of errors; [`Error::NotFinite`].
     pub fn new(motion: Mechanical<RigidBodies>, errors: Vec<f64>) -> Result<Self> {
         let expected = values(&motion).len();
-        let what = "standard errors".to_string();
-        if errors.len() != expected {
-            let remedy = "give one for each parameter".into();
-            return Err(Error::Shape {
-                what,
-                found: errors.len(),
-                expected,
-                remedy,
-            });
-        }
-        match errors.iter().position(|e| !e.is_finite()) {
-            Some(index) => Err(Error::NotFinite { what, index }),
-            None => Ok(Self { motion, errors }),
-        }
+        crate::identify::check_errors(&errors, expected)?;
+        Ok(Self { motion, errors })
     }
 
     /// The robot with its friction.

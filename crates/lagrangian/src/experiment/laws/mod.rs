@@ -14,6 +14,7 @@ mod matrix;
 use serde::Serialize;
 
 use crate::dynamics::{Evaluator, Model};
+use crate::solve::dot;
 use crate::{Result, State, Trajectory};
 use energy::{balance, drifts};
 use matrix::Matrix;
@@ -157,10 +158,6 @@ fn skew(evaluator: &mut dyn Evaluator, row: Row) -> Option<f64> {
 fn derivative(f: &mut dyn FnMut(f64) -> Option<f64>) -> Option<f64> {
     let mut slope = |step: f64| Some((f(step)? - f(-step)?) / (2.0 * step));
     Some((4.0 * slope(STEP)? - slope(2.0 * STEP)?) / 3.0)
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 fn root_mean_square(x: impl Iterator<Item = f64>) -> f64 {

@@ -9,6 +9,8 @@
 //! | u = Gᵀv, w = G′ᵀv + Gᵀa | | n |
 //! | π = G u + A, π′ = G′u + G w + A′ | momentum and its rate | n |
 
+use crate::solve::dot;
+
 /// The output that entry (i, j) of G is, j < i.
 pub(crate) fn below(n: usize, i: usize, j: usize) -> usize {
     n + i * (i - 1) / 2 + j
@@ -208,10 +210,6 @@ fn transposed_product(n: usize, m: &[f64], x: &[f64], out: &mut [f64]) {
         let row = &m[i * n..][..=i];
         out.iter_mut().zip(row).for_each(|(out, m)| *out += m * x);
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// softplus and its first two derivatives.
