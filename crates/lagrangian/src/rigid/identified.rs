@@ -19,7 +19,7 @@ impl IdentifiedRobot {
     /// A robot with the standard errors of its parameters, in the order of [`IdentifiedRobot::parameters`].
     ///
     /// # Errors
-    /// [`Error::Shape`] for another number of errors; [`Error::NotFinite`].
+    /// [`crate::Error::Shape`] for another number of errors; [`crate::Error::NotFinite`].
     pub fn new(motion: Mechanical<RigidBodies>, errors: Vec<f64>) -> Result<Self> {
         let expected = values(&motion).len();
         crate::identify::check_errors(&errors, expected)?;
