@@ -82,6 +82,7 @@
 
 #![deny(unsafe_code)]
 
+pub mod action;
 pub mod baseline;
 pub mod chaos;
 pub mod check;

@@ -193,7 +193,7 @@ fn solve_directly(m: &[f64], x: &mut [f64]) -> Option<Regularity> {
 }
 
 /// Jacobi's method: rotates symmetric `a` to diagonal form; row i of `vectors` is the i-th eigenvector.
-fn diagonalise(a: &mut [f64], vectors: &mut [f64], n: usize) {
+pub(crate) fn diagonalise(a: &mut [f64], vectors: &mut [f64], n: usize) {
     vectors.fill(0.0);
     (0..n).for_each(|i| vectors[i * n + i] = 1.0);
     for _ in 0..MAX_SWEEPS {
