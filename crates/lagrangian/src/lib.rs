@@ -86,6 +86,7 @@ pub mod action;
 pub mod baseline;
 pub mod chaos;
 pub mod check;
+pub mod conserved;
 pub mod control;
 pub mod dataset;
 pub mod dynamics;

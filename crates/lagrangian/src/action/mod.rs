@@ -37,7 +37,7 @@ mod variations;
 
 pub use boundary::Boundary;
 pub use discrete::{DiscreteAction, Path};
-pub use search::{Failure, Search, SearchOptions, stationary_paths};
+pub use search::{Failure, Search, SearchOptions, stationary_path_from, stationary_paths};
 pub use second_variation::{SecondVariation, conjugate_times};
 pub use stationary::{StationaryPath, Verdict};
 pub use variations::{Family, family, varied};

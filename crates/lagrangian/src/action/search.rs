@@ -152,6 +152,34 @@ pub fn stationary_paths(
     Ok(search)
 }
 
+/// The stationary path that Newton's method finds from a first path; it has twice as many segments.
+///
+/// # Errors
+/// [`Error::Shape`] for a path of other coordinates than `lagrangian`; [`Error::Argument`] for fewer than two segments.
+/// That none is found is an outcome.
+pub fn stationary_path_from(
+    lagrangian: &dyn Lagrangian,
+    first: &Path,
+) -> Result<std::result::Result<StationaryPath, Failure>> {
+    let n = lagrangian.coordinates().dof();
+    if first.dof != n || !first.q.len().is_multiple_of(n.max(1)) {
+        return Err(Error::Shape {
+            what: "a node of the path".into(),
+            found: first.dof,
+            expected: n,
+            remedy: "give one value per coordinate of the Lagrangian".into(),
+        });
+    }
+    if first.segments() < 2 {
+        return Err(Error::Argument {
+            name: "segments of the path",
+            value: first.segments().to_string(),
+            must: "2 or more",
+        });
+    }
+    Ok(improve(lagrangian, first.clone()))
+}
+
 fn improve(
     lagrangian: &dyn Lagrangian,
     first: Path,

@@ -2,7 +2,7 @@
 
 use super::discrete::{DiscreteAction, Path};
 use super::tridiagonal::{BlockTridiagonal, Factored};
-use crate::solve::diagonalise;
+use crate::solve::{diagonalise, inverse_root, product};
 
 /// Halvings of an interval that holds an eigenvalue.
 const BISECTIONS: usize = 60;
@@ -25,9 +25,15 @@ pub struct SecondVariation {
     pub mode: Vec<f64>,
 }
 
+impl DiscreteAction<'_> {
+    /// The second variation at a path, which must have two segments at least.
+    pub fn second_variation(&mut self, path: &Path) -> SecondVariation {
+        SecondVariation::of(self, path)
+    }
+}
+
 impl SecondVariation {
-    /// Of this path, which must have two segments at least.
-    pub(super) fn of(action: &mut DiscreteAction<'_>, path: &Path) -> Self {
+    fn of(action: &mut DiscreteAction<'_>, path: &Path) -> Self {
         let (hessian, masses) = action.hessian(path);
         let n = path.dof;
         let convex = masses.chunks_exact(n * n).all(|m| is_positive(m, n));
@@ -74,32 +80,13 @@ fn crossings(hessian: &BlockTridiagonal, factored: &Factored<'_>, step: f64) -> 
 fn ratios(d: &[f64], upper: &[f64], n: usize) -> Vec<f64> {
     let b = |i: usize, j: usize| -0.5 * (upper[i * n + j] + upper[j * n + i]);
     let symmetric: Vec<f64> = (0..n * n).map(|ij| b(ij / n, ij % n)).collect();
-    let Some(root) = inverse_root(&symmetric, n) else {
+    let Some(root) = inverse_root(&symmetric, n, 0.0) else {
         return Vec::new();
     };
-    let product = |a: &[f64], b: &[f64]| -> Vec<f64> {
-        let entry = |i: usize, j: usize| (0..n).map(|l| a[i * n + l] * b[l * n + j]).sum::<f64>();
-        (0..n * n).map(|ij| entry(ij / n, ij % n)).collect()
-    };
-    let mut scaled = product(&product(&root, d), &root);
+    let mut scaled = product(&product(&root, d, n), &root, n);
     let mut vectors = vec![0.0; n * n];
     diagonalise(&mut scaled, &mut vectors, n);
     (0..n).map(|i| scaled[i * n + i]).collect()
-}
-
-/// B^(−1/2); `None` where B is not positive definite.
-fn inverse_root(b: &[f64], n: usize) -> Option<Vec<f64>> {
-    let (mut a, mut vectors) = (b.to_vec(), vec![0.0; n * n]);
-    diagonalise(&mut a, &mut vectors, n);
-    let values: Vec<f64> = (0..n).map(|i| a[i * n + i]).collect();
-    if !values.iter().all(|x| *x > 0.0) {
-        return None;
-    }
-    let entry = |i: usize, j: usize| -> f64 {
-        let terms = (0..n).map(|k| vectors[k * n + i] * vectors[k * n + j] / values[k].sqrt());
-        terms.sum()
-    };
-    Some((0..n * n).map(|ij| entry(ij / n, ij % n)).collect())
 }
 
 fn is_positive(m: &[f64], n: usize) -> bool {

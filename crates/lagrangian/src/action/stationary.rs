@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::discrete::{DiscreteAction, Path};
 use super::second_variation::SecondVariation;
+use crate::Trajectory;
 use crate::lagrangian::{Jet, Jets, Lagrangian};
 use crate::solve::SymmetricSolver;
 
@@ -64,8 +65,8 @@ impl StationaryPath {
     ) -> Self {
         let fine = action.action(&path);
         let action_error = (fine - action.action(&coarse)).abs() / 3.0;
-        let coarse_index = SecondVariation::of(action, &coarse).morse_index;
-        let second_variation = SecondVariation::of(action, &path);
+        let coarse_index = action.second_variation(&coarse).morse_index;
+        let second_variation = action.second_variation(&path);
         let mut gradient = Vec::new();
         action.gradient(&path, &mut gradient);
         let residual = gradient.iter().fold(0.0, |r: f64, g| r.max(g.abs())) / path.step();
@@ -97,6 +98,26 @@ impl StationaryPath {
             energies: [e0, e1],
             verdict,
             second_variation,
+        }
+    }
+
+    /// The path as a motion: velocities inside by central differences, at the ends from the momenta.
+    #[must_use]
+    pub fn trajectory(&self, name: &str) -> Trajectory {
+        let (path, last) = (&self.path, self.path.segments());
+        let mut qd = self.velocities[0].clone();
+        for k in 1..last {
+            let pairs = path.node(k - 1).iter().zip(path.node(k + 1));
+            qd.extend(pairs.map(|(a, b)| (b - a) / (2.0 * path.step())));
+        }
+        qd.extend(&self.velocities[1]);
+        Trajectory {
+            name: name.into(),
+            t: path.times(),
+            q: path.q.clone(),
+            qd,
+            qdd: None,
+            tau: None,
         }
     }
 
