@@ -60,6 +60,33 @@ pub trait Evaluator {
 
     /// Energy H = p·q̇ − L, J, `[m]`. `false` where the model has none.
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool;
+
+    /// Whether the model moves in (q, q̇) with dq/dt = q̇, so that forward dynamics say all: everything but a model
+    /// that has a flow of its own, in (q, p) or with another dq/dt.
+    fn second_order(&self) -> bool {
+        true
+    }
+
+    /// Writes z, the second half of the state (q, z) that the model moves in: q̇, or the momenta p(q, q̇) of a
+    /// Hamiltonian. `false` where there is no such z, as where H is not convex in p.
+    fn phase(&mut self, q: &[f64], qd: &[f64], z: &mut [f64]) -> bool {
+        let _ = q;
+        z.copy_from_slice(qd);
+        true
+    }
+
+    /// Writes the velocities q̇ of the states (q, z): z itself, or ∂H/∂p.
+    fn velocity(&mut self, q: &[f64], z: &[f64], qd: &mut [f64]) {
+        let _ = q;
+        qd.copy_from_slice(z);
+    }
+
+    /// Writes dq/dt and dz/dt of the states (q, z) under forces τ; returns at how many states the mass matrix was
+    /// singular.
+    fn flow(&mut self, q: &[f64], z: &[f64], tau: &[f64], dq: &mut [f64], dz: &mut [f64]) -> usize {
+        dq.copy_from_slice(z);
+        self.forward_dynamics(q, z, tau, dz)
+    }
 }
 
 /// Bias c = (∂p/∂q) q̇ − ∂L/∂q of the Euler–Lagrange equation M q̈ + c = τ − d, `[m, n]`.
