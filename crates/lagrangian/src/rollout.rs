@@ -6,7 +6,7 @@ mod sines;
 
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::{Evaluator, Model};
+use crate::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
 use crate::integrate::{Control, Ending, Failure, Method};
 use crate::{Error, Result, Trajectory};
 
@@ -190,6 +190,13 @@ fn check(
             must: "one with forward dynamics: fit it with --loss acceleration, or take another --model",
         });
     }
+    if options.method.rule().is_some() && model.mechanics().is_none() {
+        return Err(Error::Argument {
+            name: "method",
+            value: options.method.name().into(),
+            must: "one for a model without a Lagrangian: rk4, dopri5 or dop853 (--method)",
+        });
+    }
     let n = model.coordinates().dof();
     for (what, x) in [("initial q", q0), ("initial qd", qd0)] {
         if x.len() != n || n == 0 {
@@ -235,6 +242,8 @@ fn check(
 /// A rollout in the making: what was computed and counted so far.
 struct Run<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
+    /// Of the variational methods.
+    mechanics: Option<EulerLagrange<'a>>,
     options: &'a RolloutOptions,
     /// The state (q, q̇) reached, `[2 n]`.
     x: Vec<f64>,
@@ -255,6 +264,7 @@ impl<'a> Run<'a> {
         let x = [q0, qd0].concat();
         Self {
             evaluator: model.evaluator(),
+            mechanics: options.method.rule().and_then(|_| model.mechanics()),
             options,
             x,
             force: vec![0.0; n],
@@ -266,6 +276,7 @@ impl<'a> Run<'a> {
     fn advance(&mut self, times: &[f64], tau: &Force<'_>, first: bool) -> Ending {
         let Self {
             evaluator,
+            mechanics,
             options,
             x,
             force,
@@ -278,11 +289,6 @@ impl<'a> Run<'a> {
             ..
         } = rollout;
         let x0 = x.clone();
-        let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
-            tau(t, q, qd, force);
-            *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
-            *evaluations += 1;
-        };
         let mut sample = |k: usize, state: &[f64]| {
             x.copy_from_slice(state);
             if k > 0 || first {
@@ -291,9 +297,25 @@ impl<'a> Run<'a> {
         };
         let mut control = options.control();
         control.max_steps -= rollout.steps + rollout.rejected;
-        let solution = options
-            .method
-            .solve(&mut acceleration, &x0, times, &control, &mut sample);
+        let solution = match (options.method.rule(), mechanics) {
+            (Some(rule), Some(mechanics)) => {
+                let mut slopes = |t: f64, q: &[f64], qd: &[f64], slopes: &mut Slopes| {
+                    tau(t, q, qd, force);
+                    mechanics.slopes(q, qd, force, slopes);
+                    *evaluations += 1;
+                };
+                rule.solve(&mut slopes, &x0, times, &control, &mut sample)
+            }
+            _ => {
+                let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
+                    tau(t, q, qd, force);
+                    *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
+                    *evaluations += 1;
+                };
+                let method = options.method;
+                method.solve(&mut acceleration, &x0, times, &control, &mut sample)
+            }
+        };
         rollout.steps += solution.steps;
         rollout.rejected += solution.rejected;
         solution.ending
