@@ -300,6 +300,10 @@ pub(crate) enum MethodName {
     StormerVerlet,
     /// Implicit midpoint, symplectic, fixed step
     ImplicitMidpoint,
+    /// Discrete action by the midpoint rule, symplectic for every Lagrangian, fixed step
+    VariationalMidpoint,
+    /// The same by the trapezoidal rule: Störmer–Verlet where M is constant
+    VariationalTrapezoidal,
 }
 
 #[derive(Debug, Args)]
