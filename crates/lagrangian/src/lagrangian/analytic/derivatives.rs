@@ -73,6 +73,10 @@ impl<S: System> Model for Analytic<S> {
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         Box::new(EulerLagrange::new(self, None))
     }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        Some(EulerLagrange::new(self, None))
+    }
 }
 
 impl<S: System> AnalyticModel for Analytic<S> {
