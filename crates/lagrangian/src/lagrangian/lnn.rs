@@ -328,6 +328,32 @@ impl LnnShape {
         }
     }
 
+    /// As [`LnnShape::write`], but with a tangent ′ that is zero, so that mixed components are first derivatives.
+    pub(crate) fn write_still<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], qd: &[f64]) {
+        self.write(pass, s, q, qd, None);
+        for at in 0..Scaling::features(&self.coordinates) {
+            pass.set_feature(1, s, at, T::default());
+        }
+    }
+
+    /// Writes the mixed component of direction `d` of sample `s` along the velocities: `weight`.
+    pub(crate) fn write_mixed_velocity<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        d: usize,
+        s: usize,
+        weight: impl Fn(usize) -> f64,
+    ) {
+        let first = Scaling::features(&self.coordinates);
+        for (i, scale) in self.scaling.qd_scale.iter().enumerate() {
+            let x = T::of(weight(i) / scale);
+            match self.config.form {
+                Form::Free => pass.set_mixed_feature(d, s, first + i, x),
+                Form::Convex => pass.set_mixed_velocity(d, s, i, x),
+            }
+        }
+    }
+
     fn set_velocity<T: Real>(
         &self,
         pass: &mut Pass<T>,
