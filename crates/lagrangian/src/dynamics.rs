@@ -122,6 +122,7 @@ pub fn energy(jet: &Jet, n: usize, qd: &[f64], energy: &mut [f64]) {
 
 /// Evaluates a Lagrangian's motion, with dissipation if there is any; allocates nothing once warm.
 pub struct EulerLagrange<'a> {
+    coordinates: &'a Coordinates,
     jets: Box<dyn Jets + 'a>,
     dissipation: Option<&'a Dissipation>,
     actuation: Option<&'a Actuation>,
@@ -136,6 +137,7 @@ impl<'a> EulerLagrange<'a> {
     #[must_use]
     pub fn new(lagrangian: &'a dyn Lagrangian, dissipation: Option<&'a Dissipation>) -> Self {
         Self {
+            coordinates: lagrangian.coordinates(),
             jets: lagrangian.jets(),
             dissipation,
             actuation: None,
@@ -152,6 +154,22 @@ impl<'a> EulerLagrange<'a> {
         Self { actuation, ..self }
     }
 
+    /// Evaluates L and holds what never moves.
+    fn evaluate(&mut self, q: &[f64], qd: &[f64]) {
+        self.jets.jet(q, qd, &mut self.jet);
+        for row in 0..self.jet.lagrangian.len() {
+            self.jet.hold(self.coordinates, row);
+        }
+    }
+
+    /// Nothing acts on a parameter.
+    fn release(coordinates: &Coordinates, force: &mut [f64]) {
+        for i in coordinates.parameters() {
+            let column = force.iter_mut().skip(i).step_by(coordinates.dof());
+            column.for_each(|f| *f = 0.0);
+        }
+    }
+
     /// The derivatives of L at the states evaluated last.
     #[must_use]
     pub fn jet(&self) -> &Jet {
@@ -161,7 +179,7 @@ impl<'a> EulerLagrange<'a> {
 
 impl Evaluator for EulerLagrange<'_> {
     fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         self.force.resize(qd.len(), 0.0);
         match self.actuation {
             Some(actuation) => actuation.forces(tau, &mut self.force),
@@ -173,11 +191,12 @@ impl Evaluator for EulerLagrange<'_> {
             let pairs = self.force.iter_mut().zip(&self.friction);
             pairs.for_each(|(f, d)| *f -= d);
         }
+        Self::release(self.coordinates, &mut self.force);
         forward(&self.jet, &mut self.solver, &mut self.force, qdd)
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         inverse(&self.jet, self.solver.n(), qdd, tau);
         if let Some(dissipation) = self.dissipation {
             self.friction.resize(qd.len(), 0.0);
@@ -189,6 +208,7 @@ impl Evaluator for EulerLagrange<'_> {
         if let Some(actuation) = self.actuation {
             actuation.inputs(tau);
         }
+        Self::release(self.coordinates, tau);
         true
     }
 
@@ -217,7 +237,7 @@ impl Evaluator for EulerLagrange<'_> {
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         self::energy(&self.jet, self.solver.n(), qd, energy);
         true
     }
