@@ -193,6 +193,7 @@ fn samples(qd: f64, qdd: f64) -> Samples {
         qd: vec![1.0, 0.0, 2.0, qd],
         qdd: vec![3.0, 0.0, 1.0, qdd],
         tau: vec![0.0; 4],
+        ..Samples::default()
     }
 }
 

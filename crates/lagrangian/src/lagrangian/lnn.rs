@@ -1,12 +1,14 @@
 //! Lagrangian neural networks: any L(q, q̇), free or convex in q̇.
 
+mod curvature;
+
 use num_dual::DualNum;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::scaled::{Features, Scaling, VelocityFeature};
-use super::{Jet, Jets, Lagrangian};
+use super::{Curvature, Jet, Jets, Lagrangian};
 use crate::mlp::simd::Real;
 use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
@@ -295,6 +297,7 @@ impl Lagrangian for Lnn {
         Box::new(LnnJets {
             lnn: self,
             pass: None,
+            second: None,
         })
     }
 }
@@ -461,6 +464,8 @@ struct LnnJets<'a> {
     lnn: &'a Lnn,
     /// Made at the first call, for one state or for blocks.
     pass: Option<Pass<f64>>,
+    /// With the directions of the coordinates beside those of the velocities.
+    second: Option<Pass<f64>>,
 }
 
 impl Jets for LnnJets<'_> {
@@ -489,5 +494,9 @@ impl Jets for LnnJets<'_> {
                 shape.read(pass, (s, row), state, jet);
             }
         }
+    }
+
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        curvature::curvature(self.lnn, &mut self.second, (q, qd), curvature);
     }
 }
