@@ -32,10 +32,15 @@ impl Dataset {
         validation: &[Trajectory],
     ) -> Result<Self> {
         let n = coordinates.dof();
+        let forced = is_forced(train);
+        let (train, validation) = (samples(n, train)?, samples(n, validation)?);
+        for part in [&train, &validation] {
+            check_parameters(&coordinates, part)?;
+        }
         Ok(Self {
-            train: samples(n, train)?,
-            validation: samples(n, validation)?,
-            forced: is_forced(train),
+            train,
+            validation,
+            forced,
             coordinates,
         })
     }
@@ -73,6 +78,7 @@ impl Dataset {
         let n = coordinates.dof();
         for part in [&train, &validation] {
             validate(n, part)?;
+            check_parameters(&coordinates, part)?;
         }
         let forced = train.tau.iter().any(|&x| x != 0.0);
         Ok(Self {
@@ -96,7 +102,9 @@ impl Dataset {
             .inertias()
             .iter()
             .zip(&qd_scale)
-            .map(|(m, v)| m * v * v)
+            .enumerate()
+            .filter(|(i, _)| !self.coordinates.is_parameter(*i))
+            .map(|(_, (m, v))| m * v * v)
             .collect();
         Scaling {
             q_center: (0..n)
@@ -112,7 +120,9 @@ impl Dataset {
                 })
                 .collect(),
             // The geometric mean over the coordinates.
-            energy: positive((energies.iter().map(|e| e.ln()).sum::<f64>() / n as f64).exp()),
+            energy: positive(
+                (energies.iter().map(|e| e.ln()).sum::<f64>() / energies.len() as f64).exp(),
+            ),
             qd_scale,
         }
     }
@@ -127,10 +137,15 @@ impl Dataset {
         if !self.forced {
             return scaling;
         }
-        let work = self.force_scale().into_iter().zip(&scaling.q_scale);
-        scaling.energy = positive(work.map(|(tau, q)| tau * q).fold(0.0, f64::max));
+        let moves = |i: &usize| !self.coordinates.is_parameter(*i);
+        let forces = self.force_scale();
+        let work = (0..forces.len())
+            .filter(moves)
+            .map(|i| forces[i] * scaling.q_scale[i]);
+        scaling.energy = positive(work.fold(0.0, f64::max));
         let ratios = self.inertias();
-        for (i, (s, ratio)) in scaling.qd_scale.iter_mut().zip(ratios).enumerate() {
+        for i in (0..ratios.len()).filter(moves) {
+            let (s, ratio) = (&mut scaling.qd_scale[i], ratios[i]);
             *s = positive((scaling.energy / self.own_inertia(i, ratio)).sqrt());
         }
         scaling
@@ -330,6 +345,12 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
         }
     }
     Ok(out)
+}
+
+/// Refuses parameters that move.
+fn check_parameters(coordinates: &Coordinates, samples: &Samples) -> Result<()> {
+    coordinates.check_parameters("velocity", &samples.qd)?;
+    coordinates.check_parameters("acceleration", &samples.qdd)
 }
 
 fn validate(n: usize, samples: &Samples) -> Result<()> {

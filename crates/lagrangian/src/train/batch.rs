@@ -170,7 +170,7 @@ impl<T: Real> Batches<T> {
         let (packed, block, lanes) = (&self.packed, self.block, self.lanes.len());
         let wanted = gradient.is_some();
         let m = learner.residuals_each();
-        let factor = 1.0 / (numbers.len() * m).max(1) as f64;
+        let factor = 1.0 / (numbers.len() * learner.counted()).max(1) as f64;
         let work = |(l, lane): (usize, &mut Lane<T>)| {
             lane.value = Value::default();
             lane.gradient.clear();
@@ -220,7 +220,7 @@ pub(crate) fn value<T: Real>(work: &Work<T>, loss: Loss, m: usize) -> Value {
     let residuals = &work.residual[..work.count * m];
     Value {
         sum: residuals.iter().map(|&r| loss.of(r)).sum(),
-        count: residuals.len() - work.singular * m,
+        count: (work.count - work.singular) * work.counted,
         singular: work.singular,
     }
 }
