@@ -90,6 +90,7 @@ pub mod dataset;
 pub mod dynamics;
 pub mod error;
 pub mod experiment;
+pub mod hamiltonian;
 pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
@@ -109,6 +110,7 @@ pub use baseline::{Mlp, MlpConfig};
 pub use dataset::Dataset;
 pub use dynamics::{Evaluator, Mechanical, Model};
 pub use error::{Error, Result};
+pub use hamiltonian::{Canonical, Hamiltonian, Hnn, HnnConfig};
 pub use integrate::Method;
 pub use lagrangian::{
     Actuation, Delan, DelanConfig, Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic,
