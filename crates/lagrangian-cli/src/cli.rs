@@ -225,7 +225,11 @@ pub(crate) struct SimulateArgs {
     #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
-    /// Standard deviation of Gaussian noise on q (in its unit) and q̇; accelerations are then left out
+    /// Write the momenta p = ∂L/∂q̇ too
+    #[arg(long)]
+    pub(crate) momenta: bool,
+
+    /// Standard deviation of Gaussian noise on q (in its unit), q̇ and p; accelerations are then left out
     #[arg(long, value_name = "SIGMA", value_parser = non_negative)]
     pub(crate) noise: Option<f64>,
 

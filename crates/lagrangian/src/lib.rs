@@ -92,6 +92,7 @@ pub mod dataset;
 pub mod dynamics;
 pub mod error;
 pub mod experiment;
+pub mod hamiltonian;
 pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
@@ -111,6 +112,7 @@ pub use baseline::{Mlp, MlpConfig};
 pub use dataset::Dataset;
 pub use dynamics::{Evaluator, Mechanical, Model};
 pub use error::{Error, Result};
+pub use hamiltonian::{Canonical, Hamiltonian, Hnn, HnnConfig};
 pub use integrate::Method;
 pub use lagrangian::{
     Actuation, Delan, DelanConfig, Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic,

@@ -3,6 +3,7 @@
 pub mod action;
 pub mod chains;
 mod chunks;
+pub mod hamiltonian;
 mod hermite;
 mod history;
 mod laws;

@@ -6,6 +6,7 @@ use serde_json::Value;
 use super::{Header, Provenance, SavedModel, Tensor, damaged};
 use crate::baseline::{Mlp, MlpConfig};
 use crate::dynamics::{Mechanical, Model};
+use crate::hamiltonian::{Canonical, Hamiltonian, Hnn, HnnConfig};
 use crate::identify::Rigid;
 use crate::lagrangian::{
     Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, Rest,
@@ -20,6 +21,7 @@ const WEIGHTS: &str = "parameters";
 
 const LNN: &str = "lnn";
 const DELAN: &str = "delan";
+const HNN: &str = "hnn";
 const MLP: &str = "mlp";
 const RIGID: &str = "rigid";
 const ROBOT: &str = "robot";
@@ -112,6 +114,15 @@ impl Learned {
                 saved.tensors.insert(ROTORS.into(), rotors);
                 Ok(saved)
             }
+            Self::Hnn(model) => {
+                let hnn = model.hamiltonian();
+                let mut header = header(HNN, describe(hnn.config())?, describe(hnn.scaling())?);
+                header.form = describe(&hnn.config().structure)?
+                    .as_str()
+                    .map(String::from);
+                header.forces(model.mechanical())?;
+                saved(header, hnn.parameters())
+            }
             Self::Mlp(mlp) => {
                 let (qdd, tau) = mlp.scales();
                 let inputs = mlp.scaling().clone();
@@ -202,6 +213,14 @@ impl Learned {
                 )?;
                 Ok(Self::Lnn(moving(lnn, header)?))
             }
+            HNN => {
+                let config: HnnConfig = read("architecture", &header.architecture)?;
+                let scaling = read("scaling", &header.scaling)?;
+                let hnn = Hnn::with_parameters(coordinates, config, scaling, weights)?;
+                let dissipation = read("dissipation", &header.dissipation)?;
+                let actuation = read("actuation", &header.actuation)?;
+                Ok(Self::Hnn(Canonical::with(hnn, dissipation, actuation)?))
+            }
             MLP => {
                 let config: MlpConfig = read("architecture", &header.architecture)?;
                 let scales: MlpScales = read("scaling", &header.scaling)?;
@@ -226,7 +245,10 @@ impl Learned {
         match self {
             Self::Lnn(model) => Some(&model.lagrangian),
             Self::Delan(model) => Some(&model.lagrangian),
-            Self::Mlp(_) => None,
+            Self::Hnn(model) if model.hamiltonian().canonical() => {
+                Some(&model.mechanical().lagrangian)
+            }
+            Self::Hnn(_) | Self::Mlp(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
             Self::Robot(robot) => Some(&robot.motion().lagrangian),
             Self::Nominal(model) => Some(&model.lagrangian),

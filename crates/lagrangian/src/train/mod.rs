@@ -7,6 +7,7 @@ mod delan;
 mod described;
 mod fit;
 mod forces;
+mod hnn;
 mod learned;
 mod learner;
 mod lnn;

@@ -2,6 +2,7 @@
 
 mod chains;
 mod course;
+mod hamiltonian;
 mod letters;
 mod plausibility;
 mod real;
@@ -44,6 +45,7 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
     chains::EXPERIMENT,
+    hamiltonian::EXPERIMENT,
 ];
 
 /// What was asked for.
