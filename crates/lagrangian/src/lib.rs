@@ -89,6 +89,7 @@ pub mod control;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
+pub mod existence;
 pub mod experiment;
 pub mod identify;
 pub mod integrate;

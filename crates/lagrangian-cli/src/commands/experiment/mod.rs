@@ -1,6 +1,7 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
 mod course;
+mod is_lagrangian;
 mod letters;
 mod plausibility;
 mod real;
@@ -42,6 +43,7 @@ const EXPERIMENTS: &[Experiment] = &[
     swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
+    is_lagrangian::EXPERIMENT,
 ];
 
 /// What was asked for.
