@@ -5,9 +5,11 @@
 //!
 //! A new system is one file that implements [`System`] and one line in the table below.
 
+mod chart;
 mod derivatives;
 mod parameter;
 
+pub use chart::{Chart, InChart, Linear};
 pub use derivatives::Analytic;
 pub(crate) use derivatives::{ClosedForm, DualJets};
 pub use num_dual::DualNum;
