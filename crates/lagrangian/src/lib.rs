@@ -91,6 +91,7 @@ pub mod control;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
+pub mod existence;
 pub mod experiment;
 pub mod hamiltonian;
 pub mod identify;

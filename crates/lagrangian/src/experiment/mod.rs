@@ -4,6 +4,7 @@ pub mod action;
 pub mod chains;
 mod chunks;
 pub mod hamiltonian;
+pub mod existence;
 mod hermite;
 mod history;
 mod laws;

@@ -3,6 +3,7 @@
 mod chains;
 mod course;
 mod hamiltonian;
+mod is_lagrangian;
 mod letters;
 mod plausibility;
 mod real;
@@ -46,6 +47,7 @@ const EXPERIMENTS: &[Experiment] = &[
     real::EXPERIMENT,
     chains::EXPERIMENT,
     hamiltonian::EXPERIMENT,
+    is_lagrangian::EXPERIMENT,
 ];
 
 /// What was asked for.
