@@ -90,6 +90,7 @@ pub mod dataset;
 pub mod dynamics;
 pub mod error;
 pub mod experiment;
+pub mod field;
 pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
