@@ -388,3 +388,41 @@ fn what_cannot_be_a_field_is_refused_with_the_remedy() {
             .contains("between 1 and 256")
     );
 }
+
+#[test]
+fn a_saved_density_is_the_same_law_and_no_ordinary_model() {
+    use lagrangian::saved::{Provenance, SavedModel};
+    let density = random(Symmetry::Turn, 9);
+    let bytes = density
+        .save(Provenance::of_seed(9))
+        .unwrap()
+        .to_bytes()
+        .unwrap();
+    let saved = SavedModel::from_bytes(&bytes).unwrap();
+    let again = DensityNet::load(&saved).unwrap();
+    assert_eq!(again.parameters(), density.parameters());
+    assert_eq!(again.config(), density.config());
+    let refused = lagrangian::Learned::load(&saved).err().unwrap().to_string();
+    assert!(refused.contains("density of a field"), "{refused}");
+    let mut other = saved.clone();
+    other.header.family = "lnn".into();
+    assert!(
+        DensityNet::load(&other)
+            .err()
+            .unwrap()
+            .to_string()
+            .contains("'lnn'")
+    );
+    let mut cut = saved.clone();
+    cut.header.architecture["width"] = 9.into();
+    assert!(DensityNet::load(&cut).is_err());
+    let mut flat = saved;
+    flat.header.scaling["rate"] = 0.0.into();
+    assert!(
+        DensityNet::load(&flat)
+            .err()
+            .unwrap()
+            .to_string()
+            .contains("positive")
+    );
+}

@@ -226,17 +226,23 @@ impl DensityShape {
     ) {
         const N: usize = NEIGHBOURS;
         let (e, kinetic, first) = (self.energy(), self.config.kinetic, self.inputs.of_values());
-        let (values, rates) = (self.inputs.values(phi), self.inputs.rates());
+        let values = self.inputs.values(phi).map(|(_, slopes)| slopes);
+        let rates = self.inputs.rates();
+        // The derivative by point a through the inputs that depend on it.
+        let through = |from: usize, slopes: &[[f64; N]], a: usize| -> f64 {
+            let inputs = slopes.iter().enumerate();
+            e * inputs
+                .map(|(at, slopes)| pass.feature_gradient(s, from + at).f64() * slopes[a])
+                .sum::<f64>()
+        };
+        for (a, b) in (0..N).flat_map(|a| (0..N).map(move |b| (a, b))) {
+            let m = pass.second_derivative(s, a, Some(b), N).f64();
+            jet.mass_matrix[(row * N + a) * N + b] = e * m;
+        }
         for a in 0..N {
-            let force = (0..first).map(|at| pass.feature_gradient(s, at).f64() * values[at].1[a]);
-            jet.dl_dq[row * N + a] = e * force.sum::<f64>();
-            let p = (0..N).map(|at| pass.feature_gradient(s, first + at).f64() * rates[at][a]);
-            jet.momentum[row * N + a] = e * p.sum::<f64>();
+            jet.dl_dq[row * N + a] = through(0, &values[..first], a);
+            jet.momentum[row * N + a] = through(first, &rates, a);
             jet.momentum_drift[row * N + a] = e * pass.second_derivative(s, a, None, N).f64();
-            for b in 0..N {
-                let m = pass.second_derivative(s, a, Some(b), N).f64();
-                jet.mass_matrix[(row * N + a) * N + b] = e * m;
-            }
         }
         jet.momentum[row * N + 1] += kinetic * phid[1];
         jet.mass_matrix[row * N * N + N + 1] += kinetic;

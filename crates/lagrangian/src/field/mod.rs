@@ -46,6 +46,6 @@ pub use fit::{FieldFamily, FieldFit, FieldFitConfig, LearnedField, fit};
 pub use inputs::{FieldScaling, Symmetry};
 pub use periodic::check_periodic;
 pub use plain::{StencilField, StencilNet};
-pub use ring::{Field, FieldEvaluator};
+pub use ring::{Field, FieldEvaluator, MassBand};
 pub use stencil::{NEIGHBOURS, wrapped};
 pub use waves::{Pulse, centre_of_pulse, dispersion, kink, kink_position, speed_of_motion};

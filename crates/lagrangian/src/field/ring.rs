@@ -140,10 +140,29 @@ impl FieldEvaluator<'_> {
         self.assembly.mass.dense()
     }
 
+    /// The mass matrix at one state, ready to be solved.
+    #[must_use]
+    pub fn mass_band(&mut self, phi: &[f64], phid: &[f64]) -> MassBand {
+        self.look(phi, phid);
+        self.assembly.set(&self.jet);
+        MassBand(self.assembly.clone())
+    }
+
     /// Writes the momenta at one state, `[points]`.
     pub fn momentum(&mut self, phi: &[f64], phid: &[f64], out: &mut [f64]) {
         self.look(phi, phid);
         scatter(&self.jet.momentum, out);
+    }
+}
+
+/// The mass matrix of a ring, in O(points) memory.
+#[derive(Debug, Clone)]
+pub struct MassBand(Assembly);
+
+impl MassBand {
+    /// Writes the solution of M x = b to `x`, both `[points]`.
+    pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Regularity {
+        self.0.solver.solve(&self.0.mass, b, x)
     }
 }
 

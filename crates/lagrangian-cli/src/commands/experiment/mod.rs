@@ -7,6 +7,7 @@ mod real;
 mod spread;
 mod swing_up;
 mod tracking;
+mod wave;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -42,6 +43,7 @@ const EXPERIMENTS: &[Experiment] = &[
     swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
+    wave::EXPERIMENT,
 ];
 
 /// What was asked for.
