@@ -94,6 +94,7 @@ pub mod error;
 pub mod existence;
 pub mod experiment;
 pub mod hamiltonian;
+pub mod field;
 pub mod identify;
 pub mod integrate;
 pub mod lagrangian;

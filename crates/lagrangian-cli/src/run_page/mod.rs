@@ -50,6 +50,7 @@ impl Run<'_> {
             headlines: self.headlines(&score),
             summary: self.summary(&score),
             animations: animation.into_iter().collect(),
+            maps: Vec::new(),
             figures,
             tables: tables::of(self, &score),
             settings: tables::settings(self.record),

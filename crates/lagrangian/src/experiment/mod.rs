@@ -14,6 +14,7 @@ pub mod premises;
 pub mod swing_up;
 mod torque;
 pub mod tracking;
+pub mod wave;
 
 pub use chunks::{Cut, chunks};
 pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};

@@ -233,6 +233,9 @@ impl Learned {
                     weights,
                 )?))
             }
+            super::field::FIELD => Err(damaged(
+                "it is the density of a field, which moves on a ring of points: read it with `DensityNet::load`".into(),
+            )),
             other => Err(damaged(format!(
                 "'{other}' is no family of models that is known"
             ))),
@@ -331,7 +334,7 @@ impl Header {
     }
 }
 
-fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
+pub(super) fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
     let tensor = Tensor::new(vec![weights.len()], weights.to_vec())?;
     Ok(SavedModel {
         header,
@@ -339,7 +342,7 @@ fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
     })
 }
 
-fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
+pub(super) fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
     let weights = tensor(saved, WEIGHTS)?;
     saved.expect_tensors(&[(WEIGHTS.to_string(), vec![weights.len()])])?;
     Ok(weights)
@@ -354,10 +357,10 @@ fn tensor(saved: &SavedModel, name: &str) -> Result<Vec<f64>> {
     Ok(saved.tensor(name, &[count])?.to_vec())
 }
 
-fn describe(part: &impl Serialize) -> Result<Value> {
+pub(super) fn describe(part: &impl Serialize) -> Result<Value> {
     serde_json::to_value(part).map_err(|e| damaged(e.to_string()))
 }
 
-fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) -> Result<T> {
+pub(super) fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) -> Result<T> {
     serde_json::from_value(value.clone()).map_err(|e| damaged(format!("its {part}: {e}")))
 }

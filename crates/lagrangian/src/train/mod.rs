@@ -28,4 +28,5 @@ pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;
+pub(crate) use natural::System;
 pub use stepper::{StepLoss, Stepper};

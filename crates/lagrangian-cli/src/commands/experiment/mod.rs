@@ -10,6 +10,7 @@ mod real;
 mod spread;
 mod swing_up;
 mod tracking;
+mod wave;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -48,6 +49,7 @@ const EXPERIMENTS: &[Experiment] = &[
     chains::EXPERIMENT,
     hamiltonian::EXPERIMENT,
     is_lagrangian::EXPERIMENT,
+    wave::EXPERIMENT,
 ];
 
 /// What was asked for.
