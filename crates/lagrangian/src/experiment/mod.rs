@@ -8,6 +8,7 @@ pub mod premises;
 pub mod swing_up;
 mod torque;
 pub mod tracking;
+pub mod vin;
 
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};
