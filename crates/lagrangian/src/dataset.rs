@@ -32,10 +32,15 @@ impl Dataset {
         validation: &[Trajectory],
     ) -> Result<Self> {
         let n = coordinates.dof();
+        let forced = is_forced(train);
+        let (train, validation) = (samples(n, train)?, samples(n, validation)?);
+        for part in [&train, &validation] {
+            check_parameters(&coordinates, part)?;
+        }
         Ok(Self {
-            train: samples(n, train)?,
-            validation: samples(n, validation)?,
-            forced: is_forced(train),
+            train,
+            validation,
+            forced,
             coordinates,
         })
     }
@@ -73,6 +78,7 @@ impl Dataset {
         let n = coordinates.dof();
         for part in [&train, &validation] {
             validate(n, part)?;
+            check_parameters(&coordinates, part)?;
         }
         let forced = train.tau.iter().any(|&x| x != 0.0);
         Ok(Self {
@@ -96,7 +102,9 @@ impl Dataset {
             .inertias()
             .iter()
             .zip(&qd_scale)
-            .map(|(m, v)| m * v * v)
+            .enumerate()
+            .filter(|(i, _)| !self.coordinates.is_parameter(*i))
+            .map(|(_, (m, v))| m * v * v)
             .collect();
         Scaling {
             q_center: (0..n)
@@ -112,7 +120,9 @@ impl Dataset {
                 })
                 .collect(),
             // The geometric mean over the coordinates.
-            energy: positive((energies.iter().map(|e| e.ln()).sum::<f64>() / n as f64).exp()),
+            energy: positive(
+                (energies.iter().map(|e| e.ln()).sum::<f64>() / energies.len() as f64).exp(),
+            ),
             qd_scale,
         }
     }
@@ -127,10 +137,15 @@ impl Dataset {
         if !self.forced {
             return scaling;
         }
-        let work = self.force_scale().into_iter().zip(&scaling.q_scale);
-        scaling.energy = positive(work.map(|(tau, q)| tau * q).fold(0.0, f64::max));
+        let moves = |i: &usize| !self.coordinates.is_parameter(*i);
+        let forces = self.force_scale();
+        let work = (0..forces.len())
+            .filter(moves)
+            .map(|i| forces[i] * scaling.q_scale[i]);
+        scaling.energy = positive(work.fold(0.0, f64::max));
         let ratios = self.inertias();
-        for (i, (s, ratio)) in scaling.qd_scale.iter_mut().zip(ratios).enumerate() {
+        for i in (0..ratios.len()).filter(moves) {
+            let (s, ratio) = (&mut scaling.qd_scale[i], ratios[i]);
             *s = positive((scaling.energy / self.own_inertia(i, ratio)).sqrt());
         }
         scaling
@@ -320,8 +335,22 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
             Some(tau) => out.tau.extend(tau),
             None => out.tau.resize(out.q.len(), 0.0),
         }
+        out.p.extend(trajectory.p.iter().flatten());
+        out.pd.extend(trajectory.pd.iter().flatten());
+    }
+    for signal in [&mut out.p, &mut out.pd] {
+        if signal.len() != out.q.len() {
+            // Not known for all of them.
+            signal.clear();
+        }
     }
     Ok(out)
+}
+
+/// Refuses parameters that move.
+fn check_parameters(coordinates: &Coordinates, samples: &Samples) -> Result<()> {
+    coordinates.check_parameters("velocity", &samples.qd)?;
+    coordinates.check_parameters("acceleration", &samples.qdd)
 }
 
 fn validate(n: usize, samples: &Samples) -> Result<()> {
@@ -331,9 +360,12 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
         ("qd", &samples.qd),
         ("qdd", &samples.qdd),
         ("tau", &samples.tau),
+        ("p", &samples.p),
+        ("pd", &samples.pd),
     ];
     for (name, x) in fields {
-        if samples.n != n || x.len() != size || !size.is_multiple_of(n.max(1)) {
+        let unknown = matches!(name, "p" | "pd") && x.is_empty();
+        if samples.n != n || x.len() != size && !unknown || !size.is_multiple_of(n.max(1)) {
             return Err(Error::Shape {
                 what: format!("{name} of the samples"),
                 found: x.len(),
@@ -414,6 +446,8 @@ mod tests {
             qd: vec![0.0; len],
             qdd: None,
             tau: None,
+            p: None,
+            pd: None,
         }
     }
 

@@ -111,6 +111,8 @@ mod tests {
             qd: vec![0.0; t.len()],
             qdd: None,
             tau: None,
+            p: None,
+            pd: None,
             t,
         }
     }

@@ -19,6 +19,10 @@ pub struct Samples {
     pub qdd: Vec<f64>,
     /// τ, zero where the motion is free.
     pub tau: Vec<f64>,
+    /// Momenta p; empty where they are not known.
+    pub p: Vec<f64>,
+    /// Their rates ṗ; empty where they are not known.
+    pub pd: Vec<f64>,
     /// For losses of positions alone, s, `[m, 2]`, else empty: the steps h⁻ to the middle one of three neighbouring
     /// positions and h⁺ from it. Then q is the middle one, q̇ the velocity to it, q̈ the second divided difference, and
     /// τ the mean over both steps.
@@ -53,8 +57,10 @@ impl Samples {
                 (&self.qd, &mut work.qd),
                 (&self.qdd, &mut work.qdd),
                 (&self.tau, &mut work.tau),
+                (&self.p, &mut work.p),
+                (&self.pd, &mut work.pd),
             ];
-            for (source, target) in pairs {
+            for (source, target) in pairs.into_iter().filter(|(source, _)| !source.is_empty()) {
                 // A loop, because a copy of two numbers is not worth a call.
                 for (to, &from) in target[s * n..].iter_mut().zip(&source[from..from + n]) {
                     *to = from;
@@ -164,7 +170,7 @@ impl<T: Real> Batches<T> {
         let (packed, block, lanes) = (&self.packed, self.block, self.lanes.len());
         let wanted = gradient.is_some();
         let m = learner.residuals_each();
-        let factor = 1.0 / (numbers.len() * m).max(1) as f64;
+        let factor = 1.0 / (numbers.len() * learner.counted()).max(1) as f64;
         let work = |(l, lane): (usize, &mut Lane<T>)| {
             lane.value = Value::default();
             lane.gradient.clear();
@@ -214,7 +220,7 @@ pub(crate) fn value<T: Real>(work: &Work<T>, loss: Loss, m: usize) -> Value {
     let residuals = &work.residual[..work.count * m];
     Value {
         sum: residuals.iter().map(|&r| loss.of(r)).sum(),
-        count: residuals.len() - work.singular * m,
+        count: (work.count - work.singular) * work.counted,
         singular: work.singular,
     }
 }

@@ -419,7 +419,8 @@ impl Forces {
 }
 
 impl Loss {
-    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of.
+    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of, 0 of
+    /// parameters.
     fn weights(self, dataset: &Dataset) -> Vec<f64> {
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
         let scales = match self {
@@ -431,7 +432,13 @@ impl Loss {
             _ if self.needs_forces() => tau,
             _ => qdd,
         };
-        scales.iter().map(|s| 1.0 / s).collect()
+        let n = dataset.coordinates.dof();
+        let mut weights: Vec<f64> = scales.iter().map(|s| 1.0 / s).collect();
+        for i in dataset.coordinates.parameters() {
+            let own = weights.chunks_exact_mut(n).map(|set| &mut set[i]);
+            own.for_each(|w| *w = 0.0);
+        }
+        weights
     }
 }
 

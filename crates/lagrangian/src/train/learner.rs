@@ -6,6 +6,7 @@
 
 use super::forces::{Drive, Forces};
 use super::positions::Points;
+use crate::Coordinates;
 use crate::integrate::Rule;
 use crate::lagrangian::{Factor, Jet};
 use crate::mlp::simd::Real;
@@ -97,7 +98,8 @@ impl Loss {
             return 1.0;
         }
         let squares: f64 = qdd.iter().zip(weights).map(|(a, w)| (a * w).powi(2)).sum();
-        1.0 / (0.1 + squares / qdd.len() as f64).sqrt()
+        let moving = weights.iter().filter(|w| **w != 0.0).count().max(1);
+        1.0 / (0.1 + squares / moving as f64).sqrt()
     }
 }
 
@@ -108,11 +110,16 @@ pub(crate) struct Work<T: Real> {
     pub(crate) samples: usize,
     /// Samples that count; the rest of the block repeats the first.
     pub(crate) count: usize,
+    /// Residuals of a sample that count: those of parameters do not.
+    pub(crate) counted: usize,
     /// States and targets, `[samples, n]`.
     pub(crate) q: Vec<f64>,
     pub(crate) qd: Vec<f64>,
     pub(crate) qdd: Vec<f64>,
     pub(crate) tau: Vec<f64>,
+    /// Momenta and their rates, where the samples have them.
+    pub(crate) p: Vec<f64>,
+    pub(crate) pd: Vec<f64>,
     /// Steps to and from the middle position, `[samples, 2]`.
     pub(crate) steps: Vec<f64>,
     /// Of losses of positions alone.
@@ -151,10 +158,13 @@ impl<T: Real> Work<T> {
             pass: Pass::new(net, samples * learner.points(), learner.room()),
             samples,
             count: 0,
+            counted: learner.counted(),
             q: column(),
             qd: column(),
             qdd: column(),
             tau: column(),
+            p: column(),
+            pd: column(),
             steps: vec![0.0; 2 * samples],
             points: Points::default(),
             residual: vec![0.0; samples * m],
@@ -210,6 +220,17 @@ impl<T: Real> Work<T> {
     }
 }
 
+impl<T: Real> Work<T> {
+    /// Holds the parameters among the coordinates of sample `s` (theory.md, equation 107); nothing acts on them.
+    pub(crate) fn hold(&mut self, coordinates: &Coordinates, s: usize) {
+        let n = coordinates.dof();
+        self.jet.hold(coordinates, s);
+        for i in coordinates.parameters() {
+            (self.scratch[i], self.scratch[n + i]) = (0.0, 0.0);
+        }
+    }
+}
+
 /// The acceleration at which forces are taken.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum At {
@@ -257,6 +278,12 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     /// Residuals of a sample, m.
     fn residuals_each(&self) -> usize {
         self.loss().0.residuals(self.dof())
+    }
+    /// Those of them that count, as the residuals of parameters weigh nothing.
+    fn counted(&self) -> usize {
+        let (m, weights) = (self.residuals_each(), self.loss().1);
+        let held = weights.iter().filter(|w| **w == 0.0).count();
+        m - held * (m / weights.len().max(1))
     }
     /// Carries the block forward and fills `residual` and `mix`, all samples of the same weight.
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>);

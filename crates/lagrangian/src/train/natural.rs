@@ -347,7 +347,8 @@ fn level(blocks: &[Block], m: usize) -> f64 {
             .iter()
             .flat_map(|b| &b.work.residual[..b.work.count * m])
     };
-    let mean = residuals().map(|r| r.abs()).sum::<f64>() / residuals().count().max(1) as f64;
+    let counted = blocks.iter().map(|b| b.work.count * b.work.counted);
+    let mean = residuals().map(|r| r.abs()).sum::<f64>() / counted.sum::<usize>().max(1) as f64;
     if mean.is_finite() {
         mean.max(1e-12)
     } else {

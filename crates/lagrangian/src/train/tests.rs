@@ -11,12 +11,12 @@ use super::lnn::LnnLearner;
 use super::natural::{Natural, NaturalConfig};
 use super::plain::MlpLearner;
 use super::positions::{DelanPoints, LnnPoints, PositionsLearner};
-use crate::Coordinates;
 use crate::baseline::{MlpConfig, MlpShape};
 use crate::lagrangian::{
     DelanConfig, DelanShape, Form, Inertia, LnnConfig, LnnShape, Scaling, Trunks,
 };
 use crate::rigid::{self, RigidBodies};
+use crate::{Coordinates, Topology};
 
 fn samples(n: usize, m: usize) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -290,6 +290,96 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
                 let error = gradient_error(&learner, loss, &samples(n, 37));
                 assert!(error < 1e-7, "n {n} {form:?} {loss:?}: {error:e}");
             }
+        }
+    }
+}
+
+/// Two coordinates on a line, of which the second is a parameter.
+fn with_parameter() -> Coordinates {
+    let mut coordinates = Coordinates::lines(2);
+    coordinates.0[1].topology = Topology::Parameter;
+    coordinates
+}
+
+/// Samples of them: the parameter has values, and neither velocity nor acceleration.
+fn held_samples(m: usize) -> Samples {
+    let mut held = samples(2, m);
+    for signal in [&mut held.qd, &mut held.qdd] {
+        signal.chunks_exact_mut(2).for_each(|x| x[1] = 0.0);
+    }
+    held
+}
+
+#[test]
+fn gradients_leave_a_parameter_out_and_agree_with_differences() {
+    let (held, weights) = (held_samples(37), [0.8, 0.0, 0.5, 0.0]);
+    let terms = forces(ForceTerms::friction(), 2);
+    for loss in [
+        Loss::Acceleration,
+        Loss::AccelerationRelative,
+        Loss::AccelerationL1,
+        Loss::Torque,
+        Loss::TorqueL1,
+    ] {
+        for form in [Form::Free, Form::Convex] {
+            let shape = LnnShape {
+                coordinates: with_parameter(),
+                ..shape(2, form)
+            };
+            let net = shape.config.net(&shape.coordinates);
+            let shape = LnnShape { net, ..shape };
+            let learner = LnnLearner {
+                shape: &shape,
+                loss,
+                weights: &weights[..2],
+                forces: terms.clone(),
+                nominal: None,
+            };
+            let error = gradient_error(&learner, loss, &held);
+            assert!(error < 1e-7, "lnn {form:?} {loss:?}: {error:e}");
+        }
+        let scaling = Scaling::identity(2);
+        let shape = DelanShape::new(with_parameter(), DelanConfig::default(), scaling).unwrap();
+        let learner = DelanLearner {
+            shape: &shape,
+            loss,
+            weights: &weights,
+            forces: terms.clone(),
+            nominal: None,
+        };
+        let error = gradient_error(&learner, loss, &held);
+        assert!(error < 1e-7, "delan {loss:?}: {error:e}");
+        assert_eq!(Learner::<f64>::counted(&learner), 1);
+    }
+}
+
+#[test]
+fn gradients_through_artanh_of_the_speed_and_exponential_units_agree_with_differences() {
+    for (form, speed_limit) in [
+        (Form::Free, Some(2.0)),
+        (Form::Free, None),
+        (Form::Convex, None),
+    ] {
+        for (loss, count) in [(Loss::Acceleration, 21), (Loss::Torque, 21)] {
+            let config = LnnConfig {
+                form,
+                width: 16,
+                exponential: true,
+                speed_limit,
+                ..Default::default()
+            };
+            let shape =
+                LnnShape::new(Coordinates::angles(2), config, Scaling::identity(2)).unwrap();
+            let learner = LnnLearner {
+                shape: &shape,
+                loss,
+                weights: &[0.8, 1.1],
+                forces: forces(ForceTerms::friction(), 2),
+                nominal: None,
+            };
+            let error = gradient_error(&learner, loss, &samples(2, 37));
+            assert!(error < 1e-7, "{form:?} {speed_limit:?} {loss:?}: {error:e}");
+            assert_step_solves(&learner, loss, &samples(2, count));
         }
     }
 }

@@ -9,8 +9,8 @@ use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
 ///
-/// Signals that are left empty are looked for under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`
-/// and `tau1 … taun`.
+/// Signals that are left empty are looked for under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`,
+/// `p1 … pn` and `tau1 … taun`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Layout {
     /// Column that tells trajectories apart.
@@ -23,6 +23,8 @@ pub struct Layout {
     pub qd: Vec<String>,
     /// Columns of the accelerations, in the order of `q`.
     pub qdd: Vec<String>,
+    /// Columns of the momenta p = ∂L/∂q̇, in the order of `q`, in SI units.
+    pub p: Vec<String>,
     /// Columns of the generalised forces, in the order of `q`.
     pub tau: Vec<String>,
     /// Coordinates that these forces act on, in the order of `tau`, where they are fewer than `q`; the forces on
@@ -30,6 +32,9 @@ pub struct Layout {
     pub actuated: Vec<String>,
     /// Names of the coordinates that are angles; `["all"]` for every one.
     pub angles: Vec<String>,
+    /// Names of the coordinates that never move: masses, lengths, strengths of fields. Those that are not in `q`
+    /// are further coordinates behind it; they need no columns of velocities, accelerations and forces.
+    pub parameters: Vec<String>,
     /// Angles, and their velocities and accelerations, are in degrees. Never guessed.
     pub degrees: bool,
     /// Units of coordinates that are not angles.
@@ -46,6 +51,8 @@ struct LayoutFile {
     angle: Option<OneOrMany>,
     #[serde(skip_serializing_if = "Option::is_none")]
     actuated: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parameter: Option<OneOrMany>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     degrees: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -68,6 +75,8 @@ struct ColumnsTable {
     qd: Option<OneOrMany>,
     #[serde(skip_serializing_if = "Option::is_none")]
     qdd: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    p: Option<OneOrMany>,
     #[serde(skip_serializing_if = "Option::is_none")]
     tau: Option<OneOrMany>,
 }
@@ -119,9 +128,11 @@ impl Layout {
             q: names(columns.q),
             qd: names(columns.qd),
             qdd: names(columns.qdd),
+            p: names(columns.p),
             tau: names(columns.tau),
             actuated: names(file.actuated),
             angles: names(file.angle),
+            parameters: names(file.parameter),
             degrees: file.degrees,
             units: file.units,
             every: file.every.unwrap_or(0),
@@ -136,6 +147,7 @@ impl Layout {
         let file = LayoutFile {
             angle: list(&self.angles),
             actuated: list(&self.actuated),
+            parameter: list(&self.parameters),
             degrees: self.degrees,
             every: (self.every > 1).then_some(self.every),
             columns: ColumnsTable {
@@ -144,6 +156,7 @@ impl Layout {
                 q: list(&self.q),
                 qd: list(&self.qd),
                 qdd: list(&self.qdd),
+                p: list(&self.p),
                 tau: list(&self.tau),
             },
             units: self.units.clone(),
@@ -158,11 +171,12 @@ impl Layout {
         for (i, coordinate) in coordinates.0.iter().enumerate() {
             let column = format!("q{}", i + 1);
             match coordinate.topology {
-                Topology::Circle => layout.angles.push(column),
-                Topology::Line if !coordinate.unit.is_empty() => {
-                    layout.units.insert(column, coordinate.unit.clone());
-                }
+                Topology::Circle => layout.angles.push(column.clone()),
                 Topology::Line => {}
+                Topology::Parameter => layout.parameters.push(column.clone()),
+            }
+            if coordinate.topology != Topology::Circle && !coordinate.unit.is_empty() {
+                layout.units.insert(column, coordinate.unit.clone());
             }
         }
         layout
@@ -177,9 +191,11 @@ impl Layout {
             (&mut self.q, beside.q),
             (&mut self.qd, beside.qd),
             (&mut self.qdd, beside.qdd),
+            (&mut self.p, beside.p),
             (&mut self.tau, beside.tau),
             (&mut self.actuated, beside.actuated),
             (&mut self.angles, beside.angles),
+            (&mut self.parameters, beside.parameters),
         ];
         for (own, other) in lists {
             if own.is_empty() {

@@ -42,7 +42,7 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
             let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
-            shape.read(&work.pass, point, point, q, v, &mut work.jet);
+            shape.read(&work.pass, (point, point), (q, v, None), &mut work.jet);
         }
     }
 
@@ -55,15 +55,17 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
     ) {
         let (shape, n) = (self.0, self.0.dof());
         for point in 0..work.pass.samples() {
-            let q = &work.points.q[point * n..][..n];
+            let row = point * n..point * n + n;
+            let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
             let (alpha, beta) = (work.points.momentum[point], work.points.slope[point]);
             for d in 0..directions {
                 let weights = &mut work.scratch[..n];
                 for (i, w) in weights.iter_mut().enumerate() {
                     *w = beta * weight(point, d, i);
                 }
-                shape.write_mixed(&mut work.pass, d, point, q, weights);
-                shape.write_mixed_velocity(&mut work.pass, d, point, |i| {
+                // No acceleration, as the tangent ′ is zero.
+                shape.write_mixed_positions(&mut work.pass, (d, point), q, weights);
+                shape.write_mixed_velocity(&mut work.pass, (d, point), v, |i| {
                     alpha * weight(point, d, i)
                 });
             }
