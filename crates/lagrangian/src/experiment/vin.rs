@@ -8,13 +8,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
+use super::long_rollouts::energy_error;
 use crate::baseline::MlpConfig;
 use crate::dataset::{Dataset, split};
-use crate::dynamics::Model;
-use crate::integrate::{Method, Rule};
+use crate::dynamics::{Model, Slopes};
+use crate::integrate::{Method, Rule, Variational};
 use crate::lagrangian::analytic::{AnalyticModel, by_name};
 use crate::lagrangian::{DelanConfig, Inertia, LnnConfig};
-use crate::rollout::{RolloutOptions, free, rollout, times};
+use crate::rollout::{Rollout, RolloutOptions, free, rollout, times};
 use crate::train::{
     Budget, Family, FitConfig, Learned, Loss, NaturalConfig, Observer, Optimizer, fit,
 };
@@ -106,16 +107,16 @@ pub struct Seen {
     coordinates: Coordinates,
 }
 
-/// One motion of `samples` positions with noise of deviation `noise` (rad or m).
+/// One motion of `samples` positions every `step` seconds with noise of deviation `noise` (rad or m).
 ///
 /// # Errors
 /// As [`rollout`].
-pub fn seen(system: System, samples: usize, noise: f64, seed: u64) -> Result<Seen> {
+pub fn seen(system: System, (samples, step): (usize, f64), noise: f64, seed: u64) -> Result<Seen> {
     let truth = system.truth()?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let start = system.start(&mut rng);
-    let duration = STEP * samples.saturating_sub(1) as f64;
-    let times = times(duration, STEP)?;
+    let duration = step * samples.saturating_sub(1) as f64;
+    let times = times(duration, step)?;
     let options = RolloutOptions::truth();
     let mut motion = rollout(&*truth, &start.q, &start.qd, &times, &free, &options)?.trajectory;
     let mut normal = || crate::mlp::normal(&mut rng);
@@ -140,6 +141,7 @@ impl Seen {
             qd: None,
             qdd: None,
             tau: None,
+            p: None,
             columns: Columns::default(),
             unwrapped: vec![0],
         };
@@ -274,19 +276,50 @@ pub fn learn(
     Ok(fit(&data, &config, None, observer)?.model)
 }
 
-/// How good predictions are.
+/// How good predictions are; medians over the starts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
-    /// Root mean square of the position error over the first 10 s, of all starts, rad or m.
+    /// Root mean square of the position error over the first 10 s, rad or m.
     pub error: f64,
-    /// Largest change of the true energy over the whole prediction, of all starts, relative to the reference.
+    /// Largest change of the true energy over the whole prediction, relative to the reference.
     pub drift: f64,
-    /// Predictions that did not reach their end; they are in no figure.
-    pub unfinished: usize,
+    /// Predictions that did not reach their end or changed their energy by more than the reference.
+    pub lost: usize,
 }
 
 /// Seconds over which the position error is taken: the horizon of the paper.
 pub const HORIZON: f64 = 10.0;
+
+/// A prediction of `duration`, sampled about every [`STEP`], by `model`, with `method` at `step`.
+///
+/// # Errors
+/// As [`rollout`].
+pub fn predict(
+    model: &dyn Model,
+    start: &State,
+    (method, step): (Method, f64),
+    duration: f64,
+) -> Result<Rollout> {
+    let options = RolloutOptions {
+        method,
+        step,
+        ..RolloutOptions::default()
+    };
+    // Samples that whole steps meet.
+    let sampling = step * (STEP / step - 1e-9).ceil();
+    let times = times(duration, sampling)?;
+    rollout(model, &start.q, &start.qd, &times, &free, &options)
+}
+
+/// Change of the true energy along a prediction, relative to the reference.
+///
+/// # Errors
+/// As [`System::truth`].
+pub fn drift(system: System, prediction: &Trajectory) -> Result<Vec<f64>> {
+    let truth = system.truth()?;
+    let percent = energy_error(&*truth, prediction, system.reference_energy());
+    Ok(percent.into_iter().map(|p| 0.01 * p).collect())
+}
 
 /// Predictions of `duration` by `model` from `starts`, with `method` at `step`, against the truth.
 ///
@@ -296,7 +329,7 @@ pub fn judge(
     system: System,
     model: &dyn Model,
     starts: &[State],
-    (method, step): (Method, f64),
+    way: (Method, f64),
     duration: f64,
 ) -> Result<Judgement> {
     if starts.is_empty() {
@@ -307,44 +340,69 @@ pub fn judge(
         });
     }
     let truth = system.truth()?;
-    let times = times(duration, step.max(STEP))?;
-    let options = RolloutOptions {
-        method,
-        step,
-        ..RolloutOptions::default()
-    };
-    let near = times.iter().filter(|t| **t <= HORIZON + 1e-9).count();
-    let mut found = Judgement {
-        error: 0.0,
-        drift: 0.0,
-        unfinished: 0,
-    };
-    let mut finished = 0;
+    let (mut errors, mut drifts, mut lost) = (Vec::new(), Vec::new(), 0);
     for start in starts {
-        let prediction = rollout(model, &start.q, &start.qd, &times, &free, &options)?;
-        if !prediction.outcome.is_finished() {
-            found.unfinished += 1;
-            continue;
-        }
-        finished += 1;
-        let exact = RolloutOptions::truth();
-        let right = rollout(&*truth, &start.q, &start.qd, &times[..near], &free, &exact)?;
+        let prediction = predict(model, start, way, duration)?;
+        let changes = drift(system, &prediction.trajectory)?;
+        let worst = changes.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
+        lost += usize::from(!prediction.outcome.is_finished() || worst > 1.0);
+        drifts.push(if prediction.outcome.is_finished() {
+            worst
+        } else {
+            f64::INFINITY
+        });
         let t = &prediction.trajectory;
+        let near = t.t.iter().filter(|t| **t <= HORIZON + 1e-9).count();
+        let options = RolloutOptions::truth();
+        let right = rollout(&*truth, &start.q, &start.qd, &t.t[..near], &free, &options)?;
         let pairs = right.trajectory.q.iter().zip(&t.q);
         let squares = pairs.map(|(a, b)| difference(system, *a, *b).powi(2));
-        found.error += squares.sum::<f64>() / near as f64;
-        let drift = super::long_rollouts::energy_error(&*truth, t, system.reference_energy());
-        let worst = drift.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
-        found.drift = found.drift.max(0.01 * worst);
+        errors.push((squares.sum::<f64>() / near as f64).sqrt());
     }
-    found.error = match finished {
-        0 => f64::NAN,
-        count => (found.error / f64::from(count)).sqrt(),
+    Ok(Judgement {
+        error: middle(errors),
+        drift: middle(drifts),
+        lost,
+    })
+}
+
+/// The middle one; the upper of two.
+fn middle(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Root mean square of what the discrete equation of the true model leaves of the positions that were seen, relative to
+/// that of the second differences: the least loss that a model without the error of the step can reach, as a root.
+///
+/// # Errors
+/// As [`Dataset::of_positions`]; [`Error::Argument`] where a step cannot be solved.
+pub fn residual_of_truth(seen: &Seen, rule: Rule, baseline: usize) -> Result<f64> {
+    let truth = seen.system.truth()?;
+    let motion = std::slice::from_ref(&seen.motion);
+    let data = Dataset::of_positions(seen.coordinates.clone(), motion, &[], baseline)?;
+    let unsolved = || Error::Argument {
+        name: "step",
+        value: format!("{} samples", baseline),
+        must: "shorter: the discrete equation of the true model has no solution",
     };
-    if finished == 0 {
-        found.drift = f64::NAN;
+    let mut mechanics = truth.mechanics().ok_or_else(unsolved)?;
+    let mut slopes = |_: f64, q: &[f64], v: &[f64], slopes: &mut Slopes| {
+        mechanics.slopes(q, v, &[0.0], slopes);
+    };
+    let mut method = Variational::new(1, rule);
+    let (samples, mut squares, mut all) = (&data.train, 0.0, 0.0);
+    for (k, h) in samples.steps.chunks_exact(2).enumerate() {
+        let (q, v, a) = (samples.q[k], samples.qd[k], samples.qdd[k]);
+        let (_, plus) = method.momenta(&mut slopes, (0.0, h[0]), &[q - h[0] * v], &[q]);
+        let (mut next, mut p, mut velocity) = ([q], [plus[0]], [v]);
+        let solved = method.advance(&mut slopes, (0.0, h[1]), &mut next, &mut p, &mut velocity);
+        solved.map_err(|_| unsolved())?;
+        let found = (velocity[0] - v) / (0.5 * (h[0] + h[1]));
+        squares += (found - a).powi(2);
+        all += a * a;
     }
-    Ok(found)
+    Ok((squares / all).sqrt())
 }
 
 /// a − b, of angles by the shorter way.

@@ -8,6 +8,7 @@ mod real;
 mod spread;
 mod swing_up;
 mod tracking;
+mod vin;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -44,6 +45,7 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
     chains::EXPERIMENT,
+    vin::EXPERIMENT,
 ];
 
 /// What was asked for.
