@@ -60,5 +60,22 @@ fn systems_of_both_kinds_are_told_apart() {
         bench
             .names("lagrangian-is-lagrangian")
             .contains(&"report.html".into())
+fn networks_of_positions_alone_give_a_line_for_each_model_and_a_page() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment vin --quick --seeds 1 --json --quiet")
+        .json();
+    let lines = figures["lines"].as_array().unwrap();
+    let error = |model: &str| {
+        let own = lines.iter().find(|l| l["model"] == model).unwrap();
+        own["own_method"][0]["error"].as_f64().unwrap()
+    };
+    // The first line of a model is that without noise.
+    assert!(error("truth") < 0.1);
+    assert!(error("vin-midpoint") < 0.5, "{}", error("vin-midpoint"));
+    assert!(
+        bench
+            .names("lagrangian-vin")
+            .contains(&"report.html".to_string())
     );
 }

@@ -15,6 +15,7 @@ pub mod swing_up;
 mod torque;
 pub mod tracking;
 pub mod wave;
+pub mod vin;
 
 pub use chunks::{Cut, chunks};
 pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};

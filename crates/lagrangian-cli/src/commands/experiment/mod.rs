@@ -11,6 +11,7 @@ mod spread;
 mod swing_up;
 mod tracking;
 mod wave;
+mod vin;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -50,6 +51,7 @@ const EXPERIMENTS: &[Experiment] = &[
     hamiltonian::EXPERIMENT,
     is_lagrangian::EXPERIMENT,
     wave::EXPERIMENT,
+    vin::EXPERIMENT,
 ];
 
 /// What was asked for.
