@@ -60,6 +60,10 @@ fn systems_of_both_kinds_are_told_apart() {
         bench
             .names("lagrangian-is-lagrangian")
             .contains(&"report.html".into())
+    );
+}
+
+#[test]
 fn networks_of_positions_alone_give_a_line_for_each_model_and_a_page() {
     let bench = Workbench::new();
     let figures = bench

@@ -3,8 +3,8 @@
 pub mod action;
 pub mod chains;
 mod chunks;
-pub mod hamiltonian;
 pub mod existence;
+pub mod hamiltonian;
 mod hermite;
 mod history;
 mod laws;
@@ -14,8 +14,8 @@ pub mod premises;
 pub mod swing_up;
 mod torque;
 pub mod tracking;
-pub mod wave;
 pub mod vin;
+pub mod wave;
 
 pub use chunks::{Cut, chunks};
 pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};

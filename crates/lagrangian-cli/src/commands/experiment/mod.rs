@@ -10,8 +10,8 @@ mod real;
 mod spread;
 mod swing_up;
 mod tracking;
-mod wave;
 mod vin;
+mod wave;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
