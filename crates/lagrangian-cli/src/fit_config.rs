@@ -87,6 +87,8 @@ impl ModelArgs {
                     width,
                     layers,
                     activation,
+                    exponential: self.exponential,
+                    speed_limit: self.speed_limit,
                     ..LnnConfig::default()
                 })
             }
@@ -121,6 +123,8 @@ impl ModelArgs {
         let learns_forces = self.dissipation || !self.forces.is_empty();
         let flags = [
             ("--form", self.form.is_some(), &[Family::Lnn][..]),
+            ("--speed-limit", self.speed_limit.is_some(), &[Family::Lnn]),
+            ("--exponential", self.exponential, &[Family::Lnn]),
             ("--trunks", self.trunks.is_some(), &[Family::Delan]),
             (
                 "--vector-potential",

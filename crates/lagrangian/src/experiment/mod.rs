@@ -1,14 +1,18 @@
 //! Measurements that models are compared by, as plain data; the command's experiments are made of them.
 
+mod expressible;
 mod history;
 mod laws;
 pub mod letters;
 mod long_rollouts;
+pub mod magnetic;
 pub mod premises;
+pub mod relativistic;
 pub mod swing_up;
 mod torque;
 pub mod tracking;
 
+pub use expressible::beyond_delan;
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};
 pub use long_rollouts::{
