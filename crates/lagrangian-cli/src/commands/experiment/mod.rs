@@ -2,9 +2,12 @@
 
 mod course;
 mod letters;
+mod magnetic;
 mod plausibility;
 mod real;
+mod relativistic;
 mod spread;
+mod starts;
 mod swing_up;
 mod tracking;
 
@@ -42,6 +45,8 @@ const EXPERIMENTS: &[Experiment] = &[
     swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
+    relativistic::EXPERIMENT,
+    magnetic::EXPERIMENT,
 ];
 
 /// What was asked for.
