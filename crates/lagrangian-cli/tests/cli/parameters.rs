@@ -26,14 +26,15 @@ fn a_parameter_needs_one_column_and_its_value_is_learned() {
     let line = "fit springs.csv --parameters k --steps 150 --width 16 --out run --json --quiet";
     bench.succeed(line);
     let score = bench
-        .succeed("score run other.csv --parameters k --json --quiet")
+        .succeed("score run/model.safetensors other.csv --parameters k --json --quiet")
         .json();
     let text = score.to_string();
     assert!(
         text.contains("qdd") || text.contains("acceleration"),
         "{text}"
     );
-    let motion = "rollout run --q0 1,1.3 --qd0 0,0 --duration 5 --out motion.csv --quiet";
+    let motion =
+        "rollout run/model.safetensors --q0 1,1.3 --qd0 0,0 --duration 5 --out motion.csv --quiet";
     bench.succeed(motion);
     let rows = String::from_utf8(bench.read("motion.csv")).unwrap();
     let last: Vec<f64> = rows
@@ -49,7 +50,8 @@ fn a_parameter_needs_one_column_and_its_value_is_learned() {
     );
     let q = last[last.iter().position(|x| (x - 1.3).abs() < 1e-15).unwrap() - 1];
     assert!((q - (1.3_f64.sqrt() * 5.0).cos()).abs() < 0.05, "{q}");
-    let error = bench.refuse("rollout run --q0 1,1.3 --qd0 0,1 --duration 5 --out no.csv");
+    let error = bench
+        .refuse("rollout run/model.safetensors --q0 1,1.3 --qd0 0,1 --duration 5 --out no.csv");
     assert!(
         error.contains("parameter") && error.contains('k'),
         "{error}"

@@ -108,7 +108,8 @@ impl Recording {
         self.parameters_are_constant()
     }
 
-    fn parameters_are_constant(&self) -> Result<()> {
+    /// Refuses parameters that change along the trajectory.
+    pub(crate) fn parameters_are_constant(&self) -> Result<()> {
         const REMEDY: &str =
             "leave it out of --parameters if it moves, or tell its values apart with --trajectory";
         let n = self.dof();
