@@ -111,6 +111,12 @@ pub(crate) struct DataArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) angle: Vec<String>,
 
+    /// Coordinates that never move, such as a mass, a length or the strength of a field: a model sees their values;
+    /// further columns, or some of --q; they need no columns of velocities
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[serde(default)]
+    pub(crate) parameters: Vec<String>,
+
     /// Angles are in degrees (never guessed)
     #[arg(long)]
     pub(crate) degrees: bool,

@@ -69,6 +69,17 @@ pub(crate) struct ModelArgs {
     #[arg(long, value_enum)]
     pub(crate) form: Option<Form>,
 
+    /// A speed that no coordinate reaches, in their unit a second: the network of --model lnn then sees
+    /// artanh(q̇/c) in place of q̇
+    #[arg(long, value_name = "C", value_parser = crate::values::positive)]
+    #[serde(default)]
+    pub(crate) speed_limit: Option<f64>,
+
+    /// Give the network of --model lnn exponential units, for masses that span decades
+    #[arg(long)]
+    #[serde(default)]
+    pub(crate) exponential: bool,
+
     /// Units in each hidden layer [default: 64; 16 for delan where accelerations are uncertain by more than 0.5 %]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) width: Option<u32>,

@@ -89,6 +89,8 @@ impl ModelArgs {
                     width,
                     layers,
                     activation,
+                    exponential: self.exponential,
+                    speed_limit: self.speed_limit,
                     ..LnnConfig::default()
                 })
             }
@@ -145,6 +147,8 @@ impl ModelArgs {
             ("--structure", self.structure.is_some(), &[Family::Hnn]),
             ("--momenta", self.momenta.is_some(), &[Family::Hnn]),
             ("--masses", !self.masses.is_empty(), &[Family::Hnn]),
+            ("--speed-limit", self.speed_limit.is_some(), &[Family::Lnn]),
+            ("--exponential", self.exponential, &[Family::Lnn]),
             ("--trunks", self.trunks.is_some(), &[Family::Delan]),
             (
                 "--vector-potential",

@@ -259,6 +259,13 @@ impl Dataset {
 }
 
 impl Dataset {
+    /// The largest |q̇| of all coordinates, in training and validation.
+    #[must_use]
+    pub fn fastest(&self) -> f64 {
+        let all = self.train.qd.iter().chain(&self.validation.qd);
+        all.fold(0.0, |most, v| most.max(v.abs()))
+    }
+
     /// Root mean square of the power τ·q̇, W; 1 where it is 0.
     #[must_use]
     pub fn power_scale(&self) -> f64 {

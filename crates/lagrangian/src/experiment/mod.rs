@@ -6,11 +6,14 @@ mod chunks;
 pub mod existence;
 pub mod hamiltonian;
 mod hermite;
+mod expressible;
 mod history;
 mod laws;
 pub mod letters;
 mod long_rollouts;
+pub mod magnetic;
 pub mod premises;
+pub mod relativistic;
 pub mod swing_up;
 mod torque;
 pub mod tracking;
@@ -19,6 +22,7 @@ pub mod wave;
 
 pub use chunks::{Cut, chunks};
 pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
+pub use expressible::beyond_delan;
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};
 pub use long_rollouts::{

@@ -245,6 +245,13 @@ impl Family {
         let terms = config.forces;
         let forces = Forces::new(terms, tau.clone(), scaling.qd_scale.clone(), qdd.clone());
         Ok(match self {
+            Self::Lnn(lnn) if lnn.speed_limit.is_some_and(|c| dataset.fastest() >= c) => {
+                return Err(crate::Error::Argument {
+                    name: "fastest velocity of the data",
+                    value: dataset.fastest().to_string(),
+                    must: "below the speed limit (--speed-limit)",
+                });
+            }
             Self::Lnn(lnn) => Template::Lnn {
                 shape: LnnShape::new(coordinates, lnn.clone(), scaling)?,
                 loss: config.loss,

@@ -5,9 +5,12 @@ mod course;
 mod hamiltonian;
 mod is_lagrangian;
 mod letters;
+mod magnetic;
 mod plausibility;
 mod real;
+mod relativistic;
 mod spread;
+mod starts;
 mod swing_up;
 mod tracking;
 mod vin;
@@ -52,6 +55,8 @@ const EXPERIMENTS: &[Experiment] = &[
     is_lagrangian::EXPERIMENT,
     wave::EXPERIMENT,
     vin::EXPERIMENT,
+    relativistic::EXPERIMENT,
+    magnetic::EXPERIMENT,
 ];
 
 /// What was asked for.
