@@ -118,6 +118,8 @@ impl StationaryPath {
             qd,
             qdd: None,
             tau: None,
+            p: None,
+            pd: None,
         }
     }
 

@@ -1,5 +1,6 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
+mod action;
 mod course;
 mod letters;
 mod plausibility;
@@ -42,6 +43,7 @@ const EXPERIMENTS: &[Experiment] = &[
     swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
+    action::EXPERIMENT,
 ];
 
 /// What was asked for.
