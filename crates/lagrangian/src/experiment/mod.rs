@@ -4,9 +4,9 @@ pub mod action;
 pub mod chains;
 mod chunks;
 pub mod existence;
+mod expressible;
 pub mod hamiltonian;
 mod hermite;
-mod expressible;
 mod history;
 mod laws;
 pub mod letters;
@@ -21,8 +21,8 @@ pub mod vin;
 pub mod wave;
 
 pub use chunks::{Cut, chunks};
-pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use expressible::beyond_delan;
+pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};
 pub use long_rollouts::{

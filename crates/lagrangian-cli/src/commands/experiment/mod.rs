@@ -1,5 +1,6 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
+mod action;
 mod chains;
 mod course;
 mod hamiltonian;
@@ -57,6 +58,7 @@ const EXPERIMENTS: &[Experiment] = &[
     vin::EXPERIMENT,
     relativistic::EXPERIMENT,
     magnetic::EXPERIMENT,
+    action::EXPERIMENT,
 ];
 
 /// What was asked for.
