@@ -9,10 +9,11 @@ pub mod letters;
 mod long_rollouts;
 pub mod premises;
 pub mod swing_up;
+pub mod table;
 mod torque;
 pub mod tracking;
 
-pub use chunks::{Cut, chunks};
+pub use chunks::{Cut, chunks, with_momenta};
 pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};

@@ -14,6 +14,7 @@ use lagrangian::{State, Trajectory};
 use serde_json::{Value, json};
 
 use super::{Course, Experiment, Findings, Setting};
+use crate::failure::mistake;
 use contestants::{CONTESTANTS, Contestant};
 use learning::{Teaching, learn};
 
@@ -44,11 +45,16 @@ struct Plan {
 }
 
 impl Plan {
-    fn of(setting: &Setting) -> Self {
+    fn of(setting: &Setting) -> Result<Self> {
         let quick = setting.args.quick;
-        Self {
+        let usual: &[usize] = if quick { &[1, 2] } else { &[1, 2, 3, 5] };
+        let links = match &setting.args.only {
+            None => usual.to_vec(),
+            Some(part) => vec![only(part)?],
+        };
+        Ok(Self {
             seeds: setting.seeds(),
-            links: if quick { vec![1, 2] } else { vec![1, 2, 3, 5] },
+            links,
             teachings: if quick {
                 vec![Teaching::Exact, Teaching::States]
             } else {
@@ -57,7 +63,7 @@ impl Plan {
             test: if quick { 20 } else { TEST },
             seconds: setting.args.seconds,
             quick,
-        }
+        })
     }
 
     /// Time of a fit, s.
@@ -75,6 +81,17 @@ impl Plan {
         let each = |links: &usize| self.seconds(*links);
         fits as f64 * self.links.iter().map(each).sum::<f64>()
     }
+}
+
+/// The number of links that `--only` asks for.
+fn only(part: &str) -> Result<usize> {
+    let links = part.parse().ok().filter(|links| (1..=7).contains(links));
+    links.ok_or_else(|| {
+        mistake(
+            format!("there is no chain of '{part}' links"),
+            "give --only a number from 1 to 7",
+        )
+    })
 }
 
 /// What models of one chain achieve.
@@ -104,7 +121,7 @@ struct Test {
 }
 
 fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
-    let plan = Plan::of(setting);
+    let plan = Plan::of(setting)?;
     course.plan(plan.whole());
     let mut found = Vec::new();
     for &links in &plan.links {

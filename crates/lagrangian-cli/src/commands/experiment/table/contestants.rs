@@ -1,0 +1,123 @@
+//! The rows: a line each.
+
+use lagrangian::baseline::MlpConfig;
+use lagrangian::identify::RigidConfig;
+use lagrangian::integrate::Method;
+use lagrangian::lagrangian::{Angles, DelanConfig, Form, LnnConfig};
+use lagrangian::train::{Family, Loss};
+
+/// A family of models with what it is fitted to.
+pub(super) struct Contestant {
+    /// Its name in JSON and in commands.
+    pub(super) key: &'static str,
+    /// Its name on the page.
+    pub(super) name: &'static str,
+    pub(super) family: fn() -> Family,
+    pub(super) loss: Loss,
+    /// The steps that it is made for.
+    pub(super) method: Method,
+    /// Whether it is given torques: it cannot learn from free motion.
+    pub(super) driven: bool,
+    /// Its column in the table of Cranmer et al. 2020.
+    pub(super) published: Option<&'static Published>,
+}
+
+/// A column of the table of Cranmer et al. 2020 (arXiv 2003.04630): what is said of a kind of model.
+pub(super) struct Published {
+    pub(super) name: &'static str,
+    pub(super) dynamics: bool,
+    pub(super) continuous: bool,
+    pub(super) conservation: bool,
+    pub(super) coordinates: bool,
+    pub(super) lagrangians: bool,
+}
+
+const NOTHING: Published = Published {
+    name: "",
+    dynamics: false,
+    continuous: false,
+    conservation: false,
+    coordinates: false,
+    lagrangians: false,
+};
+
+static NETWORK: Published = Published {
+    name: "neural network",
+    dynamics: true,
+    coordinates: true,
+    ..NOTHING
+};
+
+static DLN: Published = Published {
+    name: "DLN",
+    dynamics: true,
+    continuous: true,
+    conservation: true,
+    coordinates: true,
+    ..NOTHING
+};
+
+static LNN: Published = Published {
+    name: "LNN",
+    lagrangians: true,
+    dynamics: true,
+    continuous: true,
+    conservation: true,
+    coordinates: true,
+};
+
+/// A family that is fitted to the accelerations of free motions and moves continuously.
+const fn free(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+    Contestant {
+        key,
+        name,
+        family,
+        loss: Loss::Acceleration,
+        method: Method::Rk4,
+        driven: false,
+        published: None,
+    }
+}
+
+pub(super) const CONTESTANTS: &[Contestant] = &[
+    Contestant {
+        published: Some(&LNN),
+        ..free("lnn", "Lagrangian network, free", || {
+            Family::Lnn(LnnConfig::default())
+        })
+    },
+    free("lnn-convex", "Lagrangian network, convex", || {
+        Family::Lnn(LnnConfig {
+            form: Form::Convex,
+            ..LnnConfig::default()
+        })
+    }),
+    Contestant {
+        published: Some(&DLN),
+        ..free("delan", "deep Lagrangian network", || {
+            Family::Delan(DelanConfig::default())
+        })
+    },
+    free("delan-potential", "deep Lagrangian + A(q)·q̇", || {
+        Family::Delan(DelanConfig {
+            vector_potential: true,
+            ..DelanConfig::default()
+        })
+    }),
+    Contestant {
+        published: Some(&NETWORK),
+        ..free("mlp", "plain network of q̈", || {
+            Family::Mlp(MlpConfig::default())
+        })
+    },
+    Contestant {
+        loss: Loss::Torque,
+        driven: true,
+        ..free("rigid", "rigid chain, least squares", || {
+            Family::Rigid(RigidConfig {
+                angles: Some(Angles::Absolute),
+                ..RigidConfig::default()
+            })
+        })
+    },
+];
