@@ -1,5 +1,6 @@
 //! Measurements that models are compared by, as plain data; the command's experiments are made of them.
 
+pub mod action;
 pub mod chains;
 mod chunks;
 mod hermite;
