@@ -52,6 +52,17 @@ pub enum Hidden {
     Momenta,
 }
 
+/// What a family reads of the chunks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reads {
+    /// States of free motion with accelerations (and momenta).
+    Motions,
+    /// Positions alone.
+    Positions,
+    /// States under random torques, with accelerations.
+    Torques,
+}
+
 /// A known system and chunks of its motions, in the coordinates of its chart.
 pub struct Lesson {
     /// The system in its chart.
@@ -68,6 +79,8 @@ pub struct Lesson {
     pub test: Vec<Trajectory>,
     /// Time between two samples, s.
     pub interval: f64,
+    /// Noise on what is learned from, see [`Lesson::noisy`].
+    pub noise: f64,
 }
 
 /// Samples of a chunk.
@@ -193,91 +206,84 @@ impl Task {
             truth: Box::new(truth),
             chart,
             interval: self.cut().interval,
+            noise: 0.0,
         })
     }
 }
 
 impl Lesson {
-    /// The data to fit.
+    /// The data to fit, as a family reads them.
     ///
     /// # Errors
-    /// As [`Dataset::new`].
-    pub fn data(&self) -> Result<Dataset> {
-        Dataset::new(self.coordinates(), &self.train, &self.held)
-    }
-
-    /// The data without one of their columns.
-    ///
-    /// # Errors
-    /// As [`Dataset::new`].
-    pub fn data_without(&self, hidden: Hidden) -> Result<Dataset> {
-        let all = |motions: &[Trajectory]| strip(motions, hidden);
-        Dataset::new(self.coordinates(), &all(&self.train), &all(&self.held))
-    }
-
-    /// Data under random torques: for families that read them.
-    ///
-    /// # Errors
-    /// As [`Dataset::new`].
-    pub fn driven(&self, seed: u64) -> Result<Dataset> {
-        let (train, held) = self.under_torques(seed);
-        Dataset::new(self.coordinates(), &train, &held)
+    /// As [`Dataset::new`] and [`Dataset::of_positions`].
+    pub fn data(&self, reads: Reads, seed: u64) -> Result<Dataset> {
+        let (train, held) = self.motions(reads, seed);
+        self.dataset(reads, &train, &held)
     }
 
     /// The same without one of their columns.
     ///
     /// # Errors
-    /// As [`Dataset::new`].
-    pub fn driven_without(&self, hidden: Hidden, seed: u64) -> Result<Dataset> {
-        let (train, held) = self.under_torques(seed);
-        let (train, held) = (strip(&train, hidden), strip(&held, hidden));
-        Dataset::new(self.coordinates(), &train, &held)
+    /// As [`Lesson::data`].
+    pub fn data_without(&self, hidden: Hidden, reads: Reads, seed: u64) -> Result<Dataset> {
+        let (train, held) = self.motions(reads, seed);
+        self.dataset(reads, &strip(&train, hidden), &strip(&held, hidden))
+    }
+
+    fn motions(&self, reads: Reads, seed: u64) -> (Vec<Trajectory>, Vec<Trajectory>) {
+        let (mut train, mut held) = match reads {
+            Reads::Torques => self.under_torques(seed),
+            Reads::Motions | Reads::Positions => (self.train.clone(), self.held.clone()),
+        };
+        if self.noise > 0.0 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(2);
+            self.disturb(&mut train, &mut rng);
+            self.disturb(&mut held, &mut rng);
+        }
+        (train, held)
+    }
+
+    fn dataset(&self, reads: Reads, train: &[Trajectory], held: &[Trajectory]) -> Result<Dataset> {
+        match reads {
+            Reads::Positions => Dataset::of_positions(self.coordinates(), train, held, 1),
+            Reads::Motions | Reads::Torques => Dataset::new(self.coordinates(), train, held),
+        }
     }
 
     /// The same lesson with noise on the states (and momenta) that are learned from: `share` of a radian on angles, of the
-    /// deviation on lines, of the root mean square on rates. What is judged by has none.
+    /// root mean square on lines, rates and momenta. What is judged by has none.
     #[must_use]
-    pub fn noisy(mut self, share: f64, seed: u64) -> Self {
-        let n = self.truth.coordinates().dof();
-        let size = |of: fn(&Trajectory) -> &[f64], i: usize, motions: &[Trajectory]| {
-            let values = || motions.iter().flat_map(|m| of(m).iter().skip(i).step_by(n));
-            let count = values().count().max(1) as f64;
-            (values().map(|x| x * x).sum::<f64>() / count).sqrt()
-        };
-        let circle = |i: usize| self.coordinates().is_circle(i);
-        let q: Vec<f64> = (0..n)
-            .map(|i| {
-                if circle(i) {
-                    1.0
-                } else {
-                    size(|m| &m.q, i, &self.train)
-                }
-            })
-            .collect();
-        let qd: Vec<f64> = (0..n).map(|i| size(|m| &m.qd, i, &self.train)).collect();
-        let momenta = |m: &Trajectory| -> Vec<f64> { m.p.clone().unwrap_or_default() };
-        let p: Vec<f64> = (0..n)
-            .map(|i| {
-                let all: Vec<f64> = self.train.iter().flat_map(momenta).collect();
-                let own = all.iter().skip(i).step_by(n);
-                let squares: f64 = own.map(|p| p * p).sum();
-                (squares * n as f64 / all.len().max(1) as f64).sqrt()
-            })
-            .collect();
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(2);
-        let mut disturb = |x: &mut [f64], scale: &[f64]| {
-            let places = x.iter_mut().enumerate();
-            places.for_each(|(k, x)| *x += share * scale[k % n] * normal(&mut rng));
-        };
-        for motion in self.train.iter_mut().chain(&mut self.held) {
-            disturb(&mut motion.q, &q);
-            disturb(&mut motion.qd, &qd);
-            if let Some(momenta) = &mut motion.p {
-                disturb(momenta, &p);
+    pub fn noisy(self, share: f64) -> Self {
+        Self {
+            noise: share,
+            ..self
+        }
+    }
+
+    /// Adds the noise, the same for the same seed.
+    fn disturb(&self, motions: &mut [Trajectory], rng: &mut dyn Rng) {
+        let coordinates = self.coordinates();
+        let n = coordinates.dof();
+        let mut q = sizes(n, motions.iter().map(|m| &m.q[..]));
+        for (i, size) in q.iter_mut().enumerate() {
+            if coordinates.is_circle(i) {
+                *size = 1.0;
             }
         }
-        self
+        let qd = sizes(n, motions.iter().map(|m| &m.qd[..]));
+        let p = sizes(n, motions.iter().filter_map(|m| m.p.as_deref()));
+        let mut add = |x: &mut [f64], size: &[f64]| {
+            let places = x.iter_mut().enumerate();
+            places.for_each(|(k, x)| *x += self.noise * size[k % n] * normal(rng));
+        };
+        for motion in motions {
+            add(&mut motion.q, &q);
+            add(&mut motion.qd, &qd);
+            if let Some(momenta) = &mut motion.p {
+                add(momenta, &p);
+            }
+        }
     }
 
     /// The same states under random torques of the size of the accelerations, N·m, with the accelerations that follow;
@@ -309,6 +315,20 @@ impl Lesson {
     fn coordinates(&self) -> Coordinates {
         Model::coordinates(&*self.truth).clone()
     }
+}
+
+/// Root mean square of each of the `n` columns of some signals.
+fn sizes<'a>(n: usize, signals: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let (mut squares, mut count) = (vec![0.0; n], 0.0);
+    for row in signals.flat_map(|signal| signal.chunks_exact(n)) {
+        count += 1.0;
+        let pairs = squares.iter_mut().zip(row);
+        pairs.for_each(|(sum, x)| *sum += x * x);
+    }
+    squares
+        .iter()
+        .map(|sum| (sum / f64::max(count, 1.0)).sqrt())
+        .collect()
 }
 
 /// The motions without a column.

@@ -250,7 +250,7 @@ pub fn call_seconds(model: &dyn Model, lesson: &Lesson) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::super::lesson::OnLines;
-    use super::super::{Hidden, Size, Task};
+    use super::super::{Hidden, Reads, Size, Task};
     use super::*;
     use crate::lagrangian::analytic::{DoublePendulum, InChart};
 
@@ -309,11 +309,26 @@ mod tests {
     #[test]
     fn noise_is_on_what_is_learned_from_and_a_hidden_column_is_gone() {
         let clean = Task::Swings.lesson(FEW, 1).unwrap();
-        let noisy = Task::Swings.lesson(FEW, 1).unwrap().noisy(0.05, 3);
+        let noisy = Task::Swings.lesson(FEW, 1).unwrap().noisy(0.05);
         assert_eq!(clean.test, noisy.test);
-        assert_ne!(clean.train[0].q, noisy.train[0].q);
-        assert_eq!(clean.train[0].qdd, noisy.train[0].qdd);
-        let data = clean.data_without(Hidden::Momenta).unwrap();
-        assert!(data.train.p.is_empty() && !clean.data().unwrap().train.p.is_empty());
+        for reads in [Reads::Motions, Reads::Torques] {
+            let (clean, noisy) = (clean.data(reads, 1).unwrap(), noisy.data(reads, 1).unwrap());
+            assert_ne!(clean.train.q, noisy.train.q);
+            assert_eq!(clean.train.qdd, noisy.train.qdd);
+        }
+        let all = clean.data(Reads::Motions, 1).unwrap();
+        let data = clean.data_without(Hidden::Momenta, Reads::Motions, 1);
+        assert!(data.unwrap().train.p.is_empty() && !all.train.p.is_empty());
+        assert!(
+            clean
+                .data_without(Hidden::Accelerations, Reads::Motions, 1)
+                .is_err()
+        );
+        assert!(
+            clean
+                .data_without(Hidden::Accelerations, Reads::Positions, 1)
+                .is_ok()
+        );
+        assert!(clean.data(Reads::Torques, 1).unwrap().forced);
     }
 }

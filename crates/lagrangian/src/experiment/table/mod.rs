@@ -6,5 +6,5 @@
 mod lesson;
 mod measure;
 
-pub use lesson::{Hidden, Lesson, Size, Task};
+pub use lesson::{Hidden, Lesson, Reads, Size, Task};
 pub use measure::{Drift, StepErrors, acceleration_error, call_seconds, energy_drift, step_errors};

@@ -1,9 +1,10 @@
 //! The rows: a line each.
 
 use lagrangian::baseline::MlpConfig;
+use lagrangian::experiment::table::Reads;
 use lagrangian::identify::RigidConfig;
 use lagrangian::integrate::Method;
-use lagrangian::lagrangian::{Angles, DelanConfig, Form, LnnConfig};
+use lagrangian::lagrangian::{Angles, DelanConfig, Form, Inertia, LnnConfig};
 use lagrangian::train::{Family, Loss};
 
 /// A family of models with what it is fitted to.
@@ -16,8 +17,7 @@ pub(super) struct Contestant {
     pub(super) loss: Loss,
     /// The steps that it is made for.
     pub(super) method: Method,
-    /// Whether it is given torques: it cannot learn from free motion.
-    pub(super) driven: bool,
+    pub(super) reads: Reads,
     /// Its column in the table of Cranmer et al. 2020.
     pub(super) published: Option<&'static Published>,
 }
@@ -74,7 +74,7 @@ const fn free(key: &'static str, name: &'static str, family: fn() -> Family) -> 
         family,
         loss: Loss::Acceleration,
         method: Method::Rk4,
-        driven: false,
+        reads: Reads::Motions,
         published: None,
     }
 }
@@ -105,6 +105,27 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         })
     }),
     Contestant {
+        reads: Reads::Positions,
+        loss: Loss::PositionsTrapezoidal,
+        method: Method::VariationalTrapezoidal,
+        ..free("vin", "variational integrator network", || {
+            Family::Delan(DelanConfig {
+                inertia: Inertia::Constant,
+                ..DelanConfig::default()
+            })
+        })
+    },
+    Contestant {
+        reads: Reads::Positions,
+        loss: Loss::Positions,
+        method: Method::VariationalMidpoint,
+        ..free(
+            "delan-positions",
+            "deep Lagrangian, positions alone",
+            || Family::Delan(DelanConfig::default()),
+        )
+    },
+    Contestant {
         published: Some(&NETWORK),
         ..free("mlp", "plain network of q̈", || {
             Family::Mlp(MlpConfig::default())
@@ -112,7 +133,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     },
     Contestant {
         loss: Loss::Torque,
-        driven: true,
+        reads: Reads::Torques,
         ..free("rigid", "rigid chain, least squares", || {
             Family::Rigid(RigidConfig {
                 angles: Some(Angles::Absolute),

@@ -1,12 +1,12 @@
 //! The measurements behind the cells, one fit for as many of them as it can serve.
 
 use anyhow::Result;
+use lagrangian::Error;
 use lagrangian::experiment::fit_with_history;
 use lagrangian::experiment::table::{
-    Hidden, Lesson, Task, acceleration_error, call_seconds, energy_drift, step_errors,
+    Hidden, Lesson, Reads, Task, acceleration_error, call_seconds, energy_drift, step_errors,
 };
 use lagrangian::train::{Budget, FitConfig, Learned, fit};
-use lagrangian::{Dataset, Error};
 
 use super::columns::{Column, Measured, OWN_ENERGY};
 use super::contestants::Contestant;
@@ -41,12 +41,12 @@ const SEVERAL: [(Column, &[Task]); 2] = [
     (Column::Lagrangians, &[Task::Relativistic, Task::Magnetic]),
 ];
 
-/// The seconds of all fits.
+/// The number of all fits.
 pub(super) fn whole(plan: &Plan) -> f64 {
     let main = usize::from(plan.asks(&MAIN)) + usize::from(plan.asks(&[Column::Noise]));
     let several = SEVERAL.iter().filter(|(column, _)| plan.asks(&[*column]));
     let fits = main + several.map(|(_, tasks)| tasks.len()).sum::<usize>();
-    (plan.seeds.len() * plan.rows.len() * fits) as f64 * plan.seconds
+    (plan.seeds.len() * plan.rows.len() * fits) as f64
 }
 
 /// All cells that are asked for, for one seed.
@@ -68,12 +68,12 @@ pub(super) fn measure(plan: &Plan, seed: u64, course: &mut Course) -> Result<Fou
         let lesson = Task::Pendulum.lesson(plan.size, seed)?;
         for &row in &plan.rows {
             for (column, hidden) in NEEDS.into_iter().filter(|(c, _)| plan.asks(&[*c])) {
-                found.push((row, column, without(row, &lesson, hidden, seed)));
+                found.push((row, column, without(plan, row, &lesson, hidden, seed)));
             }
         }
     }
     if plan.asks(&[Column::Noise]) {
-        let lesson = Task::Pendulum.lesson(plan.size, seed)?.noisy(NOISE, seed);
+        let lesson = Task::Pendulum.lesson(plan.size, seed)?.noisy(NOISE);
         each(
             plan,
             &lesson,
@@ -114,7 +114,7 @@ fn each(
     ) -> Result<Vec<(Column, Measured)>>,
 ) -> Result<()> {
     for &row in &plan.rows {
-        course.begin(format!("{name}, {}, seed {seed}", row.name), plan.seconds)?;
+        course.begin(format!("{name}, {}, seed {seed}", row.name), 1.0)?;
         match fitted(plan, row, lesson, seed, course) {
             Ok(fitted) => {
                 let cells = measure(plan, row, lesson, &fitted)?;
@@ -148,7 +148,7 @@ fn main(
         let cell = match column {
             Column::Dynamics => Measured::value(acceleration_error(model, lesson)),
             Column::Continuous => {
-                let errors = step_errors(model, lesson, super::method(row))?;
+                let errors = step_errors(model, lesson, row.method)?;
                 Measured {
                     figures: vec![
                         ("h", errors.trained),
@@ -160,7 +160,7 @@ fn main(
                 }
             }
             Column::Conservation => {
-                let drift = energy_drift(model, lesson, super::method(row), plan.long)?;
+                let drift = energy_drift(model, lesson, row.method, plan.long)?;
                 Measured {
                     spoiled: drift.own.is_none_or(|own| own > OWN_ENERGY),
                     figures: vec![
@@ -173,7 +173,7 @@ fn main(
             }
             Column::Training => match fitted.seconds {
                 Some(seconds) => Measured::value(seconds),
-                None => Measured::refused(&format!("not within the {} s of the fit", plan.seconds)),
+                None => Measured::refused(&"not within the fit"),
             },
             _ => Measured::value(1e6 * call_seconds(model, lesson)),
         };
@@ -199,7 +199,7 @@ fn several(
         let lesson = task.lesson(plan.size, seed)?;
         for (row, _, cell) in &mut cells {
             let part = format!("{}, {}, seed {seed}", task.name(), row.name);
-            course.begin(part, plan.seconds)?;
+            course.begin(part, 1.0)?;
             match fitted(plan, row, &lesson, seed, course) {
                 Ok(fitted) => {
                     let error = acceleration_error(&fitted.model, &lesson);
@@ -225,18 +225,10 @@ fn config(plan: &Plan, row: &Contestant, seed: u64) -> FitConfig {
     FitConfig {
         family: (row.family)(),
         loss: row.loss,
-        budget: Budget::Seconds(plan.seconds),
+        budget: plan.budget,
         seed,
         validate_every: 10,
         ..FitConfig::default()
-    }
-}
-
-fn data(row: &Contestant, lesson: &Lesson, seed: u64) -> Result<Dataset, Error> {
-    if row.driven {
-        lesson.driven(seed)
-    } else {
-        lesson.data()
     }
 }
 
@@ -247,7 +239,7 @@ fn fitted(
     seed: u64,
     course: &mut Course,
 ) -> Result<Fitted, Error> {
-    let data = data(row, lesson, seed)?;
+    let data = lesson.data(row.reads, seed)?;
     let error = |model: &Learned| acceleration_error(model, lesson);
     let (fit, history) = fit_with_history(&data, &config(plan, row, seed), course, &error)?;
     Ok(Fitted {
@@ -257,20 +249,17 @@ fn fitted(
 }
 
 /// Whether a fit accepts the data without one of their columns.
-fn without(row: &Contestant, lesson: &Lesson, hidden: Hidden, seed: u64) -> Measured {
+fn without(plan: &Plan, row: &Contestant, lesson: &Lesson, hidden: Hidden, seed: u64) -> Measured {
     let config = FitConfig {
-        family: (row.family)(),
-        loss: row.loss,
         budget: Budget::Steps(1),
-        seed,
-        ..FitConfig::default()
+        ..config(plan, row, seed)
     };
-    let tried = match hidden {
-        // Nobody is given torques but who needs them.
-        Hidden::Torques => lesson.data_without(hidden),
-        _ if row.driven => lesson.driven_without(hidden, seed),
-        _ => lesson.data_without(hidden),
+    // Nobody is given torques but who cannot do without.
+    let reads = match (hidden, row.reads) {
+        (Hidden::Torques, Reads::Torques) => Reads::Motions,
+        (_, reads) => reads,
     };
+    let tried = lesson.data_without(hidden, reads, seed);
     match tried.and_then(|data| fit(&data, &config, None, &mut ())) {
         Ok(_) => Measured {
             accepted: Some(true),

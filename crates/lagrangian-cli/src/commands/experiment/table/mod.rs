@@ -7,7 +7,7 @@ mod page;
 
 use anyhow::Result;
 use lagrangian::experiment::table::Size;
-use lagrangian::integrate::Method;
+use lagrangian::train::Budget;
 use serde_json::{Value, json};
 
 use super::spread::median;
@@ -27,8 +27,9 @@ struct Plan {
     seeds: Vec<u64>,
     rows: Vec<&'static Contestant>,
     columns: Vec<Column>,
-    /// Time of a fit, s.
-    seconds: f64,
+    /// Of a fit: steps, or the seconds that are asked for.
+    budget: Budget,
+    seconds: Option<f64>,
     size: Size,
     /// Long motions, and how long they are, s.
     long: (usize, f64),
@@ -39,13 +40,14 @@ impl Plan {
     fn of(setting: &Setting) -> Result<Self> {
         let quick = setting.args.quick;
         let (rows, columns) = chosen(setting.args.only.as_deref())?;
-        let seconds = if quick { 0.05 } else { 4.0 };
+        let steps = Budget::Steps(if quick { 8 } else { 300 });
         let size = |train, held, test| Size { train, held, test };
         Ok(Self {
             seeds: setting.seeds(),
             rows,
             columns,
-            seconds: setting.args.seconds.unwrap_or(seconds),
+            budget: setting.args.seconds.map_or(steps, Budget::Seconds),
+            seconds: setting.args.seconds,
             size: if quick {
                 size(150, 30, 20)
             } else {
@@ -128,13 +130,15 @@ impl Cell {
 
     fn command(&self, plan: &Plan) -> String {
         let mut line = format!(
-            "lagrangian experiment table --only {}:{} --seed {} --seeds {} --seconds {}",
+            "lagrangian experiment table --only {}:{} --seed {} --seeds {}",
             self.row.key,
             self.column.key(),
             plan.seeds.first().unwrap_or(&0),
             plan.seeds.len(),
-            plan.seconds
         );
+        if let Some(seconds) = plan.seconds {
+            line += &format!(" --seconds {seconds}");
+        }
         if plan.quick {
             line += " --quick";
         }
@@ -187,14 +191,9 @@ fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
     Ok(Findings {
         figures: json!({
             "cells": cells.iter().map(|cell| cell.json(&plan)).collect::<Vec<_>>(),
-            "fit_seconds": plan.seconds,
+            "budget": plan.budget,
         }),
         summary: page::summary(&plan, &cells),
         report: page::report(&plan, &cells),
     })
-}
-
-/// The name of the steps that a row is made for.
-fn method(row: &Contestant) -> Method {
-    row.method
 }

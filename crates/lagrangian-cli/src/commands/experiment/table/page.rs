@@ -2,6 +2,8 @@
 
 use lagrangian::report::{Headline, Report, Role, Table};
 
+use lagrangian::train::Budget;
+
 use super::columns::{Column, OWN_ENERGY};
 use super::{Cell, Plan};
 use crate::commands::experiment::spread::scientific;
@@ -15,17 +17,19 @@ fn figure(column: Column, value: f64) -> String {
     }
 }
 
+fn mark(tick: bool) -> &'static str {
+    if tick { "✓" } else { "✗" }
+}
+
 /// `✓ 0.3 %`, `✗ 84 %`, `✓`, `✗`; behind it what is published.
 fn text(cell: &Cell) -> String {
-    let mark = if cell.tick() { "✓" } else { "✗" };
     let value = cell.value();
-    let mut text = if value.is_finite() {
-        format!("{mark} {}", figure(cell.column, value))
-    } else {
-        mark.to_string()
-    };
+    let mut text = mark(cell.tick()).to_string();
+    if value.is_finite() {
+        text += &format!(" {}", figure(cell.column, value));
+    }
     if let Some(published) = cell.published() {
-        text += if published { " (✓)" } else { " (✗)" };
+        text += &format!(" ({})", mark(published));
     }
     text
 }
@@ -105,24 +109,20 @@ fn details(plan: &Plan, cells: &[Cell]) -> Table {
 
 /// Cells in which we found something else than is published.
 fn differences(cells: &[Cell]) -> Vec<String> {
-    let other = cells
-        .iter()
-        .filter(|c| c.published().is_some_and(|p| p != c.tick()));
-    other
-        .map(|cell| {
+    let sentence = |cell: &Cell| {
+        let (row, published) = (cell.row.published?, cell.published()?);
+        (published != cell.tick()).then(|| {
             format!(
-                "{}, {}: published {}, here {}.",
+                "{}, {}: published {} for {}, here {}.",
                 cell.row.name,
                 cell.column.name(),
-                if cell.published() == Some(true) {
-                    "✓"
-                } else {
-                    "✗"
-                },
+                mark(published),
+                row.name,
                 text(cell)
             )
         })
-        .collect()
+    };
+    cells.iter().filter_map(sentence).collect()
 }
 
 pub(super) fn report(plan: &Plan, cells: &[Cell]) -> Report {
@@ -156,9 +156,8 @@ pub(super) fn report(plan: &Plan, cells: &[Cell]) -> Report {
     Report {
         title: "What every family can learn".into(),
         subtitle: format!(
-            "{} seeds, {} s for each fit, {} pieces of motion of five samples",
+            "{} seeds, {} pieces of motion of five samples",
             plan.seeds.len(),
-            scientific(plan.seconds),
             plan.size.train
         ),
         headlines: asked.map(headline).collect(),
@@ -168,6 +167,13 @@ pub(super) fn report(plan: &Plan, cells: &[Cell]) -> Report {
             (
                 "All networks".into(),
                 "2 × 64, natural gradient, batches of 256 samples".into(),
+            ),
+            (
+                "Budget of a fit".into(),
+                match plan.budget {
+                    Budget::Steps(steps) => format!("{steps} steps"),
+                    Budget::Seconds(seconds) => format!("{} s", scientific(seconds)),
+                },
             ),
             (
                 "Long motions".into(),
