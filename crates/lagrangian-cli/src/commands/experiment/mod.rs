@@ -2,13 +2,20 @@
 
 mod chains;
 mod course;
+mod hamiltonian;
+mod is_lagrangian;
 mod letters;
+mod magnetic;
 mod plausibility;
 mod real;
+mod relativistic;
 mod spread;
+mod starts;
 mod swing_up;
 mod table;
 mod tracking;
+mod vin;
+mod wave;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -52,6 +59,12 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
     chains::EXPERIMENT,
+    hamiltonian::EXPERIMENT,
+    is_lagrangian::EXPERIMENT,
+    wave::EXPERIMENT,
+    vin::EXPERIMENT,
+    relativistic::EXPERIMENT,
+    magnetic::EXPERIMENT,
     table::EXPERIMENT,
 ];
 

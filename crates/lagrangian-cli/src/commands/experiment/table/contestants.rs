@@ -2,6 +2,7 @@
 
 use lagrangian::baseline::MlpConfig;
 use lagrangian::experiment::table::Reads;
+use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::integrate::Method;
 use lagrangian::lagrangian::{Angles, DelanConfig, Form, Inertia, LnnConfig};
@@ -42,14 +43,30 @@ const NOTHING: Published = Published {
 };
 
 static NETWORK: Published = Published {
-    name: "neural network",
+    name: "a neural network",
     dynamics: true,
     coordinates: true,
     ..NOTHING
 };
 
+static FLOW: Published = Published {
+    name: "a neural ODE",
+    dynamics: true,
+    continuous: true,
+    coordinates: true,
+    ..NOTHING
+};
+
+static HNN: Published = Published {
+    name: "an HNN",
+    dynamics: true,
+    continuous: true,
+    conservation: true,
+    ..NOTHING
+};
+
 static DLN: Published = Published {
-    name: "DLN",
+    name: "a DLN",
     dynamics: true,
     continuous: true,
     conservation: true,
@@ -58,7 +75,7 @@ static DLN: Published = Published {
 };
 
 static LNN: Published = Published {
-    name: "LNN",
+    name: "an LNN",
     lagrangians: true,
     dynamics: true,
     continuous: true,
@@ -77,6 +94,14 @@ const fn free(key: &'static str, name: &'static str, family: fn() -> Family) -> 
         reads: Reads::Motions,
         published: None,
     }
+}
+
+fn hamiltonian(structure: HnnStructure, momenta: Momenta) -> Family {
+    Family::Hnn(HnnConfig {
+        structure,
+        momenta,
+        ..HnnConfig::default()
+    })
 }
 
 pub(super) const CONTESTANTS: &[Contestant] = &[
@@ -104,6 +129,24 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
             ..DelanConfig::default()
         })
     }),
+    Contestant {
+        published: Some(&HNN),
+        ..free("hnn", "Hamiltonian network, canonical", || {
+            hamiltonian(HnnStructure::Free, Momenta::Recorded)
+        })
+    },
+    free("hnn-mass", "Hamiltonian with M(q), canonical", || {
+        hamiltonian(HnnStructure::Mass, Momenta::Recorded)
+    }),
+    free("hnn-velocities", "Hamiltonian network, q̇ for p", || {
+        hamiltonian(HnnStructure::Free, Momenta::Velocities)
+    }),
+    Contestant {
+        published: Some(&FLOW),
+        ..free("flow", "first-order flow (q̇, q̈)", || {
+            hamiltonian(HnnStructure::None, Momenta::Velocities)
+        })
+    },
     Contestant {
         reads: Reads::Positions,
         loss: Loss::PositionsTrapezoidal,
