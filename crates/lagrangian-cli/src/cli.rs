@@ -510,6 +510,10 @@ pub(crate) struct ExperimentArgs {
     #[arg(long)]
     pub(crate) quick: bool,
 
+    /// One part only: the links of `chains`, ROW, ROW:COLUMN or :COLUMN of `table`
+    #[arg(long, value_name = "PART")]
+    pub(crate) only: Option<String>,
+
     /// Folder of the reference data [default: the variable `LAGRANGIAN_DATA`, else shared/data, else ../shared/data]
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,

@@ -44,6 +44,56 @@ fn the_letters_give_one_figure_a_seed_and_a_page() {
 }
 
 #[test]
+fn a_chain_of_one_pendulum_is_learned_from_states_alone() {
+    let bench = Workbench::new();
+    let line = "experiment chains --only 1 --quick --seconds 0.5 --seeds 1 --json --quiet";
+    let figures = bench.succeed(line).json();
+    let chain = &figures["chains"][0];
+    assert_eq!(chain["links"], 1);
+    let floor = chain["floor"]["error"].as_f64().unwrap();
+    assert!((1e-5..2e-4).contains(&floor), "{floor}");
+    let error = |teaching: &str| {
+        chain["models"]["mlp"][teaching]["error"][0]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(error("states") < 0.1 && error("accelerations") < 0.1);
+    assert_eq!(figures["published"]["DeLaN"][0], 2.5e-4);
+}
+
+#[test]
+fn a_cell_of_the_table_is_measured_by_its_own_command() {
+    let bench = Workbench::new();
+    let line = "experiment table --only mlp:conservation --quick --seeds 1 --json --quiet";
+    let figures = bench.succeed(line).json();
+    let cells = figures["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 1);
+    // A plain network has no energy, so none that it keeps.
+    assert_eq!(cells[0]["tick"], false);
+    let command = cells[0]["command"].as_str().unwrap();
+    assert!(command.contains("--only mlp:conservation"), "{command}");
+    let needs = "experiment table --only :no-torques --quick --seeds 1 --json --quiet --out needs";
+    let figures = bench.succeed(needs).json();
+    for cell in figures["cells"].as_array().unwrap() {
+        assert_eq!(cell["tick"], cell["row"] != "rigid", "{cell}");
+    }
+}
+
+#[test]
+fn a_part_that_an_experiment_does_not_have_is_refused_with_those_that_it_has() {
+    let bench = Workbench::new();
+    for (part, named) in [
+        ("table --only dellan", "delan"),
+        ("table --only lnn:noize", "noise"),
+        ("chains --only 0", "1 to 7"),
+        ("chains --only five", "1 to 7"),
+        ("letters --only 2", "--only"),
+    ] {
+        let message = bench.refuse(&format!("experiment {part}"));
+        assert!(message.contains(named), "{part}: {message}");
+    }
+
+#[test]
 fn systems_of_both_kinds_are_told_apart() {
     let bench = Workbench::new();
     let figures = bench

@@ -13,6 +13,7 @@ mod relativistic;
 mod spread;
 mod starts;
 mod swing_up;
+mod table;
 mod tracking;
 mod vin;
 mod wave;
@@ -44,6 +45,13 @@ struct Experiment {
     run: fn(&Setting, &mut Course) -> Result<Findings>,
 }
 
+impl Experiment {
+    /// Whether `--only` chooses among its parts.
+    fn has_parts(&self) -> bool {
+        [chains::EXPERIMENT.name, table::EXPERIMENT.name].contains(&self.name)
+    }
+}
+
 /// All experiments, in the order of the list.
 const EXPERIMENTS: &[Experiment] = &[
     letters::EXPERIMENT,
@@ -59,6 +67,7 @@ const EXPERIMENTS: &[Experiment] = &[
     relativistic::EXPERIMENT,
     magnetic::EXPERIMENT,
     action::EXPERIMENT,
+    table::EXPERIMENT,
 ];
 
 /// What was asked for.
@@ -114,6 +123,12 @@ pub(super) fn run(args: &ExperimentArgs, manner: Manner) -> Result<ExitCode> {
         return list(manner);
     }
     let experiment = by_name(&args.name)?;
+    if args.only.is_some() && !experiment.has_parts() {
+        return Err(mistake(
+            format!("the experiment '{}' has no parts to choose from", args.name),
+            "leave --only away",
+        ));
+    }
     let folder = folder(args)?;
     folder.write_record(&RunRecord::now(args.seed, args, Vec::new())?)?;
     let mut course = Course::start(experiment.name, manner.quiet)?;
