@@ -21,7 +21,6 @@ pub mod tracking;
 pub mod vin;
 pub mod wave;
 
-pub use chunks::{Cut, chunks};
 pub use chunks::{Cut, chunks, with_momenta};
 pub use expressible::beyond_delan;
 pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
