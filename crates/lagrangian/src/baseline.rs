@@ -244,6 +244,28 @@ impl MlpShape {
     }
 }
 
+impl MlpShape {
+    /// Writes ∂N/∂(q, q̇) of sample `s` `[outputs, 2n]`, whose components hold the sensitivities of one output each,
+    /// carried to the features.
+    pub(crate) fn slopes<T: Real>(&self, pass: &Pass<T>, s: usize, q: &[f64], slopes: &mut [f64]) {
+        let n = self.dof();
+        let first = Scaling::features(&self.coordinates);
+        for (o, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
+            let mut at = 0;
+            for (j, &q) in q.iter().enumerate() {
+                let features = Features::new(&self.coordinates, &self.scaling, j, q);
+                row[j] = 0.0;
+                for slope in &features.slopes[..features.count] {
+                    row[j] += pass.feature_sensitivity(o, s, at).f64() * slope;
+                    at += 1;
+                }
+                let velocity = pass.feature_sensitivity(o, s, first + j).f64();
+                row[n + j] = velocity / self.scaling.qd_scale[j];
+            }
+        }
+    }
+}
+
 impl Model for Mlp {
     fn coordinates(&self) -> &Coordinates {
         &self.shape.coordinates

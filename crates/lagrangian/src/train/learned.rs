@@ -208,14 +208,19 @@ impl Family {
         let left = nominal.as_ref().map(|nominal| remainder(nominal, dataset));
         let dataset = left.as_ref().unwrap_or(dataset);
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
-        let weights = config.loss.weights(dataset);
+        // Under the rollout loss it is what the run begins with.
+        let loss = match config.loss {
+            Loss::Rollout => Loss::Acceleration,
+            loss => loss,
+        };
+        let weights = loss.weights(dataset);
         let (coordinates, scaling) = (dataset.coordinates.clone(), dataset.scaling());
         let terms = config.forces;
         let forces = Forces::new(terms, tau.clone(), scaling.qd_scale.clone(), qdd.clone());
         Ok(match self {
             Self::Lnn(lnn) => Template::Lnn {
                 shape: LnnShape::new(coordinates, lnn.clone(), scaling)?,
-                loss: config.loss,
+                loss,
                 weights,
                 terms,
                 forces,
@@ -223,14 +228,14 @@ impl Family {
             },
             Self::Delan(delan) => Template::Delan {
                 shape: DelanShape::new(coordinates, delan.clone(), dataset.mass_scaling())?,
-                loss: config.loss,
+                loss,
                 weights,
                 terms,
                 forces,
                 nominal,
             },
             Self::Mlp(mlp) => {
-                let direction = match config.loss {
+                let direction = match loss {
                     Loss::Torque | Loss::TorqueL1 => Direction::Inverse,
                     _ => Direction::Forward,
                 };
@@ -241,7 +246,7 @@ impl Family {
                 };
                 Template::Mlp {
                     shape: MlpShape::new(coordinates, mlp, scaling, (qdd, tau))?,
-                    loss: config.loss,
+                    loss,
                     weights,
                 }
             }
@@ -304,6 +309,30 @@ impl Template {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
+        }
+    }
+
+    /// As [`Template::with_f64`], its residuals the rates themselves: errors of accelerations of weight 1.
+    pub(crate) fn with_flow<R>(&self, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
+        let ones = vec![1.0; 2 * super::lnn::MAX_DOF];
+        let learner = self.learner();
+        let weights = |weights: &[f64]| &ones[..weights.len()];
+        match learner {
+            Trainee::Lnn(learner) => f(&LnnLearner {
+                weights: weights(learner.weights),
+                loss: Loss::Acceleration,
+                ..learner
+            }),
+            Trainee::Delan(learner) => f(&DelanLearner {
+                weights: weights(learner.weights),
+                loss: Loss::Acceleration,
+                ..learner
+            }),
+            Trainee::Mlp(learner) => f(&MlpLearner {
+                weights: weights(learner.weights),
+                loss: Loss::Acceleration,
+                ..learner
+            }),
         }
     }
 

@@ -13,6 +13,7 @@ mod lnn;
 mod natural;
 mod nominal;
 mod plain;
+mod rollout;
 mod stepper;
 #[cfg(test)]
 mod tests;
@@ -26,4 +27,5 @@ pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;
+pub use rollout::{Gradients, Observe, RolloutLoss, Start};
 pub use stepper::{StepLoss, Stepper};

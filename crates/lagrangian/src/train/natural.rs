@@ -83,14 +83,14 @@ struct Tile {
 }
 
 /// A symmetric positive definite system with one right-hand side, kept so that a step allocates nothing.
-struct System {
-    matrix: Mat<f64>,
-    right: Mat<f64>,
+pub(super) struct System {
+    pub(super) matrix: Mat<f64>,
+    pub(super) right: Mat<f64>,
     memory: MemBuffer,
 }
 
 impl System {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             matrix: Mat::new(),
             right: Mat::new(),
@@ -98,7 +98,7 @@ impl System {
         }
     }
 
-    fn resize(&mut self, size: usize) {
+    pub(super) fn resize(&mut self, size: usize) {
         if self.matrix.nrows() != size {
             self.matrix = Mat::zeros(size, size);
             self.right = Mat::zeros(size, 1);
@@ -114,7 +114,7 @@ impl System {
 
     /// Overwrites the right-hand side with the solution. On one thread, so that the bits do not depend on how many
     /// there are.
-    fn solve(&mut self) -> bool {
+    pub(super) fn solve(&mut self) -> bool {
         let stack = MemStack::new(&mut self.memory);
         let (regularization, params) =
             (Default::default(), <LltParams as Auto<f64>>::auto().into());

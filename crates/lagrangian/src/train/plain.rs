@@ -74,4 +74,18 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         work.pass
             .reverse_outputs(&self.shape.net, packed, self.shape.dof());
     }
+
+    fn state_slopes(
+        &self,
+        packed: &Packed<T>,
+        _extra: &[f64],
+        work: &mut Work<T>,
+        slopes: &mut [f64],
+    ) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        work.pass.reverse_features(&shape.net, packed, 0..n);
+        for (s, slopes) in slopes.chunks_exact_mut(2 * n * n).enumerate() {
+            shape.slopes(&work.pass, s, &work.q[s * n..][..n], slopes);
+        }
+    }
 }
