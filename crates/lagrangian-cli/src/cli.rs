@@ -78,6 +78,11 @@ pub(crate) struct DataArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) qdd: Vec<String>,
 
+    /// Columns of the momenta p = ∂L/∂q̇, in SI units, where they are known [default: p1,p2,…]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[serde(default)]
+    pub(crate) p: Vec<String>,
+
     /// Columns of the forces and torques τ; none means a free motion [default: tau1,tau2,…]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) tau: Vec<String>,
@@ -295,6 +300,10 @@ pub(crate) enum MethodName {
     StormerVerlet,
     /// Implicit midpoint, symplectic, fixed step
     ImplicitMidpoint,
+    /// Discrete action by the midpoint rule, symplectic for every Lagrangian, fixed step
+    VariationalMidpoint,
+    /// The same by the trapezoidal rule: Störmer–Verlet where M is constant
+    VariationalTrapezoidal,
 }
 
 #[derive(Debug, Args)]

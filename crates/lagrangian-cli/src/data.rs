@@ -34,6 +34,7 @@ impl DataArgs {
             q: self.q.clone(),
             qd: self.qd.clone(),
             qdd: self.qdd.clone(),
+            p: self.p.clone(),
             tau: self.tau.clone(),
             actuated: self.actuated.clone(),
             angles: self.angle.clone(),
@@ -158,7 +159,7 @@ pub(crate) fn trajectories(
         trajectories.push(trajectory);
         estimates.extend(own);
     }
-    for signal in ["qd", "qdd"] {
+    for signal in ["qd", "qdd", "pd"] {
         let windows: Vec<f64> = estimates
             .iter()
             .filter(|e| e.signal == signal)

@@ -37,6 +37,7 @@ fn dataset(m: usize) -> Dataset {
         qd: column(0.73),
         qdd: column(1.91),
         tau: column(0.11),
+        ..Samples::default()
     };
     Dataset::from_samples(
         Coordinates::lines(N),

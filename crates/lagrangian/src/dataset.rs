@@ -336,6 +336,14 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
             Some(tau) => out.tau.extend(tau),
             None => out.tau.resize(out.q.len(), 0.0),
         }
+        out.p.extend(trajectory.p.iter().flatten());
+        out.pd.extend(trajectory.pd.iter().flatten());
+    }
+    for signal in [&mut out.p, &mut out.pd] {
+        if signal.len() != out.q.len() {
+            // Not known for all of them.
+            signal.clear();
+        }
     }
     Ok(out)
 }
@@ -347,9 +355,12 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
         ("qd", &samples.qd),
         ("qdd", &samples.qdd),
         ("tau", &samples.tau),
+        ("p", &samples.p),
+        ("pd", &samples.pd),
     ];
     for (name, x) in fields {
-        if samples.n != n || x.len() != size || !size.is_multiple_of(n.max(1)) {
+        let unknown = matches!(name, "p" | "pd") && x.is_empty();
+        if samples.n != n || x.len() != size && !unknown || !size.is_multiple_of(n.max(1)) {
             return Err(Error::Shape {
                 what: format!("{name} of the samples"),
                 found: x.len(),
@@ -415,6 +426,8 @@ mod tests {
             qd: vec![0.0; len],
             qdd: None,
             tau: None,
+            p: None,
+            pd: None,
         }
     }
 

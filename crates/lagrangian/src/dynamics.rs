@@ -33,6 +33,12 @@ pub trait Model: Send + Sync {
 
     /// Something that evaluates it, with its own scratch memory; one per thread.
     fn evaluator(&self) -> Box<dyn Evaluator + '_>;
+
+    /// Its Lagrangian with friction and inputs, for methods that need more than accelerations; `None` for a model
+    /// that has none.
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        None
+    }
 }
 
 /// Evaluates one model at batches of `m` states; every array is `[m, n]` unless said otherwise.
@@ -60,6 +66,33 @@ pub trait Evaluator {
 
     /// Energy H = p·q̇ − L, J, `[m]`. `false` where the model has none.
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool;
+
+    /// Whether the model moves in (q, q̇) with dq/dt = q̇, so that forward dynamics say all: everything but a model
+    /// that has a flow of its own, in (q, p) or with another dq/dt.
+    fn second_order(&self) -> bool {
+        true
+    }
+
+    /// Writes z, the second half of the state (q, z) that the model moves in: q̇, or the momenta p(q, q̇) of a
+    /// Hamiltonian. `false` where there is no such z, as where H is not convex in p.
+    fn phase(&mut self, q: &[f64], qd: &[f64], z: &mut [f64]) -> bool {
+        let _ = q;
+        z.copy_from_slice(qd);
+        true
+    }
+
+    /// Writes the velocities q̇ of the states (q, z): z itself, or ∂H/∂p.
+    fn velocity(&mut self, q: &[f64], z: &[f64], qd: &mut [f64]) {
+        let _ = q;
+        qd.copy_from_slice(z);
+    }
+
+    /// Writes dq/dt and dz/dt of the states (q, z) under forces τ; returns at how many states the mass matrix was
+    /// singular.
+    fn flow(&mut self, q: &[f64], z: &[f64], tau: &[f64], dq: &mut [f64], dz: &mut [f64]) -> usize {
+        dq.copy_from_slice(z);
+        self.forward_dynamics(q, z, tau, dz)
+    }
 }
 
 /// Bias c = (∂p/∂q) q̇ − ∂L/∂q of the Euler–Lagrange equation M q̈ + c = τ − d, `[m, n]`.
@@ -120,6 +153,29 @@ pub fn energy(jet: &Jet, n: usize, qd: &[f64], energy: &mut [f64]) {
     }
 }
 
+/// What a variational method needs of a Lagrangian at a state (q, v), `[n]`, `[n]` and `[n, n]`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Slopes {
+    /// p = ∂L/∂v.
+    pub momentum: Vec<f64>,
+    /// ∂L/∂q + τ − d, all that changes p.
+    pub force: Vec<f64>,
+    /// M = ∂²L/∂v∂v.
+    pub mass_matrix: Vec<f64>,
+}
+
+impl Slopes {
+    /// Zeros, for `n` degrees of freedom.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self {
+            momentum: vec![0.0; n],
+            force: vec![0.0; n],
+            mass_matrix: vec![0.0; n * n],
+        }
+    }
+}
+
 /// Evaluates a Lagrangian's motion, with dissipation if there is any; allocates nothing once warm.
 pub struct EulerLagrange<'a> {
     jets: Box<dyn Jets + 'a>,
@@ -152,16 +208,19 @@ impl<'a> EulerLagrange<'a> {
         Self { actuation, ..self }
     }
 
-    /// The derivatives of L at the states evaluated last.
-    #[must_use]
-    pub fn jet(&self) -> &Jet {
-        &self.jet
-    }
-}
-
-impl Evaluator for EulerLagrange<'_> {
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+    /// Writes momentum, ∂L/∂q + τ − d and mass matrix at one state under the forces `tau`.
+    pub fn slopes(&mut self, q: &[f64], qd: &[f64], tau: &[f64], slopes: &mut Slopes) {
         self.jets.jet(q, qd, &mut self.jet);
+        self.sum_forces(qd, tau);
+        slopes.momentum.copy_from_slice(&self.jet.momentum);
+        slopes.mass_matrix.copy_from_slice(&self.jet.mass_matrix);
+        for (i, force) in slopes.force.iter_mut().enumerate() {
+            *force = self.jet.dl_dq[i] + self.force[i];
+        }
+    }
+
+    /// τ − d into `force`.
+    fn sum_forces(&mut self, qd: &[f64], tau: &[f64]) {
         self.force.resize(qd.len(), 0.0);
         match self.actuation {
             Some(actuation) => actuation.forces(tau, &mut self.force),
@@ -173,6 +232,19 @@ impl Evaluator for EulerLagrange<'_> {
             let pairs = self.force.iter_mut().zip(&self.friction);
             pairs.for_each(|(f, d)| *f -= d);
         }
+    }
+
+    /// The derivatives of L at the states evaluated last.
+    #[must_use]
+    pub fn jet(&self) -> &Jet {
+        &self.jet
+    }
+}
+
+impl Evaluator for EulerLagrange<'_> {
+    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+        self.jets.jet(q, qd, &mut self.jet);
+        self.sum_forces(qd, tau);
         forward(&self.jet, &mut self.solver, &mut self.force, qdd)
     }
 
@@ -290,6 +362,11 @@ impl<L: Lagrangian> Mechanical<L> {
         }
     }
 
+    fn motion(&self) -> EulerLagrange<'_> {
+        let motion = EulerLagrange::new(&self.lagrangian, self.dissipation.as_ref());
+        motion.driven(self.actuation.as_ref())
+    }
+
     /// How its forces come from inputs, where they are not the inputs themselves.
     #[must_use]
     pub fn actuation(&self) -> Option<&Actuation> {
@@ -309,7 +386,10 @@ impl<L: Lagrangian> Model for Mechanical<L> {
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        let motion = EulerLagrange::new(&self.lagrangian, self.dissipation.as_ref());
-        Box::new(motion.driven(self.actuation.as_ref()))
+        Box::new(self.motion())
+    }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        Some(self.motion())
     }
 }

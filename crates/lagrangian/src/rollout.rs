@@ -6,7 +6,7 @@ mod sines;
 
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::{Evaluator, Model};
+use crate::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
 use crate::integrate::{Control, Ending, Failure, Method};
 use crate::{Error, Result, Trajectory};
 
@@ -190,6 +190,13 @@ fn check(
             must: "one with forward dynamics: fit it with --loss acceleration, or take another --model",
         });
     }
+    if options.method.rule().is_some() && model.mechanics().is_none() {
+        return Err(Error::Argument {
+            name: "method",
+            value: options.method.name().into(),
+            must: "one for a model without a Lagrangian: rk4, dopri5 or dop853 (--method)",
+        });
+    }
     let n = model.coordinates().dof();
     for (what, x) in [("initial q", q0), ("initial qd", qd0)] {
         if x.len() != n || n == 0 {
@@ -235,9 +242,14 @@ fn check(
 /// A rollout in the making: what was computed and counted so far.
 struct Run<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
+    /// Of the variational methods.
+    mechanics: Option<EulerLagrange<'a>>,
     options: &'a RolloutOptions,
-    /// The state (q, q̇) reached, `[2 n]`.
+    /// The state (q, z) reached, `[2 n]`: z = q̇, or what else the model moves in.
     x: Vec<f64>,
+    /// Whether that state exists.
+    begun: bool,
+    qd: Vec<f64>,
     force: Vec<f64>,
     rollout: Rollout,
 }
@@ -252,11 +264,16 @@ impl<'a> Run<'a> {
     ) -> Self {
         let n = q0.len();
         let rollout = Rollout::begin(len, n);
-        let x = [q0, qd0].concat();
+        let mut evaluator = model.evaluator();
+        let mut x = [q0, qd0].concat();
+        let begun = evaluator.phase(q0, qd0, &mut x[n..]);
         Self {
-            evaluator: model.evaluator(),
+            evaluator,
+            mechanics: options.method.rule().and_then(|_| model.mechanics()),
             options,
             x,
+            begun,
+            qd: vec![0.0; n],
             force: vec![0.0; n],
             rollout,
         }
@@ -264,12 +281,21 @@ impl<'a> Run<'a> {
 
     /// Goes on from the state reached, which is that at `times[0]`, and takes samples (there too if `first`).
     fn advance(&mut self, times: &[f64], tau: &Force<'_>, first: bool) -> Ending {
+        if !self.begun {
+            return Ending::Failed {
+                t: times[0],
+                reason: Failure::NoMomentum,
+            };
+        }
         let Self {
             evaluator,
+            mechanics,
             options,
             x,
+            qd: velocity,
             force,
             rollout,
+            ..
         } = self;
         let Rollout {
             trajectory,
@@ -278,11 +304,6 @@ impl<'a> Run<'a> {
             ..
         } = rollout;
         let x0 = x.clone();
-        let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
-            tau(t, q, qd, force);
-            *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
-            *evaluations += 1;
-        };
         let mut sample = |k: usize, state: &[f64]| {
             x.copy_from_slice(state);
             if k > 0 || first {
@@ -291,9 +312,35 @@ impl<'a> Run<'a> {
         };
         let mut control = options.control();
         control.max_steps -= rollout.steps + rollout.rejected;
-        let solution = options
-            .method
-            .solve(&mut acceleration, &x0, times, &control, &mut sample);
+        let solution = match (options.method.rule(), mechanics) {
+            (Some(rule), Some(mechanics)) => {
+                let mut slopes = |t: f64, q: &[f64], qd: &[f64], slopes: &mut Slopes| {
+                    tau(t, q, qd, force);
+                    mechanics.slopes(q, qd, force, slopes);
+                    *evaluations += 1;
+                };
+                rule.solve(&mut slopes, &x0, times, &control, &mut sample)
+            }
+            _ if evaluator.second_order() => {
+                let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
+                    tau(t, q, qd, force);
+                    *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
+                    *evaluations += 1;
+                };
+                let method = options.method;
+                method.solve(&mut acceleration, &x0, times, &control, &mut sample)
+            }
+            _ => {
+                let mut flow = |t: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
+                    evaluator.velocity(q, z, velocity);
+                    tau(t, q, velocity, force);
+                    *singular += evaluator.flow(q, z, force, dq, dz) as u64;
+                    *evaluations += 1;
+                };
+                let method = options.method;
+                method.solve_flow(&mut flow, &x0, times, &control, &mut sample)
+            }
+        };
         rollout.steps += solution.steps;
         rollout.rejected += solution.rejected;
         solution.ending
@@ -314,6 +361,8 @@ impl Rollout {
             qd: Vec::with_capacity(len * n),
             qdd: None,
             tau: None,
+            p: None,
+            pd: None,
         };
         let outcome = Outcome::Finished;
         Self {
@@ -327,6 +376,10 @@ impl Rollout {
     }
 
     fn end(&mut self, ending: Ending, evaluator: &mut dyn Evaluator, tau: &Force<'_>) {
+        if !evaluator.second_order() {
+            let (q, z) = (&self.trajectory.q, self.trajectory.qd.clone());
+            evaluator.velocity(q, &z, &mut self.trajectory.qd);
+        }
         let ending = keep_finite(&mut self.trajectory).map_or(ending, |t| Ending::Failed {
             t,
             reason: Failure::NotFinite,
@@ -357,7 +410,7 @@ fn keep_finite(trajectory: &mut Trajectory) -> Option<f64> {
     Some(t)
 }
 
-/// Takes the sample (q, q̇) at time t.
+/// Takes the sample (q, z) at time t; [`Rollout::end`] makes velocities of z.
 fn record(trajectory: &mut Trajectory, t: f64, x: &[f64]) {
     let (q, qd) = x.split_at(x.len() / 2);
     trajectory.t.push(t);

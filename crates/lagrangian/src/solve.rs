@@ -75,6 +75,15 @@ impl SymmetricSolver {
         Regularity::Singular
     }
 
+    /// Writes the solution of A x = b for any A `[n, n]`; `false` where A is singular or not finite.
+    pub(crate) fn solve_general(&mut self, a: &[f64], b: &[f64], x: &mut [f64]) -> bool {
+        let regular = a.iter().all(|v| v.is_finite()) && self.lu(a);
+        if regular {
+            self.substitute_lu(b, x);
+        }
+        regular
+    }
+
     fn tolerance(&self) -> f64 {
         PIVOT_ROUNDINGS * f64::EPSILON * self.n as f64
     }

@@ -361,6 +361,8 @@ mod tests {
                 qd: QD.to_vec(),
                 qdd: Some(QDD.to_vec()),
                 tau: Some(tau.clone()),
+                p: None,
+                pd: None,
             };
             let predictions = vec![predict_torque(model, &motion).unwrap(); 2];
             let summary = summarise(&predictions, 2);
@@ -385,6 +387,8 @@ mod tests {
                 qd: QD.to_vec(),
                 qdd: None,
                 tau: None,
+                p: None,
+                pd: None,
             };
             assert!(predict_torque(model, &motion).is_err());
         });

@@ -124,6 +124,8 @@ fn reference(n: usize) -> Reference {
         qdd: None,
         tau: None,
         t: t.clone(),
+        p: None,
+        pd: None,
     })
     .unwrap()
 }

@@ -293,6 +293,8 @@ fn written(format: Format) -> Vec<u8> {
         t: t.clone(),
         qdd: None,
         tau: None,
+        p: None,
+        pd: None,
     };
     let mut bytes = Cursor::new(Vec::new());
     format
@@ -340,6 +342,8 @@ fn a_full_disk_is_an_error_in_every_format() {
         t,
         qdd: None,
         tau: None,
+        p: None,
+        pd: None,
     };
     let parquet = cfg!(feature = "parquet").then_some(Format::Parquet);
     for format in [Format::Csv, Format::Npz].into_iter().chain(parquet) {

@@ -49,6 +49,7 @@ fn recording(t: Vec<f64>, q: Vec<f64>, qd: Option<Vec<f64>>) -> Recording {
         q,
         qd,
         qdd: None,
+        p: None,
         tau: None,
         columns,
         unwrapped: vec![0],
@@ -262,4 +263,21 @@ fn too_few_samples_to_differentiate_are_an_error_that_says_how_many_are_needed()
         ),
         "{error}"
     );
+}
+
+#[test]
+fn the_rate_of_recorded_momenta_is_estimated_from_them() {
+    let mut swing = Swing::new(9);
+    let t = swing.times(2000, 0.005);
+    let mut recording = swing.recording(t.clone(), 1e-1, Some(1e-1));
+    recording.p = Some(t.iter().map(|t| 3.0 * qd(*t)).collect());
+    let (trajectory, estimates) = estimate(recording);
+    assert!(
+        estimates
+            .iter()
+            .any(|e| e.signal == "pd" && e.source == Source::P)
+    );
+    let rate = |t: f64| 3.0 * qdd(t);
+    assert!(rms(&t, &trajectory.pd.unwrap(), rate) < 1e-3);
+    assert!(trajectory.p.is_some());
 }

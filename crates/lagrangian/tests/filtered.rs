@@ -32,6 +32,7 @@ fn recording(noise: [f64; 2]) -> Recording {
         columns: Columns::default(),
         qd: None,
         qdd: None,
+        p: None,
         tau: Some(tau),
         t,
         q,

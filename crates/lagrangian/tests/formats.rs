@@ -52,6 +52,8 @@ fn trajectory(name: &str, len: usize, n: usize, seed: f64) -> Trajectory {
         qd: signal(-7.0),
         qdd: Some(signal(17.0)),
         tau: Some(signal(-300.0)),
+        p: Some(signal(40.0)),
+        pd: None,
     }
 }
 
@@ -94,7 +96,7 @@ proptest! {
     fn any_finite_number_reads_back_to_the_same_bits(values in prop::collection::vec(any::<f64>(), 2..20)) {
         let q: Vec<f64> = values.into_iter().filter(|x| x.is_finite()).chain([0.0, -0.0]).collect();
         let t = (0..q.len()).map(|k| k as f64).collect();
-        let written = Trajectory { name: "file".into(), t, qd: q.clone(), q, qdd: None, tau: None };
+        let written = Trajectory { name: "file".into(), t, qd: q.clone(), q, qdd: None, tau: None, p: None, pd: None, };
         for format in formats() {
             let read = round_trip(format, std::slice::from_ref(&written)).remove(0);
             let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();

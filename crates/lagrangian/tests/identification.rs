@@ -39,7 +39,14 @@ fn samples(model: &dyn Model, count: usize, noise: f64, seed: u64) -> Samples {
     tau.iter_mut()
         .zip(scatter)
         .for_each(|(tau, s)| *tau += noise * s);
-    Samples { n, q, qd, qdd, tau }
+    Samples {
+        n,
+        q,
+        qd,
+        qdd,
+        tau,
+        ..Samples::default()
+    }
 }
 
 fn identified(truth: &dyn Model, noise: f64, config: &RigidConfig) -> Identified {
@@ -236,6 +243,7 @@ fn data_that_cannot_tell_a_chain_are_refused() {
         qd: vec![0.1; 8],
         qdd: vec![0.1; 8],
         tau: vec![0.1; 8],
+        ..Samples::default()
     };
     assert!(refused(Coordinates::angles(8), eight).contains("1 to 7"));
 }

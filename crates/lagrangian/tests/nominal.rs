@@ -35,7 +35,14 @@ fn samples(truth: &dyn Model, m: usize, seed: u64) -> Samples {
     let (q, qd, tau) = (column(3.0), column(3.0), column(8.0));
     let mut qdd = vec![0.0; m * n];
     truth.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
-    Samples { n, q, qd, qdd, tau }
+    Samples {
+        n,
+        q,
+        qd,
+        qdd,
+        tau,
+        ..Samples::default()
+    }
 }
 
 fn dataset(truth: &dyn Model, m: usize) -> Dataset {

@@ -37,7 +37,14 @@ fn samples(truth: &dyn Model, m: usize, noise: f64, seed: u64) -> Samples {
             .step_by(n)
             .for_each(|t| *t += size * (rng.random::<f64>() - 0.5));
     }
-    Samples { n, q, qd, qdd, tau }
+    Samples {
+        n,
+        q,
+        qd,
+        qdd,
+        tau,
+        ..Samples::default()
+    }
 }
 
 fn dataset(truth: &dyn Model, m: usize, noise: f64) -> Dataset {
@@ -281,6 +288,7 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
             qd: wave(0.7),
             qdd: wave(1.1),
             tau: wave(0.2),
+            ..Samples::default()
         };
         Dataset::from_samples(coordinates, samples.clone(), samples).unwrap()
     };

@@ -366,6 +366,8 @@ fn recorded_forces_drive_a_rollout_held_or_interpolated() {
         qdd: None,
         tau: Some(t.clone()),
         t,
+        p: None,
+        pd: None,
     };
     let speed_at = |time: f64, hold: Hold| {
         let tau = recorded(&recording, model.coordinates(), hold).unwrap();
@@ -457,6 +459,8 @@ fn turning(omega: f64, offset: f64) -> Trajectory {
         t,
         qdd: None,
         tau: None,
+        p: None,
+        pd: None,
     }
 }
 

@@ -331,6 +331,8 @@ impl Driven {
             qd: Vec::new(),
             qdd: None,
             tau: Some(Vec::new()),
+            p: None,
+            pd: None,
         };
         Self {
             trajectory: empty("robot"),

@@ -31,6 +31,8 @@ fn swing(seconds: f64) -> Reference {
         qdd: Some(signal(2)),
         tau: None,
         t,
+        p: None,
+        pd: None,
     })
     .unwrap()
 }

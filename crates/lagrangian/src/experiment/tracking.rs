@@ -120,6 +120,8 @@ impl Path {
                 qd: Vec::new(),
                 qdd: Some(Vec::new()),
                 tau: None,
+                p: None,
+                pd: None,
             },
         }
     }
@@ -155,6 +157,8 @@ impl Path {
             qd: [last(&t.qd), start.qd.clone()].concat(),
             qdd: Some([last(qdd), start.qdd.clone()].concat()),
             tau: None,
+            p: None,
+            pd: None,
         })
     }
 
@@ -209,6 +213,8 @@ fn curve(index: usize) -> Trajectory {
         qd: Vec::new(),
         qdd: None,
         tau: None,
+        p: None,
+        pd: None,
     };
     let mut qdd = Vec::new();
     for t in &out.t {
@@ -330,6 +336,8 @@ impl Arm {
             qd: carry(&letter.qd, false),
             qdd: letter.qdd.as_ref().map(|x| carry(x, false)),
             tau: None,
+            p: None,
+            pd: None,
         }
     }
 }

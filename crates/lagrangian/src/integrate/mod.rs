@@ -1,26 +1,35 @@
 //! Integrators: one method per file, each knowing only the function that it integrates.
 //!
-//! Two roles. A first-order method solves x' = f(t, x) ([`Rk4`], [`Dopri5`], [`Dop853`]); a second-order one
+//! Four roles. A first-order method solves x' = f(t, x) ([`Rk4`], [`Dopri5`], [`Dop853`]); a second-order one
 //! solves q'' = f(t, q, q') and treats positions and velocities differently ([`StormerVerlet`],
-//! [`ImplicitMidpoint`]). Those with a fixed step make one step at a time and [`fixed`] drives them; those that
-//! choose their step are an [`EmbeddedPair`] that [`adaptive`] drives. Nothing allocates per step, and every
-//! loop is bounded by [`Control::max_steps`].
+//! [`ImplicitMidpoint`]); a partitioned one does so for a flow in (q, z) with any q', such as Hamilton's equations
+//! ([`GeneralisedLeapfrog`], [`Midpoint`]: the same two methods where q' = z). A fourth knows the Lagrangian, and
+//! discretises its action ([`Variational`]). Those with a fixed step make one step at a time and [`fixed`] drives
+//! them; those that choose their step are an [`EmbeddedPair`] that [`adaptive`] drives. Nothing allocates per step,
+//! and every loop is bounded by [`Control::max_steps`].
 
 pub mod adaptive;
 mod dop853;
 mod dop853_coefficients;
 mod dopri5;
 pub mod fixed;
+mod fixed_point;
+mod generalised_leapfrog;
 mod implicit_midpoint;
+mod midpoint;
 mod rk4;
 mod stormer_verlet;
+mod variational;
 
 pub use adaptive::EmbeddedPair;
 pub use dop853::Dop853;
 pub use dopri5::Dopri5;
+pub use generalised_leapfrog::GeneralisedLeapfrog;
 pub use implicit_midpoint::ImplicitMidpoint;
+pub use midpoint::Midpoint;
 pub use rk4::Rk4;
 pub use stormer_verlet::StormerVerlet;
+pub use variational::{Mechanics, Rule, Variational};
 
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +40,9 @@ pub type FirstOrder<'a> = dyn FnMut(f64, &[f64], &mut [f64]) + 'a;
 
 /// The right-hand side of q'' = f(t, q, q'): (t, q, q', q'').
 pub type SecondOrder<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64]) + 'a;
+
+/// The right-hand side of (q, z)' = f(t, q, z): (t, q, z, q', z').
+pub type Flow<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64], &mut [f64]) + 'a;
 
 /// Receives the solution: (index of the sample time, state there).
 pub type Sink<'a> = dyn FnMut(usize, &[f64]) + 'a;
@@ -50,16 +62,22 @@ pub enum Method {
     StormerVerlet,
     /// See [`ImplicitMidpoint`].
     ImplicitMidpoint,
+    /// See [`Variational`], by the midpoint rule.
+    VariationalMidpoint,
+    /// See [`Variational`], by the trapezoidal rule.
+    VariationalTrapezoidal,
 }
 
 impl Method {
     /// All methods with their names.
-    pub const TABLE: [(Self, &'static str); 5] = [
+    pub const TABLE: [(Self, &'static str); 7] = [
         (Self::Rk4, "rk4"),
         (Self::Dopri5, "dopri5"),
         (Self::Dop853, "dop853"),
         (Self::StormerVerlet, "stormer-verlet"),
         (Self::ImplicitMidpoint, "implicit-midpoint"),
+        (Self::VariationalMidpoint, "variational-midpoint"),
+        (Self::VariationalTrapezoidal, "variational-trapezoidal"),
     ];
 
     /// Its name on the command line and in files.
@@ -75,6 +93,17 @@ impl Method {
         matches!(self, Self::Dopri5 | Self::Dop853)
     }
 
+    /// The rule of a variational method, which needs a Lagrangian: [`Rule::solve`] in the place of
+    /// [`Method::solve`].
+    #[must_use]
+    pub fn rule(self) -> Option<Rule> {
+        match self {
+            Self::VariationalMidpoint => Some(Rule::Midpoint),
+            Self::VariationalTrapezoidal => Some(Rule::Trapezoidal),
+            _ => None,
+        }
+    }
+
     /// Order of convergence of the solution.
     #[must_use]
     pub fn order(self) -> u32 {
@@ -82,12 +111,15 @@ impl Method {
             Self::Rk4 => 4,
             Self::Dopri5 => 5,
             Self::Dop853 => 8,
-            Self::StormerVerlet | Self::ImplicitMidpoint => 2,
+            Self::StormerVerlet
+            | Self::ImplicitMidpoint
+            | Self::VariationalMidpoint
+            | Self::VariationalTrapezoidal => 2,
         }
     }
 
     /// Solves q'' = f(t, q, q') from the state x₀ = (q, q') at `times[0]` and gives (q, q') at every one of the
-    /// `times` (increasing) to `sink`.
+    /// `times` (increasing) to `sink`. A variational method knows too little here: it fails at the first step.
     pub fn solve(
         self,
         f: &mut SecondOrder<'_>,
@@ -121,7 +153,73 @@ impl Method {
                 let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
                 fixed::solve(&mut step, x0, times, control, sink)
             }
+            Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
+                fixed::solve(&mut unknown_lagrangian, x0, times, control, sink)
+            }
         }
+    }
+
+    /// Solves (q, z)' = f(t, q, z) from the state x₀ = (q, z) at `times[0]` and gives (q, z) at every one of the
+    /// `times` (increasing) to `sink`; [`Method::solve`] is faster where q' = z. A variational method fails, as there.
+    pub fn solve_flow(
+        self,
+        f: &mut Flow<'_>,
+        x0: &[f64],
+        times: &[f64],
+        control: &Control,
+        sink: &mut Sink<'_>,
+    ) -> Solution {
+        let n = x0.len() / 2;
+        let mut first_order = |t: f64, x: &[f64], dx: &mut [f64]| {
+            let ((q, z), (dq, dz)) = (x.split_at(n), dx.split_at_mut(n));
+            f(t, q, z, dq, dz);
+        };
+        match self {
+            Self::Dopri5 => adaptive::solve::<Dopri5>(&mut first_order, x0, times, control, sink),
+            Self::Dop853 => adaptive::solve::<Dop853>(&mut first_order, x0, times, control, sink),
+            Self::Rk4 => {
+                let mut method = Rk4::new(2 * n);
+                let mut step =
+                    |t: f64, h: f64, x: &mut [f64]| method.step(&mut first_order, t, h, x);
+                fixed::solve(&mut step, x0, times, control, sink)
+            }
+            Self::ImplicitMidpoint => {
+                let mut method = Midpoint::new(2 * n);
+                let mut step =
+                    |t: f64, h: f64, x: &mut [f64]| method.step(&mut first_order, t, h, x);
+                fixed::solve(&mut step, x0, times, control, sink)
+            }
+            Self::StormerVerlet => {
+                let mut method = GeneralisedLeapfrog::new(n);
+                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
+                fixed::solve(&mut step, x0, times, control, sink)
+            }
+            Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
+                fixed::solve(&mut unknown_lagrangian, x0, times, control, sink)
+            }
+        }
+    }
+}
+
+/// The step of a variational method that was given no Lagrangian.
+fn unknown_lagrangian(_: f64, _: f64, _: &mut [f64]) -> std::result::Result<(), Failure> {
+    Err(Failure::NotConverged)
+}
+
+impl Rule {
+    /// Solves the discrete Euler–Lagrange equation of `f` from the state x₀ = (q, q') at `times[0]` and gives (q, q') at
+    /// every one of the `times` (increasing) to `sink`.
+    pub fn solve(
+        self,
+        f: &mut Mechanics<'_>,
+        x0: &[f64],
+        times: &[f64],
+        control: &Control,
+        sink: &mut Sink<'_>,
+    ) -> Solution {
+        let mut method = Variational::new(x0.len() / 2, self);
+        let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
+        fixed::solve(&mut step, x0, times, control, sink)
     }
 }
 
@@ -220,6 +318,8 @@ pub enum Failure {
     StepTooSmall,
     /// The equation of an implicit step was not solved: take a smaller step.
     NotConverged,
+    /// No momentum belongs to the initial velocity: H is not convex in p there.
+    NoMomentum,
 }
 
 impl std::fmt::Display for Failure {
@@ -230,6 +330,9 @@ impl std::fmt::Display for Failure {
                 "the step shrank below rounding: singular motion or tolerance too small"
             }
             Self::NotConverged => "the implicit step was not solved: take a smaller step",
+            Self::NoMomentum => {
+                "no momentum gives the initial velocity: start within what was learned, or fit --structure mass"
+            }
         })
     }
 }

@@ -1,12 +1,14 @@
 //! Lagrangian neural networks: any L(q, q̇), free or convex in q̇.
 
+mod curvature;
+
 use num_dual::DualNum;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::scaled::{Features, Scaling};
-use super::{Jet, Jets, Lagrangian};
+use super::{Curvature, Jet, Jets, Lagrangian};
 use crate::mlp::simd::Real;
 use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
@@ -259,6 +261,7 @@ impl Lagrangian for Lnn {
         Box::new(LnnJets {
             lnn: self,
             pass: None,
+            second: None,
         })
     }
 }
@@ -448,6 +451,8 @@ struct LnnJets<'a> {
     lnn: &'a Lnn,
     /// Made at the first call, for one state or for blocks.
     pass: Option<Pass<f64>>,
+    /// With the directions of the coordinates beside those of the velocities.
+    second: Option<Pass<f64>>,
 }
 
 impl Jets for LnnJets<'_> {
@@ -475,5 +480,9 @@ impl Jets for LnnJets<'_> {
                 shape.read(pass, s, row, &q[row * n..][..n], &qd[row * n..][..n], jet);
             }
         }
+    }
+
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        curvature::curvature(self.lnn, &mut self.second, (q, qd), curvature);
     }
 }

@@ -2,6 +2,7 @@
 
 mod actuation;
 pub mod analytic;
+mod curvature;
 mod delan;
 mod dissipation;
 mod lnn;
@@ -10,6 +11,7 @@ mod scaled;
 mod sum;
 
 pub use actuation::Actuation;
+pub use curvature::Curvature;
 pub use delan::{Delan, DelanConfig, Structure, Terms, Trunks};
 pub(crate) use delan::{DelanShape, Factor};
 pub use dissipation::{Dissipation, Stribeck};
@@ -83,6 +85,17 @@ pub trait Lagrangian: Send + Sync {
 pub trait Jets {
     /// Writes L and its derivatives at the `m` states (`q`, `qd` are `[m, n]`) to `jet`, which it resizes.
     fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet);
+
+    /// Writes ∂²L/∂q∂q and ∂p/∂q at the `m` states to `curvature`, which it resizes.
+    ///
+    /// By differences of [`Jets::jet`] over steps of 10⁻³ of q (to some 10⁻⁹ where L changes over q of order one),
+    /// unless a family has them exactly.
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        let mut one = Jet::default();
+        self.jet(q, qd, &mut one);
+        let steps = vec![curvature::STEP; one.n()];
+        curvature::differences(self, (q, qd), &steps, curvature);
+    }
 }
 
 impl<L: Lagrangian + ?Sized> Lagrangian for &L {

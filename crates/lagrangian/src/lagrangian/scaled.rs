@@ -106,12 +106,14 @@ fn bad(value: f64) -> Error {
     }
 }
 
-/// The features of one coordinate with their first derivatives: (cos q, sin q) or ((q − centre) / scale).
+/// The features of one coordinate with their first and second derivatives: (cos q, sin q) or ((q − centre) / scale).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Features {
     /// Values and derivatives by q; a line uses the first only.
     pub(crate) values: [f64; 2],
     pub(crate) slopes: [f64; 2],
+    /// Second derivatives by q.
+    pub(crate) bends: [f64; 2],
     pub(crate) count: usize,
 }
 
@@ -122,6 +124,7 @@ impl Features {
             return Self {
                 values: [cos, sin],
                 slopes: [-sin, cos],
+                bends: [-cos, -sin],
                 count: 2,
             };
         }
@@ -129,6 +132,7 @@ impl Features {
         Self {
             values: [(q - scaling.q_center[i]) * slope, 0.0],
             slopes: [slope, 0.0],
+            bends: [0.0; 2],
             count: 1,
         }
     }

@@ -68,6 +68,7 @@ impl Replay {
                 qd: column(),
                 qdd: column(),
                 tau: column(),
+                ..Samples::default()
             },
             config,
             filled: 0,

@@ -37,6 +37,8 @@ fn loops(seconds: f64) -> Reference {
         qdd: Some(signal(2)),
         tau: None,
         t,
+        p: None,
+        pd: None,
     })
     .unwrap()
 }

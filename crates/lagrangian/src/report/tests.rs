@@ -20,6 +20,8 @@ fn rotation() -> Trajectory {
         qd,
         qdd: None,
         tau: None,
+        p: None,
+        pd: None,
     }
 }
 

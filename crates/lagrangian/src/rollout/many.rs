@@ -6,6 +6,7 @@ use super::{Force, Rollout, RolloutOptions, check, record, rollout};
 use crate::dynamics::{Evaluator, Model};
 use crate::integrate::adaptive::Stepper;
 use crate::integrate::{Dop853, Dopri5, EmbeddedPair, Method};
+use crate::integrate::{Ending, Failure};
 use crate::{Result, State};
 
 /// Rollouts that share evaluations at most: as many samples as a network takes in one block.
@@ -51,6 +52,8 @@ pub fn rollout_many(
 struct Lane<'a, P> {
     stepper: Stepper<'a, P>,
     rollout: Rollout,
+    /// Whether its initial state exists, see [`Evaluator::phase`].
+    begun: bool,
 }
 
 /// Rolls a group out together, one batched evaluation a round.
@@ -61,11 +64,11 @@ fn run<P: EmbeddedPair>(
     tau: &Force<'_>,
     options: &RolloutOptions,
 ) -> Vec<Rollout> {
+    let mut round = Round::new(model);
     let mut lanes: Vec<Lane<'_, P>> = starts
         .iter()
-        .map(|start| begin(start, times, options))
+        .map(|start| begin(&mut *round.evaluator, start, times, options))
         .collect();
-    let mut round = Round::new(model);
     while round.gather(&mut lanes, tau) {
         round.evaluate(&mut lanes);
         round.scatter(&mut lanes, times);
@@ -73,23 +76,37 @@ fn run<P: EmbeddedPair>(
     let end = |mut lane: Lane<'_, P>| {
         let solution = lane.stepper.solution();
         (lane.rollout.steps, lane.rollout.rejected) = (solution.steps, solution.rejected);
-        lane.rollout
-            .end(solution.ending, &mut *round.evaluator, tau);
+        let ending = match lane.begun {
+            true => solution.ending,
+            false => Ending::Failed {
+                t: times[0],
+                reason: Failure::NoMomentum,
+            },
+        };
+        lane.rollout.end(ending, &mut *round.evaluator, tau);
         lane.rollout
     };
     lanes.into_iter().map(end).collect()
 }
 
 fn begin<'a, P: EmbeddedPair>(
+    evaluator: &mut dyn Evaluator,
     start: &State,
     times: &'a [f64],
     options: &RolloutOptions,
 ) -> Lane<'a, P> {
-    let mut rollout = Rollout::begin(times.len(), start.q.len());
-    let x0 = [&start.q[..], &start.qd].concat();
+    let n = start.q.len();
+    let mut rollout = Rollout::begin(times.len(), n);
+    let mut x0 = [&start.q[..], &start.qd].concat();
+    let begun = evaluator.phase(&start.q, &start.qd, &mut x0[n..]);
     let mut sink = |k: usize, x: &[f64]| record(&mut rollout.trajectory, times[k], x);
+    let times = if begun { times } else { &[] };
     let stepper = Stepper::new(&x0, times, options.control(), &mut sink);
-    Lane { stepper, rollout }
+    Lane {
+        stepper,
+        rollout,
+        begun,
+    }
 }
 
 /// The evaluations that the lanes of a group ask for at one time; rows belong to the `active` lanes.
@@ -98,26 +115,30 @@ struct Round<'a> {
     n: usize,
     active: Vec<usize>,
     q: Vec<f64>,
+    /// The velocities, or what else the model moves in.
+    z: Vec<f64>,
     qd: Vec<f64>,
     force: Vec<f64>,
-    qdd: Vec<f64>,
-    alone: Vec<f64>,
+    dq: Vec<f64>,
+    dz: Vec<f64>,
+    alone: [Vec<f64>; 2],
 }
 
 impl<'a> Round<'a> {
     fn new(model: &'a dyn Model) -> Self {
         let n = model.coordinates().dof();
-        let [q, qd, force, qdd] = [const { Vec::new() }; 4];
-        let (evaluator, alone) = (model.evaluator(), vec![0.0; n]);
+        let [q, z, qd, force, dq, dz] = [const { Vec::new() }; 6];
         Self {
-            evaluator,
+            evaluator: model.evaluator(),
             n,
             active: Vec::new(),
             q,
+            z,
             qd,
             force,
-            qdd,
-            alone,
+            dq,
+            dz,
+            alone: [vec![0.0; n], vec![0.0; n]],
         }
     }
 
@@ -126,43 +147,54 @@ impl<'a> Round<'a> {
         let n = self.n;
         self.active.clear();
         self.q.clear();
-        self.qd.clear();
-        self.force.clear();
+        self.z.clear();
         for (i, lane) in lanes.iter_mut().enumerate() {
-            let Some((t, x, _)) = lane.stepper.request() else {
+            let Some((_, x, _)) = lane.stepper.request() else {
                 continue;
             };
             self.active.push(i);
             self.q.extend_from_slice(&x[..n]);
-            self.qd.extend_from_slice(&x[n..]);
-            let begin = self.force.len();
-            self.force.resize(begin + n, 0.0);
-            tau(t, &x[..n], &x[n..], &mut self.force[begin..]);
+            self.z.extend_from_slice(&x[n..]);
+        }
+        for signal in [&mut self.qd, &mut self.force, &mut self.dq, &mut self.dz] {
+            signal.resize(self.q.len(), 0.0);
+        }
+        if self.evaluator.second_order() {
+            self.qd.copy_from_slice(&self.z);
+        } else {
+            self.evaluator.velocity(&self.q, &self.z, &mut self.qd);
+        }
+        for (row, &i) in self.active.iter().enumerate() {
+            let row = row * n..(row + 1) * n;
+            if let Some((t, ..)) = lanes[i].stepper.request() {
+                let (q, qd) = (&self.q[row.clone()], &self.qd[row.clone()]);
+                tau(t, q, qd, &mut self.force[row]);
+            }
         }
         !self.active.is_empty()
     }
 
     fn evaluate<P>(&mut self, lanes: &mut [Lane<'_, P>]) {
         let n = self.n;
-        self.qdd.resize(self.q.len(), 0.0);
         let Self {
             evaluator,
             q,
-            qd,
+            z,
             force,
-            qdd,
-            alone,
+            dq,
+            dz,
+            alone: [dq_alone, dz_alone],
             ..
         } = self;
-        let singular = evaluator.forward_dynamics(q, qd, force, qdd);
+        let singular = evaluator.flow(q, z, force, dq, dz);
         for (row, &i) in self.active.iter().enumerate() {
             let rollout = &mut lanes[i].rollout;
             rollout.evaluations += 1;
             // Rare enough to ask each lane whether it was the one.
             if singular > 0 {
                 let row = row * n..(row + 1) * n;
-                let (q, qd, force) = (&q[row.clone()], &qd[row.clone()], &force[row]);
-                rollout.singular += evaluator.forward_dynamics(q, qd, force, alone) as u64;
+                let (q, z, force) = (&q[row.clone()], &z[row.clone()], &force[row]);
+                rollout.singular += evaluator.flow(q, z, force, dq_alone, dz_alone) as u64;
             }
         }
     }
@@ -170,11 +202,13 @@ impl<'a> Round<'a> {
     fn scatter<P: EmbeddedPair>(&mut self, lanes: &mut [Lane<'_, P>], times: &[f64]) {
         let n = self.n;
         for (row, &i) in self.active.iter().enumerate() {
-            let Lane { stepper, rollout } = &mut lanes[i];
+            let Lane {
+                stepper, rollout, ..
+            } = &mut lanes[i];
             let row = row * n..(row + 1) * n;
             if let Some((_, _, slope)) = stepper.request() {
-                slope[..n].copy_from_slice(&self.qd[row.clone()]);
-                slope[n..].copy_from_slice(&self.qdd[row]);
+                slope[..n].copy_from_slice(&self.dq[row.clone()]);
+                slope[n..].copy_from_slice(&self.dz[row]);
             }
             stepper.proceed(&mut |k, x| record(&mut rollout.trajectory, times[k], x));
         }

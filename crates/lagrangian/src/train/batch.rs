@@ -19,6 +19,10 @@ pub struct Samples {
     pub qdd: Vec<f64>,
     /// τ, zero where the motion is free.
     pub tau: Vec<f64>,
+    /// Momenta p; empty where they are not known.
+    pub p: Vec<f64>,
+    /// Their rates ṗ; empty where they are not known.
+    pub pd: Vec<f64>,
 }
 
 impl Samples {
@@ -45,8 +49,10 @@ impl Samples {
                 (&self.qd, &mut work.qd),
                 (&self.qdd, &mut work.qdd),
                 (&self.tau, &mut work.tau),
+                (&self.p, &mut work.p),
+                (&self.pd, &mut work.pd),
             ];
-            for (source, target) in pairs {
+            for (source, target) in pairs.into_iter().filter(|(source, _)| !source.is_empty()) {
                 // A loop, because a copy of two numbers is not worth a call.
                 for (to, &from) in target[s * n..].iter_mut().zip(&source[from..from + n]) {
                     *to = from;

@@ -13,7 +13,7 @@ use super::nominal::remainder;
 use super::plain::MlpLearner;
 use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
-use crate::dynamics::{Evaluator, Mechanical, Model};
+use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
 use crate::identify::{Rigid, RigidConfig};
 use crate::lagrangian::{
     Actuation, Delan, DelanConfig, DelanShape, Dissipation, Lagrangian, Lnn, LnnConfig, LnnShape,
@@ -102,6 +102,17 @@ impl Model for Learned {
             Self::Rigid(model) => model.evaluator(),
             Self::Robot(model) => model.evaluator(),
             Self::Nominal(model) => model.evaluator(),
+        }
+    }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        match self {
+            Self::Lnn(model) => model.mechanics(),
+            Self::Delan(model) => model.mechanics(),
+            Self::Mlp(model) => model.mechanics(),
+            Self::Rigid(model) => model.mechanics(),
+            Self::Robot(model) => model.mechanics(),
+            Self::Nominal(model) => model.mechanics(),
         }
     }
 }

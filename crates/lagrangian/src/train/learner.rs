@@ -95,6 +95,9 @@ pub(crate) struct Work<T: Real> {
     pub(crate) qd: Vec<f64>,
     pub(crate) qdd: Vec<f64>,
     pub(crate) tau: Vec<f64>,
+    /// Momenta and their rates, where the samples have them.
+    pub(crate) p: Vec<f64>,
+    pub(crate) pd: Vec<f64>,
     /// r, `[samples, m]`.
     pub(crate) residual: Vec<f64>,
     /// D, `[samples, m, k]`.
@@ -134,6 +137,8 @@ impl<T: Real> Work<T> {
             qd: column(),
             qdd: column(),
             tau: column(),
+            p: column(),
+            pd: column(),
             residual: vec![0.0; samples * m],
             mix: vec![0.0; samples * m * k],
             along: vec![0.0; samples * k],

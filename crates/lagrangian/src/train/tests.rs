@@ -24,6 +24,7 @@ fn samples(n: usize, m: usize) -> Samples {
         qd: column(),
         qdd: column(),
         tau: column(),
+        ..Samples::default()
     }
 }
 

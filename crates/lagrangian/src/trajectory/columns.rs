@@ -18,6 +18,8 @@ pub struct Columns {
     pub qd: Vec<String>,
     /// Columns of the accelerations, `[n]`, or none.
     pub qdd: Vec<String>,
+    /// Columns of the momenta, `[n]`, or none.
+    pub p: Vec<String>,
     /// Columns of the forces, `[n]`, or none; an empty name where a coordinate has no column and its force is 0.
     pub tau: Vec<String>,
     /// Columns of the file that were not used.
@@ -31,7 +33,7 @@ pub(super) struct Resolved {
     pub(super) coordinates: Coordinates,
     /// Position of the trajectory column.
     pub(super) trajectory: Option<usize>,
-    /// Positions of t, q, qd, qdd, tau, in this order.
+    /// Positions of t, q, qd, qdd, p, tau, in this order.
     pub(super) numbers: Vec<usize>,
     /// The coordinate of each column of tau.
     pub(super) driven: Vec<usize>,
@@ -48,6 +50,7 @@ impl Resolved {
             .chain(&c.q)
             .chain(&c.qd)
             .chain(&c.qdd)
+            .chain(&c.p)
             .chain(c.tau.iter().filter(|name| !name.is_empty()))
     }
 }
@@ -71,10 +74,17 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let q = finder.coordinates(&layout.q)?;
     let qd = finder.signal(&layout.qd, "qd", q.len())?;
     let qdd = finder.signal(&layout.qdd, "qdd", q.len())?;
+    let p = finder.momenta(&layout.p, q.len())?;
     let tau = finder.forces(layout, &q)?;
 
     let mut numbers = vec![t_at];
-    for (names, flag) in [(&q, "--q"), (&qd, "--qd"), (&qdd, "--qdd"), (&tau, "--tau")] {
+    for (names, flag) in [
+        (&q, "--q"),
+        (&qd, "--qd"),
+        (&qdd, "--qdd"),
+        (&p, "--p"),
+        (&tau, "--tau"),
+    ] {
         for name in names.iter().filter(|name| !name.is_empty()) {
             numbers.push(finder.position(name, flag)?);
         }
@@ -96,6 +106,7 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
             q,
             qd,
             qdd,
+            p,
             tau,
             ignored,
         },
@@ -240,6 +251,15 @@ impl Finder<'_> {
         Ok(found)
     }
 
+    /// The columns of the momenta; those that no one named only where they are one for each coordinate, since `p`
+    /// may be a pressure.
+    fn momenta(&self, named: &[String], n: usize) -> Result<Vec<String>> {
+        if named.is_empty() && self.numbered("p").len() != n {
+            return Ok(Vec::new());
+        }
+        self.signal(named, "p", n)
+    }
+
     /// The column of the force on each coordinate: as many as `q`, or fewer that say which they act on.
     fn forces(&self, layout: &Layout, q: &[String]) -> Result<Vec<String>> {
         let standard = |i: usize| format!("tau{}", i + 1);
@@ -373,7 +393,10 @@ impl Finder<'_> {
         for (k, i) in numbers.iter().enumerate() {
             if numbers[..k].contains(i) {
                 let finding = format!("column '{}' is used for two signals", self.headers[*i]);
-                return Err(self.error(finding, "correct --time, --q, --qd, --qdd or --tau".into()));
+                return Err(self.error(
+                    finding,
+                    "correct --time, --q, --qd, --qdd, --p or --tau".into(),
+                ));
             }
         }
         Ok(())

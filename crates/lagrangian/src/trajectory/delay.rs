@@ -66,7 +66,12 @@ impl Recording {
         let n = self.dof();
         let values = rows.start * n..rows.end * n;
         self.t = self.t[rows].to_vec();
-        let signals = [Some(&mut self.q), self.qd.as_mut(), self.qdd.as_mut()];
+        let signals = [
+            Some(&mut self.q),
+            self.qd.as_mut(),
+            self.qdd.as_mut(),
+            self.p.as_mut(),
+        ];
         for signal in signals.into_iter().flatten() {
             *signal = signal.get(values.clone()).unwrap_or_default().to_vec();
         }

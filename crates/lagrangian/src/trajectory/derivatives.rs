@@ -16,7 +16,7 @@ pub(crate) const SHORTEST: usize = 6;
 /// How missing velocities and accelerations are estimated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimateOptions {
-    /// Estimate accelerations where they were not measured.
+    /// Estimate accelerations where they were not measured, and the rates of momenta where these are known.
     pub accelerations: bool,
     /// Also replace measured q and q̇ by their local polynomial.
     pub smooth: bool,
@@ -88,6 +88,8 @@ pub enum Source {
     Q,
     /// The measured velocities.
     Qd,
+    /// The momenta.
+    P,
     /// The forces.
     Tau,
 }
@@ -97,7 +99,7 @@ pub enum Source {
 pub struct Estimate {
     /// The trajectory.
     pub trajectory: String,
-    /// `qd` or `qdd`, or a measured signal that was smoothed.
+    /// `qd`, `qdd` or `pd`, or a measured signal that was smoothed.
     pub signal: &'static str,
     /// Name of the coordinate.
     pub coordinate: String,
@@ -126,6 +128,8 @@ pub(super) struct Fitted {
     q: Option<Vec<f64>>,
     qd: Option<Vec<f64>>,
     qdd: Option<Vec<f64>>,
+    p: Option<Vec<f64>>,
+    pd: Option<Vec<f64>>,
     tau: Option<Vec<f64>>,
     estimates: Vec<Estimate>,
 }
@@ -151,6 +155,8 @@ impl Fitted {
             q: None,
             qd: None,
             qdd: None,
+            p: None,
+            pd: None,
             tau: None,
             estimates: Vec::new(),
         };
@@ -177,7 +183,20 @@ impl Fitted {
                 .collect();
             fitted.qdd = Some(fitted.signal(recording, "qdd", &ways, options));
         }
+        fitted.momenta(recording, options.smooth, options);
         Ok(fitted)
+    }
+
+    /// The rates of the momenta, and these too where they are smoothed.
+    fn momenta(&mut self, recording: &Recording, smooth: bool, options: &EstimateOptions) {
+        let Some(p) = &recording.p else { return };
+        let p = (Source::P, p);
+        if smooth {
+            self.p = Some(self.signal(recording, "p", &[(p, 0)], options));
+        }
+        if options.accelerations {
+            self.pd = Some(self.signal(recording, "pd", &[(p, 1)], options));
+        }
     }
 
     /// All signals in the same windows; what is nearer to an end than half of one is left out.
@@ -212,6 +231,7 @@ impl Fitted {
         self.qdd = options
             .accelerations
             .then(|| self.signal(recording, "qdd", &[(q, 2)], &options));
+        self.momenta(recording, true, &options);
         self.tau = recording
             .tau
             .as_ref()
@@ -301,6 +321,8 @@ impl Fitted {
             qd: rows(self.qd.or(recording.qd).unwrap_or_default(), n),
             qdd: qdd.map(|s| rows(s, n)),
             tau: self.tau.or(recording.tau).map(|s| rows(s, n)),
+            p: self.p.or(recording.p).map(|s| rows(s, n)),
+            pd: self.pd.map(|s| rows(s, n)),
         };
         (trajectory, self.estimates)
     }

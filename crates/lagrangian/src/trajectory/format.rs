@@ -121,6 +121,7 @@ fn without_parquet() -> Error {
 pub(super) struct WrittenColumns {
     pub(super) n: usize,
     pub(super) qdd: bool,
+    pub(super) p: bool,
     pub(super) tau: bool,
 }
 
@@ -136,13 +137,22 @@ impl WrittenColumns {
         let shape = Self {
             n: first.dof(),
             qdd: first.qdd.is_some(),
+            p: first.p.is_some(),
             tau: first.tau.is_some(),
         };
         for t in trajectories {
-            let same =
-                t.dof() == shape.n && t.qdd.is_some() == shape.qdd && t.tau.is_some() == shape.tau;
+            let same = t.dof() == shape.n
+                && t.qdd.is_some() == shape.qdd
+                && t.p.is_some() == shape.p
+                && t.tau.is_some() == shape.tau;
             let values = t.len() * shape.n;
-            let whole = [Some(&t.q), Some(&t.qd), t.qdd.as_ref(), t.tau.as_ref()];
+            let whole = [
+                Some(&t.q),
+                Some(&t.qd),
+                t.qdd.as_ref(),
+                t.p.as_ref(),
+                t.tau.as_ref(),
+            ];
             if !same || whole.into_iter().flatten().any(|s| s.len() != values) {
                 return Err(Error::Shape {
                     what: format!("trajectory '{}'", t.name),
@@ -162,10 +172,11 @@ impl WrittenColumns {
         &self,
         t: &'a Trajectory,
     ) -> impl Iterator<Item = (&'static str, &'a [f64])> {
-        let signals: [(_, Option<&Vec<f64>>); 4] = [
+        let signals: [(_, Option<&Vec<f64>>); 5] = [
             ("q", Some(&t.q)),
             ("qd", Some(&t.qd)),
             ("qdd", t.qdd.as_ref()),
+            ("p", t.p.as_ref()),
             ("tau", t.tau.as_ref()),
         ];
         signals
@@ -179,6 +190,7 @@ impl WrittenColumns {
             ("q", true),
             ("qd", true),
             ("qdd", self.qdd),
+            ("p", self.p),
             ("tau", self.tau),
         ];
         let mut headers = vec!["t".to_owned()];

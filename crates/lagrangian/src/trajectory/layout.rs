@@ -9,8 +9,8 @@ use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
 ///
-/// Signals that are left empty are looked for under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`
-/// and `tau1 … taun`.
+/// Signals that are left empty are looked for under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`,
+/// `p1 … pn` and `tau1 … taun`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Layout {
     /// Column that tells trajectories apart.
@@ -23,6 +23,8 @@ pub struct Layout {
     pub qd: Vec<String>,
     /// Columns of the accelerations, in the order of `q`.
     pub qdd: Vec<String>,
+    /// Columns of the momenta p = ∂L/∂q̇, in the order of `q`, in SI units.
+    pub p: Vec<String>,
     /// Columns of the generalised forces, in the order of `q`.
     pub tau: Vec<String>,
     /// Coordinates that these forces act on, in the order of `tau`, where they are fewer than `q`; the forces on
@@ -68,6 +70,8 @@ struct ColumnsTable {
     qd: Option<OneOrMany>,
     #[serde(skip_serializing_if = "Option::is_none")]
     qdd: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    p: Option<OneOrMany>,
     #[serde(skip_serializing_if = "Option::is_none")]
     tau: Option<OneOrMany>,
 }
@@ -119,6 +123,7 @@ impl Layout {
             q: names(columns.q),
             qd: names(columns.qd),
             qdd: names(columns.qdd),
+            p: names(columns.p),
             tau: names(columns.tau),
             actuated: names(file.actuated),
             angles: names(file.angle),
@@ -144,6 +149,7 @@ impl Layout {
                 q: list(&self.q),
                 qd: list(&self.qd),
                 qdd: list(&self.qdd),
+                p: list(&self.p),
                 tau: list(&self.tau),
             },
             units: self.units.clone(),
@@ -177,6 +183,7 @@ impl Layout {
             (&mut self.q, beside.q),
             (&mut self.qd, beside.qd),
             (&mut self.qdd, beside.qdd),
+            (&mut self.p, beside.p),
             (&mut self.tau, beside.tau),
             (&mut self.actuated, beside.actuated),
             (&mut self.angles, beside.angles),

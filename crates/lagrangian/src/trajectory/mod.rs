@@ -51,6 +51,10 @@ pub struct Trajectory {
     pub qdd: Option<Vec<f64>>,
     /// Generalised forces τ, `[len, n]`, where known; otherwise the motion is free.
     pub tau: Option<Vec<f64>>,
+    /// Momenta p = ∂L/∂q̇, `[len, n]`, where known.
+    pub p: Option<Vec<f64>>,
+    /// Their rates ṗ, `[len, n]`, where known or estimated; no file holds them.
+    pub pd: Option<Vec<f64>>,
 }
 
 impl Trajectory {
@@ -86,6 +90,8 @@ impl Trajectory {
             qd: self.qd[rows.clone()].to_vec(),
             qdd: optional(&self.qdd),
             tau: optional(&self.tau),
+            p: optional(&self.p),
+            pd: optional(&self.pd),
         }
     }
 
@@ -96,7 +102,7 @@ impl Trajectory {
     }
 
     /// The same path `alpha` times as fast, q(t) → q(α t): q̇ grows by α, q̈ by α², and which forces that needs only a
-    /// model can say.
+    /// model can say; nor which momenta, where these are not linear in q̇.
     #[must_use]
     pub fn faster(&self, alpha: f64) -> Self {
         let scaled = |signal: &[f64], by: f64| signal.iter().map(|x| by * x).collect::<Vec<_>>();
@@ -107,6 +113,8 @@ impl Trajectory {
             qd: scaled(&self.qd, alpha),
             qdd: self.qdd.as_ref().map(|qdd| scaled(qdd, alpha * alpha)),
             tau: None,
+            p: None,
+            pd: None,
         }
     }
 
@@ -122,6 +130,8 @@ impl Trajectory {
             ("qd", Some(&self.qd), len * n),
             ("qdd", self.qdd.as_ref(), len * n),
             ("tau", self.tau.as_ref(), len * n),
+            ("p", self.p.as_ref(), len * n),
+            ("pd", self.pd.as_ref(), len * n),
         ];
         for (name, signal, expected) in signals {
             let Some(signal) = signal else { continue };

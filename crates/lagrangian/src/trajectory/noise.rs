@@ -5,13 +5,14 @@ use rand::{Rng, RngExt};
 use super::Trajectory;
 
 impl Trajectory {
-    /// Adds Gaussian noise of standard deviation `sigma` to q (in its unit) and to q̇ (in its unit per second), and
-    /// leaves the accelerations out, since no sensor would have known them.
+    /// Adds Gaussian noise of standard deviation `sigma` to q (in its unit), to q̇ (in its unit per second) and to p
+    /// (in its unit) where there is any, and leaves q̈ and ṗ out, since no sensor would have known them.
     pub fn add_noise(&mut self, sigma: f64, rng: &mut dyn Rng) {
-        for x in self.q.iter_mut().chain(&mut self.qd) {
+        let momenta = self.p.iter_mut().flatten();
+        for x in self.q.iter_mut().chain(&mut self.qd).chain(momenta) {
             *x += sigma * normal(rng);
         }
-        self.qdd = None;
+        (self.qdd, self.pd) = (None, None);
     }
 
     /// Adds Gaussian noise of these standard deviations, `[n]`, to the forces, where there are any.
@@ -47,6 +48,8 @@ mod tests {
             qd: zeros.clone(),
             qdd: Some(zeros),
             tau: None,
+            p: None,
+            pd: None,
         };
         noisy.add_noise(0.5, &mut ChaCha8Rng::seed_from_u64(1));
         let mean = noisy.q.iter().sum::<f64>() / f64::from(n);

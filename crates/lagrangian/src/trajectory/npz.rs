@@ -193,6 +193,7 @@ fn spread(layout: &Layout, arrays: &[Array]) -> Layout {
         &mut layout.q,
         &mut layout.qd,
         &mut layout.qdd,
+        &mut layout.p,
         &mut layout.tau,
         &mut layout.angles,
     ];

@@ -21,6 +21,8 @@ pub struct Recording {
     pub qd: Option<Vec<f64>>,
     /// Accelerations q̈, `[len, n]`, where measured.
     pub qdd: Option<Vec<f64>>,
+    /// Momenta p, `[len, n]`, where known.
+    pub p: Option<Vec<f64>>,
     /// Forces τ, `[len, n]`, where measured.
     pub tau: Option<Vec<f64>>,
     /// The names of its columns.
@@ -65,6 +67,7 @@ impl Recording {
         for (signal, values, names) in [
             ("qd", &self.qd, &c.qd),
             ("qdd", &self.qdd, &c.qdd),
+            ("p", &self.p, &c.p),
             ("tau", &self.tau, &c.tau),
         ] {
             if let Some(values) = values {
@@ -158,8 +161,8 @@ impl Recording {
         ))
     }
 
-    /// Makes a trajectory of it; velocities and accelerations that were not measured are estimated, and the list
-    /// says how.
+    /// Makes a trajectory of it; velocities, accelerations and rates of momenta that were not measured are estimated,
+    /// and the list says how.
     ///
     /// # Errors
     /// As [`Recording::validate`]; [`Error::TooShort`] if there is too little to differentiate;
@@ -179,7 +182,8 @@ impl Recording {
     pub fn into_trajectory(self, options: &EstimateOptions) -> Result<(Trajectory, Vec<Estimate>)> {
         self.validate()?;
         options.validate()?;
-        let complete = self.qd.is_some() && (self.qdd.is_some() || !options.accelerations);
+        let rates = self.qdd.is_some() && self.p.is_none();
+        let complete = self.qd.is_some() && (rates || !options.accelerations);
         if complete && !options.smooth && options.filter.is_none() {
             return Ok((self.plain(), Vec::new()));
         }
@@ -196,6 +200,8 @@ impl Recording {
             qd,
             qdd: self.qdd,
             tau: self.tau,
+            p: self.p,
+            pd: None,
         }
     }
 }

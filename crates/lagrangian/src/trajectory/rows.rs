@@ -45,6 +45,7 @@ impl Partial {
             q: Vec::new(),
             qd: signal(&columns.qd),
             qdd: signal(&columns.qdd),
+            p: signal(&columns.p),
             tau: signal(&columns.tau),
             columns,
             unwrapped: vec![0; n],
@@ -77,7 +78,7 @@ impl Partial {
         r.t.push(values[0]);
         r.q.extend_from_slice(&values[1..=n]);
         let mut rest = &values[1 + n..];
-        for signal in [&mut r.qd, &mut r.qdd].into_iter().flatten() {
+        for signal in [&mut r.qd, &mut r.qdd, &mut r.p].into_iter().flatten() {
             signal.extend_from_slice(&rest[..n]);
             rest = &rest[n..];
         }
@@ -157,7 +158,7 @@ impl Rows {
         }
     }
 
-    /// Takes one row: the numbers t, q, qd, qdd, tau (which it may change) of `trajectory`, if there are several.
+    /// Takes one row: the numbers t, q, qd, qdd, p, tau (which it may change) of `trajectory`, if there are several.
     pub(super) fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
         let name = trajectory.unwrap_or(&self.file);
         self.rows += 1;

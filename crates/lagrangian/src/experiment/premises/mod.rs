@@ -217,6 +217,8 @@ fn motors(motion: &Trajectory, n: usize, drive: &Excitation) -> Trajectory {
         qd: first(&motion.qd),
         qdd: motion.qdd.as_deref().map(first),
         tau: Some(tau),
+        p: None,
+        pd: None,
     }
 }
 
