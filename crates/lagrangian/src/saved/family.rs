@@ -11,6 +11,7 @@ use crate::lagrangian::{
     Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, Rest,
     RigidChain, Scaling, Sum,
 };
+use crate::neural_ode::NeuralOde;
 use crate::rigid::{IdentifiedRobot, RigidBodies, RobotConfig};
 use crate::train::Learned;
 use crate::{Coordinates, Result};
@@ -21,6 +22,7 @@ const WEIGHTS: &str = "parameters";
 const LNN: &str = "lnn";
 const DELAN: &str = "delan";
 const MLP: &str = "mlp";
+const NEURAL_ODE: &str = "neural-ode";
 const RIGID: &str = "rigid";
 const ROBOT: &str = "robot";
 
@@ -112,19 +114,8 @@ impl Learned {
                 saved.tensors.insert(ROTORS.into(), rotors);
                 Ok(saved)
             }
-            Self::Mlp(mlp) => {
-                let (qdd, tau) = mlp.scales();
-                let inputs = mlp.scaling().clone();
-                let scales = MlpScales {
-                    inputs,
-                    qdd: qdd.into(),
-                    tau: tau.into(),
-                };
-                saved(
-                    header(MLP, describe(mlp.config())?, describe(&scales)?),
-                    mlp.parameters(),
-                )
-            }
+            Self::Mlp(mlp) => network(MLP, mlp, &header),
+            Self::NeuralOde(ode) => network(NEURAL_ODE, ode.network(), &header),
             Self::Rigid(rigid) => {
                 let chain = &rigid.motion().lagrangian;
                 let angles = chain.angles();
@@ -202,17 +193,21 @@ impl Learned {
                 )?;
                 Ok(Self::Lnn(moving(lnn, header)?))
             }
-            MLP => {
+            MLP | NEURAL_ODE => {
                 let config: MlpConfig = read("architecture", &header.architecture)?;
                 let scales: MlpScales = read("scaling", &header.scaling)?;
                 let outputs = (scales.qdd, scales.tau);
-                Ok(Self::Mlp(Mlp::with_parameters(
+                let mlp = Mlp::with_parameters(
                     coordinates,
                     config,
                     scales.inputs,
                     outputs,
                     weights,
-                )?))
+                )?;
+                match header.family.as_str() {
+                    NEURAL_ODE => Ok(Self::NeuralOde(NeuralOde::new(mlp)?)),
+                    _ => Ok(Self::Mlp(mlp)),
+                }
             }
             other => Err(damaged(format!(
                 "'{other}' is no family of models that is known"
@@ -226,12 +221,28 @@ impl Learned {
         match self {
             Self::Lnn(model) => Some(&model.lagrangian),
             Self::Delan(model) => Some(&model.lagrangian),
-            Self::Mlp(_) => None,
+            Self::Mlp(_) | Self::NeuralOde(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
             Self::Robot(robot) => Some(&robot.motion().lagrangian),
             Self::Nominal(model) => Some(&model.lagrangian),
         }
     }
+}
+
+/// What is saved of a plain network.
+fn network(
+    family: &str,
+    mlp: &Mlp,
+    header: &dyn Fn(&str, Value, Value) -> Header,
+) -> Result<SavedModel> {
+    let (qdd, tau) = mlp.scales();
+    let scales = MlpScales {
+        inputs: mlp.scaling().clone(),
+        qdd: qdd.into(),
+        tau: tau.into(),
+    };
+    let header = header(family, describe(mlp.config())?, describe(&scales)?);
+    saved(header, mlp.parameters())
 }
 
 /// The chain that was saved.

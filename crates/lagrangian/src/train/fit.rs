@@ -270,6 +270,15 @@ impl FitConfig {
                 "torque".into(),
                 "acceleration: the data hold no force τ",
             ),
+            _ if matches!(self.family, Family::NeuralOde(_))
+                && !matches!(self.loss, Loss::Rollout | Loss::Acceleration) =>
+            {
+                argument(
+                    "loss",
+                    self.loss.name().into(),
+                    "rollout or acceleration: a neural ODE has no inverse dynamics (--model mlp has)",
+                )
+            }
             _ if self.loss == Loss::Rollout && self.nominal.is_some() => argument(
                 "loss",
                 "rollout".into(),
@@ -292,7 +301,9 @@ impl FitConfig {
                     "torque or acceleration: only deep Lagrangian networks (delan) are fitted to more at once",
                 )
             }
-            _ if self.loss == Loss::Rollout => self.rollout.validate(dataset, &self.optimizer),
+            _ if self.loss == Loss::Rollout => {
+                self.rollout.validate(dataset, &self.optimizer, &self.family)
+            }
             _ => Ok(()),
         }
     }

@@ -19,6 +19,7 @@ use crate::lagrangian::{
     Actuation, Delan, DelanConfig, DelanShape, Dissipation, Lagrangian, Lnn, LnnConfig, LnnShape,
     Rest, Sum,
 };
+use crate::neural_ode::{NeuralOde, NeuralOdeConfig, Order};
 use crate::rigid::{IdentifiedRobot, RigidBodies};
 use crate::{Coordinates, Result};
 
@@ -34,6 +35,9 @@ pub enum Family {
     Delan(DelanConfig),
     /// Plain network, the baseline: of accelerations, or of torques where the loss is theirs.
     Mlp(MlpConfig),
+    /// Neural ordinary differential equation.
+    #[serde(rename = "neural-ode")]
+    NeuralOde(NeuralOdeConfig),
     /// Planar chain of rigid links, by least squares.
     Rigid(RigidConfig),
 }
@@ -52,6 +56,7 @@ impl Family {
             Self::Lnn(_) => "lnn",
             Self::Delan(_) => "delan",
             Self::Mlp(_) => "mlp",
+            Self::NeuralOde(_) => "neural-ode",
             Self::Rigid(_) => "rigid",
         }
     }
@@ -67,6 +72,8 @@ pub enum Learned {
     Delan(Mechanical<Delan>),
     /// A plain network.
     Mlp(Mlp),
+    /// A plain network as the right-hand side of the motion.
+    NeuralOde(NeuralOde),
     /// An identified chain of rigid links.
     Rigid(Rigid),
     /// A robot of known kinematics, identified.
@@ -81,6 +88,7 @@ impl Model for Learned {
             Self::Lnn(model) => model.coordinates(),
             Self::Delan(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
+            Self::NeuralOde(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
             Self::Robot(model) => model.coordinates(),
             Self::Nominal(model) => model.coordinates(),
@@ -99,6 +107,7 @@ impl Model for Learned {
             Self::Lnn(model) => model.evaluator(),
             Self::Delan(model) => model.evaluator(),
             Self::Mlp(model) => model.evaluator(),
+            Self::NeuralOde(model) => model.evaluator(),
             Self::Rigid(model) => model.evaluator(),
             Self::Robot(model) => model.evaluator(),
             Self::Nominal(model) => model.evaluator(),
@@ -110,6 +119,7 @@ impl Model for Learned {
             Self::Lnn(model) => model.mechanics(),
             Self::Delan(model) => model.mechanics(),
             Self::Mlp(model) => model.mechanics(),
+            Self::NeuralOde(model) => model.mechanics(),
             Self::Rigid(model) => model.mechanics(),
             Self::Robot(model) => model.mechanics(),
             Self::Nominal(model) => model.mechanics(),
@@ -124,7 +134,7 @@ impl Learned {
         match self {
             Self::Lnn(model) => model.dissipation(),
             Self::Delan(model) => model.dissipation(),
-            Self::Mlp(_) => None,
+            Self::Mlp(_) | Self::NeuralOde(_) => None,
             Self::Rigid(rigid) => rigid.motion().dissipation(),
             Self::Robot(robot) => robot.motion().dissipation(),
             Self::Nominal(model) => model.dissipation(),
@@ -138,7 +148,7 @@ impl Learned {
             Self::Lnn(model) => model.actuation(),
             Self::Delan(model) => model.actuation(),
             Self::Nominal(model) => model.actuation(),
-            Self::Mlp(_) | Self::Rigid(_) | Self::Robot(_) => None,
+            Self::Mlp(_) | Self::NeuralOde(_) | Self::Rigid(_) | Self::Robot(_) => None,
         }
     }
 
@@ -149,6 +159,7 @@ impl Learned {
             Self::Lnn(_) => "lnn",
             Self::Delan(_) => "delan",
             Self::Mlp(_) => "mlp",
+            Self::NeuralOde(_) => "neural-ode",
             Self::Rigid(_) | Self::Robot(_) => "rigid",
             Self::Nominal(model) => match model.lagrangian.rest() {
                 Rest::Lnn(_) => "lnn",
@@ -208,6 +219,8 @@ pub(crate) enum Template {
         shape: MlpShape,
         loss: Loss,
         weights: Vec<f64>,
+        /// Whether it is the right-hand side of a neural ODE.
+        ode: bool,
     },
 }
 
@@ -259,6 +272,23 @@ impl Family {
                     shape: MlpShape::new(coordinates, mlp, scaling, (qdd, tau))?,
                     loss,
                     weights,
+                    ode: false,
+                }
+            }
+            Self::NeuralOde(ode) => {
+                let network = ode.network(dataset.forced);
+                let weights = match ode.order {
+                    Order::First => {
+                        let of_velocities = scaling.qd_scale.iter().map(|s| 1.0 / s);
+                        of_velocities.chain(weights).collect()
+                    }
+                    Order::Second => weights,
+                };
+                Template::Mlp {
+                    shape: MlpShape::new(coordinates, network, scaling, (qdd, tau))?,
+                    loss,
+                    weights,
+                    ode: true,
                 }
             }
             Self::Rigid(_) => {
@@ -307,6 +337,7 @@ impl Template {
                 shape,
                 loss,
                 weights,
+                ..
             } => Trainee::Mlp(MlpLearner {
                 shape,
                 loss: *loss,
@@ -396,8 +427,12 @@ impl Template {
                 let delan = Delan::assemble(shape.clone(), weights.to_vec(), rotors)?;
                 Learned::Delan(forces.mechanical(delan, *terms, extra)?).upon(nominal.as_ref())?
             }
-            Self::Mlp { shape, .. } => {
-                Learned::Mlp(Mlp::assemble(shape.clone(), parameters.to_vec())?)
+            Self::Mlp { shape, ode, .. } => {
+                let network = Mlp::assemble(shape.clone(), parameters.to_vec())?;
+                match ode {
+                    true => Learned::NeuralOde(NeuralOde::new(network)?),
+                    false => Learned::Mlp(network),
+                }
             }
         })
     }

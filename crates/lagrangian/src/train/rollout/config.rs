@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::step::evaluations;
 use crate::dataset::Dataset;
 use crate::integrate::Method;
-use crate::train::{Optimizer, learner::Loss};
+use crate::neural_ode::Order;
+use crate::train::{Family, Optimizer, learner::Loss};
 use crate::{Error, Result};
 
 /// What of a rollout is compared with the recording.
@@ -99,7 +100,12 @@ impl RolloutLoss {
     ///
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
-    pub fn validate(&self, dataset: &Dataset, optimizer: &Optimizer) -> Result<()> {
+    pub fn validate(
+        &self,
+        dataset: &Dataset,
+        optimizer: &Optimizer,
+        family: &Family,
+    ) -> Result<()> {
         let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
         let longest = dataset.train_times.longest();
         if longest == 0 {
@@ -117,9 +123,17 @@ impl RolloutLoss {
         if self.substeps == 0 {
             return argument("substeps", "0".into(), "at least 1");
         }
-        if self.integrator.is_adaptive() {
-            let must = "rk4, stormer-verlet or implicit-midpoint: a method of fixed steps";
+        if !matches!(
+            self.integrator,
+            Method::Rk4 | Method::StormerVerlet | Method::ImplicitMidpoint
+        ) {
+            let must = "rk4, stormer-verlet or implicit-midpoint";
             return argument("integrator", self.integrator.name().into(), must);
+        }
+        let first = matches!(family, Family::NeuralOde(ode) if ode.order == Order::First);
+        if self.integrator == Method::StormerVerlet && first {
+            let must = "rk4 or implicit-midpoint for an equation of first order: the leapfrog needs dq/dt = q̇";
+            return argument("integrator", "stormer-verlet".into(), must);
         }
         for (name, part) in [("growth", self.growth), ("warm_start", self.warm_start)] {
             if !(0.0..=0.9).contains(&part) {
