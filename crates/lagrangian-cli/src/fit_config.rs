@@ -6,14 +6,15 @@ use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig};
 use lagrangian::mlp::Activation;
+use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
 };
 
 use crate::failure::mistake;
 use crate::fit_args::{
-    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, OptimizerName, TrainingArgs,
-    Trunks,
+    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, OptimizerName, OrderName,
+    TrainingArgs, Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
@@ -49,6 +50,7 @@ impl FitArgs {
         FitConfig {
             family: self.model.family(uncertainty),
             loss: training.loss(self.model.model, forced, uncertainty),
+            rollout: self.rollout.settings(),
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),
             batch: training.batch(optimizer),
@@ -107,6 +109,15 @@ impl ModelArgs {
                 activation,
                 ..MlpConfig::default()
             }),
+            Family::NeuralOde => train::Family::NeuralOde(NeuralOdeConfig {
+                order: match self.order {
+                    Some(OrderName::First) => Order::First,
+                    Some(OrderName::Second) | None => Order::Second,
+                },
+                width,
+                layers,
+                activation,
+            }),
             Family::Rigid => train::Family::Rigid(RigidConfig::default()),
         }
     }
@@ -121,6 +132,7 @@ impl ModelArgs {
         let learns_forces = self.dissipation || !self.forces.is_empty();
         let flags = [
             ("--form", self.form.is_some(), &[Family::Lnn][..]),
+            ("--order", self.order.is_some(), &[Family::NeuralOde]),
             ("--trunks", self.trunks.is_some(), &[Family::Delan]),
             (
                 "--vector-potential",
@@ -170,6 +182,7 @@ impl TrainingArgs {
     fn loss(&self, model: Family, forced: bool, uncertainty: f64) -> Loss {
         match (self.loss, model) {
             (Some(name), _) => name.into(),
+            (None, Family::NeuralOde) => Loss::Rollout,
             (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
             (None, _) => Loss::Acceleration,
         }
@@ -230,6 +243,7 @@ impl From<LossName> for Loss {
             LossName::TorqueL1 => Self::TorqueL1,
             LossName::TorqueAcceleration => Self::TorqueAcceleration,
             LossName::TorquePower => Self::TorquePower,
+            LossName::Rollout => Self::Rollout,
         }
     }
 }

@@ -186,7 +186,11 @@ impl MlpShape {
                 Some(config.activation),
             ));
         }
-        let outputs = if config.direction == Direction::Flow { 2 * n } else { n };
+        let outputs = if config.direction == Direction::Flow {
+            2 * n
+        } else {
+            n
+        };
         build.dense(outputs, &[(source, false)], true, None);
         Ok(Self {
             coordinates,

@@ -313,6 +313,7 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<F
     }
     let mut config = args.config(uncertainty, dataset.forced);
     args.robot.apply(args.model.form.is_some(), &mut config)?;
+    args.rollout.require(config.loss)?;
     Ok(config)
 }
 

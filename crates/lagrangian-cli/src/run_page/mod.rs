@@ -60,6 +60,7 @@ impl Run<'_> {
         match self.model {
             Learned::Lnn(_) => "A Lagrangian",
             Learned::Delan(_) => "A Lagrangian with a mass matrix",
+            Learned::NeuralOde(_) => "A neural ODE",
             Learned::Rigid(_) => "A chain of rigid links",
             Learned::Robot(_) => "A robot of rigid bodies",
             Learned::Nominal(_) => "A robot and a Lagrangian of what its description leaves",

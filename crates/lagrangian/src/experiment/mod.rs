@@ -4,6 +4,7 @@ mod history;
 mod laws;
 pub mod letters;
 mod long_rollouts;
+pub mod noisy;
 pub mod premises;
 pub mod swing_up;
 mod torque;

@@ -139,6 +139,10 @@ impl Features {
 
     /// Second derivative of feature `k` by q.
     pub(crate) fn curvature(&self, k: usize) -> f64 {
-        if self.count == 2 { -self.values[k] } else { 0.0 }
+        if self.count == 2 {
+            -self.values[k]
+        } else {
+            0.0
+        }
     }
 }

@@ -739,7 +739,12 @@ impl<T: Real> Pass<T> {
     /// Mixed component of direction `d` of the sensitivity to velocity `j` of sample `s` through the gates: the
     /// product y g of the truncated algebra, after [`Pass::reverse_mixed`].
     pub(crate) fn mixed_velocity_sensitivity(&self, net: &Net, d: usize, s: usize, j: usize) -> T {
-        let pairs = [(0, self.mixed(d)), (1, 2 + d), (2 + d, 1), (self.mixed(d), 0)];
+        let pairs = [
+            (0, self.mixed(d)),
+            (1, 2 + d),
+            (2 + d, 1),
+            (self.mixed(d), 0),
+        ];
         let rows = self.components * self.samples;
         let at = |c: usize, u: usize| {
             (u / T::LANES * rows + c * self.samples + s) * T::LANES + u % T::LANES

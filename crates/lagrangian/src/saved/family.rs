@@ -197,13 +197,8 @@ impl Learned {
                 let config: MlpConfig = read("architecture", &header.architecture)?;
                 let scales: MlpScales = read("scaling", &header.scaling)?;
                 let outputs = (scales.qdd, scales.tau);
-                let mlp = Mlp::with_parameters(
-                    coordinates,
-                    config,
-                    scales.inputs,
-                    outputs,
-                    weights,
-                )?;
+                let mlp =
+                    Mlp::with_parameters(coordinates, config, scales.inputs, outputs, weights)?;
                 match header.family.as_str() {
                     NEURAL_ODE => Ok(Self::NeuralOde(NeuralOde::new(mlp)?)),
                     _ => Ok(Self::Mlp(mlp)),

@@ -302,7 +302,8 @@ impl FitConfig {
                 )
             }
             _ if self.loss == Loss::Rollout => {
-                self.rollout.validate(dataset, &self.optimizer, &self.family)
+                self.rollout
+                    .validate(dataset, &self.optimizer, &self.family)
             }
             _ => Ok(()),
         }
@@ -605,8 +606,7 @@ impl<'a> Run<'a> {
         let (judge, dataset, loss) = (self.judge.clone(), self.dataset, self.config.loss);
         move |parameters| {
             let judged = (&dataset.validation, &judge[..]);
-            (!judge.is_empty())
-                .then(|| judges.evaluate(learner, loss, parameters, judged, None))
+            (!judge.is_empty()).then(|| judges.evaluate(learner, loss, parameters, judged, None))
         }
     }
 

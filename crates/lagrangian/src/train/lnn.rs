@@ -132,7 +132,8 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         pass.reverse_features(net, packed, 2..2 + n);
         pass.reverse_features(net, packed, pass.mixed(0)..pass.mixed(n));
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * n).enumerate() {
-            self.shape.slopes(&work.pass, s, (&work.q, &work.qd), slopes);
+            self.shape
+                .slopes(&work.pass, s, (&work.q, &work.qd), slopes);
             let energy = self.shape.scaling.energy;
             work.add_force_slopes(&self.forces, extra, (s, energy), slopes);
         }

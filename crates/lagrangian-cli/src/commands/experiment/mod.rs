@@ -2,6 +2,7 @@
 
 mod course;
 mod letters;
+mod noisy;
 mod plausibility;
 mod real;
 mod spread;
@@ -41,6 +42,7 @@ const EXPERIMENTS: &[Experiment] = &[
     tracking::EXPERIMENT,
     swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
+    noisy::EXPERIMENT,
     real::EXPERIMENT,
 ];
 

@@ -145,7 +145,8 @@ impl RolloutLoss {
             return argument("continuity", value, "finite and not negative");
         }
         if self.continuity > 0.0 && self.start == Start::Recorded {
-            let must = "0 where starts are recorded: only free starts can move together (--starts free)";
+            let must =
+                "0 where starts are recorded: only free starts can move together (--starts free)";
             return argument("continuity", self.continuity.to_string(), must);
         }
         if self.gradients == Gradients::Adjoint && !matches!(optimizer, Optimizer::Adam(_)) {

@@ -102,7 +102,12 @@ impl GaussNewton {
                 unit.block.back(task, Back::Each);
                 unit.mix(task.rows);
                 let count = task.config.evaluations(task.rows.horizon);
-                for (work, transposed) in unit.block.works.iter().zip(&mut unit.transposed).take(count)
+                for (work, transposed) in unit
+                    .block
+                    .works
+                    .iter()
+                    .zip(&mut unit.transposed)
+                    .take(count)
                 {
                     transposed.set(net, &work.pass, &terms);
                 }
@@ -114,7 +119,11 @@ impl GaussNewton {
         self.gram(learner, used, task, &terms);
         self.mix_gram(used, task);
         let level = value.mean().sqrt();
-        let level = if level.is_finite() { level.max(1e-12) } else { 1.0 };
+        let level = if level.is_finite() {
+            level.max(1e-12)
+        } else {
+            1.0
+        };
         if !self.solve(used, task.rows, damping * level.min(1.0).sqrt()) {
             phi.fill(0.0);
             return value;
@@ -206,7 +215,10 @@ impl GaussNewton {
         let system = &mut self.system;
         system.resize(size);
         for c in 0..size {
-            for (r, x) in system.matrix.col_as_slice_mut(c)[c..].iter_mut().enumerate() {
+            for (r, x) in system.matrix.col_as_slice_mut(c)[c..]
+                .iter_mut()
+                .enumerate()
+            {
                 *x = self.kernel[(c + r) * size + c];
             }
             system.matrix[(c, c)] += damping * size as f64;
@@ -337,12 +349,7 @@ fn starts_kernel(
 }
 
 /// Adds the forces' part to a tile of S-space J Jᵀ.
-fn add_extra(
-    left: &Work<f64>,
-    right: &Work<f64>,
-    (n, kinds): (usize, usize),
-    raw: &mut [f64],
-) {
+fn add_extra(left: &Work<f64>, right: &Work<f64>, (n, kinds): (usize, usize), raw: &mut [f64]) {
     if kinds == 0 {
         return;
     }
@@ -405,7 +412,12 @@ impl Unit {
         let total = self.mixed.len() / (SEGMENTS * rows * k);
         self.raw.clear();
         self.raw.resize(total * SEGMENTS * k, 0.0);
-        for (work, raw) in self.block.works.iter().zip(self.raw.chunks_exact_mut(SEGMENTS * k)) {
+        for (work, raw) in self
+            .block
+            .works
+            .iter()
+            .zip(self.raw.chunks_exact_mut(SEGMENTS * k))
+        {
             work.pass.push_forward(net, phi, terms, &mut self.wide, raw);
             for (at, raw) in raw.iter_mut().enumerate() {
                 for e in 0..kinds {
@@ -438,7 +450,10 @@ impl Unit {
         out.clear();
         out.resize(width, 0.0);
         let (first, column) = (left / SEGMENTS, right / SEGMENTS);
-        for (j, weight) in self.mixed[(s * rows + i) * width..][..width].iter().enumerate() {
+        for (j, weight) in self.mixed[(s * rows + i) * width..][..width]
+            .iter()
+            .enumerate()
+        {
             if *weight == 0.0 {
                 continue;
             }
@@ -459,12 +474,19 @@ impl Unit {
             let (s, mixed) = (at / rows, &self.mixed[at * total * k..][..total * k]);
             for (e, mixed) in mixed.chunks_exact(k).enumerate() {
                 let raw = &mut self.raw[(e * SEGMENTS + s) * k..][..k];
-                raw.iter_mut().zip(mixed).for_each(|(r, m)| *r += weight * m);
+                raw.iter_mut()
+                    .zip(mixed)
+                    .for_each(|(r, m)| *r += weight * m);
             }
         }
         self.gradient.clear();
         let net = learner.net();
-        for (work, raw) in self.block.works.iter().zip(self.raw.chunks_exact(SEGMENTS * k)) {
+        for (work, raw) in self
+            .block
+            .works
+            .iter()
+            .zip(self.raw.chunks_exact(SEGMENTS * k))
+        {
             let pass = &work.pass;
             pass.pull_back_factors(net, terms, raw, &mut self.wide, &mut self.gradient);
         }

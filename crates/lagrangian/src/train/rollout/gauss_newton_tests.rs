@@ -63,7 +63,13 @@ fn see(
         longest: 1e300,
         ..NaturalConfig::default()
     };
-    let _ = engine.advance(learner, &config, (used, 0.0), &mut parameters.to_vec(), &mut pulled);
+    let _ = engine.advance(
+        learner,
+        &config,
+        (used, 0.0),
+        &mut parameters.to_vec(),
+        &mut pulled,
+    );
     Seen {
         residual,
         left,
@@ -190,11 +196,23 @@ fn free_starts_add_their_own_part_to_the_kernel() {
             nearer[*place] -= 1e-5 * change;
         }
         let residual = |starts: &[f64]| {
-            see(learner, &at(&task, starts), &begins, &parameters, (&none, &x)).residual
+            see(
+                learner,
+                &at(&task, starts),
+                &begins,
+                &parameters,
+                (&none, &x),
+            )
+            .residual
         };
         let (up, down) = (residual(&further), residual(&nearer));
         let pushed = see(learner, &task, &begins, &parameters, (&with.pulled, &x));
-        for (at, k) in with.product.iter().enumerate().take(begins.len() * rows.count()) {
+        for (at, k) in with
+            .product
+            .iter()
+            .enumerate()
+            .take(begins.len() * rows.count())
+        {
             let by_starts = (up[at] - down[at]) / 2e-5;
             let by_weights = pushed.residual[at] - pushed.left[at];
             let sum = by_starts + by_weights;

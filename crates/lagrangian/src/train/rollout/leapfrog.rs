@@ -65,7 +65,11 @@ fn improve(point: &mut Point, span: &Span<'_>, x: &[f64], n: usize, failed: &[bo
             let at = s * d + n + c;
             *error = point.x[at] - x[at] - 0.5 * span.h[s] * point.rate[at];
         }
-        product(&point.inverse[s * d * d..][..n * n], &error[..n], &mut change[..n]);
+        product(
+            &point.inverse[s * d * d..][..n * n],
+            &error[..n],
+            &mut change[..n],
+        );
         for (v, change) in point.x[s * d + n..][..n].iter_mut().zip(&change) {
             *v -= change;
             moved |= change.abs() > SOLVED * (1.0 + v.abs());
@@ -87,13 +91,18 @@ pub(super) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direc
     add_transposed(&points[1].slopes[square.clone()], second, 1.0, lambda);
     (0..n).for_each(|i| lambda[n + i] += h * lambda[i]);
     let mut nu = [0.0; MAX_STATE];
-    add_transposed(&points[0].inverse[square.start..][..n * n], &lambda[n..], 1.0, &mut nu[..n]);
+    add_transposed(
+        &points[0].inverse[square.start..][..n * n],
+        &lambda[n..],
+        1.0,
+        &mut nu[..n],
+    );
     first[..n].fill(0.0);
     (0..n).for_each(|i| first[n + i] = half * nu[i]);
     let mut through = [0.0; MAX_STATE];
     add_transposed(&points[0].slopes[square], first, 1.0, &mut through[..d]);
-    for i in 0..n {
-        lambda[i] += through[i];
-        lambda[n + i] = nu[i];
-    }
+    let (position, velocity) = lambda.split_at_mut(n);
+    let pairs = position.iter_mut().zip(&through);
+    pairs.for_each(|(l, x)| *l += x);
+    velocity.copy_from_slice(&nu[..n]);
 }

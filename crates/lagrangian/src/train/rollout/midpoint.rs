@@ -29,8 +29,9 @@ pub(super) fn step(
     }
     for (s, failed) in failed.iter_mut().enumerate() {
         *failed |= moved && point.stuck[s];
-        for c in s * d..(s + 1) * d {
-            x[c] = 2.0 * point.x[c] - x[c];
+        let row = s * d..(s + 1) * d;
+        for (x, middle) in x[row.clone()].iter_mut().zip(&point.x[row]) {
+            *x = 2.0 * middle - *x;
         }
     }
 }
@@ -59,7 +60,11 @@ fn improve(point: &mut Point, span: &Span<'_>, x: &[f64], failed: &[bool]) -> bo
         for (c, at) in row.clone().enumerate() {
             error[c] = point.x[at] - x[at] - 0.5 * span.h[s] * point.rate[at];
         }
-        product(&point.inverse[s * d * d..][..d * d], &error[..d], &mut change[..d]);
+        product(
+            &point.inverse[s * d * d..][..d * d],
+            &error[..d],
+            &mut change[..d],
+        );
         for (x, change) in point.x[row].iter_mut().zip(&change) {
             *x -= change;
             moved |= change.abs() > SOLVED * (1.0 + x.abs());
@@ -74,8 +79,18 @@ pub(super) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direc
     let d = lambda.len();
     let square = s * d * d..(s + 1) * d * d;
     let (mut along, mut omega) = ([0.0; MAX_STATE], [0.0; MAX_STATE]);
-    add_transposed(&points[0].slopes[square.clone()], lambda, h, &mut along[..d]);
-    add_transposed(&points[0].inverse[square], &along[..d], 1.0, &mut omega[..d]);
+    add_transposed(
+        &points[0].slopes[square.clone()],
+        lambda,
+        h,
+        &mut along[..d],
+    );
+    add_transposed(
+        &points[0].inverse[square],
+        &along[..d],
+        1.0,
+        &mut omega[..d],
+    );
     for (c, (mu, lambda)) in direct.iter_mut().zip(lambda).enumerate() {
         *mu = h * *lambda + 0.5 * h * omega[c];
         *lambda += omega[c];

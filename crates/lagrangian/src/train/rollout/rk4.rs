@@ -54,7 +54,12 @@ pub(super) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direc
             *mu = h * STAGES[stage].1 * lambda[c] + later * eta[c];
         }
         eta[..d].fill(0.0);
-        add_transposed(&points[stage].slopes[s * d * d..][..d * d], mu, 1.0, &mut eta[..d]);
+        add_transposed(
+            &points[stage].slopes[s * d * d..][..d * d],
+            mu,
+            1.0,
+            &mut eta[..d],
+        );
         sum.iter_mut().zip(&eta).for_each(|(sum, eta)| *sum += eta);
     }
     lambda.iter_mut().zip(&sum).for_each(|(l, sum)| *l += sum);

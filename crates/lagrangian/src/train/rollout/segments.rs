@@ -1,9 +1,9 @@
 //! Which samples start a segment, and the units of its errors.
 
 use super::config::{Observe, RolloutLoss, Start};
+use crate::Coordinates;
 use crate::dataset::{Dataset, Timeline};
 use crate::train::Samples;
-use crate::Coordinates;
 
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]

@@ -217,7 +217,13 @@ impl Block {
                 let at = ((s * out + row) * total + number * each) * d;
                 let direct = &mut self.direct[at..at + each * d];
                 let lambda = &mut lambda[row * d..][..d];
-                back(config.integrator, points, (s, self.h[number][s]), lambda, direct);
+                back(
+                    config.integrator,
+                    points,
+                    (s, self.h[number][s]),
+                    lambda,
+                    direct,
+                );
             }
         }
         if rows.start {

@@ -39,10 +39,18 @@ pub(super) fn dataset() -> Dataset {
         };
         Trajectory {
             name: "test".into(),
-            q: each(&|t| 3.0 + (2.0 * t + shift).sin(), &|t| (1.3 * t - shift).cos()),
-            qd: each(&|t| 2.0 * (2.0 * t + shift).cos(), &|t| -1.3 * (1.3 * t - shift).sin()),
-            qdd: Some(each(&|t| -4.0 * (2.0 * t + shift).sin(), &|t| -1.69 * (1.3 * t).cos())),
-            tau: Some(each(&|t| (5.0 * t).sin(), &|t| 0.3 * (3.0 * t + shift).cos())),
+            q: each(&|t| 3.0 + (2.0 * t + shift).sin(), &|t| {
+                (1.3 * t - shift).cos()
+            }),
+            qd: each(&|t| 2.0 * (2.0 * t + shift).cos(), &|t| {
+                -1.3 * (1.3 * t - shift).sin()
+            }),
+            qdd: Some(each(&|t| -4.0 * (2.0 * t + shift).sin(), &|t| {
+                -1.69 * (1.3 * t).cos()
+            })),
+            tau: Some(each(&|t| (5.0 * t).sin(), &|t| {
+                0.3 * (3.0 * t + shift).cos()
+            })),
             t,
             p: None,
             pd: None,
@@ -116,9 +124,7 @@ pub(super) fn settings(integrator: Method) -> RolloutLoss {
 
 /// A smooth direction in the space of the parameters.
 pub(super) fn direction(length: usize, seed: f64) -> Vec<f64> {
-    (0..length)
-        .map(|k| (seed + 1.3 * k as f64).sin())
-        .collect()
+    (0..length).map(|k| (seed + 1.3 * k as f64).sin()).collect()
 }
 
 pub(super) fn moved(x: &[f64], along: &[f64], step: f64) -> Vec<f64> {
@@ -222,7 +228,11 @@ fn the_adjoint_tends_to_the_gradient_with_the_fourth_power_of_the_step() {
             norm(&difference) / norm(&back)
         };
         let (coarse, fine) = (error(1), error(2));
-        assert!(coarse < 1e-2 && fine < coarse / 10.0, "{}: {coarse} {fine}", family.name());
+        assert!(
+            coarse < 1e-2 && fine < coarse / 10.0,
+            "{}: {coarse} {fine}",
+            family.name()
+        );
     }
 }
 
@@ -288,7 +298,12 @@ fn a_rollout_in_training_is_that_of_the_model() {
                 }
             };
             for (a, b) in state.iter().zip(&end) {
-                assert!((a - b).abs() < 1e-12, "{} {}: {a} {b}", family.name(), method.name());
+                assert!(
+                    (a - b).abs() < 1e-12,
+                    "{} {}: {a} {b}",
+                    family.name(),
+                    method.name()
+                );
             }
         }
     }
@@ -310,7 +325,10 @@ fn free_starts_and_their_gaps_have_the_slopes_of_differences() {
         let weights = recorded.weights(config.horizon);
         let rows = Rows::new(&config, config.horizon, 2);
         let states = (0..dataset.train.len() * 4).map(|at| recorded.state(at / 4, at % 4));
-        let starts: Vec<f64> = states.enumerate().map(|(k, x)| x + 0.1 * (k as f64).sin()).collect();
+        let starts: Vec<f64> = states
+            .enumerate()
+            .map(|(k, x)| x + 0.1 * (k as f64).sin())
+            .collect();
         let at = |starts: &[f64]| {
             let task = Task {
                 recorded,
@@ -337,12 +355,20 @@ fn free_starts_and_their_gaps_have_the_slopes_of_differences() {
         };
         let (_, slopes) = at(&starts);
         for c in 0..4 {
-            let along: Vec<f64> = (0..starts.len()).map(|k| f64::from(u8::from(k == 8 + c))).collect();
-            let (up, down) = (at(&moved(&starts, &along, 1e-5)).0, at(&moved(&starts, &along, -1e-5)).0);
+            let along: Vec<f64> = (0..starts.len())
+                .map(|k| f64::from(u8::from(k == 8 + c)))
+                .collect();
+            let (up, down) = (
+                at(&moved(&starts, &along, 1e-5)).0,
+                at(&moved(&starts, &along, -1e-5)).0,
+            );
             for row in 0..rows.count() {
                 let difference = (up[row] - down[row]) / 2e-5;
                 let slope = slopes[row * 4 + c];
-                assert!((slope - difference).abs() < 1e-7, "{c} {row}: {slope} {difference}");
+                assert!(
+                    (slope - difference).abs() < 1e-7,
+                    "{c} {row}: {slope} {difference}"
+                );
             }
         }
     }
