@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig};
+use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig};
 use lagrangian::mlp::Activation;
 use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{
@@ -68,7 +68,8 @@ const NARROW: u32 = 16;
 
 impl ModelArgs {
     fn width(&self, uncertainty: f64) -> usize {
-        let narrow = self.model == Family::Delan && uncertainty > NOISY;
+        let robots = matches!(self.model, Family::Delan | Family::Vin);
+        let narrow = robots && uncertainty > NOISY;
         self.width.unwrap_or(if narrow { NARROW } else { WIDTH }) as usize
     }
 
@@ -92,7 +93,11 @@ impl ModelArgs {
                     ..LnnConfig::default()
                 })
             }
-            Family::Delan => train::Family::Delan(DelanConfig {
+            Family::Delan | Family::Vin => train::Family::Delan(DelanConfig {
+                inertia: match self.model {
+                    Family::Vin => Inertia::Constant,
+                    _ => Inertia::Configuration,
+                },
                 width,
                 layers,
                 activation,
@@ -137,12 +142,12 @@ impl ModelArgs {
             (
                 "--vector-potential",
                 self.vector_potential,
-                &[Family::Delan],
+                &[Family::Delan, Family::Vin],
             ),
             (
                 "--dissipation and --forces",
                 learns_forces,
-                &[Family::Lnn, Family::Delan, Family::Rigid],
+                &[Family::Lnn, Family::Delan, Family::Vin, Family::Rigid],
             ),
         ];
         for (flag, given, models) in flags {
@@ -183,9 +188,16 @@ impl TrainingArgs {
         match (self.loss, model) {
             (Some(name), _) => name.into(),
             (None, Family::NeuralOde) => Loss::Rollout,
+            (None, Family::Vin) => Loss::Positions,
             (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
             (None, _) => Loss::Acceleration,
         }
+    }
+
+    /// Whether positions alone are compared.
+    pub(crate) fn of_positions(&self, model: Family) -> bool {
+        let named = self.loss.map(Loss::from);
+        named.map_or(model == Family::Vin, |loss| loss.rule().is_some())
     }
 
     fn optimizer(&self, name: OptimizerName) -> Optimizer {
@@ -244,6 +256,8 @@ impl From<LossName> for Loss {
             LossName::TorqueAcceleration => Self::TorqueAcceleration,
             LossName::TorquePower => Self::TorquePower,
             LossName::Rollout => Self::Rollout,
+            LossName::Positions => Self::Positions,
+            LossName::PositionsTrapezoidal => Self::PositionsTrapezoidal,
         }
     }
 }

@@ -337,6 +337,12 @@ impl MlpEvaluator<'_> {
                 let value = shape.output_scale(o) * pass.output(&shape.net, 0, s, o);
                 out(start + s, o, value);
             }
+            // Nothing acts on parameters, and they do not change.
+            for i in shape.coordinates.parameters() {
+                let own = (i..shape.outputs()).step_by(n);
+                let all = own.flat_map(|o| (0..count).map(move |s| (s, o)));
+                all.for_each(|(s, o)| out(start + s, o, 0.0));
+            }
         }
     }
 }

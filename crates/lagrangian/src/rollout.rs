@@ -214,6 +214,9 @@ fn check(
             });
         }
     }
+    model
+        .coordinates()
+        .check_parameters("initial velocity", qd0)?;
     if let Some(index) = times.iter().position(|t| !t.is_finite()) {
         return Err(Error::NotFinite {
             what: "times".into(),

@@ -1,5 +1,9 @@
 //! Measurements that models are compared by, as plain data; the command's experiments are made of them.
 
+pub mod action;
+pub mod chains;
+mod chunks;
+mod hermite;
 mod history;
 mod laws;
 pub mod letters;
@@ -10,6 +14,8 @@ pub mod swing_up;
 mod torque;
 pub mod tracking;
 
+pub use chunks::{Cut, chunks};
+pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};
 pub use long_rollouts::{

@@ -11,6 +11,7 @@ use super::learner::Learner;
 use super::lnn::LnnLearner;
 use super::nominal::remainder;
 use super::plain::MlpLearner;
+use super::positions::{CHORDS, DelanPoints, LnnPoints, PositionsLearner};
 use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
@@ -312,13 +313,23 @@ impl Template {
                 forces,
                 nominal,
                 ..
-            } => Trainee::Lnn(LnnLearner {
-                shape,
-                loss: *loss,
-                weights,
-                forces: forces.clone(),
-                nominal: nominal.as_ref(),
-            }),
+            } => match loss.rule() {
+                None => Trainee::Lnn(LnnLearner {
+                    shape,
+                    loss: *loss,
+                    weights,
+                    forces: forces.clone(),
+                    nominal: nominal.as_ref(),
+                }),
+                Some(rule) => Trainee::LnnPositions(PositionsLearner {
+                    family: LnnPoints(shape),
+                    loss: *loss,
+                    rule,
+                    weights,
+                    forces: forces.clone(),
+                    chords: CHORDS,
+                }),
+            },
             Self::Delan {
                 shape,
                 loss,
@@ -326,13 +337,23 @@ impl Template {
                 forces,
                 nominal,
                 ..
-            } => Trainee::Delan(DelanLearner {
-                shape,
-                loss: *loss,
-                weights,
-                forces: forces.clone(),
-                nominal: nominal.as_ref(),
-            }),
+            } => match loss.rule() {
+                None => Trainee::Delan(DelanLearner {
+                    shape,
+                    loss: *loss,
+                    weights,
+                    forces: forces.clone(),
+                    nominal: nominal.as_ref(),
+                }),
+                Some(rule) => Trainee::DelanPositions(PositionsLearner {
+                    family: DelanPoints(shape),
+                    loss: *loss,
+                    rule,
+                    weights,
+                    forces: forces.clone(),
+                    chords: CHORDS,
+                }),
+            },
             Self::Mlp {
                 shape,
                 loss,
@@ -350,6 +371,8 @@ impl Template {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
+            Trainee::LnnPositions(learner) => f(&learner),
+            Trainee::DelanPositions(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -375,6 +398,8 @@ impl Template {
                 loss: Loss::Acceleration,
                 ..learner
             }),
+            Trainee::LnnPositions(learner) => f(&learner),
+            Trainee::DelanPositions(learner) => f(&learner),
         }
     }
 
@@ -382,6 +407,8 @@ impl Template {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
+            Trainee::LnnPositions(learner) => f(&learner),
+            Trainee::DelanPositions(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -458,7 +485,8 @@ impl Forces {
 }
 
 impl Loss {
-    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of.
+    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of, 0 of
+    /// parameters.
     fn weights(self, dataset: &Dataset) -> Vec<f64> {
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
         let scales = match self {
@@ -470,12 +498,20 @@ impl Loss {
             _ if self.needs_forces() => tau,
             _ => qdd,
         };
-        scales.iter().map(|s| 1.0 / s).collect()
+        let n = dataset.coordinates.dof();
+        let mut weights: Vec<f64> = scales.iter().map(|s| 1.0 / s).collect();
+        for i in dataset.coordinates.parameters() {
+            let own = weights.chunks_exact_mut(n).map(|set| &mut set[i]);
+            own.for_each(|w| *w = 0.0);
+        }
+        weights
     }
 }
 
 enum Trainee<'a> {
     Lnn(LnnLearner<'a>),
     Delan(DelanLearner<'a>),
+    LnnPositions(PositionsLearner<'a, LnnPoints<'a>>),
+    DelanPositions(PositionsLearner<'a, DelanPoints<'a>>),
     Mlp(MlpLearner<'a>),
 }

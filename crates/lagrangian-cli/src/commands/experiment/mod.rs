@@ -1,5 +1,6 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
+mod chains;
 mod course;
 mod letters;
 mod noisy;
@@ -44,6 +45,7 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     noisy::EXPERIMENT,
     real::EXPERIMENT,
+    chains::EXPERIMENT,
 ];
 
 /// What was asked for.

@@ -112,6 +112,14 @@ impl RolloutLoss {
             let must = "with data from trajectories: these samples have no times";
             return argument("loss", Loss::Rollout.name().into(), must);
         }
+        if dataset.coordinates.parameters().next().is_some() {
+            let must = "acceleration or torque where a coordinate is a parameter: a rollout does not hold it";
+            return argument("loss", Loss::Rollout.name().into(), must);
+        }
+        if matches!(family, Family::Lnn(lnn) if lnn.speed_limit.is_some()) {
+            let must = "acceleration under a speed limit: a rollout has no gradient through it";
+            return argument("loss", Loss::Rollout.name().into(), must);
+        }
         if self.horizon == 0 {
             return argument("horizon", "0".into(), "at least 1");
         }
