@@ -122,7 +122,8 @@ pub(crate) struct TrainingArgs {
     #[serde(default = "one")]
     pub(crate) baseline: u32,
 
-    /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 %]
+    /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 % and
+    /// compared]
     #[arg(long, value_enum)]
     pub(crate) optimizer: Option<OptimizerName>,
 

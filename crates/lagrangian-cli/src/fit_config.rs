@@ -46,10 +46,15 @@ impl FitArgs {
     /// recorded torques.
     pub(crate) fn config(&self, uncertainty: f64, forced: bool) -> FitConfig {
         let training = &self.training;
-        let optimizer = training.optimizer.unwrap_or_else(|| by_noise(uncertainty));
+        let loss = training.loss(self.model.model, forced, uncertainty);
+        // Noise of states does no harm to a rollout that noise of accelerations does to a balance (ADR 0042).
+        let optimizer = training.optimizer.unwrap_or_else(|| match loss {
+            Loss::Rollout => OptimizerName::Natural,
+            _ => by_noise(uncertainty),
+        });
         FitConfig {
             family: self.model.family(uncertainty),
-            loss: training.loss(self.model.model, forced, uncertainty),
+            loss,
             rollout: self.rollout.settings(),
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),

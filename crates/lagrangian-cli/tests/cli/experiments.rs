@@ -42,3 +42,14 @@ fn the_letters_give_one_figure_a_seed_and_a_page() {
         assert!(names.contains(&name.to_string()), "{names:?}");
     }
 }
+
+#[test]
+fn rollouts_of_noisy_recordings_are_compared_with_estimated_accelerations() {
+    let bench = Workbench::new();
+    let line = "experiment noisy --quick --seconds 0.2 --json --quiet";
+    let figures = bench.succeed(line).json();
+    let cells = figures["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 4 * 5);
+    let error = |cell: &serde_json::Value| cell["runs"][0]["acceleration"].as_f64().unwrap();
+    assert!(cells.iter().all(|cell| error(cell).is_finite()));
+}

@@ -113,9 +113,9 @@ fn config(family: Family, way: &Way, setting: &Setting, seed: u64) -> FitConfig 
     let (horizon, start) = way.loss.unwrap_or((1, Start::Recorded));
     let steps = match (quick, rollout) {
         (true, false) => 150,
-        (true, true) => 12,
-        (false, false) => 3000,
-        (false, true) => 300,
+        (true, true) => 15,
+        (false, false) => 2000,
+        (false, true) => 200,
     };
     FitConfig {
         family,
@@ -127,6 +127,8 @@ fn config(family: Family, way: &Way, setting: &Setting, seed: u64) -> FitConfig 
         rollout: RolloutLoss {
             horizon,
             start,
+            growth: if horizon > 1 { 0.6 } else { 0.0 },
+            warm_start: 0.1,
             ..RolloutLoss::default()
         },
         optimizer: match rollout {

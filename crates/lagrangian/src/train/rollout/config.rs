@@ -93,7 +93,9 @@ impl RolloutLoss {
 
     /// Evaluations of f in one segment of `horizon` samples.
     pub(super) fn evaluations(&self, horizon: usize) -> usize {
-        horizon * self.substeps * evaluations(self.integrator)
+        horizon
+            .saturating_mul(self.substeps)
+            .saturating_mul(evaluations(self.integrator))
     }
 
     /// Checks the settings against the data.
@@ -130,6 +132,10 @@ impl RolloutLoss {
         }
         if self.substeps == 0 {
             return argument("substeps", "0".into(), "at least 1");
+        }
+        if self.substeps > MOST_EVALUATIONS {
+            let must = "at most 4096: take fewer --substeps";
+            return argument("substeps", self.substeps.to_string(), must);
         }
         if !matches!(
             self.integrator,
@@ -176,7 +182,7 @@ impl RolloutLoss {
             let must = "at most 4096: take a smaller --horizon or fewer --substeps";
             return argument("horizon", value, must);
         }
-        let rows = SEGMENTS * self.evaluations(self.horizon) * dataset.coordinates.dof();
+        let rows = self.evaluations(self.horizon) * SEGMENTS * dataset.coordinates.dof();
         if matches!(optimizer, Optimizer::Natural(_)) && rows > 8192 {
             let value = format!("{} ({rows} accelerations in a batch)", self.horizon);
             let must = "at most 8192 accelerations under the natural gradient: take a smaller --horizon, --integrator implicit-midpoint, or --optimizer adam";
