@@ -37,11 +37,11 @@ pub(crate) struct RolloutArgs {
     #[arg(long, value_name = "WEIGHT", value_parser = non_negative)]
     pub(crate) continuity: Option<f64>,
 
-    /// Part of the fit in which the horizon grows from 1 [default: 0]
+    /// Part of the fit in which the horizon grows from 1 [default: 0.5]
     #[arg(long, value_name = "PART", value_parser = fraction)]
     pub(crate) growth: Option<f64>,
 
-    /// Part of the fit in which accelerations are fitted first [default: 0.3]
+    /// Part of the fit in which accelerations are fitted first [default: 0]
     #[arg(long, value_name = "PART", value_parser = fraction)]
     pub(crate) warm_start: Option<f64>,
 

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::delan::DelanLearner;
 use super::fit::FitConfig;
 use super::forces::{ForceTerms, Forces};
+use super::hnn::HnnLearner;
 use super::learner::Learner;
 use super::lnn::LnnLearner;
 use super::nominal::remainder;
@@ -15,6 +16,7 @@ use super::positions::{CHORDS, DelanPoints, LnnPoints, PositionsLearner};
 use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use crate::hamiltonian::{Canonical, Hnn, HnnConfig, HnnShape};
 use crate::identify::{Rigid, RigidConfig};
 use crate::lagrangian::{
     Actuation, Delan, DelanConfig, DelanShape, Dissipation, Lagrangian, Lnn, LnnConfig, LnnShape,
@@ -34,6 +36,8 @@ pub enum Family {
     Lnn(LnnConfig),
     /// Deep Lagrangian network.
     Delan(DelanConfig),
+    /// Hamiltonian network.
+    Hnn(HnnConfig),
     /// Plain network, the baseline: of accelerations, or of torques where the loss is theirs.
     Mlp(MlpConfig),
     /// Neural ordinary differential equation.
@@ -56,6 +60,7 @@ impl Family {
         match self {
             Self::Lnn(_) => "lnn",
             Self::Delan(_) => "delan",
+            Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
             Self::NeuralOde(_) => "neural-ode",
             Self::Rigid(_) => "rigid",
@@ -71,6 +76,8 @@ pub enum Learned {
     Lnn(Mechanical<Lnn>),
     /// The same with a mass matrix that is positive definite by construction.
     Delan(Mechanical<Delan>),
+    /// A learned Hamiltonian, or the plain flow to compare with.
+    Hnn(Canonical<Hnn>),
     /// A plain network.
     Mlp(Mlp),
     /// A plain network as the right-hand side of the motion.
@@ -88,6 +95,7 @@ impl Model for Learned {
         match self {
             Self::Lnn(model) => model.coordinates(),
             Self::Delan(model) => model.coordinates(),
+            Self::Hnn(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
             Self::NeuralOde(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
@@ -107,6 +115,7 @@ impl Model for Learned {
         match self {
             Self::Lnn(model) => model.evaluator(),
             Self::Delan(model) => model.evaluator(),
+            Self::Hnn(model) => model.evaluator(),
             Self::Mlp(model) => model.evaluator(),
             Self::NeuralOde(model) => model.evaluator(),
             Self::Rigid(model) => model.evaluator(),
@@ -119,6 +128,7 @@ impl Model for Learned {
         match self {
             Self::Lnn(model) => model.mechanics(),
             Self::Delan(model) => model.mechanics(),
+            Self::Hnn(model) => model.mechanics(),
             Self::Mlp(model) => model.mechanics(),
             Self::NeuralOde(model) => model.mechanics(),
             Self::Rigid(model) => model.mechanics(),
@@ -135,6 +145,7 @@ impl Learned {
         match self {
             Self::Lnn(model) => model.dissipation(),
             Self::Delan(model) => model.dissipation(),
+            Self::Hnn(model) => model.mechanical().dissipation(),
             Self::Mlp(_) | Self::NeuralOde(_) => None,
             Self::Rigid(rigid) => rigid.motion().dissipation(),
             Self::Robot(robot) => robot.motion().dissipation(),
@@ -148,6 +159,7 @@ impl Learned {
         match self {
             Self::Lnn(model) => model.actuation(),
             Self::Delan(model) => model.actuation(),
+            Self::Hnn(model) => model.mechanical().actuation(),
             Self::Nominal(model) => model.actuation(),
             Self::Mlp(_) | Self::NeuralOde(_) | Self::Rigid(_) | Self::Robot(_) => None,
         }
@@ -159,6 +171,7 @@ impl Learned {
         match self {
             Self::Lnn(_) => "lnn",
             Self::Delan(_) => "delan",
+            Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
             Self::NeuralOde(_) => "neural-ode",
             Self::Rigid(_) | Self::Robot(_) => "rigid",
@@ -216,6 +229,13 @@ pub(crate) enum Template {
         forces: Forces,
         nominal: Option<RigidBodies>,
     },
+    Hnn {
+        shape: HnnShape,
+        loss: Loss,
+        weights: Vec<f64>,
+        terms: ForceTerms,
+        forces: Forces,
+    },
     Mlp {
         shape: MlpShape,
         loss: Loss,
@@ -243,6 +263,13 @@ impl Family {
         let terms = config.forces;
         let forces = Forces::new(terms, tau.clone(), scaling.qd_scale.clone(), qdd.clone());
         Ok(match self {
+            Self::Lnn(lnn) if lnn.speed_limit.is_some_and(|c| dataset.fastest() >= c) => {
+                return Err(crate::Error::Argument {
+                    name: "fastest velocity of the data",
+                    value: dataset.fastest().to_string(),
+                    must: "below the speed limit (--speed-limit)",
+                });
+            }
             Self::Lnn(lnn) => Template::Lnn {
                 shape: LnnShape::new(coordinates, lnn.clone(), scaling)?,
                 loss,
@@ -259,6 +286,16 @@ impl Family {
                 forces,
                 nominal,
             },
+            Self::Hnn(hnn) => {
+                let (scaling, weights) = dataset.phase_scaling(&hnn.momenta)?;
+                Template::Hnn {
+                    shape: HnnShape::new(coordinates, hnn.clone(), scaling)?,
+                    loss: config.loss,
+                    weights,
+                    terms,
+                    forces,
+                }
+            }
             Self::Mlp(mlp) => {
                 let direction = match loss {
                     Loss::Torque | Loss::TorqueL1 => Direction::Inverse,
@@ -325,6 +362,7 @@ impl Template {
                     family: LnnPoints(shape),
                     loss: *loss,
                     rule,
+                    constant: false,
                     weights,
                     forces: forces.clone(),
                     chords: CHORDS,
@@ -349,11 +387,24 @@ impl Template {
                     family: DelanPoints(shape),
                     loss: *loss,
                     rule,
+                    constant: shape.config.has_constant_momentum(),
                     weights,
                     forces: forces.clone(),
                     chords: CHORDS,
                 }),
             },
+            Self::Hnn {
+                shape,
+                loss,
+                weights,
+                forces,
+                ..
+            } => Trainee::Hnn(HnnLearner {
+                shape,
+                loss: *loss,
+                weights,
+                forces: forces.clone(),
+            }),
             Self::Mlp {
                 shape,
                 loss,
@@ -371,8 +422,11 @@ impl Template {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
+            // Refused before: these are no flows of (q, q̇).
             Trainee::LnnPositions(learner) => f(&learner),
             Trainee::DelanPositions(learner) => f(&learner),
+            Trainee::Hnn(learner) => f(&learner),
+            Trainee::Hnn(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -409,6 +463,7 @@ impl Template {
             Trainee::Delan(learner) => f(&learner),
             Trainee::LnnPositions(learner) => f(&learner),
             Trainee::DelanPositions(learner) => f(&learner),
+            Trainee::Hnn(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -453,6 +508,18 @@ impl Template {
                 let rotors = forces.rotors(extra);
                 let delan = Delan::assemble(shape.clone(), weights.to_vec(), rotors)?;
                 Learned::Delan(forces.mechanical(delan, *terms, extra)?).upon(nominal.as_ref())?
+            }
+            Self::Hnn {
+                shape,
+                terms,
+                forces,
+                ..
+            } => {
+                let (weights, extra) = parameters.split_at(shape.layers().parameters);
+                let hnn = Hnn::assemble(shape.clone(), weights.to_vec())?;
+                let dissipation = forces.dissipation(*terms, extra);
+                let actuation = forces.actuation(*terms, extra)?;
+                Learned::Hnn(Canonical::with(hnn, dissipation, actuation)?)
             }
             Self::Mlp { shape, ode, .. } => {
                 let network = Mlp::assemble(shape.clone(), parameters.to_vec())?;
@@ -513,5 +580,6 @@ enum Trainee<'a> {
     Delan(DelanLearner<'a>),
     LnnPositions(PositionsLearner<'a, LnnPoints<'a>>),
     DelanPositions(PositionsLearner<'a, DelanPoints<'a>>),
+    Hnn(HnnLearner<'a>),
     Mlp(MlpLearner<'a>),
 }

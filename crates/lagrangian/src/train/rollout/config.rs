@@ -76,8 +76,8 @@ impl Default for RolloutLoss {
             observe: Observe::default(),
             start: Start::default(),
             continuity: 0.0,
-            growth: 0.0,
-            warm_start: 0.3,
+            growth: 0.5,
+            warm_start: 0.0,
             gradients: Gradients::default(),
         }
     }
@@ -116,6 +116,10 @@ impl RolloutLoss {
         }
         if dataset.coordinates.parameters().next().is_some() {
             let must = "acceleration or torque where a coordinate is a parameter: a rollout does not hold it";
+            return argument("loss", Loss::Rollout.name().into(), must);
+        }
+        if matches!(family, Family::Hnn(_)) {
+            let must = "the default of Hamiltonian networks: their motion is in (q, p), rollouts are compared in (q, q̇)";
             return argument("loss", Loss::Rollout.name().into(), must);
         }
         if matches!(family, Family::Lnn(lnn) if lnn.speed_limit.is_some()) {
