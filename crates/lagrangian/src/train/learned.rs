@@ -422,10 +422,8 @@ impl Template {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
-            // Refused before: these are no flows of (q, q̇).
             Trainee::LnnPositions(learner) => f(&learner),
             Trainee::DelanPositions(learner) => f(&learner),
-            Trainee::Hnn(learner) => f(&learner),
             Trainee::Hnn(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
@@ -452,8 +450,10 @@ impl Template {
                 loss: Loss::Acceleration,
                 ..learner
             }),
+            // Refused before: these are no flows of (q, q̇).
             Trainee::LnnPositions(learner) => f(&learner),
             Trainee::DelanPositions(learner) => f(&learner),
+            Trainee::Hnn(learner) => f(&learner),
         }
     }
 
