@@ -94,6 +94,17 @@ fn a_part_that_an_experiment_does_not_have_is_refused_with_those_that_it_has() {
     }
 
 #[test]
+fn rollouts_of_noisy_recordings_are_compared_with_estimated_accelerations() {
+    let bench = Workbench::new();
+    let line = "experiment noisy --quick --seconds 0.2 --json --quiet";
+    let figures = bench.succeed(line).json();
+    let cells = figures["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 4 * 5);
+    let error = |cell: &serde_json::Value| cell["runs"][0]["acceleration"].as_f64().unwrap();
+    assert!(cells.iter().all(|cell| error(cell).is_finite()));
+}
+
+#[test]
 fn systems_of_both_kinds_are_told_apart() {
     let bench = Workbench::new();
     let figures = bench

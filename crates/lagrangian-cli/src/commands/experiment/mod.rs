@@ -7,6 +7,7 @@ mod hamiltonian;
 mod is_lagrangian;
 mod letters;
 mod magnetic;
+mod noisy;
 mod plausibility;
 mod real;
 mod relativistic;
@@ -58,6 +59,7 @@ const EXPERIMENTS: &[Experiment] = &[
     tracking::EXPERIMENT,
     swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
+    noisy::EXPERIMENT,
     real::EXPERIMENT,
     chains::EXPERIMENT,
     hamiltonian::EXPERIMENT,
