@@ -42,3 +42,24 @@ fn the_letters_give_one_figure_a_seed_and_a_page() {
         assert!(names.contains(&name.to_string()), "{names:?}");
     }
 }
+
+#[test]
+fn hamiltonian_networks_keep_the_energy_that_a_plain_network_loses() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment hamiltonian --quick --seeds 1 --json --quiet")
+        .json();
+    let error = |task: &str, model: &str| figures[task][model]["energy_mse"][0].as_f64().unwrap();
+    for task in ["mass_spring", "pendulum", "two_bodies", "three_bodies"] {
+        assert_eq!(figures[task]["hnn"]["finished"][0], 15, "{task}");
+    }
+    for task in ["mass_spring", "pendulum"] {
+        assert!(10.0 * error(task, "hnn") < error(task, "plain"), "{task}");
+    }
+    assert!(error("pendulum", "hnn") < 2.5e-2);
+    assert!(
+        bench
+            .names("lagrangian-hamiltonian")
+            .contains(&"report.html".to_string())
+    );
+}
