@@ -141,6 +141,22 @@ fn networks_of_positions_alone_give_a_line_for_each_model_and_a_page() {
     assert!(
         bench
             .names("lagrangian-vin")
+fn hamiltonian_networks_keep_the_energy_that_a_plain_network_loses() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment hamiltonian --quick --seeds 1 --json --quiet")
+        .json();
+    let error = |task: &str, model: &str| figures[task][model]["energy_mse"][0].as_f64().unwrap();
+    for task in ["mass_spring", "pendulum", "two_bodies", "three_bodies"] {
+        assert_eq!(figures[task]["hnn"]["finished"][0], 15, "{task}");
+    }
+    for task in ["mass_spring", "pendulum"] {
+        assert!(10.0 * error(task, "hnn") < error(task, "plain"), "{task}");
+    }
+    assert!(error("pendulum", "hnn") < 2.5e-2);
+    assert!(
+        bench
+            .names("lagrangian-hamiltonian")
             .contains(&"report.html".to_string())
     );
 }
