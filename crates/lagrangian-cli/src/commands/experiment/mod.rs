@@ -61,6 +61,7 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     noisy::EXPERIMENT,
     real::EXPERIMENT,
+    action::EXPERIMENT,
     chains::EXPERIMENT,
     hamiltonian::EXPERIMENT,
     is_lagrangian::EXPERIMENT,
