@@ -350,7 +350,7 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(crate) lagrangian: bool,
 
-    /// Time for each of its five to seven fits, s
+    /// Time for each of its five to nine fits, s
     #[arg(long, value_name = "SECONDS", value_parser = positive, default_value_t = 3.0, requires = "lagrangian")]
     pub(crate) seconds: f64,
 
