@@ -2,6 +2,7 @@
 
 mod neighbours;
 
+use crate::hamiltonian::Momenta;
 use crate::lagrangian::Scaling;
 use crate::solve::SymmetricSolver;
 use crate::train::Samples;
@@ -151,6 +152,49 @@ impl Dataset {
         scaling
     }
 
+    /// The scales of a Hamiltonian network, whose velocities divide p, with an energy for which ∂H/∂p is of the order of q̇;
+    /// and the weights of its residuals (q̇, ṗ), `[2 n]`: one over the root mean square of each.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] where momenta are asked for and not there; [`Error::Shape`] for another number of masses.
+    pub fn phase_scaling(&self, momenta: &Momenta) -> Result<(Scaling, Vec<f64>)> {
+        let (n, data) = (self.coordinates.dof(), &self.train);
+        let size = |x: &[f64]| column(x, n, |x| positive(root_mean_square(x)));
+        let (velocities, accelerations) = (size(&data.qd), size(&data.qdd));
+        let times = |x: &[f64], masses: &[f64]| -> Vec<f64> {
+            x.iter().zip(masses).map(|(x, m)| x * m).collect()
+        };
+        let (p, pd) = match momenta {
+            Momenta::Recorded if data.p.is_empty() || data.pd.is_empty() => {
+                return Err(Error::Argument {
+                    name: "momenta",
+                    value: "none in the data".into(),
+                    must: "recorded (columns p1, p2, … or --p), or p = m q̇ with --masses, or --momenta velocities",
+                });
+            }
+            Momenta::Recorded => (size(&data.p), size(&data.pd)),
+            Momenta::Masses(m) => (times(&velocities, m), times(&accelerations, m)),
+            Momenta::Velocities => (velocities.clone(), accelerations),
+        };
+        if p.len() != n {
+            return Err(Error::Shape {
+                what: "masses".into(),
+                found: p.len(),
+                expected: n,
+                remedy: "give one for each coordinate".into(),
+            });
+        }
+        let energies = p.iter().zip(&velocities).map(|(p, v)| (p * v).ln());
+        let energy = positive((energies.sum::<f64>() / n as f64).exp());
+        let weights = velocities.iter().chain(&pd).map(|x| 1.0 / x).collect();
+        let scaling = Scaling {
+            qd_scale: p,
+            energy,
+            ..self.scaling()
+        };
+        Ok((scaling, weights))
+    }
+
     /// The slope of the force of coordinate `i` over its acceleration beside a constant and the features of all
     /// coordinates, by least squares, within two decades of `ratio`, force over acceleration; the ratio itself where these explain
     /// less than half of the force: in fast motion it is the small rest of inertial and centrifugal forces.
@@ -215,6 +259,13 @@ impl Dataset {
 }
 
 impl Dataset {
+    /// The largest |q̇| of all coordinates, in training and validation.
+    #[must_use]
+    pub fn fastest(&self) -> f64 {
+        let all = self.train.qd.iter().chain(&self.validation.qd);
+        all.fold(0.0, |most, v| most.max(v.abs()))
+    }
+
     /// Root mean square of the power τ·q̇, W; 1 where it is 0.
     #[must_use]
     pub fn power_scale(&self) -> f64 {

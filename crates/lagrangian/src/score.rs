@@ -35,9 +35,11 @@ impl SignalError {
     #[must_use]
     pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
         let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
+        // 0/0: a parameter, of which there is nothing to predict.
+        let told: Vec<f64> = nmse.iter().copied().filter(|x| !x.is_nan()).collect();
         Self {
             mse_sum: mse.iter().sum(),
-            nmse_mean: nmse.iter().sum::<f64>() / nmse.len() as f64,
+            nmse_mean: told.iter().sum::<f64>() / told.len() as f64,
             mse,
             nmse,
         }
@@ -255,13 +257,22 @@ pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) 
 
 fn follow(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<RolloutScore> {
     let prediction = predict(model, truth, options)?;
+    let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
+    if prediction.trajectory.is_empty() {
+        // Without a momentum of its first velocity it does not begin.
+        return Ok(RolloutScore {
+            outcome: prediction.outcome,
+            duration,
+            valid_seconds: 0.0,
+            exceeded: true,
+        });
+    }
     let ValidTime { seconds, exceeded } = valid_prediction_time(
         truth,
         &prediction.trajectory,
         model.coordinates(),
         THRESHOLD,
     )?;
-    let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
     Ok(RolloutScore {
         outcome: prediction.outcome,
         duration,

@@ -128,6 +128,8 @@ mod tests {
             qd: t.iter().map(|t| qd(*t)).collect(),
             qdd: None,
             tau: None,
+            p: None,
+            pd: None,
         }
     }
 

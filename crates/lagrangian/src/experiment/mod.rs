@@ -3,18 +3,25 @@
 pub mod action;
 pub mod chains;
 mod chunks;
+pub mod existence;
+mod expressible;
+pub mod hamiltonian;
 mod hermite;
 mod history;
 mod laws;
 pub mod letters;
 mod long_rollouts;
+pub mod magnetic;
 pub mod premises;
+pub mod relativistic;
 pub mod swing_up;
 mod torque;
 pub mod tracking;
 pub mod vin;
+pub mod wave;
 
 pub use chunks::{Cut, chunks};
+pub use expressible::beyond_delan;
 pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};

@@ -1,14 +1,21 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
+mod action;
 mod chains;
 mod course;
+mod hamiltonian;
+mod is_lagrangian;
 mod letters;
+mod magnetic;
 mod plausibility;
 mod real;
+mod relativistic;
 mod spread;
+mod starts;
 mod swing_up;
 mod tracking;
 mod vin;
+mod wave;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -45,7 +52,13 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
     chains::EXPERIMENT,
+    hamiltonian::EXPERIMENT,
+    is_lagrangian::EXPERIMENT,
+    wave::EXPERIMENT,
     vin::EXPERIMENT,
+    relativistic::EXPERIMENT,
+    magnetic::EXPERIMENT,
+    action::EXPERIMENT,
 ];
 
 /// What was asked for.
