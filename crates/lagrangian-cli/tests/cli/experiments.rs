@@ -159,4 +159,25 @@ fn hamiltonian_networks_keep_the_energy_that_a_plain_network_loses() {
             .names("lagrangian-hamiltonian")
             .contains(&"report.html".to_string())
     );
+fn a_density_from_ten_points_has_the_wave_speed_on_a_thousand() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment wave --quick --seeds 1 --json --quiet")
+        .json();
+    for field in ["wave", "rod", "sine-gordon"] {
+        let density = &figures["systems"][field]["density"];
+        let error = density["speed_error_1000"][0].as_f64().unwrap();
+        assert!(error < 2e-3, "{field}: {error}");
+        assert!(density["rollout_100"][0]["true_drift"].as_f64().unwrap() < 1e-2);
+    }
+    // Three points do not know the acceleration of a rod.
+    let plain = &figures["systems"]["rod"]["plain"]["speed_error_1000"][0];
+    assert!(plain.as_f64().is_none_or(|error| error > 0.1), "{plain}");
+    let names = bench.names("lagrangian-wave");
+    assert!(
+        names.contains(&"wave-density-seed0.safetensors".to_string()),
+        "{names:?}"
+    );
+    let refused = bench.refuse("rollout lagrangian-wave/wave-density-seed0.safetensors");
+    assert!(refused.contains("density of a field"), "{refused}");
 }
