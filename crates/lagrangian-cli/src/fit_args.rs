@@ -19,6 +19,7 @@ Examples:
   lagrangian fit log*.csv --model delan --forces viscous,coulomb,offset --delay 16 --out run    a robot with torques
   lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
   lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn what the description leaves
+  lagrangian fit video.csv --angle all --loss positions --out run           angles alone, no velocities
   lagrangian fit --out run --resume                 go on with a run that was interrupted")]
 pub(crate) struct FitArgs {
     /// Files with recordings: .csv, .npz, .parquet
@@ -110,10 +111,16 @@ pub(crate) struct ModelArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
-    /// What is compared with the data [default: acceleration; torque for delan where torques are recorded and
-    /// accelerations certain to 0.5 %]
+    /// What is compared with the data [default: acceleration; positions for vin; torque for delan where torques are
+    /// recorded and accelerations certain to 0.5 %]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<LossName>,
+
+    /// Distance of the neighbours of a loss of positions, in samples: noise weighs less over a longer one, but the error
+    /// of the discrete action more
+    #[arg(long, value_name = "SAMPLES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[serde(default = "one")]
+    pub(crate) baseline: u32,
 
     /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 %]
     #[arg(long, value_enum)]
@@ -156,6 +163,11 @@ pub(crate) struct TrainingArgs {
     pub(crate) validate_fraction: f64,
 }
 
+/// The baseline of runs from before there was a choice.
+fn one() -> u32 {
+    1
+}
+
 /// A family of models.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -165,6 +177,8 @@ pub(crate) enum Family {
     Lnn,
     /// Deep Lagrangian network: ½ q̇ᵀM(q)q̇ − V(q), M positive definite by construction; for robots
     Delan,
+    /// Variational integrator network: ½ q̇ᵀMq̇ − V(q) with a constant M, of positions alone (--loss positions)
+    Vin,
     /// Plain network
     Mlp,
     /// Planar chain of rigid links, or with --urdf a robot, identified by least squares from torques: the classical fit
@@ -213,6 +227,11 @@ pub(crate) enum LossName {
     TorqueAcceleration,
     /// Squared errors of τ and of the power τ·q̇ (delan)
     TorquePower,
+    /// Mean squared error of the next of three neighbouring positions, by the discrete action of the midpoint rule: no
+    /// velocities are needed (lnn, delan, vin)
+    Positions,
+    /// The same by the trapezoidal rule, which is Störmer–Verlet where M is constant
+    PositionsTrapezoidal,
 }
 
 /// A force that is learned beside those of the Lagrangian.

@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig};
+use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig};
 use lagrangian::mlp::Activation;
 use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
@@ -66,7 +66,8 @@ const NARROW: u32 = 16;
 
 impl ModelArgs {
     fn width(&self, uncertainty: f64) -> usize {
-        let narrow = self.model == Family::Delan && uncertainty > NOISY;
+        let robots = matches!(self.model, Family::Delan | Family::Vin);
+        let narrow = robots && uncertainty > NOISY;
         self.width.unwrap_or(if narrow { NARROW } else { WIDTH }) as usize
     }
 
@@ -92,7 +93,11 @@ impl ModelArgs {
                     ..LnnConfig::default()
                 })
             }
-            Family::Delan => train::Family::Delan(DelanConfig {
+            Family::Delan | Family::Vin => train::Family::Delan(DelanConfig {
+                inertia: match self.model {
+                    Family::Vin => Inertia::Constant,
+                    _ => Inertia::Configuration,
+                },
                 width,
                 layers,
                 activation,
@@ -129,12 +134,12 @@ impl ModelArgs {
             (
                 "--vector-potential",
                 self.vector_potential,
-                &[Family::Delan],
+                &[Family::Delan, Family::Vin],
             ),
             (
                 "--dissipation and --forces",
                 learns_forces,
-                &[Family::Lnn, Family::Delan, Family::Rigid],
+                &[Family::Lnn, Family::Delan, Family::Vin, Family::Rigid],
             ),
         ];
         for (flag, given, models) in flags {
@@ -174,9 +179,16 @@ impl TrainingArgs {
     fn loss(&self, model: Family, forced: bool, uncertainty: f64) -> Loss {
         match (self.loss, model) {
             (Some(name), _) => name.into(),
+            (None, Family::Vin) => Loss::Positions,
             (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
             (None, _) => Loss::Acceleration,
         }
+    }
+
+    /// Whether positions alone are compared.
+    pub(crate) fn of_positions(&self, model: Family) -> bool {
+        let named = self.loss.map(Loss::from);
+        named.map_or(model == Family::Vin, |loss| loss.rule().is_some())
     }
 
     fn optimizer(&self, name: OptimizerName) -> Optimizer {
@@ -234,6 +246,8 @@ impl From<LossName> for Loss {
             LossName::TorqueL1 => Self::TorqueL1,
             LossName::TorqueAcceleration => Self::TorqueAcceleration,
             LossName::TorquePower => Self::TorquePower,
+            LossName::Positions => Self::Positions,
+            LossName::PositionsTrapezoidal => Self::PositionsTrapezoidal,
         }
     }
 }

@@ -1,5 +1,7 @@
 //! From trajectories to what is fitted: samples, their split, and the scales that a model then owns.
 
+mod neighbours;
+
 use crate::lagrangian::Scaling;
 use crate::solve::SymmetricSolver;
 use crate::train::Samples;
@@ -30,11 +32,7 @@ impl Dataset {
         validation: &[Trajectory],
     ) -> Result<Self> {
         let n = coordinates.dof();
-        let forced = train.iter().any(|t| {
-            t.tau
-                .as_ref()
-                .is_some_and(|tau| tau.iter().any(|&x| x != 0.0))
-        });
+        let forced = is_forced(train);
         let (train, validation) = (samples(n, train)?, samples(n, validation)?);
         for part in [&train, &validation] {
             check_parameters(&coordinates, part)?;
@@ -42,8 +40,29 @@ impl Dataset {
         Ok(Self {
             train,
             validation,
-            coordinates,
             forced,
+            coordinates,
+        })
+    }
+
+    /// Three neighbouring positions each, of these trajectories: what a loss of positions alone is made of. Velocities
+    /// and accelerations of the trajectories are not looked at. `baseline` is the distance of the neighbours, in
+    /// samples: noise of the positions weighs `baseline`² times less, the error of the discrete action as much more.
+    ///
+    /// # Errors
+    /// As [`Dataset::new`]; [`Error::TooShort`] where no training trajectory has three neighbours without a gap in time
+    /// between them; [`Error::Argument`] for a baseline of 0.
+    pub fn of_positions(
+        coordinates: Coordinates,
+        train: &[Trajectory],
+        validation: &[Trajectory],
+        baseline: usize,
+    ) -> Result<Self> {
+        Ok(Self {
+            train: neighbours::all(&coordinates, train, baseline, true)?,
+            validation: neighbours::all(&coordinates, validation, baseline, false)?,
+            forced: is_forced(train),
+            coordinates,
         })
     }
 
@@ -217,6 +236,12 @@ impl Dataset {
     }
 }
 
+/// Whether any force of these motions is not 0.
+fn is_forced(trajectories: &[Trajectory]) -> bool {
+    let forces = trajectories.iter().filter_map(|t| t.tau.as_ref());
+    forces.flatten().any(|&x| x != 0.0)
+}
+
 /// Samples that inertias are guessed from, at most.
 const LOOKED_AT: usize = 4096;
 
@@ -362,7 +387,22 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
             });
         }
     }
-    Ok(())
+    if !samples.steps.is_empty() && samples.steps.len() != 2 * samples.len() {
+        return Err(Error::Shape {
+            what: "steps of the samples".into(),
+            found: samples.steps.len(),
+            expected: 2 * samples.len(),
+            remedy: "give the step before and behind each sample, or none".into(),
+        });
+    }
+    match samples.steps.iter().find(|h| !(h.is_finite() && **h > 0.0)) {
+        None => Ok(()),
+        Some(h) => Err(Error::Argument {
+            name: "step between positions",
+            value: h.to_string(),
+            must: "finite and positive",
+        }),
+    }
 }
 
 fn column(x: &[f64], n: usize, f: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Vec<f64> {

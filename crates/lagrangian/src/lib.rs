@@ -82,9 +82,11 @@
 
 #![deny(unsafe_code)]
 
+pub mod action;
 pub mod baseline;
 pub mod chaos;
 pub mod check;
+pub mod conserved;
 pub mod control;
 pub mod dataset;
 pub mod dynamics;

@@ -202,7 +202,7 @@ fn solve_directly(m: &[f64], x: &mut [f64]) -> Option<Regularity> {
 }
 
 /// Jacobi's method: rotates symmetric `a` to diagonal form; row i of `vectors` is the i-th eigenvector.
-fn diagonalise(a: &mut [f64], vectors: &mut [f64], n: usize) {
+pub(crate) fn diagonalise(a: &mut [f64], vectors: &mut [f64], n: usize) {
     vectors.fill(0.0);
     (0..n).for_each(|i| vectors[i * n + i] = 1.0);
     for _ in 0..MAX_SWEEPS {
@@ -243,6 +243,28 @@ fn rotate(a: &mut [f64], vectors: &mut [f64], n: usize, i: usize, j: usize) {
             rows[j * n + k] = s * x + c * y;
         }
     }
+}
+
+/// B^(−1/2) of a symmetric `[n, n]`; `None` where an eigenvalue is not above `cutoff` of the largest.
+pub(crate) fn inverse_root(b: &[f64], n: usize, cutoff: f64) -> Option<Vec<f64>> {
+    let (mut a, mut vectors) = (b.to_vec(), vec![0.0; n * n]);
+    diagonalise(&mut a, &mut vectors, n);
+    let values: Vec<f64> = (0..n).map(|i| a[i * n + i]).collect();
+    let largest = values.iter().fold(0.0, |l: f64, x| l.max(*x));
+    if !values.iter().all(|x| *x > cutoff * largest) {
+        return None;
+    }
+    let entry = |i: usize, j: usize| -> f64 {
+        let terms = (0..n).map(|k| vectors[k * n + i] * vectors[k * n + j] / values[k].sqrt());
+        terms.sum()
+    };
+    Some((0..n * n).map(|ij| entry(ij / n, ij % n)).collect())
+}
+
+/// A B of two `[n, n]`.
+pub(crate) fn product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
+    let entry = |i: usize, j: usize| (0..n).map(|k| a[i * n + k] * b[k * n + j]).sum::<f64>();
+    (0..n * n).map(|ij| entry(ij / n, ij % n)).collect()
 }
 
 /// Σ aᵢ bᵢ.

@@ -1,6 +1,10 @@
 //! Measurements that models are compared by, as plain data; the command's experiments are made of them.
 
+pub mod action;
+pub mod chains;
+mod chunks;
 mod expressible;
+mod hermite;
 mod history;
 mod laws;
 pub mod letters;
@@ -12,7 +16,9 @@ pub mod swing_up;
 mod torque;
 pub mod tracking;
 
+pub use chunks::{Cut, chunks};
 pub use expressible::beyond_delan;
+pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};
 pub use long_rollouts::{

@@ -364,6 +364,32 @@ impl LnnShape {
         }
     }
 
+    /// As [`LnnShape::write`], but with a tangent ′ that is zero, so that mixed components are first derivatives.
+    pub(crate) fn write_still<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], qd: &[f64]) {
+        self.write(pass, s, q, qd, None);
+        for at in 0..Scaling::features(&self.coordinates) {
+            pass.set_feature(1, s, at, T::default());
+        }
+    }
+
+    /// Writes the mixed component of direction `d` of sample `s` along the velocities `qd`: `weight`.
+    pub(crate) fn write_mixed_velocity<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        (d, s): (usize, usize),
+        qd: &[f64],
+        weight: impl Fn(usize) -> f64,
+    ) {
+        let first = Scaling::features(&self.coordinates);
+        for (i, &qd) in qd.iter().enumerate() {
+            let x = T::of(weight(i) * self.velocity(i, qd).slope);
+            match self.config.form {
+                Form::Free => pass.set_mixed_feature(d, s, first + i, x),
+                Form::Convex => pass.set_mixed_velocity(d, s, i, x),
+            }
+        }
+    }
+
     /// What the network sees of velocity `i`.
     pub(crate) fn velocity(&self, i: usize, v: f64) -> VelocityFeature {
         VelocityFeature::new(self.scaling.qd_scale[i], self.config.speed_limit, v)
@@ -394,6 +420,24 @@ impl LnnShape {
         (q, qd, qdd): (&[f64], &[f64], &[f64]),
         weight: &[f64],
     ) {
+        let at = self.write_mixed_positions(pass, (d, s), q, weight);
+        if self.config.speed_limit.is_none() {
+            return;
+        }
+        for i in 0..self.dof() {
+            let bend = self.velocity(i, qd[i]).curvature * qdd[i] * weight[i];
+            pass.set_mixed_feature(d, s, at + i, T::of(bend));
+        }
+    }
+
+    /// The part of the mixed component along the coordinates alone; returns the number of the first velocity feature.
+    pub(crate) fn write_mixed_positions<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        (d, s): (usize, usize),
+        q: &[f64],
+        weight: &[f64],
+    ) -> usize {
         let mut at = 0;
         for i in 0..self.dof() {
             let features = Features::new(&self.coordinates, &self.scaling, i, q[i]);
@@ -402,13 +446,7 @@ impl LnnShape {
                 at += 1;
             }
         }
-        if self.config.speed_limit.is_none() {
-            return;
-        }
-        for i in 0..self.dof() {
-            let bend = self.velocity(i, qd[i]).curvature * qdd[i] * weight[i];
-            pass.set_mixed_feature(d, s, at + i, T::of(bend));
-        }
+        at
     }
 
     /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`; `qdd` is what it was

@@ -12,7 +12,7 @@ mod sum;
 
 pub use actuation::Actuation;
 pub use curvature::Curvature;
-pub use delan::{Delan, DelanConfig, Structure, Terms, Trunks};
+pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub(crate) use delan::{DelanShape, Factor};
 pub use dissipation::{Dissipation, Stribeck};
 pub(crate) use lnn::LnnShape;

@@ -1,6 +1,7 @@
 //! What a run found, as plain data: headline numbers, figures, animations, tables, settings and the commands that
 //! reproduce them. Each skin draws it its own way; nothing here knows of pages or pixels.
 
+mod action;
 mod animation;
 mod decimate;
 mod figure;
@@ -11,6 +12,7 @@ mod tracking;
 
 use serde::{Deserialize, Serialize};
 
+pub use action::{action_of_families, varied_paths};
 pub use animation::{Animation, Panel};
 pub use decimate::decimate;
 pub use figure::{Axis, Figure, Kind, Role, Scale, Series};

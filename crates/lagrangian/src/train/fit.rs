@@ -265,6 +265,30 @@ impl FitConfig {
                 "torque".into(),
                 "acceleration: the data hold no force τ",
             ),
+            _ if self.loss.rule().is_some() && dataset.train.steps.is_empty() => argument(
+                "loss",
+                self.loss.name().into(),
+                "acceleration or torque: the samples are not three neighbouring positions (Dataset::of_positions)",
+            ),
+            _ if self.loss.rule().is_none() && !dataset.train.steps.is_empty() => argument(
+                "loss",
+                self.loss.name().into(),
+                "positions (--loss positions): the samples are neighbouring positions without velocities",
+            ),
+            _ if self.loss.rule().is_some()
+                && !matches!(self.family, Family::Lnn(_) | Family::Delan(_)) =>
+            {
+                argument(
+                    "loss",
+                    self.loss.name().into(),
+                    "acceleration or torque, of estimated derivatives: only a Lagrangian network (lnn, delan, vin) is fitted to positions alone",
+                )
+            }
+            _ if self.loss.rule().is_some() && self.nominal.is_some() => argument(
+                "nominal model",
+                format!("one under the loss {}", self.loss.name()),
+                "left away, or fitted with --loss torque or acceleration",
+            ),
             _ if self.forces.rotor && !matches!(self.family, Family::Delan(_)) => argument(
                 "forces",
                 "rotor".into(),

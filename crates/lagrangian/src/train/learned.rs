@@ -11,6 +11,7 @@ use super::learner::Learner;
 use super::lnn::LnnLearner;
 use super::nominal::remainder;
 use super::plain::MlpLearner;
+use super::positions::{CHORDS, DelanPoints, LnnPoints, PositionsLearner};
 use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
@@ -284,13 +285,23 @@ impl Template {
                 forces,
                 nominal,
                 ..
-            } => Trainee::Lnn(LnnLearner {
-                shape,
-                loss: *loss,
-                weights,
-                forces: forces.clone(),
-                nominal: nominal.as_ref(),
-            }),
+            } => match loss.rule() {
+                None => Trainee::Lnn(LnnLearner {
+                    shape,
+                    loss: *loss,
+                    weights,
+                    forces: forces.clone(),
+                    nominal: nominal.as_ref(),
+                }),
+                Some(rule) => Trainee::LnnPositions(PositionsLearner {
+                    family: LnnPoints(shape),
+                    loss: *loss,
+                    rule,
+                    weights,
+                    forces: forces.clone(),
+                    chords: CHORDS,
+                }),
+            },
             Self::Delan {
                 shape,
                 loss,
@@ -298,13 +309,23 @@ impl Template {
                 forces,
                 nominal,
                 ..
-            } => Trainee::Delan(DelanLearner {
-                shape,
-                loss: *loss,
-                weights,
-                forces: forces.clone(),
-                nominal: nominal.as_ref(),
-            }),
+            } => match loss.rule() {
+                None => Trainee::Delan(DelanLearner {
+                    shape,
+                    loss: *loss,
+                    weights,
+                    forces: forces.clone(),
+                    nominal: nominal.as_ref(),
+                }),
+                Some(rule) => Trainee::DelanPositions(PositionsLearner {
+                    family: DelanPoints(shape),
+                    loss: *loss,
+                    rule,
+                    weights,
+                    forces: forces.clone(),
+                    chords: CHORDS,
+                }),
+            },
             Self::Mlp {
                 shape,
                 loss,
@@ -321,6 +342,8 @@ impl Template {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
+            Trainee::LnnPositions(learner) => f(&learner),
+            Trainee::DelanPositions(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -329,6 +352,8 @@ impl Template {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
+            Trainee::LnnPositions(learner) => f(&learner),
+            Trainee::DelanPositions(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -427,5 +452,7 @@ impl Loss {
 enum Trainee<'a> {
     Lnn(LnnLearner<'a>),
     Delan(DelanLearner<'a>),
+    LnnPositions(PositionsLearner<'a, LnnPoints<'a>>),
+    DelanPositions(PositionsLearner<'a, DelanPoints<'a>>),
     Mlp(MlpLearner<'a>),
 }

@@ -13,6 +13,7 @@ mod lnn;
 mod natural;
 mod nominal;
 mod plain;
+mod positions;
 mod stepper;
 #[cfg(test)]
 mod tests;

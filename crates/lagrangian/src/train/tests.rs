@@ -10,8 +10,11 @@ use super::learner::{Learner, Loss};
 use super::lnn::LnnLearner;
 use super::natural::{Natural, NaturalConfig};
 use super::plain::MlpLearner;
+use super::positions::{DelanPoints, LnnPoints, PositionsLearner};
 use crate::baseline::{MlpConfig, MlpShape};
-use crate::lagrangian::{DelanConfig, DelanShape, Form, LnnConfig, LnnShape, Scaling, Trunks};
+use crate::lagrangian::{
+    DelanConfig, DelanShape, Form, Inertia, LnnConfig, LnnShape, Scaling, Trunks,
+};
 use crate::rigid::{self, RigidBodies};
 use crate::{Coordinates, Topology};
 
@@ -25,6 +28,15 @@ fn samples(n: usize, m: usize) -> Samples {
         qdd: column(),
         tau: column(),
         ..Samples::default()
+    }
+}
+
+/// Three neighbours of positions, at steps that are not even.
+fn neighbours(n: usize, m: usize) -> Samples {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    Samples {
+        steps: (0..2 * m).map(|_| rng.random_range(0.05..0.15)).collect(),
+        ..samples(n, m)
     }
 }
 
@@ -116,6 +128,71 @@ fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
             }
         }
     }
+}
+
+/// Calls `f` with learners of positions alone of all kinds, for `n` coordinates, each with a name.
+fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss, String)) {
+    let weights: Vec<f64> = (0..n).map(|i| 0.8 + 0.1 * i as f64).collect();
+    let input = [Input::Torque, Input::Gains, Input::Matrix][n - 1];
+    for loss in [Loss::Positions, Loss::PositionsTrapezoidal] {
+        let rule = loss.rule().unwrap();
+        for form in [Form::Free, Form::Convex] {
+            let shape = shape(n, form);
+            let learner = PositionsLearner {
+                family: LnnPoints(&shape),
+                loss,
+                rule,
+                weights: &weights,
+                forces: forces(ForceTerms::friction(), n),
+                chords: 12,
+            };
+            f(&learner, loss, format!("{form:?} {loss:?} of {n}"));
+        }
+        for (trunks, inertia) in [
+            (Trunks::Shared, Inertia::Configuration),
+            (Trunks::Separate, Inertia::Configuration),
+            (Trunks::Shared, Inertia::Constant),
+        ] {
+            let config = DelanConfig {
+                trunks,
+                inertia,
+                vector_potential: trunks == Trunks::Separate,
+                ..Default::default()
+            };
+            let shape = delan(n, config);
+            let learner = PositionsLearner {
+                family: DelanPoints(&shape),
+                loss,
+                rule,
+                weights: &weights,
+                forces: forces(all_forces(input), n),
+                chords: 12,
+            };
+            f(
+                &learner,
+                loss,
+                format!("{trunks:?} {inertia:?} {loss:?} of {n}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn the_gradient_through_the_discrete_euler_lagrange_equation_agrees_with_differences() {
+    for n in [1, 2] {
+        each_learner_of_positions(n, |learner, loss, name| {
+            let error = gradient_error(learner, loss, &neighbours(n, 37));
+            assert!(error < 1e-5, "{name}: {error:e}");
+        });
+    }
+}
+
+#[test]
+fn a_natural_step_on_positions_shrinks_every_residual_by_its_rate() {
+    each_learner_of_positions(2, |learner, loss, _| {
+        // A constant mass matrix has too few parameters for many residuals to be independent.
+        assert_step_solves(learner, loss, &neighbours(2, 7));
+    });
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
+mod chains;
 mod course;
 mod letters;
 mod magnetic;
@@ -45,6 +46,7 @@ const EXPERIMENTS: &[Experiment] = &[
     swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
+    chains::EXPERIMENT,
     relativistic::EXPERIMENT,
     magnetic::EXPERIMENT,
 ];
