@@ -17,6 +17,7 @@ Examples:
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
   lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
   lagrangian fit log*.csv --model delan --forces viscous,coulomb,offset --delay 16 --out run    a robot with torques
+  lagrangian fit motion.csv --angle all --model hnn --p p1,p2 --out run     a Hamiltonian, from momenta
   lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
   lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn what the description leaves
   lagrangian fit video.csv --angle all --loss positions --out run           angles alone, no velocities
@@ -103,6 +104,22 @@ pub(crate) struct ModelArgs {
     #[arg(long, value_enum)]
     pub(crate) trunks: Option<Trunks>,
 
+    /// Any Hamiltonian, one with a mass matrix, or none: the plain flow (q, q̇) → (q̇, q̈) to compare with (hnn)
+    #[arg(long, value_enum)]
+    #[serde(default)]
+    pub(crate) structure: Option<Structure>,
+
+    /// What a Hamiltonian network takes for momenta: recorded ones (columns p1, p2, … or --p), or the velocities in
+    /// their place [default: recorded, or p = m q̇ with --masses]
+    #[arg(long, value_enum)]
+    #[serde(default)]
+    pub(crate) momenta: Option<MomentaName>,
+
+    /// Masses m of p = m q̇, one for each coordinate (hnn)
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "momenta", value_parser = positive)]
+    #[serde(default)]
+    pub(crate) masses: Vec<f64>,
+
     /// Give a deep Lagrangian network the term A(q)·q̇, for gyroscopic and magnetic forces
     #[arg(long)]
     pub(crate) vector_potential: bool,
@@ -179,6 +196,8 @@ pub(crate) enum Family {
     Delan,
     /// Variational integrator network: ½ q̇ᵀMq̇ − V(q) with a constant M, of positions alone (--loss positions)
     Vin,
+    /// Hamiltonian network H(q, p), fitted to (q̇, ṗ)
+    Hnn,
     /// Plain network
     Mlp,
     /// Planar chain of rigid links, or with --urdf a robot, identified by least squares from torques: the classical fit
@@ -194,6 +213,28 @@ pub(crate) enum Form {
     Free,
     /// Convex in q̇
     Convex,
+}
+
+/// A structure of the Hamiltonian network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Structure {
+    /// Any function of q and p
+    Free,
+    /// ½ pᵀM⁻¹(q)p + V(q), M positive definite by construction
+    Mass,
+    /// None: a plain network of the flow
+    None,
+}
+
+/// What stands for momenta.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum MomentaName {
+    /// The recorded ones
+    Recorded,
+    /// Velocities in their place
+    Velocities,
 }
 
 /// An activation function.

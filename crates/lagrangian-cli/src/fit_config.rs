@@ -3,6 +3,7 @@
 use anyhow::Result;
 use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
+use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig};
 use lagrangian::mlp::Activation;
@@ -12,8 +13,8 @@ use lagrangian::train::{
 
 use crate::failure::mistake;
 use crate::fit_args::{
-    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, OptimizerName, TrainingArgs,
-    Trunks,
+    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName, OptimizerName,
+    Structure, TrainingArgs, Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
@@ -108,6 +109,21 @@ impl ModelArgs {
                 vector_potential: self.vector_potential,
                 ..DelanConfig::default()
             }),
+            Family::Hnn => train::Family::Hnn(HnnConfig {
+                structure: match self.structure.unwrap_or(Structure::Free) {
+                    Structure::Free => HnnStructure::Free,
+                    Structure::Mass => HnnStructure::Mass,
+                    Structure::None => HnnStructure::None,
+                },
+                momenta: match (self.momenta, self.masses.is_empty()) {
+                    (Some(MomentaName::Velocities), _) => Momenta::Velocities,
+                    (_, false) => Momenta::Masses(self.masses.clone()),
+                    _ => Momenta::Recorded,
+                },
+                width,
+                layers,
+                activation,
+            }),
             Family::Mlp => train::Family::Mlp(MlpConfig {
                 width,
                 layers,
@@ -128,6 +144,9 @@ impl ModelArgs {
         let learns_forces = self.dissipation || !self.forces.is_empty();
         let flags = [
             ("--form", self.form.is_some(), &[Family::Lnn][..]),
+            ("--structure", self.structure.is_some(), &[Family::Hnn]),
+            ("--momenta", self.momenta.is_some(), &[Family::Hnn]),
+            ("--masses", !self.masses.is_empty(), &[Family::Hnn]),
             ("--speed-limit", self.speed_limit.is_some(), &[Family::Lnn]),
             ("--exponential", self.exponential, &[Family::Lnn]),
             ("--trunks", self.trunks.is_some(), &[Family::Delan]),
@@ -139,7 +158,13 @@ impl ModelArgs {
             (
                 "--dissipation and --forces",
                 learns_forces,
-                &[Family::Lnn, Family::Delan, Family::Vin, Family::Rigid],
+                &[
+                    Family::Lnn,
+                    Family::Delan,
+                    Family::Vin,
+                    Family::Hnn,
+                    Family::Rigid,
+                ],
             ),
         ];
         for (flag, given, models) in flags {
@@ -152,6 +177,13 @@ impl ModelArgs {
                     format!("leave it away, or take --model {}", names.join(" or ")),
                 ));
             }
+        }
+        let velocities = self.momenta == Some(MomentaName::Velocities);
+        if self.structure == Some(Structure::None) && !velocities {
+            return Err(mistake(
+                "--structure none knows no way from a velocity to its momentum",
+                "add --momenta velocities, or take --structure free or mass",
+            ));
         }
         Ok(())
     }

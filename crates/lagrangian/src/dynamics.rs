@@ -176,6 +176,14 @@ impl Slopes {
     }
 }
 
+/// The momenta p = ∂L/∂q̇ of states (q, q̇), `[m, n]`.
+#[must_use]
+pub fn momenta(lagrangian: &dyn Lagrangian, q: &[f64], qd: &[f64]) -> Vec<f64> {
+    let mut jet = Jet::default();
+    lagrangian.jets().jet(q, qd, &mut jet);
+    jet.momentum
+}
+
 /// Evaluates a Lagrangian's motion, with dissipation if there is any; allocates nothing once warm.
 pub struct EulerLagrange<'a> {
     coordinates: &'a Coordinates,

@@ -2,6 +2,7 @@
 
 mod check;
 mod demo;
+mod existence;
 mod experiment;
 mod fit;
 mod report;

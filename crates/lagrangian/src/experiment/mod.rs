@@ -3,7 +3,9 @@
 pub mod action;
 pub mod chains;
 mod chunks;
+pub mod existence;
 mod expressible;
+pub mod hamiltonian;
 mod hermite;
 mod history;
 mod laws;
@@ -15,6 +17,8 @@ pub mod relativistic;
 pub mod swing_up;
 mod torque;
 pub mod tracking;
+pub mod vin;
+pub mod wave;
 
 pub use chunks::{Cut, chunks};
 pub use expressible::beyond_delan;

@@ -339,13 +339,25 @@ impl LnnShape {
         qd: &[f64],
         qdd: Option<&[f64]>,
     ) {
+        self.write_along(pass, s, (q, qd), qd, qdd);
+    }
+
+    /// The same with ′ = `along` in q, whatever the second argument of the function is.
+    pub(crate) fn write_along<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        s: usize,
+        (q, qd): (&[f64], &[f64]),
+        along: &[f64],
+        qdd: Option<&[f64]>,
+    ) {
         let n = self.dof();
         let mut at = 0;
         for i in 0..n {
             let features = Features::new(&self.coordinates, &self.scaling, i, q[i]);
             for k in 0..features.count {
                 pass.set_feature(0, s, at, T::of(features.values[k]));
-                pass.set_feature(1, s, at, T::of(features.slopes[k] * qd[i]));
+                pass.set_feature(1, s, at, T::of(features.slopes[k] * along[i]));
                 for d in 0..n {
                     pass.set_feature(2 + d, s, at, T::default());
                 }

@@ -84,14 +84,14 @@ struct Tile {
 }
 
 /// A symmetric positive definite system with one right-hand side, kept so that a step allocates nothing.
-struct System {
-    matrix: Mat<f64>,
-    right: Mat<f64>,
+pub(crate) struct System {
+    pub(crate) matrix: Mat<f64>,
+    pub(crate) right: Mat<f64>,
     memory: MemBuffer,
 }
 
 impl System {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             matrix: Mat::new(),
             right: Mat::new(),
@@ -99,7 +99,7 @@ impl System {
         }
     }
 
-    fn resize(&mut self, size: usize) {
+    pub(crate) fn resize(&mut self, size: usize) {
         if self.matrix.nrows() != size {
             self.matrix = Mat::zeros(size, size);
             self.right = Mat::zeros(size, 1);
@@ -115,7 +115,7 @@ impl System {
 
     /// Overwrites the right-hand side with the solution. On one thread, so that the bits do not depend on how many
     /// there are.
-    fn solve(&mut self) -> bool {
+    pub(crate) fn solve(&mut self) -> bool {
         let stack = MemStack::new(&mut self.memory);
         let (regularization, params) =
             (Default::default(), <LltParams as Auto<f64>>::auto().into());

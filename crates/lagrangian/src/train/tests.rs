@@ -18,7 +18,7 @@ use crate::lagrangian::{
 use crate::rigid::{self, RigidBodies};
 use crate::{Coordinates, Topology};
 
-fn samples(n: usize, m: usize) -> Samples {
+pub(super) fn samples(n: usize, m: usize) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut column = || (0..m * n).map(|_| rng.random_range(-1.5..1.5)).collect();
     Samples {
@@ -54,7 +54,7 @@ fn shape(n: usize, form: Form) -> LnnShape {
     LnnShape::new(Coordinates::angles(n), config, scaling).unwrap()
 }
 
-fn forces(terms: ForceTerms, n: usize) -> Forces {
+pub(super) fn forces(terms: ForceTerms, n: usize) -> Forces {
     Forces::new(terms, vec![0.7; n], vec![1.5; n], vec![1.1; n])
 }
 
@@ -142,6 +142,7 @@ fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss
                 family: LnnPoints(&shape),
                 loss,
                 rule,
+                constant: false,
                 weights: &weights,
                 forces: forces(ForceTerms::friction(), n),
                 chords: 12,
@@ -164,6 +165,7 @@ fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss
                 family: DelanPoints(&shape),
                 loss,
                 rule,
+                constant: shape.config.has_constant_momentum(),
                 weights: &weights,
                 forces: forces(all_forces(input), n),
                 chords: 12,
@@ -229,7 +231,7 @@ fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rat
 }
 
 /// The largest relative error of the gradient against central differences, over some parameters.
-fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) -> f64 {
+pub(super) fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) -> f64 {
     let parameters = parameters(learner);
     let numbers: Vec<usize> = (0..samples.len()).collect();
     let mut batches = Batches::new(learner, samples.len());
@@ -445,7 +447,7 @@ fn the_gradient_of_a_plain_network_agrees_with_differences() {
 
 /// Without momentum, one step of rate 1 is −Jᵀ (J Jᵀ + λ N)⁻¹ r; the residuals after a short step must change by
 /// −rate · K (K + λ N)⁻¹ r, which for small damping is −rate · r.
-fn assert_step_solves(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) {
+pub(super) fn assert_step_solves(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) {
     let mut parameters = parameters(learner);
     let numbers: Vec<usize> = (0..samples.len()).collect();
     let mut natural = Natural::new(learner, numbers.len());

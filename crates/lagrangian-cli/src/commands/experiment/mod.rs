@@ -2,6 +2,8 @@
 
 mod chains;
 mod course;
+mod hamiltonian;
+mod is_lagrangian;
 mod letters;
 mod magnetic;
 mod plausibility;
@@ -11,6 +13,8 @@ mod spread;
 mod starts;
 mod swing_up;
 mod tracking;
+mod vin;
+mod wave;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -47,6 +51,10 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
     chains::EXPERIMENT,
+    hamiltonian::EXPERIMENT,
+    is_lagrangian::EXPERIMENT,
+    wave::EXPERIMENT,
+    vin::EXPERIMENT,
     relativistic::EXPERIMENT,
     magnetic::EXPERIMENT,
 ];

@@ -98,6 +98,11 @@ impl DelanConfig {
         })
     }
 
+    /// Whether p = ∂L/∂q̇ does not depend on q.
+    pub(crate) fn has_constant_momentum(&self) -> bool {
+        self.inertia == Inertia::Constant && !self.vector_potential
+    }
+
     /// The layers for these coordinates. Outputs: the diagonal of G before softplus, its entries below the diagonal row
     /// by row, V, and A where it is wanted.
     fn net(&self, coordinates: &Coordinates) -> Net {

@@ -84,6 +84,8 @@ pub(crate) struct PositionsLearner<'a, F> {
     pub(crate) family: F,
     pub(crate) loss: Loss,
     pub(crate) rule: Rule,
+    /// Whether momenta depend on the velocity alone: then the outer points of the trapezoidal rule are the inner ones.
+    pub(crate) constant: bool,
     /// Weight of each coordinate's residual, `[n]`.
     pub(crate) weights: &'a [f64],
     pub(crate) forces: Forces,
@@ -105,10 +107,10 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
         self.family.dof()
     }
     fn points(&self) -> usize {
-        places(self.rule)
+        self.places()
     }
     fn outputs_each(&self) -> usize {
-        places(self.rule) * self.family.dof()
+        self.places() * self.family.dof()
     }
     fn forces(&self) -> Option<&Forces> {
         Some(&self.forces)
@@ -123,7 +125,7 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (n, samples) = (self.family.dof(), work.samples);
-        work.points.resize((places(self.rule), samples, n));
+        work.points.resize((self.places(), samples, n));
         work.jet.resize(work.pass.samples(), n);
         self.family.prepare(work);
         work.points.a.copy_from_slice(&work.qdd);
@@ -144,7 +146,7 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
     }
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
-        let (n, samples, places) = (self.family.dof(), work.samples, places(self.rule));
+        let (n, samples, places) = (self.family.dof(), work.samples, self.places());
         let lambda = std::mem::take(&mut work.lambda);
         let weight = |point: usize, _: usize, i: usize| {
             let (s, place) = (point % samples, point / samples);
@@ -163,15 +165,15 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
     }
 }
 
-/// Points of a sample.
-fn places(rule: Rule) -> usize {
-    match rule {
-        Rule::Midpoint => 2,
-        Rule::Trapezoidal => 4,
-    }
-}
-
 impl<F> PositionsLearner<'_, F> {
+    /// Points of a sample.
+    fn places(&self) -> usize {
+        match self.rule {
+            Rule::Trapezoidal if !self.constant => 4,
+            Rule::Midpoint | Rule::Trapezoidal => 2,
+        }
+    }
+
     /// Sets the points of all samples and their weights; those that a moves are behind the first half.
     fn place<T: Real>(&self, work: &mut Work<T>) {
         let (samples, n) = (work.samples, work.qd.len() / work.samples);
@@ -183,6 +185,9 @@ impl<F> PositionsLearner<'_, F> {
             // Share of the step between q and the point, α and β of each place.
             let places: &[[f64; 3]] = match self.rule {
                 Rule::Midpoint => &[[-0.5, -1.0 / mean, past], [0.5, 1.0 / mean, next]],
+                Rule::Trapezoidal if self.constant => {
+                    &[[0.0, -1.0 / mean, past], [0.0, 1.0 / mean, next]]
+                }
                 Rule::Trapezoidal => &[
                     [-1.0, -0.5 / mean, 0.0],
                     [0.0, -0.5 / mean, past],
@@ -218,7 +223,7 @@ impl<F> PositionsLearner<'_, F> {
     {
         self.family.evaluate(packed, work, mass);
         let (n, samples, kinds) = (self.family.dof(), work.samples, self.forces.kinds());
-        let (places, energy) = (places(self.rule), self.family.energy());
+        let (places, energy) = (self.places(), self.family.energy());
         work.extra.fill(0.0);
         let mut slopes = [0.0; MAX_KINDS];
         for s in 0..samples {
@@ -248,7 +253,7 @@ impl<F> PositionsLearner<'_, F> {
 
     /// ∂B/∂a ≈ M behind q.
     fn mass_as_jacobian<T: Real>(&self, extra: &[f64], work: &mut Work<T>) {
-        let (samples, places) = (work.samples, places(self.rule));
+        let (samples, places) = (work.samples, self.places());
         let n = work.qd.len() / samples;
         for s in 0..samples {
             let row = places / 2 * samples + s;
@@ -318,7 +323,7 @@ impl<F> PositionsLearner<'_, F> {
     where
         F: PointFamily<T>,
     {
-        let (n, places, energy) = (self.family.dof(), places(self.rule), self.family.energy());
+        let (n, places, energy) = (self.family.dof(), self.places(), self.family.energy());
         let (k, row) = (n * places, s * n..s * n + n);
         let jacobian = &work.points.jacobian[s * n * n..][..n * n];
         let mut regular = true;
