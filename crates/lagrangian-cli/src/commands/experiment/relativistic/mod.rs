@@ -7,10 +7,11 @@ use anyhow::Result;
 use lagrangian::State;
 use lagrangian::experiment::beyond_delan;
 use lagrangian::experiment::relativistic::{
-    Particle, Sweep, dataset, recovered, samples, sweep, weighted_error,
+    Particle, Sweep, dataset, recovered, samples, sweep, weighted_error, weighted_flow_error,
 };
+use lagrangian::hamiltonian::Hamiltonian;
 use lagrangian::saved::Provenance;
-use lagrangian::train::Samples;
+use lagrangian::train::{Learned, Samples};
 use serde_json::{Map, Value, json};
 
 use super::spread::median;
@@ -184,7 +185,13 @@ fn one(
         lagrangian.map_or(f64::NAN, |_| recovered(&own.momentum, &truth.momentum).0)
     };
     Ok(Fitted {
-        error: weighted_error(model, test),
+        error: match model {
+            // That on (q, q̇) has no momenta.
+            Learned::Hnn(hnn) if hnn.hamiltonian().canonical() => {
+                weighted_flow_error(model, particle, test)
+            }
+            _ => weighted_error(model, test),
+        },
         momentum: [r2(FAST), r2(FASTEST)],
         sweep: sweep(model, lagrangian, (FASTEST, FIELD)),
         seconds: best.seconds,
