@@ -79,7 +79,6 @@ impl Found {
         json!({
             "weighted_l1": self.errors(),
             "weighted_l1_median": median(&self.errors()),
-            "published_weighted_l1": self.contestant.published,
             "momentum_r2": self.momentum(0),
             "momentum_r2_all_speeds": self.momentum(1),
             "seconds": self.seconds(),
@@ -205,7 +204,11 @@ fn figures(all: &[Measured]) -> Value {
     for measured in all {
         let mut own: Map<String, Value> = Map::new();
         for found in &measured.found {
-            own.insert(found.contestant.key.into(), found.json());
+            let mut json = found.json();
+            if measured.particle == Particle::Published {
+                json["published_weighted_l1"] = found.contestant.published.into();
+            }
+            own.insert(found.contestant.key.into(), json);
         }
         own.insert(
             "no_acceleration".into(),
