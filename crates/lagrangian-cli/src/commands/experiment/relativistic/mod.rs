@@ -204,11 +204,11 @@ fn figures(all: &[Measured]) -> Value {
     for measured in all {
         let mut own: Map<String, Value> = Map::new();
         for found in &measured.found {
-            let mut json = found.json();
+            let mut value = found.json();
             if measured.particle == Particle::Published {
-                json["published_weighted_l1"] = found.contestant.published.into();
+                value["published_weighted_l1"] = json!(found.contestant.published);
             }
-            own.insert(found.contestant.key.into(), json);
+            own.insert(found.contestant.key.into(), value);
         }
         own.insert(
             "no_acceleration".into(),
