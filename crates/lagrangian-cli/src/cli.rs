@@ -230,7 +230,11 @@ pub(crate) struct SimulateArgs {
     #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
-    /// Standard deviation of Gaussian noise on q (in its unit) and q̇; accelerations are then left out
+    /// Write the momenta p = ∂L/∂q̇ too
+    #[arg(long)]
+    pub(crate) momenta: bool,
+
+    /// Standard deviation of Gaussian noise on q (in its unit), q̇ and p; accelerations are then left out
     #[arg(long, value_name = "SIGMA", value_parser = non_negative)]
     pub(crate) noise: Option<f64>,
 
@@ -317,7 +321,8 @@ Exit code: 0 if the data can be fitted, 1 if a fit would be meaningless, 2 for f
 
 Examples:
   lagrangian check motion.csv
-  lagrangian check log1.csv log2.csv --time t --q theta --qd omega --tau torque --angle theta")]
+  lagrangian check log1.csv log2.csv --time t --q theta --qd omega --tau torque --angle theta
+  lagrangian check motion.csv --lagrangian --seconds 10")]
 pub(crate) struct CheckArgs {
     /// Files with recordings: .csv, .npz, .parquet
     #[arg(required = true)]
@@ -334,6 +339,14 @@ pub(crate) struct CheckArgs {
     /// Judge the forces behind the filter of `fit --filter`, of this length, s
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub(crate) filter: Option<f64>,
+
+    /// Also: does any Lagrangian exist for these motions? It compares fits with and without one, so it takes time
+    #[arg(long)]
+    pub(crate) lagrangian: bool,
+
+    /// Time for each of its five to seven fits, s
+    #[arg(long, value_name = "SECONDS", value_parser = positive, default_value_t = 3.0, requires = "lagrangian")]
+    pub(crate) seconds: f64,
 
     #[command(flatten)]
     pub(crate) data: DataArgs,

@@ -166,8 +166,12 @@ pub(crate) fn trajectories(
             .map(|e| e.seconds)
             .collect();
         if let Some(longest) = windows.iter().copied().reduce(f64::max) {
+            let other = match signal {
+                "qd" => "; a fit with --loss positions uses none",
+                _ => "",
+            };
             eprintln!(
-                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s"
+                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
             );
         }
     }

@@ -17,8 +17,10 @@ Examples:
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
   lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
   lagrangian fit log*.csv --model delan --forces viscous,coulomb,offset --delay 16 --out run    a robot with torques
+  lagrangian fit motion.csv --angle all --model hnn --p p1,p2 --out run     a Hamiltonian, from momenta
   lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
   lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn what the description leaves
+  lagrangian fit video.csv --angle all --loss positions --out run           angles alone, no velocities
   lagrangian fit --out run --resume                 go on with a run that was interrupted")]
 pub(crate) struct FitArgs {
     /// Files with recordings: .csv, .npz, .parquet
@@ -91,6 +93,22 @@ pub(crate) struct ModelArgs {
     #[arg(long, value_enum)]
     pub(crate) trunks: Option<Trunks>,
 
+    /// Any Hamiltonian, one with a mass matrix, or none: the plain flow (q, q̇) → (q̇, q̈) to compare with (hnn)
+    #[arg(long, value_enum)]
+    #[serde(default)]
+    pub(crate) structure: Option<Structure>,
+
+    /// What a Hamiltonian network takes for momenta: recorded ones (columns p1, p2, … or --p), or the velocities in
+    /// their place [default: recorded, or p = m q̇ with --masses]
+    #[arg(long, value_enum)]
+    #[serde(default)]
+    pub(crate) momenta: Option<MomentaName>,
+
+    /// Masses m of p = m q̇, one for each coordinate (hnn)
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "momenta", value_parser = positive)]
+    #[serde(default)]
+    pub(crate) masses: Vec<f64>,
+
     /// Give a deep Lagrangian network the term A(q)·q̇, for gyroscopic and magnetic forces
     #[arg(long)]
     pub(crate) vector_potential: bool,
@@ -99,10 +117,16 @@ pub(crate) struct ModelArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
-    /// What is compared with the data [default: acceleration; torque for delan where torques are recorded and
-    /// accelerations certain to 0.5 %]
+    /// What is compared with the data [default: acceleration; positions for vin; torque for delan where torques are
+    /// recorded and accelerations certain to 0.5 %]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<LossName>,
+
+    /// Distance of the neighbours of a loss of positions, in samples: noise weighs less over a longer one, but the error
+    /// of the discrete action more
+    #[arg(long, value_name = "SAMPLES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[serde(default = "one")]
+    pub(crate) baseline: u32,
 
     /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 %]
     #[arg(long, value_enum)]
@@ -145,6 +169,11 @@ pub(crate) struct TrainingArgs {
     pub(crate) validate_fraction: f64,
 }
 
+/// The baseline of runs from before there was a choice.
+fn one() -> u32 {
+    1
+}
+
 /// A family of models.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -154,6 +183,10 @@ pub(crate) enum Family {
     Lnn,
     /// Deep Lagrangian network: ½ q̇ᵀM(q)q̇ − V(q), M positive definite by construction; for robots
     Delan,
+    /// Variational integrator network: ½ q̇ᵀMq̇ − V(q) with a constant M, of positions alone (--loss positions)
+    Vin,
+    /// Hamiltonian network H(q, p), fitted to (q̇, ṗ)
+    Hnn,
     /// Plain network
     Mlp,
     /// Planar chain of rigid links, or with --urdf a robot, identified by least squares from torques: the classical fit
@@ -169,6 +202,28 @@ pub(crate) enum Form {
     Free,
     /// Convex in q̇
     Convex,
+}
+
+/// A structure of the Hamiltonian network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Structure {
+    /// Any function of q and p
+    Free,
+    /// ½ pᵀM⁻¹(q)p + V(q), M positive definite by construction
+    Mass,
+    /// None: a plain network of the flow
+    None,
+}
+
+/// What stands for momenta.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum MomentaName {
+    /// The recorded ones
+    Recorded,
+    /// Velocities in their place
+    Velocities,
 }
 
 /// An activation function.
@@ -202,6 +257,11 @@ pub(crate) enum LossName {
     TorqueAcceleration,
     /// Squared errors of τ and of the power τ·q̇ (delan)
     TorquePower,
+    /// Mean squared error of the next of three neighbouring positions, by the discrete action of the midpoint rule: no
+    /// velocities are needed (lnn, delan, vin)
+    Positions,
+    /// The same by the trapezoidal rule, which is Störmer–Verlet where M is constant
+    PositionsTrapezoidal,
 }
 
 /// A force that is learned beside those of the Lagrangian.

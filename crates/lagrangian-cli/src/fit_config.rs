@@ -3,8 +3,9 @@
 use anyhow::Result;
 use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
+use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig};
+use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig};
 use lagrangian::mlp::Activation;
 use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
@@ -12,8 +13,8 @@ use lagrangian::train::{
 
 use crate::failure::mistake;
 use crate::fit_args::{
-    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, OptimizerName, TrainingArgs,
-    Trunks,
+    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName, OptimizerName,
+    Structure, TrainingArgs, Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
@@ -66,7 +67,8 @@ const NARROW: u32 = 16;
 
 impl ModelArgs {
     fn width(&self, uncertainty: f64) -> usize {
-        let narrow = self.model == Family::Delan && uncertainty > NOISY;
+        let robots = matches!(self.model, Family::Delan | Family::Vin);
+        let narrow = robots && uncertainty > NOISY;
         self.width.unwrap_or(if narrow { NARROW } else { WIDTH }) as usize
     }
 
@@ -90,7 +92,11 @@ impl ModelArgs {
                     ..LnnConfig::default()
                 })
             }
-            Family::Delan => train::Family::Delan(DelanConfig {
+            Family::Delan | Family::Vin => train::Family::Delan(DelanConfig {
+                inertia: match self.model {
+                    Family::Vin => Inertia::Constant,
+                    _ => Inertia::Configuration,
+                },
                 width,
                 layers,
                 activation,
@@ -100,6 +106,21 @@ impl ModelArgs {
                 },
                 vector_potential: self.vector_potential,
                 ..DelanConfig::default()
+            }),
+            Family::Hnn => train::Family::Hnn(HnnConfig {
+                structure: match self.structure.unwrap_or(Structure::Free) {
+                    Structure::Free => HnnStructure::Free,
+                    Structure::Mass => HnnStructure::Mass,
+                    Structure::None => HnnStructure::None,
+                },
+                momenta: match (self.momenta, self.masses.is_empty()) {
+                    (Some(MomentaName::Velocities), _) => Momenta::Velocities,
+                    (_, false) => Momenta::Masses(self.masses.clone()),
+                    _ => Momenta::Recorded,
+                },
+                width,
+                layers,
+                activation,
             }),
             Family::Mlp => train::Family::Mlp(MlpConfig {
                 width,
@@ -121,16 +142,25 @@ impl ModelArgs {
         let learns_forces = self.dissipation || !self.forces.is_empty();
         let flags = [
             ("--form", self.form.is_some(), &[Family::Lnn][..]),
+            ("--structure", self.structure.is_some(), &[Family::Hnn]),
+            ("--momenta", self.momenta.is_some(), &[Family::Hnn]),
+            ("--masses", !self.masses.is_empty(), &[Family::Hnn]),
             ("--trunks", self.trunks.is_some(), &[Family::Delan]),
             (
                 "--vector-potential",
                 self.vector_potential,
-                &[Family::Delan],
+                &[Family::Delan, Family::Vin],
             ),
             (
                 "--dissipation and --forces",
                 learns_forces,
-                &[Family::Lnn, Family::Delan, Family::Rigid],
+                &[
+                    Family::Lnn,
+                    Family::Delan,
+                    Family::Vin,
+                    Family::Hnn,
+                    Family::Rigid,
+                ],
             ),
         ];
         for (flag, given, models) in flags {
@@ -143,6 +173,13 @@ impl ModelArgs {
                     format!("leave it away, or take --model {}", names.join(" or ")),
                 ));
             }
+        }
+        let velocities = self.momenta == Some(MomentaName::Velocities);
+        if self.structure == Some(Structure::None) && !velocities {
+            return Err(mistake(
+                "--structure none knows no way from a velocity to its momentum",
+                "add --momenta velocities, or take --structure free or mass",
+            ));
         }
         Ok(())
     }
@@ -170,9 +207,16 @@ impl TrainingArgs {
     fn loss(&self, model: Family, forced: bool, uncertainty: f64) -> Loss {
         match (self.loss, model) {
             (Some(name), _) => name.into(),
+            (None, Family::Vin) => Loss::Positions,
             (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
             (None, _) => Loss::Acceleration,
         }
+    }
+
+    /// Whether positions alone are compared.
+    pub(crate) fn of_positions(&self, model: Family) -> bool {
+        let named = self.loss.map(Loss::from);
+        named.map_or(model == Family::Vin, |loss| loss.rule().is_some())
     }
 
     fn optimizer(&self, name: OptimizerName) -> Optimizer {
@@ -230,6 +274,8 @@ impl From<LossName> for Loss {
             LossName::TorqueL1 => Self::TorqueL1,
             LossName::TorqueAcceleration => Self::TorqueAcceleration,
             LossName::TorquePower => Self::TorquePower,
+            LossName::Positions => Self::Positions,
+            LossName::PositionsTrapezoidal => Self::PositionsTrapezoidal,
         }
     }
 }

@@ -292,6 +292,10 @@ impl MlpEvaluator<'_> {
                 *out = scale[at % n] * pass.output(&shape.net, 0, at / n, at % n);
             }
         }
+        for i in shape.coordinates.parameters() {
+            let column = out.iter_mut().skip(i).step_by(n);
+            column.for_each(|x| *x = 0.0);
+        }
     }
 }
 

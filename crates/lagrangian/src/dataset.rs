@@ -1,5 +1,8 @@
 //! From trajectories to what is fitted: samples, their split, and the scales that a model then owns.
 
+mod neighbours;
+
+use crate::hamiltonian::Momenta;
 use crate::lagrangian::Scaling;
 use crate::solve::SymmetricSolver;
 use crate::train::Samples;
@@ -30,16 +33,37 @@ impl Dataset {
         validation: &[Trajectory],
     ) -> Result<Self> {
         let n = coordinates.dof();
-        let forced = train.iter().any(|t| {
-            t.tau
-                .as_ref()
-                .is_some_and(|tau| tau.iter().any(|&x| x != 0.0))
-        });
+        let forced = is_forced(train);
+        let (train, validation) = (samples(n, train)?, samples(n, validation)?);
+        for part in [&train, &validation] {
+            check_parameters(&coordinates, part)?;
+        }
         Ok(Self {
-            train: samples(n, train)?,
-            validation: samples(n, validation)?,
-            coordinates,
+            train,
+            validation,
             forced,
+            coordinates,
+        })
+    }
+
+    /// Three neighbouring positions each, of these trajectories: what a loss of positions alone is made of. Velocities
+    /// and accelerations of the trajectories are not looked at. `baseline` is the distance of the neighbours, in
+    /// samples: noise of the positions weighs `baseline`² times less, the error of the discrete action as much more.
+    ///
+    /// # Errors
+    /// As [`Dataset::new`]; [`Error::TooShort`] where no training trajectory has three neighbours without a gap in time
+    /// between them; [`Error::Argument`] for a baseline of 0.
+    pub fn of_positions(
+        coordinates: Coordinates,
+        train: &[Trajectory],
+        validation: &[Trajectory],
+        baseline: usize,
+    ) -> Result<Self> {
+        Ok(Self {
+            train: neighbours::all(&coordinates, train, baseline, true)?,
+            validation: neighbours::all(&coordinates, validation, baseline, false)?,
+            forced: is_forced(train),
+            coordinates,
         })
     }
 
@@ -55,6 +79,7 @@ impl Dataset {
         let n = coordinates.dof();
         for part in [&train, &validation] {
             validate(n, part)?;
+            check_parameters(&coordinates, part)?;
         }
         let forced = train.tau.iter().any(|&x| x != 0.0);
         Ok(Self {
@@ -78,7 +103,9 @@ impl Dataset {
             .inertias()
             .iter()
             .zip(&qd_scale)
-            .map(|(m, v)| m * v * v)
+            .enumerate()
+            .filter(|(i, _)| !self.coordinates.is_parameter(*i))
+            .map(|(_, (m, v))| m * v * v)
             .collect();
         Scaling {
             q_center: (0..n)
@@ -94,7 +121,9 @@ impl Dataset {
                 })
                 .collect(),
             // The geometric mean over the coordinates.
-            energy: positive((energies.iter().map(|e| e.ln()).sum::<f64>() / n as f64).exp()),
+            energy: positive(
+                (energies.iter().map(|e| e.ln()).sum::<f64>() / energies.len() as f64).exp(),
+            ),
             qd_scale,
         }
     }
@@ -109,13 +138,61 @@ impl Dataset {
         if !self.forced {
             return scaling;
         }
-        let work = self.force_scale().into_iter().zip(&scaling.q_scale);
-        scaling.energy = positive(work.map(|(tau, q)| tau * q).fold(0.0, f64::max));
+        let moves = |i: &usize| !self.coordinates.is_parameter(*i);
+        let forces = self.force_scale();
+        let work = (0..forces.len())
+            .filter(moves)
+            .map(|i| forces[i] * scaling.q_scale[i]);
+        scaling.energy = positive(work.fold(0.0, f64::max));
         let ratios = self.inertias();
-        for (i, (s, ratio)) in scaling.qd_scale.iter_mut().zip(ratios).enumerate() {
+        for i in (0..ratios.len()).filter(moves) {
+            let (s, ratio) = (&mut scaling.qd_scale[i], ratios[i]);
             *s = positive((scaling.energy / self.own_inertia(i, ratio)).sqrt());
         }
         scaling
+    }
+
+    /// The scales of a Hamiltonian network, whose velocities divide p, with an energy for which ∂H/∂p is of the order of q̇;
+    /// and the weights of its residuals (q̇, ṗ), `[2 n]`: one over the root mean square of each.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] where momenta are asked for and not there; [`Error::Shape`] for another number of masses.
+    pub fn phase_scaling(&self, momenta: &Momenta) -> Result<(Scaling, Vec<f64>)> {
+        let (n, data) = (self.coordinates.dof(), &self.train);
+        let size = |x: &[f64]| column(x, n, |x| positive(root_mean_square(x)));
+        let (velocities, accelerations) = (size(&data.qd), size(&data.qdd));
+        let times = |x: &[f64], masses: &[f64]| -> Vec<f64> {
+            x.iter().zip(masses).map(|(x, m)| x * m).collect()
+        };
+        let (p, pd) = match momenta {
+            Momenta::Recorded if data.p.is_empty() || data.pd.is_empty() => {
+                return Err(Error::Argument {
+                    name: "momenta",
+                    value: "none in the data".into(),
+                    must: "recorded (columns p1, p2, … or --p), or p = m q̇ with --masses, or --momenta velocities",
+                });
+            }
+            Momenta::Recorded => (size(&data.p), size(&data.pd)),
+            Momenta::Masses(m) => (times(&velocities, m), times(&accelerations, m)),
+            Momenta::Velocities => (velocities.clone(), accelerations),
+        };
+        if p.len() != n {
+            return Err(Error::Shape {
+                what: "masses".into(),
+                found: p.len(),
+                expected: n,
+                remedy: "give one for each coordinate".into(),
+            });
+        }
+        let energies = p.iter().zip(&velocities).map(|(p, v)| (p * v).ln());
+        let energy = positive((energies.sum::<f64>() / n as f64).exp());
+        let weights = velocities.iter().chain(&pd).map(|x| 1.0 / x).collect();
+        let scaling = Scaling {
+            qd_scale: p,
+            energy,
+            ..self.scaling()
+        };
+        Ok((scaling, weights))
     }
 
     /// The slope of the force of coordinate `i` over its acceleration beside a constant and the features of all
@@ -194,6 +271,12 @@ impl Dataset {
         let mut power = samples.map(|(tau, v)| tau.iter().zip(v).map(|(f, v)| f * v).sum::<f64>());
         positive(root_mean_square(&mut power))
     }
+}
+
+/// Whether any force of these motions is not 0.
+fn is_forced(trajectories: &[Trajectory]) -> bool {
+    let forces = trajectories.iter().filter_map(|t| t.tau.as_ref());
+    forces.flatten().any(|&x| x != 0.0)
 }
 
 /// Samples that inertias are guessed from, at most.
@@ -308,6 +391,12 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
     Ok(out)
 }
 
+/// Refuses parameters that move.
+fn check_parameters(coordinates: &Coordinates, samples: &Samples) -> Result<()> {
+    coordinates.check_parameters("velocity", &samples.qd)?;
+    coordinates.check_parameters("acceleration", &samples.qdd)
+}
+
 fn validate(n: usize, samples: &Samples) -> Result<()> {
     let size = samples.q.len();
     let fields = [
@@ -335,7 +424,22 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
             });
         }
     }
-    Ok(())
+    if !samples.steps.is_empty() && samples.steps.len() != 2 * samples.len() {
+        return Err(Error::Shape {
+            what: "steps of the samples".into(),
+            found: samples.steps.len(),
+            expected: 2 * samples.len(),
+            remedy: "give the step before and behind each sample, or none".into(),
+        });
+    }
+    match samples.steps.iter().find(|h| !(h.is_finite() && **h > 0.0)) {
+        None => Ok(()),
+        Some(h) => Err(Error::Argument {
+            name: "step between positions",
+            value: h.to_string(),
+            must: "finite and positive",
+        }),
+    }
 }
 
 fn column(x: &[f64], n: usize, f: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Vec<f64> {

@@ -176,8 +176,17 @@ impl Slopes {
     }
 }
 
+/// The momenta p = ∂L/∂q̇ of states (q, q̇), `[m, n]`.
+#[must_use]
+pub fn momenta(lagrangian: &dyn Lagrangian, q: &[f64], qd: &[f64]) -> Vec<f64> {
+    let mut jet = Jet::default();
+    lagrangian.jets().jet(q, qd, &mut jet);
+    jet.momentum
+}
+
 /// Evaluates a Lagrangian's motion, with dissipation if there is any; allocates nothing once warm.
 pub struct EulerLagrange<'a> {
+    coordinates: &'a Coordinates,
     jets: Box<dyn Jets + 'a>,
     dissipation: Option<&'a Dissipation>,
     actuation: Option<&'a Actuation>,
@@ -192,6 +201,7 @@ impl<'a> EulerLagrange<'a> {
     #[must_use]
     pub fn new(lagrangian: &'a dyn Lagrangian, dissipation: Option<&'a Dissipation>) -> Self {
         Self {
+            coordinates: lagrangian.coordinates(),
             jets: lagrangian.jets(),
             dissipation,
             actuation: None,
@@ -208,9 +218,25 @@ impl<'a> EulerLagrange<'a> {
         Self { actuation, ..self }
     }
 
+    /// Evaluates L and holds what never moves.
+    fn evaluate(&mut self, q: &[f64], qd: &[f64]) {
+        self.jets.jet(q, qd, &mut self.jet);
+        for row in 0..self.jet.lagrangian.len() {
+            self.jet.hold(self.coordinates, row);
+        }
+    }
+
+    /// Nothing acts on a parameter.
+    fn release(coordinates: &Coordinates, force: &mut [f64]) {
+        for i in coordinates.parameters() {
+            let column = force.iter_mut().skip(i).step_by(coordinates.dof());
+            column.for_each(|f| *f = 0.0);
+        }
+    }
+
     /// Writes momentum, ∂L/∂q + τ − d and mass matrix at one state under the forces `tau`.
     pub fn slopes(&mut self, q: &[f64], qd: &[f64], tau: &[f64], slopes: &mut Slopes) {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         self.sum_forces(qd, tau);
         slopes.momentum.copy_from_slice(&self.jet.momentum);
         slopes.mass_matrix.copy_from_slice(&self.jet.mass_matrix);
@@ -232,6 +258,7 @@ impl<'a> EulerLagrange<'a> {
             let pairs = self.force.iter_mut().zip(&self.friction);
             pairs.for_each(|(f, d)| *f -= d);
         }
+        Self::release(self.coordinates, &mut self.force);
     }
 
     /// The derivatives of L at the states evaluated last.
@@ -243,13 +270,13 @@ impl<'a> EulerLagrange<'a> {
 
 impl Evaluator for EulerLagrange<'_> {
     fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         self.sum_forces(qd, tau);
         forward(&self.jet, &mut self.solver, &mut self.force, qdd)
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         inverse(&self.jet, self.solver.n(), qdd, tau);
         if let Some(dissipation) = self.dissipation {
             self.friction.resize(qd.len(), 0.0);
@@ -261,6 +288,7 @@ impl Evaluator for EulerLagrange<'_> {
         if let Some(actuation) = self.actuation {
             actuation.inputs(tau);
         }
+        Self::release(self.coordinates, tau);
         true
     }
 
@@ -289,7 +317,7 @@ impl Evaluator for EulerLagrange<'_> {
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         self::energy(&self.jet, self.solver.n(), qd, energy);
         true
     }

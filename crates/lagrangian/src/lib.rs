@@ -91,7 +91,10 @@ pub mod control;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
+pub mod existence;
 pub mod experiment;
+pub mod field;
+pub mod hamiltonian;
 pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
@@ -111,6 +114,7 @@ pub use baseline::{Mlp, MlpConfig};
 pub use dataset::Dataset;
 pub use dynamics::{Evaluator, Mechanical, Model};
 pub use error::{Error, Result};
+pub use hamiltonian::{Canonical, Hamiltonian, Hnn, HnnConfig};
 pub use integrate::Method;
 pub use lagrangian::{
     Actuation, Delan, DelanConfig, Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic,

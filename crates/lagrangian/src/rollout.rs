@@ -149,6 +149,29 @@ pub fn rollout(
     Ok(run.finish(ending, tau))
 }
 
+/// Rolls `model` out from (q₀, z₀), z being what it moves in: p for a Hamiltonian, else q̇. The trajectory holds the
+/// z of its samples as momenta.
+///
+/// # Errors
+/// As [`rollout`].
+pub fn rollout_phase(
+    model: &dyn Model,
+    q0: &[f64],
+    z0: &[f64],
+    times: &[f64],
+    tau: &Force<'_>,
+    options: &RolloutOptions,
+) -> Result<Rollout> {
+    check(model, q0, z0, times, options)?;
+    let mut run = Run::in_phase(model, q0, z0, times.len(), options);
+    let ending = run.advance(times, tau, true);
+    let z = run.rollout.trajectory.qd.clone();
+    let mut rollout = run.finish(ending, tau);
+    let reached = rollout.trajectory.qd.len();
+    rollout.trajectory.p = z.get(..reached).map(<[f64]>::to_vec);
+    Ok(rollout)
+}
+
 /// The times 0, `step`, 2 `step`, … up to `duration` (and that itself, if it is a multiple), s.
 ///
 /// # Errors
@@ -214,6 +237,9 @@ fn check(
             });
         }
     }
+    model
+        .coordinates()
+        .check_parameters("initial velocity", qd0)?;
     if let Some(index) = times.iter().position(|t| !t.is_finite()) {
         return Err(Error::NotFinite {
             what: "times".into(),
@@ -263,16 +289,27 @@ impl<'a> Run<'a> {
         options: &'a RolloutOptions,
     ) -> Self {
         let n = q0.len();
+        let mut run = Self::in_phase(model, q0, qd0, len, options);
+        run.begun = run.evaluator.phase(q0, qd0, &mut run.x[n..]);
+        run
+    }
+
+    /// From the state (q, z).
+    fn in_phase(
+        model: &'a dyn Model,
+        q0: &[f64],
+        z0: &[f64],
+        len: usize,
+        options: &'a RolloutOptions,
+    ) -> Self {
+        let n = q0.len();
         let rollout = Rollout::begin(len, n);
-        let mut evaluator = model.evaluator();
-        let mut x = [q0, qd0].concat();
-        let begun = evaluator.phase(q0, qd0, &mut x[n..]);
         Self {
-            evaluator,
+            evaluator: model.evaluator(),
             mechanics: options.method.rule().and_then(|_| model.mechanics()),
             options,
-            x,
-            begun,
+            x: [q0, z0].concat(),
+            begun: true,
             qd: vec![0.0; n],
             force: vec![0.0; n],
             rollout,

@@ -255,13 +255,22 @@ pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) 
 
 fn follow(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<RolloutScore> {
     let prediction = predict(model, truth, options)?;
+    let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
+    if prediction.trajectory.is_empty() {
+        // Without a momentum of its first velocity it does not begin.
+        return Ok(RolloutScore {
+            outcome: prediction.outcome,
+            duration,
+            valid_seconds: 0.0,
+            exceeded: true,
+        });
+    }
     let ValidTime { seconds, exceeded } = valid_prediction_time(
         truth,
         &prediction.trajectory,
         model.coordinates(),
         THRESHOLD,
     )?;
-    let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
     Ok(RolloutScore {
         outcome: prediction.outcome,
         duration,

@@ -4,6 +4,7 @@ mod action;
 mod check;
 mod conserved;
 mod demo;
+mod existence;
 mod experiment;
 mod fit;
 mod report;

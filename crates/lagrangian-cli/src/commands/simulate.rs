@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
+use lagrangian::dynamics::momenta;
 use lagrangian::lagrangian::Dissipation;
 use lagrangian::lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
 use lagrangian::rigid::RigidBodies;
@@ -55,6 +56,12 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
         .iter()
         .enumerate()
         .for_each(|(k, summary)| summary.warn(k + 1));
+    if args.momenta {
+        for rollout in &mut rollouts {
+            let motion = &mut rollout.trajectory;
+            motion.p = Some(momenta(system.lagrangian(), &motion.q, &motion.qd));
+        }
+    }
     let trajectories = recorded(rollouts, args);
     let layout = match &args.out {
         Some(path) => Some(output::write_trajectories(
@@ -79,6 +86,7 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
             "drive": args.drive,
             "friction": args.friction,
             "motion": args.motion,
+            "momenta": args.momenta,
             "noise": args.noise,
             "out": args.out,
             "layout": layout,

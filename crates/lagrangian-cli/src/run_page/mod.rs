@@ -8,6 +8,7 @@ use std::path::Path;
 use anyhow::Result;
 use lagrangian::Trajectory;
 use lagrangian::dynamics::Model;
+use lagrangian::hamiltonian::HnnStructure;
 use lagrangian::report::{Command, Headline, Report, Role};
 use lagrangian::score::{Score, SignalError, score};
 use lagrangian::train::Learned;
@@ -49,6 +50,7 @@ impl Run<'_> {
             headlines: self.headlines(&score),
             summary: self.summary(&score),
             animations: animation.into_iter().collect(),
+            maps: Vec::new(),
             figures,
             tables: tables::of(self, &score),
             settings: tables::settings(self.record),
@@ -60,6 +62,11 @@ impl Run<'_> {
         match self.model {
             Learned::Lnn(_) => "A Lagrangian",
             Learned::Delan(_) => "A Lagrangian with a mass matrix",
+            Learned::Hnn(model) => match model.hamiltonian().config().structure {
+                HnnStructure::Free => "A Hamiltonian",
+                HnnStructure::Mass => "A Hamiltonian with a mass matrix",
+                HnnStructure::None => "A plain flow",
+            },
             Learned::Rigid(_) => "A chain of rigid links",
             Learned::Robot(_) => "A robot of rigid bodies",
             Learned::Nominal(_) => "A robot and a Lagrangian of what its description leaves",
@@ -70,6 +77,9 @@ impl Run<'_> {
     fn role(&self) -> Role {
         match self.model {
             Learned::Lnn(_) | Learned::Delan(_) | Learned::Nominal(_) => Role::Lnn,
+            Learned::Hnn(model) if model.hamiltonian().config().structure != HnnStructure::None => {
+                Role::Lnn
+            }
             _ => Role::Baseline,
         }
     }

@@ -412,3 +412,22 @@ fn a_delay_of_another_number_of_joints_or_longer_than_the_motion_is_refused() {
         );
     }
 }
+
+#[test]
+fn a_search_for_a_lagrangian_needs_its_flag_a_positive_time_and_data_that_pass() {
+    let bench = Workbench::new();
+    bench.write("a.csv", &swing());
+    assert!(
+        bench
+            .refuse("check a.csv --seconds 1")
+            .contains("--lagrangian")
+    );
+    assert!(
+        bench
+            .refuse("check a.csv --lagrangian --seconds 0")
+            .contains("--seconds")
+    );
+    bench.write("short.csv", "t,q1,qd1\n0,1,0\n0.1,0.9,-1\n");
+    let message = bench.refuse("check short.csv --lagrangian");
+    assert!(message.contains("without --lagrangian"), "{message}");
+}

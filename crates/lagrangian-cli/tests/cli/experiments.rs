@@ -42,3 +42,44 @@ fn the_letters_give_one_figure_a_seed_and_a_page() {
         assert!(names.contains(&name.to_string()), "{names:?}");
     }
 }
+
+#[test]
+fn systems_of_both_kinds_are_told_apart() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment is-lagrangian --quick --seeds 1 --json --quiet")
+        .json();
+    assert_eq!(figures["right"], figures["of"], "{figures}");
+    let cycle = &figures["noise_0"]["van-der-pol"];
+    let rate = cycle["surveys"][0]["contraction"]["found"]["rate"]
+        .as_f64()
+        .unwrap();
+    // Every motion ends in the cycle of van der Pol, at the rate of its Floquet exponent.
+    assert!((-3.2..-1.8).contains(&rate), "{rate}");
+    assert!(
+        bench
+            .names("lagrangian-is-lagrangian")
+            .contains(&"report.html".into())
+    );
+}
+
+#[test]
+fn networks_of_positions_alone_give_a_line_for_each_model_and_a_page() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment vin --quick --seeds 1 --json --quiet")
+        .json();
+    let lines = figures["lines"].as_array().unwrap();
+    let error = |model: &str| {
+        let own = lines.iter().find(|l| l["model"] == model).unwrap();
+        own["own_method"][0]["error"].as_f64().unwrap()
+    };
+    // The first line of a model is that without noise.
+    assert!(error("truth") < 0.1);
+    assert!(error("vin-midpoint") < 0.5, "{}", error("vin-midpoint"));
+    assert!(
+        bench
+            .names("lagrangian-vin")
+            .contains(&"report.html".to_string())
+    );
+}

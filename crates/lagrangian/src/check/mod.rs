@@ -5,6 +5,7 @@
 
 mod coverage;
 mod drive;
+mod existence;
 mod regression;
 mod signals;
 mod time;
@@ -15,6 +16,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::trajectory::Recording;
+
+pub use existence::existence;
 
 /// Fewer samples than this in all cannot carry a fit.
 const FEWEST_SAMPLES: usize = 20;

@@ -1,6 +1,11 @@
 //! Measurements that models are compared by, as plain data; the command's experiments are made of them.
 
 pub mod action;
+pub mod chains;
+mod chunks;
+pub mod existence;
+pub mod hamiltonian;
+mod hermite;
 mod history;
 mod laws;
 pub mod letters;
@@ -9,7 +14,11 @@ pub mod premises;
 pub mod swing_up;
 mod torque;
 pub mod tracking;
+pub mod vin;
+pub mod wave;
 
+pub use chunks::{Cut, chunks};
+pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};
 pub use long_rollouts::{

@@ -168,7 +168,6 @@ impl Variational {
         (q, p): (&[f64], &[f64]),
         exactly: bool,
     ) -> Result<(f64, f64), Failure> {
-        let n = self.v.len();
         self.jacobian.copy_from_slice(&self.first.mass_matrix);
         if self.rule == Rule::Trapezoidal {
             let pairs = self.jacobian.iter_mut().zip(&self.second.mass_matrix);
@@ -187,12 +186,10 @@ impl Variational {
             return Err(Failure::NotConverged);
         }
         let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
-        for i in 0..n {
-            self.v[i] += self.change[i];
-            change = change.max(self.change[i].abs());
-            size = size
-                .max(self.v[i].abs())
-                .max(q[i].abs() / at.1 * f64::EPSILON);
+        for ((v, step), q) in self.v.iter_mut().zip(&self.change).zip(q) {
+            *v += step;
+            change = change.max(step.abs());
+            size = size.max(v.abs()).max(q.abs() / at.1 * f64::EPSILON);
         }
         Ok((change, size))
     }
@@ -205,8 +202,8 @@ impl Variational {
             let (v, step) = (self.v[j], DIFFERENCE * size);
             self.v[j] = v + step;
             self.evaluate(f, at, q, p);
-            for i in 0..n {
-                self.jacobian[i * n + j] = (lack[i] - self.lack[i]) / step;
+            for (i, (here, beside)) in lack.iter().zip(&self.lack).enumerate() {
+                self.jacobian[i * n + j] = (here - beside) / step;
             }
             self.v[j] = v;
         }

@@ -12,7 +12,7 @@ mod sum;
 
 pub use actuation::Actuation;
 pub use curvature::Curvature;
-pub use delan::{Delan, DelanConfig, Structure, Terms, Trunks};
+pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub(crate) use delan::{DelanShape, Factor};
 pub use dissipation::{Dissipation, Stribeck};
 pub(crate) use lnn::LnnShape;
@@ -55,6 +55,22 @@ impl Jet {
         self.momentum.resize(m * n, 0.0);
         self.mass_matrix.resize(m * n * n, 0.0);
         self.momentum_drift.resize(m * n, 0.0);
+    }
+
+    /// Holds the parameters among the coordinates at state `row`: their rows and columns of M become those of the
+    /// identity, and nothing pushes them (theory.md, equation 107).
+    pub(crate) fn hold(&mut self, coordinates: &Coordinates, row: usize) {
+        let n = coordinates.dof();
+        for i in coordinates.parameters() {
+            for j in 0..n {
+                let one = if i == j { 1.0 } else { 0.0 };
+                self.mass_matrix[(row * n + i) * n + j] = one;
+                self.mass_matrix[(row * n + j) * n + i] = one;
+            }
+            self.momentum[row * n + i] = 0.0;
+            self.momentum_drift[row * n + i] = 0.0;
+            self.dl_dq[row * n + i] = 0.0;
+        }
     }
 
     /// Adds the derivatives of another Lagrangian at the same states.

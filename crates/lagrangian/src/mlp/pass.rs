@@ -326,6 +326,12 @@ impl<T: Real> Pass<T> {
         self.set_feature(self.mixed(d), s, i, x);
     }
 
+    /// Sets velocity `j` of the mixed component of direction `d` of sample `s` (networks with gates).
+    #[inline]
+    pub(crate) fn set_mixed_velocity(&mut self, d: usize, s: usize, j: usize, x: T) {
+        self.set_velocity(self.mixed(d), s, j, x);
+    }
+
     fn feature_at(&self, c: usize, s: usize, i: usize) -> usize {
         let rows = self.components * self.samples;
         (i / T::LANES * rows + c * self.samples + s) * T::LANES + i % T::LANES

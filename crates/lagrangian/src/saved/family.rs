@@ -6,6 +6,7 @@ use serde_json::Value;
 use super::{Header, Provenance, SavedModel, Tensor, damaged};
 use crate::baseline::{Mlp, MlpConfig};
 use crate::dynamics::{Mechanical, Model};
+use crate::hamiltonian::{Canonical, Hamiltonian, Hnn, HnnConfig};
 use crate::identify::Rigid;
 use crate::lagrangian::{
     Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, Rest,
@@ -20,6 +21,7 @@ const WEIGHTS: &str = "parameters";
 
 const LNN: &str = "lnn";
 const DELAN: &str = "delan";
+const HNN: &str = "hnn";
 const MLP: &str = "mlp";
 const RIGID: &str = "rigid";
 const ROBOT: &str = "robot";
@@ -112,6 +114,15 @@ impl Learned {
                 saved.tensors.insert(ROTORS.into(), rotors);
                 Ok(saved)
             }
+            Self::Hnn(model) => {
+                let hnn = model.hamiltonian();
+                let mut header = header(HNN, describe(hnn.config())?, describe(hnn.scaling())?);
+                header.form = describe(&hnn.config().structure)?
+                    .as_str()
+                    .map(String::from);
+                header.forces(model.mechanical())?;
+                saved(header, hnn.parameters())
+            }
             Self::Mlp(mlp) => {
                 let (qdd, tau) = mlp.scales();
                 let inputs = mlp.scaling().clone();
@@ -202,6 +213,14 @@ impl Learned {
                 )?;
                 Ok(Self::Lnn(moving(lnn, header)?))
             }
+            HNN => {
+                let config: HnnConfig = read("architecture", &header.architecture)?;
+                let scaling = read("scaling", &header.scaling)?;
+                let hnn = Hnn::with_parameters(coordinates, config, scaling, weights)?;
+                let dissipation = read("dissipation", &header.dissipation)?;
+                let actuation = read("actuation", &header.actuation)?;
+                Ok(Self::Hnn(Canonical::with(hnn, dissipation, actuation)?))
+            }
             MLP => {
                 let config: MlpConfig = read("architecture", &header.architecture)?;
                 let scales: MlpScales = read("scaling", &header.scaling)?;
@@ -214,6 +233,9 @@ impl Learned {
                     weights,
                 )?))
             }
+            super::field::FIELD => Err(damaged(
+                "it is the density of a field, which moves on a ring of points: read it with `DensityNet::load`".into(),
+            )),
             other => Err(damaged(format!(
                 "'{other}' is no family of models that is known"
             ))),
@@ -226,7 +248,10 @@ impl Learned {
         match self {
             Self::Lnn(model) => Some(&model.lagrangian),
             Self::Delan(model) => Some(&model.lagrangian),
-            Self::Mlp(_) => None,
+            Self::Hnn(model) if model.hamiltonian().canonical() => {
+                Some(&model.mechanical().lagrangian)
+            }
+            Self::Hnn(_) | Self::Mlp(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
             Self::Robot(robot) => Some(&robot.motion().lagrangian),
             Self::Nominal(model) => Some(&model.lagrangian),
@@ -309,7 +334,7 @@ impl Header {
     }
 }
 
-fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
+pub(super) fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
     let tensor = Tensor::new(vec![weights.len()], weights.to_vec())?;
     Ok(SavedModel {
         header,
@@ -317,7 +342,7 @@ fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
     })
 }
 
-fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
+pub(super) fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
     let weights = tensor(saved, WEIGHTS)?;
     saved.expect_tensors(&[(WEIGHTS.to_string(), vec![weights.len()])])?;
     Ok(weights)
@@ -332,10 +357,10 @@ fn tensor(saved: &SavedModel, name: &str) -> Result<Vec<f64>> {
     Ok(saved.tensor(name, &[count])?.to_vec())
 }
 
-fn describe(part: &impl Serialize) -> Result<Value> {
+pub(super) fn describe(part: &impl Serialize) -> Result<Value> {
     serde_json::to_value(part).map_err(|e| damaged(e.to_string()))
 }
 
-fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) -> Result<T> {
+pub(super) fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) -> Result<T> {
     serde_json::from_value(value.clone()).map_err(|e| damaged(format!("its {part}: {e}")))
 }

@@ -209,6 +209,7 @@ impl DelanLearner<'_> {
         for i in 0..n {
             work.scratch[i] = -energy * self.left(work, s, i) - work.scratch[n + i];
         }
+        work.hold(&self.shape.coordinates, s);
         let (force, rest) = work.scratch.split_at_mut(n);
         let (found, unit) = rest[n..].split_at_mut(n);
         let mass = &work.jet.mass_matrix[s * n * n..][..n * n];

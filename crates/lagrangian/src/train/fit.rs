@@ -238,7 +238,7 @@ impl FitConfig {
             return argument("batch", self.batch.to_string(), "between 1 and 1048576");
         }
         if matches!(self.optimizer, Optimizer::Natural(_))
-            && self.batch * self.loss.residuals(dataset.train.n) > 8192
+            && self.batch * self.residuals(dataset.train.n) > 8192
         {
             let must =
                 "at most 8192 residuals under the natural gradient: take a smaller batch, or Adam";
@@ -247,7 +247,7 @@ impl FitConfig {
                 format!(
                     "{} ({} residuals)",
                     self.batch,
-                    self.batch * self.loss.residuals(dataset.train.n)
+                    self.batch * self.residuals(dataset.train.n)
                 ),
                 must,
             );
@@ -260,10 +260,71 @@ impl FitConfig {
             Budget::Seconds(s) if !(s.is_finite() && s > 0.0) => {
                 argument("seconds", s.to_string(), "finite and positive")
             }
+            _ => self.check_family(dataset),
+        }
+    }
+
+    /// Residuals of a sample of `n` coordinates.
+    fn residuals(&self, n: usize) -> usize {
+        match self.family {
+            Family::Hnn(_) => 2 * n,
+            _ => self.loss.residuals(n),
+        }
+    }
+
+    /// What this family cannot be fitted to.
+    fn check_family(&self, dataset: &Dataset) -> Result<()> {
+        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
+        let hnn = match &self.family {
+            Family::Hnn(hnn) => Some(hnn),
+            _ => None,
+        };
+        match hnn {
+            Some(_) if !matches!(self.loss, Loss::Acceleration | Loss::AccelerationL1) => argument(
+                "loss",
+                self.loss.name().into(),
+                "left away (or acceleration-l1 for absolute errors): a Hamiltonian network is fitted to (q̇, ṗ)",
+            ),
+            Some(hnn) if !hnn.momenta.canonical() && dataset.forced => argument(
+                "momenta",
+                "velocities, with forces in the data".into(),
+                "recorded, or p = m q̇ with --masses: a force changes p, not q̇",
+            ),
+            Some(hnn) if !hnn.momenta.canonical() && self.forces != ForceTerms::default() => {
+                argument(
+                    "forces",
+                    "beside velocities in the place of momenta".into(),
+                    "left away, or momenta recorded or p = m q̇ with --masses",
+                )
+            }
             _ if self.loss.needs_forces() && !dataset.forced => argument(
                 "loss",
                 "torque".into(),
                 "acceleration: the data hold no force τ",
+            ),
+            _ if self.loss.rule().is_some() && dataset.train.steps.is_empty() => argument(
+                "loss",
+                self.loss.name().into(),
+                "acceleration or torque: the samples are not three neighbouring positions (Dataset::of_positions)",
+            ),
+            _ if self.loss.rule().is_none() && !dataset.train.steps.is_empty() => argument(
+                "loss",
+                self.loss.name().into(),
+                "positions (--loss positions): the samples are neighbouring positions without velocities",
+            ),
+            _ if self.loss.rule().is_some()
+                && !matches!(self.family, Family::Lnn(_) | Family::Delan(_)) =>
+            {
+                argument(
+                    "loss",
+                    self.loss.name().into(),
+                    "acceleration or torque, of estimated derivatives: only a Lagrangian network (lnn, delan, vin) is fitted to positions alone",
+                )
+            }
+            _ if self.loss.rule().is_some() && self.nominal.is_some() => argument(
+                "nominal model",
+                format!("one under the loss {}", self.loss.name()),
+                "left away, or fitted with --loss torque or acceleration",
             ),
             _ if self.forces.rotor && !matches!(self.family, Family::Delan(_)) => argument(
                 "forces",

@@ -7,13 +7,16 @@ use serde::{Deserialize, Serialize};
 use super::delan::DelanLearner;
 use super::fit::FitConfig;
 use super::forces::{ForceTerms, Forces};
+use super::hnn::HnnLearner;
 use super::learner::Learner;
 use super::lnn::LnnLearner;
 use super::nominal::remainder;
 use super::plain::MlpLearner;
+use super::positions::{CHORDS, DelanPoints, LnnPoints, PositionsLearner};
 use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use crate::hamiltonian::{Canonical, Hnn, HnnConfig, HnnShape};
 use crate::identify::{Rigid, RigidConfig};
 use crate::lagrangian::{
     Actuation, Delan, DelanConfig, DelanShape, Dissipation, Lagrangian, Lnn, LnnConfig, LnnShape,
@@ -32,6 +35,8 @@ pub enum Family {
     Lnn(LnnConfig),
     /// Deep Lagrangian network.
     Delan(DelanConfig),
+    /// Hamiltonian network.
+    Hnn(HnnConfig),
     /// Plain network, the baseline: of accelerations, or of torques where the loss is theirs.
     Mlp(MlpConfig),
     /// Planar chain of rigid links, by least squares.
@@ -51,6 +56,7 @@ impl Family {
         match self {
             Self::Lnn(_) => "lnn",
             Self::Delan(_) => "delan",
+            Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
             Self::Rigid(_) => "rigid",
         }
@@ -65,6 +71,8 @@ pub enum Learned {
     Lnn(Mechanical<Lnn>),
     /// The same with a mass matrix that is positive definite by construction.
     Delan(Mechanical<Delan>),
+    /// A learned Hamiltonian, or the plain flow to compare with.
+    Hnn(Canonical<Hnn>),
     /// A plain network.
     Mlp(Mlp),
     /// An identified chain of rigid links.
@@ -80,6 +88,7 @@ impl Model for Learned {
         match self {
             Self::Lnn(model) => model.coordinates(),
             Self::Delan(model) => model.coordinates(),
+            Self::Hnn(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
             Self::Robot(model) => model.coordinates(),
@@ -98,6 +107,7 @@ impl Model for Learned {
         match self {
             Self::Lnn(model) => model.evaluator(),
             Self::Delan(model) => model.evaluator(),
+            Self::Hnn(model) => model.evaluator(),
             Self::Mlp(model) => model.evaluator(),
             Self::Rigid(model) => model.evaluator(),
             Self::Robot(model) => model.evaluator(),
@@ -109,6 +119,7 @@ impl Model for Learned {
         match self {
             Self::Lnn(model) => model.mechanics(),
             Self::Delan(model) => model.mechanics(),
+            Self::Hnn(model) => model.mechanics(),
             Self::Mlp(model) => model.mechanics(),
             Self::Rigid(model) => model.mechanics(),
             Self::Robot(model) => model.mechanics(),
@@ -124,6 +135,7 @@ impl Learned {
         match self {
             Self::Lnn(model) => model.dissipation(),
             Self::Delan(model) => model.dissipation(),
+            Self::Hnn(model) => model.mechanical().dissipation(),
             Self::Mlp(_) => None,
             Self::Rigid(rigid) => rigid.motion().dissipation(),
             Self::Robot(robot) => robot.motion().dissipation(),
@@ -137,6 +149,7 @@ impl Learned {
         match self {
             Self::Lnn(model) => model.actuation(),
             Self::Delan(model) => model.actuation(),
+            Self::Hnn(model) => model.mechanical().actuation(),
             Self::Nominal(model) => model.actuation(),
             Self::Mlp(_) | Self::Rigid(_) | Self::Robot(_) => None,
         }
@@ -148,6 +161,7 @@ impl Learned {
         match self {
             Self::Lnn(_) => "lnn",
             Self::Delan(_) => "delan",
+            Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
             Self::Rigid(_) | Self::Robot(_) => "rigid",
             Self::Nominal(model) => match model.lagrangian.rest() {
@@ -204,6 +218,13 @@ pub(crate) enum Template {
         forces: Forces,
         nominal: Option<RigidBodies>,
     },
+    Hnn {
+        shape: HnnShape,
+        loss: Loss,
+        weights: Vec<f64>,
+        terms: ForceTerms,
+        forces: Forces,
+    },
     Mlp {
         shape: MlpShape,
         loss: Loss,
@@ -240,6 +261,16 @@ impl Family {
                 forces,
                 nominal,
             },
+            Self::Hnn(hnn) => {
+                let (scaling, weights) = dataset.phase_scaling(&hnn.momenta)?;
+                Template::Hnn {
+                    shape: HnnShape::new(coordinates, hnn.clone(), scaling)?,
+                    loss: config.loss,
+                    weights,
+                    terms,
+                    forces,
+                }
+            }
             Self::Mlp(mlp) => {
                 let direction = match config.loss {
                     Loss::Torque | Loss::TorqueL1 => Direction::Inverse,
@@ -277,13 +308,24 @@ impl Template {
                 forces,
                 nominal,
                 ..
-            } => Trainee::Lnn(LnnLearner {
-                shape,
-                loss: *loss,
-                weights,
-                forces: forces.clone(),
-                nominal: nominal.as_ref(),
-            }),
+            } => match loss.rule() {
+                None => Trainee::Lnn(LnnLearner {
+                    shape,
+                    loss: *loss,
+                    weights,
+                    forces: forces.clone(),
+                    nominal: nominal.as_ref(),
+                }),
+                Some(rule) => Trainee::LnnPositions(PositionsLearner {
+                    family: LnnPoints(shape),
+                    loss: *loss,
+                    rule,
+                    constant: false,
+                    weights,
+                    forces: forces.clone(),
+                    chords: CHORDS,
+                }),
+            },
             Self::Delan {
                 shape,
                 loss,
@@ -291,12 +333,35 @@ impl Template {
                 forces,
                 nominal,
                 ..
-            } => Trainee::Delan(DelanLearner {
+            } => match loss.rule() {
+                None => Trainee::Delan(DelanLearner {
+                    shape,
+                    loss: *loss,
+                    weights,
+                    forces: forces.clone(),
+                    nominal: nominal.as_ref(),
+                }),
+                Some(rule) => Trainee::DelanPositions(PositionsLearner {
+                    family: DelanPoints(shape),
+                    loss: *loss,
+                    rule,
+                    constant: shape.config.has_constant_momentum(),
+                    weights,
+                    forces: forces.clone(),
+                    chords: CHORDS,
+                }),
+            },
+            Self::Hnn {
+                shape,
+                loss,
+                weights,
+                forces,
+                ..
+            } => Trainee::Hnn(HnnLearner {
                 shape,
                 loss: *loss,
                 weights,
                 forces: forces.clone(),
-                nominal: nominal.as_ref(),
             }),
             Self::Mlp {
                 shape,
@@ -314,6 +379,9 @@ impl Template {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
+            Trainee::LnnPositions(learner) => f(&learner),
+            Trainee::DelanPositions(learner) => f(&learner),
+            Trainee::Hnn(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -322,6 +390,9 @@ impl Template {
         match self.learner() {
             Trainee::Lnn(learner) => f(&learner),
             Trainee::Delan(learner) => f(&learner),
+            Trainee::LnnPositions(learner) => f(&learner),
+            Trainee::DelanPositions(learner) => f(&learner),
+            Trainee::Hnn(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
         }
     }
@@ -367,6 +438,18 @@ impl Template {
                 let delan = Delan::assemble(shape.clone(), weights.to_vec(), rotors)?;
                 Learned::Delan(forces.mechanical(delan, *terms, extra)?).upon(nominal.as_ref())?
             }
+            Self::Hnn {
+                shape,
+                terms,
+                forces,
+                ..
+            } => {
+                let (weights, extra) = parameters.split_at(shape.layers().parameters);
+                let hnn = Hnn::assemble(shape.clone(), weights.to_vec())?;
+                let dissipation = forces.dissipation(*terms, extra);
+                let actuation = forces.actuation(*terms, extra)?;
+                Learned::Hnn(Canonical::with(hnn, dissipation, actuation)?)
+            }
             Self::Mlp { shape, .. } => {
                 Learned::Mlp(Mlp::assemble(shape.clone(), parameters.to_vec())?)
             }
@@ -394,7 +477,8 @@ impl Forces {
 }
 
 impl Loss {
-    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of.
+    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of, 0 of
+    /// parameters.
     fn weights(self, dataset: &Dataset) -> Vec<f64> {
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
         let scales = match self {
@@ -406,12 +490,21 @@ impl Loss {
             _ if self.needs_forces() => tau,
             _ => qdd,
         };
-        scales.iter().map(|s| 1.0 / s).collect()
+        let n = dataset.coordinates.dof();
+        let mut weights: Vec<f64> = scales.iter().map(|s| 1.0 / s).collect();
+        for i in dataset.coordinates.parameters() {
+            let own = weights.chunks_exact_mut(n).map(|set| &mut set[i]);
+            own.for_each(|w| *w = 0.0);
+        }
+        weights
     }
 }
 
 enum Trainee<'a> {
     Lnn(LnnLearner<'a>),
     Delan(DelanLearner<'a>),
+    LnnPositions(PositionsLearner<'a, LnnPoints<'a>>),
+    DelanPositions(PositionsLearner<'a, DelanPoints<'a>>),
+    Hnn(HnnLearner<'a>),
     Mlp(MlpLearner<'a>),
 }

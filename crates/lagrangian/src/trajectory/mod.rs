@@ -25,6 +25,7 @@ pub use coordinates::{Coordinate, Coordinates, Topology};
 pub use derivatives::{Estimate, EstimateOptions, Source};
 pub use format::Format;
 pub use layout::Layout;
+pub(crate) use noise::normal;
 pub use recording::{Readings, Recording};
 
 use format::{WrittenColumns, unique_names};

@@ -25,7 +25,7 @@ impl Trajectory {
 }
 
 /// A standard normal deviate (Box, Muller 1958).
-fn normal(rng: &mut dyn Rng) -> f64 {
+pub(crate) fn normal(rng: &mut dyn Rng) -> f64 {
     let (u, v): (f64, f64) = (rng.random(), rng.random());
     (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

@@ -1,13 +1,18 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
 mod action;
+mod chains;
 mod course;
+mod hamiltonian;
+mod is_lagrangian;
 mod letters;
 mod plausibility;
 mod real;
 mod spread;
 mod swing_up;
 mod tracking;
+mod vin;
+mod wave;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -44,6 +49,11 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
     action::EXPERIMENT,
+    chains::EXPERIMENT,
+    hamiltonian::EXPERIMENT,
+    is_lagrangian::EXPERIMENT,
+    wave::EXPERIMENT,
+    vin::EXPERIMENT,
 ];
 
 /// What was asked for.

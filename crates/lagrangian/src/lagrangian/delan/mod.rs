@@ -30,6 +30,18 @@ pub enum Trunks {
     Separate,
 }
 
+/// What the mass matrix of a deep Lagrangian network depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Inertia {
+    /// The configuration: M(q).
+    #[default]
+    Configuration,
+    /// Nothing: M is a learned constant, as in variational integrator networks (Saemundsson et al. 2020, arXiv
+    /// 1910.09349).
+    Constant,
+}
+
 /// The shape of a deep Lagrangian network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -46,6 +58,8 @@ pub struct DelanConfig {
     pub shift: f64,
     /// Whether L has the term A(q)·q̇, for gyroscopic and magnetic forces.
     pub vector_potential: bool,
+    /// What M depends on.
+    pub inertia: Inertia,
 }
 
 impl Default for DelanConfig {
@@ -57,6 +71,7 @@ impl Default for DelanConfig {
             trunks: Trunks::default(),
             shift: 1e-3,
             vector_potential: false,
+            inertia: Inertia::default(),
         }
     }
 }
@@ -83,6 +98,11 @@ impl DelanConfig {
         })
     }
 
+    /// Whether p = ∂L/∂q̇ does not depend on q.
+    pub(crate) fn has_constant_momentum(&self) -> bool {
+        self.inertia == Inertia::Constant && !self.vector_potential
+    }
+
     /// The layers for these coordinates. Outputs: the diagonal of G before softplus, its entries below the diagonal row
     /// by row, V, and A where it is wanted.
     fn net(&self, coordinates: &Coordinates) -> Net {
@@ -102,6 +122,13 @@ impl DelanConfig {
             source
         };
         let first = trunk(&mut build);
+        if self.inertia == Inertia::Constant {
+            let outputs = vec![
+                build.constant(factor),
+                build.dense(rest, &[(first, false)], true, None),
+            ];
+            return build.finish_with(outputs);
+        }
         if self.trunks == Trunks::Shared {
             build.dense(factor + rest, &[(first, false)], true, None);
             return build.finish();

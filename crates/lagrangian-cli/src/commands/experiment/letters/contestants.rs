@@ -67,6 +67,10 @@ impl Contestant {
                 c.trunks, c.layers, c.width, c.activation
             ),
             Family::Mlp(c) => format!("{} × {}, {:?}", c.layers, c.width, c.activation),
+            Family::Hnn(c) => format!(
+                "{:?}, {} × {}, {:?}",
+                c.structure, c.layers, c.width, c.activation
+            ),
             Family::Rigid(_) => "the structure of a planar chain is given to it".into(),
         }
     }

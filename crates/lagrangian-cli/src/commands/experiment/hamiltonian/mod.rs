@@ -1,0 +1,274 @@
+//! Hamiltonian networks by the protocols of Greydanus, Dzamba and Yosinski (2019), the plain network beside them.
+
+mod page;
+
+use anyhow::Result;
+use lagrangian::experiment::hamiltonian::{PhaseTest, Task};
+use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
+use lagrangian::mlp::Activation;
+use lagrangian::report::{Role, Table};
+use lagrangian::train::{AdamConfig, Budget, Family, FitConfig, NaturalConfig, Optimizer, fit};
+use serde_json::{Map, Value, json};
+
+use super::spread::{cell, median, scientific};
+use super::{Course, Experiment, Findings, Setting};
+
+pub(super) const EXPERIMENT: Experiment = Experiment {
+    name: "hamiltonian",
+    about: "Hamiltonian networks on spring, pendulum, two and three bodies, by the published protocols",
+    run,
+};
+
+/// A model of the comparison: all have the same inputs (q, p), width, layers and optimiser.
+pub(super) struct Contestant {
+    pub(super) key: &'static str,
+    pub(super) name: &'static str,
+    pub(super) role: Role,
+    structure: HnnStructure,
+}
+
+pub(super) const CONTESTANTS: [Contestant; 3] = [
+    Contestant {
+        key: "hnn",
+        name: "Hamiltonian network",
+        role: Role::Lnn,
+        structure: HnnStructure::Free,
+    },
+    Contestant {
+        key: "hnn_mass",
+        name: "Hamiltonian network with a mass matrix",
+        role: Role::Other(0),
+        structure: HnnStructure::Mass,
+    },
+    Contestant {
+        key: "plain",
+        name: "plain network",
+        role: Role::Baseline,
+        structure: HnnStructure::None,
+    },
+];
+
+/// How all contestants are fitted to a task.
+struct Training {
+    width: usize,
+    batch: usize,
+    steps: usize,
+    /// Steps of a quick run, and the part of the data that it takes.
+    quick: (usize, f64),
+    optimizer: Optimizer,
+    /// Expected seconds of a fit.
+    weight: f64,
+}
+
+/// Noise in the inputs wants a method that averages over it; exact data want the natural gradient.
+fn training(task: Task) -> Training {
+    let natural = Optimizer::Natural(NaturalConfig::default());
+    let averaging = Optimizer::Adam(AdamConfig {
+        rate: 1e-2,
+        decay: 1e-4,
+        ..AdamConfig::default()
+    });
+    let (width, batch, steps, quick, optimizer, weight) = match task {
+        Task::MassSpring | Task::Pendulum => (32, 256, 2000, (300, 1.0), averaging, 3.0),
+        Task::TwoBodies => (64, 128, 400, (30, 0.02), natural, 20.0),
+        Task::ThreeBodies => (96, 128, 400, (10, 0.005), natural, 60.0),
+    };
+    Training {
+        width,
+        batch,
+        steps,
+        quick,
+        optimizer,
+        weight,
+    }
+}
+
+/// What one task showed.
+pub(super) struct Found {
+    pub(super) task: Task,
+    /// `[contestant][seed]`.
+    pub(super) runs: Vec<Vec<Run>>,
+}
+
+/// One fit and its tests.
+pub(super) struct Run {
+    pub(super) tests: Vec<PhaseTest>,
+    loss: f64,
+    seconds: f64,
+    steps: usize,
+}
+
+impl Run {
+    /// The mean over the starts.
+    fn mean(&self, of: impl Fn(&PhaseTest) -> f64) -> f64 {
+        self.tests.iter().map(of).sum::<f64>() / self.tests.len() as f64
+    }
+
+    fn energy(&self) -> f64 {
+        self.mean(|test| test.energy_mse)
+    }
+
+    fn coordinates(&self) -> f64 {
+        self.mean(|test| test.coordinate_mse)
+    }
+
+    fn finished(&self) -> usize {
+        self.tests.iter().filter(|test| test.finished).count()
+    }
+}
+
+fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
+    let seeds = setting.seeds();
+    let all: f64 = Task::ALL.iter().map(|task| training(*task).weight).sum();
+    course.plan(all * (seeds.len() * CONTESTANTS.len()) as f64);
+    let mut found = Vec::new();
+    for task in Task::ALL {
+        found.push(measure(task, setting, &seeds, course)?);
+    }
+    let figures: Map<String, Value> = found
+        .iter()
+        .map(|found| (found.task.key().to_string(), found.json()))
+        .collect();
+    let summary = summary(&found);
+    Ok(Findings {
+        figures: figures.into(),
+        report: page::report(&found, coordinates(&found)),
+        summary,
+    })
+}
+
+fn measure(task: Task, setting: &Setting, seeds: &[u64], course: &mut Course) -> Result<Found> {
+    let training = training(task);
+    let quick = setting.args.quick;
+    let mut runs = Vec::new();
+    for contestant in &CONTESTANTS {
+        let mut of_seeds = Vec::new();
+        for &seed in seeds {
+            let part = format!("{}, {}, seed {seed}", task.name(), contestant.name);
+            course.begin(part, training.weight)?;
+            let data = task.dataset(seed, if quick { training.quick.1 } else { 1.0 })?;
+            let steps = if quick {
+                training.quick.0
+            } else {
+                training.steps
+            };
+            let config = FitConfig {
+                family: Family::Hnn(HnnConfig {
+                    structure: contestant.structure,
+                    momenta: Momenta::Recorded,
+                    width: training.width,
+                    layers: 2,
+                    activation: Activation::Tanh,
+                }),
+                optimizer: training.optimizer.clone(),
+                budget: setting
+                    .args
+                    .seconds
+                    .map_or(Budget::Steps(steps), Budget::Seconds),
+                batch: training.batch,
+                seed,
+                ..FitConfig::default()
+            };
+            let fitted = fit(&data, &config, None, course)?;
+            course.check()?;
+            of_seeds.push(Run {
+                tests: task.test(&fitted.model, seed)?,
+                loss: fitted.best,
+                seconds: fitted.seconds,
+                steps: fitted.steps,
+            });
+        }
+        runs.push(of_seeds);
+    }
+    Ok(Found { task, runs })
+}
+
+impl Found {
+    fn of(&self, contestant: usize, value: impl Fn(&Run) -> f64) -> Vec<f64> {
+        self.runs[contestant].iter().map(value).collect()
+    }
+
+    /// Medians over the seeds of the energy error of a contestant.
+    pub(super) fn energy(&self, contestant: usize) -> f64 {
+        median(&self.of(contestant, Run::energy))
+    }
+
+    fn json(&self) -> Value {
+        let protocol = self.task.protocol();
+        let [plain, hnn] = protocol.published;
+        let mut all = json!({
+            "protocol": protocol,
+            "published": { "plain": plain, "hnn": hnn },
+        });
+        for (k, contestant) in CONTESTANTS.iter().enumerate() {
+            all[contestant.key] = json!({
+                "energy_mse": self.of(k, Run::energy),
+                "coordinate_mse": self.of(k, Run::coordinates),
+                "validation_loss": self.of(k, |run| run.loss),
+                "finished": self.runs[k].iter().map(Run::finished).collect::<Vec<_>>(),
+                "seconds": self.of(k, |run| run.seconds),
+                "steps": self.runs[k].iter().map(|run| run.steps).collect::<Vec<_>>(),
+            });
+        }
+        all
+    }
+}
+
+/// Published energy errors beside ours.
+fn summary(found: &[Found]) -> Table {
+    let row = |found: &Found| {
+        let [plain, hnn] = found.task.protocol().published;
+        let ours = |k: usize| cell(&found.of(k, Run::energy));
+        vec![
+            found.task.name().to_string(),
+            scientific(hnn),
+            ours(0),
+            ours(1),
+            scientific(plain),
+            ours(2),
+        ]
+    };
+    Table {
+        caption: "Energy error: mean square of the true energy along the model's motion less that of the true motion, mean of \
+                  15 starts; median (least … largest) of the seeds. Published: Greydanus, Dzamba and Yosinski 2019."
+            .into(),
+        header: [
+            "task",
+            "HNN, published",
+            "HNN",
+            "HNN with M(q)",
+            "plain, published",
+            "plain",
+        ]
+        .map(str::to_string)
+        .to_vec(),
+        rows: found.iter().map(row).collect(),
+    }
+}
+
+/// Errors of the coordinates, and how the fits went.
+fn coordinates(found: &[Found]) -> Table {
+    let mut rows = Vec::new();
+    for found in found {
+        for (k, contestant) in CONTESTANTS.iter().enumerate() {
+            let finished = found.runs[k].iter().map(|run| run.finished().to_string());
+            rows.push(vec![
+                found.task.name().to_string(),
+                contestant.name.to_string(),
+                cell(&found.of(k, Run::coordinates)),
+                cell(&found.of(k, |run| run.loss)),
+                finished.collect::<Vec<_>>().join(", "),
+                cell(&found.of(k, |run| run.seconds)),
+            ]);
+        }
+    }
+    Table {
+        caption: "Mean squared error of all coordinates and momenta along the tests; validation loss, in units of the \
+                  variance of (q̇, ṗ); motions of 15 that came to the end; seconds of training."
+            .into(),
+        header: ["task", "model", "coordinates", "loss", "finished", "s"]
+            .map(str::to_string)
+            .to_vec(),
+        rows,
+    }
+}

@@ -1,0 +1,399 @@
+//! Hamiltonian networks (Greydanus, Dzamba, Yosinski 2019, arXiv 1906.01563), free and with a mass matrix.
+
+mod jets;
+
+use num_dual::DualNum;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::{Hamiltonian, HamiltonianJets};
+use crate::lagrangian::{
+    Delan, DelanConfig, DelanShape, Features, Lnn, LnnConfig, LnnShape, Scaling,
+};
+use crate::mlp::simd::Real;
+use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
+use crate::{Coordinates, Error, Result};
+
+/// What kind of function of (q, p) the network is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HnnStructure {
+    /// Any H(q, p).
+    #[default]
+    Free,
+    /// H = ½ pᵀM⁻¹(q)p + V(q), M positive definite by construction.
+    Mass,
+    /// No Hamiltonian: the flow (q, z) → (q̇, ż) itself, the plain network that the others are compared with. With
+    /// momenta it moves from (q, p) alone, see [`crate::rollout::rollout_phase`]: it knows none that belongs to a q̇.
+    None,
+}
+
+/// What stands for the momenta.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Momenta {
+    /// The recorded p.
+    #[default]
+    Recorded,
+    /// p = m q̇ with these masses, `[n]`.
+    Masses(Vec<f64>),
+    /// q̇ in the place of p: right only where masses are equal and constant, else H does not exist.
+    Velocities,
+}
+
+impl Momenta {
+    /// Whether these are momenta.
+    #[must_use]
+    pub fn canonical(&self) -> bool {
+        *self != Self::Velocities
+    }
+}
+
+/// The shape of a Hamiltonian network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HnnConfig {
+    /// Free, with a mass matrix, or none.
+    pub structure: HnnStructure,
+    /// What stands for the momenta.
+    pub momenta: Momenta,
+    /// Units of a hidden layer.
+    pub width: usize,
+    /// Hidden layers.
+    pub layers: usize,
+    /// Nonlinearity.
+    pub activation: Activation,
+}
+
+impl Default for HnnConfig {
+    fn default() -> Self {
+        Self {
+            structure: HnnStructure::default(),
+            momenta: Momenta::default(),
+            width: 64,
+            layers: 2,
+            activation: Activation::default(),
+        }
+    }
+}
+
+/// κ of the term ½ κ ‖p / s‖² that a free network starts from.
+const KINETIC: f64 = 1.0;
+
+/// A Hamiltonian network (theory.md, equations 91 and 92), π = p / s:
+///
+///   free: H = E [ N(x(q), π) + ½ |π|² ];   mass: H = E [ ½ |G(x(q))ᵀ π|² + V(x(q)) ].
+///
+/// Angles enter as cos and sin; G is lower triangular with a positive diagonal, so that M⁻¹ = E s⁻¹ G Gᵀ s⁻¹ is
+/// positive definite. In double precision.
+///
+/// ```
+/// use lagrangian::hamiltonian::{Canonical, Hnn, HnnConfig, HnnStructure};
+/// use lagrangian::lagrangian::Scaling;
+/// use lagrangian::{Coordinates, Model};
+///
+/// let config = HnnConfig { structure: HnnStructure::Mass, ..HnnConfig::default() };
+/// let arm = Hnn::random(Coordinates::angles(2), config, Scaling::identity(2), 1)?;
+/// let arm = Canonical::conservative(arm);
+/// let (mut p, mut qd) = ([0.0; 2], [0.0; 2]);
+/// assert!(arm.evaluator().phase(&[0.3, -1.2], &[0.5, 2.0], &mut p)); // p by Newton's method
+/// arm.evaluator().velocity(&[0.3, -1.2], &p, &mut qd);
+/// assert!((qd[0] - 0.5).abs() < 1e-13 && (qd[1] - 2.0).abs() < 1e-13);
+/// # Ok::<(), lagrangian::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Hnn {
+    pub(crate) shape: HnnShape,
+    parameters: Vec<f64>,
+    packed: Packed<f64>,
+}
+
+/// All of an [`Hnn`] but its weights. The velocities of the scaling are those of p.
+#[derive(Debug, Clone)]
+pub(crate) struct HnnShape {
+    pub(crate) config: HnnConfig,
+    pub(crate) net: HnnNet,
+}
+
+/// The networks of the three structures: the first two are those of a Lagrangian of the same form, read as H.
+#[derive(Debug, Clone)]
+pub(crate) enum HnnNet {
+    Free(LnnShape),
+    Mass(DelanShape),
+    None(LnnShape),
+}
+
+impl Hnn {
+    /// A network with random weights; `scaling.qd_scale` divides p.
+    ///
+    /// # Errors
+    /// As [`LnnConfig::validate`] and [`Scaling::validate`]; [`Error::Argument`] without coordinates and for masses
+    /// that are not positive.
+    pub fn random(
+        coordinates: Coordinates,
+        config: HnnConfig,
+        scaling: Scaling,
+        seed: u64,
+    ) -> Result<Self> {
+        let shape = HnnShape::new(coordinates, config, scaling)?;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let parameters = shape.layers().initialise(&mut rng);
+        Self::assemble(shape, parameters)
+    }
+
+    /// A network with given weights, in the order of [`Hnn::parameters`].
+    ///
+    /// # Errors
+    /// As [`Hnn::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`] for NaN among them.
+    pub fn with_parameters(
+        coordinates: Coordinates,
+        config: HnnConfig,
+        scaling: Scaling,
+        parameters: Vec<f64>,
+    ) -> Result<Self> {
+        Self::assemble(HnnShape::new(coordinates, config, scaling)?, parameters)
+    }
+
+    pub(crate) fn assemble(shape: HnnShape, parameters: Vec<f64>) -> Result<Self> {
+        shape.layers().check(&parameters)?;
+        let mut packed = Packed::new(shape.layers());
+        packed.set(shape.layers(), &parameters);
+        Ok(Self {
+            shape,
+            parameters,
+            packed,
+        })
+    }
+
+    /// All weights, layer by layer: matrices row-major `[width, inputs]`, then biases.
+    #[must_use]
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// Its configuration.
+    #[must_use]
+    pub fn config(&self) -> &HnnConfig {
+        &self.shape.config
+    }
+
+    /// Its scales; those of velocities divide p.
+    #[must_use]
+    pub fn scaling(&self) -> &Scaling {
+        self.shape.scaling()
+    }
+
+    /// H over any scalar, `None` where there is none: the slow, plain evaluation that the kernels are tested against.
+    /// `q`, `p` are `[n]`.
+    pub fn hamiltonian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], p: &[D]) -> Option<D> {
+        // Both kinds of network are scalars of (q, z): a Lagrangian of the same weights is the same function.
+        match &self.shape.net {
+            HnnNet::Free(lnn) => Lnn::assemble(lnn.clone(), self.parameters.clone())
+                .ok()
+                .map(|lnn| lnn.lagrangian(q, p)),
+            HnnNet::Mass(delan) => {
+                Delan::assemble(delan.clone(), self.parameters.clone(), Vec::new())
+                    .ok()
+                    .map(|delan| delan.lagrangian(q, p))
+            }
+            HnnNet::None(_) => None,
+        }
+    }
+}
+
+impl Hamiltonian for Hnn {
+    fn coordinates(&self) -> &Coordinates {
+        self.shape.coordinates()
+    }
+
+    fn jets(&self) -> Box<dyn HamiltonianJets + '_> {
+        Box::new(jets::HnnJets::new(self))
+    }
+
+    fn canonical(&self) -> bool {
+        self.shape.config.momenta.canonical()
+    }
+}
+
+impl HnnShape {
+    pub(crate) fn new(
+        coordinates: Coordinates,
+        config: HnnConfig,
+        scaling: Scaling,
+    ) -> Result<Self> {
+        let n = coordinates.dof();
+        if let Momenta::Masses(masses) = &config.momenta {
+            if masses.len() != n {
+                return Err(Error::Shape {
+                    what: "masses".into(),
+                    found: masses.len(),
+                    expected: n,
+                    remedy: "give one for each coordinate".into(),
+                });
+            }
+            if let Some(mass) = masses.iter().find(|m| !(m.is_finite() && **m > 0.0)) {
+                return Err(Error::Argument {
+                    name: "mass",
+                    value: mass.to_string(),
+                    must: "finite and positive",
+                });
+            }
+        }
+        let (width, layers, activation) = (config.width, config.layers, config.activation);
+        let lnn = LnnConfig {
+            width,
+            layers,
+            activation,
+            kinetic: KINETIC,
+            ..LnnConfig::default()
+        };
+        let net = match config.structure {
+            HnnStructure::Free => HnnNet::Free(LnnShape::new(coordinates, lnn, scaling)?),
+            HnnStructure::Mass => {
+                let delan = DelanConfig {
+                    width,
+                    layers,
+                    activation,
+                    ..DelanConfig::default()
+                };
+                HnnNet::Mass(DelanShape::new(coordinates, delan, scaling)?)
+            }
+            HnnStructure::None => {
+                let mut shape = LnnShape::new(coordinates, lnn, scaling)?;
+                shape.net = plain(&shape);
+                HnnNet::None(shape)
+            }
+        };
+        Ok(Self { config, net })
+    }
+
+    pub(crate) fn coordinates(&self) -> &Coordinates {
+        match &self.net {
+            HnnNet::Free(shape) | HnnNet::None(shape) => &shape.coordinates,
+            HnnNet::Mass(shape) => &shape.coordinates,
+        }
+    }
+
+    pub(crate) fn scaling(&self) -> &Scaling {
+        match &self.net {
+            HnnNet::Free(shape) | HnnNet::None(shape) => &shape.scaling,
+            HnnNet::Mass(shape) => &shape.scaling,
+        }
+    }
+
+    pub(crate) fn layers(&self) -> &Net {
+        match &self.net {
+            HnnNet::Free(shape) | HnnNet::None(shape) => &shape.net,
+            HnnNet::Mass(shape) => &shape.net,
+        }
+    }
+
+    pub(crate) fn dof(&self) -> usize {
+        self.coordinates().dof()
+    }
+
+    /// Writes (q, p) as the value of sample `s`; of a network with a mass matrix only q is an input.
+    pub(crate) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], p: &[f64]) {
+        let scaling = self.scaling();
+        self.each_feature(q, |at, _, value, _| {
+            pass.set_feature(0, s, at, T::of(value));
+        });
+        if matches!(self.net, HnnNet::Mass(_)) {
+            return;
+        }
+        let first = Scaling::features(self.coordinates());
+        for (i, (p, scale)) in p.iter().zip(&scaling.qd_scale).enumerate() {
+            pass.set_feature(0, s, first + i, T::of(p / scale));
+        }
+    }
+
+    /// Writes tangent `d` of sample `s`: along `weight(i)` in p / s for i < n, along −`weight(n + i)` in q.
+    pub(crate) fn write_tangent<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        (s, d): (usize, usize),
+        q: &[f64],
+        weight: impl Fn(usize) -> f64,
+    ) {
+        let n = self.dof();
+        self.each_feature(q, |at, i, _, slope| {
+            pass.set_feature(2 + d, s, at, T::of(-slope * weight(n + i)));
+        });
+        if matches!(self.net, HnnNet::Mass(_)) {
+            return;
+        }
+        let first = Scaling::features(self.coordinates());
+        for i in 0..n {
+            pass.set_feature(2 + d, s, first + i, T::of(weight(i)));
+        }
+    }
+
+    /// Reads the raw outputs S of sample `s`, `[2 n]`, after the pass was reversed from one output: its slopes by
+    /// p / s, and those by q with the sign of ṗ.
+    pub(crate) fn read_slopes<T: Real>(
+        &self,
+        pass: &Pass<T>,
+        s: usize,
+        q: &[f64],
+        out: &mut [f64],
+    ) {
+        let n = self.dof();
+        out[n..].fill(0.0);
+        self.each_feature(q, |at, i, _, slope| {
+            out[n + i] -= pass.feature_gradient(s, at).f64() * slope;
+        });
+        if matches!(self.net, HnnNet::Mass(_)) {
+            return;
+        }
+        let first = Scaling::features(self.coordinates());
+        for (i, out) in out[..n].iter_mut().enumerate() {
+            *out = pass.feature_gradient(s, first + i).f64();
+        }
+    }
+
+    /// What the raw outputs of coordinate `i` are worth: q̇ᵢ = rate (Sᵢ + κ pᵢ / sᵢ), ṗᵢ = force Sₙ₊ᵢ.
+    pub(crate) fn unit(&self, i: usize) -> [f64; 2] {
+        let scaling = self.scaling();
+        let (e, s) = (scaling.energy, scaling.qd_scale[i]);
+        match self.net {
+            HnnNet::Free(_) | HnnNet::Mass(_) => [e / s, e],
+            // Of the order of the data; there is no energy that would bind them.
+            HnnNet::None(_) => [s, e / scaling.q_scale[i]],
+        }
+    }
+
+    /// κ of the kinetic term.
+    pub(crate) fn kinetic(&self) -> f64 {
+        match self.net {
+            HnnNet::Free(_) => KINETIC,
+            HnnNet::Mass(_) | HnnNet::None(_) => 0.0,
+        }
+    }
+
+    /// Calls `f` with number, coordinate, value and slope of each feature of q.
+    fn each_feature(&self, q: &[f64], mut f: impl FnMut(usize, usize, f64, f64)) {
+        let mut at = 0;
+        for (i, &q) in q.iter().enumerate() {
+            let features = Features::new(self.coordinates(), self.scaling(), i, q);
+            for k in 0..features.count {
+                f(at, i, features.values[k], features.slopes[k]);
+                at += 1;
+            }
+        }
+    }
+}
+
+/// The layers of a plain flow, with the inputs of a free H.
+fn plain(shape: &LnnShape) -> Net {
+    let n = shape.dof();
+    let mut build = Build::new(Scaling::features(&shape.coordinates) + n, 0);
+    let mut source = Source::Features;
+    for _ in 0..shape.config.layers {
+        let activation = Some(shape.config.activation);
+        source =
+            Source::Layer(build.dense(shape.config.width, &[(source, false)], true, activation));
+    }
+    build.dense(2 * n, &[(source, false)], true, None);
+    build.finish()
+}

@@ -1,0 +1,89 @@
+//! Hamiltonians H(q, p): Hamilton's equations, the Legendre transform both ways, and networks (theory.md, section 22).
+
+mod canonical;
+mod hnn;
+mod legendre;
+mod newton;
+
+pub use canonical::Canonical;
+pub use hnn::{Hnn, HnnConfig, HnnStructure, Momenta};
+pub(crate) use hnn::{HnnNet, HnnShape};
+pub use legendre::{HamiltonianOf, LagrangianOf};
+
+use crate::Coordinates;
+
+/// A Hamiltonian's derivatives at a batch of `m` states, as far as a Lagrangian needs them.
+///
+/// All row-major; `n` degrees of freedom.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HamiltonianJet {
+    /// H, J, `[m]`.
+    pub hamiltonian: Vec<f64>,
+    /// ∂H/∂q, `[m, n]`.
+    pub dh_dq: Vec<f64>,
+    /// q̇ = ∂H/∂p, `[m, n]`.
+    pub velocity: Vec<f64>,
+    /// ∂²H/∂p∂p, the inverse of the mass matrix, symmetric, `[m, n, n]`.
+    pub inverse_mass: Vec<f64>,
+    /// (∂²H/∂p∂q) q̇, the part of q̈ that comes from the change of q, `[m, n]`.
+    pub velocity_drift: Vec<f64>,
+}
+
+impl HamiltonianJet {
+    /// Sizes all fields for `m` states of `n` degrees of freedom; allocates only when it grows.
+    pub fn resize(&mut self, m: usize, n: usize) {
+        self.hamiltonian.resize(m, 0.0);
+        self.dh_dq.resize(m * n, 0.0);
+        self.velocity.resize(m * n, 0.0);
+        self.inverse_mass.resize(m * n * n, 0.0);
+        self.velocity_drift.resize(m * n, 0.0);
+    }
+}
+
+/// A Hamiltonian H(q, p): the energy as a function of coordinates and momenta, from which the motion follows,
+///
+///   q̇ = ∂H/∂p,   ṗ = −∂H/∂q + τ − d(q̇)   (theory.md, equation 87).
+pub trait Hamiltonian: Send + Sync {
+    /// The coordinates it is a function of.
+    fn coordinates(&self) -> &Coordinates;
+
+    /// Something that evaluates its derivatives, with its own scratch memory; one per thread.
+    fn jets(&self) -> Box<dyn HamiltonianJets + '_>;
+
+    /// Whether its second argument is the momentum. Where it is not, but q̇ in the place of it, the flow is all there
+    /// is: no Lagrangian belongs to it.
+    fn canonical(&self) -> bool {
+        true
+    }
+}
+
+/// Evaluates the derivatives of one Hamiltonian at batches of `m` states (`q`, `p` are `[m, n]`).
+pub trait HamiltonianJets {
+    /// Writes ∂H/∂q and ∂H/∂p, `[m, n]`: all that the motion needs.
+    fn slopes(&mut self, q: &[f64], p: &[f64], dh_dq: &mut [f64], velocity: &mut [f64]);
+
+    /// Writes H and its derivatives to `jet`, which it resizes.
+    fn jet(&mut self, q: &[f64], p: &[f64], jet: &mut HamiltonianJet);
+
+    /// Writes H, J, `[m]`. `false` for a plain flow, which has none.
+    fn value(&mut self, q: &[f64], p: &[f64], h: &mut [f64]) -> bool {
+        let mut jet = HamiltonianJet::default();
+        self.jet(q, p, &mut jet);
+        h.copy_from_slice(&jet.hamiltonian);
+        true
+    }
+}
+
+impl<H: Hamiltonian + ?Sized> Hamiltonian for &H {
+    fn coordinates(&self) -> &Coordinates {
+        (**self).coordinates()
+    }
+
+    fn jets(&self) -> Box<dyn HamiltonianJets + '_> {
+        (**self).jets()
+    }
+
+    fn canonical(&self) -> bool {
+        (**self).canonical()
+    }
+}

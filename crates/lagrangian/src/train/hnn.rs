@@ -1,0 +1,319 @@
+//! Training of Hamiltonian networks on (q̇, ṗ): the residuals are linear in the first derivatives of the network, so
+//! that one reverse pass makes them (theory.md, equation 93).
+
+use super::forces::Forces;
+use super::learner::{At, Learner, Loss, Work};
+use crate::hamiltonian::{HnnNet, HnnShape, Momenta};
+use crate::mlp::simd::Real;
+use crate::mlp::{Gradient, Net, Packed};
+
+/// An [`Hnn`](crate::hamiltonian::Hnn) in training:
+///
+///   r = w (∂H/∂p − q̇,  −∂H/∂q + τ − d − ṗ),   S = (∂N/∂π, −∂N/∂q),   D diagonal.
+///
+/// Directions of a pass: one for each of the 2n raw outputs S; for the pull-back, one along them all.
+#[derive(Debug)]
+pub(crate) struct HnnLearner<'a> {
+    pub(crate) shape: &'a HnnShape,
+    pub(crate) loss: Loss,
+    /// Weight of each residual, `[2 n]`.
+    pub(crate) weights: &'a [f64],
+    pub(crate) forces: Forces,
+}
+
+impl<T: Real> Learner<T> for HnnLearner<'_> {
+    fn net(&self) -> &Net {
+        self.shape.layers()
+    }
+    fn dof(&self) -> usize {
+        self.shape.dof()
+    }
+    fn room(&self) -> usize {
+        2 * self.shape.dof()
+    }
+    fn forces(&self) -> Option<&Forces> {
+        Some(&self.forces)
+    }
+    fn outputs_each(&self) -> usize {
+        2 * self.shape.dof()
+    }
+    fn residuals_each(&self) -> usize {
+        2 * self.shape.dof()
+    }
+
+    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+        let k = 2 * self.shape.dof();
+        let plain = matches!(self.shape.net, HnnNet::None(_));
+        (0..k)
+            .map(|d| match plain {
+                true => vec![(d, 0)],
+                false => vec![(0, 2 + d), (1 + k + d, 0)],
+            })
+            .collect()
+    }
+
+    fn loss(&self) -> (Loss, &[f64]) {
+        (self.loss, &self.weights[..self.shape.dof()])
+    }
+
+    fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        let net = shape.layers();
+        self.prepare(work);
+        for s in 0..work.pass.samples() {
+            let row = s * n..s * n + n;
+            shape.write(&mut work.pass, s, &work.q[row.clone()], &work.p[row]);
+        }
+        work.pass.forward(net, packed, None);
+        match &shape.net {
+            HnnNet::Free(_) => work.pass.reverse_sum(net, packed, |_, _| T::of(1.0)),
+            HnnNet::Mass(_) => self.factors(packed, work),
+            HnnNet::None(_) => (),
+        }
+        work.singular = 0;
+        for s in 0..work.pass.samples() {
+            self.read(s, work);
+            work.force(&self.forces, extra, (s, At::Rest), 1.0);
+            self.residual(s, work);
+        }
+    }
+
+    fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
+        let (net, k) = (self.shape.layers(), 2 * self.shape.dof());
+        if let HnnNet::None(_) = self.shape.net {
+            work.pass.reverse_weighted(net, packed, k, &work.lambda);
+            return work.pass.add_products(net, &[(0, 0)], gradient);
+        }
+        let lambda = std::mem::take(&mut work.lambda);
+        self.sensitivities(packed, work, 1, |s, _, j| lambda[s * k + j].f64());
+        work.pass.add_products(net, &[(0, 2), (2, 0)], gradient);
+        work.lambda = lambda;
+    }
+
+    fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
+        let (net, k) = (self.shape.layers(), 2 * self.shape.dof());
+        if let HnnNet::None(_) = self.shape.net {
+            return work.pass.reverse_outputs(net, packed, k);
+        }
+        self.sensitivities(packed, work, k, |_, d, j| f64::from(u8::from(d == j)));
+    }
+}
+
+impl HnnLearner<'_> {
+    /// Puts what stands for the momenta in their place, and makes room for the factors.
+    fn prepare<T: Real>(&self, work: &mut Work<T>) {
+        let n = self.shape.dof();
+        let Work { p, pd, qd, qdd, .. } = work;
+        match &self.shape.config.momenta {
+            Momenta::Recorded => (),
+            Momenta::Velocities => {
+                p.copy_from_slice(qd);
+                pd.copy_from_slice(qdd);
+            }
+            Momenta::Masses(masses) => {
+                for (at, (p, pd)) in p.iter_mut().zip(pd).enumerate() {
+                    let mass = masses[at % n];
+                    (*p, *pd) = (mass * qd[at], mass * qdd[at]);
+                }
+            }
+        }
+        let samples = work.pass.samples();
+        if let HnnNet::Mass(shape) = &self.shape.net
+            && work.factors.len() != samples
+        {
+            let outputs = shape.factor_outputs();
+            work.factors = vec![shape.factor(); samples];
+            work.seeds = [
+                vec![0.0; samples * outputs],
+                vec![0.0; 2 * n * samples * outputs],
+            ];
+        }
+    }
+
+    /// Reads G and V, at rest, and reverses the pass.
+    fn factors<T: Real>(&self, packed: &Packed<T>, work: &mut Work<T>) {
+        let HnnNet::Mass(shape) = &self.shape.net else {
+            return;
+        };
+        let (n, outputs) = (shape.dof(), shape.factor_outputs());
+        let scale = &shape.scaling.qd_scale;
+        for s in 0..work.pass.samples() {
+            let (pass, p, factor) = (&work.pass, &work.p, &mut work.factors[s]);
+            let pi = |i: usize| p[s * n + i] / scale[i];
+            let output = |c: usize, o: usize| match c {
+                0 => pass.output(&shape.net, 0, s, o).f64(),
+                _ => 0.0,
+            };
+            factor.read(output, pi);
+            // With a = π the rate of the momentum is the momentum itself.
+            factor.accelerate(pi);
+            factor.seeds(&mut work.seeds[0][s * outputs..][..outputs]);
+        }
+        let seeds = &work.seeds[0];
+        work.pass
+            .reverse_sum(&shape.net, packed, |s, o| T::of(seeds[s * outputs + o]));
+    }
+
+    /// S of sample `s` into `along`.
+    fn read<T: Real>(&self, s: usize, work: &mut Work<T>) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        let raw = &mut work.along[s * 2 * n..][..2 * n];
+        if let HnnNet::None(_) = shape.net {
+            for (d, raw) in raw.iter_mut().enumerate() {
+                *raw = work.pass.output(shape.layers(), 0, s, d).f64();
+            }
+            return;
+        }
+        shape.read_slopes(&work.pass, s, &work.q[s * n..][..n], raw);
+        if let HnnNet::Mass(_) = shape.net {
+            for (i, raw) in raw[..n].iter_mut().enumerate() {
+                *raw = work.factors[s].momentum(i);
+            }
+        }
+    }
+
+    /// r and D; the second half of the scratch holds d − τ, `extra` its slopes.
+    fn residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
+        let (n, kinetic) = (self.shape.dof(), self.shape.kinetic());
+        let (k, kinds) = (2 * n, self.forces.kinds());
+        let (energy, scale) = (self.shape.scaling().energy, &self.shape.scaling().qd_scale);
+        let plain = matches!(self.shape.net, HnnNet::None(_));
+        work.mix[s * k * k..][..k * k].fill(0.0);
+        for i in 0..n {
+            let (v, f) = (s * k + i, s * k + n + i);
+            let [rate, force] = self.shape.unit(i);
+            let speed = rate * (work.along[v] + kinetic * work.p[s * n + i] / scale[i]);
+            work.residual[v] = self.weights[i] * (speed - work.qd[s * n + i]);
+            work.mix[(s * k + i) * k + i] = self.weights[i] * rate;
+            let push = force * work.along[f] - work.scratch[n + i];
+            work.residual[f] = self.weights[n + i] * (push - work.pd[s * n + i]);
+            work.mix[(s * k + n + i) * k + n + i] = self.weights[n + i] * force;
+            let unit = if plain { force } else { energy };
+            for slope in &mut work.extra[f * kinds..][..kinds] {
+                *slope /= -unit;
+            }
+        }
+    }
+
+    /// Fills the components of a pass that [`Learner::terms`] names, for `directions` scalars Σⱼ weight(s, d, j) Sⱼ.
+    fn sensitivities<T: Real>(
+        &self,
+        packed: &Packed<T>,
+        work: &mut Work<T>,
+        directions: usize,
+        weight: impl Fn(usize, usize, usize) -> f64,
+    ) {
+        let (shape, net, n) = (self.shape, self.shape.layers(), self.shape.dof());
+        let samples = work.pass.samples();
+        for s in 0..samples {
+            for d in 0..directions {
+                let q = &work.q[s * n..][..n];
+                shape.write_tangent(&mut work.pass, (s, d), q, |j| weight(s, d, j));
+            }
+        }
+        work.pass.forward_tangents(net, packed, directions);
+        let HnnNet::Mass(delan) = &shape.net else {
+            let nothing = |_, _, _| T::default();
+            return work.pass.reverse_tangents(net, packed, directions, nothing);
+        };
+        let outputs = delan.factor_outputs();
+        let (mut beta, mut rates) = ([0.0; 64], vec![0.0; outputs]);
+        for s in 0..samples {
+            for d in 0..directions {
+                for (i, b) in beta[..n].iter_mut().enumerate() {
+                    *b = weight(s, d, i);
+                }
+                let pass = &work.pass;
+                let values = &mut work.seeds[1][(d * samples + s) * outputs..][..outputs];
+                let hat = |o| pass.output(net, 2 + d, s, o).f64();
+                work.factors[s].sensitivities(&beta[..n], hat, &mut rates, values);
+            }
+        }
+        let seeds = &work.seeds[1];
+        let seed = |c: usize, s: usize, o: usize| match c.checked_sub(directions) {
+            None => T::default(),
+            Some(d) => T::of(seeds[(d * samples + s) * outputs + o]),
+        };
+        work.pass.reverse_tangents(net, packed, directions, seed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::super::ForceTerms;
+    use super::super::batch::Samples;
+    use super::super::tests::{assert_step_solves, forces, gradient_error, samples};
+    use super::*;
+    use crate::Coordinates;
+    use crate::hamiltonian::{HnnConfig, HnnStructure};
+    use crate::lagrangian::Scaling;
+
+    fn shape(n: usize, structure: HnnStructure, momenta: Momenta) -> HnnShape {
+        let config = HnnConfig {
+            structure,
+            momenta,
+            width: 16,
+            ..Default::default()
+        };
+        let scaling = Scaling {
+            energy: 1.7,
+            qd_scale: (0..n).map(|i| 1.3 + 0.2 * i as f64).collect(),
+            ..Scaling::identity(n)
+        };
+        HnnShape::new(Coordinates::angles(n), config, scaling).unwrap()
+    }
+
+    fn recorded(n: usize, m: usize) -> Samples {
+        let other = samples(n, 2 * m);
+        Samples {
+            p: other.qd[..m * n].to_vec(),
+            pd: other.qdd[..m * n].to_vec(),
+            ..samples(n, m)
+        }
+    }
+
+    fn each(mut check: impl FnMut(&HnnLearner<'_>, usize)) {
+        for n in [1, 2, 3] {
+            for (structure, momenta) in [
+                (HnnStructure::Free, Momenta::Recorded),
+                (HnnStructure::Mass, Momenta::Recorded),
+                (HnnStructure::Mass, Momenta::Masses(vec![0.7; n])),
+                (HnnStructure::Free, Momenta::Velocities),
+                (HnnStructure::None, Momenta::Velocities),
+            ] {
+                let friction = momenta.canonical();
+                let shape = shape(n, structure, momenta);
+                let weights: Vec<f64> = (0..2 * n).map(|i| 0.8 + 0.1 * i as f64).collect();
+                let terms = match friction {
+                    true => ForceTerms::friction(),
+                    false => ForceTerms::default(),
+                };
+                let learner = HnnLearner {
+                    shape: &shape,
+                    loss: Loss::Acceleration,
+                    weights: &weights,
+                    forces: forces(terms, n),
+                };
+                check(&learner, n);
+            }
+        }
+    }
+
+    #[test]
+    fn the_gradient_through_hamiltons_equations_agrees_with_differences() {
+        each(|learner, n| {
+            let error = gradient_error(learner, learner.loss, &recorded(n, 37));
+            let config = &learner.shape.config;
+            assert!(error < 1e-7, "n {n} {config:?}: {error:e}");
+        });
+    }
+
+    #[test]
+    fn a_natural_step_of_a_hamiltonian_network_shrinks_every_residual_by_its_rate() {
+        each(|learner, n| {
+            // Few: the residuals of a smooth scalar at near states depend on each other.
+            assert_step_solves(learner, learner.loss, &recorded(n, 3));
+        });
+    }
+}
