@@ -38,6 +38,7 @@ impl DataArgs {
             tau: self.tau.clone(),
             actuated: self.actuated.clone(),
             angles: self.angle.clone(),
+            parameters: self.parameters.clone(),
             degrees: self.degrees,
             every: self.every.map_or(0, |n| n as usize),
             ..Layout::default()

@@ -179,7 +179,7 @@ pub enum Error {
 
     /// A coordinate that is declared as a parameter is not constant.
     #[error(
-        "'{name}' is declared as a parameter, but its {what} at sample {sample} (counted from 1) is not 0: a parameter is constant along a trajectory; leave it out of --parameter if it moves"
+        "'{name}' is declared as a parameter, but its {what} at sample {sample} (counted from 1) is not 0: a parameter is constant along a trajectory; leave it out of --parameters if it moves"
     )]
     Moves {
         /// The coordinate.

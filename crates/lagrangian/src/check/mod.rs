@@ -167,6 +167,7 @@ pub fn check_with(recordings: &[Recording], options: &CheckOptions) -> CheckRepo
         own.extend(time::items(recording));
         own.extend(time::too_short(recording));
         if whole {
+            own.extend(parameters(recording));
             own.extend(signals::items(recording));
             own.extend(signals::passive(recording));
         }
@@ -252,6 +253,8 @@ fn same_coordinates(recordings: &[Recording]) -> Item {
 fn describe(recording: &Recording, i: usize, name: &str) -> String {
     let kind = if recording.coordinates.is_circle(i) {
         "angle"
+    } else if recording.coordinates.is_parameter(i) {
+        "parameter"
     } else {
         "line"
     };
@@ -263,6 +266,23 @@ fn describe(recording: &Recording, i: usize, name: &str) -> String {
         ""
     };
     format!("{name} ({kind}{drive})")
+}
+
+/// An item if a parameter is not constant.
+fn parameters(recording: &Recording) -> Option<Item> {
+    match recording.parameters_are_constant() {
+        Err(crate::Error::Sample {
+            row,
+            finding,
+            remedy,
+            ..
+        }) => Some(Item::fail(
+            "parameter",
+            format!("{finding} at sample {row}"),
+            remedy,
+        )),
+        _ => None,
+    }
 }
 
 /// An item if a signal has another length than the time stamps.

@@ -127,6 +127,7 @@ table! {
     relativistic_particle::RelativisticParticle,
     relativistic_particle_published::RelativisticParticlePublished,
     charged_particle::ChargedParticle,
+    magnetic_mirror::MagneticMirror,
     kepler::Kepler,
     n_body::NBody,
 }
