@@ -19,6 +19,7 @@ mod output;
 mod picture;
 mod progress;
 mod robot;
+mod rollout_args;
 mod run_folder;
 mod run_page;
 mod subject;
