@@ -448,7 +448,7 @@ fn a_hamiltonian_network_says_what_it_needs() {
             "plain.csv --model hnn --masses 1,2",
             "one for each coordinate",
         ),
-        ("plain.csv --model hnn --masses 0", "positive"),
+        ("plain.csv --model hnn --masses 0", "above 0"),
         (
             "plain.csv --model hnn --masses 1 --momenta recorded",
             "--momenta",
