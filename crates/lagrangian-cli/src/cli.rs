@@ -350,7 +350,7 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(crate) lagrangian: bool,
 
-    /// Time for each of its five to seven fits, s
+    /// Time for each of its five to nine fits, s
     #[arg(long, value_name = "SECONDS", value_parser = positive, default_value_t = 3.0, requires = "lagrangian")]
     pub(crate) seconds: f64,
 
@@ -509,6 +509,10 @@ pub(crate) struct ExperimentArgs {
     /// The whole in less than a minute, with few steps: for a look, not for comparisons
     #[arg(long)]
     pub(crate) quick: bool,
+
+    /// One part only: the links of `chains`, ROW, ROW:COLUMN or :COLUMN of `table`
+    #[arg(long, value_name = "PART")]
+    pub(crate) only: Option<String>,
 
     /// Folder of the reference data [default: the variable `LAGRANGIAN_DATA`, else shared/data, else ../shared/data]
     #[arg(long, value_name = "DIR")]

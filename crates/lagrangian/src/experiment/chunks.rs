@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::dynamics::Model;
+use crate::lagrangian::{Jet, Lagrangian};
 use crate::rollout::{RolloutOptions, free, rollout_many};
 use crate::{Error, Result, State, Trajectory};
 
@@ -75,4 +76,20 @@ pub fn chunks(
         }
     }
     Ok(found.into_iter().flatten().collect())
+}
+
+/// The same motions with momenta p = ∂L/∂q̇ and their rates, which are ∂L/∂q where no force acts.
+#[must_use]
+pub fn with_momenta(lagrangian: &dyn Lagrangian, motions: &[Trajectory]) -> Vec<Trajectory> {
+    let mut jets = lagrangian.jets();
+    let mut jet = Jet::default();
+    let mut one = |motion: &Trajectory| {
+        jets.jet(&motion.q, &motion.qd, &mut jet);
+        Trajectory {
+            p: Some(jet.momentum.clone()),
+            pd: Some(jet.dl_dq.clone()),
+            ..motion.clone()
+        }
+    };
+    motions.iter().map(&mut one).collect()
 }

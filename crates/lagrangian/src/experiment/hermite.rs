@@ -17,7 +17,7 @@ pub fn with_estimated_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
 }
 
 /// The same motions with accelerations that a model makes more accurate: those along its own motion from the first
-/// state, plus those of what is left, q − q̂, by the polynomial (theory.md, 115). What is left is as small as the error of
+/// state, plus those of what is left, q − q̂, by the polynomial (theory.md, 114 and below). What is left is as small as the error of
 /// the model, and so is the error of the polynomial, however fast the motion turns between two samples. A motion that
 /// the model cannot follow keeps the accelerations that it has.
 ///

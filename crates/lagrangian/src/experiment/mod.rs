@@ -16,12 +16,13 @@ pub mod noisy;
 pub mod premises;
 pub mod relativistic;
 pub mod swing_up;
+pub mod table;
 mod torque;
 pub mod tracking;
 pub mod vin;
 pub mod wave;
 
-pub use chunks::{Cut, chunks};
+pub use chunks::{Cut, chunks, with_momenta};
 pub use expressible::beyond_delan;
 pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use history::{History, Moment, fit_with_history};

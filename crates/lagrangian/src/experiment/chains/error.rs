@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{INTERVAL, RESTART, SAMPLES, STEPS, cartesian, chain, on_the_rods, options, samples};
 use crate::dynamics::Model;
-use crate::experiment::{Cut, chunks};
+use crate::experiment::{Cut, chunks, with_momenta};
 use crate::lagrangian::analytic::{Chart, normal};
 use crate::rollout::{Rollout, free, rollout_many, times};
 use crate::{Result, State};
@@ -54,7 +54,7 @@ pub fn test_starts(links: usize, count: usize, seed: u64) -> Result<Vec<State>> 
     Ok(motions.iter().map(first).collect())
 }
 
-/// Chunks of `count` motions of the chain in the coordinates of `chart`, with their true accelerations.
+/// Chunks of `count` motions of the chain in the coordinates of `chart`, with their true accelerations and momenta.
 ///
 /// # Errors
 /// As [`chain`] and [`chunks`].
@@ -74,7 +74,8 @@ pub fn motions(
         samples: SAMPLES,
         places: STEPS / SAMPLES,
     };
-    chunks(&system, &starts, &cut, &options(), seed)
+    let found = chunks(&system, &starts, &cut, &options(), seed)?;
+    Ok(with_momenta(&system, &found))
 }
 
 /// The motions of `model`, in the coordinates of `chart`, from starts in absolute angles.

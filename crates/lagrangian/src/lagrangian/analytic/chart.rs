@@ -267,6 +267,10 @@ impl<S: System> Model for InChart<S> {
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         Box::new(EulerLagrange::new(self, None))
     }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        Some(EulerLagrange::new(self, None))
+    }
 }
 
 impl<S: System> AnalyticModel for InChart<S> {

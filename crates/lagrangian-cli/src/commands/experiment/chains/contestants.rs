@@ -1,6 +1,7 @@
 //! Who learns chains: a line each.
 
 use lagrangian::baseline::MlpConfig;
+use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::lagrangian::analytic::Chart;
 use lagrangian::lagrangian::{Angles, DelanConfig, Form, LnnConfig};
 use lagrangian::report::Role;
@@ -16,6 +17,8 @@ pub(super) struct Contestant {
     /// Against what the angles are measured that it sees.
     pub(super) angles: Angles,
     pub(super) family: fn(usize) -> Family,
+    /// Whether it is given the true momenta, so that it cannot learn from states alone.
+    pub(super) canonical: bool,
 }
 
 const fn absolute(
@@ -30,6 +33,7 @@ const fn absolute(
         role,
         angles: Angles::Absolute,
         family,
+        canonical: false,
     }
 }
 
@@ -60,6 +64,15 @@ fn convex(links: usize) -> Family {
     })
 }
 
+fn hnn(links: usize) -> Family {
+    Family::Hnn(HnnConfig {
+        structure: HnnStructure::Mass,
+        momenta: Momenta::Recorded,
+        width: width(links),
+        ..HnnConfig::default()
+    })
+}
+
 fn mlp(links: usize) -> Family {
     Family::Mlp(MlpConfig {
         width: width(links),
@@ -80,6 +93,15 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     },
     absolute("lnn", "black-box Lagrangian", Role::Other(1), lnn),
     absolute("lnn_convex", "convex Lagrangian", Role::Other(2), convex),
+    Contestant {
+        canonical: true,
+        ..absolute(
+            "hnn",
+            "Hamiltonian network, true momenta",
+            Role::Other(5),
+            hnn,
+        )
+    },
     absolute("mlp", "plain network", Role::Baseline, mlp),
 ];
 

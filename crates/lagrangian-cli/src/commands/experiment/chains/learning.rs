@@ -4,7 +4,7 @@ use anyhow::Result;
 use lagrangian::dynamics::Model;
 use lagrangian::experiment::chains::options;
 use lagrangian::experiment::{with_corrected_accelerations, with_estimated_accelerations};
-use lagrangian::train::{Budget, Family, FitConfig, Learned, Loss, fit};
+use lagrangian::train::{Budget, FitConfig, Learned, Loss, fit};
 use lagrangian::{Dataset, Trajectory};
 
 use super::Course;
@@ -38,80 +38,68 @@ impl Teaching {
     }
 }
 
-/// Shares of the time for the rounds between which accelerations are corrected by the model so far.
+/// Shares of the budget for the rounds between which accelerations are corrected by the model so far.
 const ROUNDS: [f64; 3] = [0.2, 0.2, 0.6];
 
-/// A model of chunks to fit and chunks to choose the weights by.
+/// Chunks to fit, and chunks to choose the weights by.
+type Chunks = (Vec<Trajectory>, Vec<Trajectory>);
+
+/// A model of chunks in the coordinates of `truth`, which gives nothing else away.
 pub(super) fn learn(
     truth: &dyn Model,
-    family: Family,
+    config: &FitConfig,
     teaching: Teaching,
-    chunks: (Vec<Trajectory>, Vec<Trajectory>),
-    time: (f64, u64),
+    chunks: Chunks,
     course: &mut Course,
 ) -> Result<Learned> {
     if teaching == Teaching::States {
-        return from_states(truth, family, chunks, time, course);
+        return from_states(truth, config, &chunks, course);
     }
-    one(truth, family, Loss::Acceleration, &chunks, time, course)
+    one(truth, config, &chunks, course)
 }
 
 /// Accelerations from the states alone, then again from what the model leaves of them, and again.
 fn from_states(
     truth: &dyn Model,
-    family: Family,
-    (train, held): (Vec<Trajectory>, Vec<Trajectory>),
-    (seconds, seed): (f64, u64),
+    config: &FitConfig,
+    (train, held): &Chunks,
     course: &mut Course,
 ) -> Result<Learned> {
     let mut chunks = (
-        with_estimated_accelerations(&train),
-        with_estimated_accelerations(&held),
+        with_estimated_accelerations(train),
+        with_estimated_accelerations(held),
     );
-    // Where a mass whips round between two samples an estimate may be wrong by any amount.
-    let loss = Loss::AccelerationL1;
-    let mut model = one(
-        truth,
-        family.clone(),
-        loss,
-        &chunks,
-        (ROUNDS[0] * seconds, seed),
-        course,
-    )?;
+    let round = |share: f64| FitConfig {
+        // Where a mass whips round between two samples an estimate may be wrong by any amount.
+        loss: Loss::AccelerationL1,
+        budget: part(config.budget, share),
+        ..config.clone()
+    };
+    let mut model = one(truth, &round(ROUNDS[0]), &chunks, course)?;
     for share in &ROUNDS[1..] {
         let corrected =
             |chunks: &[Trajectory]| with_corrected_accelerations(chunks, &model, &options());
         chunks = (corrected(&chunks.0)?, corrected(&chunks.1)?);
-        model = one(
-            truth,
-            family.clone(),
-            loss,
-            &chunks,
-            (share * seconds, seed),
-            course,
-        )?;
+        model = one(truth, &round(*share), &chunks, course)?;
     }
     Ok(model)
 }
 
+fn part(budget: Budget, share: f64) -> Budget {
+    match budget {
+        Budget::Steps(steps) => Budget::Steps(((share * steps as f64) as usize).max(1)),
+        Budget::Seconds(seconds) => Budget::Seconds(share * seconds),
+    }
+}
+
 fn one(
     truth: &dyn Model,
-    family: Family,
-    loss: Loss,
-    (train, held): &(Vec<Trajectory>, Vec<Trajectory>),
-    (seconds, seed): (f64, u64),
+    config: &FitConfig,
+    (train, held): &Chunks,
     course: &mut Course,
 ) -> Result<Learned> {
     let data = Dataset::new(truth.coordinates().clone(), train, held)?;
-    let config = FitConfig {
-        family,
-        loss,
-        budget: Budget::Seconds(seconds),
-        seed,
-        validate_every: 10,
-        ..FitConfig::default()
-    };
-    let model = fit(&data, &config, None, course)?.model;
+    let model = fit(&data, config, None, course)?.model;
     course.check()?;
     Ok(model)
 }

@@ -2,6 +2,7 @@
 
 use lagrangian::experiment::chains::INTERVAL;
 use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian::train::Budget;
 use serde_json::{Value, json};
 
 use super::contestants::{PUBLISHED, PUBLISHED_LINKS};
@@ -172,6 +173,13 @@ fn sentences(found: &[Found]) -> Vec<String> {
     all
 }
 
+fn budget(budget: Budget) -> String {
+    match budget {
+        Budget::Steps(steps) => format!("{steps} steps"),
+        Budget::Seconds(seconds) => format!("{} s", scientific(seconds)),
+    }
+}
+
 pub(super) fn report(plan: &Plan, found: &[Found]) -> Report {
     let headline = |f: &Found| {
         let (model, error) = best(f, Teaching::States)?;
@@ -206,15 +214,19 @@ pub(super) fn report(plan: &Plan, found: &[Found]) -> Report {
         summary: sentences(found),
         figures,
         settings: vec![
-            ("All networks".into(), "two hidden layers of 64 units (96 for 5 links), natural gradient, batches of 256".into()),
+            ("All networks".into(), "two hidden layers of 64 units (96 for 5 links), natural gradient, batches of 256 samples (128 for 5 links)".into()),
             ("With accelerations".into(), "squared errors of q̈".into()),
             (
                 "States alone".into(),
-                "q̈ by Hermite interpolation, corrected twice by the model so far; absolute errors; 20, 20 and 60 % of the time".into(),
+                "q̈ by Hermite interpolation, corrected twice by the model so far; absolute errors; 20, 20 and 60 % of the steps".into(),
             ),
             (
-                "Time of a fit".into(),
-                found.iter().map(|f| format!("{} links: {} s", f.links, scientific(plan.seconds(f.links)))).collect::<Vec<_>>().join(", "),
+                "Budget of a fit".into(),
+                found
+                    .iter()
+                    .map(|f| format!("{} links: {}", f.links, budget(plan.budget(f.links))))
+                    .collect::<Vec<_>>()
+                    .join(", "),
             ),
         ],
         ..Report::default()
