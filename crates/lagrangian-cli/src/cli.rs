@@ -6,6 +6,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::fit_args::FitArgs;
+use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::track_args::TrackArgs;
 use crate::values::{assignment, finite, non_negative, positive, seed};
 
@@ -56,6 +57,10 @@ pub(crate) enum Command {
     Torque(TorqueArgs),
     /// Let a simulated robot follow a motion through a model: tracking errors beside feedback alone and the true model
     Track(Box<TrackArgs>),
+    /// Energy, momenta and Noether's charges of a model: which are conserved, and how far they drift
+    Conserved(Box<ConservedArgs>),
+    /// The paths of stationary action between two ends, and whether they are minima
+    Action(Box<ActionArgs>),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
     /// Repeat a comparison of models: figures, curves and a page
@@ -110,6 +115,12 @@ pub(crate) struct DataArgs {
     /// Coordinates that are angles, so that q and q + 2π are the same; `all` for all of them
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) angle: Vec<String>,
+
+    /// Coordinates that never move, such as a mass, a length or the strength of a field: a model sees their values;
+    /// further columns, or some of --q; they need no columns of velocities
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[serde(default)]
+    pub(crate) parameters: Vec<String>,
 
     /// Angles are in degrees (never guessed)
     #[arg(long)]
@@ -304,6 +315,10 @@ pub(crate) enum MethodName {
     StormerVerlet,
     /// Implicit midpoint, symplectic, fixed step
     ImplicitMidpoint,
+    /// Discrete action by the midpoint rule, symplectic for every Lagrangian, fixed step
+    VariationalMidpoint,
+    /// The same by the trapezoidal rule: Störmer–Verlet where M is constant
+    VariationalTrapezoidal,
 }
 
 #[derive(Debug, Args)]
@@ -312,7 +327,8 @@ Exit code: 0 if the data can be fitted, 1 if a fit would be meaningless, 2 for f
 
 Examples:
   lagrangian check motion.csv
-  lagrangian check log1.csv log2.csv --time t --q theta --qd omega --tau torque --angle theta")]
+  lagrangian check log1.csv log2.csv --time t --q theta --qd omega --tau torque --angle theta
+  lagrangian check motion.csv --lagrangian --seconds 10")]
 pub(crate) struct CheckArgs {
     /// Files with recordings: .csv, .npz, .parquet
     #[arg(required = true)]
@@ -329,6 +345,14 @@ pub(crate) struct CheckArgs {
     /// Judge the forces behind the filter of `fit --filter`, of this length, s
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub(crate) filter: Option<f64>,
+
+    /// Also: does any Lagrangian exist for these motions? It compares fits with and without one, so it takes time
+    #[arg(long)]
+    pub(crate) lagrangian: bool,
+
+    /// Time for each of its five to nine fits, s
+    #[arg(long, value_name = "SECONDS", value_parser = positive, default_value_t = 3.0, requires = "lagrangian")]
+    pub(crate) seconds: f64,
 
     #[command(flatten)]
     pub(crate) data: DataArgs,
@@ -485,6 +509,10 @@ pub(crate) struct ExperimentArgs {
     /// The whole in less than a minute, with few steps: for a look, not for comparisons
     #[arg(long)]
     pub(crate) quick: bool,
+
+    /// One part only: the links of `chains`, ROW, ROW:COLUMN or :COLUMN of `table`
+    #[arg(long, value_name = "PART")]
+    pub(crate) only: Option<String>,
 
     /// Folder of the reference data [default: the variable `LAGRANGIAN_DATA`, else shared/data, else ../shared/data]
     #[arg(long, value_name = "DIR")]

@@ -38,6 +38,7 @@ impl DataArgs {
             tau: self.tau.clone(),
             actuated: self.actuated.clone(),
             angles: self.angle.clone(),
+            parameters: self.parameters.clone(),
             degrees: self.degrees,
             every: self.every.map_or(0, |n| n as usize),
             ..Layout::default()
@@ -166,8 +167,12 @@ pub(crate) fn trajectories(
             .map(|e| e.seconds)
             .collect();
         if let Some(longest) = windows.iter().copied().reduce(f64::max) {
+            let other = match signal {
+                "qd" => "; a fit with --loss positions uses none",
+                _ => "",
+            };
             eprintln!(
-                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s"
+                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
             );
         }
     }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::robot::RobotArgs;
+use crate::rollout_args::RolloutArgs;
 use crate::values::{fraction, non_negative, positive, seed, steps};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
@@ -17,9 +18,11 @@ Examples:
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
   lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
   lagrangian fit log*.csv --model delan --forces viscous,coulomb,offset --delay 16 --out run    a robot with torques
+  lagrangian fit noisy.csv --angle all --loss rollout --horizon 20 --starts free --out run     no accelerations needed
   lagrangian fit motion.csv --angle all --model hnn --p p1,p2 --out run     a Hamiltonian, from momenta
   lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
   lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn what the description leaves
+  lagrangian fit video.csv --angle all --loss positions --out run           angles alone, no velocities
   lagrangian fit --out run --resume                 go on with a run that was interrupted")]
 pub(crate) struct FitArgs {
     /// Files with recordings: .csv, .npz, .parquet
@@ -49,6 +52,10 @@ pub(crate) struct FitArgs {
     pub(crate) training: TrainingArgs,
 
     #[command(flatten)]
+    #[serde(default)]
+    pub(crate) rollout: RolloutArgs,
+
+    #[command(flatten)]
     pub(crate) estimate: EstimateArgs,
 
     #[command(flatten)]
@@ -67,6 +74,17 @@ pub(crate) struct ModelArgs {
     /// accelerations are uncertain by more than 0.5 %]
     #[arg(long, value_enum)]
     pub(crate) form: Option<Form>,
+
+    /// A speed that no coordinate reaches, in their unit a second: the network of --model lnn then sees
+    /// artanh(q̇/c) in place of q̇
+    #[arg(long, value_name = "C", value_parser = crate::values::positive)]
+    #[serde(default)]
+    pub(crate) speed_limit: Option<f64>,
+
+    /// Give the network of --model lnn exponential units, for masses that span decades
+    #[arg(long)]
+    #[serde(default)]
+    pub(crate) exponential: bool,
 
     /// Units in each hidden layer [default: 64; 16 for delan where accelerations are uncertain by more than 0.5 %]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -111,17 +129,29 @@ pub(crate) struct ModelArgs {
     /// Give a deep Lagrangian network the term A(q)·q̇, for gyroscopic and magnetic forces
     #[arg(long)]
     pub(crate) vector_potential: bool,
+
+    /// Order of a neural ODE: (q, q̇) → (q̇, q̈), or q̈ alone [default: second]
+    #[arg(long, value_enum)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) order: Option<OrderName>,
 }
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
-    /// What is compared with the data [default: acceleration; torque for delan where torques are recorded and
-    /// accelerations certain to 0.5 %]
+    /// What is compared with the data [default: acceleration; rollout for neural-ode; positions for vin; torque for delan
+    /// where torques are recorded and accelerations certain to 0.5 %]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<LossName>,
 
-    /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 %]
+    /// Distance of the neighbours of a loss of positions, in samples: noise weighs less over a longer one, but the error
+    /// of the discrete action more
+    #[arg(long, value_name = "SAMPLES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[serde(default = "one")]
+    pub(crate) baseline: u32,
+
+    /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 % and
+    /// compared]
     #[arg(long, value_enum)]
     pub(crate) optimizer: Option<OptimizerName>,
 
@@ -162,6 +192,11 @@ pub(crate) struct TrainingArgs {
     pub(crate) validate_fraction: f64,
 }
 
+/// The baseline of runs from before there was a choice.
+fn one() -> u32 {
+    1
+}
+
 /// A family of models.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -171,10 +206,14 @@ pub(crate) enum Family {
     Lnn,
     /// Deep Lagrangian network: ½ q̇ᵀM(q)q̇ − V(q), M positive definite by construction; for robots
     Delan,
+    /// Variational integrator network: ½ q̇ᵀMq̇ − V(q) with a constant M, of positions alone (--loss positions)
+    Vin,
     /// Hamiltonian network H(q, p), fitted to (q̇, ṗ)
     Hnn,
     /// Plain network
     Mlp,
+    /// Neural ordinary differential equation: a plain network trained through its integrator
+    NeuralOde,
     /// Planar chain of rigid links, or with --urdf a robot, identified by least squares from torques: the classical fit
     /// to compare with
     Rigid,
@@ -243,6 +282,23 @@ pub(crate) enum LossName {
     TorqueAcceleration,
     /// Squared errors of τ and of the power τ·q̇ (delan)
     TorquePower,
+    /// Mean squared error of the next of three neighbouring positions, by the discrete action of the midpoint rule: no
+    /// velocities are needed (lnn, delan, vin)
+    Positions,
+    /// The same by the trapezoidal rule, which is Störmer–Verlet where M is constant
+    PositionsTrapezoidal,
+    /// Mean squared error of states after some steps of an integrator; needs no accelerations
+    Rollout,
+}
+
+/// Order of a differential equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum OrderName {
+    /// (q, q̇, τ) → (q̇, q̈)
+    First,
+    /// (q, q̇, τ) → q̈
+    Second,
 }
 
 /// A force that is learned beside those of the Lagrangian.

@@ -5,8 +5,9 @@ use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig};
+use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig};
 use lagrangian::mlp::Activation;
+use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
 };
@@ -14,7 +15,7 @@ use lagrangian::train::{
 use crate::failure::mistake;
 use crate::fit_args::{
     ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName, OptimizerName,
-    Structure, TrainingArgs, Trunks,
+    OrderName, Structure, TrainingArgs, Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
@@ -46,10 +47,16 @@ impl FitArgs {
     /// recorded torques.
     pub(crate) fn config(&self, uncertainty: f64, forced: bool) -> FitConfig {
         let training = &self.training;
-        let optimizer = training.optimizer.unwrap_or_else(|| by_noise(uncertainty));
+        let loss = training.loss(self.model.model, forced, uncertainty);
+        // Noise of states does no harm to a rollout that noise of accelerations does to a balance (ADR 0042).
+        let optimizer = training.optimizer.unwrap_or_else(|| match loss {
+            Loss::Rollout => OptimizerName::Natural,
+            _ => by_noise(uncertainty),
+        });
         FitConfig {
             family: self.model.family(uncertainty),
-            loss: training.loss(self.model.model, forced, uncertainty),
+            loss,
+            rollout: self.rollout.settings(),
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),
             batch: training.batch(optimizer),
@@ -67,7 +74,8 @@ const NARROW: u32 = 16;
 
 impl ModelArgs {
     fn width(&self, uncertainty: f64) -> usize {
-        let narrow = self.model == Family::Delan && uncertainty > NOISY;
+        let robots = matches!(self.model, Family::Delan | Family::Vin);
+        let narrow = robots && uncertainty > NOISY;
         self.width.unwrap_or(if narrow { NARROW } else { WIDTH }) as usize
     }
 
@@ -88,10 +96,16 @@ impl ModelArgs {
                     width,
                     layers,
                     activation,
+                    exponential: self.exponential,
+                    speed_limit: self.speed_limit,
                     ..LnnConfig::default()
                 })
             }
-            Family::Delan => train::Family::Delan(DelanConfig {
+            Family::Delan | Family::Vin => train::Family::Delan(DelanConfig {
+                inertia: match self.model {
+                    Family::Vin => Inertia::Constant,
+                    _ => Inertia::Configuration,
+                },
                 width,
                 layers,
                 activation,
@@ -123,6 +137,15 @@ impl ModelArgs {
                 activation,
                 ..MlpConfig::default()
             }),
+            Family::NeuralOde => train::Family::NeuralOde(NeuralOdeConfig {
+                order: match self.order {
+                    Some(OrderName::First) => Order::First,
+                    Some(OrderName::Second) | None => Order::Second,
+                },
+                width,
+                layers,
+                activation,
+            }),
             Family::Rigid => train::Family::Rigid(RigidConfig::default()),
         }
     }
@@ -137,19 +160,28 @@ impl ModelArgs {
         let learns_forces = self.dissipation || !self.forces.is_empty();
         let flags = [
             ("--form", self.form.is_some(), &[Family::Lnn][..]),
+            ("--order", self.order.is_some(), &[Family::NeuralOde]),
             ("--structure", self.structure.is_some(), &[Family::Hnn]),
             ("--momenta", self.momenta.is_some(), &[Family::Hnn]),
             ("--masses", !self.masses.is_empty(), &[Family::Hnn]),
+            ("--speed-limit", self.speed_limit.is_some(), &[Family::Lnn]),
+            ("--exponential", self.exponential, &[Family::Lnn]),
             ("--trunks", self.trunks.is_some(), &[Family::Delan]),
             (
                 "--vector-potential",
                 self.vector_potential,
-                &[Family::Delan],
+                &[Family::Delan, Family::Vin],
             ),
             (
                 "--dissipation and --forces",
                 learns_forces,
-                &[Family::Lnn, Family::Delan, Family::Hnn, Family::Rigid],
+                &[
+                    Family::Lnn,
+                    Family::Delan,
+                    Family::Vin,
+                    Family::Hnn,
+                    Family::Rigid,
+                ],
             ),
         ];
         for (flag, given, models) in flags {
@@ -196,9 +228,17 @@ impl TrainingArgs {
     fn loss(&self, model: Family, forced: bool, uncertainty: f64) -> Loss {
         match (self.loss, model) {
             (Some(name), _) => name.into(),
+            (None, Family::NeuralOde) => Loss::Rollout,
+            (None, Family::Vin) => Loss::Positions,
             (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
             (None, _) => Loss::Acceleration,
         }
+    }
+
+    /// Whether positions alone are compared.
+    pub(crate) fn of_positions(&self, model: Family) -> bool {
+        let named = self.loss.map(Loss::from);
+        named.map_or(model == Family::Vin, |loss| loss.rule().is_some())
     }
 
     fn optimizer(&self, name: OptimizerName) -> Optimizer {
@@ -256,6 +296,9 @@ impl From<LossName> for Loss {
             LossName::TorqueL1 => Self::TorqueL1,
             LossName::TorqueAcceleration => Self::TorqueAcceleration,
             LossName::TorquePower => Self::TorquePower,
+            LossName::Rollout => Self::Rollout,
+            LossName::Positions => Self::Positions,
+            LossName::PositionsTrapezoidal => Self::PositionsTrapezoidal,
         }
     }
 }

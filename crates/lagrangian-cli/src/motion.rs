@@ -43,6 +43,8 @@ impl From<MethodName> for Method {
             MethodName::Rk4 => Self::Rk4,
             MethodName::StormerVerlet => Self::StormerVerlet,
             MethodName::ImplicitMidpoint => Self::ImplicitMidpoint,
+            MethodName::VariationalMidpoint => Self::VariationalMidpoint,
+            MethodName::VariationalTrapezoidal => Self::VariationalTrapezoidal,
         }
     }
 }

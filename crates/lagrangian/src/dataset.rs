@@ -1,5 +1,7 @@
 //! From trajectories to what is fitted: samples, their split, and the scales that a model then owns.
 
+mod neighbours;
+
 use crate::hamiltonian::Momenta;
 use crate::lagrangian::Scaling;
 use crate::solve::SymmetricSolver;
@@ -17,6 +19,42 @@ pub struct Dataset {
     pub validation: Samples,
     /// Whether any force τ was recorded.
     pub forced: bool,
+    /// Where the samples stand in time, for losses of more than one sample.
+    pub train_times: Timeline,
+    /// The same of those to judge by.
+    pub validation_times: Timeline,
+}
+
+/// Where samples stand in time: those of a trajectory follow each other.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Timeline {
+    /// Time of each sample, s, increasing within a trajectory; empty where samples belong to none.
+    pub t: Vec<f64>,
+    /// The first sample of each trajectory.
+    pub begins: Vec<usize>,
+}
+
+impl Timeline {
+    fn of(trajectories: &[Trajectory]) -> Self {
+        let mut times = Self::default();
+        for trajectory in trajectories.iter().filter(|t| !t.is_empty()) {
+            times.begins.push(times.t.len());
+            times.t.extend(&trajectory.t);
+        }
+        times
+    }
+
+    /// The samples of each trajectory.
+    pub fn runs(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        let ends = self.begins.iter().skip(1).copied().chain([self.t.len()]);
+        self.begins.iter().zip(ends).map(|(&begin, end)| begin..end)
+    }
+
+    /// Samples of the longest trajectory.
+    #[must_use]
+    pub fn longest(&self) -> usize {
+        self.runs().map(|run| run.len()).max().unwrap_or(0)
+    }
 }
 
 impl Dataset {
@@ -31,16 +69,42 @@ impl Dataset {
         validation: &[Trajectory],
     ) -> Result<Self> {
         let n = coordinates.dof();
-        let forced = train.iter().any(|t| {
-            t.tau
-                .as_ref()
-                .is_some_and(|tau| tau.iter().any(|&x| x != 0.0))
-        });
+        let forced = is_forced(train);
+        let (train_times, validation_times) = (Timeline::of(train), Timeline::of(validation));
+        let (train, validation) = (samples(n, train)?, samples(n, validation)?);
+        for part in [&train, &validation] {
+            check_parameters(&coordinates, part)?;
+        }
         Ok(Self {
-            train: samples(n, train)?,
-            validation: samples(n, validation)?,
-            coordinates,
+            train,
+            validation,
             forced,
+            coordinates,
+            train_times,
+            validation_times,
+        })
+    }
+
+    /// Three neighbouring positions each, of these trajectories: what a loss of positions alone is made of. Velocities
+    /// and accelerations of the trajectories are not looked at. `baseline` is the distance of the neighbours, in
+    /// samples: noise of the positions weighs `baseline`² times less, the error of the discrete action as much more.
+    ///
+    /// # Errors
+    /// As [`Dataset::new`]; [`Error::TooShort`] where no training trajectory has three neighbours without a gap in time
+    /// between them; [`Error::Argument`] for a baseline of 0.
+    pub fn of_positions(
+        coordinates: Coordinates,
+        train: &[Trajectory],
+        validation: &[Trajectory],
+        baseline: usize,
+    ) -> Result<Self> {
+        Ok(Self {
+            train: neighbours::all(&coordinates, train, baseline, true)?,
+            validation: neighbours::all(&coordinates, validation, baseline, false)?,
+            forced: is_forced(train),
+            coordinates,
+            train_times: Timeline::default(),
+            validation_times: Timeline::default(),
         })
     }
 
@@ -56,6 +120,7 @@ impl Dataset {
         let n = coordinates.dof();
         for part in [&train, &validation] {
             validate(n, part)?;
+            check_parameters(&coordinates, part)?;
         }
         let forced = train.tau.iter().any(|&x| x != 0.0);
         Ok(Self {
@@ -63,6 +128,8 @@ impl Dataset {
             train,
             validation,
             forced,
+            train_times: Timeline::default(),
+            validation_times: Timeline::default(),
         })
     }
 
@@ -79,7 +146,9 @@ impl Dataset {
             .inertias()
             .iter()
             .zip(&qd_scale)
-            .map(|(m, v)| m * v * v)
+            .enumerate()
+            .filter(|(i, _)| !self.coordinates.is_parameter(*i))
+            .map(|(_, (m, v))| m * v * v)
             .collect();
         Scaling {
             q_center: (0..n)
@@ -95,7 +164,9 @@ impl Dataset {
                 })
                 .collect(),
             // The geometric mean over the coordinates.
-            energy: positive((energies.iter().map(|e| e.ln()).sum::<f64>() / n as f64).exp()),
+            energy: positive(
+                (energies.iter().map(|e| e.ln()).sum::<f64>() / energies.len() as f64).exp(),
+            ),
             qd_scale,
         }
     }
@@ -110,10 +181,15 @@ impl Dataset {
         if !self.forced {
             return scaling;
         }
-        let work = self.force_scale().into_iter().zip(&scaling.q_scale);
-        scaling.energy = positive(work.map(|(tau, q)| tau * q).fold(0.0, f64::max));
+        let moves = |i: &usize| !self.coordinates.is_parameter(*i);
+        let forces = self.force_scale();
+        let work = (0..forces.len())
+            .filter(moves)
+            .map(|i| forces[i] * scaling.q_scale[i]);
+        scaling.energy = positive(work.fold(0.0, f64::max));
         let ratios = self.inertias();
-        for (i, (s, ratio)) in scaling.qd_scale.iter_mut().zip(ratios).enumerate() {
+        for i in (0..ratios.len()).filter(moves) {
+            let (s, ratio) = (&mut scaling.qd_scale[i], ratios[i]);
             *s = positive((scaling.energy / self.own_inertia(i, ratio)).sqrt());
         }
         scaling
@@ -151,9 +227,14 @@ impl Dataset {
                 remedy: "give one for each coordinate".into(),
             });
         }
-        let energies = p.iter().zip(&velocities).map(|(p, v)| (p * v).ln());
-        let energy = positive((energies.sum::<f64>() / n as f64).exp());
-        let weights = velocities.iter().chain(&pd).map(|x| 1.0 / x).collect();
+        let moves = |i: &usize| !self.coordinates.is_parameter(*i);
+        let moving: Vec<usize> = (0..n).filter(moves).collect();
+        let energies = moving.iter().map(|&i| (p[i] * velocities[i]).ln());
+        let energy = positive((energies.sum::<f64>() / moving.len() as f64).exp());
+        let mut weights: Vec<f64> = velocities.iter().chain(&pd).map(|x| 1.0 / x).collect();
+        for i in self.coordinates.parameters() {
+            (weights[i], weights[n + i]) = (0.0, 0.0);
+        }
         let scaling = Scaling {
             qd_scale: p,
             energy,
@@ -226,6 +307,13 @@ impl Dataset {
 }
 
 impl Dataset {
+    /// The largest |q̇| of all coordinates, in training and validation.
+    #[must_use]
+    pub fn fastest(&self) -> f64 {
+        let all = self.train.qd.iter().chain(&self.validation.qd);
+        all.fold(0.0, |most, v| most.max(v.abs()))
+    }
+
     /// Root mean square of the power τ·q̇, W; 1 where it is 0.
     #[must_use]
     pub fn power_scale(&self) -> f64 {
@@ -238,6 +326,12 @@ impl Dataset {
         let mut power = samples.map(|(tau, v)| tau.iter().zip(v).map(|(f, v)| f * v).sum::<f64>());
         positive(root_mean_square(&mut power))
     }
+}
+
+/// Whether any force of these motions is not 0.
+fn is_forced(trajectories: &[Trajectory]) -> bool {
+    let forces = trajectories.iter().filter_map(|t| t.tau.as_ref());
+    forces.flatten().any(|&x| x != 0.0)
 }
 
 /// Samples that inertias are guessed from, at most.
@@ -352,6 +446,12 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
     Ok(out)
 }
 
+/// Refuses parameters that move.
+fn check_parameters(coordinates: &Coordinates, samples: &Samples) -> Result<()> {
+    coordinates.check_parameters("velocity", &samples.qd)?;
+    coordinates.check_parameters("acceleration", &samples.qdd)
+}
+
 fn validate(n: usize, samples: &Samples) -> Result<()> {
     let size = samples.q.len();
     let fields = [
@@ -379,7 +479,22 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
             });
         }
     }
-    Ok(())
+    if !samples.steps.is_empty() && samples.steps.len() != 2 * samples.len() {
+        return Err(Error::Shape {
+            what: "steps of the samples".into(),
+            found: samples.steps.len(),
+            expected: 2 * samples.len(),
+            remedy: "give the step before and behind each sample, or none".into(),
+        });
+    }
+    match samples.steps.iter().find(|h| !(h.is_finite() && **h > 0.0)) {
+        None => Ok(()),
+        Some(h) => Err(Error::Argument {
+            name: "step between positions",
+            value: h.to_string(),
+            must: "finite and positive",
+        }),
+    }
 }
 
 fn column(x: &[f64], n: usize, f: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Vec<f64> {

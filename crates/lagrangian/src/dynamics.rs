@@ -33,6 +33,12 @@ pub trait Model: Send + Sync {
 
     /// Something that evaluates it, with its own scratch memory; one per thread.
     fn evaluator(&self) -> Box<dyn Evaluator + '_>;
+
+    /// Its Lagrangian with friction and inputs, for methods that need more than accelerations; `None` for a model
+    /// that has none.
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        None
+    }
 }
 
 /// Evaluates one model at batches of `m` states; every array is `[m, n]` unless said otherwise.
@@ -147,6 +153,29 @@ pub fn energy(jet: &Jet, n: usize, qd: &[f64], energy: &mut [f64]) {
     }
 }
 
+/// What a variational method needs of a Lagrangian at a state (q, v), `[n]`, `[n]` and `[n, n]`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Slopes {
+    /// p = ∂L/∂v.
+    pub momentum: Vec<f64>,
+    /// ∂L/∂q + τ − d, all that changes p.
+    pub force: Vec<f64>,
+    /// M = ∂²L/∂v∂v.
+    pub mass_matrix: Vec<f64>,
+}
+
+impl Slopes {
+    /// Zeros, for `n` degrees of freedom.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self {
+            momentum: vec![0.0; n],
+            force: vec![0.0; n],
+            mass_matrix: vec![0.0; n * n],
+        }
+    }
+}
+
 /// The momenta p = ∂L/∂q̇ of states (q, q̇), `[m, n]`.
 #[must_use]
 pub fn momenta(lagrangian: &dyn Lagrangian, q: &[f64], qd: &[f64]) -> Vec<f64> {
@@ -157,6 +186,7 @@ pub fn momenta(lagrangian: &dyn Lagrangian, q: &[f64], qd: &[f64]) -> Vec<f64> {
 
 /// Evaluates a Lagrangian's motion, with dissipation if there is any; allocates nothing once warm.
 pub struct EulerLagrange<'a> {
+    coordinates: &'a Coordinates,
     jets: Box<dyn Jets + 'a>,
     dissipation: Option<&'a Dissipation>,
     actuation: Option<&'a Actuation>,
@@ -171,6 +201,7 @@ impl<'a> EulerLagrange<'a> {
     #[must_use]
     pub fn new(lagrangian: &'a dyn Lagrangian, dissipation: Option<&'a Dissipation>) -> Self {
         Self {
+            coordinates: lagrangian.coordinates(),
             jets: lagrangian.jets(),
             dissipation,
             actuation: None,
@@ -187,16 +218,35 @@ impl<'a> EulerLagrange<'a> {
         Self { actuation, ..self }
     }
 
-    /// The derivatives of L at the states evaluated last.
-    #[must_use]
-    pub fn jet(&self) -> &Jet {
-        &self.jet
-    }
-}
-
-impl Evaluator for EulerLagrange<'_> {
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+    /// Evaluates L and holds what never moves.
+    fn evaluate(&mut self, q: &[f64], qd: &[f64]) {
         self.jets.jet(q, qd, &mut self.jet);
+        for row in 0..self.jet.lagrangian.len() {
+            self.jet.hold(self.coordinates, row);
+        }
+    }
+
+    /// Nothing acts on a parameter.
+    fn release(coordinates: &Coordinates, force: &mut [f64]) {
+        for i in coordinates.parameters() {
+            let column = force.iter_mut().skip(i).step_by(coordinates.dof());
+            column.for_each(|f| *f = 0.0);
+        }
+    }
+
+    /// Writes momentum, ∂L/∂q + τ − d and mass matrix at one state under the forces `tau`.
+    pub fn slopes(&mut self, q: &[f64], qd: &[f64], tau: &[f64], slopes: &mut Slopes) {
+        self.evaluate(q, qd);
+        self.sum_forces(qd, tau);
+        slopes.momentum.copy_from_slice(&self.jet.momentum);
+        slopes.mass_matrix.copy_from_slice(&self.jet.mass_matrix);
+        for (i, force) in slopes.force.iter_mut().enumerate() {
+            *force = self.jet.dl_dq[i] + self.force[i];
+        }
+    }
+
+    /// τ − d into `force`.
+    fn sum_forces(&mut self, qd: &[f64], tau: &[f64]) {
         self.force.resize(qd.len(), 0.0);
         match self.actuation {
             Some(actuation) => actuation.forces(tau, &mut self.force),
@@ -208,11 +258,25 @@ impl Evaluator for EulerLagrange<'_> {
             let pairs = self.force.iter_mut().zip(&self.friction);
             pairs.for_each(|(f, d)| *f -= d);
         }
+        Self::release(self.coordinates, &mut self.force);
+    }
+
+    /// The derivatives of L at the states evaluated last.
+    #[must_use]
+    pub fn jet(&self) -> &Jet {
+        &self.jet
+    }
+}
+
+impl Evaluator for EulerLagrange<'_> {
+    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+        self.evaluate(q, qd);
+        self.sum_forces(qd, tau);
         forward(&self.jet, &mut self.solver, &mut self.force, qdd)
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         inverse(&self.jet, self.solver.n(), qdd, tau);
         if let Some(dissipation) = self.dissipation {
             self.friction.resize(qd.len(), 0.0);
@@ -224,6 +288,7 @@ impl Evaluator for EulerLagrange<'_> {
         if let Some(actuation) = self.actuation {
             actuation.inputs(tau);
         }
+        Self::release(self.coordinates, tau);
         true
     }
 
@@ -252,7 +317,7 @@ impl Evaluator for EulerLagrange<'_> {
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {
-        self.jets.jet(q, qd, &mut self.jet);
+        self.evaluate(q, qd);
         self::energy(&self.jet, self.solver.n(), qd, energy);
         true
     }
@@ -325,6 +390,11 @@ impl<L: Lagrangian> Mechanical<L> {
         }
     }
 
+    fn motion(&self) -> EulerLagrange<'_> {
+        let motion = EulerLagrange::new(&self.lagrangian, self.dissipation.as_ref());
+        motion.driven(self.actuation.as_ref())
+    }
+
     /// How its forces come from inputs, where they are not the inputs themselves.
     #[must_use]
     pub fn actuation(&self) -> Option<&Actuation> {
@@ -344,7 +414,10 @@ impl<L: Lagrangian> Model for Mechanical<L> {
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        let motion = EulerLagrange::new(&self.lagrangian, self.dissipation.as_ref());
-        Box::new(motion.driven(self.actuation.as_ref()))
+        Box::new(self.motion())
+    }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        Some(self.motion())
     }
 }

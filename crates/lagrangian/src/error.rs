@@ -177,6 +177,19 @@ pub enum Error {
         remedy: &'static str,
     },
 
+    /// A coordinate that is declared as a parameter is not constant.
+    #[error(
+        "'{name}' is declared as a parameter, but its {what} at sample {sample} (counted from 1) is not 0: a parameter is constant along a trajectory; leave it out of --parameters if it moves"
+    )]
+    Moves {
+        /// The coordinate.
+        name: String,
+        /// The rate that is not 0.
+        what: String,
+        /// The first sample where it is not.
+        sample: usize,
+    },
+
     /// The description of a robot cannot be used.
     #[error("the robot cannot be used: {finding}: {remedy}")]
     Robot {

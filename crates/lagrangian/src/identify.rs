@@ -134,6 +134,10 @@ impl Model for Rigid {
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         self.motion.evaluator()
     }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        self.motion.mechanics()
+    }
 }
 
 /// What came out of an identification.

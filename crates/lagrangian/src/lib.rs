@@ -82,19 +82,24 @@
 
 #![deny(unsafe_code)]
 
+pub mod action;
 pub mod baseline;
 pub mod chaos;
 pub mod check;
+pub mod conserved;
 pub mod control;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
+pub mod existence;
 pub mod experiment;
+pub mod field;
 pub mod hamiltonian;
 pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;
+pub mod neural_ode;
 pub mod online;
 pub mod report;
 pub mod rigid;
@@ -115,6 +120,7 @@ pub use integrate::Method;
 pub use lagrangian::{
     Actuation, Delan, DelanConfig, Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic,
 };
+pub use neural_ode::{NeuralOde, NeuralOdeConfig};
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
 pub use train::{
     Budget, Family, Fit, FitConfig, ForceTerms, Learned, Loss, Observer, Optimizer, fit,

@@ -6,7 +6,7 @@ mod sines;
 
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::{Evaluator, Model};
+use crate::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
 use crate::integrate::{Control, Ending, Failure, Method};
 use crate::{Error, Result, Trajectory};
 
@@ -213,6 +213,13 @@ fn check(
             must: "one with forward dynamics: fit it with --loss acceleration, or take another --model",
         });
     }
+    if options.method.rule().is_some() && model.mechanics().is_none() {
+        return Err(Error::Argument {
+            name: "method",
+            value: options.method.name().into(),
+            must: "one for a model without a Lagrangian: rk4, dopri5 or dop853 (--method)",
+        });
+    }
     let n = model.coordinates().dof();
     for (what, x) in [("initial q", q0), ("initial qd", qd0)] {
         if x.len() != n || n == 0 {
@@ -230,6 +237,9 @@ fn check(
             });
         }
     }
+    model
+        .coordinates()
+        .check_parameters("initial velocity", qd0)?;
     if let Some(index) = times.iter().position(|t| !t.is_finite()) {
         return Err(Error::NotFinite {
             what: "times".into(),
@@ -258,6 +268,8 @@ fn check(
 /// A rollout in the making: what was computed and counted so far.
 struct Run<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
+    /// Of the variational methods.
+    mechanics: Option<EulerLagrange<'a>>,
     options: &'a RolloutOptions,
     /// The state (q, z) reached, `[2 n]`: z = q̇, or what else the model moves in.
     x: Vec<f64>,
@@ -294,6 +306,7 @@ impl<'a> Run<'a> {
         let rollout = Rollout::begin(len, n);
         Self {
             evaluator: model.evaluator(),
+            mechanics: options.method.rule().and_then(|_| model.mechanics()),
             options,
             x: [q0, z0].concat(),
             begun: true,
@@ -313,6 +326,7 @@ impl<'a> Run<'a> {
         }
         let Self {
             evaluator,
+            mechanics,
             options,
             x,
             qd: velocity,
@@ -335,23 +349,34 @@ impl<'a> Run<'a> {
         };
         let mut control = options.control();
         control.max_steps -= rollout.steps + rollout.rejected;
-        let solution = if evaluator.second_order() {
-            let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
-                tau(t, q, qd, force);
-                *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
-                *evaluations += 1;
-            };
-            let method = options.method;
-            method.solve(&mut acceleration, &x0, times, &control, &mut sample)
-        } else {
-            let mut flow = |t: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
-                evaluator.velocity(q, z, velocity);
-                tau(t, q, velocity, force);
-                *singular += evaluator.flow(q, z, force, dq, dz) as u64;
-                *evaluations += 1;
-            };
-            let method = options.method;
-            method.solve_flow(&mut flow, &x0, times, &control, &mut sample)
+        let solution = match (options.method.rule(), mechanics) {
+            (Some(rule), Some(mechanics)) => {
+                let mut slopes = |t: f64, q: &[f64], qd: &[f64], slopes: &mut Slopes| {
+                    tau(t, q, qd, force);
+                    mechanics.slopes(q, qd, force, slopes);
+                    *evaluations += 1;
+                };
+                rule.solve(&mut slopes, &x0, times, &control, &mut sample)
+            }
+            _ if evaluator.second_order() => {
+                let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
+                    tau(t, q, qd, force);
+                    *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
+                    *evaluations += 1;
+                };
+                let method = options.method;
+                method.solve(&mut acceleration, &x0, times, &control, &mut sample)
+            }
+            _ => {
+                let mut flow = |t: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
+                    evaluator.velocity(q, z, velocity);
+                    tau(t, q, velocity, force);
+                    *singular += evaluator.flow(q, z, force, dq, dz) as u64;
+                    *evaluations += 1;
+                };
+                let method = options.method;
+                method.solve_flow(&mut flow, &x0, times, &control, &mut sample)
+            }
         };
         rollout.steps += solution.steps;
         rollout.rejected += solution.rejected;

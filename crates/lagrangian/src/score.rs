@@ -35,9 +35,11 @@ impl SignalError {
     #[must_use]
     pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
         let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
+        // 0/0: a parameter, of which there is nothing to predict.
+        let told: Vec<f64> = nmse.iter().copied().filter(|x| !x.is_nan()).collect();
         Self {
             mse_sum: mse.iter().sum(),
-            nmse_mean: nmse.iter().sum::<f64>() / nmse.len() as f64,
+            nmse_mean: told.iter().sum::<f64>() / told.len() as f64,
             mse,
             nmse,
         }

@@ -2,7 +2,12 @@
 //!
 //! Cholesky where M ≻ 0; LU with scaled partial pivoting where it is indefinite; a truncated pseudo-inverse
 //! (Jacobi's eigenvalue method) only where it is singular. Meant for n up to some dozens: everything is
-//! plain loops over memory that is allocated once.
+//! plain loops over memory that is allocated once. The matrix of a field on a ring has its own solver, whose cost grows with
+//! the number of points alone ([`CyclicBandSolver`]).
+
+mod cyclic_band;
+
+pub use cyclic_band::{CyclicBand, CyclicBandSolver, DENSE_MOST};
 
 /// Pivots below this many roundings of their row count as zero.
 const PIVOT_ROUNDINGS: f64 = 16.0;
@@ -73,6 +78,15 @@ impl SymmetricSolver {
         }
         self.pseudo_inverse(m, b, x);
         Regularity::Singular
+    }
+
+    /// Writes the solution of A x = b for any A `[n, n]`; `false` where A is singular or not finite.
+    pub(crate) fn solve_general(&mut self, a: &[f64], b: &[f64], x: &mut [f64]) -> bool {
+        let regular = a.iter().all(|v| v.is_finite()) && self.lu(a);
+        if regular {
+            self.substitute_lu(b, x);
+        }
+        regular
     }
 
     fn tolerance(&self) -> f64 {
@@ -193,7 +207,7 @@ fn solve_directly(m: &[f64], x: &mut [f64]) -> Option<Regularity> {
 }
 
 /// Jacobi's method: rotates symmetric `a` to diagonal form; row i of `vectors` is the i-th eigenvector.
-fn diagonalise(a: &mut [f64], vectors: &mut [f64], n: usize) {
+pub(crate) fn diagonalise(a: &mut [f64], vectors: &mut [f64], n: usize) {
     vectors.fill(0.0);
     (0..n).for_each(|i| vectors[i * n + i] = 1.0);
     for _ in 0..MAX_SWEEPS {
@@ -234,6 +248,28 @@ fn rotate(a: &mut [f64], vectors: &mut [f64], n: usize, i: usize, j: usize) {
             rows[j * n + k] = s * x + c * y;
         }
     }
+}
+
+/// B^(−1/2) of a symmetric `[n, n]`; `None` where an eigenvalue is not above `cutoff` of the largest.
+pub(crate) fn inverse_root(b: &[f64], n: usize, cutoff: f64) -> Option<Vec<f64>> {
+    let (mut a, mut vectors) = (b.to_vec(), vec![0.0; n * n]);
+    diagonalise(&mut a, &mut vectors, n);
+    let values: Vec<f64> = (0..n).map(|i| a[i * n + i]).collect();
+    let largest = values.iter().fold(0.0, |l: f64, x| l.max(*x));
+    if !values.iter().all(|x| *x > cutoff * largest) {
+        return None;
+    }
+    let entry = |i: usize, j: usize| -> f64 {
+        let terms = (0..n).map(|k| vectors[k * n + i] * vectors[k * n + j] / values[k].sqrt());
+        terms.sum()
+    };
+    Some((0..n * n).map(|ij| entry(ij / n, ij % n)).collect())
+}
+
+/// A B of two `[n, n]`.
+pub(crate) fn product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
+    let entry = |i: usize, j: usize| (0..n).map(|k| a[i * n + k] * b[k * n + j]).sum::<f64>();
+    (0..n * n).map(|ij| entry(ij / n, ij % n)).collect()
 }
 
 /// Σ aᵢ bᵢ.

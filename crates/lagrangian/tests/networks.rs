@@ -38,6 +38,7 @@ fn network(n: usize, depth: usize, form: Form, activation: Activation, seed: u64
         layers: depth,
         activation,
         kinetic: 0.7,
+        ..LnnConfig::default()
     };
     Lnn::random(coordinates, config, scaling, seed).unwrap()
 }
@@ -163,6 +164,23 @@ fn every_derivative_of_a_network_agrees_with_dual_numbers_to_rounding() {
                 let what = format!("n {n} depth {depth} {trunks:?} {activation:?}");
                 assert_agrees(&delan, n, &what);
             }
+        }
+    }
+}
+
+#[test]
+fn derivatives_through_artanh_of_the_speed_and_exponential_units_agree_with_dual_numbers() {
+    for n in 1..=3 {
+        for (form, speed_limit) in [(Form::Free, Some(6.0)), (Form::Convex, None)] {
+            let (coordinates, scaling) = coordinates(n);
+            let config = LnnConfig {
+                form,
+                exponential: true,
+                speed_limit,
+                ..LnnConfig::default()
+            };
+            let lnn = Lnn::random(coordinates, config, scaling, n as u64).unwrap();
+            assert_agrees(&lnn, n, &format!("n {n} {form:?} {speed_limit:?}"));
         }
     }
 }

@@ -8,7 +8,7 @@ use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict, check_with};
 use lagrangian::trajectory::Recording;
 use serde_json::{Value, json};
 
-use super::Manner;
+use super::{Manner, existence};
 use crate::cli::CheckArgs;
 use crate::data;
 use crate::failure::FAILED;
@@ -21,7 +21,12 @@ pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
     }
     let recordings = data::read(&args.files, &args.data)?;
     let filter = args.filter;
-    let report = check_with(&recordings, &CheckOptions { filter });
+    let mut report = check_with(&recordings, &CheckOptions { filter });
+    if args.lagrangian {
+        report
+            .items
+            .push(existence::item(args, &recordings, &report, manner)?);
+    }
     let findings = as_json(args, &recordings, &report);
     if let Some(path) = &args.out {
         output::write_bytes(path, existing, &serde_json::to_vec_pretty(&findings)?)?;

@@ -9,7 +9,7 @@ use lagrangian::check::{CheckOptions, Verdict, check_with};
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::saved::Provenance;
 use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned, Parameter};
-use lagrangian::trajectory::{Estimate, EstimateOptions, Recording};
+use lagrangian::trajectory::{Estimate, EstimateOptions, Recording, Source};
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
 
@@ -18,8 +18,7 @@ use crate::cli::Links;
 use crate::data;
 use crate::draw;
 use crate::failure::{self, Advise, FAILED, mistake};
-use crate::fit_args::{Family, FitArgs, OptimizerName};
-use crate::fit_config::by_noise;
+use crate::fit_args::{Family, FitArgs};
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
@@ -50,7 +49,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     };
     args.model.require_own_flags()?;
     let data = read(&args)?;
-    let dataset = Dataset::new(data.coordinates, &data.train, &data.validation)?;
+    let dataset = dataset(&args, &data)?;
     let config = config(&args, &dataset, &data.estimates)?;
     config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
@@ -253,6 +252,24 @@ fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Re
     }
 }
 
+fn dataset(args: &FitArgs, data: &Data) -> Result<Dataset> {
+    let (coordinates, training) = (data.coordinates.clone(), &args.training);
+    if !training.of_positions(args.model.model) {
+        if training.baseline > 1 {
+            return Err(mistake(
+                "--baseline: not for this loss",
+                "leave it away, or take --loss positions",
+            ));
+        }
+        return Ok(Dataset::new(coordinates, &data.train, &data.validation)?);
+    }
+    let baseline = training.baseline as usize;
+    Dataset::of_positions(coordinates, &data.train, &data.validation, baseline).advise(
+        "cannot fit positions",
+        "record a longer motion, or take a shorter --baseline",
+    )
+}
+
 fn record(args: &FitArgs) -> Result<RunRecord> {
     let of = |role: &'static str, paths: &[PathBuf]| {
         paths
@@ -301,19 +318,37 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<F
             0.0
         }
     };
-    let uncertainty = names.iter().zip(&scale).map(part).fold(0.0, f64::max);
+    let uncertainty = if dataset.train.steps.is_empty() {
+        names.iter().zip(&scale).map(part).fold(0.0, f64::max)
+    } else {
+        let part =
+            |(name, scale): (&&str, &f64)| second_difference(dataset, estimates, name) / scale;
+        names.iter().zip(&scale).map(part).fold(0.0, f64::max)
+    };
     let network = args.model.model != Family::Rigid;
-    if network && args.training.optimizer.is_none() && by_noise(uncertainty) == OptimizerName::Adam
-    {
+    let mut config = args.config(uncertainty, dataset.forced);
+    let adam = matches!(config.optimizer, train::Optimizer::Adam(_));
+    if network && args.training.optimizer.is_none() && adam {
         eprintln!(
             "note: accelerations are uncertain by {:.1} %: Adam instead of the natural gradient, which would follow \
              the noise (--optimizer decides otherwise)",
             100.0 * uncertainty
         );
     }
-    let mut config = args.config(uncertainty, dataset.forced);
     args.robot.apply(args.model.form.is_some(), &mut config)?;
+    args.rollout.require(config.loss)?;
     Ok(config)
+}
+
+/// Standard error of the second divided difference of three positions, from the noise of the positions.
+fn second_difference(dataset: &Dataset, estimates: &[Estimate], name: &str) -> f64 {
+    let steps = &dataset.train.steps;
+    let step = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    let own = estimates
+        .iter()
+        .filter(|e| e.signal == "qdd" && e.coordinate == name && e.source == Source::Q);
+    let noise = own.map(|e| e.noise).fold(0.0, f64::max);
+    6.0_f64.sqrt() * noise / (step * step)
 }
 
 fn fit(

@@ -1,7 +1,7 @@
 //! One figure on any canvas: legend, axes, grid, series.
 
 use anyhow::{Result, anyhow};
-use lagrangian::report::{Figure, Kind, Series};
+use lagrangian::report::{Figure, HeatMap, Kind, Series};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::curve::Point;
 use super::scale::{Laid, Tick};
-use super::{UNIT, legend, series, text, theme};
+use super::{UNIT, heat_map, legend, series, text, theme};
 
 pub(super) type Plot<DB> = DrawingArea<DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
@@ -20,8 +20,19 @@ const HEADING: f64 = 15.0;
 pub(super) fn draw<DB: DrawingBackend>(
     canvas: DB,
     figure: &Figure,
+    size: (u32, u32),
+    heading: bool,
+) -> Result<()> {
+    draw_with(canvas, figure, size, heading, None)
+}
+
+/// The same, with the cells of a map in place of the series.
+pub(super) fn draw_with<DB: DrawingBackend>(
+    canvas: DB,
+    figure: &Figure,
     (width, height): (u32, u32),
     heading: bool,
+    map: Option<&HeatMap>,
 ) -> Result<()> {
     let root = canvas.into_drawing_area();
     root.fill(&theme::colour("surface")).map_err(plain)?;
@@ -44,7 +55,7 @@ pub(super) fn draw<DB: DrawingBackend>(
     match axes {
         Some(axes) => plot(
             &root,
-            figure,
+            (figure, map),
             &axes,
             Place {
                 top: top + 22.0,
@@ -109,7 +120,7 @@ struct Place {
 
 fn plot<DB: DrawingBackend>(
     root: &DrawingArea<DB, Shift>,
-    figure: &Figure,
+    (figure, map): (&Figure, Option<&HeatMap>),
     axes: &Axes,
     place: Place,
 ) -> Result<()> {
@@ -169,6 +180,9 @@ fn plot<DB: DrawingBackend>(
         SMALL,
         "muted",
     )?;
+    if let Some(map) = map {
+        return heat_map::cells(plot, map);
+    }
     let mut series: Vec<&Series> = figure.series.iter().collect();
     series.sort_by_key(|series| series::depth(series.role));
     series

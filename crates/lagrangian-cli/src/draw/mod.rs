@@ -5,6 +5,7 @@ mod canvas_svg;
 mod chart;
 mod curve;
 mod gif;
+mod heat_map;
 mod legend;
 mod page;
 mod pendulum;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use lagrangian::report::{Animation, Command, Figure, Headline, Panel, Report, Table};
+use lagrangian::report::{Animation, Command, Figure, Headline, HeatMap, Panel, Report, Table};
 use serde::Serialize;
 
 use super::{escaped, svg, theme};
@@ -28,6 +28,7 @@ pub(crate) fn html(report: &Report) -> String {
         all.iter().for_each(|one| player(body, one))
     });
     section(&mut body, "Figures", &report.figures, figures);
+    section(&mut body, "Space and time", &report.maps, maps);
     section(&mut body, "Tables", &report.tables, |body, all| {
         all.iter().for_each(|one| table(body, one))
     });
@@ -238,6 +239,26 @@ fn figures(body: &mut String, figures: &[Figure]) {
             );
         }
         body.push_str("</figure>\n");
+    }
+    body.push_str("</div>\n");
+}
+
+/// Two columns where there is room.
+fn maps(body: &mut String, maps: &[HeatMap]) {
+    body.push_str("<div class=\"figures\">\n");
+    for map in maps {
+        let drawn = svg::inline_map(map, WIDE, "map");
+        let drawn = drawn.unwrap_or_else(|error| format!("<p>{}</p>", escaped(&error.to_string())));
+        add(
+            body,
+            format_args!(
+                "<figure class=\"card figure\" id=\"map-{}\"><figcaption><h3>{}</h3><p class=\"caption\">{}</p>\
+                 </figcaption>{drawn}</figure>\n",
+                escaped(&map.id),
+                escaped(&map.title),
+                escaped(&map.caption)
+            ),
+        );
     }
     body.push_str("</div>\n");
 }

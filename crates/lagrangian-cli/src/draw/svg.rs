@@ -1,10 +1,10 @@
 //! Figures as SVG: inside a page, or as a file of their own.
 
 use anyhow::Result;
-use lagrangian::report::Figure;
+use lagrangian::report::{Figure, HeatMap};
 
 use super::canvas_svg::SvgCanvas;
-use super::{UNIT, chart, escaped, theme};
+use super::{UNIT, chart, escaped, heat_map, theme};
 
 /// The figure as an SVG file that follows the reader's light or dark setting.
 ///
@@ -32,6 +32,17 @@ pub(super) fn inline(figure: &Figure, size: (u32, u32), class: &str) -> Result<S
     let (view_box, body) = (view_box(size.0, size.1), body(figure, size, false)?);
     Ok(format!(
         "<svg class=\"{class}\" viewBox=\"{view_box}\" role=\"img\" aria-label=\"{label}\">{body}</svg>"
+    ))
+}
+
+/// A map as an element of a page that has the classes of the theme.
+pub(super) fn inline_map(map: &HeatMap, size: (u32, u32), class: &str) -> Result<String> {
+    let label = escaped(&format!("{}. {}", map.title, map.caption));
+    let (view_box, mut out) = (view_box(size.0, size.1), String::new());
+    let canvas = SvgCanvas::new(&mut out, size.0, size.1);
+    chart::draw_with(canvas, &heat_map::frame(map), size, false, Some(map))?;
+    Ok(format!(
+        "<svg class=\"{class}\" viewBox=\"{view_box}\" role=\"img\" aria-label=\"{label}\">{out}</svg>"
     ))
 }
 

@@ -50,6 +50,7 @@ impl Run<'_> {
             headlines: self.headlines(&score),
             summary: self.summary(&score),
             animations: animation.into_iter().collect(),
+            maps: Vec::new(),
             figures,
             tables: tables::of(self, &score),
             settings: tables::settings(self.record),
@@ -61,6 +62,7 @@ impl Run<'_> {
         match self.model {
             Learned::Lnn(_) => "A Lagrangian",
             Learned::Delan(_) => "A Lagrangian with a mass matrix",
+            Learned::NeuralOde(_) => "A neural ODE",
             Learned::Hnn(model) => match model.hamiltonian().config().structure {
                 HnnStructure::Free => "A Hamiltonian",
                 HnnStructure::Mass => "A Hamiltonian with a mass matrix",

@@ -414,6 +414,25 @@ fn a_delay_of_another_number_of_joints_or_longer_than_the_motion_is_refused() {
 }
 
 #[test]
+fn a_search_for_a_lagrangian_needs_its_flag_a_positive_time_and_data_that_pass() {
+    let bench = Workbench::new();
+    bench.write("a.csv", &swing());
+    assert!(
+        bench
+            .refuse("check a.csv --seconds 1")
+            .contains("--lagrangian")
+    );
+    assert!(
+        bench
+            .refuse("check a.csv --lagrangian --seconds 0")
+            .contains("--seconds")
+    );
+    bench.write("short.csv", "t,q1,qd1\n0,1,0\n0.1,0.9,-1\n");
+    let message = bench.refuse("check short.csv --lagrangian");
+    assert!(message.contains("without --lagrangian"), "{message}");
+}
+
+#[test]
 fn a_hamiltonian_network_says_what_it_needs() {
     let bench = Workbench::new();
     bench.succeed("simulate pendulum --duration 2 --step 0.01 --q0 1 --qd0 0 --out plain.csv");

@@ -51,6 +51,26 @@ fn simulated_motions_keep_their_energy_and_pass_the_check() {
 }
 
 #[test]
+fn the_check_finds_the_lagrangian_of_a_free_pendulum() {
+    let bench = Workbench::new();
+    bench.succeed("simulate pendulum --trajectories 8 --duration 4 --out free.csv");
+    let check = bench
+        .succeed("check free.csv --lagrangian --seconds 0.3 --quiet --json")
+        .json();
+    let items = check["items"].as_array().unwrap();
+    let item = items.iter().find(|i| i["name"] == "lagrangian").unwrap();
+    assert_eq!(item["verdict"], "pass", "{item}");
+    assert!(
+        item["finding"].as_str().unwrap().contains("Darboux"),
+        "{item}"
+    );
+    assert!(
+        item["values"]["error_conservative"].as_f64().unwrap() < 0.01,
+        "{item}"
+    );
+}
+
+#[test]
 fn of_many_recordings_only_what_is_wrong_is_written_out_and_json_has_all() {
     let bench = Workbench::new();
     bench.succeed("simulate two-link-arm --drive 3 --friction 0.3 --trajectories 12 --duration 4 --out arm.csv");

@@ -4,6 +4,8 @@
 mod bad_input;
 mod commands;
 mod experiments;
+mod laws;
+mod parameters;
 mod robots;
 mod tracking;
 mod workbench;

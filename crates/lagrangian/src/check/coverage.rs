@@ -68,12 +68,13 @@ fn states(recording: &Recording) -> Vec<Vec<f64>> {
             *q
         }
     };
+    let moving = || (0..n).filter(|&i| !recording.coordinates.is_parameter(i));
     let rows = recording.q.chunks_exact(n).zip(qd.chunks_exact(n));
     rows.map(|(q, qd)| {
         q.iter()
             .enumerate()
             .map(turn)
-            .chain(qd.iter().copied())
+            .chain(moving().map(|i| qd[i]))
             .collect::<Vec<f64>>()
     })
     .filter(|s| s.iter().all(|x| x.is_finite()))

@@ -5,6 +5,7 @@
 
 mod coverage;
 mod drive;
+mod existence;
 mod regression;
 mod signals;
 mod time;
@@ -15,6 +16,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::trajectory::Recording;
+
+pub use existence::existence;
 
 /// Fewer samples than this in all cannot carry a fit.
 const FEWEST_SAMPLES: usize = 20;
@@ -164,6 +167,7 @@ pub fn check_with(recordings: &[Recording], options: &CheckOptions) -> CheckRepo
         own.extend(time::items(recording));
         own.extend(time::too_short(recording));
         if whole {
+            own.extend(parameters(recording));
             own.extend(signals::items(recording));
             own.extend(signals::passive(recording));
         }
@@ -249,6 +253,8 @@ fn same_coordinates(recordings: &[Recording]) -> Item {
 fn describe(recording: &Recording, i: usize, name: &str) -> String {
     let kind = if recording.coordinates.is_circle(i) {
         "angle"
+    } else if recording.coordinates.is_parameter(i) {
+        "parameter"
     } else {
         "line"
     };
@@ -260,6 +266,23 @@ fn describe(recording: &Recording, i: usize, name: &str) -> String {
         ""
     };
     format!("{name} ({kind}{drive})")
+}
+
+/// An item if a parameter is not constant.
+fn parameters(recording: &Recording) -> Option<Item> {
+    match recording.parameters_are_constant() {
+        Err(crate::Error::Sample {
+            row,
+            finding,
+            remedy,
+            ..
+        }) => Some(Item::fail(
+            "parameter",
+            format!("{finding} at sample {row}"),
+            remedy,
+        )),
+        _ => None,
+    }
 }
 
 /// An item if a signal has another length than the time stamps.

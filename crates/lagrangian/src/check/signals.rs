@@ -93,7 +93,8 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
                 values: &r.q,
             };
             let (low, high) = column.range();
-            high > low
+            // A parameter is constant along a motion: what counts is that motions differ.
+            high > low || (first.coordinates.is_parameter(*i) && r.q.get(*i) != first.q.get(*i))
         };
         !recordings
             .iter()
@@ -105,26 +106,33 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
         .map(|i| first.coordinates.0[i].name.as_str())
         .collect();
     let forces = recordings.iter().filter(|r| r.tau.is_some()).count();
-    Some(if still.len() == first.dof() {
-        Item::fail(
-            "excitation",
-            "no coordinate moves",
-            "record a motion, or name the right columns with --q",
-        )
-    } else if !still.is_empty() {
-        let finding = format!("{} never moves", still.join(", "));
-        Item::warn(
-            "excitation",
-            finding,
-            "leave it out with --q, or excite it: nothing about it can be learned",
-        )
-    } else {
-        let finding = format!(
-            "every coordinate moves; {forces} of {} recordings have forces",
-            recordings.len()
-        );
-        Item::pass("excitation", finding)
-    })
+    let moving = first.dof() - first.coordinates.parameters().count();
+    let moves = |name: &&str| {
+        let same = |i: usize| first.coordinates.0[i].name == *name;
+        !first.coordinates.parameters().any(same)
+    };
+    Some(
+        if still.iter().filter(|name| moves(name)).count() == moving {
+            Item::fail(
+                "excitation",
+                "no coordinate moves",
+                "record a motion, or name the right columns with --q",
+            )
+        } else if !still.is_empty() {
+            let finding = format!("{} never moves", still.join(", "));
+            Item::warn(
+                "excitation",
+                finding,
+                "leave it out with --q, or excite it: nothing about it can be learned",
+            )
+        } else {
+            let finding = format!(
+                "every coordinate moves; {forces} of {} recordings have forces",
+                recordings.len()
+            );
+            Item::pass("excitation", finding)
+        },
+    )
 }
 
 /// Items that need no usable time stamps.

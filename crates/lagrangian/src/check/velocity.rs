@@ -62,7 +62,11 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
         }
         judge(recording, i, name, &relate(&measured, &derivative))
     };
-    (0..n).filter(|_| !segments.is_empty()).map(item).collect()
+    (0..n)
+        .filter(|&i| !recording.coordinates.is_parameter(i))
+        .filter(|_| !segments.is_empty())
+        .map(item)
+        .collect()
 }
 
 fn rms(values: &[f64]) -> f64 {

@@ -59,6 +59,11 @@ impl<H: Hamiltonian> Model for Canonical<H> {
         self.0.lagrangian.coordinates()
     }
 
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        let canonical = self.hamiltonian().canonical();
+        canonical.then(|| self.0.mechanics()).flatten()
+    }
+
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         let hamiltonian = self.hamiltonian();
         let n = hamiltonian.coordinates().dof();

@@ -1,11 +1,12 @@
 //! Integrators: one method per file, each knowing only the function that it integrates.
 //!
-//! Three roles. A first-order method solves x' = f(t, x) ([`Rk4`], [`Dopri5`], [`Dop853`]); a second-order one
+//! Four roles. A first-order method solves x' = f(t, x) ([`Rk4`], [`Dopri5`], [`Dop853`]); a second-order one
 //! solves q'' = f(t, q, q') and treats positions and velocities differently ([`StormerVerlet`],
 //! [`ImplicitMidpoint`]); a partitioned one does so for a flow in (q, z) with any q', such as Hamilton's equations
-//! ([`GeneralisedLeapfrog`], [`Midpoint`]: the same two methods where q' = z). Those with a fixed step make one step at a time and [`fixed`] drives them; those that
-//! choose their step are an [`EmbeddedPair`] that [`adaptive`] drives. Nothing allocates per step, and every
-//! loop is bounded by [`Control::max_steps`].
+//! ([`GeneralisedLeapfrog`], [`Midpoint`]: the same two methods where q' = z). A fourth knows the Lagrangian, and
+//! discretises its action ([`Variational`]). Those with a fixed step make one step at a time and [`fixed`] drives
+//! them; those that choose their step are an [`EmbeddedPair`] that [`adaptive`] drives. Nothing allocates per step,
+//! and every loop is bounded by [`Control::max_steps`].
 
 pub mod adaptive;
 mod dop853;
@@ -18,6 +19,7 @@ mod implicit_midpoint;
 mod midpoint;
 mod rk4;
 mod stormer_verlet;
+mod variational;
 
 pub use adaptive::EmbeddedPair;
 pub use dop853::Dop853;
@@ -27,6 +29,7 @@ pub use implicit_midpoint::ImplicitMidpoint;
 pub use midpoint::Midpoint;
 pub use rk4::Rk4;
 pub use stormer_verlet::StormerVerlet;
+pub use variational::{Mechanics, Rule, Variational};
 
 use serde::{Deserialize, Serialize};
 
@@ -59,16 +62,22 @@ pub enum Method {
     StormerVerlet,
     /// See [`ImplicitMidpoint`].
     ImplicitMidpoint,
+    /// See [`Variational`], by the midpoint rule.
+    VariationalMidpoint,
+    /// See [`Variational`], by the trapezoidal rule.
+    VariationalTrapezoidal,
 }
 
 impl Method {
     /// All methods with their names.
-    pub const TABLE: [(Self, &'static str); 5] = [
+    pub const TABLE: [(Self, &'static str); 7] = [
         (Self::Rk4, "rk4"),
         (Self::Dopri5, "dopri5"),
         (Self::Dop853, "dop853"),
         (Self::StormerVerlet, "stormer-verlet"),
         (Self::ImplicitMidpoint, "implicit-midpoint"),
+        (Self::VariationalMidpoint, "variational-midpoint"),
+        (Self::VariationalTrapezoidal, "variational-trapezoidal"),
     ];
 
     /// Its name on the command line and in files.
@@ -84,6 +93,17 @@ impl Method {
         matches!(self, Self::Dopri5 | Self::Dop853)
     }
 
+    /// The rule of a variational method, which needs a Lagrangian: [`Rule::solve`] in the place of
+    /// [`Method::solve`].
+    #[must_use]
+    pub fn rule(self) -> Option<Rule> {
+        match self {
+            Self::VariationalMidpoint => Some(Rule::Midpoint),
+            Self::VariationalTrapezoidal => Some(Rule::Trapezoidal),
+            _ => None,
+        }
+    }
+
     /// Order of convergence of the solution.
     #[must_use]
     pub fn order(self) -> u32 {
@@ -91,12 +111,15 @@ impl Method {
             Self::Rk4 => 4,
             Self::Dopri5 => 5,
             Self::Dop853 => 8,
-            Self::StormerVerlet | Self::ImplicitMidpoint => 2,
+            Self::StormerVerlet
+            | Self::ImplicitMidpoint
+            | Self::VariationalMidpoint
+            | Self::VariationalTrapezoidal => 2,
         }
     }
 
     /// Solves q'' = f(t, q, q') from the state x₀ = (q, q') at `times[0]` and gives (q, q') at every one of the
-    /// `times` (increasing) to `sink`.
+    /// `times` (increasing) to `sink`. A variational method knows too little here: it fails at the first step.
     pub fn solve(
         self,
         f: &mut SecondOrder<'_>,
@@ -130,13 +153,14 @@ impl Method {
                 let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
                 fixed::solve(&mut step, x0, times, control, sink)
             }
+            Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
+                fixed::solve(&mut unknown_lagrangian, x0, times, control, sink)
+            }
         }
     }
-}
 
-impl Method {
     /// Solves (q, z)' = f(t, q, z) from the state x₀ = (q, z) at `times[0]` and gives (q, z) at every one of the
-    /// `times` (increasing) to `sink`; [`Method::solve`] is faster where q' = z.
+    /// `times` (increasing) to `sink`; [`Method::solve`] is faster where q' = z. A variational method fails, as there.
     pub fn solve_flow(
         self,
         f: &mut Flow<'_>,
@@ -170,7 +194,32 @@ impl Method {
                 let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
                 fixed::solve(&mut step, x0, times, control, sink)
             }
+            Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
+                fixed::solve(&mut unknown_lagrangian, x0, times, control, sink)
+            }
         }
+    }
+}
+
+/// The step of a variational method that was given no Lagrangian.
+fn unknown_lagrangian(_: f64, _: f64, _: &mut [f64]) -> std::result::Result<(), Failure> {
+    Err(Failure::NotConverged)
+}
+
+impl Rule {
+    /// Solves the discrete Euler–Lagrange equation of `f` from the state x₀ = (q, q') at `times[0]` and gives (q, q') at
+    /// every one of the `times` (increasing) to `sink`.
+    pub fn solve(
+        self,
+        f: &mut Mechanics<'_>,
+        x0: &[f64],
+        times: &[f64],
+        control: &Control,
+        sink: &mut Sink<'_>,
+    ) -> Solution {
+        let mut method = Variational::new(x0.len() / 2, self);
+        let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
+        fixed::solve(&mut step, x0, times, control, sink)
     }
 }
 

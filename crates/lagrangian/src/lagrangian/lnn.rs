@@ -1,12 +1,14 @@
 //! Lagrangian neural networks: any L(q, q̇), free or convex in q̇.
 
+mod curvature;
+
 use num_dual::DualNum;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::scaled::{Features, Scaling};
-use super::{Jet, Jets, Lagrangian};
+use super::scaled::{Features, Scaling, VelocityFeature};
+use super::{Curvature, Jet, Jets, Lagrangian};
 use crate::mlp::simd::Real;
 use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
@@ -35,8 +37,15 @@ pub struct LnnConfig {
     pub layers: usize,
     /// Nonlinearity. In the convex form, that of the part that sees q; the part that sees q̇ uses softplus.
     pub activation: Activation,
-    /// κ of the term ½ κ ‖q̇ / s‖² that every network starts from.
+    /// κ of the term ½ κ ‖u‖² that every network starts from, u = q̇/s or what takes its place.
     pub kinetic: f64,
+    /// Whether 16 units eˣ stand before the output, for mass matrices that span decades.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub exponential: bool,
+    /// A speed c that no coordinate reaches, in units of q̇: the network then sees artanh(q̇/c) in place of q̇/s
+    /// (theory.md, equation 108). Free form only: a convex function of the one is not convex in the other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_limit: Option<f64>,
 }
 
 impl Default for LnnConfig {
@@ -47,6 +56,8 @@ impl Default for LnnConfig {
             layers: 2,
             activation: Activation::default(),
             kinetic: 1.0,
+            exponential: false,
+            speed_limit: None,
         }
     }
 }
@@ -54,6 +65,9 @@ impl Default for LnnConfig {
 /// Largest width and depth that are accepted: a file or a flag cannot ask for more memory than this means.
 const MAX_WIDTH: usize = 4096;
 const MAX_LAYERS: usize = 16;
+
+/// Exponential units, where there are any.
+const EXPONENTIAL: usize = 16;
 
 impl LnnConfig {
     /// Checks width, depth and κ.
@@ -82,6 +96,15 @@ impl LnnConfig {
                 "finite and not negative",
             );
         }
+        if let Some(c) = self.speed_limit {
+            if !(c.is_finite() && c > 0.0) {
+                return argument("speed limit", c.to_string(), "finite and positive");
+            }
+            if self.form == Form::Convex {
+                let must = "left away in the convex form, or take the free one (--form free)";
+                return argument("speed limit", c.to_string(), must);
+            }
+        }
         Ok(())
     }
 
@@ -104,7 +127,12 @@ impl LnnConfig {
                 Some(self.activation),
             ));
         }
-        build.dense(1, &[(source, false)], false, None);
+        let mut output = vec![(source, false)];
+        if self.exponential {
+            let exp = build.dense(EXPONENTIAL, &[(source, false)], true, Some(Activation::Exp));
+            output.push((Source::Layer(exp), false));
+        }
+        build.dense(1, &output, false, None);
         build.finish()
     }
 
@@ -136,13 +164,23 @@ impl LnnConfig {
         let linear = build.gate(16, trunk, None);
         let convex = [(Source::Layer(bent), true), (Source::Layer(trunk), false)];
         let second = build.dense(self.width, &convex, true, Some(Activation::Softplus));
-        let output = [
+        let mut output = vec![
             (Source::Layer(quadratic), true),
             (Source::Layer(bent), true),
             (Source::Layer(second), true),
             (Source::Layer(linear), false),
             (Source::Layer(trunk), false),
         ];
+        if self.exponential {
+            let convex = [
+                (Source::Layer(quadratic), true),
+                (Source::Layer(bent), true),
+                (Source::Layer(second), true),
+                (Source::Layer(trunk), false),
+            ];
+            let exp = build.dense(EXPONENTIAL, &convex, true, Some(Activation::Exp));
+            output.push((Source::Layer(exp), true));
+        }
         build.dense(1, &output, false, None);
         build.finish()
     }
@@ -237,11 +275,11 @@ impl Lnn {
     pub fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
         let (shape, scaling) = (&self.shape, &self.shape.scaling);
         let mut x = scaling.evaluate(&shape.coordinates, q);
-        let v: Vec<D> = qd
-            .iter()
-            .zip(&scaling.qd_scale)
-            .map(|(&v, &s)| v / s)
-            .collect();
+        let seen = |(&v, &s): (&D, &f64)| match shape.config.speed_limit {
+            None => v / s,
+            Some(c) => (v / c).atanh(),
+        };
+        let v: Vec<D> = qd.iter().zip(&scaling.qd_scale).map(seen).collect();
         let kinetic = v.iter().map(|&v| v * v).sum::<D>() * (0.5 * shape.config.kinetic);
         if shape.config.form == Form::Free {
             x.extend(&v);
@@ -259,6 +297,7 @@ impl Lagrangian for Lnn {
         Box::new(LnnJets {
             lnn: self,
             pass: None,
+            second: None,
         })
     }
 }
@@ -326,15 +365,46 @@ impl LnnShape {
             }
         }
         for i in 0..n {
-            let scale = 1.0 / self.scaling.qd_scale[i];
-            let prime = qdd.map_or(0.0, |qdd| qdd[i] * scale);
-            self.set_velocity(pass, 0, s, at, i, T::of(qd[i] * scale));
+            let seen = self.velocity(i, qd[i]);
+            let prime = qdd.map_or(0.0, |qdd| qdd[i] * seen.slope);
+            self.set_velocity(pass, 0, s, at, i, T::of(seen.value));
             self.set_velocity(pass, 1, s, at, i, T::of(prime));
             for d in 0..n {
-                let one = if d == i { scale } else { 0.0 };
+                let one = if d == i { seen.slope } else { 0.0 };
                 self.set_velocity(pass, 2 + d, s, at, i, T::of(one));
             }
         }
+    }
+
+    /// As [`LnnShape::write`], but with a tangent ′ that is zero, so that mixed components are first derivatives.
+    pub(crate) fn write_still<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], qd: &[f64]) {
+        self.write(pass, s, q, qd, None);
+        for at in 0..Scaling::features(&self.coordinates) {
+            pass.set_feature(1, s, at, T::default());
+        }
+    }
+
+    /// Writes the mixed component of direction `d` of sample `s` along the velocities `qd`: `weight`.
+    pub(crate) fn write_mixed_velocity<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        (d, s): (usize, usize),
+        qd: &[f64],
+        weight: impl Fn(usize) -> f64,
+    ) {
+        let first = Scaling::features(&self.coordinates);
+        for (i, &qd) in qd.iter().enumerate() {
+            let x = T::of(weight(i) * self.velocity(i, qd).slope);
+            match self.config.form {
+                Form::Free => pass.set_mixed_feature(d, s, first + i, x),
+                Form::Convex => pass.set_mixed_velocity(d, s, i, x),
+            }
+        }
+    }
+
+    /// What the network sees of velocity `i`.
+    pub(crate) fn velocity(&self, i: usize, v: f64) -> VelocityFeature {
+        VelocityFeature::new(self.scaling.qd_scale[i], self.config.speed_limit, v)
     }
 
     fn set_velocity<T: Real>(
@@ -353,15 +423,33 @@ impl LnnShape {
     }
 
     /// Writes the mixed component of direction `d` of sample `s`: −`weight` along the coordinates, so that the
-    /// output's mixed component is Σ weight (d/dt ∂L/∂q̇ − ∂L/∂q) (theory.md, equations 12 and 16).
+    /// output's mixed component is Σ weight (d/dt ∂L/∂q̇ − ∂L/∂q) at acceleration `qdd` (theory.md, equations 12,
+    /// 16 and 108).
     pub(crate) fn write_mixed<T: Real>(
         &self,
         pass: &mut Pass<T>,
-        d: usize,
-        s: usize,
-        q: &[f64],
+        (d, s): (usize, usize),
+        (q, qd, qdd): (&[f64], &[f64], &[f64]),
         weight: &[f64],
     ) {
+        let at = self.write_mixed_positions(pass, (d, s), q, weight);
+        if self.config.speed_limit.is_none() {
+            return;
+        }
+        for i in 0..self.dof() {
+            let bend = self.velocity(i, qd[i]).curvature * qdd[i] * weight[i];
+            pass.set_mixed_feature(d, s, at + i, T::of(bend));
+        }
+    }
+
+    /// The part of the mixed component along the coordinates alone; returns the number of the first velocity feature.
+    pub(crate) fn write_mixed_positions<T: Real>(
+        &self,
+        pass: &mut Pass<T>,
+        (d, s): (usize, usize),
+        q: &[f64],
+        weight: &[f64],
+    ) -> usize {
         let mut at = 0;
         for i in 0..self.dof() {
             let features = Features::new(&self.coordinates, &self.scaling, i, q[i]);
@@ -370,16 +458,53 @@ impl LnnShape {
                 at += 1;
             }
         }
+        at
     }
 
-    /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`.
-    pub(crate) fn read<T: Real>(
+    /// Writes ∂S/∂(q, q̇) of sample `s` `[n, 2n]`, for the n scalars of a linearised pass whose sensitivities were
+    /// carried to the features (theory.md, equation 95); `q`, `qd` are those of all samples.
+    pub(crate) fn slopes<T: Real>(
         &self,
         pass: &Pass<T>,
         s: usize,
-        row: usize,
-        q: &[f64],
-        qd: &[f64],
+        (q, qd): (&[f64], &[f64]),
+        slopes: &mut [f64],
+    ) {
+        let n = self.dof();
+        let first = Scaling::features(&self.coordinates);
+        for (i, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
+            let mut at = 0;
+            for j in 0..n {
+                let features = Features::new(&self.coordinates, &self.scaling, j, q[s * n + j]);
+                (row[j], row[n + j]) = (0.0, 0.0);
+                for k in 0..features.count {
+                    let value = pass.feature_sensitivity(0, s, at).f64();
+                    let along = pass.feature_sensitivity(2 + i, s, at).f64();
+                    let mixed = pass.mixed_feature_sensitivity(i, s, at).f64();
+                    let curvature = features.curvature(k);
+                    row[j] += mixed * features.slopes[k] + along * curvature * qd[s * n + j];
+                    if i == j {
+                        row[j] -= value * curvature;
+                    }
+                    row[n + j] += along * features.slopes[k];
+                    at += 1;
+                }
+                let velocity = match self.config.form {
+                    Form::Free => pass.mixed_feature_sensitivity(i, s, first + j),
+                    Form::Convex => pass.mixed_velocity_sensitivity(&self.net, i, s, j),
+                };
+                row[n + j] += velocity.f64() / self.scaling.qd_scale[j];
+            }
+        }
+    }
+
+    /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`; `qdd` is what it was
+    /// written with.
+    pub(crate) fn read<T: Real>(
+        &self,
+        pass: &Pass<T>,
+        (s, row): (usize, usize),
+        (q, qd, qdd): (&[f64], &[f64], Option<&[f64]>),
         jet: &mut Jet,
     ) {
         let n = self.dof();
@@ -397,17 +522,20 @@ impl LnnShape {
         }
         let mut quadratic = 0.0;
         for (i, &qd) in qd.iter().enumerate() {
-            let scale = 1.0 / scaling.qd_scale[i];
-            let v = qd * scale;
-            quadratic += 0.5 * kinetic * v * v;
-            let p = match self.config.form {
-                Form::Free => pass.feature_gradient(s, at + i),
-                Form::Convex => pass.velocity_gradient(s, i),
+            let seen = self.velocity(i, qd);
+            quadratic += 0.5 * kinetic * seen.value * seen.value;
+            let slope = match self.config.form {
+                Form::Free => pass.feature_gradient(s, at + i).f64(),
+                Form::Convex => pass.velocity_gradient(s, i).f64(),
             };
-            jet.momentum[row * n + i] = e * scale * (p.f64() + kinetic * v);
-            jet.momentum_drift[row * n + i] = e * pass.second_derivative(s, i, None, n).f64();
+            // The network's second derivatives are those along straight features.
+            let bend = slope * seen.curvature;
+            let drift = pass.second_derivative(s, i, None, n).f64();
+            jet.momentum[row * n + i] = e * (slope + kinetic * seen.value) * seen.slope;
+            jet.momentum_drift[row * n + i] = e * (drift + qdd.map_or(0.0, |qdd| bend * qdd[i]));
             for j in 0..n {
-                let diagonal = if i == j { kinetic * scale * scale } else { 0.0 };
+                let own = kinetic * seen.inertia() + bend;
+                let diagonal = if i == j { own } else { 0.0 };
                 let m = pass.second_derivative(s, i, Some(j), n).f64() + diagonal;
                 jet.mass_matrix[(row * n + i) * n + j] = e * m;
             }
@@ -423,6 +551,8 @@ struct LnnJets<'a> {
     lnn: &'a Lnn,
     /// Made at the first call, for one state or for blocks.
     pass: Option<Pass<f64>>,
+    /// With the directions of the coordinates beside those of the velocities.
+    second: Option<Pass<f64>>,
 }
 
 impl Jets for LnnJets<'_> {
@@ -447,8 +577,13 @@ impl Jets for LnnJets<'_> {
             pass.reverse(&shape.net, &self.lnn.packed, n);
             for s in 0..count {
                 let row = start + s;
-                shape.read(pass, s, row, &q[row * n..][..n], &qd[row * n..][..n], jet);
+                let state = (&q[row * n..][..n], &qd[row * n..][..n], None);
+                shape.read(pass, (s, row), state, jet);
             }
         }
+    }
+
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        curvature::curvature(self.lnn, &mut self.second, (q, qd), curvature);
     }
 }

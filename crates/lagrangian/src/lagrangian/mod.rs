@@ -2,6 +2,7 @@
 
 mod actuation;
 pub mod analytic;
+mod curvature;
 mod delan;
 mod dissipation;
 mod lnn;
@@ -10,7 +11,8 @@ mod scaled;
 mod sum;
 
 pub use actuation::Actuation;
-pub use delan::{Delan, DelanConfig, Structure, Terms, Trunks};
+pub use curvature::Curvature;
+pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub(crate) use delan::{DelanShape, Factor};
 pub use dissipation::{Dissipation, Stribeck};
 pub(crate) use lnn::LnnShape;
@@ -55,6 +57,22 @@ impl Jet {
         self.momentum_drift.resize(m * n, 0.0);
     }
 
+    /// Holds the parameters among the coordinates at state `row`: their rows and columns of M become those of the
+    /// identity, and nothing pushes them (theory.md, equation 107).
+    pub(crate) fn hold(&mut self, coordinates: &Coordinates, row: usize) {
+        let n = coordinates.dof();
+        for i in coordinates.parameters() {
+            for j in 0..n {
+                let one = if i == j { 1.0 } else { 0.0 };
+                self.mass_matrix[(row * n + i) * n + j] = one;
+                self.mass_matrix[(row * n + j) * n + i] = one;
+            }
+            self.momentum[row * n + i] = 0.0;
+            self.momentum_drift[row * n + i] = 0.0;
+            self.dl_dq[row * n + i] = 0.0;
+        }
+    }
+
     /// Adds the derivatives of another Lagrangian at the same states.
     pub fn add(&mut self, other: &Self) {
         let pairs = [
@@ -83,6 +101,17 @@ pub trait Lagrangian: Send + Sync {
 pub trait Jets {
     /// Writes L and its derivatives at the `m` states (`q`, `qd` are `[m, n]`) to `jet`, which it resizes.
     fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet);
+
+    /// Writes ∂²L/∂q∂q and ∂p/∂q at the `m` states to `curvature`, which it resizes.
+    ///
+    /// By differences of [`Jets::jet`] over steps of 10⁻³ of q (to some 10⁻⁹ where L changes over q of order one),
+    /// unless a family has them exactly.
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        let mut one = Jet::default();
+        self.jet(q, qd, &mut one);
+        let steps = vec![curvature::STEP; one.n()];
+        curvature::differences(self, (q, qd), &steps, curvature);
+    }
 }
 
 impl<L: Lagrangian + ?Sized> Lagrangian for &L {

@@ -1,6 +1,6 @@
 //! The sum of two Lagrangians: what is known of a system, and what was learned of the rest.
 
-use super::{Delan, Jet, Jets, Lagrangian, Lnn};
+use super::{Curvature, Delan, Jet, Jets, Lagrangian, Lnn};
 use crate::{Coordinates, Error, Result};
 
 /// `L = L_known + L_rest`, of the same coordinates (theory.md, 48). All derivatives of L that the Euler–Lagrange
@@ -50,6 +50,7 @@ impl<A: Lagrangian, B: Lagrangian> Lagrangian for Sum<A, B> {
             known: self.known.jets(),
             rest: self.rest.jets(),
             jet: Jet::default(),
+            curvature: Curvature::default(),
         })
     }
 }
@@ -58,6 +59,7 @@ struct SumJets<'a> {
     known: Box<dyn Jets + 'a>,
     rest: Box<dyn Jets + 'a>,
     jet: Jet,
+    curvature: Curvature,
 }
 
 impl Jets for SumJets<'_> {
@@ -65,6 +67,12 @@ impl Jets for SumJets<'_> {
         self.rest.jet(q, qd, jet);
         self.known.jet(q, qd, &mut self.jet);
         jet.add(&self.jet);
+    }
+
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        self.rest.curvature(q, qd, curvature);
+        self.known.curvature(q, qd, &mut self.curvature);
+        curvature.add(&self.curvature);
     }
 }
 

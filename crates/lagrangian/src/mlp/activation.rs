@@ -21,6 +21,8 @@ pub enum Activation {
     XTanh,
     /// ½ x²: convex, for quadratic forms.
     Square,
+    /// eˣ, continued by its parabola at 40 so that it cannot overflow: convex and increasing, for what spans decades.
+    Exp,
 }
 
 /// σ, σ′, σ″ and σ‴ at one point.
@@ -36,7 +38,7 @@ impl Activation {
     /// Whether it is convex and nondecreasing, as a convex network needs.
     #[must_use]
     pub fn is_convex_nondecreasing(self) -> bool {
-        self == Self::Softplus
+        matches!(self, Self::Softplus | Self::Exp)
     }
 
     /// σ over a generic scalar: the oracle of the kernels.
@@ -53,6 +55,7 @@ impl Activation {
             Self::Gelu => x * normal_distribution(x),
             Self::XTanh => x * x.tanh(),
             Self::Square => x * x * 0.5,
+            Self::Exp => exponential(x),
         }
     }
 
@@ -70,7 +73,37 @@ impl Activation {
                 second: V::of(1.0),
                 third: V::of(0.0),
             },
+            Self::Exp => exp(x),
         }
+    }
+}
+
+/// Where the exponential becomes a parabola.
+const STEEPEST: f64 = 40.0;
+
+fn exponential<D: DualNum<Primitive = f64> + Copy>(x: D) -> D {
+    let beyond = x - STEEPEST;
+    if beyond.re() < 0.0 {
+        x.exp()
+    } else {
+        (beyond * beyond * 0.5 + beyond + 1.0) * STEEPEST.exp()
+    }
+}
+
+#[inline(always)]
+fn exp<V: Vector>(x: V) -> Derivatives<V> {
+    let (beyond, one) = (x.sub(V::of(STEEPEST)), V::of(1.0));
+    let top = V::of(STEEPEST.exp());
+    let inner = x.sub(beyond.max(V::of(0.0)));
+    let decay = exp_of_negative(V::of(0.0).sub(inner.abs()));
+    let below = inner.if_non_negative(one.div(decay), decay);
+    let slope = beyond.add(one);
+    let parabola = beyond.mul(V::of(0.5)).fma(beyond, slope);
+    Derivatives {
+        value: beyond.if_non_negative(parabola.mul(top), below),
+        first: beyond.if_non_negative(slope.mul(top), below),
+        second: beyond.if_non_negative(top, below),
+        third: beyond.if_non_negative(V::of(0.0), below),
     }
 }
 

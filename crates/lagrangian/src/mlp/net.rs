@@ -108,6 +108,14 @@ impl Build {
         })
     }
 
+    /// Adds a layer of `width` numbers that depend on nothing, and returns its number.
+    pub(crate) fn constant(&mut self, width: usize) -> usize {
+        let features = std::mem::take(&mut self.0.features);
+        let layer = self.dense(width, &[(Source::Features, false)], true, None);
+        self.0.features = features;
+        layer
+    }
+
     /// Adds gates of `width` units (a multiple of 16) that read `source`, and the gated layer; returns its number.
     pub(crate) fn gate(
         &mut self,
@@ -148,7 +156,8 @@ impl Build {
             let Kind::Dense { inputs, .. } = &mut layer.kind else {
                 continue;
             };
-            for input in inputs {
+            // A layer that reads no number of its source writes no sensitivity to it.
+            for input in inputs.iter_mut().filter(|input| input.width > 0) {
                 let slot = match input.source {
                     Source::Features => 0,
                     Source::Layer(l) => l + 1,

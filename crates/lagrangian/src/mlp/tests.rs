@@ -5,12 +5,13 @@ use num_dual::{Dual64, HyperDual64};
 use super::Activation;
 use super::simd::{Buffer, Gemm, Init, Real, Task, dispatch_on, levels};
 
-const ALL: [Activation; 5] = [
+const ALL: [Activation; 6] = [
     Activation::Softplus,
     Activation::Tanh,
     Activation::Gelu,
     Activation::XTanh,
     Activation::Square,
+    Activation::Exp,
 ];
 
 struct Evaluate<'a, T> {

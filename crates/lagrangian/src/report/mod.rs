@@ -1,19 +1,23 @@
 //! What a run found, as plain data: headline numbers, figures, animations, tables, settings and the commands that
 //! reproduce them. Each skin draws it its own way; nothing here knows of pages or pixels.
 
+mod action;
 mod animation;
 mod decimate;
 mod figure;
 mod gaps;
+mod heat_map;
 mod plots;
 mod torque;
 mod tracking;
 
 use serde::{Deserialize, Serialize};
 
+pub use action::{action_of_families, varied_paths};
 pub use animation::{Animation, Panel};
 pub use decimate::decimate;
 pub use figure::{Axis, Figure, Kind, Role, Scale, Series};
+pub use heat_map::HeatMap;
 pub use plots::{
     Curve, Motion, Pairs, energy_error_over_time, loss_curves, parity, phase_portrait, trajectories,
 };
@@ -36,6 +40,8 @@ pub struct Report {
     pub animations: Vec<Animation>,
     /// Figures.
     pub figures: Vec<Figure>,
+    /// Quantities over two axes.
+    pub maps: Vec<HeatMap>,
     /// Tables of figures.
     pub tables: Vec<Table>,
     /// Settings of the run, by name.

@@ -2,7 +2,7 @@
 
 use super::bodies::RigidBodies;
 use super::regressor::NAMES;
-use crate::dynamics::{Evaluator, Mechanical, Model};
+use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
 use crate::identify::Parameter;
 use crate::{Coordinates, Result};
 
@@ -89,5 +89,9 @@ impl Model for IdentifiedRobot {
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         self.motion.evaluator()
+    }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        self.motion.mechanics()
     }
 }

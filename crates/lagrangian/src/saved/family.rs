@@ -12,6 +12,7 @@ use crate::lagrangian::{
     Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, Rest,
     RigidChain, Scaling, Sum,
 };
+use crate::neural_ode::NeuralOde;
 use crate::rigid::{IdentifiedRobot, RigidBodies, RobotConfig};
 use crate::train::Learned;
 use crate::{Coordinates, Result};
@@ -23,6 +24,7 @@ const LNN: &str = "lnn";
 const DELAN: &str = "delan";
 const HNN: &str = "hnn";
 const MLP: &str = "mlp";
+const NEURAL_ODE: &str = "neural-ode";
 const RIGID: &str = "rigid";
 const ROBOT: &str = "robot";
 
@@ -123,19 +125,8 @@ impl Learned {
                 header.forces(model.mechanical())?;
                 saved(header, hnn.parameters())
             }
-            Self::Mlp(mlp) => {
-                let (qdd, tau) = mlp.scales();
-                let inputs = mlp.scaling().clone();
-                let scales = MlpScales {
-                    inputs,
-                    qdd: qdd.into(),
-                    tau: tau.into(),
-                };
-                saved(
-                    header(MLP, describe(mlp.config())?, describe(&scales)?),
-                    mlp.parameters(),
-                )
-            }
+            Self::Mlp(mlp) => network(MLP, mlp, &header),
+            Self::NeuralOde(ode) => network(NEURAL_ODE, ode.network(), &header),
             Self::Rigid(rigid) => {
                 let chain = &rigid.motion().lagrangian;
                 let angles = chain.angles();
@@ -221,18 +212,23 @@ impl Learned {
                 let actuation = read("actuation", &header.actuation)?;
                 Ok(Self::Hnn(Canonical::with(hnn, dissipation, actuation)?))
             }
-            MLP => {
+            MLP | NEURAL_ODE => {
                 let config: MlpConfig = read("architecture", &header.architecture)?;
                 let scales: MlpScales = read("scaling", &header.scaling)?;
                 let outputs = (scales.qdd, scales.tau);
-                Ok(Self::Mlp(Mlp::with_parameters(
-                    coordinates,
-                    config,
-                    scales.inputs,
-                    outputs,
-                    weights,
-                )?))
+                let mlp =
+                    Mlp::with_parameters(coordinates, config, scales.inputs, outputs, weights)?;
+                match header.family.as_str() {
+                    NEURAL_ODE => Ok(Self::NeuralOde(NeuralOde::new(mlp)?)),
+                    _ => Ok(Self::Mlp(mlp)),
+                }
             }
+            super::field::FIELD => Err(crate::Error::Argument {
+                name: "saved model",
+                value: "the density of a field".into(),
+                must: "a model of coordinates of its own: a density moves on a ring of any size \
+                       (`field::DensityNet::load` in the library)",
+            }),
             other => Err(damaged(format!(
                 "'{other}' is no family of models that is known"
             ))),
@@ -248,12 +244,28 @@ impl Learned {
             Self::Hnn(model) if model.hamiltonian().canonical() => {
                 Some(&model.mechanical().lagrangian)
             }
-            Self::Hnn(_) | Self::Mlp(_) => None,
+            Self::Hnn(_) | Self::Mlp(_) | Self::NeuralOde(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
             Self::Robot(robot) => Some(&robot.motion().lagrangian),
             Self::Nominal(model) => Some(&model.lagrangian),
         }
     }
+}
+
+/// What is saved of a plain network.
+fn network(
+    family: &str,
+    mlp: &Mlp,
+    header: &dyn Fn(&str, Value, Value) -> Header,
+) -> Result<SavedModel> {
+    let (qdd, tau) = mlp.scales();
+    let scales = MlpScales {
+        inputs: mlp.scaling().clone(),
+        qdd: qdd.into(),
+        tau: tau.into(),
+    };
+    let header = header(family, describe(mlp.config())?, describe(&scales)?);
+    saved(header, mlp.parameters())
 }
 
 /// The chain that was saved.
@@ -331,7 +343,7 @@ impl Header {
     }
 }
 
-fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
+pub(super) fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
     let tensor = Tensor::new(vec![weights.len()], weights.to_vec())?;
     Ok(SavedModel {
         header,
@@ -339,7 +351,7 @@ fn saved(header: Header, weights: &[f64]) -> Result<SavedModel> {
     })
 }
 
-fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
+pub(super) fn weights(saved: &SavedModel) -> Result<Vec<f64>> {
     let weights = tensor(saved, WEIGHTS)?;
     saved.expect_tensors(&[(WEIGHTS.to_string(), vec![weights.len()])])?;
     Ok(weights)
@@ -354,10 +366,10 @@ fn tensor(saved: &SavedModel, name: &str) -> Result<Vec<f64>> {
     Ok(saved.tensor(name, &[count])?.to_vec())
 }
 
-fn describe(part: &impl Serialize) -> Result<Value> {
+pub(super) fn describe(part: &impl Serialize) -> Result<Value> {
     serde_json::to_value(part).map_err(|e| damaged(e.to_string()))
 }
 
-fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) -> Result<T> {
+pub(super) fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) -> Result<T> {
     serde_json::from_value(value.clone()).map_err(|e| damaged(format!("its {part}: {e}")))
 }

@@ -8,6 +8,7 @@
 //! finite model of a known version is refused.
 
 mod family;
+mod field;
 mod read;
 mod tensor;
 

@@ -23,6 +23,10 @@ pub struct Samples {
     pub p: Vec<f64>,
     /// Their rates ṗ; empty where they are not known.
     pub pd: Vec<f64>,
+    /// For losses of positions alone, s, `[m, 2]`, else empty: the steps h⁻ to the middle one of three neighbouring
+    /// positions and h⁺ from it. Then q is the middle one, q̇ the velocity to it, q̈ the second divided difference, and
+    /// τ the mean over both steps.
+    pub steps: Vec<f64>,
 }
 
 impl Samples {
@@ -42,8 +46,12 @@ impl Samples {
     pub(crate) fn gather<T: Real>(&self, numbers: &[usize], work: &mut Work<T>) {
         let n = self.n;
         work.count = numbers.len();
-        for s in 0..work.pass.samples() {
-            let from = numbers[if s < numbers.len() { s } else { 0 }] * n;
+        for s in 0..work.samples {
+            let number = numbers[if s < numbers.len() { s } else { 0 }];
+            if let Some(steps) = self.steps.get(2 * number..2 * number + 2) {
+                work.steps[2 * s..][..2].copy_from_slice(steps);
+            }
+            let from = number * n;
             let pairs = [
                 (&self.q, &mut work.q),
                 (&self.qd, &mut work.qd),
@@ -162,7 +170,7 @@ impl<T: Real> Batches<T> {
         let (packed, block, lanes) = (&self.packed, self.block, self.lanes.len());
         let wanted = gradient.is_some();
         let m = learner.residuals_each();
-        let factor = 1.0 / (numbers.len() * m).max(1) as f64;
+        let factor = 1.0 / (numbers.len() * learner.counted()).max(1) as f64;
         let work = |(l, lane): (usize, &mut Lane<T>)| {
             lane.value = Value::default();
             lane.gradient.clear();
@@ -172,7 +180,7 @@ impl<T: Real> Batches<T> {
                 learner.residuals(packed, extra, &mut lane.work);
                 lane.value = lane.value.add(value(&lane.work, loss, m));
                 if wanted {
-                    weigh(&mut lane.work, loss, samples.n, factor, &mut lane.extra);
+                    weigh(&mut lane.work, learner, loss, factor, &mut lane.extra);
                     learner.pull_back(packed, &mut lane.work, &mut lane.gradient);
                 }
             }
@@ -212,14 +220,21 @@ pub(crate) fn value<T: Real>(work: &Work<T>, loss: Loss, m: usize) -> Value {
     let residuals = &work.residual[..work.count * m];
     Value {
         sum: residuals.iter().map(|&r| loss.of(r)).sum(),
-        count: residuals.len() - work.singular * m,
+        count: (work.count - work.singular) * work.counted,
         singular: work.singular,
     }
 }
 
 /// λ = Dᵀ ∂loss/∂r · `factor`, and the gradient by the extra parameters.
-fn weigh<T: Real>(work: &mut Work<T>, loss: Loss, n: usize, factor: f64, extra: &mut [f64]) {
-    let (kinds, samples) = (extra.len() / n, work.pass.samples());
+fn weigh<T: Real>(
+    work: &mut Work<T>,
+    learner: &dyn Learner<T>,
+    loss: Loss,
+    factor: f64,
+    extra: &mut [f64],
+) {
+    let n = learner.dof();
+    let (kinds, samples) = (extra.len() / n, work.samples);
     let (m, k) = (work.residual.len() / samples, work.lambda.len() / samples);
     for s in 0..samples {
         for j in 0..k {
@@ -233,7 +248,8 @@ fn weigh<T: Real>(work: &mut Work<T>, loss: Loss, n: usize, factor: f64, extra: 
             };
             work.lambda[s * k + j] = T::of(lambda);
             for e in 0..kinds {
-                extra[e * n + j % n] += lambda * work.extra[(s * k + j) * kinds + e];
+                extra[e * n + learner.coordinate(j)] +=
+                    lambda * work.extra[(s * k + j) * kinds + e];
             }
         }
     }

@@ -5,6 +5,9 @@
 //! small matrix per sample; λ = Dᵀ ∂loss/∂r.
 
 use super::forces::{Drive, Forces};
+use super::positions::Points;
+use crate::Coordinates;
+use crate::integrate::Rule;
 use crate::lagrangian::{Factor, Jet};
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed, Pass};
@@ -31,6 +34,13 @@ pub enum Loss {
     /// Squares of (τ predicted − τ), and of the power (τ predicted − τ)·q̇ in units of its deviation: the balance of
     /// energy weighs as much as a coordinate.
     TorquePower,
+    /// Squares of (state predicted − state) after each of some samples, see [`RolloutLoss`](super::RolloutLoss).
+    Rollout,
+    /// Squares of (a predicted − a), a the second divided difference of three neighbouring positions: the discrete
+    /// Euler–Lagrange equation by the midpoint rule, solved for the last of them. Needs no velocities.
+    Positions,
+    /// The same by the trapezoidal rule: Störmer–Verlet where M is constant.
+    PositionsTrapezoidal,
 }
 
 impl Loss {
@@ -45,6 +55,9 @@ impl Loss {
             Self::TorqueL1 => "torque-l1",
             Self::TorqueAcceleration => "torque-acceleration",
             Self::TorquePower => "torque-power",
+            Self::Rollout => "rollout",
+            Self::Positions => "positions",
+            Self::PositionsTrapezoidal => "positions-trapezoidal",
         }
     }
 
@@ -55,6 +68,16 @@ impl Loss {
             self,
             Self::Torque | Self::TorqueL1 | Self::TorqueAcceleration | Self::TorquePower
         )
+    }
+
+    /// The rule by which it discretises the action, where it is one of positions alone.
+    #[must_use]
+    pub fn rule(self) -> Option<Rule> {
+        match self {
+            Self::Positions => Some(Rule::Midpoint),
+            Self::PositionsTrapezoidal => Some(Rule::Trapezoidal),
+            _ => None,
+        }
     }
 
     /// Whether it compares accelerations, so that M is inverted.
@@ -78,15 +101,20 @@ impl Loss {
             return 1.0;
         }
         let squares: f64 = qdd.iter().zip(weights).map(|(a, w)| (a * w).powi(2)).sum();
-        1.0 / (0.1 + squares / qdd.len() as f64).sqrt()
+        let moving = weights.iter().filter(|w| **w != 0.0).count().max(1);
+        1.0 / (0.1 + squares / moving as f64).sqrt()
     }
 }
 
 /// A block of samples at work: its states, its pass through the network, and what the loss makes of it.
 pub(crate) struct Work<T: Real> {
     pub(crate) pass: Pass<T>,
+    /// Samples of the block, each of one or of several points of the pass.
+    pub(crate) samples: usize,
     /// Samples that count; the rest of the block repeats the first.
     pub(crate) count: usize,
+    /// Residuals of a sample that count: those of parameters do not.
+    pub(crate) counted: usize,
     /// States and targets, `[samples, n]`.
     pub(crate) q: Vec<f64>,
     pub(crate) qd: Vec<f64>,
@@ -95,6 +123,10 @@ pub(crate) struct Work<T: Real> {
     /// Momenta and their rates, where the samples have them.
     pub(crate) p: Vec<f64>,
     pub(crate) pd: Vec<f64>,
+    /// Steps to and from the middle position, `[samples, 2]`.
+    pub(crate) steps: Vec<f64>,
+    /// Of losses of positions alone.
+    pub(crate) points: Points,
     /// r, `[samples, m]`.
     pub(crate) residual: Vec<f64>,
     /// D, `[samples, m, k]`.
@@ -111,6 +143,8 @@ pub(crate) struct Work<T: Real> {
     pub(crate) knows: bool,
     pub(crate) solver: SymmetricSolver,
     pub(crate) scratch: Vec<f64>,
+    /// ∂S/∂(q, q̇), where a flow is linearised.
+    pub(crate) slopes: Vec<f64>,
     pub(crate) lambda: Vec<T>,
     pub(crate) lambda_along: Vec<T>,
     /// Of deep Lagrangian networks: the outputs of each sample, and the seeds of the reverse passes.
@@ -126,14 +160,18 @@ impl<T: Real> Work<T> {
         jet.resize(samples, n);
         let column = || vec![0.0; samples * n];
         Self {
-            pass: Pass::new(net, samples, learner.room()),
+            pass: Pass::new(net, samples * learner.points(), learner.room()),
+            samples,
             count: 0,
+            counted: learner.counted(),
             q: column(),
             qd: column(),
             qdd: column(),
             tau: column(),
             p: column(),
             pd: column(),
+            steps: vec![0.0; 2 * samples],
+            points: Points::default(),
             residual: vec![0.0; samples * m],
             mix: vec![0.0; samples * m * k],
             along: vec![0.0; samples * k],
@@ -144,6 +182,7 @@ impl<T: Real> Work<T> {
             knows: false,
             solver: SymmetricSolver::new(n),
             scratch: vec![0.0; 2 * n],
+            slopes: Vec::new(),
             lambda: vec![T::default(); samples * k],
             lambda_along: vec![T::default(); samples * k],
             factors: Vec::new(),
@@ -162,7 +201,7 @@ impl<T: Real> Work<T> {
         (s, at): (usize, At),
         energy: f64,
     ) {
-        let (n, samples) = (self.jet.n(), self.pass.samples());
+        let (n, samples) = (self.jet.n(), self.samples);
         let (kinds, k) = (forces.kinds(), self.along.len() / samples);
         let set = match at {
             At::Recorded => 0,
@@ -183,6 +222,17 @@ impl<T: Real> Work<T> {
             let learned = forces.force(parameters, i, &drive, slopes);
             slopes.iter_mut().for_each(|x| *x /= energy);
             self.scratch[n + i] = learned + self.known_force(s, i, at);
+        }
+    }
+}
+
+impl<T: Real> Work<T> {
+    /// Holds the parameters among the coordinates of sample `s` (theory.md, equation 107); nothing acts on them.
+    pub(crate) fn hold(&mut self, coordinates: &Coordinates, s: usize) {
+        let n = coordinates.dof();
+        self.jet.hold(coordinates, s);
+        for i in coordinates.parameters() {
+            (self.scratch[i], self.scratch[n + i]) = (0.0, 0.0);
         }
     }
 }
@@ -220,11 +270,26 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     fn outputs_each(&self) -> usize {
         self.dof()
     }
+    /// Points of the network that a sample is made of. Where there are several, point j of sample s is row
+    /// j · samples + s of the pass, and raw output i of that point is number i · points + j of the sample.
+    fn points(&self) -> usize {
+        1
+    }
+    /// The coordinate that raw output `output` of a sample belongs to.
+    fn coordinate(&self, output: usize) -> usize {
+        output / self.points() % self.dof()
+    }
     /// What is minimised, and the weight of each coordinate's residual, `[n]`.
     fn loss(&self) -> (Loss, &[f64]);
     /// Residuals of a sample, m.
     fn residuals_each(&self) -> usize {
         self.loss().0.residuals(self.dof())
+    }
+    /// Those of them that count, as the residuals of parameters weigh nothing.
+    fn counted(&self) -> usize {
+        let (m, weights) = (self.residuals_each(), self.loss().1);
+        let held = weights.iter().filter(|w| **w == 0.0).count();
+        m - held * (m / weights.len().max(1))
     }
     /// Carries the block forward and fills `residual` and `mix`, all samples of the same weight.
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>);
@@ -249,6 +314,18 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>);
     /// Fills the components that [`Learner::terms`] names.
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>);
+    /// Writes ∂S/∂(q, q̇) `[samples, k, 2n]` at fixed τ and at the accelerations of `Work::along`, learned forces
+    /// included, after [`Learner::linearise`] (theory.md, equations 95 and 96); NaN for a learner that is no flow.
+    fn state_slopes(
+        &self,
+        packed: &Packed<T>,
+        extra: &[f64],
+        work: &mut Work<T>,
+        slopes: &mut [f64],
+    ) {
+        let _ = (packed, extra, work);
+        slopes.fill(f64::NAN);
+    }
     /// Moves parameters back into their domain.
     fn project(&self, parameters: &mut [f64]) {
         let net = self.net();
@@ -261,5 +338,22 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     /// Number of all parameters.
     fn parameters(&self) -> usize {
         self.net().parameters + self.extra() * self.dof()
+    }
+}
+
+impl<T: Real> Work<T> {
+    /// Adds the slopes of learned forces over the velocities, in units of `energy`, to ∂S/∂(q, q̇) of sample `s`.
+    pub(crate) fn add_force_slopes(
+        &self,
+        forces: &Forces,
+        parameters: &[f64],
+        (s, energy): (usize, f64),
+        slopes: &mut [f64],
+    ) {
+        let n = self.jet.n();
+        for i in 0..n {
+            let slope = forces.velocity_slope(parameters, i, self.qd[s * n + i]);
+            slopes[i * 2 * n + n + i] += slope / energy;
+        }
     }
 }

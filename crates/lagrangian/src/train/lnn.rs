@@ -48,7 +48,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
-        let torque = self.loss == Loss::Torque;
+        let torque = self.loss.needs_forces();
         let at = if torque { At::Recorded } else { At::Rest };
         work.know(self.nominal);
         for s in 0..work.pass.samples() {
@@ -61,16 +61,12 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         work.singular = 0;
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
-            shape.read(
-                &work.pass,
-                s,
-                s,
-                &work.q[row.clone()],
-                &work.qd[row],
-                &mut work.jet,
-            );
+            let qdd = torque.then(|| &work.qdd[row.clone()]);
+            let state = (&work.q[row.clone()], &work.qd[row], qdd);
+            shape.read(&work.pass, (s, s), state, &mut work.jet);
             work.add_known_mass(s);
             work.force(&self.forces, extra, (s, at), self.shape.scaling.energy);
+            work.hold(&shape.coordinates, s);
             if torque {
                 self.torque_residual(s, work)
             } else {
@@ -91,7 +87,12 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
             for (w, x) in work.scratch.iter_mut().zip(&work.lambda[row.clone()]) {
                 *w = x.f64();
             }
-            shape.write_mixed(&mut work.pass, 0, s, &work.q[row], &work.scratch[..n]);
+            let state = (
+                &work.q[row.clone()],
+                &work.qd[row.clone()],
+                &self.motion(&work.qdd, &work.along)[row],
+            );
+            shape.write_mixed(&mut work.pass, (0, s), state, &work.scratch[..n]);
         }
         work.pass.forward_mixed(&shape.net, packed, 1);
         work.pass.reverse_mixed(&shape.net, packed, 1);
@@ -108,29 +109,56 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
             for i in 0..n {
                 work.scratch[..n].fill(0.0);
                 work.scratch[i] = 1.0;
-                shape.write_mixed(
-                    &mut work.pass,
-                    i,
-                    s,
-                    &work.q[s * n..s * n + n],
-                    &work.scratch[..n],
+                let row = s * n..s * n + n;
+                let state = (
+                    &work.q[row.clone()],
+                    &work.qd[row.clone()],
+                    &self.motion(&work.qdd, &work.along)[row],
                 );
+                shape.write_mixed(&mut work.pass, (i, s), state, &work.scratch[..n]);
             }
         }
         work.pass.forward_mixed(&shape.net, packed, n);
         work.pass.reverse_mixed(&shape.net, packed, n);
     }
+
+    fn state_slopes(
+        &self,
+        packed: &Packed<T>,
+        extra: &[f64],
+        work: &mut Work<T>,
+        slopes: &mut [f64],
+    ) {
+        let (net, n, pass) = (&self.shape.net, self.shape.dof(), &mut work.pass);
+        pass.reverse_features(net, packed, 2..2 + n);
+        pass.reverse_features(net, packed, pass.mixed(0)..pass.mixed(n));
+        for (s, slopes) in slopes.chunks_exact_mut(2 * n * n).enumerate() {
+            self.shape
+                .slopes(&work.pass, s, (&work.q, &work.qd), slopes);
+            let energy = self.shape.scaling.energy;
+            work.add_force_slopes(&self.forces, extra, (s, energy), slopes);
+        }
+    }
 }
 
 impl LnnLearner<'_> {
+    /// The accelerations that the balance is taken at: those recorded, or those that the model has.
+    fn motion<'b>(&self, recorded: &'b [f64], found: &'b [f64]) -> &'b [f64] {
+        if self.loss.needs_forces() {
+            recorded
+        } else {
+            found
+        }
+    }
+
     /// r = w (M q̈ + c + d − τ), D = w E. The pass was along (q̇, q̈), so that the drift holds M q̈ as well,
     /// but for the kinetic term of the scaling.
     fn torque_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
         let n = self.shape.dof();
         for i in 0..n {
-            let scale = self.shape.scaling.qd_scale[i];
-            let kinetic = self.shape.scaling.energy * self.shape.config.kinetic / (scale * scale);
             let at = s * n + i;
+            let inertia = self.shape.velocity(i, work.qd[at]).inertia();
+            let kinetic = self.shape.scaling.energy * self.shape.config.kinetic * inertia;
             let found = work.jet.momentum_drift[at] + kinetic * work.qdd[at] - work.jet.dl_dq[at];
             work.residual[at] = self.weights[i] * (found + work.scratch[n + i]);
             work.along[at] = 0.0;
@@ -154,7 +182,7 @@ impl LnnLearner<'_> {
         for i in 0..n {
             let mut unit = [0.0; MAX_DOF];
             let mut column = [0.0; MAX_DOF];
-            unit[i] = -self.weights[i] * energy;
+            unit[i] = -energy;
             let found = work.solver.solve(mass, &unit[..n], &mut column[..n]);
             regular &= matches!(found, Regularity::Definite | Regularity::Indefinite);
             work.mix[(s * n + i) * n..][..n].copy_from_slice(&column[..n]);
@@ -171,10 +199,14 @@ impl LnnLearner<'_> {
                 .zip(&work.scratch[..n])
                 .map(|(m, f)| m * f)
                 .sum::<f64>()
-                / (self.weights[i] * energy);
+                / energy;
             work.along[at] = qdd;
             work.residual[at] = self.weights[i] * (qdd - work.qdd[at]);
             regular &= qdd.is_finite() && qdd.abs() < 1e30;
+        }
+        for (i, at) in row.clone().enumerate() {
+            let inverse = &mut work.mix[at * n..][..n];
+            inverse.iter_mut().for_each(|d| *d *= self.weights[i]);
         }
         if !regular {
             work.singular += usize::from(s < work.count);

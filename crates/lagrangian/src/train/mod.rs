@@ -14,6 +14,8 @@ mod lnn;
 mod natural;
 mod nominal;
 mod plain;
+mod positions;
+mod rollout;
 mod stepper;
 #[cfg(test)]
 mod tests;
@@ -27,4 +29,6 @@ pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;
+pub(crate) use natural::System;
+pub use rollout::{Gradients, Observe, RolloutLoss, Start};
 pub use stepper::{StepLoss, Stepper};

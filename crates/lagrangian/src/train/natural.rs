@@ -73,6 +73,7 @@ struct Block {
     /// r − μ J φ, then the solution, `[samples, m]`; J φ and Dᵀ x in S-space, `[samples, k]`.
     right: Vec<f64>,
     raw: Vec<f64>,
+    moved: Vec<f64>,
     value: Value,
 }
 
@@ -83,14 +84,14 @@ struct Tile {
 }
 
 /// A symmetric positive definite system with one right-hand side, kept so that a step allocates nothing.
-struct System {
-    matrix: Mat<f64>,
-    right: Mat<f64>,
+pub(crate) struct System {
+    pub(crate) matrix: Mat<f64>,
+    pub(crate) right: Mat<f64>,
     memory: MemBuffer,
 }
 
 impl System {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             matrix: Mat::new(),
             right: Mat::new(),
@@ -98,7 +99,7 @@ impl System {
         }
     }
 
-    fn resize(&mut self, size: usize) {
+    pub(crate) fn resize(&mut self, size: usize) {
         if self.matrix.nrows() != size {
             self.matrix = Mat::zeros(size, size);
             self.right = Mat::zeros(size, 1);
@@ -114,7 +115,7 @@ impl System {
 
     /// Overwrites the right-hand side with the solution. On one thread, so that the bits do not depend on how many
     /// there are.
-    fn solve(&mut self) -> bool {
+    pub(crate) fn solve(&mut self) -> bool {
         let stack = MemStack::new(&mut self.memory);
         let (regularization, params) =
             (Default::default(), <LltParams as Auto<f64>>::auto().into());
@@ -149,6 +150,7 @@ impl Natural {
                 gradient: Gradient::new(net),
                 right: vec![0.0; BLOCK * m],
                 raw: vec![0.0; BLOCK * k],
+                moved: Vec::new(),
                 value: Value::default(),
             }
         };
@@ -197,7 +199,7 @@ impl Natural {
                 samples.gather(numbers, &mut block.work);
                 learner.residuals(packed, extra, &mut block.work);
             });
-        let (m, n) = (learner.residuals_each(), samples.n);
+        let m = learner.residuals_each();
         let level = level(&self.blocks[..used], m);
         self.blocks[..used].par_iter_mut().for_each(|block| {
             block.weigh(loss, level, m);
@@ -208,7 +210,8 @@ impl Natural {
                 .work
                 .pass
                 .push_forward(net, packed_phi, &terms, &mut block.wide, &mut block.raw);
-            block.subtract_momentum(config.momentum, phi_extra, n);
+            block.by_sample(learner.points());
+            block.subtract_momentum(config.momentum, phi_extra, learner);
         });
         self.gram(learner, used, &terms);
         let value = self.blocks[..used]
@@ -222,6 +225,7 @@ impl Natural {
         }
         self.blocks[..used].par_iter_mut().for_each(|block| {
             block.unmix();
+            block.by_point(learner.points());
             block.gradient.clear();
             let Block {
                 work,
@@ -239,7 +243,7 @@ impl Natural {
 
     /// The lower triangle of J Jᵀ, tile by tile.
     fn gram(&mut self, learner: &dyn Learner<f64>, used: usize, terms: &[Vec<(usize, usize)>]) {
-        let (net, blocks, n) = (learner.net(), &self.blocks, learner.dof());
+        let (net, blocks) = (learner.net(), &self.blocks);
         let k = learner.outputs_each();
         let tiles = self.tiles.par_iter_mut().filter(|t| t.row < used);
         let scratch = || {
@@ -252,7 +256,7 @@ impl Natural {
             let (left, right) = (&blocks[tile.row].work, &blocks[tile.column]);
             left.pass
                 .gram_tile(net, &right.transposed, terms, scratch, raw);
-            mix_tile(left, &right.work, n, learner.extra(), raw, &mut tile.values);
+            mix_tile(left, &right.work, learner, raw, &mut tile.values);
         });
     }
 
@@ -309,11 +313,13 @@ impl Natural {
                 .for_each(|block| first.gradient.add(&block.gradient));
             first.gradient.add_to(net, &mut self.phi);
         }
-        for block in &self.blocks[..used] {
+        for block in &mut self.blocks[..used] {
             let kinds = learner.extra();
+            block.by_sample(learner.points());
             for (at, slope) in block.work.extra.iter().enumerate() {
                 let (output, kind) = (at / kinds, at % kinds);
-                self.phi[net.parameters + kind * n + output % k % n] += slope * block.raw[output];
+                let coordinate = learner.coordinate(output % k);
+                self.phi[net.parameters + kind * n + coordinate] += slope * block.raw[output];
             }
         }
         let length = rate * self.phi.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -341,7 +347,8 @@ fn level(blocks: &[Block], m: usize) -> f64 {
             .iter()
             .flat_map(|b| &b.work.residual[..b.work.count * m])
     };
-    let mean = residuals().map(|r| r.abs()).sum::<f64>() / residuals().count().max(1) as f64;
+    let counted = blocks.iter().map(|b| b.work.count * b.work.counted);
+    let mean = residuals().map(|r| r.abs()).sum::<f64>() / counted.sum::<usize>().max(1) as f64;
     if mean.is_finite() {
         mean.max(1e-12)
     } else {
@@ -371,12 +378,14 @@ impl Block {
     }
 
     /// right = r − μ D (J φ in S-space, in `raw`).
-    fn subtract_momentum(&mut self, momentum: f64, phi_extra: &[f64], n: usize) {
+    fn subtract_momentum(&mut self, momentum: f64, phi_extra: &[f64], learner: &dyn Learner<f64>) {
+        let n = learner.dof();
         let kinds = phi_extra.len() / n;
         let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
         for (at, raw) in self.raw.iter_mut().enumerate() {
             for e in 0..kinds {
-                *raw += self.work.extra[at * kinds + e] * phi_extra[e * n + at % k % n];
+                *raw +=
+                    self.work.extra[at * kinds + e] * phi_extra[e * n + learner.coordinate(at % k)];
             }
         }
         for (at, right) in self.right.iter_mut().enumerate() {
@@ -384,6 +393,31 @@ impl Block {
             let row = &self.work.mix[at * k..][..k];
             let pushed = row.iter().zip(along).map(|(d, x)| d * x).sum::<f64>();
             *right = self.work.residual[at] - momentum * pushed;
+        }
+    }
+
+    /// Brings `raw` from the order of the pass, `[point, sample, n]`, to that of the samples, `[sample, n, point]`.
+    fn by_sample(&mut self, points: usize) {
+        self.reorder(points, |by_point, by_sample| (by_sample, by_point));
+    }
+
+    /// Brings `raw` back.
+    fn by_point(&mut self, points: usize) {
+        self.reorder(points, |by_point, by_sample| (by_point, by_sample));
+    }
+
+    /// Moves every number of `raw` to the first of the places that `way` says, from the second.
+    fn reorder(&mut self, points: usize, way: impl Fn(usize, usize) -> (usize, usize)) {
+        if points == 1 {
+            return;
+        }
+        let n = self.raw.len() / BLOCK / points;
+        self.moved.clone_from(&self.raw);
+        for (s, i, j) in
+            (0..BLOCK).flat_map(|s| (0..n).flat_map(move |i| (0..points).map(move |j| (s, i, j))))
+        {
+            let (to, from) = way((j * BLOCK + s) * n + i, (s * n + i) * points + j);
+            self.raw[to] = self.moved[from];
         }
     }
 
@@ -403,14 +437,15 @@ impl Block {
 fn mix_tile(
     left: &Work<f64>,
     right: &Work<f64>,
-    n: usize,
-    kinds: usize,
+    learner: &dyn Learner<f64>,
     raw: &mut [f64],
     out: &mut [f64],
 ) {
+    let kinds = learner.extra();
+    let same = |i: usize, j: usize| learner.coordinate(i) == learner.coordinate(j);
     let (m, k) = (left.residual.len() / BLOCK, left.along.len() / BLOCK);
     let raw_size = k * BLOCK;
-    for (i, j) in pairs(k).filter(|(i, j)| i % n == j % n && kinds > 0) {
+    for (i, j) in pairs(k).filter(|(i, j)| kinds > 0 && same(*i, *j)) {
         for s in 0..BLOCK {
             let row = &mut raw[(i * BLOCK + s) * raw_size + j * BLOCK..][..BLOCK];
             for e in 0..kinds {

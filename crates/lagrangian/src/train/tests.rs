@@ -10,10 +10,13 @@ use super::learner::{Learner, Loss};
 use super::lnn::LnnLearner;
 use super::natural::{Natural, NaturalConfig};
 use super::plain::MlpLearner;
-use crate::Coordinates;
+use super::positions::{DelanPoints, LnnPoints, PositionsLearner};
 use crate::baseline::{MlpConfig, MlpShape};
-use crate::lagrangian::{DelanConfig, DelanShape, Form, LnnConfig, LnnShape, Scaling, Trunks};
+use crate::lagrangian::{
+    DelanConfig, DelanShape, Form, Inertia, LnnConfig, LnnShape, Scaling, Trunks,
+};
 use crate::rigid::{self, RigidBodies};
+use crate::{Coordinates, Topology};
 
 pub(super) fn samples(n: usize, m: usize) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -25,6 +28,15 @@ pub(super) fn samples(n: usize, m: usize) -> Samples {
         qdd: column(),
         tau: column(),
         ..Samples::default()
+    }
+}
+
+/// Three neighbours of positions, at steps that are not even.
+fn neighbours(n: usize, m: usize) -> Samples {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    Samples {
+        steps: (0..2 * m).map(|_| rng.random_range(0.05..0.15)).collect(),
+        ..samples(n, m)
     }
 }
 
@@ -116,6 +128,73 @@ fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
             }
         }
     }
+}
+
+/// Calls `f` with learners of positions alone of all kinds, for `n` coordinates, each with a name.
+fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss, String)) {
+    let weights: Vec<f64> = (0..n).map(|i| 0.8 + 0.1 * i as f64).collect();
+    let input = [Input::Torque, Input::Gains, Input::Matrix][n - 1];
+    for loss in [Loss::Positions, Loss::PositionsTrapezoidal] {
+        let rule = loss.rule().unwrap();
+        for form in [Form::Free, Form::Convex] {
+            let shape = shape(n, form);
+            let learner = PositionsLearner {
+                family: LnnPoints(&shape),
+                loss,
+                rule,
+                constant: false,
+                weights: &weights,
+                forces: forces(ForceTerms::friction(), n),
+                chords: 12,
+            };
+            f(&learner, loss, format!("{form:?} {loss:?} of {n}"));
+        }
+        for (trunks, inertia) in [
+            (Trunks::Shared, Inertia::Configuration),
+            (Trunks::Separate, Inertia::Configuration),
+            (Trunks::Shared, Inertia::Constant),
+        ] {
+            let config = DelanConfig {
+                trunks,
+                inertia,
+                vector_potential: trunks == Trunks::Separate,
+                ..Default::default()
+            };
+            let shape = delan(n, config);
+            let learner = PositionsLearner {
+                family: DelanPoints(&shape),
+                loss,
+                rule,
+                constant: shape.config.has_constant_momentum(),
+                weights: &weights,
+                forces: forces(all_forces(input), n),
+                chords: 12,
+            };
+            f(
+                &learner,
+                loss,
+                format!("{trunks:?} {inertia:?} {loss:?} of {n}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn the_gradient_through_the_discrete_euler_lagrange_equation_agrees_with_differences() {
+    for n in [1, 2] {
+        each_learner_of_positions(n, |learner, loss, name| {
+            let error = gradient_error(learner, loss, &neighbours(n, 37));
+            assert!(error < 1e-5, "{name}: {error:e}");
+        });
+    }
+}
+
+#[test]
+fn a_natural_step_on_positions_shrinks_every_residual_by_its_rate() {
+    each_learner_of_positions(2, |learner, loss, _| {
+        // A constant mass matrix has too few parameters for many residuals to be independent.
+        assert_step_solves(learner, loss, &neighbours(2, 7));
+    });
 }
 
 #[test]
@@ -213,6 +292,96 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
                 let error = gradient_error(&learner, loss, &samples(n, 37));
                 assert!(error < 1e-7, "n {n} {form:?} {loss:?}: {error:e}");
             }
+        }
+    }
+}
+
+/// Two coordinates on a line, of which the second is a parameter.
+fn with_parameter() -> Coordinates {
+    let mut coordinates = Coordinates::lines(2);
+    coordinates.0[1].topology = Topology::Parameter;
+    coordinates
+}
+
+/// Samples of them: the parameter has values, and neither velocity nor acceleration.
+fn held_samples(m: usize) -> Samples {
+    let mut held = samples(2, m);
+    for signal in [&mut held.qd, &mut held.qdd] {
+        signal.chunks_exact_mut(2).for_each(|x| x[1] = 0.0);
+    }
+    held
+}
+
+#[test]
+fn gradients_leave_a_parameter_out_and_agree_with_differences() {
+    let (held, weights) = (held_samples(37), [0.8, 0.0, 0.5, 0.0]);
+    let terms = forces(ForceTerms::friction(), 2);
+    for loss in [
+        Loss::Acceleration,
+        Loss::AccelerationRelative,
+        Loss::AccelerationL1,
+        Loss::Torque,
+        Loss::TorqueL1,
+    ] {
+        for form in [Form::Free, Form::Convex] {
+            let shape = LnnShape {
+                coordinates: with_parameter(),
+                ..shape(2, form)
+            };
+            let net = shape.config.net(&shape.coordinates);
+            let shape = LnnShape { net, ..shape };
+            let learner = LnnLearner {
+                shape: &shape,
+                loss,
+                weights: &weights[..2],
+                forces: terms.clone(),
+                nominal: None,
+            };
+            let error = gradient_error(&learner, loss, &held);
+            assert!(error < 1e-7, "lnn {form:?} {loss:?}: {error:e}");
+        }
+        let scaling = Scaling::identity(2);
+        let shape = DelanShape::new(with_parameter(), DelanConfig::default(), scaling).unwrap();
+        let learner = DelanLearner {
+            shape: &shape,
+            loss,
+            weights: &weights,
+            forces: terms.clone(),
+            nominal: None,
+        };
+        let error = gradient_error(&learner, loss, &held);
+        assert!(error < 1e-7, "delan {loss:?}: {error:e}");
+        assert_eq!(Learner::<f64>::counted(&learner), 1);
+    }
+}
+
+#[test]
+fn gradients_through_artanh_of_the_speed_and_exponential_units_agree_with_differences() {
+    for (form, speed_limit) in [
+        (Form::Free, Some(2.0)),
+        (Form::Free, None),
+        (Form::Convex, None),
+    ] {
+        for (loss, count) in [(Loss::Acceleration, 21), (Loss::Torque, 21)] {
+            let config = LnnConfig {
+                form,
+                width: 16,
+                exponential: true,
+                speed_limit,
+                ..Default::default()
+            };
+            let shape =
+                LnnShape::new(Coordinates::angles(2), config, Scaling::identity(2)).unwrap();
+            let learner = LnnLearner {
+                shape: &shape,
+                loss,
+                weights: &[0.8, 1.1],
+                forces: forces(ForceTerms::friction(), 2),
+                nominal: None,
+            };
+            let error = gradient_error(&learner, loss, &samples(2, 37));
+            assert!(error < 1e-7, "{form:?} {speed_limit:?} {loss:?}: {error:e}");
+            assert_step_solves(&learner, loss, &samples(2, count));
         }
     }
 }

@@ -14,7 +14,7 @@ pub struct Columns {
     pub t: String,
     /// Columns of the coordinates, `[n]`.
     pub q: Vec<String>,
-    /// Columns of the velocities, `[n]`, or none.
+    /// Columns of the velocities, `[n]`, or none; an empty name where a parameter has no column.
     pub qd: Vec<String>,
     /// Columns of the accelerations, `[n]`, or none.
     pub qdd: Vec<String>,
@@ -51,7 +51,8 @@ impl Resolved {
             .chain(&c.qd)
             .chain(&c.qdd)
             .chain(&c.p)
-            .chain(c.tau.iter().filter(|name| !name.is_empty()))
+            .chain(&c.tau)
+            .filter(|name| !name.is_empty())
     }
 }
 
@@ -71,10 +72,12 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         )),
         None => None,
     };
-    let q = finder.coordinates(&layout.q)?;
-    let qd = finder.signal(&layout.qd, "qd", q.len())?;
-    let qdd = finder.signal(&layout.qdd, "qdd", q.len())?;
-    let p = finder.momenta(&layout.p, q.len())?;
+    let q = finder.with_parameters(finder.coordinates(&layout.q)?, layout)?;
+    let moving = q.iter().map(|name| !layout.parameters.contains(name));
+    let moving: Vec<bool> = moving.collect();
+    let qd = finder.rates(&layout.qd, "qd", &moving)?;
+    let qdd = finder.rates(&layout.qdd, "qdd", &moving)?;
+    let p = finder.momenta(&layout.p, &moving)?;
     let tau = finder.forces(layout, &q)?;
 
     let mut numbers = vec![t_at];
@@ -147,13 +150,16 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
         ));
     }
     let coordinate = |name: &String| {
-        let circle = all || layout.angles.contains(name);
+        let parameter = layout.parameters.contains(name);
+        let circle = !parameter && (all || layout.angles.contains(name));
         let unit = if circle {
             "rad".into()
         } else {
             layout.units.get(name).cloned().unwrap_or_default()
         };
-        let topology = if circle {
+        let topology = if parameter {
+            Topology::Parameter
+        } else if circle {
             Topology::Circle
         } else {
             Topology::Line
@@ -228,6 +234,51 @@ impl Finder<'_> {
         Ok(q)
     }
 
+    /// The coordinates, and behind them the parameters that are not among them.
+    fn with_parameters(&self, mut q: Vec<String>, layout: &Layout) -> Result<Vec<String>> {
+        for (k, name) in layout.parameters.iter().enumerate() {
+            if layout.parameters[..k].contains(name) {
+                let finding = format!("'{name}' is named twice as a parameter");
+                return Err(self.error(finding, "name it once with --parameters".into()));
+            }
+            if layout.angles.contains(name) {
+                let finding = format!("'{name}' is declared as an angle and as a parameter");
+                let remedy = "a parameter is a number on a line: leave it out of --angle, or out of --parameters";
+                return Err(self.error(finding, remedy.into()));
+            }
+            if !q.contains(name) {
+                self.position(name, "--parameters")?;
+                q.push(name.clone());
+            }
+        }
+        if q.iter().all(|name| layout.parameters.contains(name)) {
+            let finding = format!("all coordinates are parameters ({})", q.join(", "));
+            let remedy = "name the coordinates that move with --q".into();
+            return Err(self.error(finding, remedy));
+        }
+        Ok(q)
+    }
+
+    /// The columns of a signal: one for each coordinate, or for each that moves; the others have an empty name.
+    fn rates(&self, named: &[String], prefix: &str, moving: &[bool]) -> Result<Vec<String>> {
+        let given = if named.is_empty() {
+            self.numbered(prefix)
+        } else {
+            named.to_vec()
+        };
+        let count = moving.iter().filter(|m| **m).count();
+        if given.len() != count {
+            return self.signal(named, prefix, moving.len());
+        }
+        let mut given = given.into_iter();
+        let own = |m: &bool| if *m { given.next() } else { None };
+        Ok(moving
+            .iter()
+            .map(own)
+            .map(Option::unwrap_or_default)
+            .collect())
+    }
+
     fn signal(&self, named: &[String], prefix: &str, n: usize) -> Result<Vec<String>> {
         let found = if named.is_empty() {
             self.numbered(prefix)
@@ -253,11 +304,13 @@ impl Finder<'_> {
 
     /// The columns of the momenta; those that no one named only where they are one for each coordinate, since `p`
     /// may be a pressure.
-    fn momenta(&self, named: &[String], n: usize) -> Result<Vec<String>> {
-        if named.is_empty() && self.numbered("p").len() != n {
+    fn momenta(&self, named: &[String], moving: &[bool]) -> Result<Vec<String>> {
+        let count = moving.iter().filter(|m| **m).count();
+        let found = self.numbered("p").len();
+        if named.is_empty() && found != moving.len() && found != count {
             return Ok(Vec::new());
         }
-        self.signal(named, "p", n)
+        self.rates(named, "p", moving)
     }
 
     /// The column of the force on each coordinate: as many as `q`, or fewer that say which they act on.

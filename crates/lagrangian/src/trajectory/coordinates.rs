@@ -11,6 +11,9 @@ pub enum Topology {
     Line,
     /// The circle: q and q + 2π are the same configuration. A network sees cos q and sin q.
     Circle,
+    /// A line on which nothing moves, q̇ = 0: a mass, a length, the strength of a field. A network sees its value, no
+    /// equation of motion moves it, and a loss leaves it out (theory.md, equation 107).
+    Parameter,
 }
 
 /// One generalised coordinate.
@@ -20,7 +23,7 @@ pub struct Coordinate {
     pub name: String,
     /// Its SI unit, e.g. `rad` or `m`.
     pub unit: String,
-    /// Line or circle.
+    /// Line, circle or parameter.
     #[serde(default)]
     pub topology: Topology,
 }
@@ -62,5 +65,33 @@ impl Coordinates {
     #[must_use]
     pub fn is_circle(&self, i: usize) -> bool {
         self.0[i].topology == Topology::Circle
+    }
+
+    /// Whether coordinate `i` is a parameter, which never moves.
+    #[must_use]
+    pub fn is_parameter(&self, i: usize) -> bool {
+        self.0[i].topology == Topology::Parameter
+    }
+
+    /// The numbers of the parameters among the coordinates.
+    pub fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.dof()).filter(|&i| self.is_parameter(i))
+    }
+
+    /// The coordinate of the first number in `rates` (`[m, n]`, velocities or accelerations) by which a parameter
+    /// would move.
+    pub(crate) fn check_parameters(&self, what: &str, rates: &[f64]) -> crate::Result<()> {
+        let n = self.dof();
+        for i in self.parameters() {
+            let column = rates.iter().skip(i).step_by(n);
+            if let Some(sample) = column.clone().position(|&x| x != 0.0) {
+                return Err(crate::Error::Moves {
+                    name: self.0[i].name.clone(),
+                    what: what.into(),
+                    sample: sample + 1,
+                });
+            }
+        }
+        Ok(())
     }
 }

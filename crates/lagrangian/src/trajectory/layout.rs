@@ -32,6 +32,9 @@ pub struct Layout {
     pub actuated: Vec<String>,
     /// Names of the coordinates that are angles; `["all"]` for every one.
     pub angles: Vec<String>,
+    /// Names of the coordinates that never move: masses, lengths, strengths of fields. Those that are not in `q`
+    /// are further coordinates behind it; they need no columns of velocities, accelerations and forces.
+    pub parameters: Vec<String>,
     /// Angles, and their velocities and accelerations, are in degrees. Never guessed.
     pub degrees: bool,
     /// Units of coordinates that are not angles.
@@ -48,6 +51,8 @@ struct LayoutFile {
     angle: Option<OneOrMany>,
     #[serde(skip_serializing_if = "Option::is_none")]
     actuated: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parameter: Option<OneOrMany>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     degrees: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -127,6 +132,7 @@ impl Layout {
             tau: names(columns.tau),
             actuated: names(file.actuated),
             angles: names(file.angle),
+            parameters: names(file.parameter),
             degrees: file.degrees,
             units: file.units,
             every: file.every.unwrap_or(0),
@@ -141,6 +147,7 @@ impl Layout {
         let file = LayoutFile {
             angle: list(&self.angles),
             actuated: list(&self.actuated),
+            parameter: list(&self.parameters),
             degrees: self.degrees,
             every: (self.every > 1).then_some(self.every),
             columns: ColumnsTable {
@@ -164,11 +171,12 @@ impl Layout {
         for (i, coordinate) in coordinates.0.iter().enumerate() {
             let column = format!("q{}", i + 1);
             match coordinate.topology {
-                Topology::Circle => layout.angles.push(column),
-                Topology::Line if !coordinate.unit.is_empty() => {
-                    layout.units.insert(column, coordinate.unit.clone());
-                }
+                Topology::Circle => layout.angles.push(column.clone()),
                 Topology::Line => {}
+                Topology::Parameter => layout.parameters.push(column.clone()),
+            }
+            if coordinate.topology != Topology::Circle && !coordinate.unit.is_empty() {
+                layout.units.insert(column, coordinate.unit.clone());
             }
         }
         layout
@@ -187,6 +195,7 @@ impl Layout {
             (&mut self.tau, beside.tau),
             (&mut self.actuated, beside.actuated),
             (&mut self.angles, beside.angles),
+            (&mut self.parameters, beside.parameters),
         ];
         for (own, other) in lists {
             if own.is_empty() {

@@ -104,7 +104,45 @@ impl Recording {
             }
         }
         self.finite()?;
-        self.increasing()
+        self.increasing()?;
+        self.parameters_are_constant()
+    }
+
+    /// Refuses parameters that change along the trajectory.
+    pub(crate) fn parameters_are_constant(&self) -> Result<()> {
+        const REMEDY: &str =
+            "leave it out of --parameters if it moves, or tell its values apart with --trajectory";
+        let n = self.dof();
+        let sizes = [Some(&self.q), self.qd.as_ref(), self.qdd.as_ref()];
+        for i in self.coordinates.parameters() {
+            for (k, values) in sizes.into_iter().enumerate() {
+                let column = || values.into_iter().flatten().skip(i).step_by(n);
+                let first = if k == 0 { column().next() } else { Some(&0.0) };
+                if let Some(row) = column().position(|x| Some(x) != first) {
+                    let name = &self.columns.q[i];
+                    let what = ["value", "velocity", "acceleration"][k];
+                    let finding =
+                        format!("'{name}' is declared as a parameter, but its {what} changes");
+                    return Err(self.sample(row, name, finding, REMEDY));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What was estimated of parameters becomes what it is: their value, and nothing else.
+    fn hold(&self, trajectory: &mut Trajectory, estimates: &mut Vec<Estimate>) {
+        let n = self.dof();
+        for i in self.coordinates.parameters() {
+            let still = [Some(&mut trajectory.qd), trajectory.qdd.as_mut()];
+            for signal in still.into_iter().flatten() {
+                signal.iter_mut().skip(i).step_by(n).for_each(|x| *x = 0.0);
+            }
+            let value = self.q[i];
+            let column = trajectory.q.iter_mut().skip(i).step_by(n);
+            column.for_each(|x| *x = value);
+            estimates.retain(|e| e.coordinate != self.coordinates.0[i].name);
+        }
     }
 
     fn sample(&self, row: usize, column: &str, finding: String, remedy: &'static str) -> Error {
@@ -188,7 +226,12 @@ impl Recording {
             return Ok((self.plain(), Vec::new()));
         }
         let fitted = Fitted::of(&self, options)?;
-        Ok(fitted.into_trajectory(self, options))
+        if self.coordinates.parameters().next().is_none() {
+            return Ok(fitted.into_trajectory(self, options));
+        }
+        let (mut trajectory, mut estimates) = fitted.into_trajectory(self.clone(), options);
+        self.hold(&mut trajectory, &mut estimates);
+        Ok((trajectory, estimates))
     }
 
     fn plain(self) -> Trajectory {

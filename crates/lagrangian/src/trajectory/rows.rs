@@ -78,9 +78,22 @@ impl Partial {
         r.t.push(values[0]);
         r.q.extend_from_slice(&values[1..=n]);
         let mut rest = &values[1 + n..];
-        for signal in [&mut r.qd, &mut r.qdd, &mut r.p].into_iter().flatten() {
-            signal.extend_from_slice(&rest[..n]);
-            rest = &rest[n..];
+        let signals = [
+            (&mut r.qd, &r.columns.qd),
+            (&mut r.qdd, &r.columns.qdd),
+            (&mut r.p, &r.columns.p),
+        ];
+        for (signal, names) in signals {
+            let Some(signal) = signal else { continue };
+            for name in names {
+                // A parameter without a column has no velocity.
+                let (value, behind) = match rest.split_first() {
+                    Some((value, behind)) if !name.is_empty() => (*value, behind),
+                    _ => (0.0, rest),
+                };
+                signal.push(value);
+                rest = behind;
+            }
         }
         if let Some(tau) = &mut r.tau {
             let row = tau.len();
@@ -130,17 +143,14 @@ impl Partial {
 }
 
 fn to_radians(values: &mut [f64], resolved: &Resolved) {
-    let n = resolved.columns.q.len();
-    let kinematic = 1 + [
-        &resolved.columns.q,
-        &resolved.columns.qd,
-        &resolved.columns.qdd,
-    ]
-    .iter()
-    .map(|c| c.len())
-    .sum::<usize>();
-    for (k, value) in values.iter_mut().enumerate().take(kinematic).skip(1) {
-        if resolved.coordinates.is_circle((k - 1) % n) {
+    let columns = &resolved.columns;
+    let kinematic = [&columns.q, &columns.qd, &columns.qdd];
+    let coordinates = kinematic
+        .into_iter()
+        .flat_map(|names| names.iter().enumerate());
+    let given = coordinates.filter(|(_, name)| !name.is_empty());
+    for ((i, _), value) in given.zip(&mut values[1..]) {
+        if resolved.coordinates.is_circle(i) {
             *value = value.to_radians();
         }
     }

@@ -64,6 +64,7 @@ pub(super) fn report(
         headlines: headlines(judgement, seconds),
         summary: summary(judgement),
         animations: vec![animation(system, &motions)],
+        maps: Vec::new(),
         figures,
         tables: vec![table(judgement)],
         settings: settings(args, trained),

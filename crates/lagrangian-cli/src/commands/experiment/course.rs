@@ -23,6 +23,7 @@ pub(crate) struct Course {
     done: f64,
     weight: f64,
     interrupted: Arc<AtomicBool>,
+    quiet: bool,
 }
 
 impl Course {
@@ -36,6 +37,7 @@ impl Course {
             done: 0.0,
             weight: 0.0,
             interrupted: interrupt::flag()?,
+            quiet,
         })
     }
 
@@ -61,6 +63,13 @@ impl Course {
         let dot = if news.is_empty() { "" } else { " · " };
         self.bar
             .update(fraction, &format!("{}{dot}{news}", self.part));
+    }
+
+    /// Says something that a reader should know before the work goes on.
+    pub(crate) fn note(&self, text: &str) {
+        if !self.quiet {
+            eprintln!("{text}");
+        }
     }
 
     /// Whether Ctrl-C was pressed: work in hand should end.

@@ -1,13 +1,23 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
+mod action;
+mod chains;
 mod course;
 mod hamiltonian;
+mod is_lagrangian;
 mod letters;
+mod magnetic;
+mod noisy;
 mod plausibility;
 mod real;
+mod relativistic;
 mod spread;
+mod starts;
 mod swing_up;
+mod table;
 mod tracking;
+mod vin;
+mod wave;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -36,6 +46,13 @@ struct Experiment {
     run: fn(&Setting, &mut Course) -> Result<Findings>,
 }
 
+impl Experiment {
+    /// Whether `--only` chooses among its parts.
+    fn has_parts(&self) -> bool {
+        [chains::EXPERIMENT.name, table::EXPERIMENT.name].contains(&self.name)
+    }
+}
+
 /// All experiments, in the order of the list.
 const EXPERIMENTS: &[Experiment] = &[
     letters::EXPERIMENT,
@@ -44,6 +61,15 @@ const EXPERIMENTS: &[Experiment] = &[
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
     hamiltonian::EXPERIMENT,
+    relativistic::EXPERIMENT,
+    magnetic::EXPERIMENT,
+    wave::EXPERIMENT,
+    chains::EXPERIMENT,
+    vin::EXPERIMENT,
+    noisy::EXPERIMENT,
+    action::EXPERIMENT,
+    is_lagrangian::EXPERIMENT,
+    table::EXPERIMENT,
 ];
 
 /// What was asked for.
@@ -99,6 +125,12 @@ pub(super) fn run(args: &ExperimentArgs, manner: Manner) -> Result<ExitCode> {
         return list(manner);
     }
     let experiment = by_name(&args.name)?;
+    if args.only.is_some() && !experiment.has_parts() {
+        return Err(mistake(
+            format!("the experiment '{}' has no parts to choose from", args.name),
+            "leave --only away",
+        ));
+    }
     let folder = folder(args)?;
     folder.write_record(&RunRecord::now(args.seed, args, Vec::new())?)?;
     let mut course = Course::start(experiment.name, manner.quiet)?;

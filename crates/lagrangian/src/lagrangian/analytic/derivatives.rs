@@ -8,7 +8,7 @@ use rand::Rng;
 
 use super::{AnalyticModel, System};
 use crate::dynamics::{EulerLagrange, Evaluator, Model};
-use crate::lagrangian::{Jet, Jets, Lagrangian};
+use crate::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use crate::{Coordinates, State};
 
 /// An analytic system as a [`Lagrangian`] and, free of dissipation, as a [`Model`].
@@ -73,6 +73,10 @@ impl<S: System> Model for Analytic<S> {
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         Box::new(EulerLagrange::new(self, None))
     }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        Some(EulerLagrange::new(self, None))
+    }
 }
 
 impl<S: System> AnalyticModel for Analytic<S> {
@@ -120,6 +124,21 @@ impl<S: ClosedForm> Jets for DualJets<'_, S> {
             self.mass_matrix(&mut jet.mass_matrix[k * n * n..(k + 1) * n * n]);
         }
     }
+
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        let n = self.first.len() / 2;
+        let m = q.len() / n;
+        curvature.resize(m, n);
+        for k in 0..m {
+            let (state, block) = (k * n..(k + 1) * n, k * n * n..(k + 1) * n * n);
+            let values = q[state.clone()].iter().chain(&qd[state]);
+            for (x, &value) in self.second.iter_mut().zip(values) {
+                *x = HyperDual64::from_re(value);
+            }
+            self.second_by(0, &mut curvature.dl_dqdq[block.clone()]);
+            self.second_by(n, &mut curvature.dp_dq[block]);
+        }
+    }
 }
 
 impl<'a, S: ClosedForm> DualJets<'a, S> {
@@ -161,6 +180,21 @@ impl<'a, S: ClosedForm> DualJets<'a, S> {
         }
         (0..n).for_each(|i| self.second[i].eps2 = 0.0);
         value
+    }
+
+    /// ∂²L/∂xᵢ∂qⱼ from t₁ = eᵢ of x, which begins at `first` (q or q̇), and t₂ = eⱼ of q, at the state in the scratch.
+    fn second_by(&mut self, first: usize, out: &mut [f64]) {
+        let n = self.second.len() / 2;
+        for i in 0..n {
+            self.second[first + i].eps1 = 1.0;
+            for j in 0..n {
+                self.second[j].eps2 = 1.0;
+                let (q, qd) = self.second.split_at(n);
+                out[i * n + j] = self.system.value(q, qd).eps1eps2;
+                self.second[j].eps2 = 0.0;
+            }
+            self.second[first + i].eps1 = 0.0;
+        }
     }
 
     /// M from t₁ = eᵢ and t₂ = eⱼ of q̇.

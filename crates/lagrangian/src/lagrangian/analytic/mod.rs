@@ -5,9 +5,11 @@
 //!
 //! A new system is one file that implements [`System`] and one line in the table below.
 
+mod chart;
 mod derivatives;
 mod parameter;
 
+pub use chart::{Chart, InChart, Linear};
 pub use derivatives::Analytic;
 pub(crate) use derivatives::{ClosedForm, DualJets};
 pub use num_dual::DualNum;
@@ -125,6 +127,7 @@ table! {
     relativistic_particle::RelativisticParticle,
     relativistic_particle_published::RelativisticParticlePublished,
     charged_particle::ChargedParticle,
+    magnetic_mirror::MagneticMirror,
     kepler::Kepler,
     n_body::NBody,
 }
@@ -163,7 +166,7 @@ fn unknown<'a>(kind: &'static str, name: &str, known: impl Iterator<Item = &'a s
 }
 
 /// A normal deviate of variance 1 (Box and Muller 1958).
-fn normal(rng: &mut dyn Rng) -> f64 {
+pub(crate) fn normal(rng: &mut dyn Rng) -> f64 {
     use rand::RngExt;
     let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
     radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()

@@ -1,7 +1,8 @@
 //! The derivatives of a deep Lagrangian network: one tangent, along q̇, and one reverse pass, whatever n.
 
 use super::{Delan, Factor};
-use crate::lagrangian::{Jet, Jets};
+use crate::lagrangian::curvature::{STEP, differences};
+use crate::lagrangian::{Curvature, Jet, Jets};
 use crate::mlp::Pass;
 
 /// Samples of a block when many states are evaluated at once.
@@ -68,6 +69,17 @@ impl Jets for DelanJets<'_> {
                 self.delan.read(pass, factor, (s, start + s), state, jet);
             }
         }
+    }
+
+    /// By differences over steps of the network's own scales.
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        let shape = &self.delan.shape;
+        let step = |i: usize| match shape.coordinates.is_circle(i) {
+            true => STEP,
+            false => STEP * shape.scaling.q_scale[i],
+        };
+        let steps: Vec<f64> = (0..shape.dof()).map(step).collect();
+        differences(self, (q, qd), &steps, curvature);
     }
 }
 

@@ -30,6 +30,18 @@ pub enum Trunks {
     Separate,
 }
 
+/// What the mass matrix of a deep Lagrangian network depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Inertia {
+    /// The configuration: M(q).
+    #[default]
+    Configuration,
+    /// Nothing: M is a learned constant, as in variational integrator networks (Saemundsson et al. 2020, arXiv
+    /// 1910.09349).
+    Constant,
+}
+
 /// The shape of a deep Lagrangian network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -46,6 +58,8 @@ pub struct DelanConfig {
     pub shift: f64,
     /// Whether L has the term A(q)·q̇, for gyroscopic and magnetic forces.
     pub vector_potential: bool,
+    /// What M depends on.
+    pub inertia: Inertia,
 }
 
 impl Default for DelanConfig {
@@ -57,6 +71,7 @@ impl Default for DelanConfig {
             trunks: Trunks::default(),
             shift: 1e-3,
             vector_potential: false,
+            inertia: Inertia::default(),
         }
     }
 }
@@ -83,6 +98,11 @@ impl DelanConfig {
         })
     }
 
+    /// Whether p = ∂L/∂q̇ does not depend on q.
+    pub(crate) fn has_constant_momentum(&self) -> bool {
+        self.inertia == Inertia::Constant && !self.vector_potential
+    }
+
     /// The layers for these coordinates. Outputs: the diagonal of G before softplus, its entries below the diagonal row
     /// by row, V, and A where it is wanted.
     fn net(&self, coordinates: &Coordinates) -> Net {
@@ -102,6 +122,13 @@ impl DelanConfig {
             source
         };
         let first = trunk(&mut build);
+        if self.inertia == Inertia::Constant {
+            let outputs = vec![
+                build.constant(factor),
+                build.dense(rest, &[(first, false)], true, None),
+            ];
+            return build.finish_with(outputs);
+        }
         if self.trunks == Trunks::Shared {
             build.dense(factor + rest, &[(first, false)], true, None);
             return build.finish();
@@ -361,5 +388,47 @@ impl DelanShape {
         self.each_feature(q, |at, i, _, slope| {
             out[i] += pass.feature_gradient(s, at).f64() * slope;
         });
+    }
+
+    /// Writes ∂S/∂(q, q̇) of sample `s` `[k, 2n]`, for the k scalars of a linearised pass whose sensitivities were
+    /// carried to the features; scalar d belongs to coordinate d mod n (theory.md, equation 96).
+    pub(crate) fn slopes<T: Real>(
+        &self,
+        pass: &Pass<T>,
+        s: usize,
+        (q, qd): (&[f64], &[f64]),
+        factor: &mut Factor,
+        slopes: &mut [f64],
+    ) {
+        let n = self.dof();
+        let k = slopes.len() / (2 * n);
+        let mut beta = [0.0; 64];
+        for (d, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
+            let i = d % n;
+            beta[..n].fill(0.0);
+            beta[i] = 1.0 / self.scaling.qd_scale[i];
+            let hat = |o: usize| pass.output(&self.net, 2 + d, s, o).f64();
+            factor.velocity_slopes(&beta[..n], hat, &mut row[n..]);
+            for (j, slope) in row[n..].iter_mut().enumerate() {
+                *slope /= self.scaling.qd_scale[j];
+            }
+            row[..n].fill(0.0);
+            let mut at = 0;
+            for (j, &q) in q.iter().enumerate() {
+                let features = Features::new(&self.coordinates, &self.scaling, j, q);
+                for f in 0..features.count {
+                    let along = pass.feature_sensitivity(0, s, at).f64();
+                    let rate = pass.feature_sensitivity(1 + d, s, at).f64();
+                    let value = pass.feature_sensitivity(1 + k + d, s, at).f64();
+                    let (slope, curvature) = (features.slopes[f], features.curvature(f));
+                    row[j] += value * slope + rate * curvature * qd[j];
+                    if i == j {
+                        row[j] -= along * curvature;
+                    }
+                    row[n + j] += rate * slope;
+                    at += 1;
+                }
+            }
+        }
     }
 }

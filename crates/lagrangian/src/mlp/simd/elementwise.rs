@@ -55,6 +55,7 @@ impl<T: Real> Task for PointForward<'_, T> {
             Activation::Gelu => self.apply::<I>(Activation::Gelu),
             Activation::XTanh => self.apply::<I>(Activation::XTanh),
             Activation::Square => self.apply::<I>(Activation::Square),
+            Activation::Exp => self.apply::<I>(Activation::Exp),
         }
     }
 }

@@ -1,0 +1,73 @@
+//! `lagrangian check --lagrangian`: does any Lagrangian exist for these motions?
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Result, bail};
+use lagrangian::check::{CheckReport, Item, existence};
+use lagrangian::existence::{SurveyConfig, survey};
+use lagrangian::train::{self, Budget, Observer};
+use lagrangian::trajectory::{EstimateOptions, Recording};
+
+use super::Manner;
+use crate::cli::CheckArgs;
+use crate::failure::{Advise, mistake};
+use crate::progress::Progress;
+use crate::{data, interrupt};
+
+/// The item of recordings that passed the other items of `report`.
+///
+/// # Errors
+/// Where these failed, or the fits cannot begin.
+pub(super) fn item(
+    args: &CheckArgs,
+    recordings: &[Recording],
+    report: &CheckReport,
+    manner: Manner,
+) -> Result<Item> {
+    let Some(first) = recordings.first().filter(|_| report.passed()) else {
+        return Err(mistake(
+            "the recordings fail the check, so that no fit would say whether a Lagrangian exists",
+            "run `lagrangian check` without --lagrangian, and mend what fails",
+        ));
+    };
+    let options = EstimateOptions {
+        filter: args.filter,
+        ..EstimateOptions::default()
+    };
+    let (trajectories, _) = data::trajectories(recordings.to_vec(), &options)?;
+    let config = SurveyConfig {
+        budget: Budget::Seconds(args.seconds),
+        ..SurveyConfig::default()
+    };
+    let mut watch = Watch {
+        bar: Progress::start("looking for a Lagrangian", manner.quiet),
+        interrupted: interrupt::flag()?,
+    };
+    let found = survey(&first.coordinates, &trajectories, &config, &mut watch).advise(
+        "cannot look for a Lagrangian",
+        "leave --lagrangian away, or give more recordings of the same system",
+    )?;
+    if watch.interrupted.load(Ordering::SeqCst) {
+        bail!("interrupted while looking for a Lagrangian");
+    }
+    watch.bar.finish("done");
+    Ok(existence(&found))
+}
+
+struct Watch {
+    bar: Progress,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Observer for Watch {
+    fn progress(&mut self, progress: &train::Progress) -> ControlFlow<()> {
+        let news = format!("step {} · loss {:.1e}", progress.step, progress.loss);
+        self.bar.update(progress.share, &news);
+        if self.interrupted.load(Ordering::SeqCst) {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,187 @@
+//! The rows: a line each.
+
+use lagrangian::baseline::MlpConfig;
+use lagrangian::experiment::table::Reads;
+use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
+use lagrangian::identify::RigidConfig;
+use lagrangian::integrate::Method;
+use lagrangian::lagrangian::{Angles, DelanConfig, Form, Inertia, LnnConfig};
+use lagrangian::train::{Family, Loss};
+
+/// A family of models with what it is fitted to.
+pub(super) struct Contestant {
+    /// Its name in JSON and in commands.
+    pub(super) key: &'static str,
+    /// Its name on the page.
+    pub(super) name: &'static str,
+    pub(super) family: fn() -> Family,
+    pub(super) loss: Loss,
+    /// The steps that it is made for.
+    pub(super) method: Method,
+    pub(super) reads: Reads,
+    /// Its column in the table of Cranmer et al. 2020.
+    pub(super) published: Option<&'static Published>,
+}
+
+/// A column of the table of Cranmer et al. 2020 (arXiv 2003.04630): what is said of a kind of model.
+pub(super) struct Published {
+    pub(super) name: &'static str,
+    pub(super) dynamics: bool,
+    pub(super) continuous: bool,
+    pub(super) conservation: bool,
+    pub(super) coordinates: bool,
+    pub(super) lagrangians: bool,
+}
+
+const NOTHING: Published = Published {
+    name: "",
+    dynamics: false,
+    continuous: false,
+    conservation: false,
+    coordinates: false,
+    lagrangians: false,
+};
+
+static NETWORK: Published = Published {
+    name: "a neural network",
+    dynamics: true,
+    coordinates: true,
+    ..NOTHING
+};
+
+static FLOW: Published = Published {
+    name: "a neural ODE",
+    dynamics: true,
+    continuous: true,
+    coordinates: true,
+    ..NOTHING
+};
+
+static HNN: Published = Published {
+    name: "an HNN",
+    dynamics: true,
+    continuous: true,
+    conservation: true,
+    ..NOTHING
+};
+
+static DLN: Published = Published {
+    name: "a DLN",
+    dynamics: true,
+    continuous: true,
+    conservation: true,
+    coordinates: true,
+    ..NOTHING
+};
+
+static LNN: Published = Published {
+    name: "an LNN",
+    lagrangians: true,
+    dynamics: true,
+    continuous: true,
+    conservation: true,
+    coordinates: true,
+};
+
+/// A family that is fitted to the accelerations of free motions and moves continuously.
+const fn free(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+    Contestant {
+        key,
+        name,
+        family,
+        loss: Loss::Acceleration,
+        method: Method::Rk4,
+        reads: Reads::Motions,
+        published: None,
+    }
+}
+
+fn hamiltonian(structure: HnnStructure, momenta: Momenta) -> Family {
+    Family::Hnn(HnnConfig {
+        structure,
+        momenta,
+        ..HnnConfig::default()
+    })
+}
+
+pub(super) const CONTESTANTS: &[Contestant] = &[
+    Contestant {
+        published: Some(&LNN),
+        ..free("lnn", "Lagrangian network, free", || {
+            Family::Lnn(LnnConfig::default())
+        })
+    },
+    free("lnn-convex", "Lagrangian network, convex", || {
+        Family::Lnn(LnnConfig {
+            form: Form::Convex,
+            ..LnnConfig::default()
+        })
+    }),
+    Contestant {
+        published: Some(&DLN),
+        ..free("delan", "deep Lagrangian network", || {
+            Family::Delan(DelanConfig::default())
+        })
+    },
+    free("delan-potential", "deep Lagrangian + A(q)·q̇", || {
+        Family::Delan(DelanConfig {
+            vector_potential: true,
+            ..DelanConfig::default()
+        })
+    }),
+    Contestant {
+        published: Some(&HNN),
+        ..free("hnn", "Hamiltonian network, canonical", || {
+            hamiltonian(HnnStructure::Free, Momenta::Recorded)
+        })
+    },
+    free("hnn-mass", "Hamiltonian with M(q), canonical", || {
+        hamiltonian(HnnStructure::Mass, Momenta::Recorded)
+    }),
+    free("hnn-velocities", "Hamiltonian network, q̇ for p", || {
+        hamiltonian(HnnStructure::Free, Momenta::Velocities)
+    }),
+    Contestant {
+        published: Some(&FLOW),
+        ..free("flow", "first-order flow (q̇, q̈)", || {
+            hamiltonian(HnnStructure::None, Momenta::Velocities)
+        })
+    },
+    Contestant {
+        reads: Reads::Positions,
+        loss: Loss::PositionsTrapezoidal,
+        method: Method::VariationalTrapezoidal,
+        ..free("vin", "variational integrator network", || {
+            Family::Delan(DelanConfig {
+                inertia: Inertia::Constant,
+                ..DelanConfig::default()
+            })
+        })
+    },
+    Contestant {
+        reads: Reads::Positions,
+        loss: Loss::Positions,
+        method: Method::VariationalMidpoint,
+        ..free(
+            "delan-positions",
+            "deep Lagrangian, positions alone",
+            || Family::Delan(DelanConfig::default()),
+        )
+    },
+    Contestant {
+        published: Some(&NETWORK),
+        ..free("mlp", "plain network of q̈", || {
+            Family::Mlp(MlpConfig::default())
+        })
+    },
+    Contestant {
+        loss: Loss::Torque,
+        reads: Reads::Torques,
+        ..free("rigid", "rigid chain, least squares", || {
+            Family::Rigid(RigidConfig {
+                angles: Some(Angles::Absolute),
+                ..RigidConfig::default()
+            })
+        })
+    },
+];

@@ -1,0 +1,188 @@
+//! The table that can be read at a glance, and what stands behind its cells.
+
+use lagrangian::report::{Headline, Report, Role, Table};
+
+use lagrangian::train::Budget;
+
+use super::columns::{Column, OWN_ENERGY};
+use super::{Cell, Plan};
+use crate::commands::experiment::spread::scientific;
+
+/// A share in percent, other figures with their unit.
+fn figure(column: Column, value: f64) -> String {
+    match column {
+        Column::Continuous => format!("× {}", scientific(value)),
+        Column::Training | Column::Call => format!("{} {}", scientific(value), column.unit()),
+        _ => format!("{} %", scientific(100.0 * value)),
+    }
+}
+
+fn mark(tick: bool) -> &'static str {
+    if tick { "✓" } else { "✗" }
+}
+
+/// `✓ 0.3 %`, `✗ 84 %`, `✓`, `✗`; behind it what is published.
+fn text(cell: &Cell) -> String {
+    let value = cell.value();
+    let mut text = mark(cell.tick()).to_string();
+    if value.is_finite() {
+        text += &format!(" {}", figure(cell.column, value));
+    }
+    if let Some(published) = cell.published() {
+        text += &format!(" ({})", mark(published));
+    }
+    text
+}
+
+pub(super) fn summary(plan: &Plan, cells: &[Cell]) -> Table {
+    let mut header = vec!["model".to_string()];
+    header.extend(plan.columns.iter().map(|c| c.name().to_string()));
+    let row = |row: &&super::Contestant| {
+        let mut line = vec![row.name.to_string()];
+        line.extend(plan.columns.iter().map(|column| {
+            let cell = cells
+                .iter()
+                .find(|c| c.row.key == row.key && c.column == *column);
+            cell.map_or("–".into(), text)
+        }));
+        line
+    };
+    Table {
+        caption: "✓ or ✗ by the thresholds below, with the figure that it follows from (median of the seeds); in brackets what \
+                  Cranmer et al. 2020 (table 1) say of such a model."
+            .into(),
+        header,
+        rows: plan.rows.iter().map(row).collect(),
+    }
+}
+
+fn thresholds(plan: &Plan) -> Table {
+    let row = |column: &Column| {
+        let threshold = match column.threshold() {
+            None => "accepted".into(),
+            Some(threshold) => format!("≤ {}", figure(*column, threshold)),
+        };
+        vec![
+            column.name().to_string(),
+            column.meaning().to_string(),
+            threshold,
+        ]
+    };
+    Table {
+        caption: "What each column measures, and from where on it is ticked.".into(),
+        header: ["column", "figure", "✓ where"].map(str::to_string).to_vec(),
+        rows: plan.columns.iter().map(row).collect(),
+    }
+}
+
+/// All figures of a cell.
+fn details(plan: &Plan, cells: &[Cell]) -> Table {
+    let row = |cell: &Cell| {
+        let figures: Vec<String> = cell
+            .found
+            .iter()
+            .flat_map(|m| &m.figures)
+            .map(|(name, x)| format!("{name} {}", scientific(*x)))
+            .collect();
+        let mut found = figures.join(", ");
+        if let Some(note) = cell.note() {
+            if !found.is_empty() {
+                found += "; ";
+            }
+            found += note;
+        }
+        vec![
+            cell.row.key.to_string(),
+            cell.column.key().to_string(),
+            text(cell),
+            found,
+            cell.command(plan),
+        ]
+    };
+    Table {
+        caption: "Behind the cells: parts of each figure, what was refused and why, and the command that measures it again."
+            .into(),
+        header: ["row", "column", "cell", "parts", "command"].map(str::to_string).to_vec(),
+        rows: cells.iter().map(row).collect(),
+    }
+}
+
+/// Cells in which we found something else than is published.
+fn differences(cells: &[Cell]) -> Vec<String> {
+    let sentence = |cell: &Cell| {
+        let (row, published) = (cell.row.published?, cell.published()?);
+        (published != cell.tick()).then(|| {
+            format!(
+                "{}, {}: published {} for {}, here {}.",
+                cell.row.name,
+                cell.column.name(),
+                mark(published),
+                row.name,
+                text(cell)
+            )
+        })
+    };
+    cells.iter().filter_map(sentence).collect()
+}
+
+pub(super) fn report(plan: &Plan, cells: &[Cell]) -> Report {
+    let ticks = |column: Column| {
+        let all = || cells.iter().filter(|c| c.column == column);
+        (all().filter(|c| c.tick()).count(), all().count())
+    };
+    let headline = |column: Column| {
+        let (ticks, all) = ticks(column);
+        Headline {
+            label: column.name().into(),
+            value: ticks.to_string(),
+            unit: format!("of {all}"),
+            note: "families of models".into(),
+            role: Some(Role::Lnn),
+        }
+    };
+    let first = [
+        Column::Dynamics,
+        Column::Conservation,
+        Column::Coordinates,
+        Column::Lagrangians,
+    ];
+    let asked = first.into_iter().filter(|c| plan.asks(&[*c]));
+    let mut summary = vec![
+        "Every cell is a measurement; nothing follows from the name of a model. A tick says that the figure is at or below \
+         the threshold of its column."
+            .to_string(),
+    ];
+    summary.extend(differences(cells));
+    Report {
+        title: "What every family can learn".into(),
+        subtitle: format!(
+            "{} seeds, {} pieces of motion of five samples",
+            plan.seeds.len(),
+            plan.size.train
+        ),
+        headlines: asked.map(headline).collect(),
+        summary,
+        tables: vec![thresholds(plan), details(plan, cells)],
+        settings: vec![
+            (
+                "All networks".into(),
+                "2 × 64, natural gradient, batches of 256 samples".into(),
+            ),
+            (
+                "Budget of a fit".into(),
+                match plan.budget {
+                    Budget::Steps(steps) => format!("{steps} steps"),
+                    Budget::Seconds(seconds) => format!("{} s", scientific(seconds)),
+                },
+            ),
+            (
+                "Long motions".into(),
+                format!(
+                    "{} of {} s; own energy kept to {OWN_ENERGY:e}",
+                    plan.long.0, plan.long.1
+                ),
+            ),
+        ],
+        ..Report::default()
+    }
+}

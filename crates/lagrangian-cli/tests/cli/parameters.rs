@@ -1,0 +1,159 @@
+//! Coordinates that never move, and limits of speed, from the command line.
+
+use std::fmt::Write;
+
+use crate::workbench::Workbench;
+
+/// Springs of four stiffnesses k: q = cos √k t, `trajectory,t,q1,qd1,k`.
+fn springs(stiffnesses: &[f64]) -> String {
+    let mut text = String::from("trajectory,t,q1,qd1,k\n");
+    for (j, k) in stiffnesses.iter().enumerate() {
+        let rate = k.sqrt();
+        for i in 0..80 {
+            let t = 0.05 * f64::from(i);
+            let (q, qd) = ((rate * t).cos(), -rate * (rate * t).sin());
+            writeln!(text, "{j},{t},{q},{qd},{k}").unwrap();
+        }
+    }
+    text
+}
+
+#[test]
+fn a_parameter_needs_one_column_and_its_value_is_learned() {
+    let bench = Workbench::new();
+    bench.write("springs.csv", &springs(&[0.5, 1.0, 1.5, 2.0, 2.5, 3.0]));
+    bench.write("other.csv", &springs(&[1.3]));
+    let line = "fit springs.csv --parameters k --steps 150 --width 16 --out run --json --quiet";
+    bench.succeed(line);
+    let score = bench
+        .succeed("score run/model.safetensors other.csv --parameters k --json --quiet")
+        .json();
+    let text = score.to_string();
+    assert!(
+        text.contains("qdd") || text.contains("acceleration"),
+        "{text}"
+    );
+    let motion =
+        "rollout run/model.safetensors --q0 1,1.3 --qd0 0,0 --duration 5 --out motion.csv --quiet";
+    bench.succeed(motion);
+    let rows = String::from_utf8(bench.read("motion.csv")).unwrap();
+    let last: Vec<f64> = rows
+        .lines()
+        .last()
+        .unwrap()
+        .split(',')
+        .filter_map(|x| x.parse().ok())
+        .collect();
+    assert!(
+        last.contains(&1.3),
+        "the rollout keeps its parameter: {last:?}"
+    );
+    let q = last[last.iter().position(|x| (x - 1.3).abs() < 1e-15).unwrap() - 1];
+    assert!((q - (1.3_f64.sqrt() * 5.0).cos()).abs() < 0.05, "{q}");
+    let error = bench
+        .refuse("rollout run/model.safetensors --q0 1,1.3 --qd0 0,1 --duration 5 --out no.csv");
+    assert!(
+        error.contains("parameter") && error.contains('k'),
+        "{error}"
+    );
+}
+
+#[test]
+fn parameters_that_cannot_be_are_refused_with_what_to_do() {
+    let bench = Workbench::new();
+    bench.write("springs.csv", &springs(&[0.5, 1.0, 2.0]));
+    bench.write("grown.csv", &(springs(&[0.5]) + "0,4.0,0,0,9\n"));
+    for (line, words) in [
+        (
+            "check springs.csv --parameters stiffness",
+            "no column 'stiffness'",
+        ),
+        ("check springs.csv --parameters k,k", "twice"),
+        ("check springs.csv --parameters k --angle k", "angle"),
+        (
+            "check springs.csv --q q1 --parameters q1",
+            "all coordinates",
+        ),
+        ("fit grown.csv --parameters k --out a", "changes"),
+        (
+            "fit springs.csv --q q1,k --qd qd1,qd1 --parameters k --out b",
+            "two signals",
+        ),
+        (
+            "fit springs.csv --parameters k --speed-limit 0.9 --form free --out c",
+            "speed limit",
+        ),
+        (
+            "fit springs.csv --parameters k --speed-limit -1 --out d",
+            "--speed-limit",
+        ),
+        (
+            "fit springs.csv --parameters k --model delan --speed-limit 3 --out e",
+            "--speed-limit",
+        ),
+        (
+            "fit springs.csv --parameters k --form convex --speed-limit 3 --out f",
+            "--form free",
+        ),
+        (
+            "fit springs.csv --parameters k --model mlp --exponential --out g",
+            "--exponential",
+        ),
+    ] {
+        let error = bench.refuse(line);
+        assert!(error.contains(words), "{line}: {error}");
+    }
+}
+
+#[test]
+fn both_particles_give_one_figure_a_seed_and_a_page() {
+    let bench = Workbench::new();
+    let line = "experiment relativistic --quick --seconds 0.1 --seeds 1 --json --quiet";
+    let figures = bench.succeed(line).json();
+    for key in [
+        "lnn",
+        "lnn_free",
+        "lnn_convex",
+        "hnn_noncanonical",
+        "hnn_canonical",
+        "delan",
+        "baseline",
+    ] {
+        for found in [&figures[key], &figures["physical"][key]] {
+            assert_eq!(found["weighted_l1"].as_array().unwrap().len(), 1, "{key}");
+        }
+    }
+    assert!(
+        figures["delan"]["cannot_express"][0]
+            .as_str()
+            .unwrap()
+            .contains("mass matrix")
+    );
+    let nothing = figures["no_acceleration"]["weighted_l1"].as_f64().unwrap();
+    assert!((0.40..0.43).contains(&nothing), "{nothing}");
+    assert!(
+        bench
+            .names("lagrangian-relativistic")
+            .contains(&"report.html".into())
+    );
+}
+
+#[test]
+fn magnetic_fields_come_back_out_of_a_learned_lagrangian() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment magnetic --quick --seeds 1 --json --quiet")
+        .json();
+    for field in ["uniform", "mirror"] {
+        let learned = figures[field]["lnn"]["field_error"][0].as_f64().unwrap();
+        assert!(learned < 0.05, "{field}: {learned}");
+        let plain = &figures[field]["delan"];
+        assert!(plain["field_error"][0].as_f64().unwrap() > 0.9);
+        assert!(
+            plain["cannot_express"][0]
+                .as_str()
+                .unwrap()
+                .contains("--vector-potential")
+        );
+    }
+}

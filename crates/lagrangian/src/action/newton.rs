@@ -1,0 +1,82 @@
+//! Newton's method for ∂S/∂q = 0 over the inner nodes of a path.
+
+use super::discrete::{DiscreteAction, Path};
+
+/// Iterations at most.
+const MOST: usize = 60;
+/// Shortest damped step that is tried.
+const SHORTEST: f64 = 1e-6;
+/// A step this small against the path, without damping, has converged: quadratic convergence makes the next one
+/// smaller than rounding.
+const CONVERGED: f64 = 1e-9;
+
+/// How the iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    Converged,
+    /// L has no finite value along the first path.
+    Undefined,
+    /// No step made the next correction smaller, or all iterations were used.
+    Stuck,
+}
+
+/// Moves the inner nodes to where S is stationary.
+///
+/// The length λ of a step d = −H⁻¹ ∂S is chosen by the natural monotonicity test: the simplified correction
+/// −H⁻¹ ∂S(q + λ d) must be shorter than (1 − λ/4) d (Deuflhard, *Newton Methods for Nonlinear Problems*, 2004,
+/// section 3.3). Unlike |∂S|, this measure does not depend on how the equations are scaled.
+pub(super) fn newton(action: &mut DiscreteAction<'_>, path: &mut Path) -> End {
+    let mut step = Vec::new();
+    let mut trial = path.clone();
+    let mut length: f64 = 1.0;
+    action.gradient(path, &mut step);
+    if !step.iter().all(|x| x.is_finite()) {
+        return End::Undefined;
+    }
+    for _ in 0..MOST {
+        let (hessian, _) = action.hessian(path);
+        let factored = hessian.factor();
+        factored.solve(&mut step);
+        let size = norm(&step);
+        if !size.is_finite() {
+            return End::Stuck;
+        }
+        let small = size <= CONVERGED * norm(path.inner()).max(f64::MIN_POSITIVE);
+        length = if small { 1.0 } else { (2.0 * length).min(1.0) };
+        let mut correction = Vec::new();
+        loop {
+            advance(path, &step, length, &mut trial);
+            action.gradient(&trial, &mut correction);
+            let gradient = correction.clone();
+            factored.solve(&mut correction);
+            let finite = correction.iter().all(|x| x.is_finite());
+            if finite && (small || norm(&correction) <= (1.0 - 0.25 * length) * size) {
+                correction = gradient;
+                break;
+            }
+            length *= 0.5;
+            if small || length < SHORTEST {
+                return End::Stuck;
+            }
+        }
+        std::mem::swap(path, &mut trial);
+        if small {
+            return End::Converged;
+        }
+        step = correction;
+    }
+    End::Stuck
+}
+
+/// `to` = `path` − λ `step` at the inner nodes.
+fn advance(path: &Path, step: &[f64], length: f64, to: &mut Path) {
+    let n = path.dof;
+    let last = path.q.len() - n;
+    to.q.copy_from_slice(&path.q);
+    let inner = to.q[n..last].iter_mut().zip(step);
+    inner.for_each(|(q, d)| *q -= length * d);
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}

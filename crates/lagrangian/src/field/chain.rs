@@ -1,0 +1,141 @@
+//! Fields whose density is known: the truth that learned ones are measured against.
+
+use num_dual::DualNum;
+
+use crate::lagrangian::analytic::{ClosedForm, DualJets};
+use crate::lagrangian::{Jets, Lagrangian};
+use crate::{Coordinates, Error, Result};
+
+/// What holds a point of a [`Chain`] to its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Potential {
+    /// ½ ω₀² φ².
+    Quadratic,
+    /// ω₀² (1 − cos φ), with φ an angle.
+    Cosine,
+}
+
+/// A chain of unit masses a spacing h apart (theory.md, 66):
+///
+/// ℓ = ½ φ̇₀² + ½ (r/h)² (φ̇₊ − φ̇₀)² − ½ (c/h)² (φ₊ − φ₀)² − U(φ₀) .
+///
+/// Small waves obey ω² = (ω₀² + c² κ²)/(1 + r² κ²) with κ = (2/h) sin(k h/2). The term of r, the inertia of the change
+/// of length (Love 1892), makes the mass matrix of the ring cyclic tridiagonal: then the acceleration of a point depends
+/// on all of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    speed: f64,
+    radius: f64,
+    gap: f64,
+    potential: Potential,
+    spacing: f64,
+    coordinates: Coordinates,
+}
+
+impl Chain {
+    /// The wave equation φ̈ = c² φ″, at spacing 1.
+    #[must_use]
+    pub fn wave(speed: f64) -> Self {
+        Self {
+            speed,
+            radius: 0.0,
+            gap: 0.0,
+            potential: Potential::Quadratic,
+            spacing: 1.0,
+            coordinates: Coordinates::lines(3),
+        }
+    }
+
+    /// The equation of Klein and Gordon φ̈ = c² φ″ − ω₀² φ.
+    #[must_use]
+    pub fn klein_gordon(speed: f64, gap: f64) -> Self {
+        Self {
+            gap,
+            ..Self::wave(speed)
+        }
+    }
+
+    /// The rod of Rayleigh and Love, φ̈ − r² φ̈″ = c² φ″: short waves are slow, because they must widen the rod.
+    #[must_use]
+    pub fn love_rod(speed: f64, radius: f64) -> Self {
+        Self {
+            radius,
+            ..Self::wave(speed)
+        }
+    }
+
+    /// The sine-Gordon equation φ̈ = c² φ″ − ω₀² sin φ: pendulums on a twisted band. φ is an angle.
+    #[must_use]
+    pub fn sine_gordon(speed: f64, gap: f64) -> Self {
+        Self {
+            gap,
+            potential: Potential::Cosine,
+            coordinates: Coordinates::angles(3),
+            ..Self::wave(speed)
+        }
+    }
+
+    /// The same chain on another grid.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a spacing that is not finite and positive.
+    pub fn with_spacing(self, spacing: f64) -> Result<Self> {
+        if spacing.is_finite() && spacing > 0.0 {
+            return Ok(Self { spacing, ..self });
+        }
+        Err(Error::Argument {
+            name: "spacing",
+            value: spacing.to_string(),
+            must: "finite and above 0, m",
+        })
+    }
+
+    /// Its wave speed c, m/s.
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Its gap ω₀, rad/s.
+    #[must_use]
+    pub fn gap(&self) -> f64 {
+        self.gap
+    }
+
+    /// The distance of two points h, m.
+    #[must_use]
+    pub fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// ω(k) of small waves, rad/s; k in rad/m.
+    #[must_use]
+    pub fn frequency(&self, k: f64) -> f64 {
+        let kappa = 2.0 / self.spacing * (0.5 * k * self.spacing).sin();
+        let stiffness = self.gap.powi(2) + (self.speed * kappa).powi(2);
+        (stiffness / (1.0 + (self.radius * kappa).powi(2))).sqrt()
+    }
+}
+
+impl ClosedForm for Chain {
+    fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+        let h = self.spacing;
+        let (stretch, rate) = ((q[2] - q[1]) / h, (qd[2] - qd[1]) / h);
+        let kinetic = qd[1] * qd[1] + rate * rate * self.radius.powi(2);
+        let held = match self.potential {
+            Potential::Quadratic => q[1] * q[1] * 0.5,
+            Potential::Cosine => -q[1].cos() + 1.0,
+        };
+        (kinetic - stretch * stretch * self.speed.powi(2)) * 0.5 - held * self.gap.powi(2)
+    }
+}
+
+impl Lagrangian for Chain {
+    fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        Box::new(DualJets::new(self, 3))
+    }
+}

@@ -1,0 +1,348 @@
+//! A density that is a network.
+
+use num_dual::DualNum;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::inputs::{FieldScaling, Inputs, Symmetry, along};
+use super::stencil::NEIGHBOURS;
+use crate::lagrangian::{Jet, Jets, Lagrangian};
+use crate::mlp::simd::Real;
+use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
+use crate::{Coordinates, Error, Result};
+
+/// The shape of a network of three neighbouring points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DensityConfig {
+    /// What is known of the field.
+    pub symmetry: Symmetry,
+    /// Units of a hidden layer.
+    pub width: usize,
+    /// Hidden layers.
+    pub layers: usize,
+    /// Nonlinearity.
+    pub activation: Activation,
+    /// κ of the term ½ κ φ̇² that a density starts from.
+    pub kinetic: f64,
+}
+
+impl Default for DensityConfig {
+    fn default() -> Self {
+        Self {
+            symmetry: Symmetry::default(),
+            width: 32,
+            layers: 2,
+            activation: Activation::default(),
+            kinetic: 1.0,
+        }
+    }
+}
+
+/// Largest width and depth that are accepted: J is formed, so that memory grows with the square of the width.
+const MAX_WIDTH: usize = 256;
+const MAX_LAYERS: usize = 8;
+
+impl DensityConfig {
+    /// Checks width, depth and κ.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first that is outside its domain.
+    pub fn validate(&self) -> Result<()> {
+        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
+        if !(1..=MAX_WIDTH).contains(&self.width) {
+            return argument("width", self.width.to_string(), "between 1 and 256");
+        }
+        if !(1..=MAX_LAYERS).contains(&self.layers) {
+            return argument("layers", self.layers.to_string(), "between 1 and 8");
+        }
+        if !(self.kinetic.is_finite() && self.kinetic >= 0.0) {
+            return argument(
+                "kinetic",
+                self.kinetic.to_string(),
+                "finite and not negative",
+            );
+        }
+        Ok(())
+    }
+
+    /// A network of one output with these inputs; a constant says nothing in a Lagrangian.
+    pub(super) fn net(&self, inputs: &Inputs, bias: bool) -> Net {
+        let mut build = Build::new(inputs.count(), 0);
+        let mut source = Source::Features;
+        for _ in 0..self.layers {
+            let layer = build.dense(self.width, &[(source, false)], true, Some(self.activation));
+            source = Source::Layer(layer);
+        }
+        build.dense(1, &[(source, false)], bias, None);
+        build.finish()
+    }
+}
+
+/// A network as the density of a field: ℓ = s² N(x) + ½ κ φ̇₀², s the scale of φ̇ (theory.md, 69).
+///
+/// It is a Lagrangian of the values left, here and right; [`Field`](super::Field) sums it over a ring of any size.
+#[derive(Debug, Clone)]
+pub struct DensityNet {
+    pub(super) shape: DensityShape,
+    parameters: Vec<f64>,
+    packed: Packed<f64>,
+}
+
+/// All of a [`DensityNet`] but its weights.
+#[derive(Debug, Clone)]
+pub(super) struct DensityShape {
+    pub(super) config: DensityConfig,
+    pub(super) inputs: Inputs,
+    pub(super) net: Net,
+    coordinates: Coordinates,
+}
+
+impl DensityNet {
+    /// A network with random weights.
+    ///
+    /// # Errors
+    /// As [`DensityConfig::validate`] and [`FieldScaling::validate`].
+    pub fn random(config: DensityConfig, scaling: FieldScaling, seed: u64) -> Result<Self> {
+        let shape = DensityShape::new(config, scaling)?;
+        let parameters = shape.initialise(seed);
+        Self::assemble(shape, parameters)
+    }
+
+    /// A network with given weights, in the order of [`DensityNet::parameters`].
+    ///
+    /// # Errors
+    /// As [`DensityNet::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`].
+    pub fn with_parameters(
+        config: DensityConfig,
+        scaling: FieldScaling,
+        parameters: Vec<f64>,
+    ) -> Result<Self> {
+        Self::assemble(DensityShape::new(config, scaling)?, parameters)
+    }
+
+    pub(super) fn assemble(shape: DensityShape, parameters: Vec<f64>) -> Result<Self> {
+        shape.net.check(&parameters)?;
+        let mut packed = Packed::new(&shape.net);
+        packed.set(&shape.net, &parameters);
+        Ok(Self {
+            shape,
+            parameters,
+            packed,
+        })
+    }
+
+    /// All weights, layer by layer.
+    #[must_use]
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// Its configuration.
+    #[must_use]
+    pub fn config(&self) -> &DensityConfig {
+        &self.shape.config
+    }
+
+    /// Its scales.
+    #[must_use]
+    pub fn scaling(&self) -> &FieldScaling {
+        &self.shape.inputs.scaling
+    }
+
+    /// ℓ over any scalar: the slow, plain evaluation that the kernels are tested against. `phi`, `phid` are `[3]`.
+    pub fn density<D: DualNum<Primitive = f64> + Copy>(&self, phi: &[D], phid: &[D]) -> D {
+        let DensityShape { config, inputs, .. } = &self.shape;
+        let x = inputs.evaluate(phi, phid);
+        let value = self.shape.net.evaluate(&self.parameters, &x, &[])[0];
+        value * self.shape.energy() + phid[1] * phid[1] * (0.5 * config.kinetic)
+    }
+}
+
+impl DensityShape {
+    pub(super) fn new(config: DensityConfig, scaling: FieldScaling) -> Result<Self> {
+        config.validate()?;
+        let inputs = Inputs::new(config.symmetry, scaling)?;
+        Ok(Self {
+            net: config.net(&inputs, false),
+            coordinates: inputs.coordinates(),
+            config,
+            inputs,
+        })
+    }
+
+    /// Random weights; those of the output are small, so that the mass matrix of a whole ring begins near κ: one that
+    /// begins indefinite may stay so.
+    pub(super) fn initialise(&self, seed: u64) -> Vec<f64> {
+        let mut parameters = self.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed));
+        let output = parameters.len() - self.config.width;
+        parameters[output..]
+            .iter_mut()
+            .for_each(|w| *w *= FIRST_OUTPUT);
+        parameters
+    }
+
+    /// Energy of one unit of the network's output.
+    pub(super) fn energy(&self) -> f64 {
+        self.inputs.scaling.rate.powi(2)
+    }
+
+    /// Writes a state as sample `s`: the value, ′ = the motion, and i = the directions of the three rates.
+    pub(super) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, phi: &[f64], phid: &[f64]) {
+        self.inputs.write(pass, s, phi, phid);
+        let first = self.inputs.of_values();
+        for (at, (_, slopes)) in self.inputs.values(phi)[..first].iter().enumerate() {
+            pass.set_feature(1, s, at, T::of(along(slopes, phid)));
+            (0..NEIGHBOURS).for_each(|d| pass.set_feature(2 + d, s, at, T::default()));
+        }
+        for (at, slopes) in self.inputs.rates().iter().enumerate() {
+            pass.set_feature(1, s, first + at, T::default());
+            for (d, &slope) in slopes.iter().enumerate() {
+                pass.set_feature(2 + d, s, first + at, T::of(slope));
+            }
+        }
+    }
+
+    /// Writes the mixed components of sample `s`, so that that of direction a of the output is
+    /// d/dt ∂N/∂φ̇ₐ − ∂N/∂φₐ (theory.md, equations 12 and 16).
+    pub(super) fn write_mixed<T: Real>(&self, pass: &mut Pass<T>, s: usize, phi: &[f64]) {
+        let first = self.inputs.of_values();
+        for (at, (_, slopes)) in self.inputs.values(phi)[..first].iter().enumerate() {
+            for (d, slope) in slopes.iter().enumerate() {
+                pass.set_mixed_feature(d, s, at, T::of(-slope));
+            }
+        }
+    }
+
+    /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`.
+    pub(super) fn read<T: Real>(
+        &self,
+        pass: &Pass<T>,
+        (s, row): (usize, usize),
+        phi: &[f64],
+        phid: &[f64],
+        jet: &mut Jet,
+    ) {
+        const N: usize = NEIGHBOURS;
+        let (e, kinetic, first) = (self.energy(), self.config.kinetic, self.inputs.of_values());
+        let values = self.inputs.values(phi).map(|(_, slopes)| slopes);
+        let rates = self.inputs.rates();
+        // The derivative by point a through the inputs that depend on it.
+        let through = |from: usize, slopes: &[[f64; N]], a: usize| -> f64 {
+            let inputs = slopes.iter().enumerate();
+            e * inputs
+                .map(|(at, slopes)| pass.feature_gradient(s, from + at).f64() * slopes[a])
+                .sum::<f64>()
+        };
+        for (a, b) in (0..N).flat_map(|a| (0..N).map(move |b| (a, b))) {
+            let m = pass.second_derivative(s, a, Some(b), N).f64();
+            jet.mass_matrix[(row * N + a) * N + b] = e * m;
+        }
+        for a in 0..N {
+            jet.dl_dq[row * N + a] = through(0, &values[..first], a);
+            jet.momentum[row * N + a] = through(first, &rates, a);
+            jet.momentum_drift[row * N + a] = e * pass.second_derivative(s, a, None, N).f64();
+        }
+        jet.momentum[row * N + 1] += kinetic * phid[1];
+        jet.mass_matrix[row * N * N + N + 1] += kinetic;
+        let value = pass.output(&self.net, 0, s, 0).f64();
+        jet.lagrangian[row] = e * value + 0.5 * kinetic * phid[1].powi(2);
+    }
+}
+
+impl Lagrangian for DensityNet {
+    fn coordinates(&self) -> &Coordinates {
+        &self.shape.coordinates
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        Box::new(DensityJets {
+            density: self,
+            pass: Pass::new(&self.shape.net, BLOCK, NEIGHBOURS),
+        })
+    }
+}
+
+/// Share of the usual random weights that the output starts with.
+const FIRST_OUTPUT: f64 = 0.1;
+
+/// Densities that go through the network together.
+const BLOCK: usize = 16;
+
+struct DensityJets<'a> {
+    density: &'a DensityNet,
+    pass: Pass<f64>,
+}
+
+impl Jets for DensityJets<'_> {
+    fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
+        const N: usize = NEIGHBOURS;
+        let (shape, pass) = (&self.density.shape, &mut self.pass);
+        let m = q.len() / N;
+        jet.resize(m, N);
+        for start in (0..m).step_by(BLOCK) {
+            let count = BLOCK.min(m - start);
+            // The last block repeats its first sample: every lane stays an ordinary state.
+            for s in 0..BLOCK {
+                let at = (start + if s < count { s } else { 0 }) * N;
+                shape.write(pass, s, &q[at..at + N], &qd[at..at + N]);
+            }
+            pass.forward(&shape.net, &self.density.packed, Some(N));
+            pass.reverse(&shape.net, &self.density.packed, N);
+            for s in 0..count {
+                let at = (start + s) * N;
+                shape.read(pass, (s, start + s), &q[at..at + N], &qd[at..at + N], jet);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use super::*;
+    use crate::lagrangian::analytic::{ClosedForm, DualJets};
+
+    impl ClosedForm for DensityNet {
+        fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+            self.density(q, qd)
+        }
+    }
+
+    fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+        let pairs = a.iter().zip(b);
+        pairs.fold(0.0, |worst, (a, b)| (a - b).abs().max(worst))
+    }
+
+    #[test]
+    fn the_kernels_agree_with_dual_numbers_for_every_symmetry() {
+        let scaling = FieldScaling {
+            centre: 0.3,
+            value: 1.7,
+            difference: 0.6,
+            rate: 1.3,
+            difference_rate: 0.8,
+            acceleration: 2.0,
+        };
+        let state = |from: f64| (0..30).map(|k| (from + 1.7 * f64::from(k)).sin()).collect();
+        let (phi, phid): (Vec<f64>, Vec<f64>) = (state(0.1), state(0.9));
+        for symmetry in [Symmetry::None, Symmetry::Shift, Symmetry::Turn] {
+            let config = DensityConfig {
+                symmetry,
+                width: 12,
+                ..DensityConfig::default()
+            };
+            let net = DensityNet::random(config, scaling.clone(), 4).unwrap();
+            let (mut fast, mut slow) = (Jet::default(), Jet::default());
+            net.jets().jet(&phi, &phid, &mut fast);
+            DualJets::new(&net, NEIGHBOURS).jet(&phi, &phid, &mut slow);
+            assert!(largest_difference(&fast.lagrangian, &slow.lagrangian) < 1e-14);
+            assert!(largest_difference(&fast.dl_dq, &slow.dl_dq) < 1e-13);
+            assert!(largest_difference(&fast.momentum, &slow.momentum) < 1e-13);
+            assert!(largest_difference(&fast.mass_matrix, &slow.mass_matrix) < 1e-13);
+            assert!(largest_difference(&fast.momentum_drift, &slow.momentum_drift) < 1e-13);
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! Other coordinates for a known system: a Lagrangian composed with a chart is a Lagrangian.
+//!
+//! With q = f(Q) and q̇ = (∂f/∂Q) Q̇ the motion in the chart is that of L(f(Q), (∂f/∂Q) Q̇) (theory.md, 111): mechanics
+//! knows no preferred coordinates, and what a model family makes of that can be measured.
+
+use num_dual::DualNum;
+use rand::Rng;
+
+use super::{AnalyticModel, ClosedForm, DualJets, System};
+use crate::dynamics::{EulerLagrange, Evaluator, Model};
+use crate::lagrangian::{Jets, Lagrangian};
+use crate::solve::{Regularity, SymmetricSolver};
+use crate::{Coordinates, Error, Result, State};
+
+/// A change of coordinates q = f(Q) from those of a chart, Q, to those of a system, q.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub enum Chart {
+    /// q = Q.
+    #[default]
+    Own,
+    /// qᵢ = Σ_{j≤i} Qⱼ: angles against the link before, as the encoder of a joint measures them.
+    Relative,
+    /// q = A Q: rotated, sheared and stretched; the coordinates of the chart are lines. See [`Chart::linear`].
+    Linear(Linear),
+    /// qᵢ = Qᵢ + a sin Qᵢ with |a| < 1: circles stay circles. See [`Chart::sine`].
+    Sine(f64),
+}
+
+/// A regular matrix A, `[n, n]`, and Aᵀ A.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linear {
+    n: usize,
+    matrix: Vec<f64>,
+    normal: Vec<f64>,
+}
+
+/// Steps for Qᵢ + a sin Qᵢ = qᵢ: as many as halving alone would need.
+const NEWTON_STEPS: usize = 60;
+
+impl Chart {
+    /// q = A Q with A row-major, `[n, n]`.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] where A is not square, not finite or not regular.
+    pub fn linear(matrix: Vec<f64>) -> Result<Self> {
+        let n = matrix.len().isqrt();
+        let at = |i: usize, j: usize| matrix[i * n + j];
+        let square = n > 0 && n * n == matrix.len();
+        let normal: Vec<f64> = (0..if square { n * n } else { 0 })
+            .map(|k| (0..n).map(|i| at(i, k / n) * at(i, k % n)).sum())
+            .collect();
+        let mut unit = vec![0.0; n];
+        let regular = square
+            && SymmetricSolver::new(n).solve(&normal, &vec![1.0; n], &mut unit)
+                == Regularity::Definite;
+        if !regular {
+            return Err(Error::Argument {
+                name: "chart",
+                value: format!("{matrix:?}"),
+                must: "a regular square matrix, row by row: rows that are no multiples of each other",
+            });
+        }
+        Ok(Self::Linear(Linear { n, matrix, normal }))
+    }
+
+    /// qᵢ = Qᵢ + `amount` sin Qᵢ.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] outside −1 < `amount` < 1, where it cannot be inverted.
+    pub fn sine(amount: f64) -> Result<Self> {
+        if amount.abs() < 1.0 {
+            return Ok(Self::Sine(amount));
+        }
+        Err(Error::Argument {
+            name: "chart",
+            value: amount.to_string(),
+            must: "between -1 and 1, so that the coordinates grow with each other",
+        })
+    }
+
+    /// The coordinates of the chart, for a system with these.
+    #[must_use]
+    pub fn coordinates(&self, system: &Coordinates) -> Coordinates {
+        match self {
+            Self::Linear(_) => Coordinates::lines(system.dof()),
+            _ => system.clone(),
+        }
+    }
+
+    /// Checks that the chart is one of `n` coordinates.
+    fn check(&self, n: usize) -> Result<()> {
+        match self {
+            Self::Linear(linear) if linear.n != n => Err(Error::Shape {
+                what: "matrix of the chart".into(),
+                found: linear.n,
+                expected: n,
+                remedy: "give a row and a column for each coordinate of the system".into(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// (q, q̇) of the system at (Q, Q̇) of the chart, over any scalar.
+    fn map<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> (Vec<D>, Vec<D>) {
+        match self {
+            Self::Own => (q.to_vec(), qd.to_vec()),
+            Self::Relative => (sums(q), sums(qd)),
+            Self::Linear(linear) => (linear.times(q), linear.times(qd)),
+            Self::Sine(a) => q
+                .iter()
+                .zip(qd)
+                .map(|(q, qd)| {
+                    let (sin, cos) = q.sin_cos();
+                    (*q + sin * *a, *qd * (cos * *a + 1.0))
+                })
+                .unzip(),
+        }
+    }
+
+    /// The state of the system at a state of the chart.
+    #[must_use]
+    pub fn to_system(&self, state: &State) -> State {
+        let (q, qd) = self.map(&state.q, &state.qd);
+        State::new(q, qd)
+    }
+
+    /// ∂f/∂Q times a velocity or a difference of accelerations, at the configuration Q of the chart.
+    #[must_use]
+    pub fn push(&self, q: &[f64], rate: &[f64]) -> Vec<f64> {
+        self.map(q, rate).1
+    }
+
+    /// The state of the chart at a state of the system.
+    #[must_use]
+    pub fn from_system(&self, state: &State) -> State {
+        let State { q, qd } = state;
+        match self {
+            Self::Own => state.clone(),
+            Self::Relative => State::new(differences(q), differences(qd)),
+            Self::Linear(linear) => State::new(linear.solve(q), linear.solve(qd)),
+            Self::Sine(a) => {
+                let own: Vec<f64> = q.iter().map(|q| without_sine(*q, *a)).collect();
+                let rates = own.iter().zip(qd).map(|(q, v)| v / (1.0 + a * q.cos()));
+                let rates = rates.collect();
+                State::new(own, rates)
+            }
+        }
+    }
+}
+
+fn sums<D: DualNum<Primitive = f64> + Copy>(x: &[D]) -> Vec<D> {
+    let mut sum = D::from(0.0);
+    x.iter()
+        .map(|x| {
+            sum += *x;
+            sum
+        })
+        .collect()
+}
+
+fn differences(x: &[f64]) -> Vec<f64> {
+    let before = std::iter::once(&0.0).chain(x);
+    x.iter().zip(before).map(|(x, before)| x - before).collect()
+}
+
+/// Q of Q + a sin Q = q: Newton's method, halving the bracket q ± |a| where it would leave it.
+fn without_sine(q: f64, a: f64) -> f64 {
+    let (mut low, mut high) = (q - a.abs(), q + a.abs());
+    let mut own = q;
+    for _ in 0..NEWTON_STEPS {
+        let excess = own + a * own.sin() - q;
+        if excess > 0.0 {
+            high = own;
+        } else {
+            low = own;
+        }
+        let next = own - excess / (1.0 + a * own.cos());
+        let next = if (low..=high).contains(&next) {
+            next
+        } else {
+            0.5 * (low + high)
+        };
+        let step = (next - own).abs();
+        own = next;
+        if step <= 4.0 * f64::EPSILON * own.abs() {
+            break;
+        }
+    }
+    own
+}
+
+impl Linear {
+    fn times<D: DualNum<Primitive = f64> + Copy>(&self, x: &[D]) -> Vec<D> {
+        let rows = self.matrix.chunks_exact(self.n);
+        let product = |row: &[f64]| {
+            let terms = row.iter().zip(x);
+            terms.fold(D::from(0.0), |sum, (a, x)| sum + *x * *a)
+        };
+        rows.map(product).collect()
+    }
+
+    /// A⁻¹ x.
+    fn solve(&self, x: &[f64]) -> Vec<f64> {
+        let n = self.n;
+        let column = |j: usize| (0..n).map(|i| self.matrix[i * n + j] * x[i]).sum();
+        let right: Vec<f64> = (0..n).map(column).collect();
+        let mut solution = vec![0.0; n];
+        // Regular, as the constructor has seen.
+        let _ = SymmetricSolver::new(n).solve(&self.normal, &right, &mut solution);
+        solution
+    }
+}
+
+/// A known system in the coordinates of a chart.
+#[derive(Debug, Clone)]
+pub struct InChart<S> {
+    system: S,
+    chart: Chart,
+    coordinates: Coordinates,
+}
+
+impl<S: System> InChart<S> {
+    /// The system, seen in the chart.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] for a chart of another number of coordinates.
+    pub fn new(system: S, chart: Chart) -> Result<Self> {
+        let own = system.coordinates();
+        chart.check(own.dof())?;
+        Ok(Self {
+            coordinates: chart.coordinates(&own),
+            system,
+            chart,
+        })
+    }
+
+    /// The chart.
+    #[must_use]
+    pub fn chart(&self) -> &Chart {
+        &self.chart
+    }
+}
+
+impl<S: System> ClosedForm for InChart<S> {
+    fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+        let (q, qd) = self.chart.map(q, qd);
+        self.system.lagrangian(&q, &qd)
+    }
+}
+
+impl<S: System> Lagrangian for InChart<S> {
+    fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        Box::new(DualJets::new(self, self.coordinates.dof()))
+    }
+}
+
+impl<S: System> Model for InChart<S> {
+    fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+        Box::new(EulerLagrange::new(self, None))
+    }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        Some(EulerLagrange::new(self, None))
+    }
+}
+
+impl<S: System> AnalyticModel for InChart<S> {
+    fn name(&self) -> &str {
+        S::NAME
+    }
+
+    fn lagrangian(&self) -> &dyn Lagrangian {
+        self
+    }
+
+    fn sample_state(&self, rng: &mut dyn Rng) -> State {
+        self.chart.from_system(&self.system.sample_state(rng))
+    }
+
+    fn sample_start(&self, rng: &mut dyn Rng) -> State {
+        self.chart.from_system(&self.system.sample_start(rng))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::super::{Analytic, DoublePendulum};
+    use super::*;
+    use crate::rollout::{RolloutOptions, free, rollout, times};
+
+    fn charts() -> Vec<Chart> {
+        vec![
+            Chart::Own,
+            Chart::Relative,
+            Chart::linear(vec![0.8, -0.6, 0.9, 0.8]).unwrap(),
+            Chart::sine(0.3).unwrap(),
+            Chart::sine(-0.95).unwrap(),
+        ]
+    }
+
+    #[test]
+    fn a_state_goes_into_every_chart_and_comes_back() {
+        let system = Analytic::<DoublePendulum>::standard();
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        for chart in charts() {
+            for _ in 0..50 {
+                let state = AnalyticModel::sample_state(&system, &mut rng);
+                let back = chart.to_system(&chart.from_system(&state));
+                let pairs = back.q.iter().zip(&state.q);
+                let rates = back.qd.iter().zip(&state.qd);
+                for (a, b) in pairs.chain(rates) {
+                    assert!((a - b).abs() < 1e-12, "{chart:?}: {a} against {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_motion_in_a_chart_is_the_motion_of_the_system() {
+        let system = Analytic::<DoublePendulum>::standard();
+        let start = State::new(vec![1.2, -0.7], vec![0.3, 2.0]);
+        let times = times(2.0, 0.5).unwrap();
+        let options = RolloutOptions::truth();
+        let moved = |model: &dyn Model, start: &State| {
+            let motion = rollout(model, &start.q, &start.qd, &times, &free, &options).unwrap();
+            let last = motion.trajectory.q.len() - 2;
+            let (q, qd) = (&motion.trajectory.q[last..], &motion.trajectory.qd[last..]);
+            State::new(q.to_vec(), qd.to_vec())
+        };
+        let expected = moved(&system, &start);
+        for chart in charts() {
+            let model = InChart::new(system.system().clone(), chart.clone()).unwrap();
+            let end = chart.to_system(&moved(&model, &chart.from_system(&start)));
+            for (a, b) in end.q.iter().zip(&expected.q) {
+                assert!((a - b).abs() < 1e-9, "{chart:?}: {a} against {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_chart_that_folds_is_refused() {
+        assert!(Chart::sine(1.0).is_err() && Chart::sine(f64::NAN).is_err());
+        assert!(Chart::linear(vec![1.0, 2.0, 2.0, 4.0]).is_err());
+        assert!(Chart::linear(vec![1.0, 2.0, 3.0]).is_err());
+        assert!(Chart::linear(Vec::new()).is_err());
+        let small = Chart::linear(vec![1.0]).unwrap();
+        let system = Analytic::<DoublePendulum>::standard();
+        assert!(InChart::new(system.system().clone(), small).is_err());
+    }
+}

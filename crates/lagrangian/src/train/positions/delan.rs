@@ -1,0 +1,129 @@
+//! Points of a deep Lagrangian network: α p is M (α v), the inertial force of an acceleration α v at rest.
+
+use super::PointFamily;
+use crate::lagrangian::DelanShape;
+use crate::mlp::simd::Real;
+use crate::mlp::{Net, Packed};
+use crate::train::learner::Work;
+
+#[derive(Debug)]
+pub(crate) struct DelanPoints<'a>(pub(crate) &'a DelanShape);
+
+impl<T: Real> PointFamily<T> for DelanPoints<'_> {
+    fn net(&self) -> &Net {
+        &self.0.net
+    }
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    fn energy(&self) -> f64 {
+        self.0.scaling.energy
+    }
+    fn velocity_scale(&self) -> &[f64] {
+        &self.0.scaling.qd_scale
+    }
+
+    /// The outputs do not change along q̇ here, so that no term of ′ is left.
+    fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2] {
+        [(0, 2 + d), (1 + directions + d, 0)]
+    }
+
+    fn prepare(&self, work: &mut Work<T>) {
+        let (points, n) = (work.pass.samples(), self.0.dof());
+        if work.factors.len() == points {
+            return;
+        }
+        work.factors = vec![self.0.factor(); points];
+        let outputs = self.0.factor_outputs();
+        work.seeds = [
+            vec![0.0; points * outputs],
+            vec![0.0; 2 * n * points * outputs],
+        ];
+    }
+
+    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, _mass: bool) {
+        let (shape, n) = (self.0, self.0.dof());
+        let (energy, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
+        let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
+        let still = &mut work.scratch[..n];
+        still.fill(0.0);
+        for point in 0..points {
+            let q = &work.points.q[point * n..][..n];
+            shape.write(&mut work.pass, point, q, still);
+        }
+        work.pass.forward(&shape.net, packed, Some(0));
+        for point in 0..points {
+            let (pass, v) = (&work.pass, &work.points.v[point * n..][..n]);
+            let factor = &mut work.factors[point];
+            factor.read(
+                |c, o| pass.output(&shape.net, c, point, o).f64(),
+                |i| v[i] / scale[i],
+            );
+            factor.seeds(&mut work.seeds[0][point * outputs..][..outputs]);
+        }
+        let seeds = &work.seeds[0];
+        let seed = |point: usize, o: usize| T::of(seeds[point * outputs + o]);
+        work.pass.reverse_sum(&shape.net, packed, seed);
+        for point in 0..points {
+            let (row, factor) = (point * n..point * n + n, &work.factors[point]);
+            let dl_dq = &mut work.jet.dl_dq[row.clone()];
+            shape.slope(&work.pass, point, &work.points.q[row], dl_dq);
+            dl_dq.iter_mut().for_each(|x| *x *= energy);
+            for i in 0..n {
+                work.jet.momentum[point * n + i] = energy / scale[i] * factor.momentum(i);
+                for j in 0..n {
+                    work.jet.mass_matrix[(point * n + i) * n + j] =
+                        energy / (scale[i] * scale[j]) * factor.mass(i, j);
+                }
+            }
+        }
+    }
+
+    fn sensitivities(
+        &self,
+        packed: &Packed<T>,
+        work: &mut Work<T>,
+        directions: usize,
+        weight: &dyn Fn(usize, usize, usize) -> f64,
+    ) {
+        let (shape, n) = (self.0, self.0.dof());
+        let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
+        let scale = &shape.scaling.qd_scale;
+        for point in 0..points {
+            let (q, beta) = (&work.points.q[point * n..][..n], work.points.slope[point]);
+            for d in 0..directions {
+                let along = |i: usize| -beta * weight(point, d, i);
+                shape.write_tangent(&mut work.pass, (point, d), q, along);
+            }
+        }
+        work.pass.forward_tangents(&shape.net, packed, directions);
+        let linear = n * (n + 1) / 2 + 1;
+        let mut beta = [0.0; crate::train::lnn::MAX_DOF];
+        for point in 0..points {
+            let (v, alpha) = (
+                &work.points.v[point * n..][..n],
+                work.points.momentum[point],
+            );
+            let factor = &mut work.factors[point];
+            factor.accelerate(|i| alpha * v[i] / scale[i]);
+            for d in 0..directions {
+                for (i, b) in beta[..n].iter_mut().enumerate() {
+                    *b = weight(point, d, i) / scale[i];
+                }
+                let pass = &work.pass;
+                let (rates, values) = work.seeds[1].split_at_mut(directions * points * outputs);
+                let at = (d * points + point) * outputs;
+                let values = &mut values[at..at + outputs];
+                let hat = |o: usize| pass.output(&shape.net, 2 + d, point, o).f64();
+                factor.sensitivities(&beta[..n], hat, &mut rates[at..at + outputs], values);
+                // The vector potential is momentum too.
+                let potential = values[linear..].iter_mut().zip(&beta);
+                potential.for_each(|(x, b)| *x += alpha * b);
+            }
+        }
+        let seeds = &work.seeds[1];
+        let seed = |c: usize, s: usize, o: usize| T::of(seeds[(c * points + s) * outputs + o]);
+        work.pass
+            .reverse_tangents(&shape.net, packed, directions, seed);
+    }
+}

@@ -1,0 +1,76 @@
+//! Points of a Lagrangian network: p and ∂L/∂q are first derivatives, so one direction in (q, q̇) holds both.
+
+use super::PointFamily;
+use crate::lagrangian::LnnShape;
+use crate::mlp::simd::Real;
+use crate::mlp::{Net, Packed};
+use crate::train::learner::Work;
+
+#[derive(Debug)]
+pub(crate) struct LnnPoints<'a>(pub(crate) &'a LnnShape);
+
+impl<T: Real> PointFamily<T> for LnnPoints<'_> {
+    fn net(&self) -> &Net {
+        &self.0.net
+    }
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    fn energy(&self) -> f64 {
+        self.0.scaling.energy
+    }
+    fn velocity_scale(&self) -> &[f64] {
+        &self.0.scaling.qd_scale
+    }
+
+    /// The tangent ′ is zero, so that the mixed components hold first derivatives.
+    fn pairs(&self, d: usize, _directions: usize) -> [(usize, usize); 2] {
+        let mixed = 2 + self.0.dof() + d;
+        [(0, mixed), (mixed, 0)]
+    }
+
+    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, mass: bool) {
+        let (shape, n) = (self.0, self.0.dof());
+        for point in 0..work.pass.samples() {
+            let row = point * n..point * n + n;
+            let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
+            shape.write_still(&mut work.pass, point, q, v);
+        }
+        let directions = if mass { n } else { 0 };
+        work.pass.forward(&shape.net, packed, Some(directions));
+        work.pass.reverse(&shape.net, packed, directions);
+        for point in 0..work.pass.samples() {
+            let row = point * n..point * n + n;
+            let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
+            shape.read(&work.pass, (point, point), (q, v, None), &mut work.jet);
+        }
+    }
+
+    fn sensitivities(
+        &self,
+        packed: &Packed<T>,
+        work: &mut Work<T>,
+        directions: usize,
+        weight: &dyn Fn(usize, usize, usize) -> f64,
+    ) {
+        let (shape, n) = (self.0, self.0.dof());
+        for point in 0..work.pass.samples() {
+            let row = point * n..point * n + n;
+            let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
+            let (alpha, beta) = (work.points.momentum[point], work.points.slope[point]);
+            for d in 0..directions {
+                let weights = &mut work.scratch[..n];
+                for (i, w) in weights.iter_mut().enumerate() {
+                    *w = beta * weight(point, d, i);
+                }
+                // No acceleration, as the tangent ′ is zero.
+                shape.write_mixed_positions(&mut work.pass, (d, point), q, weights);
+                shape.write_mixed_velocity(&mut work.pass, (d, point), v, |i| {
+                    alpha * weight(point, d, i)
+                });
+            }
+        }
+        work.pass.forward_mixed(&shape.net, packed, directions);
+        work.pass.reverse_mixed(&shape.net, packed, directions);
+    }
+}

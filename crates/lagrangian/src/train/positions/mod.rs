@@ -1,0 +1,353 @@
+//! Training on positions alone: the discrete Euler–Lagrange equation of three neighbours, solved for the last
+//! (theory.md, equations 104 to 106).
+//!
+//! | symbol | meaning | shape |
+//! |---|---|---|
+//! | q, v⁻, v⁺ | the middle position, velocities to it and from it, v⁺ = v⁻ + H a | n |
+//! | h⁻, h⁺, H | steps to it and from it, their mean | |
+//! | a | second divided difference: recorded, and â where the equation holds | n |
+//! | B(a) | rate of momentum less mean force, N·m; B(â) = 0 | n |
+//! | α, β | weights of momentum and ∂L/∂q of a point in B | points |
+//!
+//! B is a weighted sum over a few points (q, v), each of which is a sample of the network. r = w (â − a), and by the
+//! implicit function theorem ∂r/∂θ = −w (∂B/∂a)⁻¹ ∂B/∂θ at â: a Lagrangian that is small everywhere gains nothing.
+
+mod delan;
+mod lnn;
+
+pub(crate) use delan::DelanPoints;
+pub(crate) use lnn::LnnPoints;
+
+use super::forces::{Drive, Forces};
+use super::learner::{Learner, Loss, Work};
+use crate::integrate::Rule;
+use crate::mlp::simd::Real;
+use crate::mlp::{Gradient, Net, Packed};
+
+/// What a family offers at points (q, v) that stand in [`Points`].
+pub(crate) trait PointFamily<T: Real>: Send + Sync {
+    fn net(&self) -> &Net;
+    fn dof(&self) -> usize;
+    fn energy(&self) -> f64;
+    fn velocity_scale(&self) -> &[f64];
+    /// The pairs of components by which α p − β ∂L/∂q along direction `d` of `directions` depends on the weights.
+    fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2];
+    /// Makes room for what it needs beside the pass.
+    fn prepare(&self, _work: &mut Work<T>) {}
+    /// Carries all points forward and back: p, ∂L/∂q and, where `mass` is wanted, M in SI units into `work.jet`.
+    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, mass: bool);
+    /// Fills the components of the scalars Σᵢ weight(point, d, i) (α pᵢ − β ∂L/∂qᵢ)/E, after [`PointFamily::evaluate`].
+    fn sensitivities(
+        &self,
+        packed: &Packed<T>,
+        work: &mut Work<T>,
+        directions: usize,
+        weight: &dyn Fn(usize, usize, usize) -> f64,
+    );
+}
+
+/// The points of a block, `[places, samples]`: place j of sample s is row j · samples + s.
+#[derive(Debug, Default)]
+pub(crate) struct Points {
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    /// α and β.
+    pub(crate) momentum: Vec<f64>,
+    pub(crate) slope: Vec<f64>,
+    /// a on its way to â, B, B at a neighbour, `[samples, n]`.
+    a: Vec<f64>,
+    balance: Vec<f64>,
+    beside: Vec<f64>,
+    /// ∂B/∂a, `[samples, n, n]`.
+    jacobian: Vec<f64>,
+}
+
+impl Points {
+    fn resize(&mut self, (places, samples, n): (usize, usize, usize)) {
+        let points = places * samples;
+        for column in [&mut self.q, &mut self.v] {
+            column.resize(points * n, 0.0);
+        }
+        for column in [&mut self.momentum, &mut self.slope] {
+            column.resize(points, 0.0);
+        }
+        for column in [&mut self.a, &mut self.balance, &mut self.beside] {
+            column.resize(samples * n, 0.0);
+        }
+        self.jacobian.resize(samples * n * n, 0.0);
+    }
+}
+
+/// A Lagrangian network in training on positions alone.
+#[derive(Debug)]
+pub(crate) struct PositionsLearner<'a, F> {
+    pub(crate) family: F,
+    pub(crate) loss: Loss,
+    pub(crate) rule: Rule,
+    /// Whether momenta depend on the velocity alone: then the outer points of the trapezoidal rule are the inner ones.
+    pub(crate) constant: bool,
+    /// Weight of each coordinate's residual, `[n]`.
+    pub(crate) weights: &'a [f64],
+    pub(crate) forces: Forces,
+    /// Steps towards â with the mass matrix before that with the Jacobian: each gains a factor of about (h ω)²/4.
+    pub(crate) chords: usize,
+}
+
+/// As many are enough at ten steps a period.
+pub(crate) const CHORDS: usize = 2;
+
+impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
+    fn net(&self) -> &Net {
+        self.family.net()
+    }
+    fn dof(&self) -> usize {
+        self.family.dof()
+    }
+    fn room(&self) -> usize {
+        self.family.dof()
+    }
+    fn points(&self) -> usize {
+        self.places()
+    }
+    fn outputs_each(&self) -> usize {
+        self.places() * self.family.dof()
+    }
+    fn forces(&self) -> Option<&Forces> {
+        Some(&self.forces)
+    }
+    fn loss(&self) -> (Loss, &[f64]) {
+        (self.loss, self.weights)
+    }
+    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+        let n = self.family.dof();
+        (0..n).map(|i| self.family.pairs(i, n).to_vec()).collect()
+    }
+
+    fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
+        let (n, samples) = (self.family.dof(), work.samples);
+        work.points.resize((self.places(), samples, n));
+        work.jet.resize(work.pass.samples(), n);
+        self.family.prepare(work);
+        work.points.a.copy_from_slice(&work.qdd);
+        self.place(work);
+        self.balance(packed, extra, work, true);
+        self.mass_as_jacobian(extra, work);
+        for _ in 0..self.chords {
+            self.correct(work);
+            self.balance(packed, extra, work, false);
+        }
+        self.differences(packed, extra, work);
+        self.correct(work);
+        self.balance(packed, extra, work, false);
+        work.singular = 0;
+        for s in 0..samples {
+            self.residual(s, work);
+        }
+    }
+
+    fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
+        let (n, samples, places) = (self.family.dof(), work.samples, self.places());
+        let lambda = std::mem::take(&mut work.lambda);
+        let weight = |point: usize, _: usize, i: usize| {
+            let (s, place) = (point % samples, point / samples);
+            lambda[(s * n + i) * places + place].f64()
+        };
+        self.family.sensitivities(packed, work, 1, &weight);
+        let pairs = self.family.pairs(0, 1);
+        work.pass.add_products(self.family.net(), &pairs, gradient);
+        work.lambda = lambda;
+    }
+
+    fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
+        let unit = |_: usize, d: usize, i: usize| f64::from(u8::from(d == i));
+        self.family
+            .sensitivities(packed, work, self.family.dof(), &unit);
+    }
+}
+
+impl<F> PositionsLearner<'_, F> {
+    /// Points of a sample.
+    fn places(&self) -> usize {
+        match self.rule {
+            Rule::Trapezoidal if !self.constant => 4,
+            Rule::Midpoint | Rule::Trapezoidal => 2,
+        }
+    }
+
+    /// Sets the points of all samples and their weights; those that a moves are behind the first half.
+    fn place<T: Real>(&self, work: &mut Work<T>) {
+        let (samples, n) = (work.samples, work.qd.len() / work.samples);
+        let points = &mut work.points;
+        for s in 0..samples {
+            let (before, after) = (work.steps[2 * s], work.steps[2 * s + 1]);
+            let mean = 0.5 * (before + after);
+            let (past, next) = (0.5 * before / mean, 0.5 * after / mean);
+            // Share of the step between q and the point, α and β of each place.
+            let places: &[[f64; 3]] = match self.rule {
+                Rule::Midpoint => &[[-0.5, -1.0 / mean, past], [0.5, 1.0 / mean, next]],
+                Rule::Trapezoidal if self.constant => {
+                    &[[0.0, -1.0 / mean, past], [0.0, 1.0 / mean, next]]
+                }
+                Rule::Trapezoidal => &[
+                    [-1.0, -0.5 / mean, 0.0],
+                    [0.0, -0.5 / mean, past],
+                    [0.0, 0.5 / mean, next],
+                    [1.0, 0.5 / mean, 0.0],
+                ],
+            };
+            for (j, [share, momentum, slope]) in places.iter().enumerate() {
+                let row = j * samples + s;
+                (points.momentum[row], points.slope[row]) = (*momentum, *slope);
+                for i in 0..n {
+                    let (q, v) = (work.q[s * n + i], work.qd[s * n + i]);
+                    let ahead = j >= places.len() / 2;
+                    let moved = if ahead {
+                        v + mean * points.a[s * n + i]
+                    } else {
+                        v
+                    };
+                    let step = if ahead { after } else { before };
+                    points.v[row * n + i] = moved;
+                    points.q[row * n + i] = q + share * step * moved;
+                }
+            }
+        }
+    }
+}
+
+impl<F> PositionsLearner<'_, F> {
+    /// B at the points that stand; the slopes of the forces by their parameters go to `extra` of the first place.
+    fn balance<T: Real>(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>, mass: bool)
+    where
+        F: PointFamily<T>,
+    {
+        self.family.evaluate(packed, work, mass);
+        let (n, samples, kinds) = (self.family.dof(), work.samples, self.forces.kinds());
+        let (places, energy) = (self.places(), self.family.energy());
+        work.extra.fill(0.0);
+        let mut slopes = [0.0; MAX_KINDS];
+        for s in 0..samples {
+            let share = |j: usize| work.points.slope[j * samples + s];
+            for i in 0..n {
+                let mut sum = 0.0;
+                for row in (0..places).map(|j| j * samples + s) {
+                    sum += work.points.momentum[row] * work.jet.momentum[row * n + i]
+                        - work.points.slope[row] * work.jet.dl_dq[row * n + i];
+                }
+                for j in (0..places).filter(|&j| share(j) > 0.0) {
+                    let drive = Drive {
+                        qd: work.points.v[(j * samples + s) * n + i],
+                        qdd: work.points.a[s * n + i],
+                        tau: &work.tau[s * n..][..n],
+                    };
+                    sum += share(j) * self.forces.force(extra, i, &drive, &mut slopes[..kinds]);
+                    let own = &mut work.extra[(s * n + i) * places * kinds..][..kinds];
+                    own.iter_mut()
+                        .zip(&slopes)
+                        .for_each(|(own, slope)| *own += share(j) * slope / energy);
+                }
+                work.points.balance[s * n + i] = sum;
+            }
+        }
+    }
+
+    /// ∂B/∂a ≈ M behind q.
+    fn mass_as_jacobian<T: Real>(&self, extra: &[f64], work: &mut Work<T>) {
+        let (samples, places) = (work.samples, self.places());
+        let n = work.qd.len() / samples;
+        for s in 0..samples {
+            let row = places / 2 * samples + s;
+            let mass = &mut work.points.jacobian[s * n * n..][..n * n];
+            mass.copy_from_slice(&work.jet.mass_matrix[row * n * n..][..n * n]);
+            (0..n).for_each(|i| mass[i * n + i] += self.forces.rotor(extra, i));
+        }
+    }
+
+    /// a ← a − (∂B/∂a)⁻¹ B, and the points follow.
+    fn correct<T: Real>(&self, work: &mut Work<T>) {
+        let n = work.qd.len() / work.samples;
+        let points = &mut work.points;
+        for s in 0..work.samples {
+            let (jacobian, row) = (&points.jacobian[s * n * n..][..n * n], s * n..s * n + n);
+            let change = &mut work.scratch[..n];
+            if !work
+                .solver
+                .solve_general(jacobian, &points.balance[row.clone()], change)
+            {
+                change.fill(f64::NAN);
+            }
+            let pairs = points.a[row].iter_mut().zip(change);
+            pairs.for_each(|(a, change)| *a -= *change);
+        }
+        self.place(work);
+    }
+
+    /// ∂B/∂a by differences at the a that stands.
+    fn differences<T: Real>(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>)
+    where
+        F: PointFamily<T>,
+    {
+        let n = self.family.dof();
+        // The root of a rounding, in units of the velocities.
+        let part = if size_of::<T>() == 4 { 1e-3 } else { 1e-7 };
+        let step = |work: &Work<T>, s: usize, j: usize| {
+            let mean = 0.5 * (work.steps[2 * s] + work.steps[2 * s + 1]);
+            part * self.family.velocity_scale()[j] / mean
+        };
+        let points = &mut work.points;
+        points.beside.copy_from_slice(&points.balance);
+        for j in 0..n {
+            for sign in [1.0, -1.0] {
+                for s in 0..work.samples {
+                    let step = sign * step(work, s, j);
+                    work.points.a[s * n + j] += step;
+                }
+                if sign > 0.0 {
+                    self.place(work);
+                    self.balance(packed, extra, work, false);
+                }
+            }
+            for s in 0..work.samples {
+                let step = step(work, s, j);
+                for i in 0..n {
+                    let change = work.points.balance[s * n + i] - work.points.beside[s * n + i];
+                    work.points.jacobian[(s * n + i) * n + j] = change / step;
+                }
+            }
+        }
+        std::mem::swap(&mut work.points.balance, &mut work.points.beside);
+    }
+
+    /// r = w (â − a), D = −w E (∂B/∂a)⁻¹, the same for all points of a coordinate.
+    fn residual<T: Real>(&self, s: usize, work: &mut Work<T>)
+    where
+        F: PointFamily<T>,
+    {
+        let (n, places, energy) = (self.family.dof(), self.places(), self.family.energy());
+        let (k, row) = (n * places, s * n..s * n + n);
+        let jacobian = &work.points.jacobian[s * n * n..][..n * n];
+        let mut regular = true;
+        let (unit, column) = work.scratch.split_at_mut(n);
+        for j in 0..n {
+            unit.fill(0.0);
+            unit[j] = energy;
+            regular &= work.solver.solve_general(jacobian, unit, &mut column[..n]);
+            for (i, (weight, x)) in self.weights.iter().zip(&*column).enumerate() {
+                let mix = &mut work.mix[(s * n + i) * k + j * places..][..places];
+                mix.fill(-weight * x);
+            }
+        }
+        for (i, at) in row.clone().enumerate() {
+            work.residual[at] = self.weights[i] * (work.points.a[at] - work.qdd[at]);
+            regular &= work.points.a[at].abs() < 1e30;
+        }
+        if !regular {
+            work.singular += usize::from(s < work.count);
+            work.residual[row].fill(0.0);
+            work.mix[s * n * k..][..n * k].fill(0.0);
+        }
+    }
+}
+
+/// Parameters of forces that a coordinate has at most: those of friction, and a row of the input matrix.
+const MAX_KINDS: usize = 8 + super::lnn::MAX_DOF;
