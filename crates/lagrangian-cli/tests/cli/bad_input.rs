@@ -430,6 +430,9 @@ fn a_search_for_a_lagrangian_needs_its_flag_a_positive_time_and_data_that_pass()
     bench.write("short.csv", "t,q1,qd1\n0,1,0\n0.1,0.9,-1\n");
     let message = bench.refuse("check short.csv --lagrangian");
     assert!(message.contains("without --lagrangian"), "{message}");
+}
+
+#[test]
 fn a_hamiltonian_network_says_what_it_needs() {
     let bench = Workbench::new();
     bench.succeed("simulate pendulum --duration 2 --step 0.01 --q0 1 --qd0 0 --out plain.csv");
@@ -445,7 +448,7 @@ fn a_hamiltonian_network_says_what_it_needs() {
             "plain.csv --model hnn --masses 1,2",
             "one for each coordinate",
         ),
-        ("plain.csv --model hnn --masses 0", "positive"),
+        ("plain.csv --model hnn --masses 0", "above 0"),
         (
             "plain.csv --model hnn --masses 1 --momenta recorded",
             "--momenta",
