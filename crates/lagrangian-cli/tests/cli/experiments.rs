@@ -92,6 +92,7 @@ fn a_part_that_an_experiment_does_not_have_is_refused_with_those_that_it_has() {
         let message = bench.refuse(&format!("experiment {part}"));
         assert!(message.contains(named), "{part}: {message}");
     }
+}
 
 #[test]
 fn systems_of_both_kinds_are_told_apart() {

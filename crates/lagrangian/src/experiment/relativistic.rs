@@ -125,6 +125,7 @@ pub fn samples(particle: Particle, count: usize, seed: u64) -> Samples {
         tau,
         p: jet.momentum,
         pd: jet.dl_dq,
+        steps: Vec::new(),
     }
 }
 
