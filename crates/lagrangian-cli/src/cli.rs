@@ -6,6 +6,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::fit_args::FitArgs;
+use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::track_args::TrackArgs;
 use crate::values::{assignment, finite, non_negative, positive, seed};
 
@@ -56,6 +57,10 @@ pub(crate) enum Command {
     Torque(TorqueArgs),
     /// Let a simulated robot follow a motion through a model: tracking errors beside feedback alone and the true model
     Track(Box<TrackArgs>),
+    /// Energy, momenta and Noether's charges of a model: which are conserved, and how far they drift
+    Conserved(Box<ConservedArgs>),
+    /// The paths of stationary action between two ends, and whether they are minima
+    Action(Box<ActionArgs>),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
     /// Repeat a comparison of models: figures, curves and a page
@@ -345,7 +350,7 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(crate) lagrangian: bool,
 
-    /// Time for each of its five to seven fits, s
+    /// Time for each of its five to nine fits, s
     #[arg(long, value_name = "SECONDS", value_parser = positive, default_value_t = 3.0, requires = "lagrangian")]
     pub(crate) seconds: f64,
 

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::robot::RobotArgs;
+use crate::rollout_args::RolloutArgs;
 use crate::values::{fraction, non_negative, positive, seed, steps};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
@@ -17,6 +18,7 @@ Examples:
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
   lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
   lagrangian fit log*.csv --model delan --forces viscous,coulomb,offset --delay 16 --out run    a robot with torques
+  lagrangian fit noisy.csv --angle all --loss rollout --horizon 20 --starts free --out run     no accelerations needed
   lagrangian fit motion.csv --angle all --model hnn --p p1,p2 --out run     a Hamiltonian, from momenta
   lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
   lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn what the description leaves
@@ -48,6 +50,10 @@ pub(crate) struct FitArgs {
 
     #[command(flatten)]
     pub(crate) training: TrainingArgs,
+
+    #[command(flatten)]
+    #[serde(default)]
+    pub(crate) rollout: RolloutArgs,
 
     #[command(flatten)]
     pub(crate) estimate: EstimateArgs,
@@ -123,13 +129,18 @@ pub(crate) struct ModelArgs {
     /// Give a deep Lagrangian network the term A(q)·q̇, for gyroscopic and magnetic forces
     #[arg(long)]
     pub(crate) vector_potential: bool,
+
+    /// Order of a neural ODE: (q, q̇) → (q̇, q̈), or q̈ alone [default: second]
+    #[arg(long, value_enum)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) order: Option<OrderName>,
 }
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
-    /// What is compared with the data [default: acceleration; positions for vin; torque for delan where torques are
-    /// recorded and accelerations certain to 0.5 %]
+    /// What is compared with the data [default: acceleration; rollout for neural-ode; positions for vin; torque for delan
+    /// where torques are recorded and accelerations certain to 0.5 %]
     #[arg(long, value_enum)]
     pub(crate) loss: Option<LossName>,
 
@@ -139,7 +150,8 @@ pub(crate) struct TrainingArgs {
     #[serde(default = "one")]
     pub(crate) baseline: u32,
 
-    /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 %]
+    /// Natural gradient, or Adam [default: natural; adam where accelerations are uncertain by more than 0.5 % and
+    /// compared]
     #[arg(long, value_enum)]
     pub(crate) optimizer: Option<OptimizerName>,
 
@@ -200,6 +212,8 @@ pub(crate) enum Family {
     Hnn,
     /// Plain network
     Mlp,
+    /// Neural ordinary differential equation: a plain network trained through its integrator
+    NeuralOde,
     /// Planar chain of rigid links, or with --urdf a robot, identified by least squares from torques: the classical fit
     /// to compare with
     Rigid,
@@ -273,6 +287,18 @@ pub(crate) enum LossName {
     Positions,
     /// The same by the trapezoidal rule, which is Störmer–Verlet where M is constant
     PositionsTrapezoidal,
+    /// Mean squared error of states after some steps of an integrator; needs no accelerations
+    Rollout,
+}
+
+/// Order of a differential equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum OrderName {
+    /// (q, q̇, τ) → (q̇, q̈)
+    First,
+    /// (q, q̇, τ) → q̈
+    Second,
 }
 
 /// A force that is learned beside those of the Lagrangian.

@@ -7,6 +7,7 @@ use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig};
 use lagrangian::mlp::Activation;
+use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
 };
@@ -14,7 +15,7 @@ use lagrangian::train::{
 use crate::failure::mistake;
 use crate::fit_args::{
     ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName, OptimizerName,
-    Structure, TrainingArgs, Trunks,
+    OrderName, Structure, TrainingArgs, Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
@@ -46,10 +47,16 @@ impl FitArgs {
     /// recorded torques.
     pub(crate) fn config(&self, uncertainty: f64, forced: bool) -> FitConfig {
         let training = &self.training;
-        let optimizer = training.optimizer.unwrap_or_else(|| by_noise(uncertainty));
+        let loss = training.loss(self.model.model, forced, uncertainty);
+        // Noise of states does no harm to a rollout that noise of accelerations does to a balance (ADR 0042).
+        let optimizer = training.optimizer.unwrap_or_else(|| match loss {
+            Loss::Rollout => OptimizerName::Natural,
+            _ => by_noise(uncertainty),
+        });
         FitConfig {
             family: self.model.family(uncertainty),
-            loss: training.loss(self.model.model, forced, uncertainty),
+            loss,
+            rollout: self.rollout.settings(),
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),
             batch: training.batch(optimizer),
@@ -130,6 +137,15 @@ impl ModelArgs {
                 activation,
                 ..MlpConfig::default()
             }),
+            Family::NeuralOde => train::Family::NeuralOde(NeuralOdeConfig {
+                order: match self.order {
+                    Some(OrderName::First) => Order::First,
+                    Some(OrderName::Second) | None => Order::Second,
+                },
+                width,
+                layers,
+                activation,
+            }),
             Family::Rigid => train::Family::Rigid(RigidConfig::default()),
         }
     }
@@ -144,6 +160,7 @@ impl ModelArgs {
         let learns_forces = self.dissipation || !self.forces.is_empty();
         let flags = [
             ("--form", self.form.is_some(), &[Family::Lnn][..]),
+            ("--order", self.order.is_some(), &[Family::NeuralOde]),
             ("--structure", self.structure.is_some(), &[Family::Hnn]),
             ("--momenta", self.momenta.is_some(), &[Family::Hnn]),
             ("--masses", !self.masses.is_empty(), &[Family::Hnn]),
@@ -211,6 +228,7 @@ impl TrainingArgs {
     fn loss(&self, model: Family, forced: bool, uncertainty: f64) -> Loss {
         match (self.loss, model) {
             (Some(name), _) => name.into(),
+            (None, Family::NeuralOde) => Loss::Rollout,
             (None, Family::Vin) => Loss::Positions,
             (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
             (None, _) => Loss::Acceleration,
@@ -278,6 +296,7 @@ impl From<LossName> for Loss {
             LossName::TorqueL1 => Self::TorqueL1,
             LossName::TorqueAcceleration => Self::TorqueAcceleration,
             LossName::TorquePower => Self::TorquePower,
+            LossName::Rollout => Self::Rollout,
             LossName::Positions => Self::Positions,
             LossName::PositionsTrapezoidal => Self::PositionsTrapezoidal,
         }

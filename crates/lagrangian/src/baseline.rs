@@ -20,6 +20,8 @@ pub enum Direction {
     Forward,
     /// Forces, (q, q̇, q̈) → τ: it has inverse dynamics, and does not move.
     Inverse,
+    /// Velocities and accelerations, (q, q̇, τ) → (q̇, q̈): the right-hand side of a differential equation of first order.
+    Flow,
 }
 
 /// The shape of a plain network.
@@ -184,7 +186,12 @@ impl MlpShape {
                 Some(config.activation),
             ));
         }
-        build.dense(n, &[(source, false)], true, None);
+        let outputs = if config.direction == Direction::Flow {
+            2 * n
+        } else {
+            n
+        };
+        build.dense(outputs, &[(source, false)], true, None);
         Ok(Self {
             coordinates,
             config,
@@ -199,18 +206,29 @@ impl MlpShape {
         self.coordinates.dof()
     }
 
-    /// The scale of its outputs, `[n]`: of q̈ forward, of τ inverse.
-    pub(crate) fn output_scale(&self) -> &[f64] {
+    /// Number of its outputs.
+    pub(crate) fn outputs(&self) -> usize {
         match self.config.direction {
-            Direction::Forward => &self.qdd_scale,
-            Direction::Inverse => &self.tau_scale,
+            Direction::Flow => 2 * self.dof(),
+            _ => self.dof(),
+        }
+    }
+
+    /// The scale of output `o`: of q̈ forward, of τ inverse, of q̇ and q̈ of a flow.
+    pub(crate) fn output_scale(&self, o: usize) -> f64 {
+        let n = self.dof();
+        match self.config.direction {
+            Direction::Forward => self.qdd_scale[o],
+            Direction::Inverse => self.tau_scale[o],
+            Direction::Flow if o < n => self.scaling.qd_scale[o],
+            Direction::Flow => self.qdd_scale[o - n],
         }
     }
 
     /// The scale of what it reads beside the state, `[n]`: of τ forward, of q̈ inverse; none where it reads no more.
     fn third_scale(&self) -> Option<&[f64]> {
         match self.config.direction {
-            Direction::Forward => self.config.forced.then_some(&self.tau_scale),
+            Direction::Forward | Direction::Flow => self.config.forced.then_some(&self.tau_scale),
             Direction::Inverse => Some(&self.qdd_scale),
         }
     }
@@ -244,13 +262,35 @@ impl MlpShape {
     }
 }
 
+impl MlpShape {
+    /// Writes ∂N/∂(q, q̇) of sample `s` `[outputs, 2n]`, whose components hold the sensitivities of one output each,
+    /// carried to the features.
+    pub(crate) fn slopes<T: Real>(&self, pass: &Pass<T>, s: usize, q: &[f64], slopes: &mut [f64]) {
+        let n = self.dof();
+        let first = Scaling::features(&self.coordinates);
+        for (o, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
+            let mut at = 0;
+            for (j, &q) in q.iter().enumerate() {
+                let features = Features::new(&self.coordinates, &self.scaling, j, q);
+                row[j] = 0.0;
+                for slope in &features.slopes[..features.count] {
+                    row[j] += pass.feature_sensitivity(o, s, at).f64() * slope;
+                    at += 1;
+                }
+                let velocity = pass.feature_sensitivity(o, s, first + j).f64();
+                row[n + j] = velocity / self.scaling.qd_scale[j];
+            }
+        }
+    }
+}
+
 impl Model for Mlp {
     fn coordinates(&self) -> &Coordinates {
         &self.shape.coordinates
     }
 
     fn moves(&self) -> bool {
-        self.shape.config.direction == Direction::Forward
+        self.shape.config.direction != Direction::Inverse
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
@@ -269,8 +309,14 @@ struct MlpEvaluator<'a> {
 }
 
 impl MlpEvaluator<'_> {
-    /// Writes its outputs for states (q, q̇) and what it reads beside them.
-    fn evaluate(&mut self, q: &[f64], qd: &[f64], third: &[f64], out: &mut [f64]) {
+    /// Gives its outputs for states (q, q̇) and what it reads beside them to `out`: (sample, output, value).
+    fn evaluate(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        third: &[f64],
+        mut out: impl FnMut(usize, usize, f64),
+    ) {
         let shape = &self.mlp.shape;
         let n = shape.dof();
         let m = q.len() / n;
@@ -279,7 +325,6 @@ impl MlpEvaluator<'_> {
             self.pass = Some(Pass::new(&shape.net, samples, 0));
         }
         let Some(pass) = &mut self.pass else { return };
-        let scale = shape.output_scale();
         for start in (0..m).step_by(samples) {
             let count = samples.min(m - start);
             for s in 0..samples {
@@ -288,13 +333,16 @@ impl MlpEvaluator<'_> {
                 shape.write(pass, s, &q[row.clone()], &qd[row.clone()], &third[row]);
             }
             pass.forward(&shape.net, &self.mlp.packed, None);
-            for (at, out) in out[start * n..(start + count) * n].iter_mut().enumerate() {
-                *out = scale[at % n] * pass.output(&shape.net, 0, at / n, at % n);
+            for (s, o) in (0..count).flat_map(|s| (0..shape.outputs()).map(move |o| (s, o))) {
+                let value = shape.output_scale(o) * pass.output(&shape.net, 0, s, o);
+                out(start + s, o, value);
             }
-        }
-        for i in shape.coordinates.parameters() {
-            let column = out.iter_mut().skip(i).step_by(n);
-            column.for_each(|x| *x = 0.0);
+            // Nothing acts on parameters, and they do not change.
+            for i in shape.coordinates.parameters() {
+                let own = (i..shape.outputs()).step_by(n);
+                let all = own.flat_map(|o| (0..count).map(move |s| (s, o)));
+                all.for_each(|(s, o)| out(start + s, o, 0.0));
+            }
         }
     }
 }
@@ -302,19 +350,43 @@ impl MlpEvaluator<'_> {
 impl Evaluator for MlpEvaluator<'_> {
     /// NaN where the network is an inverse one.
     fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+        let n = self.mlp.shape.dof();
         match self.mlp.shape.config.direction {
-            Direction::Forward => self.evaluate(q, qd, tau, qdd),
+            Direction::Forward => self.evaluate(q, qd, tau, |s, o, x| qdd[s * n + o] = x),
             Direction::Inverse => qdd.fill(f64::NAN),
+            Direction::Flow => self.evaluate(q, qd, tau, |s, o, x| {
+                if o >= n {
+                    qdd[s * n + o - n] = x;
+                }
+            }),
         }
         0
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
+        let n = self.mlp.shape.dof();
         let inverse = self.mlp.shape.config.direction == Direction::Inverse;
         if inverse {
-            self.evaluate(q, qd, qdd, tau);
+            self.evaluate(q, qd, qdd, |s, o, x| tau[s * n + o] = x);
         }
         inverse
+    }
+
+    fn second_order(&self) -> bool {
+        self.mlp.shape.config.direction != Direction::Flow
+    }
+
+    fn flow(&mut self, q: &[f64], z: &[f64], tau: &[f64], dq: &mut [f64], dz: &mut [f64]) -> usize {
+        let n = self.mlp.shape.dof();
+        if self.second_order() {
+            dq.copy_from_slice(z);
+            return self.forward_dynamics(q, z, tau, dz);
+        }
+        self.evaluate(q, z, tau, |s, o, x| match o < n {
+            true => dq[s * n + o] = x,
+            false => dz[s * n + o - n] = x,
+        });
+        0
     }
 
     fn energy(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {

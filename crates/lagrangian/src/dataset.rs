@@ -19,6 +19,42 @@ pub struct Dataset {
     pub validation: Samples,
     /// Whether any force τ was recorded.
     pub forced: bool,
+    /// Where the samples stand in time, for losses of more than one sample.
+    pub train_times: Timeline,
+    /// The same of those to judge by.
+    pub validation_times: Timeline,
+}
+
+/// Where samples stand in time: those of a trajectory follow each other.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Timeline {
+    /// Time of each sample, s, increasing within a trajectory; empty where samples belong to none.
+    pub t: Vec<f64>,
+    /// The first sample of each trajectory.
+    pub begins: Vec<usize>,
+}
+
+impl Timeline {
+    fn of(trajectories: &[Trajectory]) -> Self {
+        let mut times = Self::default();
+        for trajectory in trajectories.iter().filter(|t| !t.is_empty()) {
+            times.begins.push(times.t.len());
+            times.t.extend(&trajectory.t);
+        }
+        times
+    }
+
+    /// The samples of each trajectory.
+    pub fn runs(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        let ends = self.begins.iter().skip(1).copied().chain([self.t.len()]);
+        self.begins.iter().zip(ends).map(|(&begin, end)| begin..end)
+    }
+
+    /// Samples of the longest trajectory.
+    #[must_use]
+    pub fn longest(&self) -> usize {
+        self.runs().map(|run| run.len()).max().unwrap_or(0)
+    }
 }
 
 impl Dataset {
@@ -34,6 +70,7 @@ impl Dataset {
     ) -> Result<Self> {
         let n = coordinates.dof();
         let forced = is_forced(train);
+        let (train_times, validation_times) = (Timeline::of(train), Timeline::of(validation));
         let (train, validation) = (samples(n, train)?, samples(n, validation)?);
         for part in [&train, &validation] {
             check_parameters(&coordinates, part)?;
@@ -43,6 +80,8 @@ impl Dataset {
             validation,
             forced,
             coordinates,
+            train_times,
+            validation_times,
         })
     }
 
@@ -64,6 +103,8 @@ impl Dataset {
             validation: neighbours::all(&coordinates, validation, baseline, false)?,
             forced: is_forced(train),
             coordinates,
+            train_times: Timeline::default(),
+            validation_times: Timeline::default(),
         })
     }
 
@@ -87,6 +128,8 @@ impl Dataset {
             train,
             validation,
             forced,
+            train_times: Timeline::default(),
+            validation_times: Timeline::default(),
         })
     }
 

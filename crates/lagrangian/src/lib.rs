@@ -99,6 +99,7 @@ pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
 pub mod mlp;
+pub mod neural_ode;
 pub mod online;
 pub mod report;
 pub mod rigid;
@@ -119,6 +120,7 @@ pub use integrate::Method;
 pub use lagrangian::{
     Actuation, Delan, DelanConfig, Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic,
 };
+pub use neural_ode::{NeuralOde, NeuralOdeConfig};
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
 pub use train::{
     Budget, Family, Fit, FitConfig, ForceTerms, Learned, Loss, Observer, Optimizer, fit,

@@ -18,8 +18,7 @@ use crate::cli::Links;
 use crate::data;
 use crate::draw;
 use crate::failure::{self, Advise, FAILED, mistake};
-use crate::fit_args::{Family, FitArgs, OptimizerName};
-use crate::fit_config::by_noise;
+use crate::fit_args::{Family, FitArgs};
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
@@ -327,16 +326,17 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<F
         names.iter().zip(&scale).map(part).fold(0.0, f64::max)
     };
     let network = args.model.model != Family::Rigid;
-    if network && args.training.optimizer.is_none() && by_noise(uncertainty) == OptimizerName::Adam
-    {
+    let mut config = args.config(uncertainty, dataset.forced);
+    let adam = matches!(config.optimizer, train::Optimizer::Adam(_));
+    if network && args.training.optimizer.is_none() && adam {
         eprintln!(
             "note: accelerations are uncertain by {:.1} %: Adam instead of the natural gradient, which would follow \
              the noise (--optimizer decides otherwise)",
             100.0 * uncertainty
         );
     }
-    let mut config = args.config(uncertainty, dataset.forced);
     args.robot.apply(args.model.form.is_some(), &mut config)?;
+    args.rollout.require(config.loss)?;
     Ok(config)
 }
 

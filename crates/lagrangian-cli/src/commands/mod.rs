@@ -1,6 +1,8 @@
 //! One file per command; each reads as the paragraph of what it does.
 
+mod action;
 mod check;
+mod conserved;
 mod demo;
 mod existence;
 mod experiment;
@@ -42,6 +44,8 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Rollout(args) => rollout::run(&args, manner),
         Command::Torque(args) => torque::run(&args, manner),
         Command::Track(args) => track::run(&args, manner),
+        Command::Conserved(args) => conserved::run(&args, manner),
+        Command::Action(args) => action::run(&args, manner),
         Command::Report(args) => report::run(&args, manner),
         Command::Experiment(args) => experiment::run(&args, manner),
     }

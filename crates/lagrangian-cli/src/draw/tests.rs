@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use lagrangian::Trajectory;
-use lagrangian::report::{Animation, Axis, Command, Figure, Panel, Report, Role, Series, Table};
+use lagrangian::report::{
+    Animation, Axis, Command, Figure, HeatMap, Panel, Report, Role, Series, Table,
+};
 
 use super::demo::{demo, headline, swing};
 use super::*;
@@ -106,6 +108,16 @@ fn every_text_of_a_report_is_escaped() {
     let evil = "<script>alert('&\"')</script>";
     let words = || evil.to_owned();
     let report = Report {
+        maps: vec![HeatMap {
+            id: words(),
+            title: words(),
+            caption: words(),
+            x: Axis::linear(evil, evil).between(0.0, 1.0),
+            y: Axis::linear(evil, evil).between(0.0, 1.0),
+            columns: 2,
+            values: vec![1.0, -0.4],
+            limit: 1.0,
+        }],
         title: words(),
         subtitle: words(),
         headlines: vec![headline(evil, evil, evil, evil, None)],
@@ -257,4 +269,33 @@ fn a_full_circle_is_drawn_round() {
         path.matches('l').count() > 40,
         "a circle that is simplified keeps its corners below a quarter px"
     );
+}
+
+#[test]
+fn a_map_has_one_ink_for_each_sign_and_gaps_and_odd_limits_are_left_blank() {
+    let map = |values: Vec<f64>, limit: f64| HeatMap {
+        x: Axis::linear("place", "m").between(0.0, 3.0),
+        y: Axis::linear("time", "s").between(0.0, 1.0),
+        columns: 3,
+        values,
+        limit,
+        ..HeatMap::default()
+    };
+    let page = |map| {
+        html(&Report {
+            maps: vec![map],
+            ..Report::default()
+        })
+    };
+    let drawn = page(map(vec![1.0, 1.0, -0.5], 1.0));
+    assert!(drawn.contains("Space and time") && drawn.contains("place (m)"));
+    assert_eq!(drawn.matches("class=\"f baseline\"").count(), 1);
+    assert!(drawn.contains("class=\"f lnn\" opacity=\"0.50\""));
+    for odd in [
+        map(vec![f64::NAN; 3], 1.0),
+        map(vec![0.0; 3], 0.0),
+        map(vec![], 1.0),
+    ] {
+        assert!(!page(odd).contains("class=\"f lnn\""));
+    }
 }

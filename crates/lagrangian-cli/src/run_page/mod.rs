@@ -62,6 +62,7 @@ impl Run<'_> {
         match self.model {
             Learned::Lnn(_) => "A Lagrangian",
             Learned::Delan(_) => "A Lagrangian with a mass matrix",
+            Learned::NeuralOde(_) => "A neural ODE",
             Learned::Hnn(model) => match model.hamiltonian().config().structure {
                 HnnStructure::Free => "A Hamiltonian",
                 HnnStructure::Mass => "A Hamiltonian with a mass matrix",

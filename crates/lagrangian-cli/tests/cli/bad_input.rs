@@ -431,3 +431,46 @@ fn a_search_for_a_lagrangian_needs_its_flag_a_positive_time_and_data_that_pass()
     let message = bench.refuse("check short.csv --lagrangian");
     assert!(message.contains("without --lagrangian"), "{message}");
 }
+
+#[test]
+fn a_hamiltonian_network_says_what_it_needs() {
+    let bench = Workbench::new();
+    bench.succeed("simulate pendulum --duration 2 --step 0.01 --q0 1 --qd0 0 --out plain.csv");
+    bench
+        .succeed("simulate pendulum --duration 2 --step 0.01 --drive 1 --momenta --out driven.csv");
+    for (line, remedy) in [
+        ("plain.csv --model hnn", "--masses"),
+        (
+            "plain.csv --model hnn --structure none",
+            "--momenta velocities",
+        ),
+        (
+            "plain.csv --model hnn --masses 1,2",
+            "one for each coordinate",
+        ),
+        ("plain.csv --model hnn --masses 0", "positive"),
+        (
+            "plain.csv --model hnn --masses 1 --momenta recorded",
+            "--momenta",
+        ),
+        ("plain.csv --model lnn --masses 1", "--model hnn"),
+        ("plain.csv --model hnn --form convex", "--model lnn"),
+        (
+            "plain.csv --model hnn --masses 1 --loss torque",
+            "left away",
+        ),
+        ("plain.csv --model hnn --p q9", "--p"),
+        ("driven.csv --model hnn --momenta velocities", "--masses"),
+        (
+            "plain.csv --model hnn --momenta velocities --dissipation",
+            "left away",
+        ),
+        (
+            "plain.csv --model hnn --masses 1 --nominal two_link_arm",
+            "lnn",
+        ),
+    ] {
+        let message = bench.refuse(&format!("fit {line} --angle all --steps 1"));
+        assert!(message.contains(remedy), "{line}: {message}");
+    }
+}

@@ -44,9 +44,82 @@ fn the_letters_give_one_figure_a_seed_and_a_page() {
 }
 
 #[test]
+fn systems_of_both_kinds_are_told_apart() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment is-lagrangian --quick --seeds 1 --json --quiet")
+        .json();
+    assert_eq!(figures["right"], figures["of"], "{figures}");
+    let cycle = &figures["noise_0"]["van-der-pol"];
+    let rate = cycle["surveys"][0]["contraction"]["found"]["rate"]
+        .as_f64()
+        .unwrap();
+    // Every motion ends in the cycle of van der Pol, at the rate of its Floquet exponent.
+    assert!((-3.2..-1.8).contains(&rate), "{rate}");
+    assert!(
+        bench
+            .names("lagrangian-is-lagrangian")
+            .contains(&"report.html".into())
+    );
+}
+
+#[test]
+fn networks_of_positions_alone_give_a_line_for_each_model_and_a_page() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment vin --quick --seeds 1 --json --quiet")
+        .json();
+    let lines = figures["lines"].as_array().unwrap();
+    let error = |model: &str| {
+        let own = lines.iter().find(|l| l["model"] == model).unwrap();
+        own["own_method"][0]["error"].as_f64().unwrap()
+    };
+    // The first line of a model is that without noise.
+    assert!(error("truth") < 0.1);
+    assert!(error("vin-midpoint") < 0.5, "{}", error("vin-midpoint"));
+    assert!(
+        bench
+            .names("lagrangian-vin")
+            .contains(&"report.html".to_string())
+    );
+}
+
+#[test]
+fn rollouts_of_noisy_recordings_are_compared_with_estimated_accelerations() {
+    let bench = Workbench::new();
+    let line = "experiment noisy --quick --seconds 0.2 --json --quiet";
+    let figures = bench.succeed(line).json();
+    let cells = figures["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 4 * 5);
+    let error = |cell: &serde_json::Value| cell["runs"][0]["acceleration"].as_f64().unwrap();
+    assert!(cells.iter().all(|cell| error(cell).is_finite()));
+}
+
+#[test]
+fn hamiltonian_networks_keep_the_energy_that_a_plain_network_loses() {
+    let bench = Workbench::new();
+    let figures = bench
+        .succeed("experiment hamiltonian --quick --seeds 1 --json --quiet")
+        .json();
+    let error = |task: &str, model: &str| figures[task][model]["energy_mse"][0].as_f64().unwrap();
+    for task in ["mass_spring", "pendulum", "two_bodies", "three_bodies"] {
+        assert_eq!(figures[task]["hnn"]["finished"][0], 15, "{task}");
+    }
+    for task in ["mass_spring", "pendulum"] {
+        assert!(10.0 * error(task, "hnn") < error(task, "plain"), "{task}");
+    }
+    assert!(error("pendulum", "hnn") < 2.5e-2);
+    assert!(
+        bench
+            .names("lagrangian-hamiltonian")
+            .contains(&"report.html".to_string())
+    );
+}
+
+#[test]
 fn a_chain_of_one_pendulum_is_learned_from_states_alone() {
     let bench = Workbench::new();
-    let line = "experiment chains --only 1 --quick --seconds 0.5 --seeds 1 --json --quiet";
+    let line = "experiment chains --only 1 --quick --seeds 1 --json --quiet";
     let figures = bench.succeed(line).json();
     let chain = &figures["chains"][0];
     assert_eq!(chain["links"], 1);
@@ -95,42 +168,25 @@ fn a_part_that_an_experiment_does_not_have_is_refused_with_those_that_it_has() {
 }
 
 #[test]
-fn systems_of_both_kinds_are_told_apart() {
+fn a_density_from_ten_points_has_the_wave_speed_on_a_thousand() {
     let bench = Workbench::new();
     let figures = bench
-        .succeed("experiment is-lagrangian --quick --seeds 1 --json --quiet")
+        .succeed("experiment wave --quick --seeds 1 --json --quiet")
         .json();
-    assert_eq!(figures["right"], figures["of"], "{figures}");
-    let cycle = &figures["noise_0"]["van-der-pol"];
-    let rate = cycle["surveys"][0]["contraction"]["found"]["rate"]
-        .as_f64()
-        .unwrap();
-    // Every motion ends in the cycle of van der Pol, at the rate of its Floquet exponent.
-    assert!((-3.2..-1.8).contains(&rate), "{rate}");
+    for field in ["wave", "rod", "sine-gordon"] {
+        let density = &figures["systems"][field]["density"];
+        let error = density["speed_error_1000"][0].as_f64().unwrap();
+        assert!(error < 2e-3, "{field}: {error}");
+        assert!(density["rollout_100"][0]["true_drift"].as_f64().unwrap() < 1e-2);
+    }
+    // Three points do not know the acceleration of a rod.
+    let plain = &figures["systems"]["rod"]["plain"]["speed_error_1000"][0];
+    assert!(plain.as_f64().is_none_or(|error| error > 0.1), "{plain}");
+    let names = bench.names("lagrangian-wave");
     assert!(
-        bench
-            .names("lagrangian-is-lagrangian")
-            .contains(&"report.html".into())
+        names.contains(&"wave-density-seed0.safetensors".to_string()),
+        "{names:?}"
     );
-}
-
-#[test]
-fn networks_of_positions_alone_give_a_line_for_each_model_and_a_page() {
-    let bench = Workbench::new();
-    let figures = bench
-        .succeed("experiment vin --quick --seeds 1 --json --quiet")
-        .json();
-    let lines = figures["lines"].as_array().unwrap();
-    let error = |model: &str| {
-        let own = lines.iter().find(|l| l["model"] == model).unwrap();
-        own["own_method"][0]["error"].as_f64().unwrap()
-    };
-    // The first line of a model is that without noise.
-    assert!(error("truth") < 0.1);
-    assert!(error("vin-midpoint") < 0.5, "{}", error("vin-midpoint"));
-    assert!(
-        bench
-            .names("lagrangian-vin")
-            .contains(&"report.html".to_string())
-    );
+    let refused = bench.refuse("rollout lagrangian-wave/wave-density-seed0.safetensors");
+    assert!(refused.contains("density of a field"), "{refused}");
 }

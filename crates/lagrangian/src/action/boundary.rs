@@ -20,7 +20,7 @@ impl Boundary {
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates; [`Error::NotFinite`]; [`Error::Argument`] for a time that
-    /// is not positive.
+    /// is not positive, or a parameter that moves.
     pub fn new(coordinates: &Coordinates, from: &[f64], to: &[f64], duration: f64) -> Result<Self> {
         let n = coordinates.dof();
         for (what, x) in [
@@ -45,6 +45,16 @@ impl Boundary {
                 name: "time between the ends",
                 value: duration.to_string(),
                 must: "a finite number of seconds above 0",
+            });
+        }
+        if let Some(i) = coordinates
+            .parameters()
+            .find(|&i| from[i].to_bits() != to[i].to_bits())
+        {
+            return Err(Error::Argument {
+                name: "the last end of the path",
+                value: format!("{} for the parameter '{}'", to[i], coordinates.0[i].name),
+                must: "that of the first end: a parameter does not move",
             });
         }
         let shorter = |(i, (&a, &b)): (usize, (&f64, &f64))| match coordinates.is_circle(i) {

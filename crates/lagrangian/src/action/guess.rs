@@ -25,6 +25,8 @@ pub(super) fn guess(
     let line = far.fold(0.0, |far: f64, x| far.max(x.abs()));
     let size = |i: usize| match coordinates.is_circle(i) {
         true => PI,
+        // A parameter does not move.
+        false if coordinates.is_parameter(i) => 0.0,
         false if line > 0.0 => line,
         false => 1.0,
     };

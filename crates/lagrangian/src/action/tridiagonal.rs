@@ -91,7 +91,9 @@ impl BlockTridiagonal {
 
     /// Its factors; a block that is singular to rounding is taken as barely positive.
     pub(super) fn factor(&self) -> Factored<'_> {
-        let (n, size) = (self.n, self.n * self.n);
+        let n = self.n;
+        let entries = self.diagonal.iter().chain(&self.upper);
+        let smallest = f64::EPSILON * entries.fold(f64::MIN_POSITIVE, |s, x| s.max(x.abs()));
         let mut factored = Factored {
             matrix: self,
             blocks: self.diagonal.clone(),
@@ -111,15 +113,17 @@ impl BlockTridiagonal {
                     }
                 }
             }
-            factored.diagonalise(k, &self.diagonal[k * size..][..size]);
+            factored.diagonalise(k, smallest);
         }
         factored
     }
 }
 
 impl Factored<'_> {
-    fn diagonalise(&mut self, k: usize, own: &[f64]) {
-        let (n, size) = (self.matrix.n, own.len());
+    /// The eigenvalues of block `k`, none smaller than `smallest`.
+    fn diagonalise(&mut self, k: usize, smallest: f64) {
+        let n = self.matrix.n;
+        let size = n * n;
         let mut block = self.blocks[k * size..][..size].to_vec();
         for i in 0..n {
             for j in 0..i {
@@ -128,14 +132,10 @@ impl Factored<'_> {
             }
         }
         diagonalise(&mut block, &mut self.vectors[k * size..][..size], n);
-        let smallest = f64::EPSILON * own.iter().fold(f64::MIN_POSITIVE, |s, x| s.max(x.abs()));
         for i in 0..n {
             let value = block[i * n + i];
-            self.values[k * n + i] = if value.abs() < smallest {
-                smallest
-            } else {
-                value
-            };
+            let small = value.abs() < smallest;
+            self.values[k * n + i] = if small { smallest } else { value };
         }
     }
 
@@ -224,6 +224,14 @@ mod tests {
             }
         }
         (matrix, dense)
+    }
+
+    #[test]
+    fn a_block_of_zeros_is_no_obstacle() {
+        // (0 1; 1 0) along a chain: eigenvalues 2 cos(k π/(K + 1)), as many below 0 as above.
+        let mut matrix = BlockTridiagonal::zeros(1, 8);
+        (0..8).for_each(|k| matrix.set_upper(k, 0, 0, 1.0));
+        assert_eq!(matrix.factor().inertia(), 4);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::charge::{function_rates, rate};
 use super::states::States;
 use super::symmetry::Symmetry;
+use crate::Topology;
 use crate::solve::{diagonalise, dot, inverse_root, product};
 
 /// A direction that is a symmetry.
@@ -94,8 +95,9 @@ fn forces(directions: &[Symmetry], functions: &[Vec<f64>], states: &States) -> V
 /// One direction for each entry of b, and of A where both coordinates are on the line.
 fn directions(states: &States) -> Vec<Symmetry> {
     let n = states.n();
-    let line = |i: usize| !states.coordinates.is_circle(i);
-    let mut all: Vec<Symmetry> = (0..n).map(|i| Symmetry::translation("", n, &[i])).collect();
+    let line = |i: usize| states.coordinates.0[i].topology == Topology::Line;
+    let moving = (0..n).filter(|&i| !states.coordinates.is_parameter(i));
+    let mut all: Vec<Symmetry> = moving.map(|i| Symmetry::translation("", n, &[i])).collect();
     for i in (0..n).filter(|&i| line(i)) {
         for j in (0..n).filter(|&j| line(j)) {
             let mut one = Symmetry::translation("", n, &[]);

@@ -86,7 +86,8 @@ pub fn candidates(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<Ve
         let name = format!("momentum of {}", coordinates.0[i].name);
         Symmetry::translation(&name, n, &[i])
     };
-    let mut all: Vec<Symmetry> = (0..n).map(one).collect();
+    let moving = (0..n).filter(|&i| !coordinates.is_parameter(i));
+    let mut all: Vec<Symmetry> = moving.map(one).collect();
     let axes = points.first().map_or(0, Vec::len);
     const NAMES: [&str; 3] = ["x", "y", "z"];
     if points.len() > 1 {
@@ -131,7 +132,7 @@ fn check(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<()> {
             );
         }
         for &i in point {
-            if i >= n || coordinates.is_circle(i) {
+            if i >= n || coordinates.0[i].topology != Topology::Line {
                 let name = coordinates.0.get(i).map_or("?", |c| &c.name);
                 return wrong(
                     format!("'{name}'"),

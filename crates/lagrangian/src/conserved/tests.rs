@@ -57,7 +57,16 @@ fn a_planet_keeps_energy_and_angular_momentum() {
     assert_eq!(names(&found), ["energy", "angular momentum"]);
     let generators = found.generators.unwrap();
     assert_eq!(generators.len(), 1);
-    assert_eq!(generators[0].text, "δq1 = -1.00 q2, δq2 = +1.00 q1");
+    // Either way about.
+    let turns = [
+        "δq1 = -1.00 q2, δq2 = +1.00 q1",
+        "δq1 = +1.00 q2, δq2 = -1.00 q1",
+    ];
+    assert!(
+        turns.contains(&generators[0].text.as_str()),
+        "{}",
+        generators[0].text
+    );
 }
 
 #[test]

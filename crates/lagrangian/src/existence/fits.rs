@@ -15,7 +15,7 @@ use crate::train::{Family, Fit, FitConfig, ForceTerms, Learned, Loss, Observer, 
 use crate::{Dataset, MlpConfig, Result};
 
 /// Fits of a survey at most.
-const MOST: usize = 7;
+const MOST: usize = 9;
 
 pub(super) struct Fits<'a> {
     pub(super) parts: &'a Parts,
@@ -40,31 +40,35 @@ impl<'a> Fits<'a> {
 
     /// A Lagrangian alone, and with friction.
     pub(super) fn lagrangians(&mut self) -> Result<[Fit; 2]> {
-        let network = self.config.network.clone();
-        let conservative = self.lagrangian(network.clone(), ForceTerms::default())?;
-        let friction = self.lagrangian(network, ForceTerms::friction())?;
-        Ok(self.best([conservative, friction]))
+        self.both(self.config.network.clone(), self.config.seed)
     }
 
-    /// The same, or in the other form of the network, free or convex in q̇, where that is better on the validation samples:
-    /// a free network does not learn every Lagrangian, and not every Lagrangian is convex.
-    pub(super) fn otherwise(&mut self, [conservative, friction]: [Fit; 2]) -> Result<[Fit; 2]> {
-        let network = LnnConfig {
-            form: match self.config.network.form {
+    /// The same, or what is better on the validation samples of two more tries: other weights at the start, and the other form
+    /// of the network, free or convex in q̇. A free network does not learn every Lagrangian, and not every Lagrangian is
+    /// convex.
+    pub(super) fn otherwise(&mut self, first: [Fit; 2]) -> Result<[Fit; 2]> {
+        let (network, seed) = (self.config.network.clone(), self.config.seed);
+        let other = LnnConfig {
+            form: match network.form {
                 Form::Free => Form::Convex,
                 Form::Convex => Form::Free,
             },
-            width: self.config.network.width.next_multiple_of(16),
-            ..self.config.network.clone()
+            width: network.width.next_multiple_of(16),
+            ..network.clone()
         };
-        let other = self.lagrangian(network.clone(), ForceTerms::default())?;
-        let other_friction = self.lagrangian(network, ForceTerms::friction())?;
-        let [other, other_friction] = self.best([other, other_friction]);
         let better = |one: Fit, other: Fit| if other.best < one.best { other } else { one };
-        Ok([
-            better(conservative, other),
-            better(friction, other_friction),
-        ])
+        let mut best = first;
+        for (network, seed) in [(network, seed.wrapping_add(1)), (other, seed)] {
+            let ([a, b], [c, d]) = (best, self.both(network, seed)?);
+            best = [better(a, c), better(b, d)];
+        }
+        Ok(best)
+    }
+
+    fn both(&mut self, network: LnnConfig, seed: u64) -> Result<[Fit; 2]> {
+        let conservative = self.lagrangian(network.clone(), ForceTerms::default(), seed)?;
+        let friction = self.lagrangian(network, ForceTerms::friction(), seed)?;
+        Ok(self.best([conservative, friction]))
     }
 
     /// The same, the first one without friction being the second less its friction where that is better on the validation
@@ -89,14 +93,24 @@ impl<'a> Fits<'a> {
     pub(super) fn plain(&mut self) -> Result<Learned> {
         let parts = self.parts;
         Ok(self
-            .fit(&parts.dataset, self.mlp(), ForceTerms::default())?
+            .fit(
+                &parts.dataset,
+                (self.mlp(), ForceTerms::default()),
+                self.config.seed,
+            )?
             .model)
     }
 
     /// The same from recordings drawn with replacement.
     pub(super) fn plain_drawn(&mut self) -> Result<Learned> {
         let drawn = self.parts.drawn(self.config.seed)?;
-        Ok(self.fit(&drawn, self.mlp(), ForceTerms::default())?.model)
+        Ok(self
+            .fit(
+                &drawn,
+                (self.mlp(), ForceTerms::default()),
+                self.config.seed,
+            )?
+            .model)
     }
 
     /// A plain network of the data as the Lagrangian `model` would have made them: its accelerations at the same states, with
@@ -117,12 +131,14 @@ impl<'a> Fits<'a> {
                 *own = if failed { *measured } else { *own + deviation };
             }
         }
-        Ok(self.fit(&made, self.mlp(), ForceTerms::default())?.model)
+        Ok(self
+            .fit(&made, (self.mlp(), ForceTerms::default()), self.config.seed)?
+            .model)
     }
 
-    fn lagrangian(&mut self, network: LnnConfig, forces: ForceTerms) -> Result<Fit> {
+    fn lagrangian(&mut self, network: LnnConfig, forces: ForceTerms, seed: u64) -> Result<Fit> {
         let parts = self.parts;
-        self.fit(&parts.dataset, Family::Lnn(network), forces)
+        self.fit(&parts.dataset, (Family::Lnn(network), forces), seed)
     }
 
     fn mlp(&self) -> Family {
@@ -135,14 +151,19 @@ impl<'a> Fits<'a> {
         })
     }
 
-    fn fit(&mut self, dataset: &Dataset, family: Family, forces: ForceTerms) -> Result<Fit> {
+    fn fit(
+        &mut self,
+        dataset: &Dataset,
+        (family, forces): (Family, ForceTerms),
+        seed: u64,
+    ) -> Result<Fit> {
         let config = FitConfig {
             family,
             forces,
             loss: Loss::Acceleration,
             budget: self.config.budget,
             batch: self.config.batch,
-            seed: self.config.seed,
+            seed,
             ..FitConfig::default()
         };
         let mut part = Part {

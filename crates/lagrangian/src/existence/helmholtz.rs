@@ -8,6 +8,7 @@ use faer::{Mat, Side};
 use serde::Serialize;
 
 use super::field::{Field, FieldScale};
+use super::matrices::{basis, identity, product, skew_part};
 use crate::dynamics::Model;
 use crate::integrate::Method;
 use crate::rollout::{RolloutOptions, free, rollout, times};
@@ -211,26 +212,6 @@ fn stepped(
     moved(&mean, 2.0 * h)
 }
 
-/// An orthonormal basis of the symmetric matrices.
-fn basis(n: usize) -> Vec<Vec<f64>> {
-    let pairs = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
-    let one = |(i, j): (usize, usize)| {
-        let mut g = vec![0.0; n * n];
-        let weight = if i == j { 1.0 } else { 0.5_f64.sqrt() };
-        (g[i * n + j], g[j * n + i]) = (weight, weight);
-        g
-    };
-    pairs.map(one).collect()
-}
-
-/// gP − (gP)ᵀ.
-fn skew_part(n: usize, g: &[f64], p: &[f64]) -> Vec<f64> {
-    let gp = product(n, g, p);
-    (0..n * n)
-        .map(|at| gp[at] - gp[at % n * n + at / n])
-        .collect()
-}
-
 /// Multipliers that leave at most this many times what the best one leaves are as good.
 const AS_GOOD: f64 = 3.0;
 
@@ -256,17 +237,6 @@ fn regularity(n: usize, symmetric: &[Vec<f64>], values: &[f64], vectors: faer::M
     };
     let sizes = || values.iter().map(|x| x.abs());
     sizes().fold(f64::INFINITY, f64::min) / sizes().fold(f64::MIN_POSITIVE, f64::max)
-}
-
-fn identity(n: usize) -> Vec<f64> {
-    (0..n * n)
-        .map(|at| f64::from(u8::from(at / n == at % n)))
-        .collect()
-}
-
-fn product(n: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
-    let entry = |at: usize| (0..n).map(|k| a[at / n * n + k] * b[k * n + at % n]).sum();
-    (0..n * n).map(entry).collect()
 }
 
 #[cfg(test)]

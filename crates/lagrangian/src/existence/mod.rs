@@ -10,6 +10,7 @@ mod errors;
 mod field;
 mod fits;
 mod helmholtz;
+mod matrices;
 mod parts;
 mod reasons;
 mod survey;

@@ -21,7 +21,7 @@ use crate::{Coordinates, Result, State, Trajectory};
 pub struct SurveyConfig {
     /// The Lagrangian network; the plain one has its width, layers and activation.
     pub network: LnnConfig,
-    /// Of each of the fits: five, or two more where the first Lagrangians are not enough.
+    /// Of each of the fits: five, or nine where the first Lagrangians are not enough.
     pub budget: Budget,
     /// Samples of one step.
     pub batch: usize,
@@ -69,13 +69,15 @@ pub struct Contraction {
     pub found: Divergence,
     /// Its difference to that of a field that was learned alike from recordings drawn with replacement, 1/s.
     pub chance: f64,
+    /// What an error of q̈ of the size of the unrestricted fit's makes where it goes with q̇, 1/s.
+    pub floor: f64,
 }
 
 impl Contraction {
-    /// The error of the rate, 1/s: from motion to motion, and of learning.
+    /// The error of the rate, 1/s: from motion to motion, of learning, and what the held-out errors allow.
     #[must_use]
     pub fn error(&self) -> f64 {
-        self.found.error.hypot(self.chance)
+        self.found.error.hypot(self.chance).hypot(self.floor)
     }
 }
 
@@ -142,7 +144,7 @@ pub fn survey(
         verdict: Verdict::none(),
         hidden: Vec::new(),
         asymmetry: asymmetry(models, &null, &parts.starts(), &scale)?,
-        contraction: contraction(models, recordings, &scale),
+        contraction: contraction(models, recordings, &scale, held_out(&plain).relative),
         damping: damping_of(models, &parts, &scale, &tau),
         conservative: held_out(&lagrangians[0].model),
         friction: held_out(&lagrangians[1].model),
@@ -218,10 +220,15 @@ fn contraction(
     [own, second]: [&dyn Model; 2],
     recordings: &[Trajectory],
     scale: &FieldScale,
+    error: f64,
 ) -> Option<Contraction> {
     let found = divergence(own, recordings, scale)?;
     let chance = (divergence(second, recordings, scale)?.rate - found.rate).abs();
-    Some(Contraction { found, chance })
+    Some(Contraction {
+        found,
+        chance,
+        floor: error / scale.time,
+    })
 }
 
 fn median(values: &[f64]) -> Option<f64> {

@@ -1,74 +1,80 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 use super::*;
 use crate::experiment::existence::{System, noisy};
-use crate::lagrangian::LnnConfig;
 use crate::train::Budget;
+use crate::{Error, Trajectory};
+
+fn surveyed(system: System, recordings: &[Trajectory]) -> Survey {
+    let config = SurveyConfig {
+        budget: Budget::Steps(80),
+        ..SurveyConfig::default()
+    };
+    survey(&system.coordinates().unwrap(), recordings, &config, &mut ()).unwrap()
+}
 
 #[test]
-#[ignore = "calibration"]
-fn calibration() {
-    let env = |name: &str, default: f64| {
-        std::env::var(name)
-            .ok()
-            .and_then(|x| x.parse().ok())
-            .unwrap_or(default)
-    };
-    let only = std::env::var("ONLY").unwrap_or_default();
-    for system in System::ALL {
-        if !only.is_empty() && !only.split(',').any(|o| o == system.name()) {
-            continue;
-        }
-        for seed in 0..env("SEEDS", 1.0) as u64 {
-            let recordings = system.recordings(24, seed).unwrap();
-            let recordings = noisy(recordings, env("NOISE", 0.0), seed + 100);
-            let config = SurveyConfig {
-                seed,
-                budget: Budget::Steps(env("STEPS", 200.0) as usize),
-                batch: env("BATCH", 128.0) as usize,
-                network: LnnConfig {
-                    width: env("WIDTH", 32.0) as usize,
-                    ..Default::default()
-                },
-            };
-            let clock = std::time::Instant::now();
-            let s = survey(
-                &system.coordinates().unwrap(),
-                &recordings,
-                &config,
-                &mut (),
-            )
-            .unwrap();
-            println!(
-                "{:24} {seed} {:5.1}s {:?} {:.3} (truth {:?}) c {:.1e} f {:.1e} u {:.1e} hidden {:?} rec {}",
-                system.name(),
-                clock.elapsed().as_secs_f64(),
-                s.verdict.existence,
-                s.verdict.confidence,
-                system.truth(),
-                s.conservative.relative,
-                s.friction.relative,
-                s.unrestricted.relative,
-                s.hidden,
-                s.recordings
-            );
-            if let Some(a) = &s.asymmetry {
-                println!(
-                    "      asym {:.2e} chance {:.2e} regular {:.2} of {}",
-                    a.median, a.chance, a.regularity, a.motions
-                );
-            }
-            if let Some(a) = &s.damping {
-                println!(
-                    "      damping {:.2e} coupled {:.2e} chance {:.2e} mean {:?}",
-                    a.whole, a.coupled, a.chance, a.mean
-                );
-            }
-            if let Some(c) = &s.contraction {
-                println!(
-                    "      div {:.2e} ± {:.1e} chance {:.1e} of {}",
-                    c.found.rate, c.found.error, c.chance, c.found.motions
-                );
-            }
-        }
+fn a_pendulum_needs_no_friction_and_one_with_dry_friction_does() {
+    for system in [System::Pendulum, System::CoulombPendulum] {
+        let found = surveyed(system, &system.recordings(16, 1).unwrap());
+        assert_eq!(
+            found.verdict.existence,
+            system.truth(),
+            "{:?}",
+            found.verdict
+        );
+        // Four recordings are held out of the sixteen.
+        assert!(
+            (0.9..=0.9375).contains(&found.verdict.confidence),
+            "{:?}",
+            found.verdict
+        );
     }
+}
+
+#[test]
+fn noise_bounds_what_can_be_said_of_hidden_forces() {
+    let system = System::Pendulum;
+    let clean = system.recordings(16, 1).unwrap();
+    let recordings = noisy(clean, 0.05, 7);
+    let found = surveyed(system, &recordings);
+    assert_eq!(
+        found.verdict.existence,
+        Existence::Lagrangian,
+        "{:?}",
+        found.verdict
+    );
+    let qdd: Vec<f64> = recordings
+        .iter()
+        .flat_map(|r| r.qdd.clone().unwrap())
+        .collect();
+    let size = (qdd.iter().map(|x| x * x).sum::<f64>() / qdd.len() as f64).sqrt();
+    // A force must add thrice the variance of the noise to double the error.
+    assert!(
+        (found.hidden[0] / (3.0_f64.sqrt() * 0.05 * size) - 1.0).abs() < 0.3,
+        "{found:?}"
+    );
+}
+
+#[test]
+fn one_recording_is_enough_for_a_guess_and_not_for_certainty() {
+    let system = System::CoulombPendulum;
+    let found = surveyed(system, &system.recordings(1, 1).unwrap());
+    assert!(found.verdict.confidence <= 0.75, "{:?}", found.verdict);
+    assert_eq!(found.unrestricted.squares.len(), 8);
+}
+
+#[test]
+fn too_few_samples_are_refused_with_their_number() {
+    let system = System::Pendulum;
+    let short = system.recordings(1, 1).unwrap()[0].part(0..60);
+    let refused = survey(
+        &system.coordinates().unwrap(),
+        &[short],
+        &SurveyConfig::default(),
+        &mut (),
+    );
+    assert!(
+        matches!(refused, Err(Error::TooShort { found: 60, .. })),
+        "{refused:?}"
+    );
 }

@@ -1,8 +1,9 @@
 //! The action of true and learned Lagrangians between the same ends.
 //!
 //! L and α L + dF(q)/dt + c have the same motions, and their actions are α S + F(q(T)) − F(q(0)) + c T. Between fixed ends,
-//! differences of S are known to the factor α alone, and α is that of the energies: H knows neither F nor the c of L but
-//! as a constant. So S is compared as (S(q + ε η) − S(q))/α.
+//! differences of S are known to the factor α alone. It is taken from the mass matrices along the path, M′ ≈ α M, which know
+//! neither F nor c. Where every motion has its own α (one coordinate: H and any function of it have the same motions), it
+//! is that of this path.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -11,15 +12,26 @@ use crate::action::{
     DiscreteAction, Family, Path, StationaryPath, conjugate_times, family, stationary_path_from,
 };
 use crate::dynamics::Model;
-use crate::lagrangian::Lagrangian;
 use crate::lagrangian::analytic::{AnalyticModel, by_name};
+use crate::lagrangian::{Jet, Lagrangian};
 use crate::rollout::{RolloutOptions, free, rollout};
+use crate::solve::dot;
 use crate::{Error, Result};
 
 /// Segments of the paths.
 pub const SEGMENTS: usize = 400;
-/// Sizes of the variations.
-pub const SIZES: [f64; 9] = [-0.2, -0.15, -0.1, -0.05, 0.0, 0.05, 0.1, 0.15, 0.2];
+/// The largest variation.
+pub const LARGEST: f64 = 0.2;
+/// Sizes of the variations, even, 0 in the middle.
+pub const SIZES: [f64; 21] = {
+    let mut sizes = [0.0; 21];
+    let mut k = 0;
+    while k < 21 {
+        sizes[k] = LARGEST * (k as f64 - 10.0) / 10.0;
+        k += 1;
+    }
+    sizes
+};
 
 /// A motion whose ends are connected, short of its first conjugate point and beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,7 +139,7 @@ pub fn judge(lagrangian: &dyn Lagrangian, first: &Path) -> Result<Option<Judged>
             .change
             .iter()
             .fold(f64::MIN_POSITIVE, |l, x| l.max(x.abs()));
-        slope.abs() * SIZES[8] / largest
+        slope.abs() * LARGEST / largest
     });
     let slope = slope.fold(0.0, f64::max);
     let eigenvalues = eigenvalues(lagrangian, path)?;
@@ -174,10 +186,8 @@ pub fn first_conjugate_time(lagrangian: &dyn Lagrangian, path: &Path) -> Option<
 /// A learned Lagrangian beside the true one.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Comparison {
-    /// α, from the energies.
+    /// α, from the mass matrices along the path.
     pub scale: f64,
-    /// Part of the variance of α H that the model's energies miss.
-    pub energy_missed: f64,
     /// Largest distance of the stationary paths, in the units of the coordinates.
     pub path_distance: f64,
     /// Root mean square of the differences of S, of all families, over that of the true ones; the model's over α.
@@ -186,7 +196,7 @@ pub struct Comparison {
 
 /// Compares two that were judged from the same first path.
 #[must_use]
-pub fn compare(truth: &Judged, learned: &Judged, (scale, energy_missed): (f64, f64)) -> Comparison {
+pub fn compare(truth: &Judged, learned: &Judged, scale: f64) -> Comparison {
     let nodes = truth
         .stationary
         .path
@@ -202,10 +212,24 @@ pub fn compare(truth: &Judged, learned: &Judged, (scale, energy_missed): (f64, f
     }
     Comparison {
         scale,
-        energy_missed,
         path_distance: nodes.fold(0.0, |far: f64, (a, b)| far.max((a - b).abs())),
         action_error: (missed / all).sqrt(),
     }
+}
+
+/// α of the mass matrices at the middles of a path, by least squares on M′ = α M.
+pub fn mass_scale(truth: &dyn Lagrangian, learned: &dyn Lagrangian, path: &Path) -> f64 {
+    let n = path.dof;
+    let nodes = || path.q.iter().zip(&path.q[n..]);
+    let middle: Vec<f64> = nodes().map(|(a, b)| 0.5 * (a + b)).collect();
+    let speed: Vec<f64> = nodes().map(|(a, b)| (b - a) / path.step()).collect();
+    let masses = |lagrangian: &dyn Lagrangian| {
+        let mut jet = Jet::default();
+        lagrangian.jets().jet(&middle, &speed, &mut jet);
+        jet.mass_matrix
+    };
+    let (own, other) = (masses(truth), masses(learned));
+    dot(&own, &other) / dot(&own, &own)
 }
 
 /// α and the part of the variance that is missed, of `model`'s energies as α H + c at random states of the system.
@@ -284,8 +308,12 @@ mod tests {
                 "{}",
                 case.system
             );
-            let same = compare(&long, &long, energy_scale(&*system, &*system).unwrap());
-            assert!(same.path_distance == 0.0 && same.action_error < 1e-12);
+            let path = &long.stationary.path;
+            let scale = mass_scale(system.lagrangian(), system.lagrangian(), path);
+            let same = compare(&long, &long, scale);
+            assert!(same.path_distance < 1e-15 && same.action_error < 1e-12);
+            let (scale, missed) = energy_scale(&*system, &*system).unwrap();
+            assert!((scale - 1.0).abs() < 1e-12 && missed < 1e-12);
         }
     }
 }

@@ -12,6 +12,7 @@ mod laws;
 pub mod letters;
 mod long_rollouts;
 pub mod magnetic;
+pub mod noisy;
 pub mod premises;
 pub mod relativistic;
 pub mod swing_up;

@@ -1,6 +1,7 @@
 //! The second derivatives of L that involve q: what the second variation of the action needs beside M.
 
 use super::{Jet, Jets};
+use crate::Coordinates;
 
 /// ∂²L/∂q∂q and ∂p/∂q at a batch of `m` states, row-major (theory.md, equation 75).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,6 +17,19 @@ impl Curvature {
     pub fn resize(&mut self, m: usize, n: usize) {
         self.dl_dqdq.resize(m * n * n, 0.0);
         self.dp_dq.resize(m * n * n, 0.0);
+    }
+
+    /// Holds the parameters among the coordinates at state `row`, as [`Jet::hold`] does.
+    pub(super) fn hold(&mut self, coordinates: &Coordinates, row: usize) {
+        let n = coordinates.dof();
+        for i in coordinates.parameters() {
+            for j in 0..n {
+                let (across, down) = ((row * n + i) * n + j, (row * n + j) * n + i);
+                for field in [&mut self.dl_dqdq, &mut self.dp_dq] {
+                    (field[across], field[down]) = (0.0, 0.0);
+                }
+            }
+        }
     }
 
     /// Adds those of another Lagrangian at the same states.
@@ -93,7 +107,7 @@ mod tests {
     use super::*;
     use crate::lagrangian::analytic::{systems, uniform};
     use crate::lagrangian::{Delan, DelanConfig, Form, Lagrangian, Lnn, LnnConfig, Scaling, Sum};
-    use crate::{Coordinate, Coordinates, Topology};
+    use crate::{Coordinate, Topology};
 
     /// Largest difference of two lists over the largest entry.
     fn apart(a: &[f64], b: &[f64]) -> f64 {

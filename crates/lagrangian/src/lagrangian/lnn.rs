@@ -461,6 +461,43 @@ impl LnnShape {
         at
     }
 
+    /// Writes ∂S/∂(q, q̇) of sample `s` `[n, 2n]`, for the n scalars of a linearised pass whose sensitivities were
+    /// carried to the features (theory.md, equation 95); `q`, `qd` are those of all samples.
+    pub(crate) fn slopes<T: Real>(
+        &self,
+        pass: &Pass<T>,
+        s: usize,
+        (q, qd): (&[f64], &[f64]),
+        slopes: &mut [f64],
+    ) {
+        let n = self.dof();
+        let first = Scaling::features(&self.coordinates);
+        for (i, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
+            let mut at = 0;
+            for j in 0..n {
+                let features = Features::new(&self.coordinates, &self.scaling, j, q[s * n + j]);
+                (row[j], row[n + j]) = (0.0, 0.0);
+                for k in 0..features.count {
+                    let value = pass.feature_sensitivity(0, s, at).f64();
+                    let along = pass.feature_sensitivity(2 + i, s, at).f64();
+                    let mixed = pass.mixed_feature_sensitivity(i, s, at).f64();
+                    let curvature = features.curvature(k);
+                    row[j] += mixed * features.slopes[k] + along * curvature * qd[s * n + j];
+                    if i == j {
+                        row[j] -= value * curvature;
+                    }
+                    row[n + j] += along * features.slopes[k];
+                    at += 1;
+                }
+                let velocity = match self.config.form {
+                    Form::Free => pass.mixed_feature_sensitivity(i, s, first + j),
+                    Form::Convex => pass.mixed_velocity_sensitivity(&self.net, i, s, j),
+                };
+                row[n + j] += velocity.f64() / self.scaling.qd_scale[j];
+            }
+        }
+    }
+
     /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`; `qdd` is what it was
     /// written with.
     pub(crate) fn read<T: Real>(

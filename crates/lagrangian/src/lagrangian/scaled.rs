@@ -170,4 +170,13 @@ impl Features {
             count: 1,
         }
     }
+
+    /// Second derivative of feature `k` by q.
+    pub(crate) fn curvature(&self, k: usize) -> f64 {
+        if self.count == 2 {
+            -self.values[k]
+        } else {
+            0.0
+        }
+    }
 }

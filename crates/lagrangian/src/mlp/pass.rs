@@ -309,7 +309,7 @@ impl<T: Real> Pass<T> {
         self.layers.iter().map(|l| l.yz.len()).max().unwrap_or(0)
     }
 
-    fn mixed(&self, i: usize) -> usize {
+    pub(crate) fn mixed(&self, i: usize) -> usize {
         2 + self.room + i
     }
 
@@ -695,6 +695,79 @@ impl<T: Real> Pass<T> {
     /// ∂output/∂(velocity j) of sample `s` through the gates, after [`Pass::reverse`].
     pub(crate) fn velocity_gradient(&self, s: usize, j: usize) -> T {
         self.yv[s * (self.yv.len() / self.samples) + j]
+    }
+
+    /// Carries the sensitivities of these components of the samples from the layers down to the features, after a
+    /// reverse pass that left them there.
+    pub(crate) fn reverse_features(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        components: Range<usize>,
+    ) {
+        let rows = self.components * self.samples;
+        let part = components.start * self.samples..components.end * self.samples;
+        let mut init = Init::Zero;
+        for (l, layer) in net.layers.iter().enumerate() {
+            let Kind::Dense { inputs, .. } = &layer.kind else {
+                continue;
+            };
+            for (input, (_, w)) in inputs.iter().zip(&packed.layers[l].weights) {
+                if input.source != Source::Features {
+                    continue;
+                }
+                dispatch(Gemm::along_rows(
+                    &self.layers[l].yz,
+                    rows,
+                    w,
+                    layer.width,
+                    &mut self.yx,
+                    rows,
+                    part.clone(),
+                    panels::<T>(input.width),
+                    init,
+                ));
+                init = Init::Add;
+            }
+        }
+    }
+
+    /// Component `c` of the sensitivity to feature `i` of sample `s`, after [`Pass::reverse_features`].
+    pub(crate) fn feature_sensitivity(&self, c: usize, s: usize, i: usize) -> T {
+        self.yx[self.feature_at(c, s, i)]
+    }
+
+    /// The same of the mixed component of direction `d`.
+    pub(crate) fn mixed_feature_sensitivity(&self, d: usize, s: usize, i: usize) -> T {
+        self.feature_sensitivity(self.mixed(d), s, i)
+    }
+
+    /// Mixed component of direction `d` of the sensitivity to velocity `j` of sample `s` through the gates: the
+    /// product y g of the truncated algebra, after [`Pass::reverse_mixed`].
+    pub(crate) fn mixed_velocity_sensitivity(&self, net: &Net, d: usize, s: usize, j: usize) -> T {
+        let pairs = [
+            (0, self.mixed(d)),
+            (1, 2 + d),
+            (2 + d, 1),
+            (self.mixed(d), 0),
+        ];
+        let rows = self.components * self.samples;
+        let at = |c: usize, u: usize| {
+            (u / T::LANES * rows + c * self.samples + s) * T::LANES + u % T::LANES
+        };
+        let mut sum = T::default();
+        for (layer, buffers) in net.layers.iter().zip(&self.layers) {
+            let Kind::Gate { gates } = layer.kind else {
+                continue;
+            };
+            let g = self.layers[gates].output();
+            for u in 0..layer.width {
+                for (y, c) in pairs {
+                    sum = sum + buffers.yz[at(y, u)] * g[at(c, j * layer.width + u)];
+                }
+            }
+        }
+        sum
     }
 
     /// Second derivative of the output along tangents i and j (or i and ′ where `j` is `None`), after

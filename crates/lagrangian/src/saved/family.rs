@@ -12,6 +12,7 @@ use crate::lagrangian::{
     Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, Rest,
     RigidChain, Scaling, Sum,
 };
+use crate::neural_ode::NeuralOde;
 use crate::rigid::{IdentifiedRobot, RigidBodies, RobotConfig};
 use crate::train::Learned;
 use crate::{Coordinates, Result};
@@ -23,6 +24,7 @@ const LNN: &str = "lnn";
 const DELAN: &str = "delan";
 const HNN: &str = "hnn";
 const MLP: &str = "mlp";
+const NEURAL_ODE: &str = "neural-ode";
 const RIGID: &str = "rigid";
 const ROBOT: &str = "robot";
 
@@ -123,19 +125,8 @@ impl Learned {
                 header.forces(model.mechanical())?;
                 saved(header, hnn.parameters())
             }
-            Self::Mlp(mlp) => {
-                let (qdd, tau) = mlp.scales();
-                let inputs = mlp.scaling().clone();
-                let scales = MlpScales {
-                    inputs,
-                    qdd: qdd.into(),
-                    tau: tau.into(),
-                };
-                saved(
-                    header(MLP, describe(mlp.config())?, describe(&scales)?),
-                    mlp.parameters(),
-                )
-            }
+            Self::Mlp(mlp) => network(MLP, mlp, &header),
+            Self::NeuralOde(ode) => network(NEURAL_ODE, ode.network(), &header),
             Self::Rigid(rigid) => {
                 let chain = &rigid.motion().lagrangian;
                 let angles = chain.angles();
@@ -221,17 +212,16 @@ impl Learned {
                 let actuation = read("actuation", &header.actuation)?;
                 Ok(Self::Hnn(Canonical::with(hnn, dissipation, actuation)?))
             }
-            MLP => {
+            MLP | NEURAL_ODE => {
                 let config: MlpConfig = read("architecture", &header.architecture)?;
                 let scales: MlpScales = read("scaling", &header.scaling)?;
                 let outputs = (scales.qdd, scales.tau);
-                Ok(Self::Mlp(Mlp::with_parameters(
-                    coordinates,
-                    config,
-                    scales.inputs,
-                    outputs,
-                    weights,
-                )?))
+                let mlp =
+                    Mlp::with_parameters(coordinates, config, scales.inputs, outputs, weights)?;
+                match header.family.as_str() {
+                    NEURAL_ODE => Ok(Self::NeuralOde(NeuralOde::new(mlp)?)),
+                    _ => Ok(Self::Mlp(mlp)),
+                }
             }
             super::field::FIELD => Err(damaged(
                 "it is the density of a field, which moves on a ring of points: read it with `DensityNet::load`".into(),
@@ -251,12 +241,28 @@ impl Learned {
             Self::Hnn(model) if model.hamiltonian().canonical() => {
                 Some(&model.mechanical().lagrangian)
             }
-            Self::Hnn(_) | Self::Mlp(_) => None,
+            Self::Hnn(_) | Self::Mlp(_) | Self::NeuralOde(_) => None,
             Self::Rigid(rigid) => Some(&rigid.motion().lagrangian),
             Self::Robot(robot) => Some(&robot.motion().lagrangian),
             Self::Nominal(model) => Some(&model.lagrangian),
         }
     }
+}
+
+/// What is saved of a plain network.
+fn network(
+    family: &str,
+    mlp: &Mlp,
+    header: &dyn Fn(&str, Value, Value) -> Header,
+) -> Result<SavedModel> {
+    let (qdd, tau) = mlp.scales();
+    let scales = MlpScales {
+        inputs: mlp.scaling().clone(),
+        qdd: qdd.into(),
+        tau: tau.into(),
+    };
+    let header = header(family, describe(mlp.config())?, describe(&scales)?);
+    saved(header, mlp.parameters())
 }
 
 /// The chain that was saved.

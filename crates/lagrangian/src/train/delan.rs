@@ -108,6 +108,24 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         let unit = |_: usize, d: usize, i: usize| f64::from(u8::from(d % n == i));
         self.sensitivities(packed, work, self.outputs(), unit);
     }
+
+    fn state_slopes(
+        &self,
+        packed: &Packed<T>,
+        extra: &[f64],
+        work: &mut Work<T>,
+        slopes: &mut [f64],
+    ) {
+        let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
+        work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
+        for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {
+            let state = (&work.q[s * n..][..n], &work.qd[s * n..][..n]);
+            shape.slopes(&work.pass, s, state, &mut work.factors[s], slopes);
+            for set in slopes.chunks_exact_mut(2 * n * n) {
+                work.add_force_slopes(&self.forces, extra, (s, shape.scaling.energy), set);
+            }
+        }
+    }
 }
 
 impl DelanLearner<'_> {

@@ -15,6 +15,7 @@ use super::learned::Template;
 use super::learned::{Family, Learned};
 use super::learner::{Learner, Loss};
 use super::natural::{Natural, NaturalConfig};
+use super::rollout::{RolloutLoss, Rollouts};
 use crate::dataset::{Dataset, shuffle};
 use crate::identify::{RigidConfig, identify};
 use crate::rigid::{RigidBodies, RobotConfig};
@@ -65,6 +66,9 @@ pub struct FitConfig {
     pub family: Family,
     /// What is minimised.
     pub loss: Loss,
+    /// Settings of that loss, where it is a rollout's.
+    #[serde(skip_serializing_if = "RolloutLoss::is_default")]
+    pub rollout: RolloutLoss,
     /// How.
     pub optimizer: Optimizer,
     /// How long.
@@ -92,6 +96,7 @@ impl Default for FitConfig {
         Self {
             family: Family::default(),
             loss: Loss::default(),
+            rollout: RolloutLoss::default(),
             optimizer: Optimizer::default(),
             budget: Budget::Steps(1000),
             batch: 256,
@@ -302,6 +307,23 @@ impl FitConfig {
                 "torque".into(),
                 "acceleration: the data hold no force τ",
             ),
+            _ if matches!(self.family, Family::NeuralOde(_))
+                && !matches!(self.loss, Loss::Rollout | Loss::Acceleration) =>
+            {
+                argument(
+                    "loss",
+                    self.loss.name().into(),
+                    "rollout or acceleration: a neural ODE has no inverse dynamics (--model mlp has)",
+                )
+            }
+            _ if self.loss == Loss::Rollout && self.nominal.is_some() => argument(
+                "loss",
+                "rollout".into(),
+                "acceleration or torque upon a nominal model: a rollout has no gradient through a robot's description",
+            ),
+            _ if self.loss == Loss::Rollout && self.precision == Precision::F32 => {
+                argument("precision", "f32".into(), "f64 under the rollout loss")
+            }
             _ if self.loss.rule().is_some() && dataset.train.steps.is_empty() => argument(
                 "loss",
                 self.loss.name().into(),
@@ -340,6 +362,10 @@ impl FitConfig {
                     "torque or acceleration: only deep Lagrangian networks (delan) are fitted to more at once",
                 )
             }
+            _ if self.loss == Loss::Rollout => {
+                self.rollout
+                    .validate(dataset, &self.optimizer, &self.family)
+            }
             _ => Ok(()),
         }
     }
@@ -366,15 +392,22 @@ pub fn fit(
         );
     }
     let template = config.template(dataset)?;
-    let fresh = template.initialise(config.seed);
+    let mut fresh = template.initialise(config.seed);
+    let weights = fresh.len();
+    if config.loss == Loss::Rollout {
+        fresh.extend(template.with_flow(|l| Rollouts::new(dataset, config, l).free_starts()));
+    }
     let mut run = Run::new(dataset, config, resume, fresh)?;
     let (ending, progress) = match config.precision {
+        _ if config.loss == Loss::Rollout => template.with_flow(|flow| {
+            template.with_f64(|learner| run.descend_rollouts(flow, learner, observer))
+        }),
         Precision::F32 => template.with_f32(|learner| run.descend_in::<f32>(learner, observer)),
         Precision::F64 => template.with_f64(|learner| run.descend_in_f64(learner, observer)),
     }?;
     let state = run.state;
     Ok(Fit {
-        model: template.assemble(&state.best_parameters)?,
+        model: template.assemble(&state.best_parameters[..weights])?,
         ending,
         best: state.best,
         best_step: state.best_step,
@@ -489,7 +522,8 @@ impl<'a> Run<'a> {
         engine.phi.copy_from_slice(&self.state.memory[0]);
         let config = self.config;
 
-        self.descend(learner, observer, |state, share, samples, numbers| {
+        let judge = self.judged::<f64>(learner);
+        self.descend(judge, observer, |state, share, samples, numbers| {
             let rate = natural.rate * cosine(share);
             let damping = natural.damping_first
                 * (natural.damping_last / natural.damping_first).powf(share)
@@ -529,7 +563,8 @@ impl<'a> Run<'a> {
             Batches::<T>::new(learner, self.config.batch.min(self.dataset.train.len()));
         let mut gradient = vec![0.0; learner.parameters()];
         let config = self.config;
-        self.descend(learner, observer, |state, share, samples, numbers| {
+        let judge = self.judged::<T>(learner);
+        self.descend(judge, observer, |state, share, samples, numbers| {
             let rate = adam_config.rate * cosine(share);
             let parameters = &mut state.parameters;
             let value = batches.evaluate(
@@ -550,15 +585,100 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// The loop that both optimisers share; `step` improves the parameters and says the loss before and its rate.
-    fn descend<T: crate::mlp::simd::Real>(
+    /// The rollout loss, after a fit of accelerations where that is wanted; `flow` gives the rates as they are,
+    /// `learner` the residuals of that fit.
+    fn descend_rollouts(
         &mut self,
-        learner: &dyn Learner<T>,
+        flow: &dyn Learner<f64>,
+        learner: &dyn Learner<f64>,
+        observer: &mut dyn Observer,
+    ) -> Result<(Ending, Progress)> {
+        let config = self.config;
+        let mut judges = Rollouts::new(self.dataset, config, flow);
+        let judge = |parameters: &[f64]| judges.judge(flow, parameters);
+        let mut rollouts = Rollouts::new(self.dataset, config, flow);
+        let batch = config.batch.min(self.dataset.train.len());
+        let mut gradient = vec![0.0; learner.parameters()];
+        let weights = gradient.len();
+        match &config.optimizer {
+            Optimizer::Natural(natural) => {
+                let mut first = Natural::new(learner, batch);
+                self.descend(judge, observer, |state, share, samples, numbers| {
+                    let warm = share < config.rollout.warm_start;
+                    // Each part has a schedule of its own.
+                    let (share, part) = parts(share, config.rollout.warm_start);
+                    let rate = natural.rate * cosine(part);
+                    let damping = natural.damping_first
+                        * (natural.damping_last / natural.damping_first).powf(part)
+                        * 10f64.powi(state.setbacks);
+                    if !warm {
+                        let at = (share, rate, damping);
+                        return (rollouts.natural_step(flow, natural, state, at), rate);
+                    }
+                    first.phi.copy_from_slice(&state.memory[0][..weights]);
+                    let value = first.step(
+                        learner,
+                        natural,
+                        Loss::Acceleration,
+                        (rate, damping),
+                        (samples, numbers),
+                        &mut state.parameters[..weights],
+                    );
+                    state.memory[0][..weights].copy_from_slice(&first.phi);
+                    (value, rate)
+                })
+            }
+            Optimizer::Adam(adam) => {
+                let mut first = Batches::<f64>::new(learner, batch);
+                self.descend(judge, observer, |state, share, samples, numbers| {
+                    let rate = adam.rate * cosine(share);
+                    if share >= config.rollout.warm_start {
+                        let at = (share, rate);
+                        return (rollouts.adam_step(flow, adam, state, at), rate);
+                    }
+                    let parameters = &mut state.parameters[..weights];
+                    let value = first.evaluate(
+                        learner,
+                        Loss::Acceleration,
+                        parameters,
+                        (samples, numbers),
+                        Some(&mut gradient),
+                    );
+                    let mut memory = Adam {
+                        first: state.memory[0][..weights].to_vec(),
+                        second: state.memory[1][..weights].to_vec(),
+                    };
+                    memory.step(adam, rate, state.step, &gradient, parameters);
+                    learner.project(parameters);
+                    state.memory[0][..weights].copy_from_slice(&memory.first);
+                    state.memory[1][..weights].copy_from_slice(&memory.second);
+                    (value, rate)
+                })
+            }
+        }
+    }
+
+    /// Judges parameters by the validation samples; `None` where there are none.
+    fn judged<'l, T: crate::mlp::simd::Real>(
+        &self,
+        learner: &'l dyn Learner<T>,
+    ) -> impl FnMut(&[f64]) -> Option<Value> + use<'a, 'l, T> {
+        let mut judges = Batches::<T>::new(learner, self.judge.len().clamp(1, 256));
+        let (judge, dataset, loss) = (self.judge.clone(), self.dataset, self.config.loss);
+        move |parameters| {
+            let judged = (&dataset.validation, &judge[..]);
+            (!judge.is_empty()).then(|| judges.evaluate(learner, loss, parameters, judged, None))
+        }
+    }
+
+    /// The loop that all optimisers share; `step` improves the parameters and says the loss before and its rate.
+    fn descend(
+        &mut self,
+        mut judge: impl FnMut(&[f64]) -> Option<Value>,
         observer: &mut dyn Observer,
         mut step: impl FnMut(&mut Checkpoint, f64, &Samples, &[usize]) -> (Value, f64),
     ) -> Result<(Ending, Progress)> {
         let batch = self.config.batch.min(self.dataset.train.len());
-        let mut judges = Batches::<T>::new(learner, self.judge.len().clamp(1, 256));
         if self.share() >= 1.0 && !self.state.best_parameters.is_empty() {
             return Ok((Ending::Finished, self.at_the_end()));
         }
@@ -569,13 +689,13 @@ impl<'a> Run<'a> {
             self.state.step += 1;
             let share = self.share();
             let look = self.state.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
-            let validation = look.then(|| self.look(learner, &mut judges, value));
+            let validation = look.then(|| self.look(judge(&self.state.parameters), value));
             let progress = Progress {
                 step: self.state.step,
                 share,
                 seconds: self.seconds(),
                 loss: value.mean(),
-                validation: validation.filter(|_| !self.judge.is_empty()),
+                validation: validation.filter(|(_, held)| *held).map(|(value, _)| value),
                 rate,
                 singular: value.singular,
             };
@@ -588,7 +708,7 @@ impl<'a> Run<'a> {
             if let Some(ending) = ending {
                 // Ended before the first look. Not in the checkpoint: a resumed run must not know of it.
                 if self.state.best_parameters.is_empty() {
-                    self.look(learner, &mut judges, value);
+                    self.look(judge(&self.state.parameters), value);
                 }
                 if self.state.best_parameters.is_empty() {
                     self.state
@@ -629,25 +749,10 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Judges the parameters and keeps them if they are the best so far.
-    fn look<T: crate::mlp::simd::Real>(
-        &mut self,
-        learner: &dyn Learner<T>,
-        judges: &mut Batches<T>,
-        batch: Value,
-    ) -> f64 {
-        let judged = (&self.dataset.validation, &self.judge[..]);
-        let seen = if self.judge.is_empty() {
-            batch
-        } else {
-            judges.evaluate(
-                learner,
-                self.config.loss,
-                &self.state.parameters,
-                judged,
-                None,
-            )
-        };
+    /// Keeps the parameters if they are the best so far, by the held-back samples, or by the batch where there are
+    /// none; returns the loss and whether it is that of held-back samples.
+    fn look(&mut self, held: Option<Value>, batch: Value) -> (f64, bool) {
+        let seen = held.unwrap_or(batch);
         // A model without accelerations somewhere is not the best, however well it does elsewhere.
         let value = if seen.singular > 0 {
             f64::INFINITY
@@ -665,8 +770,17 @@ impl<'a> Run<'a> {
         {
             self.state.go_back();
         }
-        value
+        (value, held.is_some())
     }
+}
+
+/// The share of the whole budget, and that of the part before or behind `warm_start`.
+fn parts(share: f64, warm_start: f64) -> (f64, f64) {
+    let part = match share < warm_start {
+        true => share / warm_start,
+        false => (share - warm_start) / (1.0 - warm_start),
+    };
+    (share, part)
 }
 
 /// A loss that exceeds the best by this factor sends the run back to the best, with more damping.
@@ -678,7 +792,7 @@ fn cosine(share: f64) -> f64 {
 }
 
 /// The order in which samples are visited: a new random one for each pass, a function of seed and step alone.
-struct Order {
+pub(super) struct Order {
     seed: u64,
     epoch: Option<usize>,
     numbers: Vec<usize>,
@@ -686,7 +800,7 @@ struct Order {
 }
 
 impl Order {
-    fn new(len: usize, seed: u64) -> Self {
+    pub(super) fn new(len: usize, seed: u64) -> Self {
         Self {
             seed,
             epoch: None,
@@ -696,7 +810,7 @@ impl Order {
     }
 
     /// The samples of a step; the few that are left at the end of a pass are skipped.
-    fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
+    pub(super) fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
         let steps = (self.numbers.len() / batch).max(1);
         let epoch = step / steps;
         if self.epoch != Some(epoch) {

@@ -255,6 +255,20 @@ impl Forces {
         force
     }
 
+    /// Slope of that force over the velocity of its coordinate, N·m·s/rad.
+    pub(crate) fn velocity_slope(&self, extra: &[f64], i: usize, qd: f64) -> f64 {
+        if self.terms.is_empty() {
+            return 0.0;
+        }
+        let (speed, slow) = (self.smoothing(extra, i), self.stribeck_speed(extra, i));
+        let (sign, hump) = ((qd / speed).tanh(), (-(qd / slow).powi(2)).exp());
+        let viscous = self.tau[i] / self.qd[i] * self.value(extra, Term::Viscous, i);
+        let coulomb = self.tau[i] * self.value(extra, Term::Coulomb, i);
+        let excess = self.tau[i] * self.value(extra, Term::Stribeck, i) * hump;
+        let bend = (coulomb + excess) * (1.0 - sign * sign) / speed;
+        viscous + bend - 2.0 * excess * sign * qd / (slow * slow)
+    }
+
     /// The friction of trained parameters, where any is learned.
     pub(crate) fn dissipation(&self, terms: ForceTerms, extra: &[f64]) -> Option<Dissipation> {
         let each = |f: &dyn Fn(usize) -> f64| (0..self.n()).map(f).collect::<Vec<f64>>();

@@ -179,10 +179,10 @@ impl HnnLearner<'_> {
         let (energy, scale) = (self.shape.scaling().energy, &self.shape.scaling().qd_scale);
         let plain = matches!(self.shape.net, HnnNet::None(_));
         work.mix[s * k * k..][..k * k].fill(0.0);
-        for i in 0..n {
+        for (i, scale) in scale.iter().enumerate() {
             let (v, f) = (s * k + i, s * k + n + i);
             let [rate, force] = self.shape.unit(i);
-            let speed = rate * (work.along[v] + kinetic * work.p[s * n + i] / scale[i]);
+            let speed = rate * (work.along[v] + kinetic * work.p[s * n + i] / scale);
             work.residual[v] = self.weights[i] * (speed - work.qd[s * n + i]);
             work.mix[(s * k + i) * k + i] = self.weights[i] * rate;
             let push = force * work.along[f] - work.scratch[n + i];

@@ -22,6 +22,7 @@ use crate::lagrangian::{
     Actuation, Delan, DelanConfig, DelanShape, Dissipation, Lagrangian, Lnn, LnnConfig, LnnShape,
     Rest, Sum,
 };
+use crate::neural_ode::{NeuralOde, NeuralOdeConfig, Order};
 use crate::rigid::{IdentifiedRobot, RigidBodies};
 use crate::{Coordinates, Result};
 
@@ -39,6 +40,9 @@ pub enum Family {
     Hnn(HnnConfig),
     /// Plain network, the baseline: of accelerations, or of torques where the loss is theirs.
     Mlp(MlpConfig),
+    /// Neural ordinary differential equation.
+    #[serde(rename = "neural-ode")]
+    NeuralOde(NeuralOdeConfig),
     /// Planar chain of rigid links, by least squares.
     Rigid(RigidConfig),
 }
@@ -58,6 +62,7 @@ impl Family {
             Self::Delan(_) => "delan",
             Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
+            Self::NeuralOde(_) => "neural-ode",
             Self::Rigid(_) => "rigid",
         }
     }
@@ -75,6 +80,8 @@ pub enum Learned {
     Hnn(Canonical<Hnn>),
     /// A plain network.
     Mlp(Mlp),
+    /// A plain network as the right-hand side of the motion.
+    NeuralOde(NeuralOde),
     /// An identified chain of rigid links.
     Rigid(Rigid),
     /// A robot of known kinematics, identified.
@@ -90,6 +97,7 @@ impl Model for Learned {
             Self::Delan(model) => model.coordinates(),
             Self::Hnn(model) => model.coordinates(),
             Self::Mlp(model) => model.coordinates(),
+            Self::NeuralOde(model) => model.coordinates(),
             Self::Rigid(model) => model.coordinates(),
             Self::Robot(model) => model.coordinates(),
             Self::Nominal(model) => model.coordinates(),
@@ -109,6 +117,7 @@ impl Model for Learned {
             Self::Delan(model) => model.evaluator(),
             Self::Hnn(model) => model.evaluator(),
             Self::Mlp(model) => model.evaluator(),
+            Self::NeuralOde(model) => model.evaluator(),
             Self::Rigid(model) => model.evaluator(),
             Self::Robot(model) => model.evaluator(),
             Self::Nominal(model) => model.evaluator(),
@@ -121,6 +130,7 @@ impl Model for Learned {
             Self::Delan(model) => model.mechanics(),
             Self::Hnn(model) => model.mechanics(),
             Self::Mlp(model) => model.mechanics(),
+            Self::NeuralOde(model) => model.mechanics(),
             Self::Rigid(model) => model.mechanics(),
             Self::Robot(model) => model.mechanics(),
             Self::Nominal(model) => model.mechanics(),
@@ -136,7 +146,7 @@ impl Learned {
             Self::Lnn(model) => model.dissipation(),
             Self::Delan(model) => model.dissipation(),
             Self::Hnn(model) => model.mechanical().dissipation(),
-            Self::Mlp(_) => None,
+            Self::Mlp(_) | Self::NeuralOde(_) => None,
             Self::Rigid(rigid) => rigid.motion().dissipation(),
             Self::Robot(robot) => robot.motion().dissipation(),
             Self::Nominal(model) => model.dissipation(),
@@ -151,7 +161,7 @@ impl Learned {
             Self::Delan(model) => model.actuation(),
             Self::Hnn(model) => model.mechanical().actuation(),
             Self::Nominal(model) => model.actuation(),
-            Self::Mlp(_) | Self::Rigid(_) | Self::Robot(_) => None,
+            Self::Mlp(_) | Self::NeuralOde(_) | Self::Rigid(_) | Self::Robot(_) => None,
         }
     }
 
@@ -163,6 +173,7 @@ impl Learned {
             Self::Delan(_) => "delan",
             Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
+            Self::NeuralOde(_) => "neural-ode",
             Self::Rigid(_) | Self::Robot(_) => "rigid",
             Self::Nominal(model) => match model.lagrangian.rest() {
                 Rest::Lnn(_) => "lnn",
@@ -229,6 +240,8 @@ pub(crate) enum Template {
         shape: MlpShape,
         loss: Loss,
         weights: Vec<f64>,
+        /// Whether it is the right-hand side of a neural ODE.
+        ode: bool,
     },
 }
 
@@ -240,7 +253,12 @@ impl Family {
         let left = nominal.as_ref().map(|nominal| remainder(nominal, dataset));
         let dataset = left.as_ref().unwrap_or(dataset);
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
-        let weights = config.loss.weights(dataset);
+        // Under the rollout loss it is what the run begins with.
+        let loss = match config.loss {
+            Loss::Rollout => Loss::Acceleration,
+            loss => loss,
+        };
+        let weights = loss.weights(dataset);
         let (coordinates, scaling) = (dataset.coordinates.clone(), dataset.scaling());
         let terms = config.forces;
         let forces = Forces::new(terms, tau.clone(), scaling.qd_scale.clone(), qdd.clone());
@@ -254,7 +272,7 @@ impl Family {
             }
             Self::Lnn(lnn) => Template::Lnn {
                 shape: LnnShape::new(coordinates, lnn.clone(), scaling)?,
-                loss: config.loss,
+                loss,
                 weights,
                 terms,
                 forces,
@@ -262,7 +280,7 @@ impl Family {
             },
             Self::Delan(delan) => Template::Delan {
                 shape: DelanShape::new(coordinates, delan.clone(), dataset.mass_scaling())?,
-                loss: config.loss,
+                loss,
                 weights,
                 terms,
                 forces,
@@ -279,7 +297,7 @@ impl Family {
                 }
             }
             Self::Mlp(mlp) => {
-                let direction = match config.loss {
+                let direction = match loss {
                     Loss::Torque | Loss::TorqueL1 => Direction::Inverse,
                     _ => Direction::Forward,
                 };
@@ -290,8 +308,25 @@ impl Family {
                 };
                 Template::Mlp {
                     shape: MlpShape::new(coordinates, mlp, scaling, (qdd, tau))?,
-                    loss: config.loss,
+                    loss,
                     weights,
+                    ode: false,
+                }
+            }
+            Self::NeuralOde(ode) => {
+                let network = ode.network(dataset.forced);
+                let weights = match ode.order {
+                    Order::First => {
+                        let of_velocities = scaling.qd_scale.iter().map(|s| 1.0 / s);
+                        of_velocities.chain(weights).collect()
+                    }
+                    Order::Second => weights,
+                };
+                Template::Mlp {
+                    shape: MlpShape::new(coordinates, network, scaling, (qdd, tau))?,
+                    loss,
+                    weights,
+                    ode: true,
                 }
             }
             Self::Rigid(_) => {
@@ -374,6 +409,7 @@ impl Template {
                 shape,
                 loss,
                 weights,
+                ..
             } => Trainee::Mlp(MlpLearner {
                 shape,
                 loss: *loss,
@@ -390,6 +426,34 @@ impl Template {
             Trainee::DelanPositions(learner) => f(&learner),
             Trainee::Hnn(learner) => f(&learner),
             Trainee::Mlp(learner) => f(&learner),
+        }
+    }
+
+    /// As [`Template::with_f64`], its residuals the rates themselves: errors of accelerations of weight 1.
+    pub(crate) fn with_flow<R>(&self, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
+        let ones = vec![1.0; 2 * super::lnn::MAX_DOF];
+        let learner = self.learner();
+        let weights = |weights: &[f64]| &ones[..weights.len()];
+        match learner {
+            Trainee::Lnn(learner) => f(&LnnLearner {
+                weights: weights(learner.weights),
+                loss: Loss::Acceleration,
+                ..learner
+            }),
+            Trainee::Delan(learner) => f(&DelanLearner {
+                weights: weights(learner.weights),
+                loss: Loss::Acceleration,
+                ..learner
+            }),
+            Trainee::Mlp(learner) => f(&MlpLearner {
+                weights: weights(learner.weights),
+                loss: Loss::Acceleration,
+                ..learner
+            }),
+            // Refused before: these are no flows of (q, q̇).
+            Trainee::LnnPositions(learner) => f(&learner),
+            Trainee::DelanPositions(learner) => f(&learner),
+            Trainee::Hnn(learner) => f(&learner),
         }
     }
 
@@ -457,8 +521,12 @@ impl Template {
                 let actuation = forces.actuation(*terms, extra)?;
                 Learned::Hnn(Canonical::with(hnn, dissipation, actuation)?)
             }
-            Self::Mlp { shape, .. } => {
-                Learned::Mlp(Mlp::assemble(shape.clone(), parameters.to_vec())?)
+            Self::Mlp { shape, ode, .. } => {
+                let network = Mlp::assemble(shape.clone(), parameters.to_vec())?;
+                match ode {
+                    true => Learned::NeuralOde(NeuralOde::new(network)?),
+                    false => Learned::Mlp(network),
+                }
             }
         })
     }

@@ -34,6 +34,8 @@ pub enum Loss {
     /// Squares of (τ predicted − τ), and of the power (τ predicted − τ)·q̇ in units of its deviation: the balance of
     /// energy weighs as much as a coordinate.
     TorquePower,
+    /// Squares of (state predicted − state) after each of some samples, see [`RolloutLoss`](super::RolloutLoss).
+    Rollout,
     /// Squares of (a predicted − a), a the second divided difference of three neighbouring positions: the discrete
     /// Euler–Lagrange equation by the midpoint rule, solved for the last of them. Needs no velocities.
     Positions,
@@ -53,6 +55,7 @@ impl Loss {
             Self::TorqueL1 => "torque-l1",
             Self::TorqueAcceleration => "torque-acceleration",
             Self::TorquePower => "torque-power",
+            Self::Rollout => "rollout",
             Self::Positions => "positions",
             Self::PositionsTrapezoidal => "positions-trapezoidal",
         }
@@ -140,6 +143,8 @@ pub(crate) struct Work<T: Real> {
     pub(crate) knows: bool,
     pub(crate) solver: SymmetricSolver,
     pub(crate) scratch: Vec<f64>,
+    /// ∂S/∂(q, q̇), where a flow is linearised.
+    pub(crate) slopes: Vec<f64>,
     pub(crate) lambda: Vec<T>,
     pub(crate) lambda_along: Vec<T>,
     /// Of deep Lagrangian networks: the outputs of each sample, and the seeds of the reverse passes.
@@ -177,6 +182,7 @@ impl<T: Real> Work<T> {
             knows: false,
             solver: SymmetricSolver::new(n),
             scratch: vec![0.0; 2 * n],
+            slopes: Vec::new(),
             lambda: vec![T::default(); samples * k],
             lambda_along: vec![T::default(); samples * k],
             factors: Vec::new(),
@@ -308,6 +314,18 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>);
     /// Fills the components that [`Learner::terms`] names.
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>);
+    /// Writes ∂S/∂(q, q̇) `[samples, k, 2n]` at fixed τ and at the accelerations of `Work::along`, learned forces
+    /// included, after [`Learner::linearise`] (theory.md, equations 95 and 96); NaN for a learner that is no flow.
+    fn state_slopes(
+        &self,
+        packed: &Packed<T>,
+        extra: &[f64],
+        work: &mut Work<T>,
+        slopes: &mut [f64],
+    ) {
+        let _ = (packed, extra, work);
+        slopes.fill(f64::NAN);
+    }
     /// Moves parameters back into their domain.
     fn project(&self, parameters: &mut [f64]) {
         let net = self.net();
@@ -320,5 +338,22 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     /// Number of all parameters.
     fn parameters(&self) -> usize {
         self.net().parameters + self.extra() * self.dof()
+    }
+}
+
+impl<T: Real> Work<T> {
+    /// Adds the slopes of learned forces over the velocities, in units of `energy`, to ∂S/∂(q, q̇) of sample `s`.
+    pub(crate) fn add_force_slopes(
+        &self,
+        forces: &Forces,
+        parameters: &[f64],
+        (s, energy): (usize, f64),
+        slopes: &mut [f64],
+    ) {
+        let n = self.jet.n();
+        for i in 0..n {
+            let slope = forces.velocity_slope(parameters, i, self.qd[s * n + i]);
+            slopes[i * 2 * n + n + i] += slope / energy;
+        }
     }
 }

@@ -121,6 +121,24 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         work.pass.forward_mixed(&shape.net, packed, n);
         work.pass.reverse_mixed(&shape.net, packed, n);
     }
+
+    fn state_slopes(
+        &self,
+        packed: &Packed<T>,
+        extra: &[f64],
+        work: &mut Work<T>,
+        slopes: &mut [f64],
+    ) {
+        let (net, n, pass) = (&self.shape.net, self.shape.dof(), &mut work.pass);
+        pass.reverse_features(net, packed, 2..2 + n);
+        pass.reverse_features(net, packed, pass.mixed(0)..pass.mixed(n));
+        for (s, slopes) in slopes.chunks_exact_mut(2 * n * n).enumerate() {
+            self.shape
+                .slopes(&work.pass, s, (&work.q, &work.qd), slopes);
+            let energy = self.shape.scaling.energy;
+            work.add_force_slopes(&self.forces, extra, (s, energy), slopes);
+        }
+    }
 }
 
 impl LnnLearner<'_> {

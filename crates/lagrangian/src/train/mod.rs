@@ -15,6 +15,7 @@ mod natural;
 mod nominal;
 mod plain;
 mod positions;
+mod rollout;
 mod stepper;
 #[cfg(test)]
 mod tests;
@@ -29,4 +30,5 @@ pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub use natural::NaturalConfig;
 pub(crate) use natural::System;
+pub use rollout::{Gradients, Observe, RolloutLoss, Start};
 pub use stepper::{StepLoss, Stepper};

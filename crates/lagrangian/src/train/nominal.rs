@@ -69,5 +69,7 @@ pub(crate) fn remainder(nominal: &RigidBodies, dataset: &Dataset) -> Dataset {
         validation: left(&dataset.validation),
         // Forces are left over even where none was recorded.
         forced: true,
+        train_times: dataset.train_times.clone(),
+        validation_times: dataset.validation_times.clone(),
     }
 }

@@ -5,12 +5,13 @@ use crate::baseline::{Direction, MlpShape};
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed};
 
-/// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse.
+/// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse,
+/// (q̇, q̈) of a flow.
 #[derive(Debug)]
 pub(crate) struct MlpLearner<'a> {
     pub(crate) shape: &'a MlpShape,
     pub(crate) loss: Loss,
-    /// Weight of each coordinate's residual, `[n]`.
+    /// Weight of each residual, `[outputs]`.
     pub(crate) weights: &'a [f64],
 }
 
@@ -22,12 +23,20 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         self.shape.dof()
     }
     fn room(&self) -> usize {
-        // The sensitivities of n outputs stand in the first n components.
-        self.shape.dof().div_ceil(2)
+        // The sensitivities of the outputs stand in the first components.
+        self.shape.outputs().div_ceil(2)
     }
 
     fn terms(&self) -> Vec<Vec<(usize, usize)>> {
-        (0..self.shape.dof()).map(|i| vec![(i, 0)]).collect()
+        (0..self.shape.outputs()).map(|i| vec![(i, 0)]).collect()
+    }
+
+    fn outputs_each(&self) -> usize {
+        self.shape.outputs()
+    }
+
+    fn residuals_each(&self) -> usize {
+        self.shape.outputs()
     }
 
     fn loss(&self) -> (Loss, &[f64]) {
@@ -36,9 +45,10 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
 
     fn unweighted_residuals(&self, packed: &Packed<T>, _extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
-        let (third, target) = match shape.config.direction {
-            Direction::Forward => (&work.tau, &work.qdd),
-            Direction::Inverse => (&work.qdd, &work.tau),
+        let outputs = shape.outputs();
+        let third = match shape.config.direction {
+            Direction::Inverse => &work.qdd,
+            _ => &work.tau,
         };
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
@@ -52,13 +62,19 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         }
         work.pass.forward(&shape.net, packed, None);
         for s in 0..work.pass.samples() {
-            for i in 0..n {
-                let scale = shape.output_scale()[i] * self.weights[i];
-                let at = s * n + i;
+            for i in 0..outputs {
+                let target = match shape.config.direction {
+                    Direction::Forward => work.qdd[s * n + i],
+                    Direction::Inverse => work.tau[s * n + i],
+                    Direction::Flow if i < n => work.qd[s * n + i],
+                    Direction::Flow => work.qdd[s * n + i - n],
+                };
+                let scale = shape.output_scale(i) * self.weights[i];
+                let at = s * outputs + i;
                 let found = work.pass.output(&shape.net, 0, s, i).f64();
-                work.residual[at] = scale * found - self.weights[i] * target[at];
-                for j in 0..n {
-                    work.mix[at * n + j] = if i == j { scale } else { 0.0 };
+                work.residual[at] = scale * found - self.weights[i] * target;
+                for j in 0..outputs {
+                    work.mix[at * outputs + j] = if i == j { scale } else { 0.0 };
                 }
             }
         }
@@ -66,12 +82,27 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
         work.pass
-            .reverse_weighted(&self.shape.net, packed, self.shape.dof(), &work.lambda);
+            .reverse_weighted(&self.shape.net, packed, self.shape.outputs(), &work.lambda);
         work.pass.add_products(&self.shape.net, &[(0, 0)], gradient);
     }
 
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
         work.pass
-            .reverse_outputs(&self.shape.net, packed, self.shape.dof());
+            .reverse_outputs(&self.shape.net, packed, self.shape.outputs());
+    }
+
+    fn state_slopes(
+        &self,
+        packed: &Packed<T>,
+        _extra: &[f64],
+        work: &mut Work<T>,
+        slopes: &mut [f64],
+    ) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        let outputs = shape.outputs();
+        work.pass.reverse_features(&shape.net, packed, 0..outputs);
+        for (s, slopes) in slopes.chunks_exact_mut(2 * n * outputs).enumerate() {
+            shape.slopes(&work.pass, s, &work.q[s * n..][..n], slopes);
+        }
     }
 }

@@ -1,11 +1,13 @@
 //! `lagrangian experiment`: comparisons that can be repeated; each is a file here and a line in [`EXPERIMENTS`].
 
+mod action;
 mod chains;
 mod course;
 mod hamiltonian;
 mod is_lagrangian;
 mod letters;
 mod magnetic;
+mod noisy;
 mod plausibility;
 mod real;
 mod relativistic;
@@ -58,13 +60,15 @@ const EXPERIMENTS: &[Experiment] = &[
     swing_up::EXPERIMENT,
     plausibility::EXPERIMENT,
     real::EXPERIMENT,
-    chains::EXPERIMENT,
     hamiltonian::EXPERIMENT,
-    is_lagrangian::EXPERIMENT,
-    wave::EXPERIMENT,
-    vin::EXPERIMENT,
     relativistic::EXPERIMENT,
     magnetic::EXPERIMENT,
+    wave::EXPERIMENT,
+    chains::EXPERIMENT,
+    vin::EXPERIMENT,
+    noisy::EXPERIMENT,
+    action::EXPERIMENT,
+    is_lagrangian::EXPERIMENT,
     table::EXPERIMENT,
 ];
 

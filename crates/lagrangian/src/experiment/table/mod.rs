@@ -9,4 +9,4 @@ mod task;
 
 pub use lesson::{Hidden, Lesson, Reads, Size};
 pub use measure::{Drift, StepErrors, acceleration_error, call_seconds, energy_drift, step_errors};
-pub use task::Task;
+pub use task::{SAMPLES, Task};

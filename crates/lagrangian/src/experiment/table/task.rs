@@ -30,7 +30,7 @@ pub enum Task {
 }
 
 /// Samples of a chunk.
-const SAMPLES: usize = 5;
+pub const SAMPLES: usize = 5;
 /// The shear of [`Task::Sheared`].
 const SHEAR: f64 = 0.5;
 /// The amount of [`Task::Bent`].

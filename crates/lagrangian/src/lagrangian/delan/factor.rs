@@ -201,6 +201,38 @@ impl Factor {
             to_value[at + 1..].fill(0.0);
         }
     }
+
+    /// Writes ∂/∂v of the same scalar S at fixed outputs, `[n]`: (G G′ᵀ + G′ Gᵀ) β + (Ĝ Gᵀ + G Ĝᵀ) v + Â (theory.md,
+    /// equation 96).
+    pub(crate) fn velocity_slopes(
+        &mut self,
+        beta: &[f64],
+        hat: impl Fn(usize) -> f64,
+        slopes: &mut [f64],
+    ) {
+        let n = self.n;
+        let [g_beta, rate_beta, hat_v] = &mut self.along;
+        transposed_product(n, &self.g, beta, g_beta);
+        transposed_product(n, &self.g_rate, beta, rate_beta);
+        let hat_g = |i: usize, j: usize| match i == j {
+            true => self.first[i] * hat(i),
+            false => hat(below(n, i, j)),
+        };
+        for (j, sum) in hat_v.iter_mut().enumerate() {
+            *sum = (j..n).map(|i| hat_g(i, j) * self.v[i]).sum();
+        }
+        for (i, slope) in slopes[..n].iter_mut().enumerate() {
+            let (g, rate) = (&self.g[i * n..], &self.g_rate[i * n..]);
+            let entry = |j: usize| {
+                let along_v = hat_g(i, j) * self.u[j] + g[j] * hat_v[j];
+                g[j] * rate_beta[j] + rate[j] * g_beta[j] + along_v
+            };
+            *slope = (0..=i).map(entry).sum();
+            if self.vector_potential {
+                *slope += hat(n * (n + 1) / 2 + 1 + i);
+            }
+        }
+    }
 }
 
 /// out = Mᵀ x for a lower triangular M.

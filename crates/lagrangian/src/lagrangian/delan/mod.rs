@@ -389,4 +389,46 @@ impl DelanShape {
             out[i] += pass.feature_gradient(s, at).f64() * slope;
         });
     }
+
+    /// Writes ∂S/∂(q, q̇) of sample `s` `[k, 2n]`, for the k scalars of a linearised pass whose sensitivities were
+    /// carried to the features; scalar d belongs to coordinate d mod n (theory.md, equation 96).
+    pub(crate) fn slopes<T: Real>(
+        &self,
+        pass: &Pass<T>,
+        s: usize,
+        (q, qd): (&[f64], &[f64]),
+        factor: &mut Factor,
+        slopes: &mut [f64],
+    ) {
+        let n = self.dof();
+        let k = slopes.len() / (2 * n);
+        let mut beta = [0.0; 64];
+        for (d, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
+            let i = d % n;
+            beta[..n].fill(0.0);
+            beta[i] = 1.0 / self.scaling.qd_scale[i];
+            let hat = |o: usize| pass.output(&self.net, 2 + d, s, o).f64();
+            factor.velocity_slopes(&beta[..n], hat, &mut row[n..]);
+            for (j, slope) in row[n..].iter_mut().enumerate() {
+                *slope /= self.scaling.qd_scale[j];
+            }
+            row[..n].fill(0.0);
+            let mut at = 0;
+            for (j, &q) in q.iter().enumerate() {
+                let features = Features::new(&self.coordinates, &self.scaling, j, q);
+                for f in 0..features.count {
+                    let along = pass.feature_sensitivity(0, s, at).f64();
+                    let rate = pass.feature_sensitivity(1 + d, s, at).f64();
+                    let value = pass.feature_sensitivity(1 + k + d, s, at).f64();
+                    let (slope, curvature) = (features.slopes[f], features.curvature(f));
+                    row[j] += value * slope + rate * curvature * qd[j];
+                    if i == j {
+                        row[j] -= along * curvature;
+                    }
+                    row[n + j] += rate * slope;
+                    at += 1;
+                }
+            }
+        }
+    }
 }

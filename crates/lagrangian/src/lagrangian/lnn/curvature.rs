@@ -78,5 +78,6 @@ impl LnnShape {
                 curvature.dp_dq[entry] = e * second(i, n + j);
             }
         }
+        curvature.hold(&self.coordinates, row);
     }
 }

@@ -7,7 +7,7 @@ use lagrangian::experiment::hamiltonian::{PhaseTest, Task};
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::mlp::Activation;
 use lagrangian::report::{Role, Table};
-use lagrangian::train::{AdamConfig, Budget, Family, FitConfig, NaturalConfig, Optimizer, fit};
+use lagrangian::train::{Budget, Family, FitConfig, NaturalConfig, Optimizer, fit};
 use serde_json::{Map, Value, json};
 
 use super::spread::{cell, median, scientific};
@@ -51,35 +51,47 @@ pub(super) const CONTESTANTS: [Contestant; 3] = [
 /// How all contestants are fitted to a task.
 struct Training {
     width: usize,
+    layers: usize,
+    activation: Activation,
     batch: usize,
     steps: usize,
     /// Steps of a quick run, and the part of the data that it takes.
     quick: (usize, f64),
-    optimizer: Optimizer,
+    /// The least damping of the natural gradient.
+    damping: f64,
     /// Expected seconds of a fit.
     weight: f64,
 }
 
-/// Noise in the inputs wants a method that averages over it; exact data want the natural gradient.
+/// Noise in the inputs wants a small network and damping that ends where the noise begins: larger ones follow it.
 fn training(task: Task) -> Training {
-    let natural = Optimizer::Natural(NaturalConfig::default());
-    let averaging = Optimizer::Adam(AdamConfig {
-        rate: 1e-2,
-        decay: 1e-4,
-        ..AdamConfig::default()
-    });
-    let (width, batch, steps, quick, optimizer, weight) = match task {
-        Task::MassSpring | Task::Pendulum => (32, 256, 2000, (300, 1.0), averaging, 3.0),
-        Task::TwoBodies => (64, 128, 400, (30, 0.02), natural, 20.0),
-        Task::ThreeBodies => (96, 128, 400, (10, 0.005), natural, 60.0),
-    };
-    Training {
-        width,
-        batch,
-        steps,
-        quick,
-        optimizer,
-        weight,
+    match task {
+        Task::MassSpring | Task::Pendulum => Training {
+            width: 16,
+            layers: 1,
+            activation: Activation::Softplus,
+            batch: 384,
+            steps: 75,
+            quick: (75, 1.0),
+            damping: 1e-2,
+            weight: 1.5,
+        },
+        Task::TwoBodies => Training {
+            width: 64,
+            layers: 2,
+            activation: Activation::Tanh,
+            batch: 128,
+            steps: 300,
+            quick: (20, 0.02),
+            damping: 1e-7,
+            weight: 10.0,
+        },
+        Task::ThreeBodies => Training {
+            width: 96,
+            quick: (8, 0.005),
+            weight: 40.0,
+            ..training(Task::TwoBodies)
+        },
     }
 }
 
@@ -157,10 +169,13 @@ fn measure(task: Task, setting: &Setting, seeds: &[u64], course: &mut Course) ->
                     structure: contestant.structure,
                     momenta: Momenta::Recorded,
                     width: training.width,
-                    layers: 2,
-                    activation: Activation::Tanh,
+                    layers: training.layers,
+                    activation: training.activation,
                 }),
-                optimizer: training.optimizer.clone(),
+                optimizer: Optimizer::Natural(NaturalConfig {
+                    damping_last: training.damping,
+                    ..NaturalConfig::default()
+                }),
                 budget: setting
                     .args
                     .seconds

@@ -67,6 +67,7 @@ impl Contestant {
                 c.trunks, c.layers, c.width, c.activation
             ),
             Family::Mlp(c) => format!("{} × {}, {:?}", c.layers, c.width, c.activation),
+            Family::NeuralOde(c) => format!("{} × {}, {:?}", c.layers, c.width, c.activation),
             Family::Hnn(c) => format!(
                 "{:?}, {} × {}, {:?}",
                 c.structure, c.layers, c.width, c.activation

@@ -6,6 +6,7 @@ use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::integrate::Method;
 use lagrangian::lagrangian::{Angles, DelanConfig, Form, Inertia, LnnConfig};
+use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{Family, Loss};
 
 /// A family of models with what it is fitted to.
@@ -104,6 +105,21 @@ fn hamiltonian(structure: HnnStructure, momenta: Momenta) -> Family {
     })
 }
 
+fn neural_ode(order: Order) -> Family {
+    Family::NeuralOde(NeuralOdeConfig {
+        order,
+        ..NeuralOdeConfig::default()
+    })
+}
+
+/// A family that is fitted to the motion between the samples, by rollouts.
+const fn rolled(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+    Contestant {
+        loss: Loss::Rollout,
+        ..free(key, name, family)
+    }
+}
+
 pub(super) const CONTESTANTS: &[Contestant] = &[
     Contestant {
         published: Some(&LNN),
@@ -140,6 +156,15 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     }),
     free("hnn-velocities", "Hamiltonian network, q̇ for p", || {
         hamiltonian(HnnStructure::Free, Momenta::Velocities)
+    }),
+    Contestant {
+        published: Some(&FLOW),
+        ..rolled("neural-ode", "neural ODE, second order", || {
+            neural_ode(Order::Second)
+        })
+    },
+    rolled("neural-ode-first", "neural ODE, first order", || {
+        neural_ode(Order::First)
     }),
     Contestant {
         published: Some(&FLOW),

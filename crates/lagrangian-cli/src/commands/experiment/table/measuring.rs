@@ -4,9 +4,10 @@ use anyhow::Result;
 use lagrangian::Error;
 use lagrangian::experiment::fit_with_history;
 use lagrangian::experiment::table::{
-    Hidden, Lesson, Reads, Task, acceleration_error, call_seconds, energy_drift, step_errors,
+    Hidden, Lesson, Reads, SAMPLES, Task, acceleration_error, call_seconds, energy_drift,
+    step_errors,
 };
-use lagrangian::train::{Budget, FitConfig, Learned, fit};
+use lagrangian::train::{Budget, FitConfig, Learned, RolloutLoss, fit};
 
 use super::columns::{Column, Measured, OWN_ENERGY};
 use super::contestants::Contestant;
@@ -228,6 +229,10 @@ fn config(plan: &Plan, row: &Contestant, seed: u64) -> FitConfig {
         budget: plan.budget,
         seed,
         validate_every: 10,
+        rollout: RolloutLoss {
+            horizon: SAMPLES - 1,
+            ..RolloutLoss::default()
+        },
         ..FitConfig::default()
     }
 }

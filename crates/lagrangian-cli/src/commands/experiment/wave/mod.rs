@@ -41,6 +41,8 @@ struct Plan {
     motions: usize,
     /// Duration of the test on 100 points, s; ten times round the ring.
     seconds: f64,
+    /// Interval of its samples, s.
+    sample: f64,
     /// Duration on 1000 points, s.
     long: Option<f64>,
     sizes: Vec<usize>,
@@ -53,14 +55,11 @@ impl Plan {
         let steps = if quick { 100 } else { 500 };
         let budget = setting.args.seconds;
         Self {
-            seeds: if quick {
-                vec![setting.args.seed]
-            } else {
-                setting.seeds()
-            },
+            seeds: setting.seeds(),
             budget: budget.map_or(Budget::Steps(steps), Budget::Seconds),
-            motions: if quick { 80 } else { 250 },
+            motions: if quick { 60 } else { 250 },
             seconds: if quick { 100.0 } else { 1000.0 },
+            sample: if quick { 2.0 } else { 4.0 },
             long: (!quick).then_some(1000.0),
             sizes: if quick {
                 vec![10, 100, 1000]
@@ -232,7 +231,7 @@ fn measure(
     setting: &Setting,
     course: &mut Course,
 ) -> Result<Measurements> {
-    let short = truth(&system, TEST, plan.seconds, plan.seconds / 250.0)?.trajectory;
+    let short = truth(&system, TEST, plan.seconds, plan.sample)?.trajectory;
     let long = plan
         .long
         .map(|t| truth(&system, 1000, t, 10.0))

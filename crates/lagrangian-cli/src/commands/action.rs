@@ -1,0 +1,221 @@
+//! `lagrangian action`: the paths between two ends along which the action is stationary.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use lagrangian::action::{
+    Boundary, DiscreteAction, Family, Path, Search, SearchOptions, StationaryPath, Verdict, family,
+    stationary_paths,
+};
+use lagrangian::report::{Figure, Report, Role, Table, action_of_families, varied_paths};
+use lagrangian::{Coordinates, Lagrangian};
+use serde_json::json;
+
+use super::Manner;
+use crate::failure::{Advise, FAILED};
+use crate::law_args::ActionArgs;
+use crate::output::{self, Existing};
+use crate::picture::{self, Drawing};
+use crate::run_folder::command_line;
+
+/// Sizes of the variations that are drawn.
+const SIZES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
+
+pub(super) fn run(args: &ActionArgs, manner: Manner) -> Result<ExitCode> {
+    let existing = Existing::from_force(args.force);
+    if let Some(path) = &args.out {
+        output::format_of(path)?;
+    }
+    if let Some(path) = &args.plot {
+        Drawing::of(path)?;
+    }
+    for path in [&args.out, &args.plot].into_iter().flatten() {
+        output::refuse_existing(path, existing)?;
+    }
+    let subject = args.subject.open()?;
+    let physics = subject.physics()?;
+    if physics.dissipation.is_some() {
+        eprintln!(
+            "note: the model has friction, which has no action: the paths are those without it"
+        );
+    }
+    let (lagrangian, coordinates) = (physics.lagrangian, physics.lagrangian.coordinates());
+    let ends = ends(args, coordinates)?;
+    let options = SearchOptions {
+        segments: args.steps,
+        guesses: args.guesses,
+        seed: args.seed,
+    };
+    let search = stationary_paths(lagrangian, &ends, &options)
+        .advise("cannot look for a path", "correct --steps or --guesses")?;
+    write(args, existing, lagrangian, &search)?;
+    let failure = search.failure();
+    if manner.json {
+        output::print_json(&json!({
+            "command": "action",
+            "subject": args.subject.subject,
+            "from": ends.from,
+            "to": ends.to,
+            "time": ends.duration,
+            "steps": args.steps,
+            "out": args.out,
+            "plot": args.plot,
+            "paths": search.paths,
+            "tried": search.tried,
+            "led_nowhere": search.failures.len(),
+            "failure": failure,
+            "reason": failure.map(|f| f.to_string()),
+        }))?;
+    } else {
+        output::print(&as_text(&search))?;
+    }
+    if let Some(failure) = failure {
+        eprintln!("no path: {failure}");
+        return Ok(ExitCode::from(FAILED));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
+    let ends = Boundary::new(coordinates, &args.from, &args.to, args.time).advise(
+        "cannot connect these ends",
+        "give --from and --to one value per coordinate, in the order of the model",
+    )?;
+    match args.turns.is_empty() {
+        true => Ok(ends),
+        false => ends.winding(coordinates, &args.turns).advise(
+            "cannot turn so",
+            "give --turns one whole number per coordinate, 0 for those that are no angles",
+        ),
+    }
+}
+
+/// The files that were asked for; of nothing found, none.
+fn write(
+    args: &ActionArgs,
+    existing: Existing,
+    lagrangian: &dyn Lagrangian,
+    search: &Search,
+) -> Result<()> {
+    let coordinates = lagrangian.coordinates();
+    let numbered = search.paths.iter().enumerate();
+    if let Some(path) = args.out.as_ref().filter(|_| !search.paths.is_empty()) {
+        let motions: Vec<_> = numbered
+            .map(|(k, p)| p.trajectory(&(k + 1).to_string()))
+            .collect();
+        output::write_trajectories(path, existing, &motions, coordinates)?;
+    }
+    if let (Some(path), Some(first)) = (&args.plot, search.paths.first()) {
+        let figures = figures(lagrangian, first);
+        let page = || page(args, search, figures.clone());
+        picture::write(path, existing, page, || figures[0].clone())?;
+    }
+    Ok(())
+}
+
+/// The path with its neighbours, a figure for each coordinate, and the action of these.
+fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
+    let (path, coordinates) = (&found.path, lagrangian.coordinates());
+    let sine = |i: usize| Family::sine(path, i, 1);
+    let mut all: Vec<Figure> = (0..path.dof)
+        .map(|i| varied_paths(coordinates, i, path, &sine(i), &SIZES))
+        .collect();
+    let mut action = DiscreteAction::new(lagrangian);
+    let mut of = |eta: &[f64], path: &Path| family(&mut action, path, eta, &SIZES);
+    let mut families: Vec<(String, Role, Family)> = (0..path.dof)
+        .map(|i| {
+            let name = format!("half wave of {}", coordinates.0[i].name);
+            (name, Role::Other(i as u8), of(&sine(i), path))
+        })
+        .collect();
+    families.push((
+        "least curved".into(),
+        Role::Truth,
+        of(&found.second_variation.mode, path),
+    ));
+    let drawn: Vec<(&str, Role, &Family)> = families
+        .iter()
+        .map(|(name, role, f)| (name.as_str(), *role, f))
+        .collect();
+    all.push(action_of_families(&drawn));
+    all
+}
+
+fn page(args: &ActionArgs, search: &Search, figures: Vec<Figure>) -> Report {
+    Report {
+        title: format!("Paths of stationary action, {}", args.subject.subject),
+        subtitle: format!("In {} s between two ends, {} steps", args.time, args.steps),
+        tables: vec![table(search)],
+        figures,
+        commands: vec![lagrangian::report::Command {
+            makes: "This page".into(),
+            line: command_line(),
+        }],
+        ..Report::default()
+    }
+}
+
+fn kind(path: &StationaryPath) -> &'static str {
+    match path.verdict {
+        Verdict::Minimum => "minimum",
+        Verdict::Saddle => "saddle",
+        Verdict::Conjugate => "ends conjugate",
+        Verdict::Irregular => "no minimum: M is not positive definite",
+    }
+}
+
+fn table(search: &Search) -> Table {
+    let list = |x: &[f64]| {
+        let cells: Vec<String> = x.iter().map(|x| format!("{x:.5}")).collect();
+        cells.join(", ")
+    };
+    let row = |(k, path): (usize, &StationaryPath)| {
+        vec![
+            (k + 1).to_string(),
+            format!("{:.8}", path.action),
+            format!("{:.0e}", path.action_error),
+            kind(path).into(),
+            path.second_variation.morse_index.to_string(),
+            list(&path.second_variation.conjugate_times),
+            list(&path.velocities[0]),
+            list(&path.velocities[1]),
+        ]
+    };
+    Table {
+        caption: "Stationary paths that were found, that of least action first; there may be more."
+            .into(),
+        header: [
+            "path",
+            "S, J·s",
+            "error",
+            "kind",
+            "Morse index",
+            "conjugate at, s",
+            "first velocity",
+            "last velocity",
+        ]
+        .map(str::to_string)
+        .to_vec(),
+        rows: search.paths.iter().enumerate().map(row).collect(),
+    }
+}
+
+fn as_text(search: &Search) -> String {
+    let table = table(search);
+    let lines = table.rows.iter().map(|row| {
+        let facts = table
+            .header
+            .iter()
+            .zip(row)
+            .skip(1)
+            .filter(|(_, cell)| !cell.is_empty());
+        let facts: Vec<String> = facts.map(|(name, cell)| format!("{name} {cell}")).collect();
+        format!("path {}: {}\n", row[0], facts.join(" · "))
+    });
+    let found = search.paths.len();
+    let count = format!(
+        "{found} stationary paths from {} first paths\n",
+        search.tried
+    );
+    std::iter::once(count).chain(lines).collect()
+}

@@ -1,0 +1,162 @@
+//! `lagrangian conserved`: energy, momenta and Noether's charges of a model, and how far they drift.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use lagrangian::conserved::{
+    Conserved, ConservedOptions, Drift, Gauge, Quantity, candidates, conserved, points_by_name,
+};
+use lagrangian::rollout::{RolloutOptions, free, rollout_many, times};
+use lagrangian::{Coordinates, Trajectory};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use serde_json::json;
+
+use super::Manner;
+use crate::data;
+use crate::failure::{Advise, mistake};
+use crate::law_args::ConservedArgs;
+use crate::output::{self, Existing};
+use crate::subject::{Subject, coordinate};
+
+/// Motions of a system that is rolled out, and their samples in a second.
+const MOTIONS: usize = 20;
+const RATE: f64 = 50.0;
+
+pub(super) fn run(args: &ConservedArgs, manner: Manner) -> Result<ExitCode> {
+    let existing = Existing::from_force(args.force);
+    if let Some(path) = &args.out {
+        output::refuse_existing(path, existing)?;
+    }
+    let subject = args.subject.open()?;
+    let coordinates = subject.coordinates()?;
+    let points = points(args, coordinates)?;
+    let symmetries = candidates(coordinates, &points).advise(
+        "cannot turn these points",
+        "correct --points, e.g. --points x1:y1,x2:y2",
+    )?;
+    let motions = motions(args, &subject)?;
+    let options = ConservedOptions {
+        tolerance: args.tolerance,
+        rollouts: args.rollouts,
+        ..ConservedOptions::default()
+    };
+    let found = conserved(&subject.physics()?, &symmetries, &motions, &options).advise(
+        "cannot measure what is conserved",
+        "`lagrangian check` shows what is wrong with the data",
+    )?;
+    let figures = json!({
+        "command": "conserved",
+        "subject": args.subject.subject,
+        "files": args.files,
+        "motions": motions.len(),
+        "tolerance": args.tolerance,
+        "conserved": found,
+    });
+    if let Some(path) = &args.out {
+        output::write_bytes(path, existing, &serde_json::to_vec_pretty(&figures)?)?;
+    }
+    match manner.json {
+        true => output::print_json(&figures)?,
+        false => output::print(&as_text(&found))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn points(args: &ConservedArgs, coordinates: &Coordinates) -> Result<Vec<Vec<usize>>> {
+    if args.points.is_empty() {
+        return Ok(points_by_name(coordinates));
+    }
+    let point = |text: &String| {
+        text.split(':')
+            .map(|name| coordinate(coordinates, name))
+            .collect()
+    };
+    args.points.iter().map(point).collect()
+}
+
+fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {
+    if !args.files.is_empty() {
+        let recordings = data::read(&args.files, &args.data)?;
+        data::require_dof(&recordings, subject.coordinates()?)?;
+        return Ok(data::trajectories(recordings, &args.estimate.options())?.0);
+    }
+    let Subject::System(system) = subject else {
+        return Err(mistake(
+            "a model needs motions to be measured along",
+            "give recordings behind the model, e.g. those that it was not fitted on",
+        ));
+    };
+    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
+    let starts: Vec<_> = (0..MOTIONS)
+        .map(|_| system.sample_state(&mut rng))
+        .collect();
+    let shown = "cannot roll the system out";
+    let times = times(args.duration, 1.0 / RATE).advise(shown, "give a shorter --duration")?;
+    let options = RolloutOptions::default();
+    let rolled = rollout_many(&**system, &starts, &times, &free, &options)
+        .advise(shown, "give other parameters with --set")?;
+    Ok(rolled.into_iter().map(|r| r.trajectory).collect())
+}
+
+fn as_text(found: &Conserved) -> String {
+    let width = found
+        .quantities
+        .iter()
+        .map(|q| q.name.chars().count())
+        .max()
+        .unwrap_or(0);
+    let mut text = format!(
+        "{} states\n  {:width$}  {:<13}{:>9}{:>12}{:>12}\n",
+        found.states, "", "", "r", "drift, data", "own"
+    );
+    for quantity in &found.quantities {
+        text += &line(quantity, width);
+    }
+    match &found.generators {
+        None => {
+            text += "linear symmetries: not told apart by these motions, or too many coordinates\n"
+        }
+        Some(all) if all.is_empty() => text += "linear symmetries: none\n",
+        Some(all) => {
+            text += "linear symmetries, as a basis:\n";
+            all.iter().for_each(|g| text += &format!("  {}\n", g.text));
+        }
+    }
+    text
+}
+
+fn line(quantity: &Quantity, width: usize) -> String {
+    let verdict = if quantity.symmetric {
+        "conserved"
+    } else {
+        "not conserved"
+    };
+    let drift =
+        |drift: Option<&Drift>| drift.map_or("–".into(), |d| format!("{:.1e}", d.relative));
+    format!(
+        "  {:width$}  {verdict:<13}{:>9}{:>12}{:>12}{}\n",
+        quantity.name,
+        format!("{:.1e}", quantity.violation),
+        drift(Some(&quantity.data)),
+        drift(quantity.own.as_ref()),
+        if quantity.symmetric {
+            gauge(&quantity.gauge)
+        } else {
+            String::new()
+        }
+    )
+}
+
+/// The terms of F, where it is more than the gauge at rest.
+fn gauge(gauge: &Gauge) -> String {
+    if gauge.terms.is_empty() {
+        return String::new();
+    }
+    let terms: Vec<String> = gauge
+        .terms
+        .iter()
+        .map(|(name, f)| format!("{f:+.3} {name}"))
+        .collect();
+    format!("   less F = {}", terms.join(" "))
+}

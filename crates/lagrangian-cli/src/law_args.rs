@@ -1,0 +1,119 @@
+//! The flags of `lagrangian action` and `lagrangian conserved`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::cli::{DataArgs, EstimateArgs};
+use crate::subject::SubjectArgs;
+use crate::values::{finite, positive, seed};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The friction of a model has no action and is left out. Exit code 1 where no path was found.
+
+Examples:
+  lagrangian action pendulum --from 0.2 --to 1.5 --time 0.7
+  lagrangian action pendulum --from 0 --to 0.5 --turns 1 --time 1.2 --plot over-the-top.html
+  lagrangian action run/model.safetensors --from 0.6,-0.3 --to 1,0.4 --time 0.5 --out path.csv --json")]
+pub(crate) struct ActionArgs {
+    #[command(flatten)]
+    pub(crate) subject: SubjectArgs,
+
+    /// Coordinates at the start, SI units
+    #[arg(long, value_name = "VALUES", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = finite)]
+    pub(crate) from: Vec<f64>,
+
+    /// Coordinates at the end, SI units; angles go the shorter way
+    #[arg(long, value_name = "VALUES", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = finite)]
+    pub(crate) to: Vec<f64>,
+
+    /// Time from the one to the other, s
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = positive)]
+    pub(crate) time: f64,
+
+    /// Whole turns of each angle beside the shorter way; negative ones go the other way about [default: 0 each]
+    #[arg(
+        long,
+        value_name = "TURNS",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    pub(crate) turns: Vec<i32>,
+
+    /// Steps of the path, an even number
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    pub(crate) steps: usize,
+
+    /// First paths that the search begins from: the straight one, and others with random bulges
+    #[arg(long, value_name = "N", default_value_t = 16)]
+    pub(crate) guesses: usize,
+
+    /// Seed of the bulges
+    #[arg(long, default_value_t = 0, value_parser = seed)]
+    pub(crate) seed: u64,
+
+    /// File for the paths, .csv, .npz or .parquet, the one of least action first
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// File for a drawing of the path of least action: .html for a page, .svg or .png for its first coordinate
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+
+    /// Replace the files if they exist
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+r is the force along a direction, of the inertial forces: 0 for a symmetry. Drifts are the largest change of a
+quantity, with the work of forces and friction taken off, of its size.
+
+Examples:
+  lagrangian conserved run/model.safetensors test.csv
+  lagrangian conserved run/model.safetensors planet.csv --points x:y
+  lagrangian conserved n-body --points x1:y1,x2:y2,x3:y3 --json
+  lagrangian conserved furuta-pendulum")]
+pub(crate) struct ConservedArgs {
+    #[command(flatten)]
+    pub(crate) subject: SubjectArgs,
+
+    /// Files with recordings, .csv, .npz, .parquet; without any, a system is rolled out from random states
+    pub(crate) files: Vec<PathBuf>,
+
+    /// Points that turn and shift together, as their Cartesian coordinates: x1:y1,x2:y2 [default: by the names]
+    #[arg(long, value_name = "POINTS", value_delimiter = ',')]
+    pub(crate) points: Vec<String>,
+
+    /// Largest r of a symmetry
+    #[arg(long, value_name = "R", default_value_t = 0.01, value_parser = positive)]
+    pub(crate) tolerance: f64,
+
+    /// Rollouts of the model's own, from the first states of so many recordings
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub(crate) rollouts: usize,
+
+    /// Seed of the random states
+    #[arg(long, default_value_t = 0, value_parser = seed)]
+    pub(crate) seed: u64,
+
+    /// How long a system is rolled out, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
+    pub(crate) duration: f64,
+
+    /// File for the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Replace that file if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}

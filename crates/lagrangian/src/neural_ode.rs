@@ -1,0 +1,126 @@
+//! Neural ordinary differential equations (Chen, Rubanova, Bettencourt, Duvenaud 2018, arXiv 1806.07366): a plain
+//! network as the right-hand side of the motion, trained through its integrator.
+//!
+//! Second order: q̈ = f(q, q̇, τ), so that dq/dt = q̇ holds by construction. First order: d(q, z)/dt = f(q, z, τ) for
+//! z = q̇ at the start; what the network calls velocity need not be the rate of its positions.
+
+use serde::{Deserialize, Serialize};
+
+use crate::baseline::{Direction, Mlp, MlpConfig};
+use crate::dynamics::{Evaluator, Model};
+use crate::mlp::Activation;
+use crate::{Coordinates, Error, Result};
+
+/// Order of the differential equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Order {
+    /// (q, q̇, τ) → (q̇, q̈).
+    First,
+    /// (q, q̇, τ) → q̈.
+    #[default]
+    Second,
+}
+
+/// The shape of a neural ODE.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NeuralOdeConfig {
+    /// Order of the equation.
+    pub order: Order,
+    /// Units of a hidden layer.
+    pub width: usize,
+    /// Hidden layers.
+    pub layers: usize,
+    /// Nonlinearity.
+    pub activation: Activation,
+}
+
+impl Default for NeuralOdeConfig {
+    fn default() -> Self {
+        let network = MlpConfig::default();
+        Self {
+            order: Order::default(),
+            width: network.width,
+            layers: network.layers,
+            activation: network.activation,
+        }
+    }
+}
+
+impl NeuralOdeConfig {
+    /// The network of its right-hand side; `forced` says whether it reads forces.
+    pub(crate) fn network(&self, forced: bool) -> MlpConfig {
+        MlpConfig {
+            width: self.width,
+            layers: self.layers,
+            activation: self.activation,
+            direction: match self.order {
+                Order::First => Direction::Flow,
+                Order::Second => Direction::Forward,
+            },
+            forced,
+        }
+    }
+}
+
+/// A neural ODE. It has neither energy nor inverse dynamics.
+///
+/// ```
+/// use lagrangian::baseline::{Direction, Mlp, MlpConfig};
+/// use lagrangian::lagrangian::Scaling;
+/// use lagrangian::{Coordinates, Model, NeuralOde};
+///
+/// let network = MlpConfig { direction: Direction::Flow, ..MlpConfig::default() };
+/// let scales = (vec![1.0], vec![1.0]);
+/// let network = Mlp::random(Coordinates::angles(1), network, Scaling::identity(1), scales, 0)?;
+/// let model = NeuralOde::new(network)?;
+/// let (mut dq, mut dz) = ([0.0], [0.0]);
+/// model.evaluator().flow(&[0.3], &[1.0], &[0.0], &mut dq, &mut dz);
+/// assert!(!model.evaluator().second_order() && dq != [1.0]);
+/// # Ok::<(), lagrangian::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct NeuralOde(Mlp);
+
+impl NeuralOde {
+    /// The equation whose right-hand side is this network.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for an inverse network.
+    pub fn new(network: Mlp) -> Result<Self> {
+        if network.config().direction == Direction::Inverse {
+            return Err(Error::Argument {
+                name: "network of a neural ODE",
+                value: "inverse".into(),
+                must: "forward (second order) or flow (first order)",
+            });
+        }
+        Ok(Self(network))
+    }
+
+    /// Its right-hand side.
+    #[must_use]
+    pub fn network(&self) -> &Mlp {
+        &self.0
+    }
+
+    /// Its order.
+    #[must_use]
+    pub fn order(&self) -> Order {
+        match self.0.config().direction {
+            Direction::Flow => Order::First,
+            _ => Order::Second,
+        }
+    }
+}
+
+impl Model for NeuralOde {
+    fn coordinates(&self) -> &Coordinates {
+        self.0.coordinates()
+    }
+
+    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+        self.0.evaluator()
+    }
+}

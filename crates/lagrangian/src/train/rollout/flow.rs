@@ -1,0 +1,165 @@
+//! The flow ẋ = f(x, τ; θ) of a block of states x = (q, q̇), and its local derivatives.
+
+use crate::mlp::Packed;
+use crate::train::learner::{Learner, Work};
+
+/// Sizes of a block of segments.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    /// Segments of the block.
+    pub(super) samples: usize,
+    /// Degrees of freedom n.
+    pub(super) n: usize,
+    /// Rates that the network gives, the last of ẋ: n where q̇ is known, 2n where it is learned too.
+    pub(super) rates: usize,
+    /// Raw outputs k.
+    pub(super) outputs: usize,
+}
+
+impl Sizes {
+    pub(super) fn of(learner: &dyn Learner<f64>, samples: usize) -> Self {
+        Self {
+            samples,
+            n: learner.dof(),
+            rates: learner.residuals_each(),
+            outputs: learner.outputs_each(),
+        }
+    }
+
+    /// Length 2n of x.
+    pub(super) fn state(&self) -> usize {
+        2 * self.n
+    }
+}
+
+/// What is kept of one evaluation of a block.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    /// x, `[samples, 2n]`.
+    pub(super) x: Vec<f64>,
+    /// ẋ, `[samples, 2n]`.
+    pub(super) rate: Vec<f64>,
+    /// F = ∂ẋ/∂x, `[samples, 2n, 2n]`.
+    pub(super) slopes: Vec<f64>,
+    /// Of an implicit stage: the inverse of its own equation's slope, `[samples, 2n, 2n]`.
+    pub(super) inverse: Vec<f64>,
+    /// D = ∂(learned rates)/∂S, `[samples, rates, k]`.
+    pub(super) mix: Vec<f64>,
+    /// A square and marks for implicit stages.
+    pub(super) scratch: Vec<f64>,
+    pub(super) stuck: Vec<bool>,
+}
+
+impl Point {
+    pub(super) fn new(sizes: &Sizes, implicit: bool) -> Self {
+        let (m, d) = (sizes.samples, sizes.state());
+        Self {
+            x: vec![0.0; m * d],
+            rate: vec![0.0; m * d],
+            slopes: vec![0.0; m * d * d],
+            inverse: vec![0.0; if implicit { m * d * d } else { 0 }],
+            mix: vec![0.0; m * sizes.rates * sizes.outputs],
+            scratch: vec![0.0; if implicit { d * d } else { 0 }],
+            stuck: vec![false; m],
+        }
+    }
+}
+
+/// A learner with its parameters, under forces that are held for a while.
+pub(super) struct Flow<'a> {
+    pub(super) learner: &'a dyn Learner<f64>,
+    pub(super) packed: &'a Packed<f64>,
+    pub(super) extra: &'a [f64],
+    pub(super) sizes: Sizes,
+}
+
+impl Flow<'_> {
+    /// Carries the block forward at the states `x` under `tau` and writes ẋ; marks states without one as failed.
+    pub(super) fn rate(
+        &self,
+        work: &mut Work<f64>,
+        x: &[f64],
+        tau: &[f64],
+        rate: &mut [f64],
+        failed: &mut [bool],
+    ) {
+        let Sizes {
+            n, rates, outputs, ..
+        } = self.sizes;
+        work.count = self.sizes.samples;
+        work.qdd.fill(0.0);
+        work.tau.copy_from_slice(tau);
+        for (s, x) in x.chunks_exact(2 * n).enumerate() {
+            work.q[s * n..][..n].copy_from_slice(&x[..n]);
+            work.qd[s * n..][..n].copy_from_slice(&x[n..]);
+        }
+        self.learner
+            .unweighted_residuals(self.packed, self.extra, work);
+        for (s, rate) in rate.chunks_exact_mut(2 * n).enumerate() {
+            // Residuals of rates against q̈ = 0 and, where q̇ is learned, against the velocity of the state.
+            rate[..n].copy_from_slice(&x[s * 2 * n + n..][..n]);
+            rate[n..].fill(0.0);
+            let found = &work.residual[s * rates..][..rates];
+            match rates == n {
+                true => rate[n..].copy_from_slice(found),
+                false => rate.iter_mut().zip(found).for_each(|(r, x)| *r += x),
+            }
+            let mix = &work.mix[s * rates * outputs..][..rates * outputs];
+            let regular = mix.iter().any(|d| *d != 0.0);
+            if !regular || rate.iter().any(|r| !r.is_finite() || r.abs() > LARGEST) {
+                failed[s] = true;
+                rate.fill(0.0);
+            }
+        }
+    }
+
+    /// The same at the states of `point`, with F and D; the work holds the factors of J behind it.
+    pub(super) fn linearised(
+        &self,
+        work: &mut Work<f64>,
+        tau: &[f64],
+        point: &mut Point,
+        failed: &mut [bool],
+    ) {
+        let Sizes {
+            n, rates, outputs, ..
+        } = self.sizes;
+        let Point {
+            x,
+            rate,
+            slopes,
+            mix,
+            ..
+        } = point;
+        self.rate(work, x, tau, rate, failed);
+        self.learner.linearise(self.packed, work);
+        let mut raw = std::mem::take(&mut work.slopes);
+        raw.resize(self.sizes.samples * outputs * 2 * n, 0.0);
+        self.learner
+            .state_slopes(self.packed, self.extra, work, &mut raw);
+        mix.copy_from_slice(&work.mix);
+        let d = 2 * n;
+        for (s, slopes) in slopes.chunks_exact_mut(d * d).enumerate() {
+            slopes.fill(0.0);
+            if failed[s] {
+                mix[s * rates * outputs..][..rates * outputs].fill(0.0);
+                continue;
+            }
+            for i in 0..d - rates {
+                slopes[i * d + n + i] = 1.0;
+            }
+            for i in 0..rates {
+                let row = &mut slopes[(d - rates + i) * d..][..d];
+                for j in 0..outputs {
+                    let weight = mix[(s * rates + i) * outputs + j];
+                    let raw = &raw[(s * outputs + j) * d..][..d];
+                    row.iter_mut().zip(raw).for_each(|(f, x)| *f += weight * x);
+                }
+            }
+        }
+        work.slopes = raw;
+    }
+}
+
+/// Rates beyond this are those of a motion that has left every bound.
+const LARGEST: f64 = 1e12;

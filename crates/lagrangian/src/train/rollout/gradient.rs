@@ -1,0 +1,199 @@
+//! The gradient of a rollout loss by the weights: backwards through the steps, or by the adjoint equation.
+
+use rayon::prelude::*;
+
+use super::config::{Gradients, RolloutLoss, SEGMENTS};
+use super::flow::Flow;
+use super::shoot::{Back, Block, Task};
+use super::step::evaluations;
+use crate::mlp::{Gradient, Packed};
+use crate::solve::SymmetricSolver;
+use crate::train::batch::Value;
+use crate::train::learner::Learner;
+
+/// Parts that a batch is cut into; more threads than this do not help it.
+const LANES: usize = 4;
+
+/// Part of the way to the best start of a segment that a step goes.
+const STRIDE: f64 = 0.5;
+
+/// Damping of that step, in units of the weights.
+const DAMPING: f64 = 0.1;
+
+struct Lane {
+    block: Block,
+    gradient: Gradient<f64>,
+    extra: Vec<f64>,
+    weights: Vec<f64>,
+    moves: Vec<(usize, f64)>,
+    value: Value,
+}
+
+/// Values and gradients over batches of segments.
+pub(super) struct Shooting {
+    lanes: Vec<Lane>,
+    packed: Packed<f64>,
+}
+
+/// What is wanted beside the value.
+pub(super) struct Wanted<'a> {
+    /// The gradient by the parameters, overwritten.
+    pub(super) gradient: &'a mut [f64],
+    /// What free starts move by: (place in `Task::starts`, change).
+    pub(super) moves: &'a mut Vec<(usize, f64)>,
+}
+
+impl Shooting {
+    pub(super) fn new(learner: &dyn Learner<f64>, config: &RolloutLoss, segments: usize) -> Self {
+        let lane = |_| Lane {
+            block: Block::new(learner, config, false),
+            gradient: Gradient::new(learner.net()),
+            extra: vec![0.0; learner.extra() * learner.dof()],
+            weights: Vec::new(),
+            moves: Vec::new(),
+            value: Value::default(),
+        };
+        let lanes = LANES.min(segments.div_ceil(SEGMENTS)).max(1);
+        Self {
+            lanes: (0..lanes).map(lane).collect(),
+            packed: Packed::new(learner.net()),
+        }
+    }
+
+    /// The loss on the segments that start at `begins`, and what is wanted.
+    pub(super) fn evaluate(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        parameters: &[f64],
+        (task, begins): (&Task<'_>, &[usize]),
+        wanted: Option<Wanted<'_>>,
+    ) -> Value {
+        let net = learner.net();
+        let (weights, extra) = parameters.split_at(net.parameters);
+        self.packed.set(net, weights);
+        let (packed, lanes) = (&self.packed, self.lanes.len());
+        let factor = wanted
+            .is_some()
+            .then(|| 1.0 / (begins.len() * task.rows.count()).max(1) as f64);
+        self.lanes.par_iter_mut().enumerate().for_each(|(l, lane)| {
+            lane.value = Value::default();
+            lane.gradient.clear();
+            lane.extra.fill(0.0);
+            lane.moves.clear();
+            let flow = Flow {
+                learner,
+                packed,
+                extra,
+                sizes: lane.block.sizes,
+            };
+            for begins in begins.chunks(SEGMENTS).skip(l).step_by(lanes) {
+                lane.block.shoot(&flow, task, begins);
+                lane.value = lane.value.add(lane.block.value());
+                if let Some(factor) = factor {
+                    lane.descend(&flow, task, factor);
+                }
+            }
+        });
+        if let Some(Wanted { gradient, moves }) = wanted {
+            gradient.fill(0.0);
+            moves.clear();
+            if let Some((first, rest)) = self.lanes.split_first_mut() {
+                rest.iter()
+                    .for_each(|lane| first.gradient.add(&lane.gradient));
+                first.gradient.add_to(net, gradient);
+            }
+            for lane in &self.lanes {
+                let pairs = gradient[net.parameters..].iter_mut().zip(&lane.extra);
+                pairs.for_each(|(g, x)| *g += x);
+                moves.extend(&lane.moves);
+            }
+        }
+        self.lanes
+            .iter()
+            .fold(Value::default(), |sum, lane| sum.add(lane.value))
+    }
+}
+
+impl Lane {
+    fn descend(&mut self, flow: &Flow<'_>, task: &Task<'_>, factor: f64) {
+        if !task.starts.is_empty() {
+            self.block.back(task, Back::Each);
+            self.move_starts(task);
+        }
+        let residuals = self.block.residual.iter();
+        self.weights.clear();
+        self.weights.extend(residuals.map(|r| 2.0 * factor * r));
+        match task.config.gradients {
+            Gradients::BackPropagation => self.block.back(task, Back::Sum(&self.weights)),
+            Gradients::Adjoint => self.block.adjoint(flow, task, &self.weights),
+        }
+        self.pull_back(flow, task);
+    }
+
+    /// The starts that suit the weights best, each by itself: a damped step of Gauss and Newton.
+    fn move_starts(&mut self, task: &Task<'_>) {
+        let (rows, d) = (task.rows.count(), task.weights.len());
+        let mut solver = SymmetricSolver::new(d);
+        let (mut square, mut right, mut step) = (vec![0.0; d * d], vec![0.0; d], vec![0.0; d]);
+        let block = &self.block;
+        for s in (0..block.count).filter(|s| !block.is_silent(*s)) {
+            square.fill(0.0);
+            right.fill(0.0);
+            for row in 0..rows {
+                let slopes = &block.to_start[(s * rows + row) * d..][..d];
+                for i in 0..d {
+                    let slope = slopes[i] / task.weights[i];
+                    right[i] -= slope * block.residual[s * rows + row];
+                    for j in 0..d {
+                        square[i * d + j] += slope * slopes[j] / task.weights[j];
+                    }
+                }
+            }
+            (0..d).for_each(|i| square[i * d + i] += DAMPING);
+            let _ = solver.solve(&square, &right, &mut step);
+            for (c, step) in step.iter().enumerate() {
+                let place = block.begins[s] * d + c;
+                self.moves.push((place, STRIDE * step / task.weights[c]));
+                if task.rows.end {
+                    let row = task.rows.first(task.rows.horizon + 1) + c;
+                    let gap = block.residual[s * rows + row] * task.config.continuity;
+                    let share = STRIDE / (1.0 + task.config.continuity.powi(2));
+                    let next = (block.begins[s] + task.rows.horizon) * d + c;
+                    self.moves.push((next, share * gap / task.weights[c]));
+                }
+            }
+        }
+    }
+
+    /// Carries the sensitivities to the rates at every evaluation down to the weights; passes are computed anew.
+    fn pull_back(&mut self, flow: &Flow<'_>, task: &Task<'_>) {
+        let sizes = self.block.sizes;
+        let (n, rates, k, d) = (sizes.n, sizes.rates, sizes.outputs, sizes.state());
+        let total = task.config.evaluations(task.rows.horizon);
+        let each = evaluations(task.config.integrator);
+        let mut rate = vec![0.0; sizes.samples * d];
+        for e in 0..total {
+            self.block.hold(task, e / each);
+            let block = &mut self.block;
+            let work = &mut block.works[0];
+            let x = &block.points[e].x;
+            flow.rate(work, x, &block.tau, &mut rate, &mut block.failed);
+            for s in 0..sizes.samples {
+                let direct = &block.direct[(s * total + e) * d..][..d];
+                for j in 0..k {
+                    let mix = |i: usize| work.mix[(s * rates + i) * k + j];
+                    let terms = (0..rates).map(|i| direct[d - rates + i] * mix(i));
+                    let lambda = if block.failed[s] { 0.0 } else { terms.sum() };
+                    work.lambda[s * k + j] = lambda;
+                    let kinds = self.extra.len() / n;
+                    for kind in 0..kinds {
+                        let slope = work.extra[(s * k + j) * kinds + kind];
+                        self.extra[kind * n + j % n] += lambda * slope;
+                    }
+                }
+            }
+            flow.learner
+                .pull_back(flow.packed, work, &mut self.gradient);
+        }
+    }
+}

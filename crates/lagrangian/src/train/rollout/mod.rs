@@ -1,0 +1,35 @@
+//! The rollout loss: k steps of an integrator from a recorded state against what was recorded, for every family whose
+//! rates a network gives (theory.md, section 23).
+//!
+//! | symbol | meaning | shape |
+//! |---|---|---|
+//! | x = (q, q̇) | state | 2n |
+//! | f, F = ∂f/∂x | flow and its slope | 2n, 2n × 2n |
+//! | Φ | one step of the method | |
+//! | y | recorded states | 2n |
+//! | w | weights of the coordinates of x | 2n |
+//! | s | state that a segment starts from | 2n |
+//! | λ | ∂loss/∂x along the segment | 2n |
+//!
+//! xⱼ₊₁ = Φ(xⱼ; θ), x₀ = s, rⱼ = w (xⱼ − yⱼ), angles on the circle. Every evaluation of f leaves its slope and the
+//! factors of its own Jacobian; the chain between them is small algebra, so that both the gradient (backwards through
+//! the steps) and J Jᵀ of whole segments follow from them.
+
+mod adjoint;
+mod config;
+mod descend;
+mod flow;
+mod gauss_newton;
+mod gradient;
+mod leapfrog;
+mod linear;
+mod midpoint;
+mod rk4;
+mod segments;
+mod shoot;
+mod step;
+#[cfg(test)]
+mod tests;
+
+pub use config::{Gradients, Observe, RolloutLoss, Start};
+pub(crate) use descend::Rollouts;

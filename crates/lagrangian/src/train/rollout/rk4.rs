@@ -1,0 +1,66 @@
+//! The classical method of Runge and Kutta and its way back.
+
+use super::flow::{Flow, Point};
+use super::linear::add_transposed;
+use super::step::{MAX_STATE, Span};
+use crate::train::learner::Work;
+
+/// Where each stage stands, and its weight (equation 97).
+pub(super) const STAGES: [(f64, f64); 4] = [
+    (0.0, 1.0 / 6.0),
+    (0.5, 1.0 / 3.0),
+    (0.5, 1.0 / 3.0),
+    (1.0, 1.0 / 6.0),
+];
+
+/// x ← x + h Σ b f(stage).
+pub(super) fn step(
+    flow: &Flow<'_>,
+    works: &mut [Work<f64>],
+    points: &mut [Point],
+    span: &Span<'_>,
+    x: &mut [f64],
+    failed: &mut [bool],
+) {
+    let d = flow.sizes.state();
+    for (stage, (a, _)) in STAGES.iter().enumerate() {
+        let (before, rest) = points.split_at_mut(stage);
+        let point = &mut rest[0];
+        point.x.copy_from_slice(x);
+        if let Some(last) = before.last() {
+            for (at, (x, rate)) in point.x.iter_mut().zip(&last.rate).enumerate() {
+                *x += span.h[at / d] * a * rate;
+            }
+        }
+        let work = span.work(works, stage);
+        flow.linearised(work, span.tau, point, failed);
+    }
+    for ((_, b), point) in STAGES.iter().zip(&*points) {
+        for (at, (x, rate)) in x.iter_mut().zip(&point.rate).enumerate() {
+            *x += span.h[at / d] * b * rate;
+        }
+    }
+}
+
+/// λ of the end of a step becomes that of its start; `direct` `[4, 2n]` receives the sensitivity to each stage's rate.
+pub(super) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direct: &mut [f64]) {
+    let d = lambda.len();
+    let mut eta = [0.0; MAX_STATE];
+    let mut sum = [0.0; MAX_STATE];
+    for stage in (0..4).rev() {
+        let mu = &mut direct[stage * d..][..d];
+        let later = STAGES.get(stage + 1).map_or(0.0, |(a, _)| a * h);
+        for (c, mu) in mu.iter_mut().enumerate() {
+            *mu = h * STAGES[stage].1 * lambda[c] + later * eta[c];
+        }
+        eta[..d].fill(0.0);
+        add_transposed(
+            &points[stage].slopes[s * d * d..][..d * d],
+            mu,
+            1.0,
+            &mut eta[..d],
+        );
+        sum.iter_mut().zip(&eta).for_each(|(sum, eta)| *sum += eta);
+    }
+    lambda.iter_mut().zip(&sum).for_each(|(l, sum)| *l += sum);
+}

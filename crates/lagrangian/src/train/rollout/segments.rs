@@ -1,0 +1,138 @@
+//! Which samples start a segment, and the units of its errors.
+
+use super::config::{Observe, RolloutLoss, Start};
+use crate::Coordinates;
+use crate::dataset::{Dataset, Timeline};
+use crate::train::Samples;
+
+/// The recorded motion that segments are cut from.
+#[derive(Clone, Copy)]
+pub(super) struct Recorded<'a> {
+    pub(super) coordinates: &'a Coordinates,
+    pub(super) samples: &'a Samples,
+    pub(super) times: &'a Timeline,
+}
+
+impl<'a> Recorded<'a> {
+    pub(super) fn train(dataset: &'a Dataset) -> Self {
+        Self {
+            coordinates: &dataset.coordinates,
+            samples: &dataset.train,
+            times: &dataset.train_times,
+        }
+    }
+
+    pub(super) fn validation(dataset: &'a Dataset) -> Self {
+        Self {
+            coordinates: &dataset.coordinates,
+            samples: &dataset.validation,
+            times: &dataset.validation_times,
+        }
+    }
+
+    /// The samples that start segments of `horizon` samples, `stride` apart within each trajectory.
+    pub(super) fn starts(&self, horizon: usize, stride: usize) -> Vec<usize> {
+        let runs = self.times.runs();
+        let of_run = |run: std::ops::Range<usize>| {
+            let end = run.end.saturating_sub(horizon);
+            (run.start..end).step_by(stride.max(1))
+        };
+        runs.flat_map(of_run).collect()
+    }
+
+    /// Component `c` of the recorded state at sample `i`.
+    pub(super) fn state(&self, i: usize, c: usize) -> f64 {
+        let n = self.samples.n;
+        match c < n {
+            true => self.samples.q[i * n + c],
+            false => self.samples.qd[i * n + c - n],
+        }
+    }
+
+    /// a − b of component `c`, angles on the circle.
+    pub(super) fn difference(&self, c: usize, a: f64, b: f64) -> f64 {
+        use std::f64::consts::{PI, TAU};
+        let difference = a - b;
+        if c < self.samples.n && self.coordinates.is_circle(c) && difference.is_finite() {
+            (difference + PI).rem_euclid(TAU) - PI
+        } else {
+            difference
+        }
+    }
+
+    /// Weights of the components of a state, `[2n]`: one over the deviation of each (of an angle at most that of a
+    /// uniform one), and over how far a state moves within the horizon in these units, so that a loss of 1 is that of a
+    /// system at rest.
+    pub(super) fn weights(&self, horizon: usize) -> Vec<f64> {
+        let d = 2 * self.samples.n;
+        let mut weights: Vec<f64> = (0..d).map(|c| 1.0 / self.deviation(c)).collect();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in self.starts(horizon, horizon.div_ceil(4)) {
+            for (c, weight) in weights.iter().enumerate() {
+                for j in 1..=horizon {
+                    let moved = self.difference(c, self.state(i + j, c), self.state(i, c));
+                    sum += (weight * moved).powi(2);
+                    count += 1.0;
+                }
+            }
+        }
+        let moved = (sum / f64::max(count, 1.0)).sqrt();
+        let moved = if moved > 1e-6 { moved } else { 1.0 };
+        weights.iter_mut().for_each(|w| *w /= moved);
+        weights
+    }
+
+    fn deviation(&self, c: usize) -> f64 {
+        let m = self.samples.len().max(1) as f64;
+        let values = || (0..self.samples.len()).map(|i| self.state(i, c));
+        let mean = values().sum::<f64>() / m;
+        let squares = values().map(|x| (x - mean).powi(2)).sum::<f64>();
+        let mut deviation = (squares / m).sqrt();
+        if c < self.samples.n && self.coordinates.is_circle(c) {
+            deviation = deviation.min(std::f64::consts::PI / 3f64.sqrt());
+        }
+        if deviation > 1e-150 { deviation } else { 1.0 }
+    }
+}
+
+/// What the residuals of a segment are, in the order of time.
+#[derive(Debug, Clone)]
+pub(super) struct Rows {
+    pub(super) horizon: usize,
+    /// Components compared at each sample: n or 2n.
+    pub(super) seen: usize,
+    pub(super) state: usize,
+    /// Whether the start is compared with the recording too.
+    pub(super) start: bool,
+    /// Whether the end is compared with the start of the next segment.
+    pub(super) end: bool,
+}
+
+impl Rows {
+    pub(super) fn new(config: &RolloutLoss, horizon: usize, n: usize) -> Self {
+        Self {
+            horizon,
+            seen: match config.observe {
+                Observe::States => 2 * n,
+                Observe::Positions => n,
+            },
+            state: 2 * n,
+            start: config.start == Start::Free,
+            end: config.continuity > 0.0,
+        }
+    }
+
+    /// Residuals of a segment.
+    pub(super) fn count(&self) -> usize {
+        self.first(self.horizon + 1) + if self.end { self.state } else { 0 }
+    }
+
+    /// The first residual of sample `j` of a segment, j = 0…horizon; of its gap for j = horizon + 1.
+    pub(super) fn first(&self, j: usize) -> usize {
+        match (self.start, j) {
+            (_, 0) => 0,
+            (true, j) => j * self.seen,
+            (false, j) => (j - 1) * self.seen,
+        }
+    }
+}

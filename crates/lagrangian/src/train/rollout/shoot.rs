@@ -1,0 +1,253 @@
+//! A block of segments: forward over the horizon, and backwards to every evaluation and to the start.
+
+use super::config::{RolloutLoss, SEGMENTS};
+use super::flow::{Flow, Point, Sizes};
+use super::segments::{Recorded, Rows};
+use super::step::{Span, back, evaluations, step};
+use crate::train::batch::Value;
+use crate::train::learner::{Learner, Work};
+
+/// Errors beyond this, in units of a system at rest, are those of a rollout that failed.
+const FAR: f64 = 1e3;
+
+/// What all blocks of a batch share.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub(super) recorded: Recorded<'a>,
+    pub(super) config: &'a RolloutLoss,
+    /// Of the components of a state, `[2n]`.
+    pub(super) weights: &'a [f64],
+    /// Learned states of all samples, `[samples, 2n]`; empty where segments start at the recorded ones.
+    pub(super) starts: &'a [f64],
+    pub(super) rows: &'a Rows,
+}
+
+/// A block of segments at work.
+pub(super) struct Block {
+    pub(super) sizes: Sizes,
+    /// One for each evaluation, or one for all.
+    pub(super) works: Vec<Work<f64>>,
+    pub(super) points: Vec<Point>,
+    /// Segments that count; the rest repeats the first.
+    pub(super) count: usize,
+    /// Sample that each segment starts at.
+    pub(super) begins: Vec<usize>,
+    /// x at the boundaries of the steps, `[steps + 1][samples, 2n]`.
+    pub(super) states: Vec<Vec<f64>>,
+    /// h of each step and segment, `[steps][samples]`, and the τ that is held.
+    pub(super) h: Vec<Vec<f64>>,
+    pub(super) tau: Vec<f64>,
+    pub(super) failed: Vec<bool>,
+    /// r, `[samples, rows]`.
+    pub(super) residual: Vec<f64>,
+    /// ∂/∂(rates at every evaluation), `[samples, rows, evaluations, 2n]`, and ∂/∂s, `[samples, rows, 2n]`, of each
+    /// residual or of one weighted sum of them.
+    pub(super) direct: Vec<f64>,
+    pub(super) to_start: Vec<f64>,
+    lambda: Vec<f64>,
+}
+
+/// What goes back.
+#[derive(Clone, Copy)]
+pub(super) enum Back<'a> {
+    /// Every residual by itself.
+    Each,
+    /// Their sum with these weights, `[samples, rows]`.
+    Sum(&'a [f64]),
+}
+
+impl Block {
+    /// Room for the whole horizon; `keep` says whether the work of every evaluation is kept.
+    pub(super) fn new(learner: &dyn Learner<f64>, config: &RolloutLoss, keep: bool) -> Self {
+        let sizes = Sizes::of(learner, SEGMENTS);
+        let (m, d) = (sizes.samples, sizes.state());
+        let count = config.evaluations(config.horizon);
+        let implicit = evaluations(config.integrator) < 4;
+        let works = if keep { count } else { 1 };
+        let steps = config.horizon * config.substeps;
+        Self {
+            sizes,
+            works: (0..works).map(|_| Work::new(learner, m)).collect(),
+            points: (0..count).map(|_| Point::new(&sizes, implicit)).collect(),
+            count: 0,
+            begins: vec![0; m],
+            states: vec![vec![0.0; m * d]; steps + 1],
+            h: vec![vec![0.0; m]; steps],
+            tau: vec![0.0; m * sizes.n],
+            failed: vec![false; m],
+            residual: Vec::new(),
+            direct: Vec::new(),
+            to_start: Vec::new(),
+            lambda: Vec::new(),
+        }
+    }
+
+    /// Predicts the segments that start at the samples `begins`, and their residuals.
+    pub(super) fn shoot(&mut self, flow: &Flow<'_>, task: &Task<'_>, begins: &[usize]) {
+        self.count = begins.len();
+        for (s, begin) in self.begins.iter_mut().enumerate() {
+            *begin = begins[if s < begins.len() { s } else { 0 }];
+        }
+        self.failed.fill(false);
+        let d = self.sizes.state();
+        for (at, x) in self.states[0].iter_mut().enumerate() {
+            let i = self.begins[at / d];
+            *x = match task.starts.is_empty() {
+                true => task.recorded.state(i, at % d),
+                false => task.starts[i * d + at % d],
+            };
+        }
+        let substeps = task.config.substeps;
+        for number in 0..task.rows.horizon * substeps {
+            self.hold(task, number);
+            self.step(flow, task.config, number);
+        }
+        self.compare(task);
+    }
+
+    /// h and τ of step `number`: τ is held from one sample to the next.
+    pub(super) fn hold(&mut self, task: &Task<'_>, number: usize) {
+        let (n, substeps, t) = (self.sizes.n, task.config.substeps, &task.recorded.times.t);
+        for (s, &begin) in self.begins.iter().enumerate() {
+            let i = begin + number / substeps;
+            self.h[number][s] = (t[i + 1] - t[i]) / substeps as f64;
+            self.tau[s * n..][..n].copy_from_slice(&task.recorded.samples.tau[i * n..][..n]);
+        }
+    }
+
+    fn step(&mut self, flow: &Flow<'_>, config: &RolloutLoss, number: usize) {
+        let each = evaluations(config.integrator);
+        let (before, after) = self.states.split_at_mut(number + 1);
+        let x = &mut after[0];
+        x.copy_from_slice(&before[number]);
+        let span = Span {
+            h: &self.h[number],
+            tau: &self.tau,
+            first: number * each,
+        };
+        let points = &mut self.points[number * each..][..each];
+        let out = (&mut x[..], &mut self.failed[..]);
+        step(config.integrator, flow, &mut self.works, points, &span, out);
+        // A rollout that failed waits where it started.
+        let d = self.sizes.state();
+        for s in (0..self.failed.len()).filter(|s| self.failed[*s]) {
+            x[s * d..][..d].copy_from_slice(&before[0][s * d..][..d]);
+        }
+    }
+
+    fn compare(&mut self, task: &Task<'_>) {
+        let (rows, d, recorded) = (task.rows, self.sizes.state(), task.recorded);
+        let (count, substeps) = (rows.count(), task.config.substeps);
+        self.residual.resize(self.sizes.samples * count, 0.0);
+        for (s, residual) in self.residual.chunks_exact_mut(count).enumerate() {
+            for j in usize::from(!rows.start)..=rows.horizon {
+                let x = &self.states[j * substeps][s * d..][..d];
+                for c in 0..rows.seen {
+                    let seen = recorded.state(self.begins[s] + j, c);
+                    residual[rows.first(j) + c] =
+                        task.weights[c] * recorded.difference(c, x[c], seen);
+                }
+            }
+            if rows.end {
+                let x = &self.states[rows.horizon * substeps][s * d..][..d];
+                let next = &task.starts[(self.begins[s] + rows.horizon) * d..][..d];
+                for c in 0..d {
+                    residual[rows.first(rows.horizon + 1) + c] = task.config.continuity
+                        * task.weights[c]
+                        * recorded.difference(c, x[c], next[c]);
+                }
+            }
+            self.failed[s] |= residual.iter().any(|r| r.is_nan() || r.abs() > FAR);
+            if self.failed[s] || s >= self.count {
+                residual.fill(0.0);
+            }
+        }
+    }
+
+    /// The loss of the segments that count.
+    pub(super) fn value(&self) -> Value {
+        let rows = self.residual.len() / self.sizes.samples;
+        let failed = self.failed[..self.count].iter().filter(|f| **f).count();
+        Value {
+            sum: self.residual.iter().map(|r| r * r).sum(),
+            count: (self.count - failed) * rows,
+            singular: failed,
+        }
+    }
+
+    /// Back-propagation through the steps.
+    pub(super) fn back(&mut self, task: &Task<'_>, what: Back<'_>) {
+        let (rows, d) = (task.rows, self.sizes.state());
+        let out = match what {
+            Back::Each => rows.count(),
+            Back::Sum(_) => 1,
+        };
+        let total = task.config.evaluations(rows.horizon);
+        self.direct.clear();
+        self.direct
+            .resize(self.sizes.samples * out * total * d, 0.0);
+        self.to_start.clear();
+        self.to_start.resize(self.sizes.samples * out * d, 0.0);
+        for s in 0..self.count {
+            if !self.failed[s] {
+                self.back_of(task, what, s);
+            }
+        }
+    }
+
+    /// The same of segment `s`.
+    fn back_of(&mut self, task: &Task<'_>, what: Back<'_>, s: usize) {
+        let (rows, d, config) = (task.rows, self.sizes.state(), task.config);
+        let each = evaluations(config.integrator);
+        let total = config.evaluations(rows.horizon);
+        let out = self.to_start.len() / (self.sizes.samples * d);
+        let mut lambda = std::mem::take(&mut self.lambda);
+        lambda.clear();
+        lambda.resize(out * d, 0.0);
+        for number in (0..rows.horizon * config.substeps).rev() {
+            if (number + 1).is_multiple_of(config.substeps) {
+                seed(task, what, s, (number + 1) / config.substeps, &mut lambda);
+            }
+            let first = match what {
+                Back::Each => rows.first(number / config.substeps + 1),
+                Back::Sum(_) => 0,
+            };
+            let points = &self.points[number * each..][..each];
+            for row in first..out {
+                let at = ((s * out + row) * total + number * each) * d;
+                let direct = &mut self.direct[at..at + each * d];
+                let lambda = &mut lambda[row * d..][..d];
+                back(
+                    config.integrator,
+                    points,
+                    (s, self.h[number][s]),
+                    lambda,
+                    direct,
+                );
+            }
+        }
+        if rows.start {
+            seed(task, what, s, 0, &mut lambda);
+        }
+        self.to_start[s * out * d..][..out * d].copy_from_slice(&lambda);
+        self.lambda = lambda;
+    }
+}
+
+/// Adds what the residuals of sample `j` of segment `s` ask of λ.
+pub(super) fn seed(task: &Task<'_>, what: Back<'_>, s: usize, j: usize, lambda: &mut [f64]) {
+    let (rows, d) = (task.rows, task.weights.len());
+    let mut add = |row: usize, c: usize, weight: f64| match what {
+        Back::Each => lambda[row * d + c] += weight,
+        Back::Sum(sum) => lambda[c] += weight * sum[s * rows.count() + row],
+    };
+    for c in 0..rows.seen {
+        add(rows.first(j) + c, c, task.weights[c]);
+    }
+    if rows.end && j == rows.horizon {
+        for c in 0..d {
+            let weight = task.config.continuity * task.weights[c];
+            add(rows.first(j + 1) + c, c, weight);
+        }
+    }
+}

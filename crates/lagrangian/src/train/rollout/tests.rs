@@ -1,0 +1,375 @@
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use super::config::{Gradients, Observe, RolloutLoss, Start};
+use super::flow::Flow;
+use super::gradient::{Shooting, Wanted};
+use super::segments::{Recorded, Rows};
+use super::shoot::{Back, Block, Task};
+use crate::baseline::MlpConfig;
+use crate::dataset::Dataset;
+use crate::dynamics::Model;
+use crate::integrate::Method;
+use crate::lagrangian::{DelanConfig, Form, LnnConfig};
+use crate::mlp::Packed;
+use crate::neural_ode::{NeuralOdeConfig, Order};
+use crate::train::learned::Template;
+use crate::train::{Family, FitConfig, ForceTerms, Loss};
+use crate::{Coordinates, Trajectory};
+
+pub(super) const METHODS: [Method; 3] =
+    [Method::Rk4, Method::StormerVerlet, Method::ImplicitMidpoint];
+
+/// Those that a family can be trained through.
+pub(super) fn methods(family: &Family) -> Vec<Method> {
+    let first = matches!(family, Family::NeuralOde(_));
+    let known = METHODS.into_iter();
+    known
+        .filter(|m| !(first && *m == Method::StormerVerlet))
+        .collect()
+}
+
+/// A motion that no model has made, at uneven times, one coordinate a circle, under forces.
+pub(super) fn dataset() -> Dataset {
+    let trajectory = |shift: f64| {
+        let t: Vec<f64> = (0..14)
+            .map(|k| 0.06 * f64::from(k) + 0.01 * (f64::from(k) * 1.7).sin())
+            .collect();
+        let each = |f: &dyn Fn(f64) -> f64, g: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            t.iter().flat_map(|t| [f(*t), g(*t)]).collect()
+        };
+        Trajectory {
+            name: "test".into(),
+            q: each(&|t| 3.0 + (2.0 * t + shift).sin(), &|t| {
+                (1.3 * t - shift).cos()
+            }),
+            qd: each(&|t| 2.0 * (2.0 * t + shift).cos(), &|t| {
+                -1.3 * (1.3 * t - shift).sin()
+            }),
+            qdd: Some(each(&|t| -4.0 * (2.0 * t + shift).sin(), &|t| {
+                -1.69 * (1.3 * t).cos()
+            })),
+            tau: Some(each(&|t| (5.0 * t).sin(), &|t| {
+                0.3 * (3.0 * t + shift).cos()
+            })),
+            t,
+            p: None,
+            pd: None,
+        }
+    };
+    let mut coordinates = Coordinates::angles(2);
+    coordinates.0[1].topology = crate::trajectory::Topology::Line;
+    let train = [trajectory(0.0), trajectory(0.8)];
+    Dataset::new(coordinates, &train, &[]).unwrap()
+}
+
+pub(super) fn families() -> Vec<(Family, ForceTerms)> {
+    let lnn = |form| {
+        let lnn = LnnConfig {
+            form,
+            width: 16,
+            ..LnnConfig::default()
+        };
+        Family::Lnn(lnn)
+    };
+    let delan = DelanConfig {
+        width: 16,
+        vector_potential: true,
+        ..DelanConfig::default()
+    };
+    let mlp = MlpConfig {
+        width: 16,
+        ..MlpConfig::default()
+    };
+    let first = NeuralOdeConfig {
+        order: Order::First,
+        width: 16,
+        ..NeuralOdeConfig::default()
+    };
+    let forces = ForceTerms {
+        stribeck: true,
+        offset: true,
+        ..ForceTerms::friction()
+    };
+    let rotors = ForceTerms {
+        rotor: true,
+        ..forces
+    };
+    vec![
+        (lnn(Form::Free), forces),
+        (lnn(Form::Convex), ForceTerms::default()),
+        (Family::Delan(delan), rotors),
+        (Family::Mlp(mlp), ForceTerms::default()),
+        (Family::NeuralOde(first), ForceTerms::default()),
+    ]
+}
+
+pub(super) fn template(dataset: &Dataset, family: &Family, forces: ForceTerms) -> Template {
+    let config = FitConfig {
+        loss: Loss::Rollout,
+        family: family.clone(),
+        forces,
+        ..FitConfig::default()
+    };
+    family.template(dataset, &config).unwrap()
+}
+
+pub(super) fn settings(integrator: Method) -> RolloutLoss {
+    RolloutLoss {
+        horizon: 3,
+        integrator,
+        substeps: 2,
+        ..RolloutLoss::default()
+    }
+}
+
+/// A smooth direction in the space of the parameters.
+pub(super) fn direction(length: usize, seed: f64) -> Vec<f64> {
+    (0..length).map(|k| (seed + 1.3 * k as f64).sin()).collect()
+}
+
+pub(super) fn moved(x: &[f64], along: &[f64], step: f64) -> Vec<f64> {
+    x.iter().zip(along).map(|(x, d)| x + step * d).collect()
+}
+
+/// The loss and its gradient on a few segments.
+fn loss(
+    config: &RolloutLoss,
+    template: &Template,
+    dataset: &Dataset,
+    parameters: &[f64],
+) -> (f64, Vec<f64>) {
+    let recorded = Recorded::train(dataset);
+    let weights = recorded.weights(config.horizon);
+    let rows = Rows::new(config, config.horizon, 2);
+    let task = Task {
+        recorded,
+        config,
+        weights: &weights,
+        starts: &[],
+        rows: &rows,
+    };
+    let mut gradient = vec![0.0; parameters.len()];
+    let value = template.with_flow(|learner| {
+        let wanted = Wanted {
+            gradient: &mut gradient,
+            moves: &mut Vec::new(),
+        };
+        let mut shooting = Shooting::new(learner, config, 16);
+        let task = (&task, &recorded.starts(config.horizon, 2)[..]);
+        shooting.evaluate(learner, parameters, task, Some(wanted))
+    });
+    assert_eq!(value.singular, 0);
+    (value.mean(), gradient)
+}
+
+/// (derivative along a direction by the gradient, by differences).
+fn slopes(config: &RolloutLoss, dataset: &Dataset, template: &Template) -> Vec<(f64, f64)> {
+    let parameters = template.initialise(3);
+    let (_, gradient) = loss(config, template, dataset, &parameters);
+    let one = |seed| {
+        let along = direction(parameters.len(), seed);
+        let at = |step| loss(config, template, dataset, &moved(&parameters, &along, step)).0;
+        let step = 2e-5;
+        let far = (at(2.0 * step) - at(-2.0 * step)) / (4.0 * step);
+        let near = (at(step) - at(-step)) / (2.0 * step);
+        (
+            crate::solve::dot(&gradient, &along),
+            (4.0 * near - far) / 3.0,
+        )
+    };
+    [0.2, 1.9].map(one).to_vec()
+}
+
+#[test]
+fn the_gradient_back_through_the_steps_agrees_with_differences() {
+    let dataset = dataset();
+    for (family, forces) in families() {
+        let template = template(&dataset, &family, forces);
+        for method in methods(&family) {
+            for observe in [Observe::States, Observe::Positions] {
+                let config = RolloutLoss {
+                    observe,
+                    ..settings(method)
+                };
+                for (by_gradient, by_differences) in slopes(&config, &dataset, &template) {
+                    assert!(
+                        (by_gradient - by_differences).abs() < 1e-7 * by_differences.abs(),
+                        "{} {}: {by_gradient} against {by_differences}",
+                        family.name(),
+                        method.name()
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_adjoint_tends_to_the_gradient_with_the_fourth_power_of_the_step() {
+    let dataset = dataset();
+    for (family, forces) in families() {
+        let template = template(&dataset, &family, forces);
+        let parameters = template.initialise(3);
+        let error = |substeps| {
+            let gradient = |gradients| {
+                let config = RolloutLoss {
+                    substeps,
+                    gradients,
+                    ..settings(Method::Rk4)
+                };
+                loss(&config, &template, &dataset, &parameters).1
+            };
+            let (back, adjoint) = (
+                gradient(Gradients::BackPropagation),
+                gradient(Gradients::Adjoint),
+            );
+            let difference = moved(&back, &adjoint, -1.0);
+            let norm = |x: &[f64]| crate::solve::dot(x, x).sqrt();
+            norm(&difference) / norm(&back)
+        };
+        let (coarse, fine) = (error(1), error(2));
+        assert!(
+            coarse < 1e-2 && fine < coarse / 10.0,
+            "{}: {coarse} {fine}",
+            family.name()
+        );
+    }
+}
+
+#[test]
+fn a_rollout_in_training_is_that_of_the_model() {
+    let dataset = dataset();
+    for (family, forces) in families() {
+        let template = template(&dataset, &family, forces);
+        let parameters = template.initialise(5);
+        let model = template.assemble(&parameters).unwrap();
+        for method in methods(&family) {
+            let config = settings(method);
+            let recorded = Recorded::train(&dataset);
+            let weights = recorded.weights(config.horizon);
+            let rows = Rows::new(&config, config.horizon, 2);
+            let task = Task {
+                recorded,
+                config: &config,
+                weights: &weights,
+                starts: &[],
+                rows: &rows,
+            };
+            let state = template.with_flow(|learner| {
+                let mut packed = Packed::new(learner.net());
+                let (weights, extra) = parameters.split_at(learner.net().parameters);
+                packed.set(learner.net(), weights);
+                let mut block = Block::new(learner, &config, false);
+                let flow = Flow {
+                    learner,
+                    packed: &packed,
+                    extra,
+                    sizes: block.sizes,
+                };
+                block.shoot(&flow, &task, &[4]);
+                block.back(&task, Back::Each);
+                block.states[2][..4].to_vec()
+            });
+            let x0: Vec<f64> = (0..4).map(|c| recorded.state(4, c)).collect();
+            let (t, tau) = (&dataset.train_times.t, &dataset.train.tau);
+            let times = [t[4], 0.5 * (t[4] + t[5]), t[5]];
+            let mut evaluator = model.evaluator();
+            let control = crate::integrate::Control {
+                step: 0.51 * (t[5] - t[4]),
+                rtol: 1e-9,
+                atol: 1e-9,
+                max_steps: 100,
+            };
+            let mut end = Vec::new();
+            let mut sink = |_: usize, x: &[f64]| end = x.to_vec();
+            let force = &tau[8..10];
+            let _ = match evaluator.second_order() {
+                true => {
+                    let mut f = |_: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
+                        evaluator.forward_dynamics(q, v, force, a);
+                    };
+                    method.solve(&mut f, &x0, &times, &control, &mut sink)
+                }
+                false => {
+                    let mut f = |_: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
+                        evaluator.flow(q, z, force, dq, dz);
+                    };
+                    method.solve_flow(&mut f, &x0, &times, &control, &mut sink)
+                }
+            };
+            for (a, b) in state.iter().zip(&end) {
+                assert!(
+                    (a - b).abs() < 1e-12,
+                    "{} {}: {a} {b}",
+                    family.name(),
+                    method.name()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn free_starts_and_their_gaps_have_the_slopes_of_differences() {
+    let dataset = dataset();
+    let (family, forces) = &families()[0];
+    let template = template(&dataset, family, *forces);
+    let parameters = template.initialise(5);
+    let recorded = Recorded::train(&dataset);
+    for method in METHODS {
+        let config = RolloutLoss {
+            start: Start::Free,
+            continuity: 0.7,
+            ..settings(method)
+        };
+        let weights = recorded.weights(config.horizon);
+        let rows = Rows::new(&config, config.horizon, 2);
+        let states = (0..dataset.train.len() * 4).map(|at| recorded.state(at / 4, at % 4));
+        let starts: Vec<f64> = states
+            .enumerate()
+            .map(|(k, x)| x + 0.1 * (k as f64).sin())
+            .collect();
+        let at = |starts: &[f64]| {
+            let task = Task {
+                recorded,
+                config: &config,
+                weights: &weights,
+                starts,
+                rows: &rows,
+            };
+            template.with_flow(|learner| {
+                let mut packed = Packed::new(learner.net());
+                let (weights, extra) = parameters.split_at(learner.net().parameters);
+                packed.set(learner.net(), weights);
+                let mut block = Block::new(learner, &config, false);
+                let flow = Flow {
+                    learner,
+                    packed: &packed,
+                    extra,
+                    sizes: block.sizes,
+                };
+                block.shoot(&flow, &task, &[2]);
+                block.back(&task, Back::Each);
+                (block.residual, block.to_start)
+            })
+        };
+        let (_, slopes) = at(&starts);
+        for c in 0..4 {
+            let along: Vec<f64> = (0..starts.len())
+                .map(|k| f64::from(u8::from(k == 8 + c)))
+                .collect();
+            let (up, down) = (
+                at(&moved(&starts, &along, 1e-5)).0,
+                at(&moved(&starts, &along, -1e-5)).0,
+            );
+            for row in 0..rows.count() {
+                let difference = (up[row] - down[row]) / 2e-5;
+                let slope = slopes[row * 4 + c];
+                assert!(
+                    (slope - difference).abs() < 1e-7,
+                    "{c} {row}: {slope} {difference}"
+                );
+            }
+        }
+    }
+}

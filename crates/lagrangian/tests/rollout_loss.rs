@@ -1,0 +1,202 @@
+//! Fits through an integrator: what they learn from noise, and that they can be repeated and resumed to the bit.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::ops::ControlFlow;
+
+use lagrangian::experiment::noisy::{Noisy, Protocol, judge, record};
+use lagrangian::lagrangian::DelanConfig;
+use lagrangian::lagrangian::analytic::by_name;
+use lagrangian::neural_ode::{NeuralOdeConfig, Order};
+use lagrangian::train::{
+    AdamConfig, Budget, Checkpoint, Family, FitConfig, Learned, Loss, NaturalConfig, Observer,
+    Optimizer, Progress, RolloutLoss, Start, fit,
+};
+use lagrangian::{Method, Model};
+
+fn pendulum(noise: f64) -> Noisy {
+    let protocol = Protocol {
+        recordings: 6,
+        duration: 4.0,
+        step: 0.05,
+        noise,
+        tests: 4,
+        test_duration: 5.0,
+    };
+    record(&*by_name("pendulum", &[]).unwrap(), &protocol, 3).unwrap()
+}
+
+fn delan() -> Family {
+    Family::Delan(DelanConfig {
+        width: 16,
+        ..DelanConfig::default()
+    })
+}
+
+fn config(family: Family, steps: usize) -> FitConfig {
+    FitConfig {
+        family,
+        loss: Loss::Rollout,
+        rollout: RolloutLoss {
+            horizon: 6,
+            growth: 0.5,
+            warm_start: 0.2,
+            ..RolloutLoss::default()
+        },
+        optimizer: Optimizer::Natural(NaturalConfig::default()),
+        budget: Budget::Steps(steps),
+        batch: 64,
+        validate_every: 10,
+        ..FitConfig::default()
+    }
+}
+
+#[test]
+fn rollouts_of_exact_data_find_the_accelerations_that_were_never_shown() {
+    let data = pendulum(0.0);
+    let first = NeuralOdeConfig {
+        order: Order::First,
+        width: 16,
+        ..NeuralOdeConfig::default()
+    };
+    // A step of rk4 of this length errs by 1e-6 of the motion; the leapfrog by 1e-3.
+    for (family, method, bound) in [
+        (delan(), Method::Rk4, 3e-3),
+        (delan(), Method::StormerVerlet, 1e-2),
+        (delan(), Method::ImplicitMidpoint, 1e-2),
+        (Family::NeuralOde(first), Method::Rk4, 3e-2),
+    ] {
+        let mut config = config(family, 100);
+        config.rollout.integrator = method;
+        config.rollout.warm_start = 0.0;
+        let fitted = fit(&data.dataset, &config, None, &mut ()).unwrap();
+        let found = judge(&fitted.model, &data.truth, 0.05).unwrap();
+        assert!(
+            found.acceleration < bound,
+            "{} {}: {}",
+            fitted.model.family(),
+            method.name(),
+            found.acceleration
+        );
+    }
+}
+
+/// Stops after some steps and keeps the last checkpoint as bytes, as a killed run leaves it on disk.
+#[derive(Default)]
+struct Killed {
+    after: usize,
+    saved: Vec<u8>,
+}
+
+impl Observer for Killed {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        if progress.step >= self.after {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) -> lagrangian::Result<()> {
+        self.saved = checkpoint.to_bytes()?;
+        Ok(())
+    }
+}
+
+fn weights(model: &Learned) -> Vec<u64> {
+    let Learned::Delan(model) = model else {
+        panic!("a deep Lagrangian network was fitted");
+    };
+    let parameters = model.lagrangian.parameters();
+    parameters.iter().map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn a_fit_with_free_starts_that_was_killed_and_resumed_has_the_weights_of_one_that_was_not() {
+    let data = pendulum(0.02);
+    let optimizers = [
+        Optimizer::Natural(NaturalConfig::default()),
+        Optimizer::Adam(AdamConfig::default()),
+    ];
+    for optimizer in optimizers {
+        let mut config = FitConfig {
+            optimizer,
+            ..config(delan(), 20)
+        };
+        config.rollout.start = Start::Free;
+        config.rollout.continuity = 0.5;
+        let whole = fit(&data.dataset, &config, None, &mut ()).unwrap();
+        for after in [2, 13] {
+            let mut killed = Killed {
+                after,
+                ..Killed::default()
+            };
+            let _ = fit(&data.dataset, &config, None, &mut killed).unwrap();
+            let checkpoint = Checkpoint::from_bytes(&killed.saved).unwrap();
+            let resumed = fit(&data.dataset, &config, Some(&checkpoint), &mut ()).unwrap();
+            assert_eq!(weights(&whole.model), weights(&resumed.model), "{after}");
+        }
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let alone = alone
+            .unwrap()
+            .install(|| fit(&data.dataset, &config, None, &mut ()).unwrap());
+        assert_eq!(weights(&whole.model), weights(&alone.model));
+    }
+}
+
+#[test]
+fn settings_of_rollouts_outside_their_domain_are_refused_with_their_name() {
+    let data = pendulum(0.0);
+    let refused = |change: &dyn Fn(&mut FitConfig)| {
+        let mut config = config(delan(), 5);
+        change(&mut config);
+        fit(&data.dataset, &config, None, &mut ())
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(refused(&|c| c.rollout.horizon = 81).contains("horizon"));
+    assert!(refused(&|c| c.rollout.horizon = 0).contains("horizon"));
+    assert!(refused(&|c| c.rollout.substeps = usize::MAX).contains("substeps"));
+    assert!(refused(&|c| c.rollout.integrator = Method::Dop853).contains("integrator"));
+    assert!(refused(&|c| c.rollout.growth = 1.0).contains("growth"));
+    assert!(refused(&|c| c.rollout.warm_start = f64::NAN).contains("warm_start"));
+    assert!(refused(&|c| c.rollout.continuity = 1.0).contains("continuity"));
+    let first = NeuralOdeConfig {
+        order: Order::First,
+        ..NeuralOdeConfig::default()
+    };
+    let leapfrog = refused(&|c| {
+        c.family = Family::NeuralOde(first.clone());
+        c.rollout.integrator = Method::StormerVerlet;
+    });
+    assert!(leapfrog.contains("integrator"), "{leapfrog}");
+    let torque = refused(&|c| {
+        c.family = Family::NeuralOde(first.clone());
+        c.loss = Loss::AccelerationL1;
+    });
+    assert!(torque.contains("neural ODE"), "{torque}");
+}
+
+#[test]
+fn a_saved_neural_ode_moves_as_before() {
+    let data = pendulum(0.0);
+    for order in [Order::First, Order::Second] {
+        let family = Family::NeuralOde(NeuralOdeConfig {
+            order,
+            width: 16,
+            ..NeuralOdeConfig::default()
+        });
+        let fitted = fit(&data.dataset, &config(family, 3), None, &mut ()).unwrap();
+        let saved = fitted.model.save(Default::default()).unwrap();
+        let bytes = saved.to_bytes().unwrap();
+        let saved = lagrangian::saved::SavedModel::from_bytes(&bytes).unwrap();
+        let again = Learned::load(&saved).unwrap();
+        assert_eq!(again.family(), "neural-ode");
+        let flow = |model: &Learned| {
+            let (mut dq, mut dz) = ([0.0], [0.0]);
+            let mut evaluator = model.evaluator();
+            evaluator.flow(&[0.7], &[-1.1], &[0.0], &mut dq, &mut dz);
+            (dq[0].to_bits(), dz[0].to_bits(), evaluator.second_order())
+        };
+        assert_eq!(flow(&again), flow(&fitted.model));
+        assert_eq!(flow(&again).2, order == Order::Second);
+    }
+}
