@@ -123,11 +123,9 @@ const fn rolled(key: &'static str, name: &'static str, family: fn() -> Family) -
 pub(super) const CONTESTANTS: &[Contestant] = &[
     Contestant {
         published: Some(&LNN),
-        ..free("lnn", "Lagrangian network, free", || {
-            Family::Lnn(LnnConfig::default())
-        })
+        ..free("lnn", "LNN, free", || Family::Lnn(LnnConfig::default()))
     },
-    free("lnn-convex", "Lagrangian network, convex", || {
+    free("lnn-convex", "LNN, convex", || {
         Family::Lnn(LnnConfig {
             form: Form::Convex,
             ..LnnConfig::default()
@@ -135,11 +133,9 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     }),
     Contestant {
         published: Some(&DLN),
-        ..free("delan", "deep Lagrangian network", || {
-            Family::Delan(DelanConfig::default())
-        })
+        ..free("delan", "DeLaN", || Family::Delan(DelanConfig::default()))
     },
-    free("delan-potential", "deep Lagrangian + A(q)·q̇", || {
+    free("delan-potential", "DeLaN + A(q)·q̇", || {
         Family::Delan(DelanConfig {
             vector_potential: true,
             ..DelanConfig::default()
@@ -147,28 +143,28 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     }),
     Contestant {
         published: Some(&HNN),
-        ..free("hnn", "Hamiltonian network, canonical", || {
+        ..free("hnn", "HNN, canonical", || {
             hamiltonian(HnnStructure::Free, Momenta::Recorded)
         })
     },
-    free("hnn-mass", "Hamiltonian with M(q), canonical", || {
+    free("hnn-mass", "HNN, M(q)", || {
         hamiltonian(HnnStructure::Mass, Momenta::Recorded)
     }),
-    free("hnn-velocities", "Hamiltonian network, q̇ for p", || {
+    free("hnn-velocities", "HNN, q̇ for p", || {
         hamiltonian(HnnStructure::Free, Momenta::Velocities)
     }),
     Contestant {
         published: Some(&FLOW),
-        ..rolled("neural-ode", "neural ODE, second order", || {
+        ..rolled("neural-ode", "neural ODE, order 2", || {
             neural_ode(Order::Second)
         })
     },
-    rolled("neural-ode-first", "neural ODE, first order", || {
+    rolled("neural-ode-first", "neural ODE, order 1", || {
         neural_ode(Order::First)
     }),
     Contestant {
         published: Some(&FLOW),
-        ..free("flow", "first-order flow (q̇, q̈)", || {
+        ..free("flow", "flow of rates", || {
             hamiltonian(HnnStructure::None, Momenta::Velocities)
         })
     },
@@ -176,7 +172,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         reads: Reads::Positions,
         loss: Loss::PositionsTrapezoidal,
         method: Method::VariationalTrapezoidal,
-        ..free("vin", "variational integrator network", || {
+        ..free("vin", "VIN", || {
             Family::Delan(DelanConfig {
                 inertia: Inertia::Constant,
                 ..DelanConfig::default()
@@ -187,22 +183,18 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         reads: Reads::Positions,
         loss: Loss::Positions,
         method: Method::VariationalMidpoint,
-        ..free(
-            "delan-positions",
-            "deep Lagrangian, positions alone",
-            || Family::Delan(DelanConfig::default()),
-        )
+        ..free("delan-positions", "DeLaN, positions", || {
+            Family::Delan(DelanConfig::default())
+        })
     },
     Contestant {
         published: Some(&NETWORK),
-        ..free("mlp", "plain network of q̈", || {
-            Family::Mlp(MlpConfig::default())
-        })
+        ..free("mlp", "plain network", || Family::Mlp(MlpConfig::default()))
     },
     Contestant {
         loss: Loss::Torque,
         reads: Reads::Torques,
-        ..free("rigid", "rigid chain, least squares", || {
+        ..free("rigid", "rigid chain", || {
             Family::Rigid(RigidConfig {
                 angles: Some(Angles::Absolute),
                 ..RigidConfig::default()
