@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use lagrangian::Error;
+use lagrangian::dynamics::Model;
 use lagrangian::experiment::fit_with_history;
 use lagrangian::experiment::table::{
     Hidden, Lesson, Reads, SAMPLES, Task, acceleration_error, call_seconds, energy_drift,
@@ -205,6 +206,8 @@ fn several(
                 Ok(fitted) => {
                     let error = acceleration_error(&fitted.model, &lesson);
                     cell.figures.push((task.name(), error));
+                    cell.spoiled |=
+                        column == Column::Lagrangians && !has_energy(&fitted.model, &lesson);
                     cell.value = cell
                         .value
                         .filter(|_| error.is_finite())
@@ -220,6 +223,13 @@ fn several(
         }
     }
     Ok(cells)
+}
+
+/// Whether a model has an energy, and so a Lagrangian or Hamiltonian that it could have learned.
+fn has_energy(model: &Learned, lesson: &Lesson) -> bool {
+    let motion = &lesson.test[0];
+    let mut energy = vec![0.0; motion.len()];
+    model.evaluator().energy(&motion.q, &motion.qd, &mut energy)
 }
 
 fn config(plan: &Plan, row: &Contestant, seed: u64) -> FitConfig {
