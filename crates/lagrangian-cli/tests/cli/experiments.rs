@@ -119,7 +119,7 @@ fn hamiltonian_networks_keep_the_energy_that_a_plain_network_loses() {
 #[test]
 fn a_chain_of_one_pendulum_is_learned_from_states_alone() {
     let bench = Workbench::new();
-    let line = "experiment chains --only 1 --quick --seconds 0.5 --seeds 1 --json --quiet";
+    let line = "experiment chains --only 1 --quick --seeds 1 --json --quiet";
     let figures = bench.succeed(line).json();
     let chain = &figures["chains"][0];
     assert_eq!(chain["links"], 1);

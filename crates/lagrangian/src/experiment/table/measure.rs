@@ -249,7 +249,7 @@ pub fn call_seconds(model: &dyn Model, lesson: &Lesson) -> f64 {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::super::lesson::OnLines;
+    use super::super::task::OnLines;
     use super::super::{Hidden, Reads, Size, Task};
     use super::*;
     use crate::lagrangian::analytic::{DoublePendulum, InChart};

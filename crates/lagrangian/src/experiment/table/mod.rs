@@ -5,6 +5,8 @@
 
 mod lesson;
 mod measure;
+mod task;
 
-pub use lesson::{Hidden, Lesson, Reads, Size, Task};
+pub use lesson::{Hidden, Lesson, Reads, Size};
 pub use measure::{Drift, StepErrors, acceleration_error, call_seconds, energy_drift, step_errors};
+pub use task::{SAMPLES, Task};

@@ -4,8 +4,11 @@ use lagrangian::baseline::MlpConfig;
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::lagrangian::analytic::Chart;
 use lagrangian::lagrangian::{Angles, DelanConfig, Form, LnnConfig};
+use lagrangian::neural_ode::NeuralOdeConfig;
 use lagrangian::report::Role;
-use lagrangian::train::Family;
+use lagrangian::train::{Family, Loss};
+
+use super::learning::Teaching;
 
 /// A family of models with the coordinates that it sees.
 pub(super) struct Contestant {
@@ -17,8 +20,9 @@ pub(super) struct Contestant {
     /// Against what the angles are measured that it sees.
     pub(super) angles: Angles,
     pub(super) family: fn(usize) -> Family,
-    /// Whether it is given the true momenta, so that it cannot learn from states alone.
-    pub(super) canonical: bool,
+    /// What it can learn from.
+    pub(super) teachings: &'static [Teaching],
+    pub(super) loss: Loss,
 }
 
 const fn absolute(
@@ -33,7 +37,8 @@ const fn absolute(
         role,
         angles: Angles::Absolute,
         family,
-        canonical: false,
+        teachings: &[Teaching::Exact, Teaching::States, Teaching::More],
+        loss: Loss::Acceleration,
     }
 }
 
@@ -73,6 +78,13 @@ fn hnn(links: usize) -> Family {
     })
 }
 
+fn neural_ode(links: usize) -> Family {
+    Family::NeuralOde(NeuralOdeConfig {
+        width: width(links),
+        ..NeuralOdeConfig::default()
+    })
+}
+
 fn mlp(links: usize) -> Family {
     Family::Mlp(MlpConfig {
         width: width(links),
@@ -94,12 +106,23 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     absolute("lnn", "black-box Lagrangian", Role::Other(1), lnn),
     absolute("lnn_convex", "convex Lagrangian", Role::Other(2), convex),
     Contestant {
-        canonical: true,
+        // Its momenta are given, and their rates.
+        teachings: &[Teaching::Exact, Teaching::More],
         ..absolute(
             "hnn",
             "Hamiltonian network, true momenta",
             Role::Other(5),
             hnn,
+        )
+    },
+    Contestant {
+        teachings: &[Teaching::States],
+        loss: Loss::Rollout,
+        ..absolute(
+            "neural_ode",
+            "neural ODE, by rollouts",
+            Role::Other(6),
+            neural_ode,
         )
     },
     absolute("mlp", "plain network", Role::Baseline, mlp),

@@ -52,7 +52,8 @@ pub(super) fn learn(
     chunks: Chunks,
     course: &mut Course,
 ) -> Result<Learned> {
-    if teaching == Teaching::States {
+    // A rollout needs no accelerations.
+    if teaching == Teaching::States && config.loss != Loss::Rollout {
         return from_states(truth, config, &chunks, course);
     }
     one(truth, config, &chunks, course)

@@ -6,11 +6,11 @@ mod page;
 
 use anyhow::Result;
 use lagrangian::experiment::chains::{
-    Score, chain, floor, motions, predictions, score, test_starts,
+    SAMPLES, Score, chain, floor, motions, predictions, score, test_starts,
 };
 use lagrangian::lagrangian::analytic::Chart;
 use lagrangian::rollout::Rollout;
-use lagrangian::train::{Budget, FitConfig};
+use lagrangian::train::{Budget, FitConfig, RolloutLoss};
 use lagrangian::{State, Trajectory};
 use serde_json::{Value, json};
 
@@ -156,7 +156,7 @@ fn measure(links: usize, plan: &Plan, course: &mut Course) -> Result<Found> {
     let test = Test { starts, truth };
     let mut models = Vec::new();
     for &teaching in &plan.teachings {
-        let learns = |c: &&Contestant| !(c.canonical && teaching == Teaching::States);
+        let learns = |c: &&Contestant| c.teachings.contains(&teaching);
         for contestant in CONTESTANTS.iter().filter(learns) {
             let scores = plan
                 .seeds
@@ -206,6 +206,11 @@ fn one(
         batch: Plan::batch(links),
         seed,
         validate_every: 10,
+        loss: contestant.loss,
+        rollout: RolloutLoss {
+            horizon: SAMPLES - 1,
+            ..RolloutLoss::default()
+        },
         ..FitConfig::default()
     };
     let model = learn(&truth, &config, teaching, (train, held), course)?;

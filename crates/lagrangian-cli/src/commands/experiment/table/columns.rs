@@ -84,7 +84,8 @@ impl Column {
                 "largest error of q̈ of swings in three charts: their own, rotated and sheared, q = Q + 0.3 sin Q"
             }
             Self::Lagrangians => {
-                "larger error of q̈ of the relativistic particle and of the charged one in a magnetic field"
+                "larger error of q̈ of the relativistic particle and of the charged one in a magnetic field; counts only for a \
+                 model that has an energy, and so a Lagrangian to learn"
             }
             Self::Accelerations => "whether a fit accepts data without q̈ and ṗ",
             Self::Torques => "whether a fit accepts data without τ",

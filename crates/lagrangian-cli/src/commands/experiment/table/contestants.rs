@@ -6,6 +6,7 @@ use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::integrate::Method;
 use lagrangian::lagrangian::{Angles, DelanConfig, Form, Inertia, LnnConfig};
+use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{Family, Loss};
 
 /// A family of models with what it is fitted to.
@@ -104,14 +105,27 @@ fn hamiltonian(structure: HnnStructure, momenta: Momenta) -> Family {
     })
 }
 
+fn neural_ode(order: Order) -> Family {
+    Family::NeuralOde(NeuralOdeConfig {
+        order,
+        ..NeuralOdeConfig::default()
+    })
+}
+
+/// A family that is fitted to the motion between the samples, by rollouts.
+const fn rolled(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+    Contestant {
+        loss: Loss::Rollout,
+        ..free(key, name, family)
+    }
+}
+
 pub(super) const CONTESTANTS: &[Contestant] = &[
     Contestant {
         published: Some(&LNN),
-        ..free("lnn", "Lagrangian network, free", || {
-            Family::Lnn(LnnConfig::default())
-        })
+        ..free("lnn", "LNN, free", || Family::Lnn(LnnConfig::default()))
     },
-    free("lnn-convex", "Lagrangian network, convex", || {
+    free("lnn-convex", "LNN, convex", || {
         Family::Lnn(LnnConfig {
             form: Form::Convex,
             ..LnnConfig::default()
@@ -119,11 +133,9 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     }),
     Contestant {
         published: Some(&DLN),
-        ..free("delan", "deep Lagrangian network", || {
-            Family::Delan(DelanConfig::default())
-        })
+        ..free("delan", "DeLaN", || Family::Delan(DelanConfig::default()))
     },
-    free("delan-potential", "deep Lagrangian + A(q)·q̇", || {
+    free("delan-potential", "DeLaN + A(q)·q̇", || {
         Family::Delan(DelanConfig {
             vector_potential: true,
             ..DelanConfig::default()
@@ -131,19 +143,28 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     }),
     Contestant {
         published: Some(&HNN),
-        ..free("hnn", "Hamiltonian network, canonical", || {
+        ..free("hnn", "HNN, canonical", || {
             hamiltonian(HnnStructure::Free, Momenta::Recorded)
         })
     },
-    free("hnn-mass", "Hamiltonian with M(q), canonical", || {
+    free("hnn-mass", "HNN, M(q)", || {
         hamiltonian(HnnStructure::Mass, Momenta::Recorded)
     }),
-    free("hnn-velocities", "Hamiltonian network, q̇ for p", || {
+    free("hnn-velocities", "HNN, q̇ for p", || {
         hamiltonian(HnnStructure::Free, Momenta::Velocities)
     }),
     Contestant {
         published: Some(&FLOW),
-        ..free("flow", "first-order flow (q̇, q̈)", || {
+        ..rolled("neural-ode", "neural ODE, order 2", || {
+            neural_ode(Order::Second)
+        })
+    },
+    rolled("neural-ode-first", "neural ODE, order 1", || {
+        neural_ode(Order::First)
+    }),
+    Contestant {
+        published: Some(&FLOW),
+        ..free("flow", "flow of rates", || {
             hamiltonian(HnnStructure::None, Momenta::Velocities)
         })
     },
@@ -151,7 +172,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         reads: Reads::Positions,
         loss: Loss::PositionsTrapezoidal,
         method: Method::VariationalTrapezoidal,
-        ..free("vin", "variational integrator network", || {
+        ..free("vin", "VIN", || {
             Family::Delan(DelanConfig {
                 inertia: Inertia::Constant,
                 ..DelanConfig::default()
@@ -162,22 +183,18 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         reads: Reads::Positions,
         loss: Loss::Positions,
         method: Method::VariationalMidpoint,
-        ..free(
-            "delan-positions",
-            "deep Lagrangian, positions alone",
-            || Family::Delan(DelanConfig::default()),
-        )
+        ..free("delan-positions", "DeLaN, positions", || {
+            Family::Delan(DelanConfig::default())
+        })
     },
     Contestant {
         published: Some(&NETWORK),
-        ..free("mlp", "plain network of q̈", || {
-            Family::Mlp(MlpConfig::default())
-        })
+        ..free("mlp", "plain network", || Family::Mlp(MlpConfig::default()))
     },
     Contestant {
         loss: Loss::Torque,
         reads: Reads::Torques,
-        ..free("rigid", "rigid chain, least squares", || {
+        ..free("rigid", "rigid chain", || {
             Family::Rigid(RigidConfig {
                 angles: Some(Angles::Absolute),
                 ..RigidConfig::default()

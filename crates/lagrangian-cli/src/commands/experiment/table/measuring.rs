@@ -2,11 +2,13 @@
 
 use anyhow::Result;
 use lagrangian::Error;
+use lagrangian::dynamics::Model;
 use lagrangian::experiment::fit_with_history;
 use lagrangian::experiment::table::{
-    Hidden, Lesson, Reads, Task, acceleration_error, call_seconds, energy_drift, step_errors,
+    Hidden, Lesson, Reads, SAMPLES, Task, acceleration_error, call_seconds, energy_drift,
+    step_errors,
 };
-use lagrangian::train::{Budget, FitConfig, Learned, fit};
+use lagrangian::train::{Budget, FitConfig, Learned, RolloutLoss, fit};
 
 use super::columns::{Column, Measured, OWN_ENERGY};
 use super::contestants::Contestant;
@@ -204,6 +206,8 @@ fn several(
                 Ok(fitted) => {
                     let error = acceleration_error(&fitted.model, &lesson);
                     cell.figures.push((task.name(), error));
+                    cell.spoiled |=
+                        column == Column::Lagrangians && !has_energy(&fitted.model, &lesson);
                     cell.value = cell
                         .value
                         .filter(|_| error.is_finite())
@@ -221,6 +225,13 @@ fn several(
     Ok(cells)
 }
 
+/// Whether a model has an energy, and so a Lagrangian or Hamiltonian that it could have learned.
+fn has_energy(model: &Learned, lesson: &Lesson) -> bool {
+    let motion = &lesson.test[0];
+    let mut energy = vec![0.0; motion.len()];
+    model.evaluator().energy(&motion.q, &motion.qd, &mut energy)
+}
+
 fn config(plan: &Plan, row: &Contestant, seed: u64) -> FitConfig {
     FitConfig {
         family: (row.family)(),
@@ -228,6 +239,10 @@ fn config(plan: &Plan, row: &Contestant, seed: u64) -> FitConfig {
         budget: plan.budget,
         seed,
         validate_every: 10,
+        rollout: RolloutLoss {
+            horizon: SAMPLES - 1,
+            ..RolloutLoss::default()
+        },
         ..FitConfig::default()
     }
 }
