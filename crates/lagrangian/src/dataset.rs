@@ -227,9 +227,14 @@ impl Dataset {
                 remedy: "give one for each coordinate".into(),
             });
         }
-        let energies = p.iter().zip(&velocities).map(|(p, v)| (p * v).ln());
-        let energy = positive((energies.sum::<f64>() / n as f64).exp());
-        let weights = velocities.iter().chain(&pd).map(|x| 1.0 / x).collect();
+        let moves = |i: &usize| !self.coordinates.is_parameter(*i);
+        let moving: Vec<usize> = (0..n).filter(moves).collect();
+        let energies = moving.iter().map(|&i| (p[i] * velocities[i]).ln());
+        let energy = positive((energies.sum::<f64>() / moving.len() as f64).exp());
+        let mut weights: Vec<f64> = velocities.iter().chain(&pd).map(|x| 1.0 / x).collect();
+        for i in self.coordinates.parameters() {
+            (weights[i], weights[n + i]) = (0.0, 0.0);
+        }
         let scaling = Scaling {
             qd_scale: p,
             energy,

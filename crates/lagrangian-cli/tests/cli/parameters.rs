@@ -110,7 +110,15 @@ fn both_particles_give_one_figure_a_seed_and_a_page() {
     let bench = Workbench::new();
     let line = "experiment relativistic --quick --seconds 0.1 --seeds 1 --json --quiet";
     let figures = bench.succeed(line).json();
-    for key in ["lnn", "lnn_free", "lnn_convex", "delan", "baseline"] {
+    for key in [
+        "lnn",
+        "lnn_free",
+        "lnn_convex",
+        "hnn_noncanonical",
+        "hnn_canonical",
+        "delan",
+        "baseline",
+    ] {
         for found in [&figures[key], &figures["physical"][key]] {
             assert_eq!(found["weighted_l1"].as_array().unwrap().len(), 1, "{key}");
         }

@@ -56,6 +56,9 @@ impl Field {
 /// Time of one circle where e B/m = 1, s.
 pub const CIRCLE: f64 = std::f64::consts::TAU;
 
+/// Steps of an orbit; a true one of 100 circles takes a tenth of them.
+const MOST_STEPS: u64 = 50_000;
+
 /// `count` random states with random forces of the size of the magnetic ones, and the accelerations that these make:
 /// known forces fix the scale of the Lagrangian, (23).
 fn samples(system: &dyn AnalyticModel, count: usize, seed: u64) -> Samples {
@@ -185,14 +188,11 @@ pub fn orbit(model: &dyn Model, which: Field, circles: f64) -> Result<Orbit> {
     let system = which.system()?;
     let start = which.start();
     let times = times(circles * CIRCLE, CIRCLE / 20.0)?;
-    let motion = rollout(
-        model,
-        &start.q,
-        &start.qd,
-        &times,
-        &free,
-        &RolloutOptions::default(),
-    )?;
+    let options = RolloutOptions {
+        max_steps: MOST_STEPS,
+        ..RolloutOptions::default()
+    };
+    let motion = rollout(model, &start.q, &start.qd, &times, &free, &options)?;
     let trajectory = motion.trajectory;
     let n = start.q.len();
     let mut energy = vec![0.0; trajectory.len()];

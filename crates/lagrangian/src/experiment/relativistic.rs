@@ -125,7 +125,7 @@ pub fn samples(particle: Particle, count: usize, seed: u64) -> Samples {
         tau,
         p: jet.momentum,
         pd: jet.dl_dq,
-        steps: Vec::new(),
+        ..Samples::default()
     }
 }
 
@@ -154,6 +154,28 @@ pub fn weighted_error(model: &dyn Model, samples: &Samples) -> f64 {
     for ((truth, found), qd) in pairs.zip(samples.qd.chunks_exact(2)) {
         let weight = 1.0 + 1.0 / ((1.0 - qd[0]) * (1.0 + qd[0])).sqrt();
         sum += weight * (found[0] - truth[0]).abs();
+        weights += weight;
+    }
+    if sum.is_finite() {
+        sum / weights
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// The same of a model that moves in (q, p): Σ w (|q̇ found − q̇| + |q̈ found − q̈|) / Σ w, as published, with
+/// q̈ = ṗ / M(q̇) by the true mass.
+#[must_use]
+pub fn weighted_flow_error(model: &dyn Model, particle: Particle, samples: &Samples) -> f64 {
+    let (mut rate, mut push) = (vec![0.0; samples.q.len()], vec![0.0; samples.q.len()]);
+    let (q, p, tau) = (&samples.q, &samples.p, &samples.tau);
+    let _ = model.evaluator().flow(q, p, tau, &mut rate, &mut push);
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for k in (0..samples.q.len()).step_by(2) {
+        let (v, qdd) = (samples.qd[k], samples.qdd[k]);
+        let weight = 1.0 + 1.0 / ((1.0 - v) * (1.0 + v)).sqrt();
+        let found = push[k] / particle.mass(v);
+        sum += weight * ((rate[k] - v).abs() + (found - qdd).abs());
         weights += weight;
     }
     if sum.is_finite() {

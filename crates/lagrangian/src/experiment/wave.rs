@@ -166,6 +166,9 @@ pub fn truth(system: &WaveSystem, points: usize, seconds: f64, step: f64) -> Res
     )
 }
 
+/// The truth takes some thousand steps; a model that runs away would take all that it is given.
+const MOST_STEPS: u64 = 20_000;
+
 /// Rolls a model out beside the truth.
 ///
 /// # Errors
@@ -175,6 +178,7 @@ pub fn field_test(system: &WaveSystem, model: &dyn Model, truth: &Trajectory) ->
     let options = RolloutOptions {
         rtol: 1e-9,
         atol: 1e-9,
+        max_steps: MOST_STEPS,
         ..RolloutOptions::default()
     };
     let clock = Instant::now();

@@ -223,9 +223,12 @@ impl Learned {
                     _ => Ok(Self::Mlp(mlp)),
                 }
             }
-            super::field::FIELD => Err(damaged(
-                "it is the density of a field, which moves on a ring of points: read it with `DensityNet::load`".into(),
-            )),
+            super::field::FIELD => Err(crate::Error::Argument {
+                name: "saved model",
+                value: "the density of a field".into(),
+                must: "a model of coordinates of its own: a density moves on a ring of any size \
+                       (`field::DensityNet::load` in the library)",
+            }),
             other => Err(damaged(format!(
                 "'{other}' is no family of models that is known"
             ))),

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::family::{describe, read, saved, weights};
 use super::{Header, Provenance, SavedModel, damaged};
 use crate::field::DensityNet;
-use crate::{Lagrangian, Result};
+use crate::{Error, Lagrangian, Result};
 
 /// The name of the family.
 pub(super) const FIELD: &str = "field";
@@ -14,7 +14,7 @@ impl DensityNet {
     /// What is to be saved of it: the law of a ring of any number of points.
     ///
     /// # Errors
-    /// [`crate::Error::Tensor`] where a weight is not finite, [`crate::Error::DamagedModel`] where its description
+    /// [`Error::Tensor`] where a weight is not finite, [`Error::DamagedModel`] where its description
     /// cannot be written.
     pub fn save(&self, provenance: Provenance) -> Result<SavedModel> {
         let header = Header {
@@ -34,14 +34,16 @@ impl DensityNet {
     /// The density that was saved.
     ///
     /// # Errors
-    /// [`crate::Error::DamagedModel`] for another family or a description that is not that of a density;
-    /// [`crate::Error::Tensor`], [`crate::Error::Shape`] or [`crate::Error::Argument`] for weights or scales that do not
-    /// belong to it.
+    /// [`Error::Argument`] for another family; [`Error::DamagedModel`] for a description that is not that of a density;
+    /// [`Error::Tensor`], [`Error::Shape`] or [`Error::Argument`] for weights or scales that do not belong to it.
     pub fn load(saved: &SavedModel) -> Result<Self> {
         let header = &saved.header;
         if header.family != FIELD {
-            let family = &header.family;
-            return Err(damaged(format!("'{family}' is not the density of a field")));
+            return Err(Error::Argument {
+                name: "saved model",
+                value: format!("one of the family '{}'", header.family),
+                must: "the density of a field: take a file that `DensityNet::save` or `experiment wave` wrote",
+            });
         }
         let density = Self::with_parameters(
             read("architecture", &header.architecture)?,

@@ -176,8 +176,7 @@ impl HnnLearner<'_> {
     fn residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
         let (n, kinetic) = (self.shape.dof(), self.shape.kinetic());
         let (k, kinds) = (2 * n, self.forces.kinds());
-        let (energy, scale) = (self.shape.scaling().energy, &self.shape.scaling().qd_scale);
-        let plain = matches!(self.shape.net, HnnNet::None(_));
+        let scale = &self.shape.scaling().qd_scale;
         work.mix[s * k * k..][..k * k].fill(0.0);
         for (i, scale) in scale.iter().enumerate() {
             let (v, f) = (s * k + i, s * k + n + i);
@@ -188,9 +187,8 @@ impl HnnLearner<'_> {
             let push = force * work.along[f] - work.scratch[n + i];
             work.residual[f] = self.weights[n + i] * (push - work.pd[s * n + i]);
             work.mix[(s * k + n + i) * k + n + i] = self.weights[n + i] * force;
-            let unit = if plain { force } else { energy };
             for slope in &mut work.extra[f * kinds..][..kinds] {
-                *slope /= -unit;
+                *slope /= -force;
             }
         }
     }

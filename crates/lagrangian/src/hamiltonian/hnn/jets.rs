@@ -136,6 +136,12 @@ impl HamiltonianJets for HnnJets<'_> {
             &mut self.block
         };
         *kept = Some(pass);
+        // A parameter neither moves nor is pushed (theory.md, equation 107).
+        for i in shape.coordinates().parameters() {
+            for at in (i..q.len()).step_by(n) {
+                (velocity[at], dh_dq[at]) = (p[at], 0.0);
+            }
+        }
     }
 
     fn jet(&mut self, q: &[f64], p: &[f64], jet: &mut HamiltonianJet) {
@@ -153,6 +159,16 @@ impl HamiltonianJets for HnnJets<'_> {
                 jet.hamiltonian.fill(f64::NAN);
                 jet.inverse_mass.fill(f64::NAN);
                 jet.velocity_drift.fill(f64::NAN);
+            }
+        }
+        for i in self.hnn.shape.coordinates().parameters() {
+            for row in 0..m {
+                for j in 0..n {
+                    let one = if i == j { 1.0 } else { 0.0 };
+                    jet.inverse_mass[(row * n + i) * n + j] = one;
+                    jet.inverse_mass[(row * n + j) * n + i] = one;
+                }
+                jet.velocity_drift[row * n + i] = 0.0;
             }
         }
     }

@@ -21,6 +21,7 @@ mod descend;
 mod flow;
 mod gauss_newton;
 mod gradient;
+mod kernel;
 mod leapfrog;
 mod linear;
 mod midpoint;
@@ -30,6 +31,7 @@ mod shoot;
 mod step;
 #[cfg(test)]
 mod tests;
+mod unit;
 
 pub use config::{Gradients, Observe, RolloutLoss, Start};
 pub(crate) use descend::Rollouts;

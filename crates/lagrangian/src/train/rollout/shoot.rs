@@ -164,6 +164,11 @@ impl Block {
         }
     }
 
+    /// Whether segment `s` weighs nothing.
+    pub(super) fn is_silent(&self, s: usize) -> bool {
+        self.failed[s] || s >= self.count
+    }
+
     /// The loss of the segments that count.
     pub(super) fn value(&self) -> Value {
         let rows = self.residual.len() / self.sizes.samples;

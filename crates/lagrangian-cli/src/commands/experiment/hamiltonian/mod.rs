@@ -80,16 +80,17 @@ fn training(task: Task) -> Training {
             width: 64,
             layers: 2,
             activation: Activation::Tanh,
-            batch: 128,
-            steps: 300,
+            batch: 96,
+            steps: 100,
             quick: (20, 0.02),
             damping: 1e-7,
             weight: 10.0,
         },
         Task::ThreeBodies => Training {
             width: 96,
+            steps: 200,
             quick: (8, 0.005),
-            weight: 40.0,
+            weight: 60.0,
             ..training(Task::TwoBodies)
         },
     }
@@ -152,13 +153,12 @@ fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
 fn measure(task: Task, setting: &Setting, seeds: &[u64], course: &mut Course) -> Result<Found> {
     let training = training(task);
     let quick = setting.args.quick;
-    let mut runs = Vec::new();
-    for contestant in &CONTESTANTS {
-        let mut of_seeds = Vec::new();
-        for &seed in seeds {
+    let mut runs: Vec<Vec<Run>> = CONTESTANTS.iter().map(|_| Vec::new()).collect();
+    for &seed in seeds {
+        let data = task.dataset(seed, if quick { training.quick.1 } else { 1.0 })?;
+        for (contestant, runs) in CONTESTANTS.iter().zip(&mut runs) {
             let part = format!("{}, {}, seed {seed}", task.name(), contestant.name);
             course.begin(part, training.weight)?;
-            let data = task.dataset(seed, if quick { training.quick.1 } else { 1.0 })?;
             let steps = if quick {
                 training.quick.0
             } else {
@@ -186,14 +186,13 @@ fn measure(task: Task, setting: &Setting, seeds: &[u64], course: &mut Course) ->
             };
             let fitted = fit(&data, &config, None, course)?;
             course.check()?;
-            of_seeds.push(Run {
+            runs.push(Run {
                 tests: task.test(&fitted.model, seed)?,
                 loss: fitted.best,
                 seconds: fitted.seconds,
                 steps: fitted.steps,
             });
         }
-        runs.push(of_seeds);
     }
     Ok(Found { task, runs })
 }

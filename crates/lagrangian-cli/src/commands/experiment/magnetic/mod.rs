@@ -30,7 +30,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
 const TRAIN: usize = 20_000;
 const FEW: usize = 2_000;
 /// Steps of a fit, and in a quick run.
-const STEPS: usize = 500;
+const STEPS: usize = 1000;
 const SHORT: usize = 100;
 /// Circles of the long orbit, and in a quick run.
 const CIRCLES: f64 = 100.0;

@@ -1,6 +1,7 @@
 //! Who is compared: a line each, with the starts that its validation loss chooses from.
 
 use lagrangian::baseline::MlpConfig;
+use lagrangian::hamiltonian::{HnnConfig, Momenta};
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::report::Role;
 use lagrangian::train::{Budget, Family, FitConfig, Learned, Loss, NaturalConfig, Optimizer};
@@ -29,6 +30,9 @@ const STEPS: usize = 600;
 const FEW: usize = 100;
 
 const STARTS: &[(f64, f64)] = &[(30.0, 1e-3), (10.0, 1e-5), (3.0, 1e-6)];
+
+/// Of families that start from no kinetic term of their own.
+const PLAIN: &[(f64, f64)] = &[(1.0, 1e-1), (1.0, 1e-3), (1.0, 1e-6)];
 
 /// All of them, in the order of the tables.
 pub(super) const CONTESTANTS: &[Contestant] = &[
@@ -73,6 +77,26 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         published: None,
     },
     Contestant {
+        key: "hnn_noncanonical",
+        name: "Hamiltonian network on (q, q̇)",
+        role: Role::Other(3),
+        family: |_| Family::Hnn(hnn(Momenta::Velocities)),
+        starts: PLAIN,
+        loss: Loss::Acceleration,
+        steps: STEPS,
+        published: Some(0.41),
+    },
+    Contestant {
+        key: "hnn_canonical",
+        name: "Hamiltonian network on (q, p)",
+        role: Role::Other(4),
+        family: |_| Family::Hnn(hnn(Momenta::Recorded)),
+        starts: PLAIN,
+        loss: Loss::Acceleration,
+        steps: STEPS,
+        published: Some(2.4e-4),
+    },
+    Contestant {
         key: "delan",
         name: "deep Lagrangian network",
         role: Role::Other(2),
@@ -82,7 +106,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
                 ..DelanConfig::default()
             })
         },
-        starts: &[(1.0, 1e-1), (1.0, 1e-3), (1.0, 1e-6)],
+        starts: PLAIN,
         loss: Loss::AccelerationRelative,
         steps: STEPS,
         published: None,
@@ -97,12 +121,20 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
                 ..MlpConfig::default()
             })
         },
-        starts: &[(1.0, 1e-1), (1.0, 1e-3), (1.0, 1e-6)],
+        starts: PLAIN,
         loss: Loss::AccelerationRelative,
         steps: STEPS,
         published: None,
     },
 ];
+
+fn hnn(momenta: Momenta) -> HnnConfig {
+    HnnConfig {
+        momenta,
+        width: WIDTH,
+        ..HnnConfig::default()
+    }
+}
 
 fn lnn(form: Form, kinetic: f64) -> LnnConfig {
     LnnConfig {

@@ -7,10 +7,11 @@ use anyhow::Result;
 use lagrangian::State;
 use lagrangian::experiment::beyond_delan;
 use lagrangian::experiment::relativistic::{
-    Particle, Sweep, dataset, recovered, samples, sweep, weighted_error,
+    Particle, Sweep, dataset, recovered, samples, sweep, weighted_error, weighted_flow_error,
 };
+use lagrangian::hamiltonian::Hamiltonian;
 use lagrangian::saved::Provenance;
-use lagrangian::train::Samples;
+use lagrangian::train::{Learned, Samples};
 use serde_json::{Map, Value, json};
 
 use super::spread::median;
@@ -78,7 +79,6 @@ impl Found {
         json!({
             "weighted_l1": self.errors(),
             "weighted_l1_median": median(&self.errors()),
-            "published_weighted_l1": self.contestant.published,
             "momentum_r2": self.momentum(0),
             "momentum_r2_all_speeds": self.momentum(1),
             "seconds": self.seconds(),
@@ -184,7 +184,13 @@ fn one(
         lagrangian.map_or(f64::NAN, |_| recovered(&own.momentum, &truth.momentum).0)
     };
     Ok(Fitted {
-        error: weighted_error(model, test),
+        error: match model {
+            // That on (q, q̇) has no momenta.
+            Learned::Hnn(hnn) if hnn.hamiltonian().canonical() => {
+                weighted_flow_error(model, particle, test)
+            }
+            _ => weighted_error(model, test),
+        },
         momentum: [r2(FAST), r2(FASTEST)],
         sweep: sweep(model, lagrangian, (FASTEST, FIELD)),
         seconds: best.seconds,
@@ -198,7 +204,11 @@ fn figures(all: &[Measured]) -> Value {
     for measured in all {
         let mut own: Map<String, Value> = Map::new();
         for found in &measured.found {
-            own.insert(found.contestant.key.into(), found.json());
+            let mut value = found.json();
+            if measured.particle == Particle::Published {
+                value["published_weighted_l1"] = json!(found.contestant.published);
+            }
+            own.insert(found.contestant.key.into(), value);
         }
         own.insert(
             "no_acceleration".into(),

@@ -1,0 +1,145 @@
+//! The kernel of the residuals of a rollout loss: J Jᵀ between single evaluations, and what the chain makes of it.
+
+use rayon::prelude::*;
+
+use super::config::SEGMENTS;
+use super::gauss_newton::GaussNewton;
+use super::shoot::{Block, Task};
+use crate::mlp::TileScratch;
+use crate::train::learner::{Learner, Work};
+
+impl GaussNewton {
+    /// The lower part of S-space J Jᵀ, row (evaluation · k + i) · samples + s of each block after the other.
+    pub(super) fn gram(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        used: usize,
+        task: &Task<'_>,
+        terms: &[Vec<(usize, usize)>],
+    ) {
+        let (net, n, kinds) = (learner.net(), learner.dof(), learner.extra());
+        let count = task.config.evaluations(task.rows.horizon);
+        let tile = SEGMENTS * learner.outputs_each();
+        let (units, size) = (&self.units, used * count * tile);
+        self.gram.resize(size * size, 0.0);
+        let rows = self.gram.par_chunks_mut((tile * size).max(1)).enumerate();
+        let scratch = || {
+            let pass = &units[0].block.works[0].pass;
+            (TileScratch::new(pass), vec![0.0; tile * tile])
+        };
+        rows.for_each_init(scratch, |(scratch, raw), (row, out)| {
+            let left = &units[row / count].block.works[row % count];
+            for column in 0..=row {
+                let right = &units[column / count];
+                let transposed = &right.transposed[column % count];
+                left.pass.gram_tile(net, transposed, terms, scratch, raw);
+                add_extra(left, &right.block.works[column % count], (n, kinds), raw);
+                for (to, from) in out.chunks_exact_mut(size).zip(raw.chunks_exact(tile)) {
+                    to[column * tile..][..tile].copy_from_slice(from);
+                }
+            }
+        });
+        // Within a block both orders of two evaluations are asked for.
+        let block = count * tile;
+        for first in (0..used).map(|u| u * block) {
+            for i in first..first + block {
+                for j in first..i {
+                    self.gram[j * size + i] = self.gram[i * size + j];
+                }
+            }
+        }
+    }
+
+    /// The lower part of the kernel of the residuals, segment by segment: B D G Dᵀ Bᵀ + C Cᵀ.
+    pub(super) fn mix_gram(&mut self, used: usize, task: &Task<'_>) {
+        let rows = task.rows.count();
+        let segments = used * SEGMENTS;
+        let (units, gram) = (&self.units[..used], &self.gram);
+        self.kernel.resize((segments * rows).pow(2), 0.0);
+        let chunks = self.kernel.par_chunks_mut((rows * segments * rows).max(1));
+        chunks.enumerate().for_each(|(left, out)| {
+            let mut between = Vec::new();
+            for right in 0..=left {
+                let (a, b) = (&units[left / SEGMENTS], &units[right / SEGMENTS]);
+                let (s, t) = (left % SEGMENTS, right % SEGMENTS);
+                let skip = a.block.is_silent(s) || b.block.is_silent(t);
+                for (i, out) in out.chunks_exact_mut(segments * rows).enumerate() {
+                    let out = &mut out[right * rows..][..rows];
+                    out.fill(0.0);
+                    if skip {
+                        continue;
+                    }
+                    a.row(gram, (used, left, right), (s, i), &mut between);
+                    let width = between.len();
+                    let others = b.mixed[t * rows * width..][..rows * width].chunks_exact(width);
+                    for (x, other) in out.iter_mut().zip(others) {
+                        *x = crate::solve::dot(&between, other);
+                    }
+                    starts_kernel((&a.block, s, i), (&b.block, t), task, out);
+                }
+            }
+        });
+    }
+}
+
+/// Adds what free starts that two segments share add to row `i` of their kernel, in units of their weights.
+fn starts_kernel(
+    (a, s, i): (&Block, usize, usize),
+    (b, t): (&Block, usize),
+    task: &Task<'_>,
+    out: &mut [f64],
+) {
+    if task.starts.is_empty() {
+        return;
+    }
+    let (rows, d, horizon) = (out.len(), task.weights.len(), task.rows.horizon);
+    let gap = task.rows.first(horizon + 1);
+    // ∂(residual)/∂(component c of the start at sample `begin`) over its weight.
+    let slope = |block: &Block, s: usize, row: usize, begin: usize, c: usize| {
+        let mut slope = 0.0;
+        if block.begins[s] == begin {
+            slope += block.to_start[(s * rows + row) * d + c] / task.weights[c];
+        }
+        if task.rows.end && row == gap + c && block.begins[s] + horizon == begin {
+            slope -= task.config.continuity;
+        }
+        slope
+    };
+    let own = [a.begins[s], a.begins[s] + horizon];
+    for begin in own.into_iter().take(1 + usize::from(task.rows.end)) {
+        if begin != b.begins[t] && !(task.rows.end && begin == b.begins[t] + horizon) {
+            continue;
+        }
+        for c in 0..d {
+            let left = slope(a, s, i, begin, c);
+            if left == 0.0 {
+                continue;
+            }
+            for (row, x) in out.iter_mut().enumerate() {
+                *x += left * slope(b, t, row, begin, c);
+            }
+        }
+    }
+}
+
+/// Adds the forces' part to a tile of S-space J Jᵀ.
+fn add_extra(left: &Work<f64>, right: &Work<f64>, (n, kinds): (usize, usize), raw: &mut [f64]) {
+    if kinds == 0 {
+        return;
+    }
+    let tile = left.along.len();
+    let k = tile / SEGMENTS;
+    for (i, j) in (0..k).flat_map(|i| (0..k).map(move |j| (i, j))) {
+        if i % n != j % n {
+            continue;
+        }
+        for s in 0..SEGMENTS {
+            let row = &mut raw[(i * SEGMENTS + s) * tile + j * SEGMENTS..][..SEGMENTS];
+            let a = &left.extra[(s * k + i) * kinds..][..kinds];
+            for (t, x) in row.iter_mut().enumerate() {
+                let b = &right.extra[(t * k + j) * kinds..][..kinds];
+                *x += crate::solve::dot(a, b);
+            }
+        }
+    }
+}

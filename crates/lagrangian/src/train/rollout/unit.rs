@@ -1,0 +1,157 @@
+//! A block of segments with the factors of every evaluation: its residuals along a step, and the gradient of any sum of
+//! them.
+
+use super::config::{RolloutLoss, SEGMENTS};
+use super::segments::Rows;
+use super::shoot::Block;
+use crate::mlp::simd::Buffer;
+use crate::mlp::{Gradient, Packed, Transposed};
+use crate::train::learner::Learner;
+
+/// A block of segments and what the natural gradient needs of it.
+pub(super) struct Unit {
+    pub(super) block: Block,
+    pub(super) transposed: Vec<Transposed<f64>>,
+    pub(super) gradient: Gradient<f64>,
+    pub(super) wide: Buffer<f64>,
+    /// B D, `[samples, rows, evaluations · k]`.
+    pub(super) mixed: Vec<f64>,
+    /// r − μ J φ, then the solution, `[samples, rows]`.
+    pub(super) right: Vec<f64>,
+    /// J φ, then Dᵀ Bᵀ x, in S-space, `[evaluations, samples, k]`.
+    pub(super) raw: Vec<f64>,
+}
+
+impl Unit {
+    /// For blocks of segments of `config`.
+    pub(super) fn new(learner: &dyn Learner<f64>, config: &RolloutLoss) -> Self {
+        let net = learner.net();
+        let block = Block::new(learner, config, true);
+        let pass = &block.works[0].pass;
+        Self {
+            transposed: (0..block.works.len())
+                .map(|_| Transposed::new(net, pass))
+                .collect(),
+            wide: Buffer::new(pass.widest()),
+            gradient: Gradient::new(net),
+            mixed: Vec::new(),
+            right: Vec::new(),
+            raw: Vec::new(),
+            block,
+        }
+    }
+
+    /// B D of every residual and evaluation.
+    pub(super) fn mix(&mut self, rows: &Rows) {
+        let block = &self.block;
+        let (rates, k, d) = (block.sizes.rates, block.sizes.outputs, block.sizes.state());
+        let rows = rows.count();
+        let total = block.direct.len() / (SEGMENTS * rows * d);
+        self.mixed.clear();
+        self.mixed.resize(SEGMENTS * rows * total * k, 0.0);
+        for (at, direct) in block.direct.chunks_exact(d).enumerate() {
+            let (s, e) = (at / (rows * total), at % total);
+            let mix = &block.points[e].mix[s * rates * k..][..rates * k];
+            let out = &mut self.mixed[at * k..][..k];
+            for (weight, mix) in direct[d - rates..].iter().zip(mix.chunks_exact(k)) {
+                if *weight != 0.0 {
+                    out.iter_mut().zip(mix).for_each(|(o, m)| *o += weight * m);
+                }
+            }
+        }
+    }
+
+    /// right = r − μ J φ.
+    pub(super) fn push(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        phi: &Packed<f64>,
+        terms: &[Vec<(usize, usize)>],
+        (phi_extra, momentum): (&[f64], f64),
+    ) {
+        let (net, n, kinds) = (learner.net(), learner.dof(), learner.extra());
+        let k = self.block.sizes.outputs;
+        let rows = self.block.residual.len() / SEGMENTS;
+        let total = self.mixed.len() / (SEGMENTS * rows * k);
+        self.raw.clear();
+        self.raw.resize(total * SEGMENTS * k, 0.0);
+        for (work, raw) in self
+            .block
+            .works
+            .iter()
+            .zip(self.raw.chunks_exact_mut(SEGMENTS * k))
+        {
+            work.pass.push_forward(net, phi, terms, &mut self.wide, raw);
+            for (at, raw) in raw.iter_mut().enumerate() {
+                for e in 0..kinds {
+                    *raw += work.extra[at * kinds + e] * phi_extra[e * n + at % k % n];
+                }
+            }
+        }
+        self.right.clone_from(&self.block.residual);
+        for (at, right) in self.right.iter_mut().enumerate() {
+            let (s, mixed) = (at / rows, &self.mixed[at * total * k..][..total * k]);
+            for (e, mixed) in mixed.chunks_exact(k).enumerate() {
+                let raw = &self.raw[(e * SEGMENTS + s) * k..][..k];
+                *right -= momentum * crate::solve::dot(mixed, raw);
+            }
+        }
+    }
+
+    /// Row `i` of B D of segment `s`, times the part of S-space J Jᵀ between it and another, to `out`
+    /// `[evaluations · k]`.
+    pub(super) fn row(
+        &self,
+        gram: &[f64],
+        (used, left, right): (usize, usize, usize),
+        (s, i): (usize, usize),
+        out: &mut Vec<f64>,
+    ) {
+        let rows = self.block.residual.len() / SEGMENTS;
+        let width = self.mixed.len() / (SEGMENTS * rows);
+        let size = used * width * SEGMENTS;
+        out.clear();
+        out.resize(width, 0.0);
+        let (first, column) = (left / SEGMENTS, right / SEGMENTS);
+        for (j, weight) in self.mixed[(s * rows + i) * width..][..width]
+            .iter()
+            .enumerate()
+        {
+            if *weight == 0.0 {
+                continue;
+            }
+            let row = (first * width + j) * SEGMENTS + s;
+            let from = &gram[row * size + column * width * SEGMENTS..][..width * SEGMENTS];
+            let from = from[right % SEGMENTS..].iter().step_by(SEGMENTS);
+            out.iter_mut().zip(from).for_each(|(o, g)| *o += weight * g);
+        }
+    }
+
+    /// The gradient of the weighted residuals; `right` holds their weights.
+    pub(super) fn pull(&mut self, learner: &dyn Learner<f64>, terms: &[Vec<(usize, usize)>]) {
+        let k = self.block.sizes.outputs;
+        let rows = self.block.residual.len() / SEGMENTS;
+        let total = self.raw.len() / (SEGMENTS * k);
+        self.raw.fill(0.0);
+        for (at, weight) in self.right.iter().enumerate() {
+            let (s, mixed) = (at / rows, &self.mixed[at * total * k..][..total * k]);
+            for (e, mixed) in mixed.chunks_exact(k).enumerate() {
+                let raw = &mut self.raw[(e * SEGMENTS + s) * k..][..k];
+                raw.iter_mut()
+                    .zip(mixed)
+                    .for_each(|(r, m)| *r += weight * m);
+            }
+        }
+        self.gradient.clear();
+        let net = learner.net();
+        for (work, raw) in self
+            .block
+            .works
+            .iter()
+            .zip(self.raw.chunks_exact(SEGMENTS * k))
+        {
+            let pass = &work.pass;
+            pass.pull_back_factors(net, terms, raw, &mut self.wide, &mut self.gradient);
+        }
+    }
+}
