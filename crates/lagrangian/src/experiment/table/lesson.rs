@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::dataset::Dataset;
 use crate::dynamics::Model;
+use crate::experiment::with_estimated_accelerations;
 use crate::lagrangian::analytic::{AnalyticModel, Chart, Rng, normal};
 use crate::{Coordinates, Result, Trajectory};
 
@@ -35,6 +36,8 @@ pub enum Hidden {
 pub enum Reads {
     /// States of free motion with accelerations (and momenta).
     Motions,
+    /// States alone: the accelerations, which data must have for their scales, are estimated from them.
+    States,
     /// Positions alone.
     Positions,
     /// States under random torques, with accelerations.
@@ -83,7 +86,7 @@ impl Lesson {
     fn motions(&self, reads: Reads, seed: u64) -> (Vec<Trajectory>, Vec<Trajectory>) {
         let (mut train, mut held) = match reads {
             Reads::Torques => self.under_torques(seed),
-            Reads::Motions | Reads::Positions => (self.train.clone(), self.held.clone()),
+            _ => (self.train.clone(), self.held.clone()),
         };
         if self.noise > 0.0 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -97,6 +100,10 @@ impl Lesson {
     fn dataset(&self, reads: Reads, train: &[Trajectory], held: &[Trajectory]) -> Result<Dataset> {
         match reads {
             Reads::Positions => Dataset::of_positions(self.coordinates(), train, held, 1),
+            Reads::States => {
+                let estimated = with_estimated_accelerations;
+                Dataset::new(self.coordinates(), &estimated(train), &estimated(held))
+            }
             Reads::Motions | Reads::Torques => Dataset::new(self.coordinates(), train, held),
         }
     }

@@ -329,6 +329,11 @@ mod tests {
                 .data_without(Hidden::Accelerations, Reads::Positions, 1)
                 .is_ok()
         );
+        assert!(
+            clean
+                .data_without(Hidden::Accelerations, Reads::States, 1)
+                .is_ok()
+        );
         assert!(clean.data(Reads::Torques, 1).unwrap().forced);
     }
 }

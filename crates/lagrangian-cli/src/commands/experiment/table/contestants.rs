@@ -116,6 +116,7 @@ fn neural_ode(order: Order) -> Family {
 const fn rolled(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
     Contestant {
         loss: Loss::Rollout,
+        reads: Reads::States,
         ..free(key, name, family)
     }
 }
