@@ -21,7 +21,7 @@ pub(crate) struct SubjectArgs {
     pub(crate) subject: String,
 
     /// A parameter of the system; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    #[arg(id = "set", long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) parameters: Vec<(String, f64)>,
 }
 

@@ -4,15 +4,15 @@ use std::fmt::Write;
 
 use crate::workbench::Workbench;
 
-/// Springs of four stiffnesses k: q = cos √k t, `trajectory,t,q1,qd1,k`.
+/// Springs of these stiffnesses k: q = cos √k t, with q̈, so that nothing has to be estimated.
 fn springs(stiffnesses: &[f64]) -> String {
-    let mut text = String::from("trajectory,t,q1,qd1,k\n");
+    let mut text = String::from("trajectory,t,q1,qd1,qdd1,k\n");
     for (j, k) in stiffnesses.iter().enumerate() {
         let rate = k.sqrt();
         for i in 0..80 {
             let t = 0.05 * f64::from(i);
             let (q, qd) = ((rate * t).cos(), -rate * (rate * t).sin());
-            writeln!(text, "{j},{t},{q},{qd},{k}").unwrap();
+            writeln!(text, "{j},{t},{q},{qd},{},{k}", -k * q).unwrap();
         }
     }
     text
@@ -62,7 +62,7 @@ fn a_parameter_needs_one_column_and_its_value_is_learned() {
 fn parameters_that_cannot_be_are_refused_with_what_to_do() {
     let bench = Workbench::new();
     bench.write("springs.csv", &springs(&[0.5, 1.0, 2.0]));
-    bench.write("grown.csv", &(springs(&[0.5]) + "0,4.0,0,0,9\n"));
+    bench.write("grown.csv", &(springs(&[0.5]) + "0,4.0,0,0,0,9\n"));
     for (line, words) in [
         (
             "check springs.csv --parameters stiffness",
