@@ -169,6 +169,7 @@ pub(crate) fn trajectories(
         if let Some(longest) = windows.iter().copied().reduce(f64::max) {
             let other = match signal {
                 "qd" => "; a fit with --loss positions uses none",
+                "pd" => "; Hamiltonian networks alone use it",
                 _ => "",
             };
             eprintln!(

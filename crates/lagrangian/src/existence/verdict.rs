@@ -10,6 +10,8 @@ use super::survey::Survey;
 
 /// Errors within this factor are alike: training has its luck.
 const ALIKE: f64 = 2.0;
+/// Starts alone have made errors of the same fit differ tenfold; this is on the safe side.
+const LUCK: f64 = 30.0;
 /// A law that predicts accelerations to this part of their size is taken for the law.
 const NEGLIGIBLE: f64 = 0.01;
 /// A fit whose error is beyond this part of the accelerations has found nothing.
@@ -126,6 +128,13 @@ pub(super) fn verdict(found: &Survey, n: usize, seed: u64) -> Verdict {
     }
 }
 
+/// Whether friction may have won by a better start: nothing but the fits speaks for it, and they are not far apart.
+fn lucky(found: &Survey) -> bool {
+    contracts(found) != Some(true)
+        && found.damping.is_none()
+        && found.conservative.relative <= LUCK * found.friction.relative
+}
+
 /// The other tests do not depend on whether a Lagrangian network learns well; they support the fits or not.
 fn weighed(found: &Survey, existence: Existence, share: f64) -> (Existence, f64) {
     match existence {
@@ -134,6 +143,8 @@ fn weighed(found: &Survey, existence: Existence, share: f64) -> (Existence, f64)
         }
         Existence::NoneFound if !excluded(found) => (existence, 0.7 * share),
         Existence::Lagrangian if contracts(found) == Some(true) => (existence, 0.5 * share),
+        // The fits alone: that with friction may have had the luckier start.
+        Existence::WithFriction if lucky(found) => (existence, 0.7 * share),
         _ => (existence, share),
     }
 }
