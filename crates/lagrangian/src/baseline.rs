@@ -109,9 +109,7 @@ impl Mlp {
     }
 
     pub(crate) fn assemble(shape: MlpShape, parameters: Vec<f64>) -> Result<Self> {
-        shape.net.check(&parameters)?;
-        let mut packed = Packed::new(&shape.net);
-        packed.set(&shape.net, &parameters);
+        let packed = Packed::of(&shape.net, &parameters)?;
         Ok(Self {
             shape,
             parameters,

@@ -123,9 +123,7 @@ impl DensityNet {
     }
 
     pub(super) fn assemble(shape: DensityShape, parameters: Vec<f64>) -> Result<Self> {
-        shape.net.check(&parameters)?;
-        let mut packed = Packed::new(&shape.net);
-        packed.set(&shape.net, &parameters);
+        let packed = Packed::of(&shape.net, &parameters)?;
         Ok(Self {
             shape,
             parameters,

@@ -49,9 +49,7 @@ impl StencilShape {
 
 impl StencilNet {
     pub(super) fn assemble(shape: StencilShape, parameters: Vec<f64>) -> Result<Self> {
-        shape.net.check(&parameters)?;
-        let mut packed = Packed::new(&shape.net);
-        packed.set(&shape.net, &parameters);
+        let packed = Packed::of(&shape.net, &parameters)?;
         Ok(Self {
             shape,
             parameters,

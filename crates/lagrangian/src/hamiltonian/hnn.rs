@@ -156,9 +156,7 @@ impl Hnn {
     }
 
     pub(crate) fn assemble(shape: HnnShape, parameters: Vec<f64>) -> Result<Self> {
-        shape.layers().check(&parameters)?;
-        let mut packed = Packed::new(shape.layers());
-        packed.set(shape.layers(), &parameters);
+        let packed = Packed::of(shape.layers(), &parameters)?;
         Ok(Self {
             shape,
             parameters,

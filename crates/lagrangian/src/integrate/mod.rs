@@ -135,14 +135,6 @@ impl Method {
             f(t, q, qd, dqd);
         };
         match self {
-            Self::Rk4 => {
-                let mut method = Rk4::new(2 * n);
-                let mut step =
-                    |t: f64, h: f64, x: &mut [f64]| method.step(&mut first_order, t, h, x);
-                fixed::solve(&mut step, x0, times, control, sink)
-            }
-            Self::Dopri5 => adaptive::solve::<Dopri5>(&mut first_order, x0, times, control, sink),
-            Self::Dop853 => adaptive::solve::<Dop853>(&mut first_order, x0, times, control, sink),
             Self::StormerVerlet => {
                 let mut method = StormerVerlet::new(n);
                 let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
@@ -153,9 +145,7 @@ impl Method {
                 let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
                 fixed::solve(&mut step, x0, times, control, sink)
             }
-            Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
-                fixed::solve(&mut unknown_lagrangian, x0, times, control, sink)
-            }
+            _ => self.solve_first_order(&mut first_order, x0, times, control, sink),
         }
     }
 
@@ -175,35 +165,43 @@ impl Method {
             f(t, q, z, dq, dz);
         };
         match self {
-            Self::Dopri5 => adaptive::solve::<Dopri5>(&mut first_order, x0, times, control, sink),
-            Self::Dop853 => adaptive::solve::<Dop853>(&mut first_order, x0, times, control, sink),
-            Self::Rk4 => {
-                let mut method = Rk4::new(2 * n);
-                let mut step =
-                    |t: f64, h: f64, x: &mut [f64]| method.step(&mut first_order, t, h, x);
-                fixed::solve(&mut step, x0, times, control, sink)
-            }
-            Self::ImplicitMidpoint => {
-                let mut method = Midpoint::new(2 * n);
-                let mut step =
-                    |t: f64, h: f64, x: &mut [f64]| method.step(&mut first_order, t, h, x);
-                fixed::solve(&mut step, x0, times, control, sink)
-            }
             Self::StormerVerlet => {
                 let mut method = GeneralisedLeapfrog::new(n);
                 let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
                 fixed::solve(&mut step, x0, times, control, sink)
             }
-            Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
-                fixed::solve(&mut unknown_lagrangian, x0, times, control, sink)
+            _ => self.solve_first_order(&mut first_order, x0, times, control, sink),
+        }
+    }
+
+    /// Solves x' = f(t, x) by the methods that need to know no more; the others fail at the first step.
+    fn solve_first_order(
+        self,
+        f: &mut FirstOrder<'_>,
+        x0: &[f64],
+        times: &[f64],
+        control: &Control,
+        sink: &mut Sink<'_>,
+    ) -> Solution {
+        match self {
+            Self::Dopri5 => adaptive::solve::<Dopri5>(f, x0, times, control, sink),
+            Self::Dop853 => adaptive::solve::<Dop853>(f, x0, times, control, sink),
+            Self::Rk4 => {
+                let mut method = Rk4::new(x0.len());
+                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
+                fixed::solve(&mut step, x0, times, control, sink)
+            }
+            Self::ImplicitMidpoint => {
+                let mut method = Midpoint::new(x0.len());
+                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
+                fixed::solve(&mut step, x0, times, control, sink)
+            }
+            Self::StormerVerlet | Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
+                let mut step = |_: f64, _: f64, _: &mut [f64]| Err(Failure::NotConverged);
+                fixed::solve(&mut step, x0, times, control, sink)
             }
         }
     }
-}
-
-/// The step of a variational method that was given no Lagrangian.
-fn unknown_lagrangian(_: f64, _: f64, _: &mut [f64]) -> std::result::Result<(), Failure> {
-    Err(Failure::NotConverged)
 }
 
 impl Rule {

@@ -1,13 +1,6 @@
 //! The leapfrog.
 
-use super::{Failure, SecondOrder};
-
-/// Iterations of the implicit half-step at most.
-const MAX_ITERATIONS: usize = 100;
-/// The half-step is solved when it changes by less than this share of its size.
-const SOLVED: f64 = 4.0 * f64::EPSILON;
-/// Where rounding keeps it from that, this is enough.
-const NEARLY_SOLVED: f64 = 1e-11;
+use super::{Failure, SecondOrder, fixed_point};
 
 /// The method of Störmer (1907) and Verlet (1967), order 2, time-reversible, fixed step:
 ///
@@ -22,6 +15,7 @@ const NEARLY_SOLVED: f64 = 1e-11;
 pub struct StormerVerlet {
     force: Vec<f64>,
     half: Vec<f64>,
+    next: Vec<f64>,
 }
 
 impl StormerVerlet {
@@ -31,6 +25,7 @@ impl StormerVerlet {
         Self {
             force: vec![0.0; n],
             half: vec![0.0; n],
+            next: vec![0.0; n],
         }
     }
 
@@ -64,25 +59,13 @@ impl StormerVerlet {
         q: &[f64],
         v: &[f64],
     ) -> Result<(), Failure> {
-        self.half.copy_from_slice(v);
-        let mut previous = f64::INFINITY;
-        for _ in 0..MAX_ITERATIONS {
-            f(t, q, &self.half, &mut self.force);
-            let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
-            for (i, half) in self.half.iter_mut().enumerate() {
-                let next = v[i] + 0.5 * h * self.force[i];
-                change = change.max((next - *half).abs());
-                size = size.max(next.abs());
-                *half = next;
+        let Self { force, half, next } = self;
+        half.copy_from_slice(v);
+        fixed_point::solve(half, next, |half, next| {
+            f(t, q, half, force);
+            for (i, next) in next.iter_mut().enumerate() {
+                *next = v[i] + 0.5 * h * force[i];
             }
-            if !size.is_finite() || self.half.iter().any(|v| v.is_nan()) {
-                return Err(Failure::NotFinite);
-            }
-            if change <= SOLVED * size || (change >= previous && change <= NEARLY_SOLVED * size) {
-                return Ok(());
-            }
-            previous = change;
-        }
-        Err(Failure::NotConverged)
+        })
     }
 }

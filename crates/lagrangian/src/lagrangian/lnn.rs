@@ -236,7 +236,7 @@ impl Lnn {
     }
 
     pub(crate) fn assemble(shape: LnnShape, parameters: Vec<f64>) -> Result<Self> {
-        shape.net.check(&parameters)?;
+        let packed = Packed::of(&shape.net, &parameters)?;
         if let Some(index) = shape.net.negative(&parameters) {
             return Err(Error::Argument {
                 name: "weight of the convex form",
@@ -244,8 +244,6 @@ impl Lnn {
                 must: "0 or above, or L is not convex in q̇: repeat the fit, or use the free form",
             });
         }
-        let mut packed = Packed::new(&shape.net);
-        packed.set(&shape.net, &parameters);
         Ok(Self {
             shape,
             parameters,

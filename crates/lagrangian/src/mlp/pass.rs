@@ -50,6 +50,17 @@ impl<T: Real> Packed<T> {
         }
     }
 
+    /// The panels of given weights.
+    ///
+    /// # Errors
+    /// As [`Net::check`].
+    pub(crate) fn of(net: &Net, parameters: &[f64]) -> crate::Result<Self> {
+        net.check(parameters)?;
+        let mut packed = Self::new(net);
+        packed.set(net, parameters);
+        Ok(packed)
+    }
+
     /// Wᵀ of input `k` of layer `l`.
     pub(super) fn forward(&self, l: usize, k: usize) -> &[T] {
         &self.layers[l].weights[k].0

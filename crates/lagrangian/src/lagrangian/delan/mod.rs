@@ -219,7 +219,7 @@ impl Delan {
         parameters: Vec<f64>,
         rotors: Vec<f64>,
     ) -> Result<Self> {
-        shape.net.check(&parameters)?;
+        let packed = Packed::of(&shape.net, &parameters)?;
         if !rotors.is_empty() && rotors.len() != shape.dof() {
             return Err(Error::Shape {
                 what: "rotor inertias".into(),
@@ -235,8 +235,6 @@ impl Delan {
                 must: "finite and not negative",
             });
         }
-        let mut packed = Packed::new(&shape.net);
-        packed.set(&shape.net, &parameters);
         Ok(Self {
             shape,
             parameters,
