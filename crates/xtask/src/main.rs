@@ -1,4 +1,7 @@
-//! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted.
+//! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted, `cargo xtask
+//! race` times it beside its peers.
+
+mod race;
 
 use std::env;
 use std::process::{Command, ExitCode};
@@ -6,6 +9,7 @@ use std::time::Instant;
 
 const USAGE: &str = "\
 usage: cargo xtask test
+       cargo xtask race …
 
   test   format, clippy, tests (unit, integration, doc), documentation, examples; stops at the first failure";
 
@@ -65,8 +69,9 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => run(&TEST),
+        ["race", ref flags @ ..] => race::main(flags),
         ["help" | "-h" | "--help"] => {
-            println!("{USAGE}");
+            println!("{USAGE}\n  {}", race::usage());
             return ExitCode::SUCCESS;
         }
         _ => {

@@ -1,0 +1,189 @@
+//! Steps of training, inside [`fit`] as users run it: its observer reads the clock and waits for the next request.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use lagrangian::Coordinates;
+use lagrangian::dataset::Dataset;
+use lagrangian::lagrangian::{DelanConfig, LnnConfig, Scaling};
+use lagrangian::train::{
+    AdamConfig, Budget, Family, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress,
+    Samples, Stepper, fit,
+};
+use serde_json::json;
+
+use crate::protocol::{Request, Talk, Task};
+use crate::{Outcome, write};
+
+/// What the peers do too: Adam at a constant rate (the budget is never used up), without clipping.
+const RATE: f64 = 1e-3;
+/// The natural gradient of one step, with the damping and rate of the beginning.
+const DAMPING: f64 = 1e-3;
+
+/// A step of a free Lagrangian network on absolute errors of accelerations, under Adam.
+pub(crate) fn lnn_step(task: &Task, talk: &Talk) -> Outcome {
+    let data = dataset(Coordinates::lines(task.dof), task.batch)?;
+    let config = FitConfig {
+        loss: Loss::AccelerationL1,
+        optimizer: adam(),
+        ..lnn(task)
+    };
+    race(
+        task,
+        talk,
+        &data,
+        &config,
+        &data.scaling(),
+        &data.acceleration_scale(),
+    )
+}
+
+/// A step of a deep Lagrangian network on squares of torques, under Adam.
+pub(crate) fn delan_step(task: &Task, talk: &Talk) -> Outcome {
+    let data = dataset(Coordinates::angles(task.dof), task.batch)?;
+    let config = FitConfig {
+        family: Family::Delan(DelanConfig {
+            width: task.width,
+            ..DelanConfig::default()
+        }),
+        loss: Loss::Torque,
+        optimizer: adam(),
+        ..lnn(task)
+    };
+    race(
+        task,
+        talk,
+        &data,
+        &config,
+        &data.mass_scaling(),
+        &data.force_scale(),
+    )
+}
+
+/// A natural-gradient step of a free Lagrangian network on squares of accelerations.
+pub(crate) fn natural_step(task: &Task, talk: &Talk) -> Outcome {
+    let data = dataset(Coordinates::lines(task.dof), task.batch)?;
+    let natural = NaturalConfig {
+        damping_first: DAMPING,
+        damping_last: DAMPING,
+        longest: f64::INFINITY,
+        ..NaturalConfig::default()
+    };
+    let config = FitConfig {
+        optimizer: Optimizer::Natural(natural),
+        ..lnn(task)
+    };
+    race(
+        task,
+        talk,
+        &data,
+        &config,
+        &data.scaling(),
+        &data.acceleration_scale(),
+    )
+}
+
+fn adam() -> Optimizer {
+    Optimizer::Adam(AdamConfig {
+        rate: RATE,
+        clip: f64::INFINITY,
+        ..AdamConfig::default()
+    })
+}
+
+fn lnn(task: &Task) -> FitConfig {
+    FitConfig {
+        family: Family::Lnn(LnnConfig {
+            width: task.width,
+            ..LnnConfig::default()
+        }),
+        budget: Budget::Steps(usize::MAX),
+        batch: task.batch,
+        precision: task.precision,
+        validate_every: usize::MAX,
+        ..FitConfig::default()
+    }
+}
+
+/// One batch, smooth and without structure: what is learned does not matter for the time of a step.
+fn dataset(coordinates: Coordinates, m: usize) -> lagrangian::Result<Dataset> {
+    let n = coordinates.dof();
+    let column = |f: f64| (0..m * n).map(|k| 3.0 * (k as f64 * f).sin()).collect();
+    let samples = Samples {
+        n,
+        q: column(0.37),
+        qd: column(0.73),
+        qdd: column(1.91),
+        tau: column(0.11),
+        ..Samples::default()
+    };
+    let none = Samples {
+        n,
+        ..Samples::default()
+    };
+    Dataset::from_samples(coordinates, samples, none)
+}
+
+fn race(
+    task: &Task,
+    talk: &Talk,
+    data: &Dataset,
+    config: &FitConfig,
+    scaling: &Scaling,
+    scales: &[f64],
+) -> Outcome {
+    if task.write {
+        let samples = &data.train;
+        let weights: Vec<f64> = scales.iter().map(|s| 1.0 / s).collect();
+        let object = json!({
+            "n": samples.n, "q": samples.q, "qd": samples.qd, "qdd": samples.qdd, "tau": samples.tau,
+            "scaling": scaling, "weights": weights,
+            "parameters": Stepper::new(data, config)?.parameters(),
+        });
+        write(&task.file, &object)?;
+    }
+    let mut racer = Racer {
+        talk,
+        wanted: task.check,
+        check: Vec::new(),
+        laps: 0,
+        left: 0,
+        clock: Instant::now(),
+    };
+    fit(data, config, None, &mut racer)?;
+    Ok(())
+}
+
+/// Notes the losses of the first steps, then times as many steps as it is asked for.
+struct Racer<'a> {
+    talk: &'a Talk,
+    wanted: usize,
+    check: Vec<f64>,
+    laps: usize,
+    left: usize,
+    clock: Instant,
+}
+
+impl Observer for Racer<'_> {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        if self.check.len() < self.wanted {
+            self.check.push(progress.loss);
+            if self.check.len() < self.wanted {
+                return ControlFlow::Continue(());
+            }
+            self.talk.ready(self.check.clone());
+        } else {
+            self.left -= 1;
+            if self.left > 0 {
+                return ControlFlow::Continue(());
+            }
+            self.talk
+                .ms(1e3 * self.clock.elapsed().as_secs_f64() / self.laps as f64);
+        }
+        let Some(Request::Laps(laps @ 1..)) = self.talk.request() else {
+            return ControlFlow::Break(());
+        };
+        (self.laps, self.left, self.clock) = (laps, laps, Instant::now());
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,314 @@
+//! The report: one page without anything from outside, with bars of the ratios, tables, and growth in log–log plots.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use super::row::{OURS, Row};
+use super::table::{digits, peers, results, verdict};
+use super::tasks::Task;
+
+const STYLE: &str = include_str!("report.css");
+
+/// Colours of contestants, that read apart for colour-blind eyes too.
+const COLOURS: [&str; 6] = [
+    "#1b6ca8", "#d1642b", "#6a51a3", "#8a8a8a", "#2a8f6a", "#b8860b",
+];
+
+/// The whole page.
+pub(super) fn page(race: &Value) -> String {
+    let machine = &race["machine"];
+    let number = |key: &str| digits(machine[key].as_f64().unwrap_or(f64::NAN));
+    let parts: String = results(race)
+        .iter()
+        .map(|(task, rows)| section(task, rows))
+        .collect();
+    format!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Race</title><style>{STYLE}</style>\
+         <h1>The race</h1><p>Our library and its peers on the same tasks with the same data, in turns. A ratio says how \
+         many times longer (or larger) a peer is than we; the dashed line is the target.{}</p>\
+         <p class=\"fine\">{}, {} cores, {} {}; FMA peak of one core {} GFLOP/s in f32, {} in f64; {}; {}; {} s in all.</p>{parts}</html>\n",
+        if race["smoke"] == true {
+            " <b>A smoke test: its figures mean nothing.</b>"
+        } else {
+            ""
+        },
+        escape(machine["cpu"].as_str().unwrap_or("unknown CPU")),
+        machine["cores"],
+        escape(machine["system"].as_str().unwrap_or("")),
+        escape(machine["architecture"].as_str().unwrap_or("")),
+        number("fma_peak_f32_gflops"),
+        number("fma_peak_f64_gflops"),
+        escape(machine["rustc"].as_str().unwrap_or("unknown rustc")),
+        escape(&peers(machine)),
+        digits(race["seconds"].as_f64().unwrap_or(f64::NAN)),
+    )
+}
+
+fn section(task: &Task, rows: &[Row]) -> String {
+    let title = escape(task.title);
+    format!(
+        "<section><h2>{title}</h2><p>{}.</p>{}{}<details><summary>all figures</summary>{}</details></section>",
+        escape(&verdict(task, rows)),
+        bars(task, rows),
+        growth(task, rows),
+        table(task, rows),
+    )
+}
+
+/// The contestants that were there, ours first, each with its colour.
+fn contestants(task: &Task, rows: &[Row]) -> Vec<(&'static str, &'static str)> {
+    let all = std::iter::once(OURS)
+        .chain(task.rivals.iter().map(|r| r.name))
+        .zip(COLOURS);
+    all.filter(|(name, _)| rows.iter().any(|r| r.figures.contains_key(*name)))
+        .collect()
+}
+
+/// Ratios of each row to ours as bars, with the target.
+fn bars(task: &Task, rows: &[Row]) -> String {
+    const LABEL: f64 = 330.0;
+    const WIDTH: f64 = 620.0;
+    const LINE: f64 = 14.0;
+    let rivals: Vec<_> = contestants(task, rows)
+        .into_iter()
+        .filter(|(name, _)| *name != OURS)
+        .collect();
+    let ratios = rows
+        .iter()
+        .flat_map(|r| rivals.iter().filter_map(|(name, _)| r.ratio(name)));
+    let most = ratios.chain([1.2 * task.target.0]).fold(2.0, f64::max);
+    // Logarithmic, from ½.
+    let place = |ratio: f64| WIDTH * (2.0 * ratio).max(1.0).ln() / (2.0 * most).ln();
+    let (mut y, mut body) = (4.0, String::new());
+    for row in rows {
+        let text = y + 11.0;
+        let _ = write!(
+            body,
+            "<text x=\"{}\" y=\"{text}\" class=\"end\">{}</text>",
+            LABEL - 8.0,
+            escape(&row.label())
+        );
+        for (name, colour) in &rivals {
+            let Some(ratio) = row.ratio(name) else {
+                continue;
+            };
+            let (width, height, end) = (place(ratio), LINE - 3.0, LABEL + place(ratio) + 5.0);
+            let _ = write!(
+                body,
+                "<rect x=\"{LABEL}\" y=\"{y}\" width=\"{width:.1}\" height=\"{height}\" fill=\"{colour}\"/>\
+                 <text x=\"{end:.1}\" y=\"{:.1}\">{ratio:.1}</text>",
+                y + 10.0
+            );
+            y += LINE;
+        }
+        y += 6.0;
+    }
+    let mark = |ratio: f64, class: &str| {
+        let x = LABEL + place(ratio);
+        format!("<line x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"0\" y2=\"{y}\" class=\"{class}\"/>")
+    };
+    let lines = mark(1.0, "one") + &mark(task.target.0, "target");
+    let height = y + 4.0;
+    format!(
+        "{}<svg viewBox=\"0 0 1000 {height}\" width=\"1000\" height=\"{height}\" role=\"img\">{body}{lines}</svg>",
+        legend(&rivals)
+    )
+}
+
+fn legend(names: &[(&str, &str)]) -> String {
+    let item = |(name, colour): &(&str, &str)| {
+        format!(
+            "<span><i style=\"background:{colour}\"></i>{}</span>",
+            name.replace('_', " ")
+        )
+    };
+    format!(
+        "<p class=\"legend\">{}</p>",
+        names.iter().map(item).collect::<String>()
+    )
+}
+
+/// Cost against the longest axis, a plot for each set of the other sizes, with the exponents at its upper end.
+fn growth(task: &Task, rows: &[Row]) -> String {
+    let Some(axis) = task.growth() else {
+        return String::new();
+    };
+    let mut groups: BTreeMap<String, Vec<&Row>> = BTreeMap::new();
+    for row in rows {
+        let mut rest = row.clone();
+        rest.sizes.remove(axis);
+        groups.entry(rest.label()).or_default().push(row);
+    }
+    let names = contestants(task, rows);
+    let plots = groups.iter().filter(|(_, rows)| rows.len() > 2);
+    let plots: String = plots
+        .map(|(label, rows)| plot((axis, task.how.unit()), label, rows, &names))
+        .collect();
+    match plots.is_empty() {
+        true => plots,
+        false => format!(
+            "<h3>Growth with {axis}</h3>{}<div class=\"plots\">{plots}</div>",
+            legend(&names)
+        ),
+    }
+}
+
+fn plot((axis, unit): (&str, &str), label: &str, rows: &[&Row], names: &[(&str, &str)]) -> String {
+    const W: f64 = 300.0;
+    const H: f64 = 210.0;
+    const L: f64 = 48.0;
+    const B: f64 = 34.0;
+    let curve = |name: &str| -> Vec<(f64, f64)> {
+        let point = |row: &&Row| {
+            Some((
+                row.sizes.get(axis)?.as_f64()?.log10(),
+                row.figures.get(name)?.median.log10(),
+            ))
+        };
+        rows.iter().filter_map(point).collect()
+    };
+    let all: Vec<(f64, f64)> = names.iter().flat_map(|(name, _)| curve(name)).collect();
+    let span = |pick: fn(&(f64, f64)) -> f64| {
+        let range = all
+            .iter()
+            .map(pick)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
+                (a.min(v), b.max(v))
+            });
+        (range.0.floor(), range.1.ceil().max(range.0.floor() + 1.0))
+    };
+    let ((x0, x1), (y0, y1)) = (span(|p| p.0), span(|p| p.1));
+    let at = |(x, y): (f64, f64)| {
+        (
+            L + (W - L - 60.0) * (x - x0) / (x1 - x0),
+            (H - B) - (H - B - 20.0) * (y - y0) / (y1 - y0),
+        )
+    };
+    let mut body = String::new();
+    for k in 0..=(y1 - y0) as i32 {
+        let y = at((x0, y0 + f64::from(k))).1;
+        let _ = write!(
+            body,
+            "<line x1=\"{L}\" x2=\"{}\" y1=\"{y:.1}\" y2=\"{y:.1}\" class=\"grid\"/>\
+            <text x=\"{}\" y=\"{:.1}\" class=\"end\">{}</text>",
+            W - 60.0,
+            L - 4.0,
+            y + 4.0,
+            power(y0 as i32 + k)
+        );
+    }
+    for k in 0..=(x1 - x0) as i32 {
+        let x = at((x0 + f64::from(k), y0)).0;
+        let _ = write!(
+            body,
+            "<line x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"20\" y2=\"{}\" class=\"grid\"/>\
+            <text x=\"{x:.1}\" y=\"{}\" class=\"middle\">{}</text>",
+            H - B,
+            H - B + 13.0,
+            power(x0 as i32 + k)
+        );
+    }
+    for (name, colour) in names {
+        let points = curve(name);
+        let path: Vec<String> = points
+            .iter()
+            .map(|p| at(*p))
+            .map(|(x, y)| format!("{x:.1},{y:.1}"))
+            .collect();
+        let _ = write!(
+            body,
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
+            path.join(" ")
+        );
+        if let [.., a, b] = points[..] {
+            let ((x, y), slope) = (at(b), (b.1 - a.1) / (b.0 - a.0));
+            let _ = write!(
+                body,
+                "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{colour}\">∝ {slope:.2}</text>",
+                x + 4.0,
+                y + 4.0
+            );
+        }
+    }
+    format!(
+        "<figure><svg viewBox=\"0 0 {W} {H}\" width=\"{W}\" height=\"{H}\" role=\"img\">{body}\
+         <text x=\"{L}\" y=\"12\">{unit}</text><text x=\"{}\" y=\"{}\" class=\"middle\">{axis}</text></svg>\
+         <figcaption>{}</figcaption></figure>",
+        0.5 * (L + W - 60.0),
+        H - 4.0,
+        escape(label)
+    )
+}
+
+fn power(exponent: i32) -> String {
+    format!("10<tspan dy=\"-4\" font-size=\"8\">{exponent}</tspan>")
+}
+
+fn table(task: &Task, rows: &[Row]) -> String {
+    let names = contestants(task, rows);
+    let sizes: Vec<&String> = rows
+        .first()
+        .map(|r| r.sizes.keys().collect())
+        .unwrap_or_default();
+    let head: String = sizes.iter().map(|s| format!("<th>{s}</th>")).collect();
+    let columns = names.iter().map(|(n, _)| {
+        let compile = if *n == OURS {
+            ""
+        } else {
+            "<th>compile, s</th><th>ratio</th>"
+        };
+        format!(
+            "<th>{}, {}</th><th>±</th>{compile}",
+            n.replace('_', " "),
+            task.how.unit()
+        )
+    });
+    let mut out = format!(
+        "<table><tr>{head}{}<th>disagreement</th></tr>",
+        columns.collect::<String>()
+    );
+    for row in rows {
+        out += "<tr>";
+        for size in &sizes {
+            let value = row
+                .sizes
+                .get(*size)
+                .map_or(String::new(), |v| v.to_string().replace('"', ""));
+            let _ = write!(out, "<td>{}</td>", escape(&value));
+        }
+        for (name, _) in &names {
+            let figure = row.figures.get(*name).cloned().unwrap_or_default();
+            let there = |x: f64| {
+                if row.figures.contains_key(*name) {
+                    digits(x)
+                } else {
+                    "–".into()
+                }
+            };
+            let _ = write!(
+                out,
+                "<td>{}</td><td>{}</td>",
+                there(figure.median),
+                there(figure.spread)
+            );
+            if *name != OURS {
+                let ratio = row.ratio(name).map_or("–".into(), |r| format!("{r:.1}"));
+                let _ = write!(
+                    out,
+                    "<td>{}</td><td>{ratio}</td>",
+                    there(1e-3 * figure.compile_ms)
+                );
+            }
+        }
+        let _ = write!(out, "<td>{:.0e}</td></tr>", row.disagreement);
+    }
+    out + "</table>"
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}

@@ -1,0 +1,189 @@
+//! The figures of a race as text and as Markdown.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::row::{OURS, Row};
+use super::tasks::{TASKS, Task};
+
+/// The tasks of a race that has been run, with their rows.
+pub(super) fn results(race: &Value) -> Vec<(&'static Task, Vec<Row>)> {
+    let rows = |task: &Task| -> Option<Vec<Row>> {
+        let list = race.get(task.key())?.as_array()?;
+        list.iter()
+            .map(|row| Row::from_json(row, task.how.unit()))
+            .collect()
+    };
+    TASKS
+        .iter()
+        .filter_map(|task| Some((task, rows(task)?)))
+        .collect()
+}
+
+/// A row in one line.
+pub(super) fn line(row: &Row, unit: &str) -> String {
+    let figure = |name: &String| {
+        let figure = &row.figures[name];
+        let ratio = row.ratio(name).filter(|_| name != OURS);
+        let ratio = ratio.map_or(String::new(), |r| format!(" ({r:.1} ×)"));
+        format!(
+            "{} {} {unit}{ratio}",
+            name.replace('_', " "),
+            digits(figure.median)
+        )
+    };
+    let mut names: Vec<&String> = row.figures.keys().collect();
+    names.sort_by_key(|name| (*name != OURS, *name));
+    let figures: Vec<String> = names.into_iter().map(figure).collect();
+    format!("{}: {}", row.label(), figures.join(", "))
+}
+
+/// All of it, to be read in a terminal.
+pub(super) fn text(race: &Value) -> String {
+    let part = |(task, rows): (&Task, Vec<Row>)| {
+        let lines: Vec<String> = rows.iter().map(|row| line(row, task.how.unit())).collect();
+        format!(
+            "{}\n  {}\n  {}\n",
+            task.title,
+            verdict(task, &rows),
+            lines.join("\n  ")
+        )
+    };
+    let parts: Vec<String> = results(race).into_iter().map(part).collect();
+    parts.join("\n")
+}
+
+/// How many rows reach the target of a task, and between which ratios they lie.
+pub(super) fn verdict(task: &Task, rows: &[Row]) -> String {
+    let (target, rival) = task.target;
+    let ratios: Vec<f64> = rows.iter().filter_map(|row| row.ratio(rival)).collect();
+    if ratios.is_empty() {
+        return format!("{} was not there", rival.replace('_', " "));
+    }
+    let (least, most) = ratios
+        .iter()
+        .fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(*r), b.max(*r)));
+    let reached = ratios.iter().filter(|r| **r >= target).count();
+    format!(
+        "{} over ours: {least:.1} … {most:.1}; {reached} of {} rows reach {target}",
+        rival.replace('_', " "),
+        ratios.len()
+    )
+}
+
+const FIRST: &str = "<!-- race -->";
+const LAST: &str = "<!-- /race -->";
+
+/// Puts the tables of a race between the markers of a page.
+pub(super) fn update(page: &Path, race: &Value) -> Result<(), String> {
+    let text = fs::read_to_string(page).map_err(|e| format!("{}: {e}", page.display()))?;
+    let parts = text
+        .split_once(FIRST)
+        .and_then(|(before, rest)| Some((before, rest.split_once(LAST)?.1)));
+    let (before, after) = parts.ok_or(format!(
+        "{} lacks the lines {FIRST} and {LAST}",
+        page.display()
+    ))?;
+    let new = format!("{before}{FIRST}\n{}{LAST}{after}", markdown(race));
+    fs::write(page, new).map_err(|e| format!("{}: {e}", page.display()))
+}
+
+/// The tables for docs/performance.md.
+fn markdown(race: &Value) -> String {
+    let machine = &race["machine"];
+    let mut out = format!(
+        "\n{} ({} cores), FMA peak of one core {} GFLOP/s in f32 and {} in f64 in the same run; {}; {}.\n",
+        machine["cpu"].as_str().unwrap_or("unknown CPU"),
+        machine["cores"],
+        digits(machine["fma_peak_f32_gflops"].as_f64().unwrap_or(f64::NAN)),
+        digits(machine["fma_peak_f64_gflops"].as_f64().unwrap_or(f64::NAN)),
+        machine["rustc"].as_str().unwrap_or("unknown rustc"),
+        peers(machine),
+    );
+    for (task, rows) in results(race) {
+        out += &format!(
+            "\n**{}**, {}. {}.\n\n",
+            task.title,
+            task.how.unit(),
+            verdict(task, &rows)
+        );
+        out += &table(task, &rows);
+    }
+    out.push('\n');
+    out
+}
+
+/// One table: a line for each row, a column for each size and contestant.
+fn table(task: &Task, rows: &[Row]) -> String {
+    let sizes: Vec<&String> = rows
+        .first()
+        .map(|r| r.sizes.keys().collect())
+        .unwrap_or_default();
+    let names = std::iter::once(OURS).chain(task.rivals.iter().map(|r| r.name));
+    let names: Vec<&str> = names
+        .filter(|n| rows.iter().any(|r| r.figures.contains_key(*n)))
+        .collect();
+    let heads = sizes
+        .iter()
+        .map(|s| (*s).clone())
+        .chain(names.iter().map(|n| n.replace('_', " ")));
+    let heads: Vec<String> = heads.collect();
+    let mut out = format!(
+        "| {} |\n|{}\n",
+        heads.join(" | "),
+        "---|".repeat(heads.len())
+    );
+    for row in rows {
+        let cell = |name: &&str| match (row.figures.get(*name), row.ratio(name)) {
+            (Some(figure), Some(ratio)) if *name != OURS => {
+                format!(
+                    "{} ± {} ({ratio:.1} ×)",
+                    digits(figure.median),
+                    digits(figure.spread)
+                )
+            }
+            (Some(figure), _) => format!("{} ± {}", digits(figure.median), digits(figure.spread)),
+            (None, _) => "–".into(),
+        };
+        let own = sizes.iter().map(|s| {
+            row.sizes
+                .get(*s)
+                .map_or(String::new(), |v| v.to_string().replace('"', ""))
+        });
+        let cells: Vec<String> = own.chain(names.iter().map(cell)).collect();
+        out += &format!("| {} |\n", cells.join(" | "));
+    }
+    out
+}
+
+/// The packages of the peers.
+pub(super) fn peers(machine: &Value) -> String {
+    let pairs = machine["peers"].as_object().into_iter().flatten();
+    let list: Vec<String> = pairs
+        .map(|(k, v)| format!("{k} {}", v.as_str().unwrap_or("?")))
+        .collect();
+    list.join(", ")
+}
+
+/// Three significant digits.
+pub(super) fn digits(x: f64) -> String {
+    if !x.is_finite() {
+        return "–".into();
+    }
+    let places = 2 - x.abs().max(1e-9).log10().floor() as i32;
+    format!("{x:.*}", usize::try_from(places).unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_digits_of_small_and_of_large_numbers_are_shown() {
+        assert_eq!(digits(0.001_234), "0.00123");
+        assert_eq!(digits(12.345), "12.3");
+        assert_eq!(digits(12_345.6), "12346");
+    }
+}

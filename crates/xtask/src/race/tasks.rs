@@ -1,0 +1,237 @@
+//! What is raced: a line for each task, with its sizes, its contestants and its target.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::contestant::Program;
+
+/// The sizes of one row.
+pub(super) type Sizes = BTreeMap<String, Value>;
+
+/// One kind of work.
+pub(super) struct Task {
+    /// Its name on the command line; with underscores, its key in the JSON.
+    pub(super) name: &'static str,
+    pub(super) title: &'static str,
+    /// What contestants know it as.
+    pub(super) work: &'static str,
+    pub(super) how: How,
+    /// How many times faster (or smaller) than the rival we are to be, and that rival.
+    pub(super) target: (f64, &'static str),
+    pub(super) rivals: &'static [Rival],
+    pub(super) precisions: &'static [&'static str],
+    /// Numbers of threads of the full race.
+    pub(super) threads: &'static [usize],
+    pub(super) axes: &'static [Axis],
+    /// Largest relative difference between results in f32 and in f64.
+    pub(super) tolerance: [f64; 2],
+}
+
+/// How it is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum How {
+    /// Laps of many iterations, in turns.
+    Laps,
+    /// From the start of a fresh process to the result of its first iteration.
+    Start,
+    /// The peak of the memory of a fresh process.
+    Memory,
+}
+
+impl How {
+    /// The unit of its figures, as keys of the JSON end.
+    pub(super) fn unit(self) -> &'static str {
+        match self {
+            Self::Laps | Self::Start => "ms",
+            Self::Memory => "mib",
+        }
+    }
+}
+
+/// A contestant beside us.
+pub(super) struct Rival {
+    /// As keys of the JSON begin.
+    pub(super) name: &'static str,
+    pub(super) program: Program,
+    pub(super) variant: &'static str,
+    /// The largest value of the last axis that it is asked for.
+    pub(super) most: u64,
+}
+
+/// A size: its name, the values of the full race, and those of a smoke test.
+pub(super) struct Axis(&'static str, &'static [u64], &'static [u64]);
+
+const fn jax(name: &'static str, variant: &'static str) -> Rival {
+    Rival {
+        name,
+        program: Program::Jax,
+        variant,
+        most: u64::MAX,
+    }
+}
+
+const TORCH: Rival = Rival {
+    name: "torch",
+    program: Program::Torch,
+    variant: "pulled",
+    most: u64::MAX,
+};
+
+/// The best formulation that is known, our own adjoint (theory.md, 15 and 16) in the same framework, and Cranmer's code.
+const LNN: &[Rival] = &[
+    jax("best_jax", "linearised"),
+    jax("our_formula_jax", "adjoint"),
+    jax("published_jax", "published"),
+];
+
+const BOTH: &[&str] = &["f32", "f64"];
+const DOUBLE: &[&str] = &["f64"];
+const ROUNDING: [f64; 2] = [1e-3, 1e-8];
+
+/// All tasks, in the order of the report.
+pub(super) const TASKS: &[Task] = &[
+    Task {
+        name: "lnn-step",
+        title: "training step of a Lagrangian network (Adam, absolute errors of q̈, two layers)",
+        work: "lnn-step",
+        how: How::Laps,
+        target: (4.0, "best_jax"),
+        rivals: LNN,
+        precisions: BOTH,
+        threads: &[1, 2],
+        axes: &[
+            Axis("width", &[64, 128, 500], &[16]),
+            Axis("batch", &[32, 512, 4096], &[32]),
+        ],
+        tolerance: ROUNDING,
+    },
+    Task {
+        name: "natural-step",
+        title: "natural-gradient step (squares of q̈, n = 2; J formed and multiplied in JAX)",
+        work: "natural-step",
+        how: How::Laps,
+        target: (3.0, "best_jax"),
+        rivals: &[jax("best_jax", "frozen"), jax("plain_jax", "jacrev")],
+        precisions: DOUBLE,
+        threads: &[1, 2],
+        axes: &[
+            Axis("width", &[64, 128], &[16]),
+            Axis("batch", &[256, 512], &[32]),
+        ],
+        tolerance: ROUNDING,
+    },
+    Task {
+        name: "delan-step",
+        title: "training step of a deep Lagrangian network (Adam, squares of torques, width 64)",
+        work: "delan-step",
+        how: How::Laps,
+        target: (8.0, "best_jax"),
+        rivals: &[
+            jax("best_jax", "pulled"),
+            jax("lagrangian_jax", "lagrangian"),
+            TORCH,
+        ],
+        precisions: BOTH,
+        threads: &[1, 2],
+        axes: &[
+            Axis("width", &[64], &[16]),
+            Axis("batch", &[512], &[32]),
+            Axis("dof", &[2, 7], &[2]),
+        ],
+        tolerance: ROUNDING,
+    },
+    Task {
+        name: "start",
+        title: "start of the process to the end of the first training step",
+        work: "lnn-step",
+        how: How::Start,
+        target: (20.0, "best_jax"),
+        rivals: LNN,
+        precisions: &["f32"],
+        threads: &[2],
+        axes: &[Axis("width", &[128], &[16]), Axis("batch", &[512], &[32])],
+        tolerance: ROUNDING,
+    },
+    Task {
+        name: "memory",
+        title: "peak memory of a training run",
+        work: "lnn-step",
+        how: How::Memory,
+        target: (4.0, "best_jax"),
+        rivals: LNN,
+        precisions: BOTH,
+        threads: &[2],
+        axes: &[Axis("width", &[500], &[16]), Axis("batch", &[4096], &[32])],
+        tolerance: ROUNDING,
+    },
+];
+
+impl Task {
+    /// Its key in the JSON.
+    pub(super) fn key(&self) -> String {
+        self.name.replace('-', "_")
+    }
+
+    /// The rows of the race: every combination of the sizes.
+    pub(super) fn cells(&self, smoke: bool) -> Vec<Sizes> {
+        let precision = |p: &&str| Sizes::from([("precision".to_owned(), json!(p))]);
+        let mut cells: Vec<Sizes> = self.precisions.iter().map(precision).collect();
+        for Axis(name, full, quick) in self.axes {
+            let values = if smoke { quick } else { full };
+            let longer = |cell: Sizes| {
+                values.iter().map(move |value| {
+                    let mut cell = cell.clone();
+                    cell.insert((*name).to_owned(), json!(value));
+                    cell
+                })
+            };
+            cells = cells.into_iter().flat_map(longer).collect();
+        }
+        cells
+    }
+
+    /// Whether this rival is asked for these sizes.
+    pub(super) fn asks(&self, rival: &Rival, sizes: &Sizes) -> bool {
+        let last = self
+            .axes
+            .last()
+            .and_then(|Axis(name, ..)| sizes.get(*name)?.as_u64());
+        last.is_none_or(|size| size <= rival.most)
+    }
+
+    /// Largest relative difference between results.
+    pub(super) fn tolerance(&self, sizes: &Sizes) -> f64 {
+        self.tolerance[usize::from(sizes.get("precision") == Some(&json!("f64")))]
+    }
+
+    /// The axis along which its growth is drawn.
+    pub(super) fn growth(&self) -> Option<&'static str> {
+        let long = self
+            .axes
+            .iter()
+            .rev()
+            .find(|Axis(_, values, _)| values.len() > 2);
+        long.map(|Axis(name, ..)| *name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_task_has_a_name_of_its_own_and_a_target_against_one_of_its_rivals() {
+        for (k, task) in TASKS.iter().enumerate() {
+            assert!(TASKS[..k].iter().all(|other| other.name != task.name));
+            assert!(
+                task.rivals.iter().any(|r| r.name == task.target.1),
+                "{}",
+                task.name
+            );
+            assert!(
+                !task.cells(true).is_empty() && task.cells(true).len() <= task.cells(false).len()
+            );
+        }
+    }
+}
