@@ -6,6 +6,7 @@ layers (w [inputs, width], b [width]); every function here is of one state and i
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 
 def layers(flat, sizes, output_bias):
@@ -81,6 +82,35 @@ def linearised(lagrangian, q, qd, tau):
     return solve(columns[:n], tau + dl_dq - columns[n])
 
 
+def published_inverse(lagrangian, q, qd, qdd):
+    """M qdd + c by the Hessian and the mixed jacobian of L, as public code of deep Lagrangian networks writes it."""
+    mass = jax.hessian(lagrangian, 1)(q, qd)
+    mixed = jax.jacobian(jax.grad(lagrangian, 1), 0)(q, qd)
+    return mass @ qdd + mixed @ qd - jax.grad(lagrangian, 0)(q, qd)
+
+
+def rk4(acceleration, step, state):
+    """One step of (q, qd) by the classical Runge–Kutta method."""
+
+    def rate(state):
+        return state[1], acceleration(*state)
+
+    move = lambda state, h, slope: jax.tree.map(lambda x, k: x + h * k, state, slope)
+    k1 = rate(state)
+    k2 = rate(move(state, 0.5 * step, k1))
+    k3 = rate(move(state, 0.5 * step, k2))
+    k4 = rate(move(state, step, k3))
+    mean = jax.tree.map(lambda a, b, c, d: (a + 2 * b + 2 * c + d) / 6, k1, k2, k3, k4)
+    return move(state, step, mean)
+
+
+def field(weights, phi, phid):
+    """L of a ring: the sum of N(differences, value, rates) + phid² / 2 over all points (theory.md, equation 69)."""
+    left, right = lambda x: x - jnp.roll(x, 1), lambda x: jnp.roll(x, -1) - x
+    x = jnp.stack([left(phi), right(phi), phi, left(phid), right(phid), phid], -1)
+    return jnp.sum(network(weights, x)) + 0.5 * phid @ phid
+
+
 def balance(lagrangian, q, qd, qdd, direction):
     """direction · (M qdd + c): one number, by two tangents (theory.md, equation 16)."""
 
@@ -101,9 +131,14 @@ def inverse_dynamics(lagrangian, q, qd, qdd):
 def delan_outputs(weights, scaling, shift, n, angles, q):
     """The factor G of M, and V: the diagonal before softplus, the entries below it row by row, V."""
     o = network(weights, features(q, scaling, angles))
-    g = jnp.zeros((n, n), q.dtype).at[jnp.diag_indices(n)].set(softplus(o[:n]) + shift)
-    g = g.at[jnp.tril_indices(n, -1)].set(o[n : n * (n + 1) // 2])
-    return g, o[n * (n + 1) // 2]
+    last = n * (n + 1) // 2
+    entries = jnp.concatenate([softplus(o[:n]) + shift, o[n:last]])
+    # A product with a constant 0/1 matrix: scattering is many times slower on the CPU.
+    place = np.zeros((last, n * n), o.dtype)
+    rows, columns = np.tril_indices(n, -1)
+    place[np.arange(n), np.arange(n) * (n + 1)] = 1
+    place[n + np.arange(len(rows)), rows * n + columns] = 1
+    return (entries @ place).reshape(n, n), o[last]
 
 
 def delan(weights, scaling, shift, angles, q, qd):

@@ -154,6 +154,9 @@ def delan_step(task, data):
         if task["variant"] == "lagrangian":
             lagrangian = partial(models.delan, weights, scaling, shift, True)
             return models.inverse_dynamics(lagrangian, q, qd, qdd)
+        if task["variant"] == "published":
+            lagrangian = partial(models.delan, weights, scaling, shift, True)
+            return models.published_inverse(lagrangian, q, qd, qdd)
         return models.delan_torque(weights, scaling, shift, True, q, qd, qdd)
 
     def loss(weights, samples):
@@ -164,5 +167,80 @@ def delan_step(task, data):
     return training(task, loss, weights, samples)
 
 
+def call(function, arguments, check):
+    """`function`, compiled, called with one set of arguments after another; each result is awaited."""
+    run_one, compile_ms = compiled(function, *arguments[0])
+    found = check(run_one(*arguments[min(1, len(arguments) - 1)]))
+
+    def run(laps):
+        for k in range(laps):
+            jax.block_until_ready(run_one(*arguments[k % len(arguments)]))
+
+    return Entry(compile_ms, [float(x) for x in found], run)
+
+
+def forward(task, data):
+    """The accelerations of a Lagrangian network as a function of one state, and the arrays of a data file."""
+    samples, flat, scaling, _ = arrays(task, data)
+    weights = models.layers(flat, [2 * data["n"]] + 2 * [task["width"]] + [1], output_bias=False)
+    method = models.published if task["variant"] == "published" else models.linearised
+    return partial(method, partial(models.lnn, weights, scaling, False)), samples
+
+
+def acceleration(task, data):
+    function, (q, qd, _, tau) = forward(task, data)
+    return call(function, [tuple(x) for x in zip(q, qd, tau)], lambda qdd: qdd)
+
+
+def inverse_dynamics(task, data):
+    (q, qd, qdd, _), flat, scaling, _ = arrays(task, data)
+    n = data["n"]
+    weights = models.layers(flat, [2 * n] + 2 * [task["width"]] + [n * (n + 1) // 2 + 1], output_bias=True)
+    function = partial(models.delan_torque, weights, scaling, 1e-3, True)
+    if task["variant"] == "published":
+        function = partial(models.published_inverse, partial(models.delan, weights, scaling, 1e-3, True))
+    return call(function, [tuple(x) for x in zip(q, qd, qdd)], lambda tau: tau)
+
+
+def states(task, data):
+    function, (q, qd, _, tau) = forward(task, data)
+    return call(jax.vmap(function), [(q, qd, tau)], lambda qdd: qdd.reshape(-1)[-4:])
+
+
+def rollouts(task, data):
+    function, (q, qd, _, _) = forward(task, data)
+    free = lambda q, qd: function(q, qd, jnp.zeros_like(q))
+
+    def roll(q, qd):
+        def step(state, _):
+            state = models.rk4(free, data["step"], state)
+            return state, state
+
+        return jax.lax.scan(step, (q, qd), length=data["steps"])[1]
+
+    if len(q) == 1:
+        return call(roll, [(q[0], qd[0])], lambda path: path[0][-1])
+    return call(jax.vmap(roll), [(q, qd)], lambda path: path[0][-1, -1])
+
+
+def wave(task, data):
+    (q, qd, _, tau), flat, _, _ = arrays(task, data)
+    weights = models.layers(flat, [6] + 2 * [data["density"]] + [1], output_bias=False)
+    lagrangian = partial(models.field, weights)
+    function = models.published if task["variant"] == "published" else models.linearised
+    return call(partial(function, lagrangian), [(q[0], qd[0], tau[0])], lambda qdd: qdd[:4])
+
+
+TASKS = {
+    "lnn-step": lnn_step,
+    "natural-step": natural_step,
+    "delan-step": delan_step,
+    "acceleration": acceleration,
+    "inverse-dynamics": inverse_dynamics,
+    "states": states,
+    "rollout": rollouts,
+    "wave": wave,
+}
+
 if __name__ == "__main__":
-    serve({"lnn-step": lnn_step, "natural-step": natural_step, "delan-step": delan_step})
+    serve(TASKS)

@@ -1,5 +1,6 @@
 //! Our side of `cargo xtask race`: it is told by lines of JSON what to do, and says how long it took.
 
+mod calls;
 mod protocol;
 mod training;
 
@@ -38,6 +39,11 @@ fn run(task: &Task, talk: &Talk) -> Outcome {
             Ok(())
         }
         "natural-step" => training::natural_step(task, talk),
+        "acceleration" => calls::acceleration(task, talk),
+        "inverse-dynamics" => calls::inverse_dynamics(task, talk),
+        "states" => calls::states(task, talk),
+        "rollout" => calls::rollouts(task, talk),
+        "wave" => calls::wave(task, talk),
         other => Err(format!("there is no task '{other}'").into()),
     }
 }

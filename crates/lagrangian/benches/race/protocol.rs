@@ -16,6 +16,8 @@ pub(crate) struct Task {
     pub(crate) width: usize,
     /// Samples of a step, or states of a call.
     pub(crate) batch: usize,
+    /// Points of a field.
+    pub(crate) points: usize,
     pub(crate) precision: Precision,
     /// Steps of the beginning whose results are compared.
     pub(crate) check: usize,
@@ -23,8 +25,6 @@ pub(crate) struct Task {
     pub(crate) file: PathBuf,
     /// Whether that file is to be written.
     pub(crate) write: bool,
-    /// Recordings of real systems.
-    pub(crate) recordings: PathBuf,
 }
 
 impl Default for Task {
@@ -34,11 +34,11 @@ impl Default for Task {
             dof: 2,
             width: 64,
             batch: 1,
+            points: 10,
             precision: Precision::F64,
             check: 3,
             file: PathBuf::new(),
             write: false,
-            recordings: PathBuf::new(),
         }
     }
 }

@@ -121,7 +121,7 @@ fn table(task: &Task, rows: &[Row]) -> String {
         .first()
         .map(|r| r.sizes.keys().collect())
         .unwrap_or_default();
-    let names = std::iter::once(OURS).chain(task.rivals.iter().map(|r| r.name));
+    let names = std::iter::once(OURS).chain(task.names());
     let names: Vec<&str> = names
         .filter(|n| rows.iter().any(|r| r.figures.contains_key(*n)))
         .collect();
