@@ -1,5 +1,8 @@
 """The tasks of the race in JAX on the CPU."""
 
+import json
+import math
+import time
 from functools import partial
 
 import jax
@@ -8,9 +11,10 @@ jax.config.update("jax_enable_x64", True)  # float32 stays float32 where it is a
 
 import jax.numpy as jnp
 import jax_models as models
+import numpy as np
 from contest import Entry, milliseconds, serve
 
-RATE, BETA1, BETA2, EPSILON = 1e-3, 0.9, 0.999, 1e-8
+RATE, RATE_ADAM, BETA1, BETA2, EPSILON = 1e-3, 3e-3, 0.9, 0.999, 1e-8
 
 
 def arrays(task, data):
@@ -28,17 +32,20 @@ def compiled(function, *arguments, donate=()):
     return milliseconds(lambda: jax.jit(function, donate_argnums=donate).lower(*arguments).compile())
 
 
-def adam(loss):
+def adam(loss, rate=RATE, clip=None):
     """One step of Adam on `loss(weights, samples)`; the state is (weights, first, second, step)."""
 
     def step(state, samples):
         weights, first, second, k = state
         value, gradient = jax.value_and_grad(loss)(weights, samples)
+        if clip is not None:
+            shorten = jnp.minimum(1, clip / jnp.linalg.norm(gradient))
+            gradient = jnp.where(jnp.isfinite(shorten), shorten * gradient, 0)
         k = k + 1
         correct1, correct2 = 1 - BETA1**k, 1 - BETA2**k
         first = jax.tree.map(lambda m, g: BETA1 * m + (1 - BETA1) * g, first, gradient)
         second = jax.tree.map(lambda v, g: BETA2 * v + (1 - BETA2) * g * g, second, gradient)
-        move = lambda w, m, v: w - RATE * (m / correct1) / (jnp.sqrt(v / correct2) + EPSILON)
+        move = lambda w, m, v: w - rate * (m / correct1) / (jnp.sqrt(v / correct2) + EPSILON)
         return (jax.tree.map(move, weights, first, second), first, second, k), value
 
     return step
@@ -108,38 +115,59 @@ def lnn_step(task, data):
     return training(task, *lnn_loss(task, data))
 
 
-def natural_step(task, data):
-    """phi <- mu phi + Jᵀ (J Jᵀ + lambda N)⁻¹ (r - mu J phi), theta <- theta - eta phi (theory.md, equation 19)."""
-    samples, flat, scaling, units = arrays(task, data)
-    n = data["n"]
-    sizes = [2 * n] + 2 * [task["width"]] + [1]
-    rate, momentum, damping_first = 0.5, 0.9, 1e-3
-    lagrangian = lambda flat: partial(models.lnn, models.layers(flat, sizes, False), scaling, False)
+RATE_NATURAL, MOMENTUM, DAMPING_FIRST, DAMPING_LAST, LONGEST = 0.5, 0.9, 1e-1, 1e-7, 1.0
+
+
+def natural(rows, state, samples, rate, damping, longest):
+    """phi <- mu phi + Jᵀ (J Jᵀ + lambda N)⁻¹ (r - mu J phi), theta <- theta - eta phi (theory.md, equation 19).
+
+    `rows(theta, q, qd, qdd, tau)` are the residuals [m] of one sample and their slopes [m, P].
+    """
+    flat, phi = state
+    r, j = jax.vmap(rows, (None, 0, 0, 0, 0))(flat, *samples)
+    r, j = r.reshape(-1), j.reshape(r.size, -1)
+    # As ours: less damping near the solution, and no step longer than a bound.
+    damping = damping * jnp.sqrt(jnp.minimum(jnp.mean(jnp.abs(r)), 1.0))
+    gram = j @ j.T + damping * r.size * jnp.eye(r.size, dtype=r.dtype)
+    factor = jax.scipy.linalg.cho_factor(gram, lower=True)
+    phi = MOMENTUM * phi + j.T @ jax.scipy.linalg.cho_solve(factor, r - MOMENTUM * (j @ phi))
+    rate = jnp.minimum(rate, longest / jnp.linalg.norm(phi))
+    return (flat - rate * phi, phi), jnp.mean(r * r)
+
+
+def with_slopes(residual):
+    """The residuals of one sample and their slopes by all weights."""
+    return lambda flat, *sample: (residual(flat, *sample), jax.jacrev(residual)(flat, *sample))
+
+
+def acceleration_residual(task, data, angles):
+    """(qdd predicted - qdd) in units of its size, relative to the size of qdd where the data say so."""
+    _, _, scaling, units = arrays(task, data)
+    sizes = [(3 if angles else 2) * data["n"]] + 2 * [task["width"]] + [1]
 
     def residual(flat, q, qd, qdd, tau):
-        return units * (models.linearised(lagrangian(flat), q, qd, tau) - qdd)
+        lagrangian = partial(models.lnn, models.layers(flat, sizes, False), scaling, angles)
+        error = units * (models.linearised(lagrangian, q, qd, tau) - qdd)
+        return error / jnp.sqrt(0.1 + jnp.mean((units * qdd) ** 2)) if data.get("relative") else error
 
-    def rows(flat, q, qd, qdd, tau):
-        return residual(flat, q, qd, qdd, tau), jax.jacrev(residual)(flat, q, qd, qdd, tau)
+    return residual
+
+
+def natural_step(task, data):
+    samples, flat, scaling, units = arrays(task, data)
+    sizes = [2 * data["n"]] + 2 * [task["width"]] + [1]
+    rows = with_slopes(acceleration_residual(task, data, False))
 
     def frozen(flat, q, qd, qdd, tau):
         # dr = -w M⁻¹ d(M qdd + c) at the acceleration of the model, which spares the derivative of the solve.
+        lagrangian = lambda flat: partial(models.lnn, models.layers(flat, sizes, False), scaling, False)
         mass = jax.hessian(lagrangian(flat), 1)(q, qd)
         found = models.linearised(lagrangian(flat), q, qd, tau)
         slopes = jax.jacrev(lambda flat: models.inverse_dynamics(lagrangian(flat), q, qd, found))(flat)
         return units * (found - qdd), -units[:, None] * models.solve(mass, slopes)
 
-    def step(state, samples):
-        flat, phi = state
-        r, j = jax.vmap(frozen if task["variant"] == "frozen" else rows, (None, 0, 0, 0, 0))(flat, *samples)
-        r, j = r.reshape(-1), j.reshape(r.size, -1)
-        # As ours: less damping near the solution.
-        damping = damping_first * jnp.sqrt(jnp.minimum(jnp.mean(jnp.abs(r)), 1.0))
-        gram = j @ j.T + damping * r.size * jnp.eye(r.size, dtype=r.dtype)
-        factor = jax.scipy.linalg.cho_factor(gram, lower=True)
-        phi = momentum * phi + j.T @ jax.scipy.linalg.cho_solve(factor, r - momentum * (j @ phi))
-        return (flat - rate * phi, phi), jnp.mean(r * r)
-
+    rows = frozen if task["variant"] == "frozen" else rows
+    step = lambda state, samples: natural(rows, state, samples, RATE_NATURAL, 1e-3, jnp.inf)
     return iterate(task, step, (flat, jnp.zeros_like(flat)), samples)
 
 
@@ -231,6 +259,79 @@ def wave(task, data):
     return call(partial(function, lagrangian), [(q[0], qd[0], tau[0])], lambda qdd: qdd[:4])
 
 
+def cosine(share):
+    return 0.5 * (1 + math.cos(math.pi * share))
+
+
+def whole_fit(task, data, residual):
+    """A fit by the natural gradient, or by Adam on the same loss; writes the weights along it."""
+    samples, flat, _, _ = arrays(task, data)
+    steps, batch = task["steps"], min(data["batch"], len(samples[0]))
+    residuals = lambda flat, chosen: jax.vmap(residual, (None, 0, 0, 0, 0))(flat, *chosen)
+    squares = lambda flat, chosen: jnp.mean(residuals(flat, chosen) ** 2)
+    # Under Adam absolute errors of accelerations do better.
+    absolute = lambda flat, chosen: jnp.mean(jnp.abs(residuals(flat, chosen)))
+    loss = absolute if data["relative"] else squares
+    zeros = jnp.zeros_like(flat)
+    if task["variant"] == "natural":
+        rows, state = with_slopes(residual), (flat, zeros)
+
+        def step(state, samples, numbers, rate, damping):
+            return natural(rows, state, [x[numbers] for x in samples], rate, damping, LONGEST)
+
+    else:
+        steps, batch = steps * task["adam_factor"], min(512, len(samples[0]))
+        state = (flat, zeros, zeros, jnp.zeros((), flat.dtype))
+
+        def step(state, samples, numbers, rate, damping):
+            return adam(loss, rate, clip=1.0)(state, [x[numbers] for x in samples])
+
+    numbers = jnp.arange(batch)
+    # A float of the precision of the data, so that nothing is promoted.
+    number = lambda x: jnp.array(x, flat.dtype)
+    step, compile_ms = compiled(step, state, samples, numbers, number(0.5), number(0.1), donate=(0,))
+    check = [float(squares(flat, [x[: data["batch"]] for x in samples]))]
+
+    def run(_):
+        fresh = jax.tree.map(jnp.copy, (flat, zeros, zeros, number(0))[: len(state)])
+        history, order, spent = [], [], 0.0
+        generator = np.random.default_rng(0)
+        clock = time.perf_counter()
+        for k in range(steps):
+            share = k / steps
+            if len(order) < batch:
+                order = generator.permutation(len(samples[0]))
+            numbers, order = order[:batch], order[batch:]
+            top = RATE_NATURAL if task["variant"] == "natural" else RATE_ADAM
+            damping = DAMPING_FIRST * (DAMPING_LAST / DAMPING_FIRST) ** share
+            fresh, _ = step(fresh, samples, jnp.array(numbers), number(top * cosine(share)), number(damping))
+            if (k + 1) % -(-steps // data["looks"]) == 0 or k + 1 == steps:
+                weights = np.array(fresh[0], float).tolist()
+                spent += time.perf_counter() - clock
+                history.append({"seconds": spent, "parameters": weights})
+                clock = time.perf_counter()
+        with open(task["history"], "w") as file:
+            json.dump(history, file)
+
+    return Entry(compile_ms, check, run)
+
+
+def letters(task, data):
+    _, _, scaling, units = arrays(task, data)
+    n = data["n"]
+    sizes = [2 * n] + 2 * [task["width"]] + [n * (n + 1) // 2 + 1]
+
+    def residual(flat, q, qd, qdd, tau):
+        lagrangian = partial(models.delan, models.layers(flat, sizes, True), scaling, 1e-3, True)
+        return units * (models.inverse_dynamics(lagrangian, q, qd, qdd) - tau)
+
+    return whole_fit(task, data, residual)
+
+
+def pendulum(task, data):
+    return whole_fit(task, data, acceleration_residual(task, data, True))
+
+
 TASKS = {
     "lnn-step": lnn_step,
     "natural-step": natural_step,
@@ -240,6 +341,8 @@ TASKS = {
     "states": states,
     "rollout": rollouts,
     "wave": wave,
+    "letters": letters,
+    "pendulum": pendulum,
 }
 
 if __name__ == "__main__":

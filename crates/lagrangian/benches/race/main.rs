@@ -1,5 +1,6 @@
 //! Our side of `cargo xtask race`: it is told by lines of JSON what to do, and says how long it took.
 
+mod accuracy;
 mod calls;
 mod protocol;
 mod training;
@@ -44,6 +45,10 @@ fn run(task: &Task, talk: &Talk) -> Outcome {
         "states" => calls::states(task, talk),
         "rollout" => calls::rollouts(task, talk),
         "wave" => calls::wave(task, talk),
+        "letters" => accuracy::letters(task, talk),
+        "pendulum" => accuracy::pendulum(task, talk),
+        "judge-letters" => accuracy::judge_letters(task, talk),
+        "judge-pendulum" => accuracy::judge_pendulum(task, talk),
         other => Err(format!("there is no task '{other}'").into()),
     }
 }

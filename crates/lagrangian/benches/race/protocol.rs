@@ -25,6 +25,12 @@ pub(crate) struct Task {
     pub(crate) file: PathBuf,
     /// Whether that file is to be written.
     pub(crate) write: bool,
+    /// Steps of a whole fit.
+    pub(crate) steps: usize,
+    /// Where the weights along a fit are written.
+    pub(crate) history: PathBuf,
+    /// The folder of recordings.
+    pub(crate) recordings: PathBuf,
 }
 
 impl Default for Task {
@@ -38,6 +44,9 @@ impl Default for Task {
             precision: Precision::F64,
             check: 3,
             file: PathBuf::new(),
+            steps: 100,
+            history: PathBuf::new(),
+            recordings: PathBuf::new(),
             write: false,
         }
     }

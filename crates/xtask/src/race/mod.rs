@@ -1,8 +1,10 @@
 //! `cargo xtask race`: our library and its peers on the same tasks, with the same data, in turns.
 
+mod accuracy;
 mod compare;
 mod contestant;
 mod duel;
+mod lanes;
 mod machine;
 mod report;
 mod row;
@@ -18,7 +20,7 @@ use serde_json::{Value, json};
 
 use contestant::Programs;
 use row::Row;
-use tasks::{TASKS, Task};
+use tasks::{How, TASKS, Task};
 
 /// What is asked for.
 pub(super) struct Options {
@@ -235,13 +237,20 @@ fn run(programs: &Programs, task: &Task, options: &Options) -> Result<Vec<Row>, 
     let mut rows = Vec::new();
     for threads in options.threads(task) {
         for sizes in task.cells(options.smoke) {
-            let row = duel::race(programs, task, (&sizes, threads), options)?;
-            eprintln!(
-                "race: {}: {}",
-                task.name,
-                table::line(&row, task.how.unit())
-            );
-            rows.push(row);
+            let found = match task.how {
+                How::Accuracy(levels) => {
+                    accuracy::race(programs, task, levels, (&sizes, threads), options)?
+                }
+                _ => vec![duel::race(programs, task, (&sizes, threads), options)?],
+            };
+            for row in found {
+                eprintln!(
+                    "race: {}: {}",
+                    task.name,
+                    table::line(&row, task.how.unit())
+                );
+                rows.push(row);
+            }
         }
     }
     Ok(rows)

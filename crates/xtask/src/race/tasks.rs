@@ -30,7 +30,7 @@ pub(super) struct Task {
 }
 
 /// How it is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum How {
     /// Laps of many iterations, in turns.
     Laps,
@@ -38,6 +38,8 @@ pub(super) enum How {
     Start,
     /// The peak of the memory of a fresh process.
     Memory,
+    /// Whole fits, once: seconds of training until an error is at or below each of these levels.
+    Accuracy(&'static [f64]),
 }
 
 impl How {
@@ -46,6 +48,7 @@ impl How {
         match self {
             Self::Laps | Self::Start => "ms",
             Self::Memory => "mib",
+            Self::Accuracy(_) => "s",
         }
     }
 }
@@ -98,6 +101,9 @@ const CALLS: &[Rival] = &[
     jax("best_jax", "linearised"),
     jax("published_jax", "published"),
 ];
+
+/// Our recipe by the plain formula, and the published one: steps of Adam, many times more of them.
+const FITS: &[Rival] = &[jax("natural_jax", "natural"), jax("adam_jax", "adam")];
 
 const BOTH: &[&str] = &["f32", "f64"];
 const DOUBLE: &[&str] = &["f64"];
@@ -251,6 +257,30 @@ pub(super) const TASKS: &[Task] = &[
         precisions: BOTH,
         threads: &[2],
         axes: &[Axis("width", &[500], &[16]), Axis("batch", &[4096], &[32])],
+        tolerance: ROUNDING,
+    },
+    Task {
+        name: "letters-accuracy",
+        title: "time to a torque error of unseen letters, N²m² (deep Lagrangian network)",
+        work: "letters",
+        how: How::Accuracy(&[1.5e-5, 1e-8]),
+        target: (30.0, "best_jax"),
+        rivals: FITS,
+        precisions: DOUBLE,
+        threads: &[2],
+        axes: &[Axis("width", &[64], &[16]), Axis("steps", &[250], &[4])],
+        tolerance: ROUNDING,
+    },
+    Task {
+        name: "pendulum-accuracy",
+        title: "time to an energy error of 40 rollouts of 100 s, % (double pendulum)",
+        work: "pendulum",
+        how: How::Accuracy(&[0.43, 0.02]),
+        target: (30.0, "best_jax"),
+        rivals: FITS,
+        precisions: DOUBLE,
+        threads: &[2],
+        axes: &[Axis("width", &[64], &[16]), Axis("steps", &[400], &[4])],
         tolerance: ROUNDING,
     },
 ];
