@@ -11,7 +11,7 @@ const USAGE: &str = "\
 usage: cargo xtask test
        cargo xtask race …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -24,7 +24,7 @@ struct Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 5] = [
+const TEST: [Step; 6] = [
     Step {
         name: "format",
         arguments: &["fmt", "--all", "--check"],
@@ -60,6 +60,20 @@ const TEST: [Step; 5] = [
     Step {
         name: "examples",
         arguments: &["build", "--workspace", "--all-features", "--examples"],
+        variable: None,
+        component: None,
+    },
+    Step {
+        name: "race",
+        arguments: &[
+            "run",
+            "--quiet",
+            "--package",
+            "xtask",
+            "--",
+            "race",
+            "--smoke",
+        ],
         variable: None,
         component: None,
     },

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Options;
 use super::contestant::Programs;
 use super::lanes::{Lane, agree, lanes, name_the_best};
+use super::machine;
 use super::row::{Figure, Row};
 use super::tasks::{How, Sizes, Task};
 
@@ -35,6 +36,16 @@ pub(super) fn race(
         How::Memory => lanes.iter_mut().try_for_each(measure_memory)?,
         How::Accuracy(_) => {}
     }
+    let share = match task.operations {
+        Some(count) => Some(share_of_peak(
+            programs,
+            count(sizes),
+            sizes,
+            &lanes[0],
+            threads,
+        )?),
+        None => None,
+    };
     let mut sizes = sizes.clone();
     sizes.insert("threads".into(), json!(threads));
     let figure = |lane: Lane| (lane.name, Figure::of(lane.laps, lane.ready.compile_ms));
@@ -42,10 +53,31 @@ pub(super) fn race(
         sizes,
         figures: lanes.into_iter().map(figure).collect(),
         disagreement,
-        ..Row::default()
+        more: share
+            .map(|share| ("share_of_peak".to_owned(), share))
+            .into_iter()
+            .collect(),
     };
     name_the_best(task, &mut row);
     Ok(row)
+}
+
+/// Our operations a second over the peak of so many cores, which is measured now because clocks drift.
+fn share_of_peak(
+    programs: &Programs,
+    operations: f64,
+    sizes: &Sizes,
+    ours: &Lane,
+    threads: usize,
+) -> Result<f64, String> {
+    let [single, double] = machine::peak(programs)?;
+    let peak = if sizes.get("precision") == Some(&json!("f32")) {
+        single
+    } else {
+        double
+    };
+    let median = Figure::of(ours.laps.clone(), 0.0).median;
+    Ok(1e-6 * operations / median / (peak * threads as f64))
 }
 
 fn measure_memory(lane: &mut Lane) -> Result<(), String> {

@@ -25,11 +25,18 @@ pub(super) fn describe(programs: &Programs) -> Result<Value, String> {
             .collect(),
         None => serde_json::Map::new(),
     };
-    let mut ours = Contestant::start(programs, Program::Ours, "ours", 1)?;
-    let peak = ours.prepare(&json!({ "name": "peak" }))?.check;
+    let [single, double] = peak(programs)?;
     Ok(json!({
         "cpu": cpu, "cores": cores().len(), "system": std::env::consts::OS, "architecture": std::env::consts::ARCH,
-        "fma_peak_f32_gflops": peak.first(), "fma_peak_f64_gflops": peak.get(1),
+        "fma_peak_f32_gflops": single, "fma_peak_f64_gflops": double,
         "rustc": rustc.unwrap_or_else(|_| "unknown".into()), "peers": peers,
     }))
+}
+
+/// Fused multiply–adds of one core as operations a second, in f32 and f64, GFLOP/s.
+pub(super) fn peak(programs: &Programs) -> Result<[f64; 2], String> {
+    let mut ours = Contestant::start(programs, Program::Ours, "ours", 1)?;
+    let found = ours.prepare(&json!({ "name": "peak" }))?.check;
+    <[f64; 2]>::try_from(found)
+        .map_err(|found| format!("the FMA peak of two precisions is {found:?}"))
 }

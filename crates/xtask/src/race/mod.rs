@@ -1,11 +1,14 @@
 //! `cargo xtask race`: our library and its peers on the same tasks, with the same data, in turns.
 
 mod accuracy;
+mod all;
 mod compare;
 mod contestant;
 mod duel;
+mod growth;
 mod lanes;
 mod machine;
+mod options;
 mod report;
 mod row;
 mod table;
@@ -18,44 +21,19 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use all::TASKS;
 use contestant::Programs;
+use options::Options;
+pub(super) use options::usage;
 use row::Row;
-use tasks::{How, TASKS, Task};
-
-/// What is asked for.
-pub(super) struct Options {
-    only: Vec<String>,
-    json: bool,
-    smoke: bool,
-    against: Option<PathBuf>,
-    repeats: usize,
-    threads: Option<Vec<usize>>,
-    /// Where all that is written goes.
-    folder: PathBuf,
-}
-
-pub(super) const USAGE: &str = "\
-race [--only TASK]… [--threads 1,2] [--repeats N] [--json] [--smoke] [--against FILE]
-
-  race   our library beside JAX and PyTorch on the same tasks; writes target/race/race.json and report.html
-           --only TASK      this task alone (may be given again): see the list below
-           --threads 1,2    numbers of threads, in place of those of each task
-           --repeats N      laps of each contestant, in turns (default 7)
-           --json           print the figures as JSON
-           --smoke          tiny sizes: only whether it works
-           --against FILE   name what is slower than in that race.json, and fail if there is any
-         tasks: ";
-
-/// The usage with the names of the tasks.
-pub(super) fn usage() -> String {
-    let names: Vec<&str> = TASKS.iter().map(|t| t.name).collect();
-    format!("{USAGE}{}", names.join(", "))
-}
+use tasks::{How, Task};
 
 /// Runs the race that the arguments ask for, and says in a line how it went.
 pub(super) fn main(arguments: &[&str]) -> Result<String, String> {
     let options = Options::parse(arguments)?;
     let before = options.against.as_deref().map(read).transpose()?;
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    std::env::set_current_dir(&root).map_err(|e| format!("{}: {e}", root.display()))?;
     let clock = Instant::now();
     fs::create_dir_all(options.folder.join("data"))
         .map_err(|e| format!("{}: {e}", options.folder.display()))?;
@@ -86,91 +64,6 @@ pub(super) fn main(arguments: &[&str]) -> Result<String, String> {
         clock.elapsed().as_secs(),
         options.folder.join("report.html").display()
     ))
-}
-
-impl Options {
-    fn parse(arguments: &[&str]) -> Result<Self, String> {
-        let mut options = Self {
-            only: Vec::new(),
-            json: false,
-            smoke: false,
-            against: None,
-            repeats: 0,
-            threads: None,
-            folder: PathBuf::from("target/race"),
-        };
-        let mut rest = arguments.iter();
-        while let Some(&flag) = rest.next() {
-            let mut value = || rest.next().copied().ok_or(format!("{flag} needs a value"));
-            match flag {
-                "--json" => options.json = true,
-                "--smoke" => options.smoke = true,
-                "--only" => options.only.push(known(value()?)?),
-                "--against" => options.against = Some(value()?.into()),
-                "--repeats" => options.repeats = positive(flag, value()?)?,
-                "--threads" => {
-                    let list = value()?.split(',').map(|n| positive(flag, n));
-                    options.threads = Some(list.collect::<Result<_, _>>()?);
-                }
-                _ => {
-                    return Err(format!(
-                        "race does not know '{flag}'\n\nusage: cargo xtask {}",
-                        usage()
-                    ));
-                }
-            }
-        }
-        if options.smoke {
-            // A smoke test must not replace figures that were measured.
-            options.folder = options.folder.join("smoke");
-        }
-        if options.repeats == 0 {
-            options.repeats = if options.smoke { 2 } else { 7 };
-        }
-        let most = contestant::cores().len().max(1);
-        match options.threads.iter().flatten().find(|n| **n > most) {
-            Some(n) => Err(format!("--threads {n}: this machine lets us have {most}")),
-            None => Ok(options),
-        }
-    }
-
-    fn asks(&self, task: &Task) -> bool {
-        self.only.is_empty() || self.only.iter().any(|name| name == task.name)
-    }
-
-    fn threads(&self, task: &Task) -> Vec<usize> {
-        let most = contestant::cores().len().max(1);
-        let own = || match self.smoke {
-            true => vec![1],
-            false => task
-                .threads
-                .iter()
-                .copied()
-                .filter(|n| *n <= most)
-                .collect(),
-        };
-        self.threads.clone().unwrap_or_else(own)
-    }
-}
-
-fn known(name: &str) -> Result<String, String> {
-    match TASKS.iter().any(|t| t.name == name) {
-        true => Ok(name.into()),
-        false => {
-            let names: Vec<&str> = TASKS.iter().map(|t| t.name).collect();
-            Err(format!(
-                "--only {name}: there is no such task; take one of {}",
-                names.join(", ")
-            ))
-        }
-    }
-}
-
-fn positive(flag: &str, text: &str) -> Result<usize, String> {
-    match text.trim().parse() {
-        Ok(n @ 1..) => Ok(n),
-        _ => Err(format!("{flag} {text}: give a whole number above 0")),
-    }
 }
 
 /// Builds our side and prepares the peers.

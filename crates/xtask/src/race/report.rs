@@ -1,12 +1,12 @@
 //! The report: one page without anything from outside, with bars of the ratios, tables, and growth in log–log plots.
 
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde_json::Value;
 
+use super::growth::growth;
 use super::row::{OURS, Row};
-use super::table::{digits, peers, results, verdict};
+use super::table::{also, digits, peers, results, verdict};
 use super::tasks::Task;
 
 const STYLE: &str = include_str!("report.css");
@@ -58,7 +58,7 @@ fn section(task: &Task, rows: &[Row]) -> String {
 }
 
 /// The contestants that were there, ours first, each with its colour.
-fn contestants(task: &Task, rows: &[Row]) -> Vec<(&'static str, &'static str)> {
+pub(super) fn contestants(task: &Task, rows: &[Row]) -> Vec<(&'static str, &'static str)> {
     let all = std::iter::once(OURS)
         .chain(task.rivals.iter().map(|r| r.name))
         .zip(COLOURS);
@@ -103,7 +103,11 @@ fn bars(task: &Task, rows: &[Row]) -> String {
             );
             y += LINE;
         }
-        y += 6.0;
+        y += if rivals.iter().any(|(name, _)| row.ratio(name).is_some()) {
+            6.0
+        } else {
+            LINE
+        };
     }
     let mark = |ratio: f64, class: &str| {
         let x = LABEL + place(ratio);
@@ -117,7 +121,7 @@ fn bars(task: &Task, rows: &[Row]) -> String {
     )
 }
 
-fn legend(names: &[(&str, &str)]) -> String {
+pub(super) fn legend(names: &[(&str, &str)]) -> String {
     let item = |(name, colour): &(&str, &str)| {
         format!(
             "<span><i style=\"background:{colour}\"></i>{}</span>",
@@ -128,122 +132,6 @@ fn legend(names: &[(&str, &str)]) -> String {
         "<p class=\"legend\">{}</p>",
         names.iter().map(item).collect::<String>()
     )
-}
-
-/// Cost against the longest axis, a plot for each set of the other sizes, with the exponents at its upper end.
-fn growth(task: &Task, rows: &[Row]) -> String {
-    let Some(axis) = task.growth() else {
-        return String::new();
-    };
-    let mut groups: BTreeMap<String, Vec<&Row>> = BTreeMap::new();
-    for row in rows {
-        let mut rest = row.clone();
-        rest.sizes.remove(axis);
-        groups.entry(rest.label()).or_default().push(row);
-    }
-    let names = contestants(task, rows);
-    let plots = groups.iter().filter(|(_, rows)| rows.len() > 2);
-    let plots: String = plots
-        .map(|(label, rows)| plot((axis, task.how.unit()), label, rows, &names))
-        .collect();
-    match plots.is_empty() {
-        true => plots,
-        false => format!(
-            "<h3>Growth with {axis}</h3>{}<div class=\"plots\">{plots}</div>",
-            legend(&names)
-        ),
-    }
-}
-
-fn plot((axis, unit): (&str, &str), label: &str, rows: &[&Row], names: &[(&str, &str)]) -> String {
-    const W: f64 = 300.0;
-    const H: f64 = 210.0;
-    const L: f64 = 48.0;
-    const B: f64 = 34.0;
-    let curve = |name: &str| -> Vec<(f64, f64)> {
-        let point = |row: &&Row| {
-            Some((
-                row.sizes.get(axis)?.as_f64()?.log10(),
-                row.figures.get(name)?.median.log10(),
-            ))
-        };
-        rows.iter().filter_map(point).collect()
-    };
-    let all: Vec<(f64, f64)> = names.iter().flat_map(|(name, _)| curve(name)).collect();
-    let span = |pick: fn(&(f64, f64)) -> f64| {
-        let range = all
-            .iter()
-            .map(pick)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-                (a.min(v), b.max(v))
-            });
-        (range.0.floor(), range.1.ceil().max(range.0.floor() + 1.0))
-    };
-    let ((x0, x1), (y0, y1)) = (span(|p| p.0), span(|p| p.1));
-    let at = |(x, y): (f64, f64)| {
-        (
-            L + (W - L - 60.0) * (x - x0) / (x1 - x0),
-            (H - B) - (H - B - 20.0) * (y - y0) / (y1 - y0),
-        )
-    };
-    let mut body = String::new();
-    for k in 0..=(y1 - y0) as i32 {
-        let y = at((x0, y0 + f64::from(k))).1;
-        let _ = write!(
-            body,
-            "<line x1=\"{L}\" x2=\"{}\" y1=\"{y:.1}\" y2=\"{y:.1}\" class=\"grid\"/>\
-            <text x=\"{}\" y=\"{:.1}\" class=\"end\">{}</text>",
-            W - 60.0,
-            L - 4.0,
-            y + 4.0,
-            power(y0 as i32 + k)
-        );
-    }
-    for k in 0..=(x1 - x0) as i32 {
-        let x = at((x0 + f64::from(k), y0)).0;
-        let _ = write!(
-            body,
-            "<line x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"20\" y2=\"{}\" class=\"grid\"/>\
-            <text x=\"{x:.1}\" y=\"{}\" class=\"middle\">{}</text>",
-            H - B,
-            H - B + 13.0,
-            power(x0 as i32 + k)
-        );
-    }
-    for (name, colour) in names {
-        let points = curve(name);
-        let path: Vec<String> = points
-            .iter()
-            .map(|p| at(*p))
-            .map(|(x, y)| format!("{x:.1},{y:.1}"))
-            .collect();
-        let _ = write!(
-            body,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
-            path.join(" ")
-        );
-        if let [.., a, b] = points[..] {
-            let ((x, y), slope) = (at(b), (b.1 - a.1) / (b.0 - a.0));
-            let _ = write!(
-                body,
-                "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{colour}\">∝ {slope:.2}</text>",
-                x + 4.0,
-                y + 4.0
-            );
-        }
-    }
-    format!(
-        "<figure><svg viewBox=\"0 0 {W} {H}\" width=\"{W}\" height=\"{H}\" role=\"img\">{body}\
-         <text x=\"{L}\" y=\"12\">{unit}</text><text x=\"{}\" y=\"{}\" class=\"middle\">{axis}</text></svg>\
-         <figcaption>{}</figcaption></figure>",
-        0.5 * (L + W - 60.0),
-        H - 4.0,
-        escape(label)
-    )
-}
-
-fn power(exponent: i32) -> String {
-    format!("10<tspan dy=\"-4\" font-size=\"8\">{exponent}</tspan>")
 }
 
 fn table(task: &Task, rows: &[Row]) -> String {
@@ -266,7 +154,7 @@ fn table(task: &Task, rows: &[Row]) -> String {
         )
     });
     let mut out = format!(
-        "<table><tr>{head}{}<th>disagreement</th></tr>",
+        "<table><tr>{head}{}<th>disagreement</th><th></th></tr>",
         columns.collect::<String>()
     );
     for row in rows {
@@ -302,12 +190,17 @@ fn table(task: &Task, rows: &[Row]) -> String {
                 );
             }
         }
-        let _ = write!(out, "<td>{:.0e}</td></tr>", row.disagreement);
+        let _ = write!(
+            out,
+            "<td>{:.0e}</td><td>{}</td></tr>",
+            row.disagreement,
+            escape(&also(row).join("; "))
+        );
     }
     out + "</table>"
 }
 
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

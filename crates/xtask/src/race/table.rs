@@ -5,8 +5,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::all::TASKS;
 use super::row::{OURS, Row};
-use super::tasks::{TASKS, Task};
+use super::tasks::Task;
 
 /// The tasks of a race that has been run, with their rows.
 pub(super) fn results(race: &Value) -> Vec<(&'static Task, Vec<Row>)> {
@@ -36,8 +37,22 @@ pub(super) fn line(row: &Row, unit: &str) -> String {
     };
     let mut names: Vec<&String> = row.figures.keys().collect();
     names.sort_by_key(|name| (*name != OURS, *name));
-    let figures: Vec<String> = names.into_iter().map(figure).collect();
+    let figures: Vec<String> = names.into_iter().map(figure).chain(also(row)).collect();
     format!("{}: {}", row.label(), figures.join(", "))
+}
+
+/// What stands beside the figures: the share of the peak, and how near those came that did not reach a level.
+pub(super) fn also(row: &Row) -> Vec<String> {
+    let share = row.more.get("share_of_peak");
+    let share = share.map(|share| format!("{:.0} % of the peak", 100.0 * share));
+    let missed = row.more.iter().filter_map(|(key, least)| {
+        let name = key.strip_suffix("_least_error")?;
+        let seconds = row.more.get(&format!("{name}_seconds_in_all"))?;
+        let there = row.figures.contains_key(name);
+        let name = name.replace('_', " ");
+        (!there).then(|| format!("{name} came to {least:.1e} in {} s", digits(*seconds)))
+    });
+    share.into_iter().chain(missed).collect()
 }
 
 /// All of it, to be read in a terminal.
@@ -129,7 +144,7 @@ fn table(task: &Task, rows: &[Row]) -> String {
         .iter()
         .map(|s| (*s).clone())
         .chain(names.iter().map(|n| n.replace('_', " ")));
-    let heads: Vec<String> = heads.collect();
+    let heads: Vec<String> = heads.chain([String::new()]).collect();
     let mut out = format!(
         "| {} |\n|{}\n",
         heads.join(" | "),
@@ -152,7 +167,10 @@ fn table(task: &Task, rows: &[Row]) -> String {
                 .get(*s)
                 .map_or(String::new(), |v| v.to_string().replace('"', ""))
         });
-        let cells: Vec<String> = own.chain(names.iter().map(cell)).collect();
+        let cells = own
+            .chain(names.iter().map(cell))
+            .chain([also(row).join("; ")]);
+        let cells: Vec<String> = cells.collect();
         out += &format!("| {} |\n", cells.join(" | "));
     }
     out

@@ -1,0 +1,258 @@
+//! All that is raced, and the operations that a step cannot save.
+
+use serde_json::Value;
+
+use super::contestant::Program;
+use super::tasks::{Axis, How, Rival, Sizes, Task};
+
+const fn jax(name: &'static str, variant: &'static str) -> Rival {
+    Rival {
+        name,
+        program: Program::Jax,
+        variant,
+        most: u64::MAX,
+    }
+}
+
+const TORCH: Rival = Rival {
+    name: "torch",
+    program: Program::Torch,
+    variant: "pulled",
+    most: u64::MAX,
+};
+
+/// Asked for sizes up to `most` of the last axis.
+const fn most(name: &'static str, variant: &'static str, most: u64) -> Rival {
+    Rival {
+        most,
+        ..jax(name, variant)
+    }
+}
+
+/// The best formulation that is known, our own adjoint (theory.md, 15 and 16) in the same framework, and Cranmer's code.
+const LNN: &[Rival] = &[
+    jax("best_jax", "linearised"),
+    jax("our_formula_jax", "adjoint"),
+    jax("published_jax", "published"),
+];
+
+const CALLS: &[Rival] = &[
+    jax("best_jax", "linearised"),
+    jax("published_jax", "published"),
+];
+
+/// Our recipe by the plain formula, and the published one: steps of Adam, many times more of them.
+const FITS: &[Rival] = &[jax("natural_jax", "natural"), jax("adam_jax", "adam")];
+
+const BOTH: &[&str] = &["f32", "f64"];
+const DOUBLE: &[&str] = &["f64"];
+const ROUNDING: [f64; 2] = [1e-3, 1e-8];
+
+/// All tasks, in the order of the report.
+pub(super) const TASKS: &[Task] = &[
+    Task {
+        name: "lnn-step",
+        title: "training step of a Lagrangian network (Adam, absolute errors of q̈, two layers)",
+        work: "lnn-step",
+        how: How::Laps,
+        target: (4.0, "best_jax"),
+        rivals: LNN,
+        precisions: BOTH,
+        threads: &[1, 2],
+        axes: &[
+            Axis("width", &[64, 128, 500], &[16]),
+            Axis("batch", &[32, 512, 4096], &[32]),
+        ],
+        tolerance: ROUNDING,
+        operations: Some(lnn_operations),
+    },
+    Task {
+        name: "natural-step",
+        title: "natural-gradient step (squares of q̈, n = 2; J formed and multiplied in JAX)",
+        work: "natural-step",
+        how: How::Laps,
+        target: (3.0, "best_jax"),
+        rivals: &[jax("plain_jax", "plain"), jax("frozen_jax", "frozen")],
+        precisions: DOUBLE,
+        threads: &[1, 2],
+        axes: &[
+            Axis("width", &[64, 128], &[16]),
+            Axis("batch", &[256, 512], &[32]),
+        ],
+        tolerance: ROUNDING,
+        operations: Some(natural_operations),
+    },
+    Task {
+        name: "delan-step",
+        title: "training step of a deep Lagrangian network (Adam, squares of torques, width 64)",
+        work: "delan-step",
+        how: How::Laps,
+        target: (8.0, "best_jax"),
+        rivals: &[
+            jax("pulled_jax", "pulled"),
+            jax("lagrangian_jax", "lagrangian"),
+            jax("published_jax", "published"),
+            TORCH,
+        ],
+        precisions: BOTH,
+        threads: &[1, 2],
+        axes: &[
+            Axis("width", &[64], &[16]),
+            Axis("batch", &[512], &[32]),
+            Axis("dof", &[2, 7], &[2]),
+        ],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+    Task {
+        name: "acceleration",
+        title: "acceleration of one state (Lagrangian network, two layers of 64)",
+        work: "acceleration",
+        how: How::Laps,
+        target: (10.0, "best_jax"),
+        rivals: CALLS,
+        precisions: DOUBLE,
+        threads: &[1],
+        axes: &[Axis("width", &[64], &[16]), Axis("dof", &[1, 2, 7], &[2])],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+    Task {
+        name: "inverse-dynamics",
+        title: "inverse dynamics of one state (deep Lagrangian network, two layers of 64)",
+        work: "inverse-dynamics",
+        how: How::Laps,
+        target: (10.0, "best_jax"),
+        rivals: CALLS,
+        precisions: DOUBLE,
+        threads: &[1],
+        axes: &[Axis("width", &[64], &[16]), Axis("dof", &[1, 2, 7], &[2])],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+    Task {
+        name: "states",
+        title: "accelerations of 10 000 states (Lagrangian network, n = 2)",
+        work: "states",
+        how: How::Laps,
+        target: (4.0, "best_jax"),
+        rivals: CALLS,
+        precisions: DOUBLE,
+        threads: &[1, 2],
+        axes: &[
+            Axis("width", &[64, 128], &[16]),
+            Axis("batch", &[10_000], &[100]),
+        ],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+    Task {
+        name: "rollout",
+        title: "1 000 steps of RK4 (Lagrangian network, two layers of 64, n = 2)",
+        work: "rollout",
+        how: How::Laps,
+        target: (5.0, "best_jax"),
+        rivals: CALLS,
+        precisions: DOUBLE,
+        threads: &[1, 2],
+        axes: &[
+            Axis("width", &[64], &[16]),
+            Axis("batch", &[1, 1000], &[1, 20]),
+        ],
+        tolerance: [1e-2, 1e-6],
+        operations: None,
+    },
+    Task {
+        name: "wave",
+        title: "one evaluation of a ring of points (learned density; dense Hessian in JAX)",
+        work: "wave",
+        how: How::Laps,
+        target: (1.0, "best_jax"),
+        rivals: &[
+            most("best_jax", "linearised", 1000),
+            most("published_jax", "published", 300),
+        ],
+        precisions: DOUBLE,
+        threads: &[1],
+        axes: &[Axis(
+            "points",
+            &[10, 30, 100, 300, 1000, 3000, 10_000],
+            &[10],
+        )],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+    Task {
+        name: "start",
+        title: "start of the process to the end of the first training step",
+        work: "lnn-step",
+        how: How::Start,
+        target: (20.0, "best_jax"),
+        rivals: LNN,
+        precisions: &["f32"],
+        threads: &[2],
+        axes: &[Axis("width", &[128], &[16]), Axis("batch", &[512], &[32])],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+    Task {
+        name: "memory",
+        title: "peak memory of a training run",
+        work: "lnn-step",
+        how: How::Memory,
+        target: (4.0, "best_jax"),
+        rivals: LNN,
+        precisions: BOTH,
+        threads: &[2],
+        axes: &[Axis("width", &[500], &[16]), Axis("batch", &[4096], &[32])],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+    Task {
+        name: "letters-accuracy",
+        title: "time to a torque error of unseen letters, N²m² (deep Lagrangian network)",
+        work: "letters",
+        how: How::Accuracy(&[1.5e-5, 1e-8]),
+        target: (30.0, "best_jax"),
+        rivals: FITS,
+        precisions: DOUBLE,
+        threads: &[2],
+        axes: &[Axis("width", &[64], &[16]), Axis("steps", &[250], &[4])],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+    Task {
+        name: "pendulum-accuracy",
+        title: "time to an energy error of 40 rollouts of 100 s, % (double pendulum)",
+        work: "pendulum",
+        how: How::Accuracy(&[0.43, 0.02]),
+        target: (30.0, "best_jax"),
+        rivals: FITS,
+        precisions: DOUBLE,
+        threads: &[2],
+        axes: &[Axis("width", &[64], &[16]), Axis("steps", &[400], &[4])],
+        tolerance: ROUNDING,
+        operations: None,
+    },
+];
+
+fn size(sizes: &Sizes, name: &str) -> f64 {
+    sizes.get(name).and_then(Value::as_f64).unwrap_or(f64::NAN)
+}
+
+/// Coordinates of the network of the steps.
+const N: f64 = 2.0;
+
+/// Of n + 11 products of every weight matrix (theory.md, section 6).
+fn lnn_operations(sizes: &Sizes) -> f64 {
+    let (width, batch) = (size(sizes, "width"), size(sizes, "batch"));
+    2.0 * (N + 11.0) * (2.0 * N * width + width * width + width) * batch
+}
+
+/// Of the scalar products of 2 + 2n sensitivities and of as many activations for each pair of samples (theory.md,
+/// equation 20), half of them by symmetry, and of the Cholesky factor.
+fn natural_operations(sizes: &Sizes) -> f64 {
+    let (width, batch) = (size(sizes, "width"), size(sizes, "batch"));
+    let widths = (2.0 * N + width) + (width + width) + (width + 1.0);
+    (2.0 + 2.0 * N).powi(2) * widths * batch * batch + (N * batch).powi(3) / 3.0
+}
