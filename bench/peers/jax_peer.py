@@ -280,7 +280,7 @@ def whole_fit(task, data, residual):
             return natural(rows, state, [x[numbers] for x in samples], rate, damping, LONGEST)
 
     else:
-        steps, batch = steps * task["adam_factor"], min(512, len(samples[0]))
+        steps, batch = task["adam_steps"], min(512, len(samples[0]))
         state = (flat, zeros, zeros, jnp.zeros((), flat.dtype))
 
         def step(state, samples, numbers, rate, damping):

@@ -152,7 +152,10 @@ pub(super) const TASKS: &[Task] = &[
         work: "rollout",
         how: How::Laps,
         target: (5.0, "best_jax"),
-        rivals: CALLS,
+        rivals: &[
+            jax("best_jax", "linearised"),
+            most("published_jax", "published", 1),
+        ],
         precisions: DOUBLE,
         threads: &[1, 2],
         axes: &[

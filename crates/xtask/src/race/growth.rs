@@ -103,7 +103,7 @@ fn plot((axis, unit): (&str, &str), label: &str, rows: &[&Row], names: &[(&str, 
             let ((x, y), slope) = (at(b), (b.1 - a.1) / (b.0 - a.0));
             let _ = write!(
                 body,
-                "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{colour}\">∝ {slope:.2}</text>",
+                "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{colour}\">slope {slope:.2}</text>",
                 x + 4.0,
                 y + 4.0
             );

@@ -27,7 +27,7 @@ pub(super) fn page(race: &Value) -> String {
     format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Race</title><style>{STYLE}</style>\
          <h1>The race</h1><p>Our library and its peers on the same tasks with the same data, in turns. A ratio says how \
-         many times longer (or larger) a peer is than we; the dashed line is the target.{}</p>\
+         many times longer (or larger) a peer is than we; bars are logarithmic, from one half; the dashed line is the target.{}</p>\
          <p class=\"fine\">{}, {} cores, {} {}; FMA peak of one core {} GFLOP/s in f32, {} in f64; {}; {}; {} s in all.</p>{parts}</html>\n",
         if race["smoke"] == true {
             " <b>A smoke test: its figures mean nothing.</b>"
