@@ -11,8 +11,9 @@ import json
 import sys
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Callable
+from functools import partial
 
 
 @dataclass
@@ -49,7 +50,7 @@ def serve(tasks):
                 answer({"ready": {"compile_ms": entry.compile_ms, "check": entry.check}})
             else:
                 laps = request["laps"]
-                _, time_ms = milliseconds(lambda: entry.run(laps))
+                _, time_ms = milliseconds(partial(entry.run, laps))
                 answer({"ms": time_ms / laps})
         except Exception as error:
             traceback.print_exc()

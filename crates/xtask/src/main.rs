@@ -82,8 +82,8 @@ const TEST: [Step; 6] = [
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["test"] => run(&TEST),
-        ["race", ref flags @ ..] => race::main(flags),
+        ["test"] => run(&TEST).map(Some),
+        ["race", ref flags @ ..] => race::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!("{USAGE}\n  {}", race::usage());
             return ExitCode::SUCCESS;
@@ -95,7 +95,7 @@ fn main() -> ExitCode {
     };
     match outcome {
         Ok(summary) => {
-            println!("{summary}");
+            summary.iter().for_each(|line| println!("{line}"));
             ExitCode::SUCCESS
         }
         Err(failure) => {

@@ -28,8 +28,8 @@ pub(super) use options::usage;
 use row::Row;
 use tasks::{How, Task};
 
-/// Runs the race that the arguments ask for, and says in a line how it went.
-pub(super) fn main(arguments: &[&str]) -> Result<String, String> {
+/// Runs the race that the arguments ask for.
+pub(super) fn main(arguments: &[&str]) -> Result<(), String> {
     let options = Options::parse(arguments)?;
     let before = options.against.as_deref().map(read).transpose()?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -59,11 +59,13 @@ pub(super) fn main(arguments: &[&str]) -> Result<String, String> {
     if let Some(before) = before {
         compare::regressions(&before, &race)?;
     }
-    Ok(format!(
+    // Standard output is for figures.
+    eprintln!(
         "xtask: raced in {} s; see {}",
         clock.elapsed().as_secs(),
         options.folder.join("report.html").display()
-    ))
+    );
+    Ok(())
 }
 
 /// Builds our side and prepares the peers.
