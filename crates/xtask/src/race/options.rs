@@ -25,7 +25,7 @@ race [--only TASK]… [--threads 1,2] [--repeats N] [--json] [--smoke] [--agains
          tables of docs/performance.md
            --only TASK      this task alone (may be given again), into target/race/only
            --threads 1,2    numbers of threads, in place of those of each task
-           --repeats N      laps of each contestant, in turns (default 7)
+           --repeats N      laps of each contestant, in turns (default 5)
            --json           print the figures as JSON
            --smoke          tiny sizes, into target/race/smoke: only whether it works
            --against FILE   name what is slower than in that race.json, and fail if there is any
@@ -76,7 +76,7 @@ impl Options {
             _ => {}
         }
         if options.repeats == 0 {
-            options.repeats = if options.smoke { 2 } else { 7 };
+            options.repeats = if options.smoke { 2 } else { 5 };
         }
         let most = contestant::cores().len().max(1);
         match options.threads.iter().flatten().find(|n| **n > most) {
