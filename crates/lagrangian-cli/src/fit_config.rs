@@ -73,6 +73,12 @@ const WIDTH: u32 = 64;
 const NARROW: u32 = 16;
 
 impl ModelArgs {
+    /// Whether it is fitted to recorded momenta, and so to their rates.
+    pub(crate) fn reads_momenta(&self) -> bool {
+        let others = self.momenta == Some(MomentaName::Velocities) || !self.masses.is_empty();
+        self.model == Family::Hnn && !others
+    }
+
     fn width(&self, uncertainty: f64) -> usize {
         let robots = matches!(self.model, Family::Delan | Family::Vin);
         let narrow = robots && uncertainty > NOISY;

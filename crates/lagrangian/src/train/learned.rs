@@ -59,7 +59,7 @@ impl Family {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Lnn(_) => "lnn",
-            Self::Delan(_) => "delan",
+            Self::Delan(delan) => delan.inertia.family(),
             Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
             Self::NeuralOde(_) => "neural-ode",
@@ -170,14 +170,14 @@ impl Learned {
     pub fn family(&self) -> &'static str {
         match self {
             Self::Lnn(_) => "lnn",
-            Self::Delan(_) => "delan",
+            Self::Delan(model) => model.lagrangian.config().inertia.family(),
             Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
             Self::NeuralOde(_) => "neural-ode",
             Self::Rigid(_) | Self::Robot(_) => "rigid",
             Self::Nominal(model) => match model.lagrangian.rest() {
                 Rest::Lnn(_) => "lnn",
-                Rest::Delan(_) => "delan",
+                Rest::Delan(delan) => delan.config().inertia.family(),
             },
         }
     }

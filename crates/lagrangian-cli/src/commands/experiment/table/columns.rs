@@ -91,10 +91,13 @@ impl Column {
             Self::Torques => "whether a fit accepts data without τ",
             Self::Momenta => "whether a fit accepts data without p",
             Self::Noise => {
-                "error of q̈ where the states learned from carry noise of 0.05 rad and 5 % of their rates"
+                "error of q̈ where all that is learned from carries noise: 0.05 rad, and 5 % of velocities, accelerations, momenta and \
+                 their rates"
             }
             Self::Training => "time until the error of q̈ is at 5 %",
-            Self::Call => "one evaluation of forward dynamics at one state",
+            Self::Call => {
+                "one evaluation of q̈ at one state, or of the flow for a model that moves in (q, p)"
+            }
         }
     }
 
@@ -146,6 +149,8 @@ pub(super) struct Measured {
     pub(super) accepted: Option<bool>,
     /// More figures, by name.
     pub(super) figures: Vec<(&'static str, f64)>,
+    /// Error of q̈ over the steps of the fit.
+    pub(super) history: Vec<(usize, f64)>,
     pub(super) note: Option<String>,
 }
 
