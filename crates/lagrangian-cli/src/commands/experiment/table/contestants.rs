@@ -21,7 +21,7 @@ pub(super) struct Contestant {
     /// The steps that it is made for.
     pub(super) method: Method,
     pub(super) reads: Reads,
-    /// Samples of a step, so that all solve 512 equations of the double pendulum at once.
+    /// Samples of a step, so that all solve 256 equations of the double pendulum at once.
     pub(super) batch: usize,
     /// How its accelerations are judged.
     pub(super) error: fn(&dyn Model, &Lesson) -> f64,
@@ -98,7 +98,7 @@ const fn free(key: &'static str, name: &'static str, family: fn() -> Family) -> 
         loss: Loss::Acceleration,
         method: Method::Rk4,
         reads: Reads::Motions,
-        batch: 256,
+        batch: 128,
         error: acceleration_error,
         published: None,
     }
@@ -122,7 +122,7 @@ fn neural_ode(order: Order) -> Family {
 /// A family that is fitted to q̇ and ṗ, or what stands for them: two equations for each coordinate.
 const fn flowing(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
     Contestant {
-        batch: 128,
+        batch: 64,
         ..free(key, name, family)
     }
 }

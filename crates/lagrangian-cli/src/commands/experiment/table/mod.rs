@@ -53,8 +53,8 @@ impl Plan {
             seeds: setting.seeds(),
             rows,
             columns,
-            budget: steps(300, 8),
-            longest: steps(600, 8),
+            budget: steps(400, 8),
+            longest: steps(800, 8),
             seconds,
             size: if quick {
                 size(150, 30, 20)

@@ -209,7 +209,7 @@ pub(super) fn report(plan: &Plan, cells: &[Cell]) -> Report {
         settings: vec![
             (
                 "All networks".into(),
-                "2 × 64, natural gradient, batches of 256 samples (128 where a sample gives twice as many equations)"
+                "2 × 64, natural gradient, batches of 128 samples (64 where a sample gives twice as many equations)"
                     .into(),
             ),
             (
