@@ -87,7 +87,9 @@ impl Column {
                 "larger error of q̈ of the relativistic particle and of the charged one in a magnetic field; counts only for a \
                  model that has an energy, and so a Lagrangian to learn"
             }
-            Self::Accelerations => "whether a fit accepts data without q̈ and ṗ",
+            Self::Accelerations => {
+                "whether a fit by the loss of this row accepts data without q̈ and ṗ"
+            }
             Self::Torques => "whether a fit accepts data without τ",
             Self::Momenta => "whether a fit accepts data without p",
             Self::Noise => {

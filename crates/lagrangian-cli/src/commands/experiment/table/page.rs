@@ -8,10 +8,15 @@ use super::hopeless::{FAR, GAIN, GRACE, WITHIN};
 use super::{Cell, Plan};
 use crate::commands::experiment::spread::scientific;
 
+/// A change of the energy, in its deviations, after which nothing of it is left.
+const LOST: f64 = 10.0;
+
 /// A share in percent, other figures with their unit.
 fn figure(column: Column, value: f64) -> String {
     match column {
         Column::Continuous => format!("× {}", scientific(value)),
+        // More than all of it: the motion is another one.
+        Column::Conservation if value > LOST => "lost".into(),
         Column::Training | Column::Call => format!("{} {}", scientific(value), column.unit()),
         _ => format!("{} %", scientific(100.0 * value)),
     }
