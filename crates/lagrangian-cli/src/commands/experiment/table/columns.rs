@@ -58,12 +58,12 @@ impl Column {
             Self::Conservation => "exact conservation",
             Self::Coordinates => "arbitrary coordinates",
             Self::Lagrangians => "arbitrary Lagrangians",
-            Self::Accelerations => "without accelerations",
-            Self::Torques => "without torques",
-            Self::Momenta => "without momenta",
+            Self::Accelerations => "without q̈",
+            Self::Torques => "without τ",
+            Self::Momenta => "without p",
             Self::Noise => "5 % noise",
             Self::Training => "time to 5 %",
-            Self::Call => "time per call",
+            Self::Call => "one call",
         }
     }
 
