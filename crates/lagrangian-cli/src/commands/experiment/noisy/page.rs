@@ -4,7 +4,7 @@ use lagrangian::experiment::noisy::Judgement;
 use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::{Found, NOISE, STEP, SYSTEMS, WAYS};
-use crate::commands::experiment::spread::{cell, median, scientific};
+use crate::commands::experiment::spread::{self, cell, median, scientific};
 
 pub(super) fn summary(found: &[Found]) -> Table {
     let row = |found: &Found| {
@@ -173,8 +173,8 @@ pub(super) fn report(found: &[Found], seeds: &[u64]) -> Report {
     Report {
         title: "Models of noisy recordings".into(),
         subtitle: format!(
-            "White noise on positions and velocities, samples {STEP} s apart, {} seeds",
-            seeds.len()
+            "White noise on positions and velocities, samples {STEP} s apart, {}",
+            spread::seeds(seeds.len())
         ),
         headlines,
         summary: vec![

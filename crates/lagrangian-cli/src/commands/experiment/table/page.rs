@@ -6,7 +6,7 @@ use lagrangian::train::Budget;
 use super::columns::{Column, OWN_ENERGY};
 use super::hopeless::{FAR, GAIN, GRACE, WITHIN};
 use super::{Cell, Plan};
-use crate::commands::experiment::spread::scientific;
+use crate::commands::experiment::spread::{self, scientific};
 
 /// A change of the energy, in its deviations, after which nothing of it is left.
 const LOST: f64 = 10.0;
@@ -203,9 +203,12 @@ pub(super) fn report(plan: &Plan, cells: &[Cell]) -> Report {
     Report {
         title: "What every family can learn".into(),
         subtitle: format!(
-            "{} pieces of motion of five samples; medians of {} seeds",
+            "{} pieces of motion of five samples; {}",
             plan.size.train,
-            plan.seeds.len()
+            match plan.seeds.len() {
+                1 => spread::seeds(1),
+                count => format!("medians of {}", spread::seeds(count)),
+            }
         ),
         headlines: asked.map(headline).collect(),
         summary,

@@ -6,7 +6,7 @@ use lagrangian::integrate::Method;
 use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::{DURATION, Found, Line, Plan, SAMPLES, START_SEED, name};
-use crate::commands::experiment::spread::{median, scientific};
+use crate::commands::experiment::spread::{self, median, scientific};
 
 fn role(contestant: Contestant) -> Role {
     match contestant {
@@ -31,11 +31,12 @@ pub(super) fn summary(found: &Found, seeds: usize) -> Table {
     ];
     Table {
         caption: format!(
-            "One motion of {SAMPLES} positions every {STEP} s, {seeds} seeds of motion and weights. Root mean square error of \
+            "One motion of {SAMPLES} positions every {STEP} s, {} of motion and weights. Root mean square error of \
              the position (rad, m) over {HORIZON} s and largest change of the true energy over {DURATION} s relative to that \
              of the highest swing, by the method and step that the model learned with; the same error in continuous time. \
              Medians over starts that were not seen; lost: predictions that changed the energy by all of it. The paper \
-             (Saemundsson et al. 2020) shows curves at noise 0.33, no figures."
+             (Saemundsson et al. 2020) shows curves at noise 0.33, no figures.",
+            spread::seeds(seeds)
         ),
         header: header.map(str::to_string).to_vec(),
         rows: found.lines.iter().map(Line::cells).collect(),
