@@ -290,7 +290,7 @@ impl Family {
                 let (scaling, weights) = dataset.phase_scaling(&hnn.momenta)?;
                 Template::Hnn {
                     shape: HnnShape::new(coordinates, hnn.clone(), scaling)?,
-                    loss: config.loss,
+                    loss,
                     weights,
                     terms,
                     forces,
@@ -404,6 +404,7 @@ impl Template {
                 loss: *loss,
                 weights,
                 forces: forces.clone(),
+                phase: false,
             }),
             Self::Mlp {
                 shape,
@@ -450,10 +451,15 @@ impl Template {
                 loss: Loss::Acceleration,
                 ..learner
             }),
-            // Refused before: these are no flows of (q, q̇).
+            Trainee::Hnn(learner) => f(&HnnLearner {
+                weights: &ones[..learner.weights.len()],
+                loss: Loss::Acceleration,
+                phase: true,
+                ..learner
+            }),
+            // Refused before: these are no flows.
             Trainee::LnnPositions(learner) => f(&learner),
             Trainee::DelanPositions(learner) => f(&learner),
-            Trainee::Hnn(learner) => f(&learner),
         }
     }
 
