@@ -171,6 +171,7 @@ fn measure(task: Task, setting: &Setting, seeds: &[u64], course: &mut Course) ->
                     width: training.width,
                     layers: training.layers,
                     activation: training.activation,
+                    speed_limit: None,
                 }),
                 optimizer: Optimizer::Natural(NaturalConfig {
                     damping_last: training.damping,
