@@ -37,6 +37,8 @@ pub(super) struct Contestant {
     family: fn(&Start) -> Family,
     starts: &'static [Start],
     pub(super) loss: Loss,
+    /// Steps of the fit from the best start.
+    steps: usize,
     /// The published error of the published particle, 1/s.
     pub(super) published: Option<f64>,
 }
@@ -44,16 +46,18 @@ pub(super) struct Contestant {
 /// Units of each of two hidden layers.
 pub(super) const WIDTH: usize = 32;
 pub(super) const BATCH: usize = 256;
-/// Steps of the fit from the best start, of each fit that seeks it, and of all fits of a quick run.
-pub(super) const STEPS: usize = 800;
-pub(super) const TRIAL: usize = 150;
+/// Steps of the fit from the best start, of those whose errors still fall; of each fit that seeks a start; of all fits
+/// of a quick run.
+const STEPS: usize = 600;
+const MORE: usize = 1500;
+const TRIAL: usize = 150;
 const FEW: usize = 100;
 
 /// Of networks that are told the limit: both charts.
 const CHARTS: &[Start] = &[
     Start::new(SpeedChart::Artanh, 30.0, 1e-3),
     Start::new(SpeedChart::Artanh, 10.0, 1e-5),
-    Start::new(SpeedChart::Arcsin, 10.0, 1e-2),
+    Start::new(SpeedChart::Arcsin, 30.0, 1e-6),
     Start::new(SpeedChart::Arcsin, 10.0, 1e-4),
     Start::new(SpeedChart::Arcsin, 10.0, 1e-6),
 ];
@@ -86,6 +90,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         },
         starts: CHARTS,
         loss: Loss::AccelerationRelative,
+        steps: MORE,
         published: Some(7.9e-4),
     },
     Contestant {
@@ -95,6 +100,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         family: |start| Family::Lnn(lnn(Form::Free, start)),
         starts: STARTS,
         loss: Loss::AccelerationRelative,
+        steps: STEPS,
         published: Some(7.9e-4),
     },
     Contestant {
@@ -109,6 +115,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         },
         starts: &[Start::new(SpeedChart::Artanh, 10.0, 1e-1)],
         loss: Loss::AccelerationRelative,
+        steps: STEPS,
         published: None,
     },
     Contestant {
@@ -118,6 +125,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         family: |_| Family::Hnn(hnn(Momenta::Velocities, None)),
         starts: PLAIN,
         loss: Loss::AccelerationL1,
+        steps: STEPS,
         published: Some(0.41),
     },
     Contestant {
@@ -127,6 +135,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         family: |_| Family::Hnn(hnn(Momenta::Recorded, Some(1.0))),
         starts: PLAIN,
         loss: Loss::AccelerationL1,
+        steps: STEPS,
         published: Some(2.4e-4),
     },
     Contestant {
@@ -141,6 +150,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         },
         starts: PLAIN,
         loss: Loss::AccelerationRelative,
+        steps: STEPS,
         published: None,
     },
     Contestant {
@@ -155,6 +165,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         },
         starts: PLAIN,
         loss: Loss::AccelerationRelative,
+        steps: STEPS,
         published: None,
     },
 ];
@@ -198,7 +209,7 @@ impl Contestant {
         seconds: Option<f64>,
         quick: bool,
     ) -> FitConfig {
-        let steps = if quick { FEW } else { STEPS };
+        let steps = if quick { FEW } else { self.steps };
         let rest = seconds.map(|s| 0.5 * s);
         let start = &self.starts[start.min(self.starts.len() - 1)];
         self.config(start, (steps, rest), seed)
