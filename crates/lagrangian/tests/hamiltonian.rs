@@ -414,3 +414,21 @@ fn below_a_limit_of_speed_an_untrained_network_hardly_moves_faster_however_large
         assert!(jet.inverse_mass[0].is_finite());
     }
 }
+
+#[test]
+fn a_momentum_that_stands_still_is_found_though_the_velocity_is_exactly_zero() {
+    for speed_limit in [None, Some(3.0)] {
+        for seed in 0..5 {
+            let config = HnnConfig {
+                speed_limit,
+                ..HnnConfig::default()
+            };
+            let model = Canonical::conservative(of_config(1, config, seed));
+            let (mut p, mut velocity) = ([0.0], [1.0]);
+            let mut evaluator = model.evaluator();
+            assert!(evaluator.phase(&[0.4], &[0.0], &mut p), "seed {seed}");
+            evaluator.velocity(&[0.4], &p, &mut velocity);
+            assert!(velocity[0].abs() < 1e-12, "{velocity:?} at {p:?}");
+        }
+    }
+}

@@ -48,7 +48,7 @@ pub struct LnnConfig {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_limit: Option<f64>,
     /// What it sees of q̇ below that limit: artanh(q̇/c), or arcsin(q̇/c).
-    #[serde(skip_serializing_if = "SpeedChart::is_left_away")]
+    #[serde(skip_serializing_if = "SpeedChart::is_default")]
     pub speed_chart: SpeedChart,
 }
 

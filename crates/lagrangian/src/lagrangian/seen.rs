@@ -15,18 +15,9 @@ pub enum SpeedChart {
 }
 
 impl SpeedChart {
-    fn is_default(&self) -> bool {
+    /// Whether files leave it away.
+    pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
-    }
-
-    /// For serde: whether the default is left away.
-    #[must_use]
-    #[allow(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "the signature that serde calls"
-    )]
-    pub(crate) fn is_left_away(chart: &Self) -> bool {
-        chart.is_default()
     }
 }
 
