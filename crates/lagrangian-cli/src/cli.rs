@@ -510,7 +510,7 @@ pub(crate) struct ExperimentArgs {
     #[arg(long)]
     pub(crate) quick: bool,
 
-    /// One part only: the links of `chains`, ROW, ROW:COLUMN or :COLUMN of `table`
+    /// One part only: a task of `hamiltonian`, the links of `chains`, ROW, ROW:COLUMN or :COLUMN of `table`
     #[arg(long, value_name = "PART")]
     pub(crate) only: Option<String>,
 

@@ -214,7 +214,7 @@ pub(crate) enum Family {
     Delan,
     /// Variational integrator network: ½ q̇ᵀMq̇ − V(q) with a constant M, of positions alone (--loss positions)
     Vin,
-    /// Hamiltonian network H(q, p), fitted to (q̇, ṗ)
+    /// Hamiltonian network H(q, p), fitted to (q̇, ṗ), or to motions in (q, p) with --loss rollout
     Hnn,
     /// Plain network
     Mlp,

@@ -285,11 +285,25 @@ impl FitConfig {
             _ => None,
         };
         match hnn {
-            Some(_) if !matches!(self.loss, Loss::Acceleration | Loss::AccelerationL1) => argument(
-                "loss",
-                self.loss.name().into(),
-                "left away (or acceleration-l1 for absolute errors): a Hamiltonian network is fitted to (q̇, ṗ)",
-            ),
+            Some(_)
+                if !matches!(
+                    self.loss,
+                    Loss::Acceleration | Loss::AccelerationL1 | Loss::Rollout
+                ) =>
+            {
+                argument(
+                    "loss",
+                    self.loss.name().into(),
+                    "left away (or acceleration-l1 for absolute errors, or rollout): a Hamiltonian network is fitted to (q̇, ṗ), or to motions in (q, p)",
+                )
+            }
+            Some(_) if self.loss == Loss::Rollout && self.forces != ForceTerms::default() => {
+                argument(
+                    "forces",
+                    "under the rollout loss of a Hamiltonian network".into(),
+                    "left away, or learned without --loss rollout",
+                )
+            }
             Some(hnn) if !hnn.momenta.canonical() && dataset.forced => argument(
                 "momenta",
                 "velocities, with forces in the data".into(),

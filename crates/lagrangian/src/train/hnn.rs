@@ -1,6 +1,8 @@
 //! Training of Hamiltonian networks on (q̇, ṗ): the residuals are linear in the first derivatives of the network, so
 //! that one reverse pass makes them (theory.md, equation 93).
 
+mod slopes;
+
 use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::hamiltonian::{HnnNet, HnnShape, Momenta, Unit};
@@ -19,6 +21,8 @@ pub(crate) struct HnnLearner<'a> {
     /// Weight of each residual, `[2 n]`.
     pub(crate) weights: &'a [f64],
     pub(crate) forces: Forces,
+    /// Whether states are (q, p), as those of a rollout are, and not those of a recording.
+    pub(crate) phase: bool,
 }
 
 impl<T: Real> Learner<T> for HnnLearner<'_> {
@@ -33,6 +37,9 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
     }
     fn forces(&self) -> Option<&Forces> {
         Some(&self.forces)
+    }
+    fn phase(&self) -> bool {
+        self.phase
     }
     fn outputs_each(&self) -> usize {
         2 * self.shape.dof()
@@ -97,6 +104,16 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
         }
         self.sensitivities(packed, work, k, |_, d, j| f64::from(u8::from(d == j)));
     }
+
+    fn state_slopes(
+        &self,
+        packed: &Packed<T>,
+        _extra: &[f64],
+        work: &mut Work<T>,
+        slopes: &mut [f64],
+    ) {
+        self.curvature(packed, work, slopes);
+    }
 }
 
 impl HnnLearner<'_> {
@@ -105,6 +122,7 @@ impl HnnLearner<'_> {
         let n = self.shape.dof();
         let Work { p, pd, qd, qdd, .. } = work;
         match &self.shape.config.momenta {
+            _ if self.phase => (),
             Momenta::Recorded => (),
             Momenta::Velocities => {
                 p.copy_from_slice(qd);
@@ -298,6 +316,7 @@ mod tests {
                     loss: Loss::Acceleration,
                     weights: &weights,
                     forces: forces(terms, n),
+                    phase: false,
                 };
                 check(&learner, n);
             }

@@ -292,7 +292,7 @@ impl Family {
                 let (scaling, weights) = dataset.phase_scaling(hnn)?;
                 Template::Hnn {
                     shape: HnnShape::new(coordinates, hnn.clone(), scaling)?,
-                    loss: config.loss,
+                    loss,
                     weights,
                     terms,
                     forces,
@@ -406,6 +406,7 @@ impl Template {
                 loss: *loss,
                 weights,
                 forces: forces.clone(),
+                phase: false,
             }),
             Self::Mlp {
                 shape,
@@ -452,10 +453,15 @@ impl Template {
                 loss: Loss::Acceleration,
                 ..learner
             }),
-            // Refused before: these are no flows of (q, q̇).
+            Trainee::Hnn(learner) => f(&HnnLearner {
+                weights: &ones[..learner.weights.len()],
+                loss: Loss::Acceleration,
+                phase: true,
+                ..learner
+            }),
+            // Refused before: these are no flows.
             Trainee::LnnPositions(learner) => f(&learner),
             Trainee::DelanPositions(learner) => f(&learner),
-            Trainee::Hnn(learner) => f(&learner),
         }
     }
 

@@ -259,6 +259,10 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     fn forces(&self) -> Option<&Forces> {
         None
     }
+    /// Whether its states are (q, p), momenta in the place of velocities.
+    fn phase(&self) -> bool {
+        false
+    }
     /// Extra parameters of each coordinate.
     fn extra(&self) -> usize {
         self.forces().map_or(0, Forces::kinds)
@@ -314,7 +318,7 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>);
     /// Fills the components that [`Learner::terms`] names.
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>);
-    /// Writes ∂S/∂(q, q̇) `[samples, k, 2n]` at fixed τ and at the accelerations of `Work::along`, learned forces
+    /// Writes ∂S/∂(q, q̇) `[samples, k, 2n]` (∂S/∂(q, p) where these are the states) at fixed τ and at the accelerations of `Work::along`, learned forces
     /// included, after [`Learner::linearise`] (theory.md, equations 95 and 96); NaN for a learner that is no flow.
     fn state_slopes(
         &self,

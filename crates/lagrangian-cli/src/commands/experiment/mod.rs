@@ -43,14 +43,9 @@ struct Experiment {
     name: &'static str,
     /// One line for the list.
     about: &'static str,
+    /// What `--only` chooses among; none where the whole is one measurement.
+    parts: Option<&'static str>,
     run: fn(&Setting, &mut Course) -> Result<Findings>,
-}
-
-impl Experiment {
-    /// Whether `--only` chooses among its parts.
-    fn has_parts(&self) -> bool {
-        [chains::EXPERIMENT.name, table::EXPERIMENT.name].contains(&self.name)
-    }
 }
 
 /// All experiments, in the order of the list.
@@ -125,7 +120,7 @@ pub(super) fn run(args: &ExperimentArgs, manner: Manner) -> Result<ExitCode> {
         return list(manner);
     }
     let experiment = by_name(&args.name)?;
-    if args.only.is_some() && !experiment.has_parts() {
+    if args.only.is_some() && experiment.parts.is_none() {
         return Err(mistake(
             format!("the experiment '{}' has no parts to choose from", args.name),
             "leave --only away",
@@ -172,15 +167,20 @@ fn list(manner: Manner) -> Result<ExitCode> {
     if manner.json {
         let all = EXPERIMENTS
             .iter()
-            .map(|e| json!({ "name": e.name, "about": e.about }));
+            .map(|e| json!({ "name": e.name, "about": e.about, "parts": e.parts }));
         output::print_json(&json!({ "experiments": all.collect::<Vec<_>>() }))?;
     } else {
         let lines = EXPERIMENTS
             .iter()
-            .map(|e| format!("{:<14}{}\n", e.name, e.about));
+            .map(|e| format!("{:<14}{}{}\n", e.name, e.about, parts(e)));
         output::print(&lines.collect::<String>())?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn parts(experiment: &Experiment) -> String {
+    let one = |parts| format!(" (--only one of its parts: {parts})");
+    experiment.parts.map(one).unwrap_or_default()
 }
 
 /// The folder that was named; without a name, one that no earlier run has taken.

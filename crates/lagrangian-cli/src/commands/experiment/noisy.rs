@@ -17,6 +17,7 @@ use super::{Course, Experiment, Findings, Setting};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "noisy",
     about: "models of noisy recordings: estimated accelerations against the rollout loss",
+    parts: None,
     run,
 };
 

@@ -15,6 +15,7 @@ use super::{Course, Experiment, Findings, Setting};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "swing-up",
     about: "pendulum, cart-pole and Furuta pendulum, swung up through a learned energy",
+    parts: None,
     run,
 };
 

@@ -118,10 +118,6 @@ impl RolloutLoss {
             let must = "acceleration or torque where a coordinate is a parameter: a rollout does not hold it";
             return argument("loss", Loss::Rollout.name().into(), must);
         }
-        if matches!(family, Family::Hnn(_)) {
-            let must = "the default of Hamiltonian networks: their motion is in (q, p), rollouts are compared in (q, q̇)";
-            return argument("loss", Loss::Rollout.name().into(), must);
-        }
         if matches!(family, Family::Lnn(lnn) if lnn.speed_limit.is_some()) {
             let must = "acceleration under a speed limit: a rollout has no gradient through it";
             return argument("loss", Loss::Rollout.name().into(), must);
@@ -148,9 +144,13 @@ impl RolloutLoss {
             let must = "rk4, stormer-verlet or implicit-midpoint";
             return argument("integrator", self.integrator.name().into(), must);
         }
-        let first = matches!(family, Family::NeuralOde(ode) if ode.order == Order::First);
+        let first = match family {
+            Family::NeuralOde(ode) => ode.order == Order::First,
+            Family::Hnn(_) => true,
+            _ => false,
+        };
         if self.integrator == Method::StormerVerlet && first {
-            let must = "rk4 or implicit-midpoint for an equation of first order: the leapfrog needs dq/dt = q̇";
+            let must = "rk4 or implicit-midpoint (symplectic as well) for an equation of first order: the leapfrog needs dq/dt = q̇";
             return argument("integrator", "stormer-verlet".into(), must);
         }
         for (name, part) in [("growth", self.growth), ("warm_start", self.warm_start)] {

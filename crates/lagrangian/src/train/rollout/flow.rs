@@ -1,4 +1,4 @@
-//! The flow ẋ = f(x, τ; θ) of a block of states x = (q, q̇), and its local derivatives.
+//! The flow ẋ = f(x, τ; θ) of a block of states x = (q, q̇) or (q, p), and its local derivatives.
 
 use crate::mlp::Packed;
 use crate::train::learner::{Learner, Work};
@@ -89,16 +89,28 @@ impl Flow<'_> {
         work.count = self.sizes.samples;
         work.qdd.fill(0.0);
         work.tau.copy_from_slice(tau);
+        let phase = self.learner.phase();
+        let second = match phase {
+            true => &mut work.p,
+            false => &mut work.qd,
+        };
         for (s, x) in x.chunks_exact(2 * n).enumerate() {
             work.q[s * n..][..n].copy_from_slice(&x[..n]);
-            work.qd[s * n..][..n].copy_from_slice(&x[n..]);
+            second[s * n..][..n].copy_from_slice(&x[n..]);
+        }
+        if phase {
+            // Residuals against no rates are the rates.
+            work.qd.fill(0.0);
+            work.pd.fill(0.0);
         }
         self.learner
             .unweighted_residuals(self.packed, self.extra, work);
         for (s, rate) in rate.chunks_exact_mut(2 * n).enumerate() {
             // Residuals of rates against q̈ = 0 and, where q̇ is learned, against the velocity of the state.
-            rate[..n].copy_from_slice(&x[s * 2 * n + n..][..n]);
-            rate[n..].fill(0.0);
+            rate.fill(0.0);
+            if !phase {
+                rate[..n].copy_from_slice(&x[s * 2 * n + n..][..n]);
+            }
             let found = &work.residual[s * rates..][..rates];
             match rates == n {
                 true => rate[n..].copy_from_slice(found),

@@ -3,7 +3,7 @@
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
-//! | x = (q, q̇) | state | 2n |
+//! | x = (q, q̇), of Hamiltonian networks (q, p) | state | 2n |
 //! | f, F = ∂f/∂x | flow and its slope | 2n, 2n × 2n |
 //! | Φ | one step of the method | |
 //! | y | recorded states | 2n |

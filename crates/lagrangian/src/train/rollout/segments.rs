@@ -3,7 +3,8 @@
 use super::config::{Observe, RolloutLoss, Start};
 use crate::Coordinates;
 use crate::dataset::{Dataset, Timeline};
-use crate::train::Samples;
+use crate::hamiltonian::Momenta;
+use crate::train::{Family, Samples};
 
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]
@@ -11,22 +12,34 @@ pub(super) struct Recorded<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) samples: &'a Samples,
     pub(super) times: &'a Timeline,
+    /// What stands for the momenta, where states are (q, p).
+    pub(super) momenta: Option<&'a Momenta>,
 }
 
 impl<'a> Recorded<'a> {
-    pub(super) fn train(dataset: &'a Dataset) -> Self {
-        Self {
-            coordinates: &dataset.coordinates,
-            samples: &dataset.train,
-            times: &dataset.train_times,
-        }
+    pub(super) fn train(dataset: &'a Dataset, family: &'a Family) -> Self {
+        Self::of(dataset, family, (&dataset.train, &dataset.train_times))
     }
 
-    pub(super) fn validation(dataset: &'a Dataset) -> Self {
+    pub(super) fn validation(dataset: &'a Dataset, family: &'a Family) -> Self {
+        let held = (&dataset.validation, &dataset.validation_times);
+        Self::of(dataset, family, held)
+    }
+
+    fn of(
+        dataset: &'a Dataset,
+        family: &'a Family,
+        (samples, times): (&'a Samples, &'a Timeline),
+    ) -> Self {
+        let momenta = match family {
+            Family::Hnn(hnn) => Some(&hnn.momenta),
+            _ => None,
+        };
         Self {
             coordinates: &dataset.coordinates,
-            samples: &dataset.validation,
-            times: &dataset.validation_times,
+            samples,
+            times,
+            momenta,
         }
     }
 
@@ -42,10 +55,15 @@ impl<'a> Recorded<'a> {
 
     /// Component `c` of the recorded state at sample `i`.
     pub(super) fn state(&self, i: usize, c: usize) -> f64 {
-        let n = self.samples.n;
-        match c < n {
-            true => self.samples.q[i * n + c],
-            false => self.samples.qd[i * n + c - n],
+        let (n, samples) = (self.samples.n, self.samples);
+        if c < n {
+            return samples.q[i * n + c];
+        }
+        let at = i * n + c - n;
+        match self.momenta {
+            Some(Momenta::Recorded) => samples.p[at],
+            Some(Momenta::Masses(masses)) => masses[c - n] * samples.qd[at],
+            Some(Momenta::Velocities) | None => samples.qd[at],
         }
     }
 

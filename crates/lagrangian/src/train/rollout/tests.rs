@@ -8,6 +8,7 @@ use super::shoot::{Back, Block, Task};
 use crate::baseline::MlpConfig;
 use crate::dataset::Dataset;
 use crate::dynamics::Model;
+use crate::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use crate::integrate::Method;
 use crate::lagrangian::{DelanConfig, Form, LnnConfig};
 use crate::mlp::Packed;
@@ -21,7 +22,7 @@ pub(super) const METHODS: [Method; 3] =
 
 /// Those that a family can be trained through.
 pub(super) fn methods(family: &Family) -> Vec<Method> {
-    let first = matches!(family, Family::NeuralOde(_));
+    let first = matches!(family, Family::NeuralOde(_) | Family::Hnn(_));
     let known = METHODS.into_iter();
     known
         .filter(|m| !(first && *m == Method::StormerVerlet))
@@ -51,9 +52,13 @@ pub(super) fn dataset() -> Dataset {
             tau: Some(each(&|t| (5.0 * t).sin(), &|t| {
                 0.3 * (3.0 * t + shift).cos()
             })),
+            p: Some(each(&|t| 1.7 * (2.0 * t + shift).cos(), &|t| {
+                (1.1 * t - shift).sin()
+            })),
+            pd: Some(each(&|t| -3.4 * (2.0 * t + shift).sin(), &|t| {
+                1.1 * (1.1 * t - shift).cos()
+            })),
             t,
-            p: None,
-            pd: None,
         }
     };
     let mut coordinates = Coordinates::angles(2);
@@ -94,7 +99,19 @@ pub(super) fn families() -> Vec<(Family, ForceTerms)> {
         rotor: true,
         ..forces
     };
+    let hnn = |structure, momenta| {
+        let hnn = HnnConfig {
+            structure,
+            momenta,
+            width: 16,
+            ..HnnConfig::default()
+        };
+        (Family::Hnn(hnn), ForceTerms::default())
+    };
     vec![
+        hnn(HnnStructure::Free, Momenta::Masses(vec![0.7, 1.3])),
+        hnn(HnnStructure::Mass, Momenta::Recorded),
+        hnn(HnnStructure::None, Momenta::Masses(vec![0.7, 1.3])),
         (lnn(Form::Free), forces),
         (lnn(Form::Convex), ForceTerms::default()),
         (Family::Delan(delan), rotors),
@@ -134,11 +151,11 @@ pub(super) fn moved(x: &[f64], along: &[f64], step: f64) -> Vec<f64> {
 /// The loss and its gradient on a few segments.
 fn loss(
     config: &RolloutLoss,
-    template: &Template,
+    (family, template): (&Family, &Template),
     dataset: &Dataset,
     parameters: &[f64],
 ) -> (f64, Vec<f64>) {
-    let recorded = Recorded::train(dataset);
+    let recorded = Recorded::train(dataset, family);
     let weights = recorded.weights(config.horizon);
     let rows = Rows::new(config, config.horizon, 2);
     let task = Task {
@@ -163,12 +180,16 @@ fn loss(
 }
 
 /// (derivative along a direction by the gradient, by differences).
-fn slopes(config: &RolloutLoss, dataset: &Dataset, template: &Template) -> Vec<(f64, f64)> {
-    let parameters = template.initialise(3);
-    let (_, gradient) = loss(config, template, dataset, &parameters);
+fn slopes(
+    config: &RolloutLoss,
+    dataset: &Dataset,
+    fitted: (&Family, &Template),
+) -> Vec<(f64, f64)> {
+    let parameters = fitted.1.initialise(3);
+    let (_, gradient) = loss(config, fitted, dataset, &parameters);
     let one = |seed| {
         let along = direction(parameters.len(), seed);
-        let at = |step| loss(config, template, dataset, &moved(&parameters, &along, step)).0;
+        let at = |step| loss(config, fitted, dataset, &moved(&parameters, &along, step)).0;
         let step = 2e-5;
         let far = (at(2.0 * step) - at(-2.0 * step)) / (4.0 * step);
         let near = (at(step) - at(-step)) / (2.0 * step);
@@ -191,7 +212,8 @@ fn the_gradient_back_through_the_steps_agrees_with_differences() {
                     observe,
                     ..settings(method)
                 };
-                for (by_gradient, by_differences) in slopes(&config, &dataset, &template) {
+                for (by_gradient, by_differences) in slopes(&config, &dataset, (&family, &template))
+                {
                     assert!(
                         (by_gradient - by_differences).abs() < 1e-7 * by_differences.abs(),
                         "{} {}: {by_gradient} against {by_differences}",
@@ -217,7 +239,7 @@ fn the_adjoint_tends_to_the_gradient_with_the_fourth_power_of_the_step() {
                     gradients,
                     ..settings(Method::Rk4)
                 };
-                loss(&config, &template, &dataset, &parameters).1
+                loss(&config, (&family, &template), &dataset, &parameters).1
             };
             let (back, adjoint) = (
                 gradient(Gradients::BackPropagation),
@@ -245,7 +267,7 @@ fn a_rollout_in_training_is_that_of_the_model() {
         let model = template.assemble(&parameters).unwrap();
         for method in methods(&family) {
             let config = settings(method);
-            let recorded = Recorded::train(&dataset);
+            let recorded = Recorded::train(&dataset, &family);
             let weights = recorded.weights(config.horizon);
             let rows = Rows::new(&config, config.horizon, 2);
             let task = Task {
@@ -312,10 +334,10 @@ fn a_rollout_in_training_is_that_of_the_model() {
 #[test]
 fn free_starts_and_their_gaps_have_the_slopes_of_differences() {
     let dataset = dataset();
-    let (family, forces) = &families()[0];
+    let (family, forces) = &families()[3];
     let template = template(&dataset, family, *forces);
     let parameters = template.initialise(5);
-    let recorded = Recorded::train(&dataset);
+    let recorded = Recorded::train(&dataset, family);
     for method in METHODS {
         let config = RolloutLoss {
             start: Start::Free,

@@ -18,6 +18,7 @@ use crate::failure::mistake;
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "action",
     about: "stationary paths, their varied neighbours and conjugate points, of true and learned Lagrangians",
+    parts: None,
     run,
 };
 

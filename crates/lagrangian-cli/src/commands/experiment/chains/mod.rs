@@ -22,6 +22,7 @@ use learning::{Teaching, learn};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "chains",
     about: "chains of pendulums from 800 short pieces of motion, beside the published figures",
+    parts: Some("the number of links, 1 to 7"),
     run,
 };
 

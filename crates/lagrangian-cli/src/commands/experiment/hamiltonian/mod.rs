@@ -12,10 +12,12 @@ use serde_json::{Map, Value, json};
 
 use super::spread::{cell, median, scientific};
 use super::{Course, Experiment, Findings, Setting};
+use crate::failure::mistake;
 
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "hamiltonian",
     about: "Hamiltonian networks on spring, pendulum, two and three bodies, by the published protocols",
+    parts: Some("mass_spring, pendulum, two_bodies or three_bodies"),
     run,
 };
 
@@ -88,7 +90,7 @@ fn training(task: Task) -> Training {
         },
         Task::ThreeBodies => Training {
             width: 96,
-            steps: 200,
+            steps: 600,
             quick: (8, 0.005),
             weight: 60.0,
             ..training(Task::TwoBodies)
@@ -132,10 +134,11 @@ impl Run {
 
 fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
     let seeds = setting.seeds();
-    let all: f64 = Task::ALL.iter().map(|task| training(*task).weight).sum();
+    let tasks = chosen(setting.args.only.as_deref())?;
+    let all: f64 = tasks.iter().map(|task| training(*task).weight).sum();
     course.plan(all * (seeds.len() * CONTESTANTS.len()) as f64);
     let mut found = Vec::new();
-    for task in Task::ALL {
+    for task in tasks {
         found.push(measure(task, setting, &seeds, course)?);
     }
     let figures: Map<String, Value> = found
@@ -148,6 +151,21 @@ fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
         report: page::report(&found, coordinates(&found)),
         summary,
     })
+}
+
+/// The task of `--only`; without it all.
+fn chosen(only: Option<&str>) -> Result<Vec<Task>> {
+    let Some(name) = only else {
+        return Ok(Task::ALL.to_vec());
+    };
+    let task = Task::ALL.into_iter().find(|task| task.key() == name);
+    let task = task.ok_or_else(|| {
+        mistake(
+            format!("there is no task '{name}'"),
+            format!("take one of {}", Task::ALL.map(Task::key).join(", ")),
+        )
+    })?;
+    Ok(vec![task])
 }
 
 fn measure(task: Task, setting: &Setting, seeds: &[u64], course: &mut Course) -> Result<Found> {

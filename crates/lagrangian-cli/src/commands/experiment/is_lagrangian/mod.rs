@@ -13,6 +13,7 @@ use super::{Course, Experiment, Findings, Setting};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "is-lagrangian",
     about: "does any Lagrangian exist? eleven systems of which it is known",
+    parts: None,
     run,
 };
 

@@ -23,6 +23,7 @@ use contestants::{CONTESTANTS, Contestant};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "letters",
     about: "2-joint arm: torques of unseen letters, learning curve, faster writing, noise",
+    parts: None,
     run,
 };
 

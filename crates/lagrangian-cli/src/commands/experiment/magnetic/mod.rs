@@ -23,6 +23,7 @@ use super::{Course, Experiment, Findings, Setting};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "magnetic",
     about: "charged particles in a uniform field and between magnetic mirrors: the field, the energy, the bounce",
+    parts: None,
     run,
 };
 
@@ -30,7 +31,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
 const TRAIN: usize = 20_000;
 const FEW: usize = 2_000;
 /// Steps of a fit, and in a quick run.
-const STEPS: usize = 1000;
+const STEPS: usize = 5000;
 const SHORT: usize = 100;
 /// Circles of the long orbit, and in a quick run.
 const CIRCLES: f64 = 100.0;

@@ -20,6 +20,7 @@ use contestants::{BROKEN, Contestant, OBEYED};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "plausibility",
     about: "laws of mechanics that each family obeys, and what broken premises cost",
+    parts: None,
     run,
 };
 

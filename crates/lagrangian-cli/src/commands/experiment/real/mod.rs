@@ -21,6 +21,7 @@ use machines::{MACHINES, Machine, Recordings};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "real",
     about: "a real pendulum and a real double pendulum: torques, accelerations, predictions",
+    parts: None,
     run,
 };
 

@@ -22,6 +22,7 @@ use contestants::{CONTESTANTS, Contestant};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "relativistic",
     about: "relativistic particles, published and physical, in fields that differ from sample to sample",
+    parts: None,
     run,
 };
 

@@ -19,6 +19,7 @@ use contestants::{CONTESTANTS, Contestant};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "table",
     about: "what every family of models can learn: a table of measured ticks",
+    parts: Some("ROW, ROW:COLUMN or :COLUMN"),
     run,
 };
 

@@ -20,6 +20,7 @@ use crate::failure::Advise;
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "tracking",
     about: "arms of 2 and 7 joints that write letters while their model is learned; a payload comes",
+    parts: None,
     run,
 };
 

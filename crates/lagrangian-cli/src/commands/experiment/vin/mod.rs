@@ -17,6 +17,7 @@ use super::{Course, Experiment, Findings, Setting};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "vin",
     about: "variational integrator networks and others that learn from positions alone",
+    parts: None,
     run,
 };
 

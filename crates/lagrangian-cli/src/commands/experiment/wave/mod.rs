@@ -22,6 +22,7 @@ use super::{Course, Experiment, Findings, Setting};
 pub(super) const EXPERIMENT: Experiment = Experiment {
     name: "wave",
     about: "fields: one density learned on ten points, used on a hundred and a thousand",
+    parts: None,
     run,
 };
 
