@@ -410,6 +410,14 @@ impl HnnShape {
         Unit { rate, force, start }
     }
 
+    /// κ of the kinetic term ½ κ ‖p / s‖², without a limit of speed.
+    pub(crate) fn kinetic(&self) -> f64 {
+        match self.net {
+            HnnNet::Free(_) => KINETIC,
+            HnnNet::Mass(_) | HnnNet::None(_) => 0.0,
+        }
+    }
+
     /// Calls `f` with number, coordinate, value and slope of each feature of q.
     fn each_feature(&self, q: &[f64], mut f: impl FnMut(usize, usize, f64, f64)) {
         let mut at = 0;
