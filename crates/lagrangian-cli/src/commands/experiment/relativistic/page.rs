@@ -91,6 +91,9 @@ pub(super) fn report(all: &[Measured], quick: bool) -> Report {
             "The field is a parameter: a coordinate that never moves. A network sees its value, and the Euler–Lagrange equation \
              holds it."
                 .into(),
+            "Networks that are told the limit c see artanh(q̇/c) or arcsin(q̇/c), the Hamiltonian one arsinh of p over its median. \
+             Short fits of several starts come first; their validation loss chooses the one that is continued."
+                .into(),
             "Without forces in the data a Lagrangian of one coordinate is far from unique: the momentum need not be the \
              textbook's even where every acceleration is right."
                 .into(),
