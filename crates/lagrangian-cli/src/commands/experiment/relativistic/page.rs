@@ -21,7 +21,7 @@ pub(super) fn summary(all: &[Measured]) -> Table {
             found.map_or_else(|| "–".into(), |found| cell(&f(found)))
         };
         vec![
-            found.contestant.name.to_string(),
+            super::super::able(found.contestant.name, &found.cannot),
             of(Some(found), Found::errors),
             found
                 .contestant
@@ -31,11 +31,6 @@ pub(super) fn summary(all: &[Measured]) -> Table {
             of(Some(found), |f| unexplained(&f.momentum(0))),
             of(other, |f| unexplained(&f.momentum(0))),
             cell(&found.seconds()),
-            if found.cannot.is_empty() {
-                String::new()
-            } else {
-                "cannot express it".into()
-            },
         ]
     });
     let mut rows: Vec<Vec<String>> = rows.collect();
@@ -46,7 +41,7 @@ pub(super) fn summary(all: &[Measured]) -> Table {
         "0.41".into(),
         nothing(physical),
     ];
-    last.resize(8, "–".into());
+    last.resize(7, "–".into());
     rows.push(last);
     Table {
         caption: "Error of q̈ weighted by 1 + 1/√(1 − q̇²), 1/s (Cranmer et al. 2020, their notebooks), on samples that no fit \
@@ -61,7 +56,6 @@ pub(super) fn summary(all: &[Measured]) -> Table {
             "1 − R² of p, published",
             "1 − R² of p, physical",
             "s",
-            "",
         ]
         .map(str::to_string)
         .to_vec(),
