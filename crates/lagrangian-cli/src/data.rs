@@ -16,11 +16,12 @@ use crate::failure::{Advise, mistake};
 const LAYOUT: &str = "lagrangian.toml";
 
 impl EstimateArgs {
-    /// As the library takes it.
+    /// As the library takes it; the rates of momenta are for those who ask for them.
     pub(crate) fn options(&self) -> EstimateOptions {
         EstimateOptions {
             smooth: self.smooth,
             filter: self.filter,
+            momenta: false,
             ..EstimateOptions::default()
         }
     }
@@ -169,7 +170,6 @@ pub(crate) fn trajectories(
         if let Some(longest) = windows.iter().copied().reduce(f64::max) {
             let other = match signal {
                 "qd" => "; a fit with --loss positions uses none",
-                "pd" => "; Hamiltonian networks alone use it",
                 _ => "",
             };
             eprintln!(

@@ -76,10 +76,16 @@ pub(crate) struct ModelArgs {
     pub(crate) form: Option<Form>,
 
     /// A speed that no coordinate reaches, in their unit a second: the network of --model lnn then sees
-    /// artanh(q̇/c) in place of q̇
+    /// artanh(q̇/c) in place of q̇ (see --speed-chart), that of --model hnn arsinh(p/s), s the median |p|
     #[arg(long, value_name = "C", value_parser = crate::values::positive)]
     #[serde(default)]
     pub(crate) speed_limit: Option<f64>,
+
+    /// What --model lnn sees of q̇ below --speed-limit: artanh(q̇/c), for Lagrangians that grow without bound
+    /// towards c, or arcsin(q̇/c), for those that stay finite there [default: artanh]
+    #[arg(long, value_enum)]
+    #[serde(default)]
+    pub(crate) speed_chart: Option<SpeedChartName>,
 
     /// Give the network of --model lnn exponential units, for masses that span decades
     #[arg(long)]
@@ -249,6 +255,16 @@ pub(crate) enum MomentaName {
     Recorded,
     /// Velocities in their place
     Velocities,
+}
+
+/// What a network sees of a velocity below a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum SpeedChartName {
+    /// artanh(q̇/c), without end
+    Artanh,
+    /// arcsin(q̇/c), which ends at ±π/2
+    Arcsin,
 }
 
 /// An activation function.

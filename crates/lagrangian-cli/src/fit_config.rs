@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig};
+use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig, SpeedChart};
 use lagrangian::mlp::Activation;
 use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{
@@ -15,7 +15,7 @@ use lagrangian::train::{
 use crate::failure::mistake;
 use crate::fit_args::{
     ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName, OptimizerName,
-    OrderName, Structure, TrainingArgs, Trunks,
+    OrderName, SpeedChartName, Structure, TrainingArgs, Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
@@ -73,6 +73,12 @@ const WIDTH: u32 = 64;
 const NARROW: u32 = 16;
 
 impl ModelArgs {
+    /// Whether it is fitted to recorded momenta, and so to their rates.
+    pub(crate) fn reads_momenta(&self) -> bool {
+        let others = self.momenta == Some(MomentaName::Velocities) || !self.masses.is_empty();
+        self.model == Family::Hnn && !others
+    }
+
     fn width(&self, uncertainty: f64) -> usize {
         let robots = matches!(self.model, Family::Delan | Family::Vin);
         let narrow = robots && uncertainty > NOISY;
@@ -98,6 +104,10 @@ impl ModelArgs {
                     activation,
                     exponential: self.exponential,
                     speed_limit: self.speed_limit,
+                    speed_chart: match self.speed_chart {
+                        Some(SpeedChartName::Arcsin) => SpeedChart::Arcsin,
+                        Some(SpeedChartName::Artanh) | None => SpeedChart::Artanh,
+                    },
                     ..LnnConfig::default()
                 })
             }
@@ -130,6 +140,7 @@ impl ModelArgs {
                 width,
                 layers,
                 activation,
+                speed_limit: self.speed_limit,
             }),
             Family::Mlp => train::Family::Mlp(MlpConfig {
                 width,
@@ -164,7 +175,12 @@ impl ModelArgs {
             ("--structure", self.structure.is_some(), &[Family::Hnn]),
             ("--momenta", self.momenta.is_some(), &[Family::Hnn]),
             ("--masses", !self.masses.is_empty(), &[Family::Hnn]),
-            ("--speed-limit", self.speed_limit.is_some(), &[Family::Lnn]),
+            (
+                "--speed-limit",
+                self.speed_limit.is_some(),
+                &[Family::Lnn, Family::Hnn],
+            ),
+            ("--speed-chart", self.speed_chart.is_some(), &[Family::Lnn]),
             ("--exponential", self.exponential, &[Family::Lnn]),
             ("--trunks", self.trunks.is_some(), &[Family::Delan]),
             (
@@ -194,6 +210,12 @@ impl ModelArgs {
                     format!("leave it away, or take --model {}", names.join(" or ")),
                 ));
             }
+        }
+        if self.speed_chart.is_some() && self.speed_limit.is_none() {
+            return Err(mistake(
+                "--speed-chart: there is no limit of speed",
+                "add --speed-limit C, or leave it away",
+            ));
         }
         let velocities = self.momenta == Some(MomentaName::Velocities);
         if self.structure == Some(Structure::None) && !velocities {

@@ -2,7 +2,7 @@
 
 mod neighbours;
 
-use crate::hamiltonian::Momenta;
+use crate::hamiltonian::{HnnConfig, Momenta};
 use crate::lagrangian::Scaling;
 use crate::solve::SymmetricSolver;
 use crate::train::Samples;
@@ -196,18 +196,23 @@ impl Dataset {
     }
 
     /// The scales of a Hamiltonian network, whose velocities divide p, with an energy for which ∂H/∂p is of the order of q̇;
-    /// and the weights of its residuals (q̇, ṗ), `[2 n]`: one over the root mean square of each.
+    /// and the weights of its residuals (q̇, ṗ), `[2 n]`: one over the root mean square of each. Below a limit of speed
+    /// p is divided by its median instead, as few momenta may outweigh all others.
     ///
     /// # Errors
     /// [`Error::Argument`] where momenta are asked for and not there; [`Error::Shape`] for another number of masses.
-    pub fn phase_scaling(&self, momenta: &Momenta) -> Result<(Scaling, Vec<f64>)> {
+    pub fn phase_scaling(&self, hnn: &HnnConfig) -> Result<(Scaling, Vec<f64>)> {
         let (n, data) = (self.coordinates.dof(), &self.train);
         let size = |x: &[f64]| column(x, n, |x| positive(root_mean_square(x)));
+        let size_of_momenta = |p: &[f64]| match hnn.speed_limit {
+            None => size(p),
+            Some(_) => column(p, n, |p| positive(median_size(p))),
+        };
         let (velocities, accelerations) = (size(&data.qd), size(&data.qdd));
         let times = |x: &[f64], masses: &[f64]| -> Vec<f64> {
             x.iter().zip(masses).map(|(x, m)| x * m).collect()
         };
-        let (p, pd) = match momenta {
+        let (p, pd) = match &hnn.momenta {
             Momenta::Recorded if data.p.is_empty() || data.pd.is_empty() => {
                 return Err(Error::Argument {
                     name: "momenta",
@@ -215,7 +220,7 @@ impl Dataset {
                     must: "recorded (columns p1, p2, … or --p), or p = m q̇ with --masses, or --momenta velocities",
                 });
             }
-            Momenta::Recorded => (size(&data.p), size(&data.pd)),
+            Momenta::Recorded => (size_of_momenta(&data.p), size(&data.pd)),
             Momenta::Masses(m) => (times(&velocities, m), times(&accelerations, m)),
             Momenta::Velocities => (velocities.clone(), accelerations),
         };
@@ -510,6 +515,16 @@ fn mean(x: &mut dyn Iterator<Item = f64>) -> f64 {
 
 fn root_mean_square(x: &mut dyn Iterator<Item = f64>) -> f64 {
     mean(&mut x.map(|x| x * x)).sqrt()
+}
+
+/// The median of |x|, 0 without any.
+fn median_size(x: &mut dyn Iterator<Item = f64>) -> f64 {
+    let mut sizes: Vec<f64> = x.map(f64::abs).collect();
+    let middle = sizes.len() / 2;
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 fn deviation(x: &mut dyn Iterator<Item = f64>) -> f64 {

@@ -138,6 +138,10 @@ fn hnn(n: usize, structure: HnnStructure, momenta: Momenta, seed: u64) -> Hnn {
         width: 24,
         ..HnnConfig::default()
     };
+    of_config(n, config, seed)
+}
+
+fn of_config(n: usize, config: HnnConfig, seed: u64) -> Hnn {
     let scaling = Scaling {
         energy: 1.7,
         qd_scale: (0..n).map(|i| 1.3 + 0.4 * i as f64).collect(),
@@ -152,9 +156,19 @@ fn hnn(n: usize, structure: HnnStructure, momenta: Momenta, seed: u64) -> Hnn {
 #[test]
 fn the_derivatives_of_a_network_agree_with_those_of_its_hamiltonian_as_dual_numbers() {
     use num_dual::HyperDual64;
-    for structure in [HnnStructure::Free, HnnStructure::Mass] {
+    for (structure, speed_limit) in [
+        (HnnStructure::Free, None),
+        (HnnStructure::Free, Some(2.5)),
+        (HnnStructure::Mass, None),
+    ] {
         for n in [1, 2, 3] {
-            let hnn = hnn(n, structure, Momenta::Recorded, 4);
+            let config = HnnConfig {
+                structure,
+                speed_limit,
+                width: 24,
+                ..HnnConfig::default()
+            };
+            let hnn = of_config(n, config, 4);
             let mut rng = ChaCha8Rng::seed_from_u64(5);
             // 21 states: a whole block and a part of one.
             let mut random = || {
@@ -327,6 +341,42 @@ fn configurations_that_cannot_be_are_refused_with_a_remedy() {
         Hnn::random(Coordinates::lines(2), config, Scaling::identity(2), 0)
             .map_err(|e| e.to_string())
     };
+    let limited = |structure, momenta, c| {
+        let config = HnnConfig {
+            structure,
+            momenta,
+            speed_limit: Some(c),
+            ..HnnConfig::default()
+        };
+        let made = Hnn::random(Coordinates::lines(2), config, Scaling::identity(2), 0);
+        made.map(|_| ()).map_err(|e| e.to_string())
+    };
+    for (structure, momenta, c, words) in [
+        (
+            HnnStructure::Mass,
+            Momenta::Recorded,
+            1.0,
+            "--structure free",
+        ),
+        (
+            HnnStructure::None,
+            Momenta::Recorded,
+            1.0,
+            "--structure free",
+        ),
+        (
+            HnnStructure::Free,
+            Momenta::Velocities,
+            1.0,
+            "--momenta velocities",
+        ),
+        (HnnStructure::Free, Momenta::Recorded, 0.0, "positive"),
+        (HnnStructure::Free, Momenta::Recorded, f64::NAN, "finite"),
+    ] {
+        let error = limited(structure, momenta, c).unwrap_err();
+        assert!(error.contains(words), "{error}");
+    }
+    assert!(limited(HnnStructure::Free, Momenta::Recorded, 1.0).is_ok());
     let few = make(HnnStructure::Free, Momenta::Masses(vec![1.0])).unwrap_err();
     assert!(few.contains("one for each coordinate"), "{few}");
     let zero = make(HnnStructure::Free, Momenta::Masses(vec![1.0, 0.0])).unwrap_err();
@@ -344,4 +394,41 @@ fn a_plain_flow_of_momenta_moves_from_a_momentum_but_not_from_a_velocity() {
     assert!(motion.outcome.is_finished());
     let p = motion.trajectory.p.unwrap();
     close(&p[..2], &[0.2; 2], 1e-15, "first momentum");
+}
+
+#[test]
+fn below_a_limit_of_speed_an_untrained_network_hardly_moves_faster_however_large_its_momentum() {
+    let config = HnnConfig {
+        speed_limit: Some(2.0),
+        ..HnnConfig::default()
+    };
+    let hnn = of_config(1, config, 6);
+    let mut jet = HamiltonianJet::default();
+    for p in [-1e12, -1e6, 1e6, 1e12] {
+        hnn.jets().jet(&[0.3], &[p], &mut jet);
+        assert!(
+            (jet.velocity[0] / p.signum() - 2.0).abs() < 1e-4,
+            "{p}: {:?}",
+            jet.velocity
+        );
+        assert!(jet.inverse_mass[0].is_finite());
+    }
+}
+
+#[test]
+fn a_momentum_that_stands_still_is_found_though_the_velocity_is_exactly_zero() {
+    for speed_limit in [None, Some(3.0)] {
+        for seed in 0..5 {
+            let config = HnnConfig {
+                speed_limit,
+                ..HnnConfig::default()
+            };
+            let model = Canonical::conservative(of_config(1, config, seed));
+            let (mut p, mut velocity) = ([0.0], [1.0]);
+            let mut evaluator = model.evaluator();
+            assert!(evaluator.phase(&[0.4], &[0.0], &mut p), "seed {seed}");
+            evaluator.velocity(&[0.4], &p, &mut velocity);
+            assert!(velocity[0].abs() < 1e-12, "{velocity:?} at {p:?}");
+        }
+    }
 }

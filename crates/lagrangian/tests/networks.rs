@@ -3,7 +3,7 @@
 
 use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::lagrangian::{
-    Delan, DelanConfig, Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling, Trunks,
+    Delan, DelanConfig, Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling, SpeedChart, Trunks,
 };
 use lagrangian::mlp::Activation;
 use lagrangian::{Coordinates, Topology};
@@ -169,18 +169,24 @@ fn every_derivative_of_a_network_agrees_with_dual_numbers_to_rounding() {
 }
 
 #[test]
-fn derivatives_through_artanh_of_the_speed_and_exponential_units_agree_with_dual_numbers() {
+fn derivatives_through_charts_of_the_speed_and_exponential_units_agree_with_dual_numbers() {
     for n in 1..=3 {
-        for (form, speed_limit) in [(Form::Free, Some(6.0)), (Form::Convex, None)] {
+        for (form, speed_limit, speed_chart) in [
+            (Form::Free, Some(6.0), SpeedChart::Artanh),
+            (Form::Free, Some(6.0), SpeedChart::Arcsin),
+            (Form::Convex, None, SpeedChart::default()),
+        ] {
             let (coordinates, scaling) = coordinates(n);
             let config = LnnConfig {
                 form,
                 exponential: true,
                 speed_limit,
+                speed_chart,
                 ..LnnConfig::default()
             };
             let lnn = Lnn::random(coordinates, config, scaling, n as u64).unwrap();
-            assert_agrees(&lnn, n, &format!("n {n} {form:?} {speed_limit:?}"));
+            let what = format!("n {n} {form:?} {speed_limit:?} {speed_chart:?}");
+            assert_agrees(&lnn, n, &what);
         }
     }
 }

@@ -251,7 +251,8 @@ mod families {
     use lagrangian::dynamics::{Mechanical, Model};
     use lagrangian::identify::Rigid;
     use lagrangian::lagrangian::{
-        Angles, Dissipation, Form, Jet, Lagrangian, Lnn, LnnConfig, RigidChain, Scaling,
+        Angles, Delan, DelanConfig, Dissipation, Form, Inertia, Jet, Lagrangian, Lnn, LnnConfig,
+        RigidChain, Scaling,
     };
     use lagrangian::train::Learned;
 
@@ -318,6 +319,30 @@ mod families {
                 .unwrap();
             let back = Learned::load(&SavedModel::from_bytes(&bytes).unwrap()).unwrap();
             assert_eq!(dynamics(&back), dynamics(&model));
+        }
+    }
+
+    #[test]
+    fn a_network_of_constant_inertia_is_saved_as_a_vin_and_one_whose_inertia_moves_is_none() {
+        for (inertia, name) in [
+            (Inertia::Constant, "vin"),
+            (Inertia::Configuration, "delan"),
+        ] {
+            let config = DelanConfig {
+                inertia,
+                width: 16,
+                ..DelanConfig::default()
+            };
+            let angles = Coordinates::angles(2);
+            let delan = Delan::random(angles, config, Scaling::identity(2), 5).unwrap();
+            let model = Learned::Delan(Mechanical::conservative(delan));
+            assert_eq!(model.family(), name);
+            let mut saved = model.save(Provenance::of_seed(5)).unwrap();
+            assert_eq!(saved.header.family, name);
+            assert_eq!(dynamics(&Learned::load(&saved).unwrap()), dynamics(&model));
+            // A vin of an older version was saved as a delan; a delan was never a vin.
+            saved.header.family = if name == "vin" { "delan" } else { "vin" }.into();
+            assert_eq!(Learned::load(&saved).is_ok(), name == "vin");
         }
     }
 

@@ -34,6 +34,7 @@ pub(super) fn item(
     };
     let options = EstimateOptions {
         filter: args.filter,
+        momenta: false,
         ..EstimateOptions::default()
     };
     let (trajectories, _) = data::trajectories(recordings.to_vec(), &options)?;

@@ -196,7 +196,10 @@ struct Data {
 }
 
 fn read(args: &FitArgs) -> Result<Data> {
-    let options = args.estimate.options();
+    let options = EstimateOptions {
+        momenta: args.model.reads_momenta(),
+        ..args.estimate.options()
+    };
     let recordings = data::read(&args.files, &args.data)?;
     refuse_meaningless(&recordings, &options)?;
     let coordinates = recordings[0].coordinates.clone();

@@ -192,6 +192,9 @@ fn plot<DB: DrawingBackend>(
 
 /// As many ticks as have room beside each other.
 fn roomy(axis: &Laid, wide: f64) -> Vec<Tick> {
+    if axis.has_names() {
+        return axis.ticks(0);
+    }
     let fits = |ticks: &[Tick]| {
         let widest = ticks
             .iter()

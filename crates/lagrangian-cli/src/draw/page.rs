@@ -304,11 +304,17 @@ fn breakable(cell: &str) -> String {
     }
 }
 
+/// Letters of a cell beyond which it is read, not compared.
+const SENTENCE: usize = 40;
+
 fn part(text: &str) -> String {
     match text
         .split_once(" (")
         .filter(|(_, range)| range.contains('…'))
     {
+        None if text.chars().count() > SENTENCE => {
+            format!("<span class=\"text\">{}</span>", escaped(text))
+        }
         None if text.chars().any(|c| c.is_ascii_digit()) => escaped(text),
         None => format!("<span class=\"words\">{}</span>", escaped(text)),
         Some((figure, range)) => format!(

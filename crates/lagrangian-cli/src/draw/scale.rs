@@ -7,6 +7,7 @@ pub(super) struct Laid {
     log: bool,
     low: f64,
     high: f64,
+    names: Vec<String>,
 }
 
 /// A tick: where it stands in the unit interval and what is written at it.
@@ -34,7 +35,12 @@ impl Laid {
         let fixed =
             fixed.filter(|(low, high)| low.abs() < LARGEST && high.abs() < LARGEST && low < high);
         let (low, high) = fixed.unwrap_or_else(|| padded(ends, margin, log));
-        Some(Self { log, low, high })
+        Some(Self {
+            log,
+            low,
+            high,
+            names: axis.names.clone(),
+        })
     }
 
     /// Where a value stands, NaN for a value that has no place on the axis.
@@ -43,9 +49,17 @@ impl Laid {
         (inner - self.low) / (self.high - self.low)
     }
 
-    /// About `count` ticks, never so many that they are closer than that.
+    /// Whether things stand along it, not numbers: each has its tick.
+    pub(super) fn has_names(&self) -> bool {
+        !self.names.is_empty()
+    }
+
+    /// About `count` ticks, never so many that they are closer than that; of things, all.
     pub(super) fn ticks(&self, count: usize) -> Vec<Tick> {
-        let values = if self.log {
+        let values = if self.has_names() {
+            let named = self.names.iter().cloned().enumerate();
+            named.map(|(k, name)| (k as f64, name)).collect()
+        } else if self.log {
             self.decades(count)
         } else {
             self.steps(count)
@@ -116,6 +130,7 @@ impl Laid {
             log: false,
             low: 10f64.powf(self.low),
             high: 10f64.powf(self.high),
+            names: Vec::new(),
         };
         linear
             .steps(count)

@@ -9,6 +9,7 @@ use anyhow::Result;
 use lagrangian::Trajectory;
 use lagrangian::dynamics::Model;
 use lagrangian::hamiltonian::HnnStructure;
+use lagrangian::lagrangian::Inertia;
 use lagrangian::report::{Command, Headline, Report, Role};
 use lagrangian::score::{Score, SignalError, score};
 use lagrangian::train::Learned;
@@ -61,7 +62,10 @@ impl Run<'_> {
     fn family(&self) -> &'static str {
         match self.model {
             Learned::Lnn(_) => "A Lagrangian",
-            Learned::Delan(_) => "A Lagrangian with a mass matrix",
+            Learned::Delan(model) => match model.lagrangian.config().inertia {
+                Inertia::Configuration => "A Lagrangian with a mass matrix",
+                Inertia::Constant => "A Lagrangian with a constant mass matrix",
+            },
             Learned::NeuralOde(_) => "A neural ODE",
             Learned::Hnn(model) => match model.hamiltonian().config().structure {
                 HnnStructure::Free => "A Hamiltonian",

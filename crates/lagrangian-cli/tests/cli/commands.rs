@@ -437,3 +437,27 @@ fn a_fit_that_does_not_improve_says_so_and_keeps_its_model() {
             .contains(&"model.safetensors".to_string())
     );
 }
+
+#[test]
+fn rates_of_momenta_are_estimated_where_they_are_read_and_nowhere_else() {
+    let bench = Workbench::new();
+    bench.succeed("simulate pendulum --trajectories 3 --duration 4 --momenta --out free.csv");
+    let estimates = |line: &str| bench.succeed(line).stderr.contains("pd was estimated");
+    let fit = "fit free.csv --steps 2 --width 16 --force --out run --model";
+    assert!(estimates(&format!("{fit} hnn")));
+    let score = "score run/model.safetensors free.csv";
+    assert!(!estimates(score));
+    for model in ["lnn", "hnn --momenta velocities", "hnn --masses 1"] {
+        assert!(!estimates(&format!("{fit} {model}")), "{model}");
+    }
+}
+
+#[test]
+fn a_variational_integrator_network_says_its_name() {
+    let bench = Workbench::new();
+    bench.succeed("simulate pendulum --trajectories 3 --duration 4 --out free.csv");
+    let fit = "fit free.csv --model vin --steps 5 --width 16 --out run --json";
+    assert_eq!(bench.succeed(fit).json()["family"], "vin");
+    let page = String::from_utf8(bench.read("run/report.html")).unwrap();
+    assert!(page.contains("constant mass matrix"));
+}

@@ -99,6 +99,26 @@ fn parameters_that_cannot_be_are_refused_with_what_to_do() {
             "fit springs.csv --parameters k --model mlp --exponential --out g",
             "--exponential",
         ),
+        (
+            "fit springs.csv --parameters k --speed-chart arcsin --out h",
+            "--speed-limit",
+        ),
+        (
+            "fit springs.csv --parameters k --model mlp --speed-chart arcsin --out i",
+            "--speed-chart",
+        ),
+        (
+            "fit springs.csv --parameters k --model hnn --masses 1,1 --speed-limit 0.9 --out j",
+            "below the speed limit",
+        ),
+        (
+            "fit springs.csv --parameters k --model hnn --momenta velocities --speed-limit 9 --out k",
+            "--momenta velocities",
+        ),
+        (
+            "fit springs.csv --parameters k --model hnn --structure mass --masses 1,1 --speed-limit 9 --out l",
+            "--structure free",
+        ),
     ] {
         let error = bench.refuse(line);
         assert!(error.contains(words), "{line}: {error}");

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Hamiltonian, HamiltonianJets};
 use crate::lagrangian::{
-    Delan, DelanConfig, DelanShape, Features, Lnn, LnnConfig, LnnShape, Scaling,
+    Delan, DelanConfig, DelanShape, Features, Lnn, LnnConfig, LnnShape, Scaling, Seen,
 };
 use crate::mlp::simd::Real;
 use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
@@ -64,6 +64,10 @@ pub struct HnnConfig {
     pub layers: usize,
     /// Nonlinearity.
     pub activation: Activation,
+    /// A speed c that no coordinate reaches, in units of q̇: the network then sees arsinh(p/s) with s the median |p|,
+    /// and starts from velocities below c (theory.md, equation 116). Free structure on momenta only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_limit: Option<f64>,
 }
 
 impl Default for HnnConfig {
@@ -74,7 +78,34 @@ impl Default for HnnConfig {
             width: 64,
             layers: 2,
             activation: Activation::default(),
+            speed_limit: None,
         }
+    }
+}
+
+impl HnnConfig {
+    /// Checks the limit of speed.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] where it is not a speed, or this network cannot have one.
+    fn check_speed_limit(&self) -> Result<()> {
+        let Some(c) = self.speed_limit else {
+            return Ok(());
+        };
+        let must = if !(c.is_finite() && c > 0.0) {
+            "finite and positive"
+        } else if self.structure != HnnStructure::Free {
+            "left away, or beside a free Hamiltonian (--structure free): ½ pᵀM⁻¹p has no limit of speed"
+        } else if !self.momenta.canonical() {
+            "left away beside velocities in the place of momenta (--momenta velocities)"
+        } else {
+            return Ok(());
+        };
+        Err(Error::Argument {
+            name: "speed limit",
+            value: c.to_string(),
+            must,
+        })
     }
 }
 
@@ -114,6 +145,14 @@ pub struct Hnn {
 pub(crate) struct HnnShape {
     pub(crate) config: HnnConfig,
     pub(crate) net: HnnNet,
+}
+
+/// What raw outputs are worth, see [`HnnShape::unit`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unit {
+    pub(crate) rate: f64,
+    pub(crate) force: f64,
+    pub(crate) start: f64,
 }
 
 /// The networks of the three structures: the first two are those of a Lagrangian of the same form, read as H.
@@ -221,6 +260,7 @@ impl HnnShape {
         scaling: Scaling,
     ) -> Result<Self> {
         let n = coordinates.dof();
+        config.check_speed_limit()?;
         if let Momenta::Masses(masses) = &config.momenta {
             if masses.len() != n {
                 return Err(Error::Shape {
@@ -247,7 +287,11 @@ impl HnnShape {
             ..LnnConfig::default()
         };
         let net = match config.structure {
-            HnnStructure::Free => HnnNet::Free(LnnShape::new(coordinates, lnn, scaling)?),
+            HnnStructure::Free => {
+                let mut shape = LnnShape::new(coordinates, lnn, scaling)?;
+                shape.seen = config.speed_limit.map_or(Seen::Scaled, Seen::Arsinh);
+                HnnNet::Free(shape)
+            }
             HnnStructure::Mass => {
                 let delan = DelanConfig {
                     width,
@@ -293,20 +337,19 @@ impl HnnShape {
 
     /// Writes (q, p) as the value of sample `s`; of a network with a mass matrix only q is an input.
     pub(crate) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], p: &[f64]) {
-        let scaling = self.scaling();
         self.each_feature(q, |at, _, value, _| {
             pass.set_feature(0, s, at, T::of(value));
         });
-        if matches!(self.net, HnnNet::Mass(_)) {
+        let (HnnNet::Free(shape) | HnnNet::None(shape)) = &self.net else {
             return;
-        }
+        };
         let first = Scaling::features(self.coordinates());
-        for (i, (p, scale)) in p.iter().zip(&scaling.qd_scale).enumerate() {
-            pass.set_feature(0, s, first + i, T::of(p / scale));
+        for (i, p) in p.iter().enumerate() {
+            pass.set_feature(0, s, first + i, T::of(shape.velocity(i, *p).value));
         }
     }
 
-    /// Writes tangent `d` of sample `s`: along `weight(i)` in p / s for i < n, along −`weight(n + i)` in q.
+    /// Writes tangent `d` of sample `s`: along `weight(i)` in what the network sees of p for i < n, along −`weight(n + i)` in q.
     pub(crate) fn write_tangent<T: Real>(
         &self,
         pass: &mut Pass<T>,
@@ -328,7 +371,7 @@ impl HnnShape {
     }
 
     /// Reads the raw outputs S of sample `s`, `[2 n]`, after the pass was reversed from one output: its slopes by
-    /// p / s, and those by q with the sign of ṗ.
+    /// what it sees of p, and those by q with the sign of ṗ.
     pub(crate) fn read_slopes<T: Real>(
         &self,
         pass: &Pass<T>,
@@ -350,18 +393,24 @@ impl HnnShape {
         }
     }
 
-    /// What the raw outputs of coordinate `i` are worth: q̇ᵢ = rate (Sᵢ + κ pᵢ / sᵢ), ṗᵢ = force Sₙ₊ᵢ.
-    pub(crate) fn unit(&self, i: usize) -> [f64; 2] {
+    /// What the raw outputs of coordinate `i` are worth at momentum `p`: q̇ᵢ = rate Sᵢ + start, ṗᵢ = force Sₙ₊ᵢ, with
+    /// the start that of the kinetic term.
+    pub(crate) fn unit(&self, i: usize, p: f64) -> Unit {
         let scaling = self.scaling();
         let (e, s) = (scaling.energy, scaling.qd_scale[i]);
-        match self.net {
-            HnnNet::Free(_) | HnnNet::Mass(_) => [e / s, e],
+        let (rate, force, start) = match &self.net {
+            HnnNet::Free(shape) => {
+                let seen = shape.velocity(i, p);
+                (e * seen.slope, e, e * KINETIC * seen.kinetic[1])
+            }
+            HnnNet::Mass(_) => (e / s, e, 0.0),
             // Of the order of the data; there is no energy that would bind them.
-            HnnNet::None(_) => [s, e / scaling.q_scale[i]],
-        }
+            HnnNet::None(_) => (s, e / scaling.q_scale[i], 0.0),
+        };
+        Unit { rate, force, start }
     }
 
-    /// κ of the kinetic term.
+    /// κ of the kinetic term ½ κ ‖p / s‖², without a limit of speed.
     pub(crate) fn kinetic(&self) -> f64 {
         match self.net {
             HnnNet::Free(_) => KINETIC,

@@ -7,7 +7,7 @@ mod newton;
 
 pub use canonical::Canonical;
 pub use hnn::{Hnn, HnnConfig, HnnStructure, Momenta};
-pub(crate) use hnn::{HnnNet, HnnShape};
+pub(crate) use hnn::{HnnNet, HnnShape, Unit};
 pub use legendre::{HamiltonianOf, LagrangianOf};
 
 use crate::Coordinates;

@@ -120,8 +120,9 @@ impl Newton {
         let norm = norm.sqrt();
         if norm < state.norm {
             y.copy_from_slice(&self.trial[row.clone()]);
-            (state.norm, state.scale, state.part) = (norm, scale, 1.0);
-            state.ended = norm <= SOLVED * scale;
+            // At the end both may vanish, as at rest: what rounding leaves is then small beside what there was.
+            (state.norm, state.scale, state.part) = (norm, scale.max(state.scale), 1.0);
+            state.ended = norm <= SOLVED * state.scale;
             let step = &mut self.step[row.clone()];
             let regular = self.solver.solve(hessian, &self.residual, step);
             state.ended |= matches!(regular, Regularity::Singular | Regularity::NotFinite);

@@ -7,7 +7,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::scaled::{Features, Scaling, VelocityFeature};
+use super::scaled::{Features, Scaling};
+use super::seen::{Seen, SpeedChart, VelocityFeature};
 use super::{Curvature, Jet, Jets, Lagrangian};
 use crate::mlp::simd::Real;
 use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
@@ -46,6 +47,9 @@ pub struct LnnConfig {
     /// (theory.md, equation 108). Free form only: a convex function of the one is not convex in the other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_limit: Option<f64>,
+    /// What it sees of q̇ below that limit: artanh(q̇/c), or arcsin(q̇/c).
+    #[serde(skip_serializing_if = "SpeedChart::is_default")]
+    pub speed_chart: SpeedChart,
 }
 
 impl Default for LnnConfig {
@@ -58,6 +62,7 @@ impl Default for LnnConfig {
             kinetic: 1.0,
             exponential: false,
             speed_limit: None,
+            speed_chart: SpeedChart::default(),
         }
     }
 }
@@ -104,6 +109,10 @@ impl LnnConfig {
                 let must = "left away in the convex form, or take the free one (--form free)";
                 return argument("speed limit", c.to_string(), must);
             }
+        }
+        if self.speed_limit.is_none() && self.speed_chart != SpeedChart::default() {
+            let must = "left away without a limit of speed, or give one (--speed-limit)";
+            return argument("speed chart", format!("{:?}", self.speed_chart), must);
         }
         Ok(())
     }
@@ -203,6 +212,8 @@ pub(crate) struct LnnShape {
     pub(crate) config: LnnConfig,
     pub(crate) scaling: Scaling,
     pub(crate) net: Net,
+    /// What the network sees of the velocities, or of what is in their place.
+    pub(crate) seen: Seen,
 }
 
 impl Lnn {
@@ -273,12 +284,11 @@ impl Lnn {
     pub fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
         let (shape, scaling) = (&self.shape, &self.shape.scaling);
         let mut x = scaling.evaluate(&shape.coordinates, q);
-        let seen = |(&v, &s): (&D, &f64)| match shape.config.speed_limit {
-            None => v / s,
-            Some(c) => (v / c).atanh(),
-        };
-        let v: Vec<D> = qd.iter().zip(&scaling.qd_scale).map(seen).collect();
-        let kinetic = v.iter().map(|&v| v * v).sum::<D>() * (0.5 * shape.config.kinetic);
+        let seen = qd.iter().zip(&scaling.qd_scale);
+        let (v, kinetic): (Vec<D>, Vec<D>) = seen
+            .map(|(&v, &s)| shape.seen.evaluate((s, scaling.energy), v))
+            .unzip();
+        let kinetic = kinetic.into_iter().sum::<D>() * shape.config.kinetic;
         if shape.config.form == Form::Free {
             x.extend(&v);
         }
@@ -316,11 +326,13 @@ impl LnnShape {
             });
         }
         let net = config.net(&coordinates);
+        let seen = Seen::of_velocity(config.speed_limit, config.speed_chart);
         Ok(Self {
             coordinates,
             config,
             scaling,
             net,
+            seen,
         })
     }
 
@@ -402,7 +414,8 @@ impl LnnShape {
 
     /// What the network sees of velocity `i`.
     pub(crate) fn velocity(&self, i: usize, v: f64) -> VelocityFeature {
-        VelocityFeature::new(self.scaling.qd_scale[i], self.config.speed_limit, v)
+        let units = (self.scaling.qd_scale[i], self.scaling.energy);
+        self.seen.feature(units, v)
     }
 
     fn set_velocity<T: Real>(
@@ -431,7 +444,7 @@ impl LnnShape {
         weight: &[f64],
     ) {
         let at = self.write_mixed_positions(pass, (d, s), q, weight);
-        if self.config.speed_limit.is_none() {
+        if !self.seen.bends() {
             return;
         }
         for i in 0..self.dof() {
@@ -521,7 +534,7 @@ impl LnnShape {
         let mut quadratic = 0.0;
         for (i, &qd) in qd.iter().enumerate() {
             let seen = self.velocity(i, qd);
-            quadratic += 0.5 * kinetic * seen.value * seen.value;
+            quadratic += kinetic * seen.kinetic[0];
             let slope = match self.config.form {
                 Form::Free => pass.feature_gradient(s, at + i).f64(),
                 Form::Convex => pass.velocity_gradient(s, i).f64(),
@@ -529,10 +542,10 @@ impl LnnShape {
             // The network's second derivatives are those along straight features.
             let bend = slope * seen.curvature;
             let drift = pass.second_derivative(s, i, None, n).f64();
-            jet.momentum[row * n + i] = e * (slope + kinetic * seen.value) * seen.slope;
+            jet.momentum[row * n + i] = e * (slope * seen.slope + kinetic * seen.kinetic[1]);
             jet.momentum_drift[row * n + i] = e * (drift + qdd.map_or(0.0, |qdd| bend * qdd[i]));
             for j in 0..n {
-                let own = kinetic * seen.inertia() + bend;
+                let own = kinetic * seen.kinetic[2] + bend;
                 let diagonal = if i == j { own } else { 0.0 };
                 let m = pass.second_derivative(s, i, Some(j), n).f64() + diagonal;
                 jet.mass_matrix[(row * n + i) * n + j] = e * m;

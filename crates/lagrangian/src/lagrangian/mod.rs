@@ -8,6 +8,7 @@ mod dissipation;
 mod lnn;
 mod rigid_chain;
 mod scaled;
+mod seen;
 mod sum;
 
 pub use actuation::Actuation;
@@ -20,6 +21,8 @@ pub use lnn::{Form, Lnn, LnnConfig};
 pub use rigid_chain::{Angles, RigidChain};
 pub(crate) use scaled::Features;
 pub use scaled::Scaling;
+pub(crate) use seen::Seen;
+pub use seen::SpeedChart;
 pub use sum::{Rest, Sum};
 
 use crate::Coordinates;

@@ -106,40 +106,6 @@ fn bad(value: f64) -> Error {
     }
 }
 
-/// What a network sees of one velocity, with two derivatives: v/s, or, below a limit c, artanh(v/c)
-/// (theory.md, equation 108).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct VelocityFeature {
-    pub(crate) value: f64,
-    pub(crate) slope: f64,
-    pub(crate) curvature: f64,
-}
-
-impl VelocityFeature {
-    pub(crate) fn new(scale: f64, limit: Option<f64>, v: f64) -> Self {
-        let Some(c) = limit else {
-            return Self {
-                value: v / scale,
-                slope: 1.0 / scale,
-                curvature: 0.0,
-            };
-        };
-        let x = v / c;
-        // (1 − x)(1 + x) loses no digits near the limit.
-        let room = (1.0 - x) * (1.0 + x);
-        Self {
-            value: x.atanh(),
-            slope: 1.0 / (c * room),
-            curvature: 2.0 * x / (c * room).powi(2),
-        }
-    }
-
-    /// Second derivative of ½ u² by v.
-    pub(crate) fn inertia(&self) -> f64 {
-        self.slope * self.slope + self.value * self.curvature
-    }
-}
-
 /// The features of one coordinate with their first and second derivatives: (cos q, sin q) or ((q − centre) / scale).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Features {

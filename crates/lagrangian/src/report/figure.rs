@@ -32,6 +32,9 @@ pub struct Axis {
     pub scale: Scale,
     /// Ends of the axis, where they must not follow from the data (a baseline that runs away would flatten all else).
     pub range: Option<(f64, f64)>,
+    /// What stands at 0, 1, 2, … instead of the numbers, for an axis of things that are not measured; otherwise empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<String>,
 }
 
 /// How values are laid along an axis.
@@ -112,6 +115,16 @@ impl Axis {
         Self {
             scale: Scale::Log,
             ..Self::linear(label, unit)
+        }
+    }
+
+    /// An axis of things, the first at 0, the next at 1 and so on, with half a place free at both ends.
+    #[must_use]
+    pub fn of_names(label: &str, names: Vec<String>) -> Self {
+        let last = names.len() as f64 - 1.0;
+        Self {
+            names,
+            ..Self::linear(label, "").between(-0.5, last + 0.5)
         }
     }
 

@@ -9,7 +9,7 @@ use crate::dynamics::{Mechanical, Model};
 use crate::hamiltonian::{Canonical, Hamiltonian, Hnn, HnnConfig};
 use crate::identify::Rigid;
 use crate::lagrangian::{
-    Actuation, Angles, Delan, DelanConfig, Dissipation, Lagrangian, Lnn, LnnConfig, Rest,
+    Actuation, Angles, Delan, DelanConfig, Dissipation, Inertia, Lagrangian, Lnn, LnnConfig, Rest,
     RigidChain, Scaling, Sum,
 };
 use crate::neural_ode::NeuralOde;
@@ -22,6 +22,7 @@ const WEIGHTS: &str = "parameters";
 
 const LNN: &str = "lnn";
 const DELAN: &str = "delan";
+const VIN: &str = "vin";
 const HNN: &str = "hnn";
 const MLP: &str = "mlp";
 const NEURAL_ODE: &str = "neural-ode";
@@ -108,7 +109,7 @@ impl Learned {
             Self::Delan(model) => {
                 let delan = &model.lagrangian;
                 let (config, scaling) = (describe(delan.config())?, describe(delan.scaling())?);
-                let mut header = header(DELAN, config, scaling);
+                let mut header = header(self.family(), config, scaling);
                 header.forces(model)?;
                 let mut saved = saved(header, delan.parameters())?;
                 let rotors = delan.rotors();
@@ -166,7 +167,7 @@ impl Learned {
     pub fn load(saved: &SavedModel) -> Result<Self> {
         let header = &saved.header;
         if let Some(family) = header.family.strip_prefix(UPON) {
-            if ![LNN, DELAN].contains(&family) {
+            if ![LNN, DELAN, VIN].contains(&family) {
                 return Err(damaged(format!("'{family}' is no network upon a robot")));
             }
             let mut rest = saved.clone();
@@ -181,13 +182,16 @@ impl Learned {
             return robot(saved).map(Self::Robot);
         }
         let coordinates = header.coordinates.clone();
-        if header.family == DELAN {
+        if [DELAN, VIN].contains(&&*header.family) {
             let (weights, rotors) = (tensor(saved, WEIGHTS)?, tensor(saved, ROTORS)?);
             saved.expect_tensors(&[
                 (WEIGHTS.into(), vec![weights.len()]),
                 (ROTORS.into(), vec![rotors.len()]),
             ])?;
             let config: DelanConfig = read("architecture", &header.architecture)?;
+            if header.family == VIN && config.inertia != Inertia::Constant {
+                return Err(damaged("a vin whose inertia is not constant".into()));
+            }
             let scaling = read("scaling", &header.scaling)?;
             let delan = Delan::with_parameters(coordinates, config, scaling, weights, rotors)?;
             return Ok(Self::Delan(moving(delan, header)?));

@@ -5,7 +5,7 @@ mod slopes;
 
 use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
-use crate::hamiltonian::{HnnNet, HnnShape, Momenta};
+use crate::hamiltonian::{HnnNet, HnnShape, Momenta, Unit};
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed};
 
@@ -192,14 +192,13 @@ impl HnnLearner<'_> {
 
     /// r and D; the second half of the scratch holds d − τ, `extra` its slopes.
     fn residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
-        let (n, kinetic) = (self.shape.dof(), self.shape.kinetic());
+        let n = self.shape.dof();
         let (k, kinds) = (2 * n, self.forces.kinds());
-        let scale = &self.shape.scaling().qd_scale;
         work.mix[s * k * k..][..k * k].fill(0.0);
-        for (i, scale) in scale.iter().enumerate() {
+        for i in 0..n {
             let (v, f) = (s * k + i, s * k + n + i);
-            let [rate, force] = self.shape.unit(i);
-            let speed = rate * (work.along[v] + kinetic * work.p[s * n + i] / scale);
+            let Unit { rate, force, start } = self.shape.unit(i, work.p[s * n + i]);
+            let speed = rate * work.along[v] + start;
             work.residual[v] = self.weights[i] * (speed - work.qd[s * n + i]);
             work.mix[(s * k + i) * k + i] = self.weights[i] * rate;
             let push = force * work.along[f] - work.scratch[n + i];
@@ -265,10 +264,16 @@ mod tests {
     use crate::hamiltonian::{HnnConfig, HnnStructure};
     use crate::lagrangian::Scaling;
 
-    fn shape(n: usize, structure: HnnStructure, momenta: Momenta) -> HnnShape {
+    fn shape(
+        n: usize,
+        structure: HnnStructure,
+        momenta: Momenta,
+        speed_limit: Option<f64>,
+    ) -> HnnShape {
         let config = HnnConfig {
             structure,
             momenta,
+            speed_limit,
             width: 16,
             ..Default::default()
         };
@@ -291,15 +296,16 @@ mod tests {
 
     fn each(mut check: impl FnMut(&HnnLearner<'_>, usize)) {
         for n in [1, 2, 3] {
-            for (structure, momenta) in [
-                (HnnStructure::Free, Momenta::Recorded),
-                (HnnStructure::Mass, Momenta::Recorded),
-                (HnnStructure::Mass, Momenta::Masses(vec![0.7; n])),
-                (HnnStructure::Free, Momenta::Velocities),
-                (HnnStructure::None, Momenta::Velocities),
+            for (structure, momenta, limit) in [
+                (HnnStructure::Free, Momenta::Recorded, None),
+                (HnnStructure::Free, Momenta::Recorded, Some(2.5)),
+                (HnnStructure::Mass, Momenta::Recorded, None),
+                (HnnStructure::Mass, Momenta::Masses(vec![0.7; n]), None),
+                (HnnStructure::Free, Momenta::Velocities, None),
+                (HnnStructure::None, Momenta::Velocities, None),
             ] {
                 let friction = momenta.canonical();
-                let shape = shape(n, structure, momenta);
+                let shape = shape(n, structure, momenta, limit);
                 let weights: Vec<f64> = (0..2 * n).map(|i| 0.8 + 0.1 * i as f64).collect();
                 let terms = match friction {
                     true => ForceTerms::friction(),

@@ -59,7 +59,7 @@ impl Family {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Lnn(_) => "lnn",
-            Self::Delan(_) => "delan",
+            Self::Delan(delan) => delan.inertia.family(),
             Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
             Self::NeuralOde(_) => "neural-ode",
@@ -170,14 +170,14 @@ impl Learned {
     pub fn family(&self) -> &'static str {
         match self {
             Self::Lnn(_) => "lnn",
-            Self::Delan(_) => "delan",
+            Self::Delan(model) => model.lagrangian.config().inertia.family(),
             Self::Hnn(_) => "hnn",
             Self::Mlp(_) => "mlp",
             Self::NeuralOde(_) => "neural-ode",
             Self::Rigid(_) | Self::Robot(_) => "rigid",
             Self::Nominal(model) => match model.lagrangian.rest() {
                 Rest::Lnn(_) => "lnn",
-                Rest::Delan(_) => "delan",
+                Rest::Delan(delan) => delan.config().inertia.family(),
             },
         }
     }
@@ -263,7 +263,9 @@ impl Family {
         let terms = config.forces;
         let forces = Forces::new(terms, tau.clone(), scaling.qd_scale.clone(), qdd.clone());
         Ok(match self {
-            Self::Lnn(lnn) if lnn.speed_limit.is_some_and(|c| dataset.fastest() >= c) => {
+            Self::Lnn(LnnConfig { speed_limit, .. }) | Self::Hnn(HnnConfig { speed_limit, .. })
+                if speed_limit.is_some_and(|c| dataset.fastest() >= c) =>
+            {
                 return Err(crate::Error::Argument {
                     name: "fastest velocity of the data",
                     value: dataset.fastest().to_string(),
@@ -287,7 +289,7 @@ impl Family {
                 nominal,
             },
             Self::Hnn(hnn) => {
-                let (scaling, weights) = dataset.phase_scaling(&hnn.momenta)?;
+                let (scaling, weights) = dataset.phase_scaling(hnn)?;
                 Template::Hnn {
                     shape: HnnShape::new(coordinates, hnn.clone(), scaling)?,
                     loss,

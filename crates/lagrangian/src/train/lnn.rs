@@ -157,7 +157,7 @@ impl LnnLearner<'_> {
         let n = self.shape.dof();
         for i in 0..n {
             let at = s * n + i;
-            let inertia = self.shape.velocity(i, work.qd[at]).inertia();
+            let inertia = self.shape.velocity(i, work.qd[at]).kinetic[2];
             let kinetic = self.shape.scaling.energy * self.shape.config.kinetic * inertia;
             let found = work.jet.momentum_drift[at] + kinetic * work.qdd[at] - work.jet.dl_dq[at];
             work.residual[at] = self.weights[i] * (found + work.scratch[n + i]);

@@ -264,37 +264,62 @@ impl Natural {
     fn solve(&mut self, used: usize, m: usize, damping: f64) -> bool {
         let count = BLOCK * m;
         let size = used * count;
+        let places = self.places(used, count);
         let system = &mut self.system;
-        system.resize(size);
+        system.resize(places.iter().flatten().count());
         for tile in self.tiles.iter().filter(|t| t.row < used) {
-            for (c, column) in (tile.column * count..).zip(0..count) {
-                let rows = tile.row * count..(tile.row + 1) * count;
-                let target = &mut system.matrix.col_as_slice_mut(c)[rows];
-                for (x, row) in target.iter_mut().zip(tile.values.chunks_exact(count)) {
-                    *x = row[column];
+            let rows = &places[tile.row * count..][..count];
+            for (column, place) in places[tile.column * count..][..count].iter().enumerate() {
+                let Some(place) = *place else { continue };
+                let target = system.matrix.col_as_slice_mut(place);
+                for (values, row) in tile.values.chunks_exact(count).zip(rows) {
+                    if let Some(row) = *row {
+                        target[row] = values[column];
+                    }
                 }
             }
         }
-        for i in 0..size {
+        for i in 0..system.matrix.nrows() {
             system.matrix[(i, i)] += damping * size as f64;
         }
+        // Row i · samples + s of a block belongs to residual i of sample s.
+        let place = |b: usize, k: usize| places[b * count + k % m * BLOCK + k / m];
         for (b, block) in self.blocks[..used].iter().enumerate() {
             for (k, x) in block.right.iter().enumerate() {
-                // Row i · samples + s of a block belongs to residual i of sample s.
-                system.right[(b * count + k % m * BLOCK + k / m, 0)] = *x;
+                if let Some(row) = place(b, k) {
+                    system.right[(row, 0)] = *x;
+                }
             }
         }
-        if !system.solve() {
+        if system.matrix.nrows() > 0 && !system.solve() {
             return false;
         }
         for (b, block) in self.blocks[..used].iter_mut().enumerate() {
             for (k, x) in block.right.iter_mut().enumerate() {
-                *x = system.right[(b * count + k % m * BLOCK + k / m, 0)];
+                *x = place(b, k).map_or(0.0, |row| system.right[(row, 0)]);
             }
         }
         self.blocks[..used]
             .iter()
             .all(|b| b.right.iter().all(|x| x.is_finite()))
+    }
+
+    /// The row of each residual in the system; none for those that weigh nothing (of parameters, of padding), whose rows
+    /// of J Jᵀ are zeros.
+    fn places(&self, used: usize, count: usize) -> Vec<Option<usize>> {
+        let mut places = vec![None; used * count];
+        let mut next = 0..;
+        for block in 0..used {
+            let own = self
+                .tiles
+                .iter()
+                .find(|t| (t.row, t.column) == (block, block));
+            for (i, place) in places[block * count..][..count].iter_mut().enumerate() {
+                let weighs = own.is_some_and(|tile| tile.values[i * count + i] != 0.0);
+                *place = if weighs { next.next() } else { None };
+            }
+        }
+        places
     }
 
     /// φ ← μ φ + Jᵀ x, θ ← θ − η φ.

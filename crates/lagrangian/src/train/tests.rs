@@ -13,7 +13,7 @@ use super::plain::MlpLearner;
 use super::positions::{DelanPoints, LnnPoints, PositionsLearner};
 use crate::baseline::{MlpConfig, MlpShape};
 use crate::lagrangian::{
-    DelanConfig, DelanShape, Form, Inertia, LnnConfig, LnnShape, Scaling, Trunks,
+    DelanConfig, DelanShape, Form, Inertia, LnnConfig, LnnShape, Scaling, SpeedChart, Trunks,
 };
 use crate::rigid::{self, RigidBodies};
 use crate::{Coordinates, Topology};
@@ -356,11 +356,13 @@ fn gradients_leave_a_parameter_out_and_agree_with_differences() {
 }
 
 #[test]
-fn gradients_through_artanh_of_the_speed_and_exponential_units_agree_with_differences() {
-    for (form, speed_limit) in [
-        (Form::Free, Some(2.0)),
-        (Form::Free, None),
-        (Form::Convex, None),
+fn gradients_through_charts_of_the_speed_and_exponential_units_agree_with_differences() {
+    let artanh = SpeedChart::Artanh;
+    for (form, speed_limit, speed_chart) in [
+        (Form::Free, Some(2.0), artanh),
+        (Form::Free, Some(2.0), SpeedChart::Arcsin),
+        (Form::Free, None, artanh),
+        (Form::Convex, None, artanh),
     ] {
         for (loss, count) in [(Loss::Acceleration, 21), (Loss::Torque, 21)] {
             let config = LnnConfig {
@@ -368,6 +370,7 @@ fn gradients_through_artanh_of_the_speed_and_exponential_units_agree_with_differ
                 width: 16,
                 exponential: true,
                 speed_limit,
+                speed_chart,
                 ..Default::default()
             };
             let shape =
@@ -380,7 +383,8 @@ fn gradients_through_artanh_of_the_speed_and_exponential_units_agree_with_differ
                 nominal: None,
             };
             let error = gradient_error(&learner, loss, &samples(2, 37));
-            assert!(error < 1e-7, "{form:?} {speed_limit:?} {loss:?}: {error:e}");
+            let what = format!("{form:?} {speed_limit:?} {speed_chart:?} {loss:?}");
+            assert!(error < 1e-7, "{what}: {error:e}");
             assert_step_solves(&learner, loss, &samples(2, count));
         }
     }

@@ -16,8 +16,10 @@ pub(crate) const SHORTEST: usize = 6;
 /// How missing velocities and accelerations are estimated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimateOptions {
-    /// Estimate accelerations where they were not measured, and the rates of momenta where these are known.
+    /// Estimate accelerations where they were not measured.
     pub accelerations: bool,
+    /// Estimate the rates of momenta with them, where momenta are known; Hamiltonian networks alone read them.
+    pub momenta: bool,
     /// Also replace measured q and q̇ by their local polynomial.
     pub smooth: bool,
     /// Replace all signals, τ too, by polynomials over windows of this length, s: the same band of frequencies of
@@ -38,6 +40,7 @@ impl Default for EstimateOptions {
     fn default() -> Self {
         Self {
             accelerations: true,
+            momenta: true,
             smooth: false,
             filter: None,
             window: None,
@@ -189,7 +192,9 @@ impl Fitted {
 
     /// The rates of the momenta, and these too where they are smoothed.
     fn momenta(&mut self, recording: &Recording, smooth: bool, options: &EstimateOptions) {
-        let Some(p) = &recording.p else { return };
+        let Some(p) = recording.p.as_ref().filter(|_| options.momenta) else {
+            return;
+        };
         let p = (Source::P, p);
         if smooth {
             self.p = Some(self.signal(recording, "p", &[(p, 0)], options));

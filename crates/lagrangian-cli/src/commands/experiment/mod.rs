@@ -178,6 +178,14 @@ fn list(manner: Manner) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The name of a model for a table, with the word that it cannot express the system where that is known.
+fn able(name: &str, cannot: &[&str]) -> String {
+    match cannot.is_empty() {
+        true => name.to_string(),
+        false => format!("{name} (cannot express it)"),
+    }
+}
+
 fn parts(experiment: &Experiment) -> String {
     let one = |parts| format!(" (--only one of its parts: {parts})");
     experiment.parts.map(one).unwrap_or_default()

@@ -31,6 +31,14 @@ pub(crate) fn cell(values: &[f64]) -> String {
     }
 }
 
+/// `one seed`, `3 seeds`.
+pub(crate) fn seeds(count: usize) -> String {
+    match count {
+        1 => "one seed".into(),
+        _ => format!("{count} seeds"),
+    }
+}
+
 /// Two digits: `1.2e-9`, `0.35`, `17`.
 pub(crate) fn scientific(x: f64) -> String {
     if x != 0.0 && x.is_finite() && !(1e-2..1e4).contains(&x.abs()) {

@@ -3,6 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::Task;
 use crate::dataset::Dataset;
 use crate::dynamics::Model;
 use crate::experiment::with_estimated_accelerations;
@@ -46,6 +47,8 @@ pub enum Reads {
 
 /// A known system and chunks of its motions, in the coordinates of its chart.
 pub struct Lesson {
+    /// What it is of.
+    pub task: Task,
     /// The system in its chart.
     pub truth: Box<dyn AnalyticModel>,
     /// The chart.
@@ -101,15 +104,18 @@ impl Lesson {
         match reads {
             Reads::Positions => Dataset::of_positions(self.coordinates(), train, held, 1),
             Reads::States => {
-                let estimated = with_estimated_accelerations;
+                let estimated = match self.noise > 0.0 {
+                    true => with_mean_accelerations,
+                    false => with_estimated_accelerations,
+                };
                 Dataset::new(self.coordinates(), &estimated(train), &estimated(held))
             }
             Reads::Motions | Reads::Torques => Dataset::new(self.coordinates(), train, held),
         }
     }
 
-    /// The same lesson with noise on the states (and momenta) that are learned from: `share` of a radian on angles, of the
-    /// root mean square on lines, rates and momenta. What is judged by has none.
+    /// The same lesson with noise on all that is learned from but torques: `share` of a radian on angles, of the root mean
+    /// square on lines, velocities, accelerations, momenta and their rates. What is judged by has none.
     #[must_use]
     pub fn noisy(self, share: f64) -> Self {
         Self {
@@ -129,7 +135,12 @@ impl Lesson {
             }
         }
         let qd = sizes(n, motions.iter().map(|m| &m.qd[..]));
-        let p = sizes(n, motions.iter().filter_map(|m| m.p.as_deref()));
+        let others: [Signal; 3] = [|m| &mut m.qdd, |m| &mut m.p, |m| &mut m.pd];
+        let size_of = |of: Signal, motions: &mut [Trajectory]| {
+            let known = motions.iter_mut().filter_map(|m| of(m).clone());
+            sizes(n, known.collect::<Vec<_>>().iter().map(|x| &x[..]))
+        };
+        let others = others.map(|of| (of, size_of(of, motions)));
         let mut add = |x: &mut [f64], size: &[f64]| {
             let places = x.iter_mut().enumerate();
             places.for_each(|(k, x)| *x += self.noise * size[k % n] * normal(rng));
@@ -137,8 +148,10 @@ impl Lesson {
         for motion in motions {
             add(&mut motion.q, &q);
             add(&mut motion.qd, &qd);
-            if let Some(momenta) = &mut motion.p {
-                add(momenta, &p);
+            for (of, size) in &others {
+                if let Some(signal) = of(motion) {
+                    add(signal, size);
+                }
             }
         }
     }
@@ -173,6 +186,30 @@ impl Lesson {
         Model::coordinates(&*self.truth).clone()
     }
 }
+
+/// The same motions, each with the slope of the line through its velocities as its acceleration: the polynomial through all
+/// states of a piece would follow the noise.
+fn with_mean_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
+    let slopes = |motion: &Trajectory| {
+        let (n, len) = (motion.dof().max(1), motion.len().max(1) as f64);
+        let mean = motion.t.iter().sum::<f64>() / len;
+        let spread: f64 = motion.t.iter().map(|t| (t - mean).powi(2)).sum();
+        let mut slope = vec![0.0; n];
+        for (t, row) in motion.t.iter().zip(motion.qd.chunks_exact(n)) {
+            let sums = slope.iter_mut().zip(row);
+            sums.for_each(|(slope, v)| *slope += (t - mean) * v / spread);
+        }
+        slope.repeat(motion.len())
+    };
+    let estimated = |motion: &Trajectory| Trajectory {
+        qdd: Some(slopes(motion)),
+        ..motion.clone()
+    };
+    motions.iter().map(estimated).collect()
+}
+
+/// A signal that motions may have.
+type Signal = fn(&mut Trajectory) -> &mut Option<Vec<f64>>;
 
 /// Root mean square of each of the `n` columns of some signals.
 fn sizes<'a>(n: usize, signals: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {

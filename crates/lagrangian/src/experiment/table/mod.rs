@@ -8,5 +8,8 @@ mod measure;
 mod task;
 
 pub use lesson::{Hidden, Lesson, Reads, Size};
-pub use measure::{Drift, StepErrors, acceleration_error, call_seconds, energy_drift, step_errors};
+pub use measure::{
+    Drift, StepErrors, acceleration_error, call_seconds, energy_drift, flow_acceleration_error,
+    step_errors,
+};
 pub use task::{SAMPLES, Task};

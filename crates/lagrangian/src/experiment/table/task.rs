@@ -145,6 +145,7 @@ impl Task {
             Ok(with_momenta(&truth, &found))
         };
         Ok(Lesson {
+            task: self,
             train: motions(size.train, 2 * seed)?,
             held: motions(size.held, 2 * seed + 1)?,
             test: motions(size.test, TEST_SEED)?,

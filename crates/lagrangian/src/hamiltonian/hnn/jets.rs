@@ -95,7 +95,6 @@ impl HamiltonianJets for HnnJets<'_> {
         let mut pass = self.pass(m);
         let samples = pass.samples();
         self.prepare(samples);
-        let (scale, kinetic) = (&shape.scaling().qd_scale, shape.kinetic());
         for start in (0..m).step_by(samples) {
             let count = samples.min(m - start);
             // The last block repeats its first sample: every lane stays an ordinary state.
@@ -123,10 +122,9 @@ impl HamiltonianJets for HnnJets<'_> {
                     if let HnnNet::Mass(_) = &shape.net {
                         slopes[i] = self.factors[s].momentum(i);
                     }
-                    let speed = slopes[i] + kinetic * p[row(s) + i] / scale[i];
-                    let [rate, force] = shape.unit(i);
-                    velocity[row(s) + i] = rate * speed;
-                    dh_dq[row(s) + i] = -force * slopes[n + i];
+                    let unit = shape.unit(i, p[row(s) + i]);
+                    velocity[row(s) + i] = unit.rate * slopes[i] + unit.start;
+                    dh_dq[row(s) + i] = -unit.force * slopes[n + i];
                 }
             }
         }

@@ -42,6 +42,17 @@ pub enum Inertia {
     Constant,
 }
 
+impl Inertia {
+    /// The name of the family that has such a mass matrix, on the command line and in files.
+    #[must_use]
+    pub fn family(self) -> &'static str {
+        match self {
+            Self::Configuration => "delan",
+            Self::Constant => "vin",
+        }
+    }
+}
+
 /// The shape of a deep Lagrangian network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

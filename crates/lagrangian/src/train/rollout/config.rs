@@ -118,7 +118,12 @@ impl RolloutLoss {
             let must = "acceleration or torque where a coordinate is a parameter: a rollout does not hold it";
             return argument("loss", Loss::Rollout.name().into(), must);
         }
-        if matches!(family, Family::Lnn(lnn) if lnn.speed_limit.is_some()) {
+        let limited = match family {
+            Family::Lnn(lnn) => lnn.speed_limit.is_some(),
+            Family::Hnn(hnn) => hnn.speed_limit.is_some(),
+            _ => false,
+        };
+        if limited {
             let must = "acceleration under a speed limit: a rollout has no gradient through it";
             return argument("loss", Loss::Rollout.name().into(), must);
         }

@@ -16,7 +16,7 @@ pub(super) fn summary(all: &[Measured], circles: f64) -> Table {
              orbit of {circles:.0} gyro-periods, the largest error of the true energy, relative, and the largest distance from the \
              true orbit; median (least … largest) of the seeds."
         ),
-        header: ["field", "model", "q̈", "B", "energy", "distance, m", "s", ""]
+        header: ["field", "model", "q̈", "B", "energy", "distance, m", "s"]
             .map(str::to_string)
             .to_vec(),
         rows: rows.collect(),
@@ -32,17 +32,12 @@ fn row(measured: &Measured, found: &Found) -> Vec<String> {
     };
     vec![
         measured.field.name().into(),
-        found.contestant.name.into(),
+        super::super::able(found.contestant.name, &found.cannot),
         cell(&found.each(|r| r.acceleration)),
         cell(&found.each(|r| r.field)),
         energy,
         cell(&found.each(Fitted::farthest)),
         cell(&found.each(|r| r.seconds)),
-        if found.cannot.is_empty() {
-            String::new()
-        } else {
-            "cannot express it".into()
-        },
     ]
 }
 

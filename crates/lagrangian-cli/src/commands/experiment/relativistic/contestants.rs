@@ -2,9 +2,30 @@
 
 use lagrangian::baseline::MlpConfig;
 use lagrangian::hamiltonian::{HnnConfig, Momenta};
-use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
+use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig, SpeedChart};
 use lagrangian::report::Role;
 use lagrangian::train::{Budget, Family, FitConfig, Learned, Loss, NaturalConfig, Optimizer};
+
+/// Where a fit starts from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Start {
+    /// What the network sees of q̇, where it is told the limit.
+    chart: SpeedChart,
+    /// κ of the kinetic term.
+    kinetic: f64,
+    /// λ.
+    damping: f64,
+}
+
+impl Start {
+    const fn new(chart: SpeedChart, kinetic: f64, damping: f64) -> Self {
+        Self {
+            chart,
+            kinetic,
+            damping,
+        }
+    }
+}
 
 /// A family of models in the comparison.
 pub(super) struct Contestant {
@@ -13,10 +34,10 @@ pub(super) struct Contestant {
     /// Its name on the page.
     pub(super) name: &'static str,
     pub(super) role: Role,
-    family: fn(f64) -> Family,
-    /// (κ, damping λ at the start) of each start.
-    starts: &'static [(f64, f64)],
+    family: fn(&Start) -> Family,
+    starts: &'static [Start],
     pub(super) loss: Loss,
+    /// Steps of the fit from the best start.
     steps: usize,
     /// The published error of the published particle, 1/s.
     pub(super) published: Option<f64>,
@@ -25,37 +46,58 @@ pub(super) struct Contestant {
 /// Units of each of two hidden layers.
 pub(super) const WIDTH: usize = 32;
 pub(super) const BATCH: usize = 256;
-/// Steps of a fit, and in a quick run.
+/// Steps of the fit from the best start, of those whose errors still fall; of each fit that seeks a start; of all fits
+/// of a quick run.
 const STEPS: usize = 600;
+const MORE: usize = 1500;
+const TRIAL: usize = 150;
 const FEW: usize = 100;
 
-const STARTS: &[(f64, f64)] = &[(30.0, 1e-3), (10.0, 1e-5), (3.0, 1e-6)];
+/// Of networks that are told the limit: both charts.
+const CHARTS: &[Start] = &[
+    Start::new(SpeedChart::Artanh, 30.0, 1e-3),
+    Start::new(SpeedChart::Artanh, 10.0, 1e-5),
+    Start::new(SpeedChart::Arcsin, 30.0, 1e-6),
+    Start::new(SpeedChart::Arcsin, 10.0, 1e-4),
+    Start::new(SpeedChart::Arcsin, 10.0, 1e-6),
+];
+
+const STARTS: &[Start] = &[
+    Start::new(SpeedChart::Artanh, 30.0, 1e-3),
+    Start::new(SpeedChart::Artanh, 10.0, 1e-5),
+    Start::new(SpeedChart::Artanh, 3.0, 1e-6),
+];
 
 /// Of families that start from no kinetic term of their own.
-const PLAIN: &[(f64, f64)] = &[(1.0, 1e-1), (1.0, 1e-3), (1.0, 1e-6)];
+const PLAIN: &[Start] = &[
+    Start::new(SpeedChart::Artanh, 1.0, 1e-1),
+    Start::new(SpeedChart::Artanh, 1.0, 1e-3),
+    Start::new(SpeedChart::Artanh, 1.0, 1e-6),
+];
 
 /// All of them, in the order of the tables.
 pub(super) const CONTESTANTS: &[Contestant] = &[
     Contestant {
         key: "lnn",
-        name: "Lagrangian network, free, sees artanh q̇",
+        name: "Lagrangian network, free, below the limit c",
         role: Role::Lnn,
-        family: |kinetic| {
+        family: |start| {
             Family::Lnn(LnnConfig {
                 speed_limit: Some(1.0),
-                ..lnn(Form::Free, kinetic)
+                speed_chart: start.chart,
+                ..lnn(Form::Free, start)
             })
         },
-        starts: STARTS,
+        starts: CHARTS,
         loss: Loss::AccelerationRelative,
-        steps: STEPS,
+        steps: MORE,
         published: Some(7.9e-4),
     },
     Contestant {
         key: "lnn_free",
         name: "Lagrangian network, free, sees q̇",
         role: Role::Other(0),
-        family: |kinetic| Family::Lnn(lnn(Form::Free, kinetic)),
+        family: |start| Family::Lnn(lnn(Form::Free, start)),
         starts: STARTS,
         loss: Loss::AccelerationRelative,
         steps: STEPS,
@@ -65,13 +107,13 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         key: "lnn_convex",
         name: "Lagrangian network, convex, exponential units",
         role: Role::Other(1),
-        family: |kinetic| {
+        family: |start| {
             Family::Lnn(LnnConfig {
                 exponential: true,
-                ..lnn(Form::Convex, kinetic)
+                ..lnn(Form::Convex, start)
             })
         },
-        starts: &[(10.0, 1e-1)],
+        starts: &[Start::new(SpeedChart::Artanh, 10.0, 1e-1)],
         loss: Loss::AccelerationRelative,
         steps: STEPS,
         published: None,
@@ -80,19 +122,19 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         key: "hnn_noncanonical",
         name: "Hamiltonian network on (q, q̇)",
         role: Role::Other(3),
-        family: |_| Family::Hnn(hnn(Momenta::Velocities)),
+        family: |_| Family::Hnn(hnn(Momenta::Velocities, None)),
         starts: PLAIN,
-        loss: Loss::Acceleration,
+        loss: Loss::AccelerationL1,
         steps: STEPS,
         published: Some(0.41),
     },
     Contestant {
         key: "hnn_canonical",
-        name: "Hamiltonian network on (q, p)",
+        name: "Hamiltonian network on (q, p), below the limit c",
         role: Role::Other(4),
-        family: |_| Family::Hnn(hnn(Momenta::Recorded)),
+        family: |_| Family::Hnn(hnn(Momenta::Recorded, Some(1.0))),
         starts: PLAIN,
-        loss: Loss::Acceleration,
+        loss: Loss::AccelerationL1,
         steps: STEPS,
         published: Some(2.4e-4),
     },
@@ -128,44 +170,88 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     },
 ];
 
-fn hnn(momenta: Momenta) -> HnnConfig {
+fn hnn(momenta: Momenta, speed_limit: Option<f64>) -> HnnConfig {
     HnnConfig {
         momenta,
+        speed_limit,
         width: WIDTH,
         ..HnnConfig::default()
     }
 }
 
-fn lnn(form: Form, kinetic: f64) -> LnnConfig {
+fn lnn(form: Form, start: &Start) -> LnnConfig {
     LnnConfig {
         form,
         width: WIDTH,
-        kinetic,
+        kinetic: start.kinetic,
         ..LnnConfig::default()
     }
 }
 
 impl Contestant {
-    /// The settings of each start.
-    pub(super) fn configs(&self, seed: u64, seconds: Option<f64>, quick: bool) -> Vec<FitConfig> {
+    /// The short fits that seek the best start; none where there is nothing to choose.
+    pub(super) fn trials(&self, seed: u64, seconds: Option<f64>, quick: bool) -> Vec<FitConfig> {
+        if quick || self.starts.len() == 1 {
+            return Vec::new();
+        }
+        let each = seconds.map(|s| 0.5 * s / self.starts.len() as f64);
+        let starts = self.starts.iter();
+        starts
+            .map(|start| self.config(start, (TRIAL, each), seed))
+            .collect()
+    }
+
+    /// The fit from start number `start`.
+    pub(super) fn full(
+        &self,
+        start: usize,
+        seed: u64,
+        seconds: Option<f64>,
+        quick: bool,
+    ) -> FitConfig {
         let steps = if quick { FEW } else { self.steps };
-        let config = |&(kinetic, damping_first): &(f64, f64)| FitConfig {
-            family: (self.family)(kinetic),
+        let rest = seconds.map(|s| 0.5 * s);
+        let start = &self.starts[start.min(self.starts.len() - 1)];
+        self.config(start, (steps, rest), seed)
+    }
+
+    /// Fits of a seed.
+    pub(super) fn fits(&self, quick: bool) -> usize {
+        self.trials(0, None, quick).len() + 1
+    }
+
+    /// What start number `start` is, in words.
+    pub(super) fn describe(&self, start: usize) -> String {
+        let found = &self.starts[start.min(self.starts.len() - 1)];
+        let (kinetic, damping) = (found.kinetic, found.damping);
+        match (self.family)(found) {
+            Family::Lnn(lnn) if lnn.speed_limit.is_some() => {
+                format!("{:?}, κ = {kinetic}, λ = {damping:e}", found.chart).to_lowercase()
+            }
+            Family::Lnn(_) => format!("κ = {kinetic}, λ = {damping:e}"),
+            _ => format!("λ = {damping:e}"),
+        }
+    }
+
+    fn config(
+        &self,
+        start: &Start,
+        (steps, seconds): (usize, Option<f64>),
+        seed: u64,
+    ) -> FitConfig {
+        FitConfig {
+            family: (self.family)(start),
             loss: self.loss,
             optimizer: Optimizer::Natural(NaturalConfig {
-                damping_first,
+                damping_first: start.damping,
                 damping_last: 1e-10,
                 ..NaturalConfig::default()
             }),
-            budget: seconds.map_or(Budget::Steps(steps), |s| {
-                Budget::Seconds(s / self.starts.len() as f64)
-            }),
+            budget: seconds.map_or(Budget::Steps(steps), Budget::Seconds),
             batch: BATCH,
             seed,
             ..FitConfig::default()
-        };
-        let count = if quick { 1 } else { self.starts.len() };
-        self.starts[..count].iter().map(config).collect()
+        }
     }
 
     /// The Lagrangian of a fitted model, where it has one.

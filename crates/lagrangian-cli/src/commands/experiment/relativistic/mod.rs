@@ -46,6 +46,8 @@ struct Fitted {
     momentum: [f64; 2],
     sweep: Sweep,
     seconds: f64,
+    /// The start that was chosen.
+    start: String,
 }
 
 /// One family with all seeds.
@@ -83,6 +85,7 @@ impl Found {
             "momentum_r2": self.momentum(0),
             "momentum_r2_all_speeds": self.momentum(1),
             "seconds": self.seconds(),
+            "starts": self.runs.iter().map(|r| &r.start).collect::<Vec<_>>(),
             "cannot_express": self.cannot,
         })
     }
@@ -99,8 +102,8 @@ struct Measured {
 
 fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
     let (seeds, quick) = (setting.seeds(), setting.args.quick);
-    let starts = CONTESTANTS.iter().map(|c| c.configs(0, None, quick).len());
-    course.plan((starts.sum::<usize>() * seeds.len() * Particle::ALL.len()) as f64);
+    let fits = CONTESTANTS.iter().map(|c| c.fits(quick));
+    course.plan((fits.sum::<usize>() * seeds.len() * Particle::ALL.len()) as f64);
     let mut all = Vec::new();
     for particle in Particle::ALL {
         all.push(measure(particle, setting, course)?);
@@ -164,13 +167,17 @@ fn one(
 ) -> Result<Fitted> {
     let quick = setting.args.quick;
     let data = dataset(particle, if quick { FEW } else { TRAIN }, seed)?;
-    let configs = contestant.configs(seed, setting.args.seconds, quick);
     let what = format!(
         "{} particle, {}, seed {seed}",
         particle.name(),
         contestant.key
     );
-    let best = best(&what, &data, &configs, course)?;
+    let seconds = setting.args.seconds;
+    let trials = contestant.trials(seed, seconds, quick);
+    let sought = best(&format!("{what}, seeking"), &data, &trials, course)?;
+    let (start, trial_seconds) = sought.map_or((0, 0.0), |found| (found.start, found.seconds));
+    let full = [contestant.full(start, seed, seconds, quick)];
+    let best = best(&what, &data, &full, course)?;
     let best = best.ok_or_else(|| anyhow::anyhow!("{what}: no start"))?;
     let model = &best.fit.model;
     let file = format!("{}-{}-{seed}.safetensors", particle.name(), contestant.key);
@@ -194,7 +201,8 @@ fn one(
         },
         momentum: [r2(FAST), r2(FASTEST)],
         sweep: sweep(model, lagrangian, (FASTEST, FIELD)),
-        seconds: best.seconds,
+        seconds: trial_seconds + best.seconds,
+        start: contestant.describe(start),
     })
 }
 

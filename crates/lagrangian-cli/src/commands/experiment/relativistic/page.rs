@@ -21,7 +21,7 @@ pub(super) fn summary(all: &[Measured]) -> Table {
             found.map_or_else(|| "–".into(), |found| cell(&f(found)))
         };
         vec![
-            found.contestant.name.to_string(),
+            super::super::able(found.contestant.name, &found.cannot),
             of(Some(found), Found::errors),
             found
                 .contestant
@@ -31,11 +31,6 @@ pub(super) fn summary(all: &[Measured]) -> Table {
             of(Some(found), |f| unexplained(&f.momentum(0))),
             of(other, |f| unexplained(&f.momentum(0))),
             cell(&found.seconds()),
-            if found.cannot.is_empty() {
-                String::new()
-            } else {
-                "cannot express it".into()
-            },
         ]
     });
     let mut rows: Vec<Vec<String>> = rows.collect();
@@ -46,7 +41,7 @@ pub(super) fn summary(all: &[Measured]) -> Table {
         "0.41".into(),
         nothing(physical),
     ];
-    last.resize(8, "–".into());
+    last.resize(7, "–".into());
     rows.push(last);
     Table {
         caption: "Error of q̈ weighted by 1 + 1/√(1 − q̇²), 1/s (Cranmer et al. 2020, their notebooks), on samples that no fit \
@@ -61,7 +56,6 @@ pub(super) fn summary(all: &[Measured]) -> Table {
             "1 − R² of p, published",
             "1 − R² of p, physical",
             "s",
-            "",
         ]
         .map(str::to_string)
         .to_vec(),
@@ -90,6 +84,9 @@ pub(super) fn report(all: &[Measured], quick: bool) -> Report {
         summary: vec![
             "The field is a parameter: a coordinate that never moves. A network sees its value, and the Euler–Lagrange equation \
              holds it."
+                .into(),
+            "Networks that are told the limit c see artanh(q̇/c) or arcsin(q̇/c), the Hamiltonian one arsinh of p over its median. \
+             Short fits of several starts come first; their validation loss chooses the one that is continued."
                 .into(),
             "Without forces in the data a Lagrangian of one coordinate is far from unique: the momentum need not be the \
              textbook's even where every acceleration is right."

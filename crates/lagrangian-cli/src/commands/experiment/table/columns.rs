@@ -58,12 +58,12 @@ impl Column {
             Self::Conservation => "exact conservation",
             Self::Coordinates => "arbitrary coordinates",
             Self::Lagrangians => "arbitrary Lagrangians",
-            Self::Accelerations => "without accelerations",
-            Self::Torques => "without torques",
-            Self::Momenta => "without momenta",
+            Self::Accelerations => "without q̈",
+            Self::Torques => "without τ",
+            Self::Momenta => "without p",
             Self::Noise => "5 % noise",
             Self::Training => "time to 5 %",
-            Self::Call => "time per call",
+            Self::Call => "one call",
         }
     }
 
@@ -87,14 +87,19 @@ impl Column {
                 "larger error of q̈ of the relativistic particle and of the charged one in a magnetic field; counts only for a \
                  model that has an energy, and so a Lagrangian to learn"
             }
-            Self::Accelerations => "whether a fit accepts data without q̈ and ṗ",
+            Self::Accelerations => {
+                "whether a fit by the loss of this row accepts data without q̈ and ṗ"
+            }
             Self::Torques => "whether a fit accepts data without τ",
             Self::Momenta => "whether a fit accepts data without p",
             Self::Noise => {
-                "error of q̈ where the states learned from carry noise of 0.05 rad and 5 % of their rates"
+                "error of q̈ where all that is learned from carries noise: 0.05 rad, and 5 % of velocities, accelerations, momenta and \
+                 their rates"
             }
             Self::Training => "time until the error of q̈ is at 5 %",
-            Self::Call => "one evaluation of forward dynamics at one state",
+            Self::Call => {
+                "one evaluation of q̈ at one state, or of the flow for a model that moves in (q, p)"
+            }
         }
     }
 
@@ -146,6 +151,8 @@ pub(super) struct Measured {
     pub(super) accepted: Option<bool>,
     /// More figures, by name.
     pub(super) figures: Vec<(&'static str, f64)>,
+    /// Error of q̈ over the steps of the fit.
+    pub(super) history: Vec<(usize, f64)>,
     pub(super) note: Option<String>,
 }
 

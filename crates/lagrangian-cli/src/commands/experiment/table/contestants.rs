@@ -1,7 +1,8 @@
 //! The rows: a line each.
 
 use lagrangian::baseline::MlpConfig;
-use lagrangian::experiment::table::Reads;
+use lagrangian::dynamics::Model;
+use lagrangian::experiment::table::{Lesson, Reads, acceleration_error, flow_acceleration_error};
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::integrate::Method;
@@ -20,6 +21,10 @@ pub(super) struct Contestant {
     /// The steps that it is made for.
     pub(super) method: Method,
     pub(super) reads: Reads,
+    /// Samples of a step, so that all solve 256 equations of the double pendulum at once.
+    pub(super) batch: usize,
+    /// How its accelerations are judged.
+    pub(super) error: fn(&dyn Model, &Lesson) -> f64,
     /// Its column in the table of Cranmer et al. 2020.
     pub(super) published: Option<&'static Published>,
 }
@@ -93,6 +98,8 @@ const fn free(key: &'static str, name: &'static str, family: fn() -> Family) -> 
         loss: Loss::Acceleration,
         method: Method::Rk4,
         reads: Reads::Motions,
+        batch: 128,
+        error: acceleration_error,
         published: None,
     }
 }
@@ -110,6 +117,22 @@ fn neural_ode(order: Order) -> Family {
         order,
         ..NeuralOdeConfig::default()
     })
+}
+
+/// A family that is fitted to q̇ and ṗ, or what stands for them: two equations for each coordinate.
+const fn flowing(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+    Contestant {
+        batch: 64,
+        ..free(key, name, family)
+    }
+}
+
+/// The same with momenta, which it is judged at too.
+const fn canonical(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+    Contestant {
+        error: flow_acceleration_error,
+        ..flowing(key, name, family)
+    }
 }
 
 /// A family that is fitted to the motion between the samples, by rollouts.
@@ -144,14 +167,14 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     }),
     Contestant {
         published: Some(&HNN),
-        ..free("hnn", "HNN, canonical", || {
+        ..canonical("hnn", "HNN, canonical", || {
             hamiltonian(HnnStructure::Free, Momenta::Recorded)
         })
     },
-    free("hnn-mass", "HNN, M(q)", || {
+    canonical("hnn-mass", "HNN, M(q)", || {
         hamiltonian(HnnStructure::Mass, Momenta::Recorded)
     }),
-    free("hnn-velocities", "HNN, q̇ for p", || {
+    flowing("hnn-velocities", "HNN, q̇ for p", || {
         hamiltonian(HnnStructure::Free, Momenta::Velocities)
     }),
     Contestant {
@@ -165,7 +188,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
     }),
     Contestant {
         published: Some(&FLOW),
-        ..free("flow", "flow of rates", || {
+        ..flowing("flow", "flow of rates", || {
             hamiltonian(HnnStructure::None, Momenta::Velocities)
         })
     },

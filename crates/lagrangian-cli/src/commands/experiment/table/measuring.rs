@@ -3,15 +3,17 @@
 use anyhow::Result;
 use lagrangian::Error;
 use lagrangian::dynamics::Model;
-use lagrangian::experiment::fit_with_history;
 use lagrangian::experiment::table::{
-    Hidden, Lesson, Reads, SAMPLES, Task, acceleration_error, call_seconds, energy_drift,
-    step_errors,
+    Hidden, Lesson, Reads, SAMPLES, Task, call_seconds, energy_drift, step_errors,
 };
-use lagrangian::train::{Budget, FitConfig, Learned, RolloutLoss, fit};
+use lagrangian::experiment::{History, fit_with_history};
+use lagrangian::train::{
+    Budget, FitConfig, Learned, Loss, NaturalConfig, Observer, Optimizer, RolloutLoss, fit,
+};
 
 use super::columns::{Column, Measured, OWN_ENERGY};
 use super::contestants::Contestant;
+use super::hopeless::Hopeless;
 use super::{Course, Plan};
 
 type Found = Vec<(&'static Contestant, Column, Measured)>;
@@ -82,9 +84,12 @@ pub(super) fn measure(plan: &Plan, seed: u64, course: &mut Course) -> Result<Fou
             ("noise", seed),
             course,
             &mut found,
-            |_, _, lesson, fitted| {
-                let error = acceleration_error(&fitted.model, lesson);
-                Ok(vec![(Column::Noise, Measured::value(error))])
+            |_, row, lesson, fitted| {
+                let error = (row.error)(&fitted.model, lesson);
+                Ok(vec![(
+                    Column::Noise,
+                    fitted.with_steps(Measured::value(error)),
+                )])
             },
         )?;
     }
@@ -97,8 +102,30 @@ pub(super) fn measure(plan: &Plan, seed: u64, course: &mut Course) -> Result<Fou
 /// A fitted model with what was seen on the way.
 struct Fitted {
     model: Learned,
-    /// Seconds until the error was at [`LEARNED`].
-    seconds: Option<f64>,
+    steps: usize,
+    history: History,
+}
+
+impl Fitted {
+    /// A cell that says how long the fit was.
+    fn with_steps(&self, mut cell: Measured) -> Measured {
+        cell.figures.push(("steps", self.steps as f64));
+        cell
+    }
+
+    /// Seconds and steps until the error was at [`LEARNED`].
+    fn time(&self) -> Measured {
+        let history = self.history.moments.iter().map(|m| (m.step, m.value));
+        let mut cell = match self.history.moments.iter().find(|m| m.value <= LEARNED) {
+            Some(moment) => Measured {
+                figures: vec![("steps", moment.step as f64)],
+                ..Measured::value(moment.seconds)
+            },
+            None => Measured::refused(&"not within the fit"),
+        };
+        cell.history = history.collect();
+        cell
+    }
 }
 
 /// Fits every row to a lesson and measures it; a row that is refused says so in its cells.
@@ -148,7 +175,7 @@ fn main(
     let mut cells = Vec::new();
     for column in MAIN.into_iter().filter(|c| plan.asks(&[*c])) {
         let cell = match column {
-            Column::Dynamics => Measured::value(acceleration_error(model, lesson)),
+            Column::Dynamics => fitted.with_steps(Measured::value((row.error)(model, lesson))),
             Column::Continuous => {
                 let errors = step_errors(model, lesson, row.method)?;
                 Measured {
@@ -173,10 +200,7 @@ fn main(
                     ..Measured::value(drift.exact)
                 }
             }
-            Column::Training => match fitted.seconds {
-                Some(seconds) => Measured::value(seconds),
-                None => Measured::refused(&"not within the fit"),
-            },
+            Column::Training => fitted.time(),
             _ => Measured::value(1e6 * call_seconds(model, lesson)),
         };
         cells.push((column, cell));
@@ -204,7 +228,7 @@ fn several(
             course.begin(part, 1.0)?;
             match fitted(plan, row, &lesson, seed, course) {
                 Ok(fitted) => {
-                    let error = acceleration_error(&fitted.model, &lesson);
+                    let error = (row.error)(&fitted.model, &lesson);
                     cell.figures.push((task.name(), error));
                     cell.spoiled |=
                         column == Column::Lagrangians && !has_energy(&fitted.model, &lesson);
@@ -232,11 +256,24 @@ fn has_energy(model: &Learned, lesson: &Lesson) -> bool {
     model.evaluator().energy(&motion.q, &motion.qd, &mut energy)
 }
 
-fn config(plan: &Plan, row: &Contestant, seed: u64) -> FitConfig {
+/// What a fit is ended with under noise: each batch is solved for itself, noise and all.
+const NOISY_DAMPING: f64 = 1e-2;
+
+fn config(plan: &Plan, row: &Contestant, seed: u64, noisy: bool) -> FitConfig {
+    let default = NaturalConfig::default();
     FitConfig {
         family: (row.family)(),
         loss: row.loss,
         budget: plan.budget,
+        batch: row.batch,
+        optimizer: Optimizer::Natural(NaturalConfig {
+            damping_last: if noisy {
+                NOISY_DAMPING
+            } else {
+                default.damping_last
+            },
+            ..default
+        }),
         seed,
         validate_every: 10,
         rollout: RolloutLoss {
@@ -255,11 +292,26 @@ fn fitted(
     course: &mut Course,
 ) -> Result<Fitted, Error> {
     let data = lesson.data(row.reads, seed)?;
-    let error = |model: &Learned| acceleration_error(model, lesson);
-    let (fit, history) = fit_with_history(&data, &config(plan, row, seed), course, &error)?;
+    let error = |model: &Learned| (row.error)(model, lesson);
+    let mut config = config(plan, row, seed, lesson.noise > 0.0);
+    if lesson.task == Task::Pendulum && lesson.noise <= 0.0 {
+        config.budget = plan.longest;
+    }
+    // What rollouts leave under noise is that of their starts, so that their loss does not say how far they are.
+    let watched = row.loss != Loss::Rollout || lesson.noise <= 0.0;
+    let mut hopeless;
+    let observer: &mut dyn Observer = match watched {
+        true => {
+            hopeless = Hopeless::new(course);
+            &mut hopeless
+        }
+        false => course,
+    };
+    let (fit, history) = fit_with_history(&data, &config, observer, &error)?;
     Ok(Fitted {
         model: fit.model,
-        seconds: history.seconds_to(LEARNED),
+        steps: fit.steps,
+        history,
     })
 }
 
@@ -267,7 +319,7 @@ fn fitted(
 fn without(plan: &Plan, row: &Contestant, lesson: &Lesson, hidden: Hidden, seed: u64) -> Measured {
     let config = FitConfig {
         budget: Budget::Steps(1),
-        ..config(plan, row, seed)
+        ..config(plan, row, seed, false)
     };
     // Nobody is given torques but who cannot do without.
     let reads = match (hidden, row.reads) {

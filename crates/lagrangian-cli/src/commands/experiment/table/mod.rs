@@ -2,6 +2,7 @@
 
 mod columns;
 mod contestants;
+mod hopeless;
 mod measuring;
 mod page;
 
@@ -30,6 +31,8 @@ struct Plan {
     columns: Vec<Column>,
     /// Of a fit: steps, or the seconds that are asked for.
     budget: Budget,
+    /// Of a fit to the double pendulum without noise, the hardest lesson.
+    longest: Budget,
     seconds: Option<f64>,
     size: Size,
     /// Long motions, and how long they are, s.
@@ -41,14 +44,19 @@ impl Plan {
     fn of(setting: &Setting) -> Result<Self> {
         let quick = setting.args.quick;
         let (rows, columns) = chosen(setting.args.only.as_deref())?;
-        let steps = Budget::Steps(if quick { 8 } else { 300 });
+        let seconds = setting.args.seconds;
+        let steps = |steps, few| {
+            let steps = Budget::Steps(if quick { few } else { steps });
+            seconds.map_or(steps, Budget::Seconds)
+        };
         let size = |train, held, test| Size { train, held, test };
         Ok(Self {
             seeds: setting.seeds(),
             rows,
             columns,
-            budget: setting.args.seconds.map_or(steps, Budget::Seconds),
-            seconds: setting.args.seconds,
+            budget: steps(400, 8),
+            longest: steps(800, 8),
+            seconds,
             size: if quick {
                 size(150, 30, 20)
             } else {
@@ -193,6 +201,7 @@ fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
         figures: json!({
             "cells": cells.iter().map(|cell| cell.json(&plan)).collect::<Vec<_>>(),
             "budget": plan.budget,
+            "budget_double_pendulum": plan.longest,
         }),
         summary: page::summary(&plan, &cells),
         report: page::report(&plan, &cells),

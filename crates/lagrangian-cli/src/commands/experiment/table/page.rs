@@ -1,17 +1,22 @@
 //! The table that can be read at a glance, and what stands behind its cells.
 
-use lagrangian::report::{Headline, Report, Role, Table};
-
+use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 use lagrangian::train::Budget;
 
 use super::columns::{Column, OWN_ENERGY};
+use super::hopeless::{FAR, GAIN, GRACE, WITHIN};
 use super::{Cell, Plan};
-use crate::commands::experiment::spread::scientific;
+use crate::commands::experiment::spread::{self, scientific};
+
+/// A change of the energy, in its deviations, after which nothing of it is left.
+const LOST: f64 = 10.0;
 
 /// A share in percent, other figures with their unit.
 fn figure(column: Column, value: f64) -> String {
     match column {
         Column::Continuous => format!("× {}", scientific(value)),
+        // More than all of it: the motion is another one.
+        Column::Conservation if value > LOST => "lost".into(),
         Column::Training | Column::Call => format!("{} {}", scientific(value), column.unit()),
         _ => format!("{} %", scientific(100.0 * value)),
     }
@@ -127,6 +132,47 @@ fn differences(cells: &[Cell]) -> Table {
     }
 }
 
+fn budget(budget: Budget) -> String {
+    match budget {
+        Budget::Steps(steps) => format!("{steps} steps"),
+        Budget::Seconds(seconds) => format!("{} s", scientific(seconds)),
+    }
+}
+
+/// The families whose learning is drawn.
+const DRAWN: [(&str, Role); 7] = [
+    ("lnn", Role::Lnn),
+    ("delan", Role::Other(0)),
+    ("hnn", Role::Other(1)),
+    ("neural-ode", Role::Other(2)),
+    ("vin", Role::Other(3)),
+    ("flow", Role::Other(4)),
+    ("mlp", Role::Baseline),
+];
+
+/// The error of q̈ over the steps of the fits of the first seed to the double pendulum.
+fn learning(cells: &[Cell]) -> Option<Figure> {
+    let line = |(key, role): (&str, Role)| {
+        let own = |c: &&Cell| c.row.key == key && c.column == Column::Training;
+        let cell = cells.iter().find(own)?;
+        let history = &cell.found.first()?.history;
+        let x = history.iter().map(|(step, _)| *step as f64).collect();
+        let y = history.iter().map(|(_, error)| 100.0 * error).collect();
+        (!history.is_empty()).then(|| Series::line(cell.row.name, role, x, y))
+    };
+    let series: Vec<Series> = DRAWN.into_iter().filter_map(line).collect();
+    (!series.is_empty()).then(|| Figure {
+        id: "learning".into(),
+        title: "Learning the double pendulum".into(),
+        caption: "Error of q̈ on held-out motions by the best weights so far; one seed. A tick is a cut through this figure: at 5 % \
+                  and at the last step."
+            .into(),
+        x: Axis::log("steps of the natural gradient", ""),
+        y: Axis::log("error of q̈", "%"),
+        series,
+    })
+}
+
 pub(super) fn report(plan: &Plan, cells: &[Cell]) -> Report {
     let ticks = |column: Column| {
         let all = || cells.iter().filter(|c| c.column == column);
@@ -157,24 +203,41 @@ pub(super) fn report(plan: &Plan, cells: &[Cell]) -> Report {
     Report {
         title: "What every family can learn".into(),
         subtitle: format!(
-            "{} pieces of motion of five samples; medians of {} seeds",
+            "{} pieces of motion of five samples; {}",
             plan.size.train,
-            plan.seeds.len()
+            match plan.seeds.len() {
+                1 => spread::seeds(1),
+                count => format!("medians of {}", spread::seeds(count)),
+            }
         ),
         headlines: asked.map(headline).collect(),
         summary,
+        figures: learning(cells).into_iter().collect(),
         tables: vec![thresholds(plan), differences(cells), details(plan, cells)],
         settings: vec![
             (
                 "All networks".into(),
-                "2 × 64, natural gradient, batches of 256 samples".into(),
+                "2 × 64, natural gradient, batches of 128 samples (64 where a sample gives twice as many equations)"
+                    .into(),
             ),
             (
                 "Budget of a fit".into(),
-                match plan.budget {
-                    Budget::Steps(steps) => format!("{steps} steps"),
-                    Budget::Seconds(seconds) => format!("{} s", scientific(seconds)),
-                },
+                format!(
+                    "{}; double pendulum without noise {}",
+                    budget(plan.budget),
+                    budget(plan.longest)
+                ),
+            ),
+            (
+                "Ended early".into(),
+                format!(
+                    "fits whose loss is above {} % of that of predicting nothing and falls by less than {} % in {} % of the \
+                     budget, after {} % of it",
+                    100.0 * FAR,
+                    100.0 * GAIN,
+                    100.0 * WITHIN,
+                    100.0 * GRACE
+                ),
             ),
             (
                 "Long motions".into(),

@@ -6,7 +6,7 @@ use lagrangian::integrate::Method;
 use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::{DURATION, Found, Line, Plan, SAMPLES, START_SEED, name};
-use crate::commands::experiment::spread::{median, scientific};
+use crate::commands::experiment::spread::{self, median, scientific};
 
 fn role(contestant: Contestant) -> Role {
     match contestant {
@@ -31,16 +31,20 @@ pub(super) fn summary(found: &Found, seeds: usize) -> Table {
     ];
     Table {
         caption: format!(
-            "One motion of {SAMPLES} positions every {STEP} s, {seeds} seeds of motion and weights. Root mean square error of \
+            "One motion of {SAMPLES} positions every {STEP} s, {} of motion and weights. Root mean square error of \
              the position (rad, m) over {HORIZON} s and largest change of the true energy over {DURATION} s relative to that \
              of the highest swing, by the method and step that the model learned with; the same error in continuous time. \
              Medians over starts that were not seen; lost: predictions that changed the energy by all of it. The paper \
-             (Saemundsson et al. 2020) shows curves at noise 0.33, no figures."
+             (Saemundsson et al. 2020) shows curves at noise 0.33, no figures.",
+            spread::seeds(seeds)
         ),
         header: header.map(str::to_string).to_vec(),
         rows: found.lines.iter().map(Line::cells).collect(),
     }
 }
+
+/// Half the height of the figure of energies: what leaves it has lost or gained more than any model of mechanics does.
+const ENERGIES: f64 = 0.1;
 
 /// Angles or energies of the first start by the models of the first seed.
 fn motions(found: &Found, energy: bool) -> Result<Figure> {
@@ -69,7 +73,7 @@ fn motions(found: &Found, energy: bool) -> Result<Figure> {
         true => (
             "energy",
             "True energy along the predictions",
-            Axis::linear("change of energy", "of the highest").between(-0.3, 0.3),
+            Axis::linear("change of energy", "of the highest").between(-ENERGIES, ENERGIES),
         ),
         false => (
             "angle",
@@ -112,7 +116,15 @@ fn steps(found: &Found) -> Figure {
 }
 
 /// The error over the noise.
-fn noise(found: &Found, system: System) -> Figure {
+fn noise(found: &Found, plan: &Plan, system: System) -> Figure {
+    let unit = match system {
+        System::Pendulum => "rad",
+        System::MassSpring => "m",
+    };
+    let level = |noise: &f64| match *noise > 0.0 {
+        true => format!("{noise} {unit}"),
+        false => "none".into(),
+    };
     let line = |contestant: Contestant| {
         let own = || {
             found.lines.iter().filter(move |l| {
@@ -120,22 +132,19 @@ fn noise(found: &Found, system: System) -> Figure {
             })
         };
         let error = |l: &Line| median(&l.own.iter().map(|j| j.error).collect::<Vec<f64>>());
-        let x = own().map(|l| l.noise.max(1e-4)).collect();
-        Series::line(
-            name(contestant),
-            role(contestant),
-            x,
-            own().map(error).collect(),
-        )
+        let y: Vec<f64> = own().map(error).collect();
+        let x = (0..y.len()).map(|k| k as f64).collect();
+        Series::line(name(contestant), role(contestant), x, y)
     };
     Figure {
         id: format!("noise-{}", system.name()),
         title: format!("Error and noise, {}", system.name()),
-        caption: format!(
-            "Position error over {HORIZON} s, medians of the seeds; no noise stands at 1e-4."
+        caption: format!("Position error over {HORIZON} s, medians of the seeds."),
+        x: Axis::of_names(
+            "noise of the positions",
+            plan.noises.iter().map(level).collect(),
         ),
-        x: Axis::log("noise of the positions", "rad or m"),
-        y: Axis::log("position error", "rad or m"),
+        y: Axis::log("position error", unit),
         series: Contestant::ALL.map(line).to_vec(),
     }
 }
@@ -177,7 +186,11 @@ pub(super) fn report(found: &Found, plan: &Plan) -> Result<Report> {
         }
     };
     let mut figures = vec![motions(found, false)?, motions(found, true)?, steps(found)];
-    figures.extend(plan.systems.iter().map(|&system| noise(found, system)));
+    figures.extend(
+        plan.systems
+            .iter()
+            .map(|&system| noise(found, plan, system)),
+    );
     Ok(Report {
         title: "Learning from positions alone".into(),
         subtitle: format!("Variational integrator networks and others from {SAMPLES} positions of one motion"),

@@ -1,17 +1,18 @@
 //! Noisy recordings: fits of estimated accelerations against fits through an integrator.
 
+mod page;
+
 use anyhow::Result;
 use lagrangian::experiment::noisy::{Judgement, Protocol, judge, record};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::neural_ode::{NeuralOdeConfig, Order};
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian::report::Role;
 use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, Loss, NaturalConfig, Optimizer, RolloutLoss, Start, fit,
 };
 use serde_json::{Value, json};
 
-use super::spread::{cell, median};
 use super::{Course, Experiment, Findings, Setting};
 
 pub(super) const EXPERIMENT: Experiment = Experiment {
@@ -29,6 +30,8 @@ const STEP: f64 = 0.05;
 /// A way to fit: its name, the samples that are predicted, and whether starts are free; none is the fit of accelerations.
 struct Way {
     name: &'static str,
+    /// As it stands below an axis of samples that are predicted.
+    short: &'static str,
     loss: Option<(usize, Start)>,
     role: Role,
 }
@@ -36,45 +39,54 @@ struct Way {
 const WAYS: [Way; 5] = [
     Way {
         name: "accelerations",
+        short: "q̈",
         loss: None,
         role: Role::Baseline,
     },
     Way {
         name: "k = 1",
+        short: "1",
         loss: Some((1, Start::Recorded)),
         role: Role::Other(0),
     },
     Way {
         name: "k = 5",
+        short: "5",
         loss: Some((5, Start::Recorded)),
         role: Role::Other(1),
     },
     Way {
         name: "k = 20",
+        short: "20",
         loss: Some((20, Start::Recorded)),
         role: Role::Other(2),
     },
     Way {
         name: "k = 20, free starts",
+        short: "20 free",
         loss: Some((20, Start::Free)),
         role: Role::Lnn,
     },
 ];
 
+/// Units of a layer: few for Lagrangians of noisy data, as `lagrangian fit` takes them.
+const NARROW: usize = 16;
+const WIDTH: usize = 32;
+
 /// The families that are compared.
 fn families() -> [(&'static str, Family); 4] {
     let lnn = LnnConfig {
         form: Form::Convex,
-        width: 32,
+        width: NARROW,
         ..LnnConfig::default()
     };
     let delan = DelanConfig {
-        width: 32,
+        width: NARROW,
         ..DelanConfig::default()
     };
     let ode = |order| NeuralOdeConfig {
         order,
-        width: 32,
+        width: WIDTH,
         ..NeuralOdeConfig::default()
     };
     [
@@ -115,8 +127,8 @@ fn config(family: Family, way: &Way, setting: &Setting, seed: u64) -> FitConfig 
     let steps = match (quick, rollout) {
         (true, false) => 150,
         (true, true) => 15,
-        (false, false) => 2000,
-        (false, true) => 200,
+        (false, false) => 1000,
+        (false, true) => 100,
     };
     FitConfig {
         family,
@@ -143,7 +155,8 @@ fn config(family: Family, way: &Way, setting: &Setting, seed: u64) -> FitConfig 
             .args
             .seconds
             .map_or(Budget::Steps(steps), Budget::Seconds),
-        validate_every: if quick { 5 } else { 25 },
+        batch: if rollout { 128 } else { 256 },
+        validate_every: if quick { 5 } else { 10 },
         seed,
         ..FitConfig::default()
     }
@@ -214,120 +227,7 @@ fn run(setting: &Setting, course: &mut Course) -> Result<Findings> {
             "cells": found.iter().map(Found::json).collect::<Vec<_>>(),
             "estimated_accelerations": estimates,
         }),
-        summary: summary(&found),
-        report: report(&found, &seeds),
+        summary: page::summary(&found),
+        report: page::report(&found, &seeds),
     })
-}
-
-fn summary(found: &[Found]) -> Table {
-    let row = |found: &Found| {
-        vec![
-            found.system.to_string(),
-            format!("{} %", 100.0 * found.noise),
-            found.family.to_string(),
-            found.way.name.to_string(),
-            cell(&found.of(|j| 100.0 * j.acceleration)),
-            cell(&found.of(|j| j.valid)),
-            cell(&found.of(|j| j.steps[0].1)),
-            cell(&found.of(|j| j.steps[2].1)),
-            cell(&found.seconds),
-        ]
-    };
-    Table {
-        caption: "Error of the accelerations along true motions in percent of their root mean square; valid prediction time \
-                  (of 10 s) with the model integrated exactly, and by rk4 with steps of a quarter and four times that of \
-                  the data; seconds of training. Median (least … largest) of the seeds."
-            .into(),
-        header: [
-            "system",
-            "noise",
-            "model",
-            "loss",
-            "error %",
-            "valid s",
-            "at ¼ step",
-            "at 4 steps",
-            "s",
-        ]
-        .map(str::to_string)
-        .to_vec(),
-        rows: found.iter().map(row).collect(),
-    }
-}
-
-/// Error against the samples that are predicted, one line a family.
-fn errors(found: &[Found], system: &str, noise: f64) -> Figure {
-    let roles = [Role::Lnn, Role::Other(0), Role::Baseline, Role::Other(1)];
-    let series = families()
-        .into_iter()
-        .zip(roles)
-        .map(|((family, _), role)| {
-            let own = found.iter().filter(|f| {
-                f.system == system && f.family == family && (f.noise - noise).abs() < 1e-9
-            });
-            let errors: Vec<f64> = own
-                .map(|f| median(&f.of(|j| 100.0 * j.acceleration)))
-                .collect();
-            let x = (0..errors.len()).map(|k| k as f64).collect();
-            Series::line(family, role, x, errors)
-        });
-    Figure {
-        id: format!("error-{system}-{}", 100.0 * noise),
-        title: format!("{system}, {} % noise", 100.0 * noise),
-        caption: format!(
-            "From left to right: {}.",
-            WAYS.iter().map(|w| w.name).collect::<Vec<_>>().join("; ")
-        ),
-        x: Axis::linear("loss", ""),
-        y: Axis::log("error of clean accelerations", "%"),
-        series: series.collect(),
-    }
-}
-
-fn report(found: &[Found], seeds: &[u64]) -> Report {
-    let mut headlines = Vec::new();
-    let mut figures = Vec::new();
-    for (system, ..) in SYSTEMS {
-        for noise in NOISE {
-            let own: Vec<&Found> = found
-                .iter()
-                .filter(|f| f.system == system && (f.noise - noise).abs() < 1e-9)
-                .collect();
-            let best = |rollout: bool| {
-                let of = own.iter().filter(|f| f.way.loss.is_some() == rollout);
-                of.map(|f| median(&f.of(|j| 100.0 * j.acceleration)))
-                    .fold(f64::INFINITY, f64::min)
-            };
-            if own.is_empty() {
-                continue;
-            }
-            headlines.push(Headline {
-                label: format!("{system}, {} % noise", 100.0 * noise),
-                value: super::spread::scientific(best(true)),
-                unit: "%".into(),
-                note: format!(
-                    "best error of accelerations by rollouts; by estimated accelerations {} %",
-                    super::spread::scientific(best(false))
-                ),
-                role: Some(own.last().map_or(Role::Lnn, |f| f.way.role)),
-            });
-            figures.push(errors(found, system, noise));
-        }
-    }
-    Report {
-        title: "Models of noisy recordings".into(),
-        subtitle: format!(
-            "White noise on positions and velocities, samples {STEP} s apart, {} seeds",
-            seeds.len()
-        ),
-        headlines,
-        summary: vec![
-            "A fit of accelerations has to estimate them from noisy velocities first. The rollout loss compares states after \
-             k samples instead, through the integrator; with free starts the state that each segment begins at is learned \
-             with the weights."
-                .into(),
-        ],
-        figures,
-        ..Report::default()
-    }
 }
