@@ -196,7 +196,27 @@ pub(super) fn digits(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
+
+    #[test]
+    fn the_tables_of_a_page_are_replaced_between_its_markers_alone() {
+        let page = std::env::temp_dir().join(format!("race-{}.md", std::process::id()));
+        let race = json!({ "wave": [{
+            "points": 10, "threads": 1, "precision": "f64",
+            "ours_ms": 0.5, "ours_spread_ms": 0.1, "best_jax_ms": 1.0, "best_jax_spread_ms": 0.1,
+        }] });
+        let before = format!("above\n{FIRST}\nold\n{LAST}\nbelow\n");
+        assert!(fs::write(&page, before).is_ok());
+        assert_eq!(update(&page, &race), Ok(()));
+        let text = fs::read_to_string(&page).unwrap_or_default();
+        assert!(text.starts_with("above\n") && text.ends_with("\nbelow\n"));
+        assert!(text.contains("1.00 ± 0.100 (2.0 ×)") && !text.contains("old"));
+        assert!(fs::write(&page, "no markers").is_ok());
+        assert!(update(&page, &race).is_err_and(|e| e.contains("lacks the lines")));
+        let _ = fs::remove_file(&page);
+    }
 
     #[test]
     fn three_digits_of_small_and_of_large_numbers_are_shown() {
