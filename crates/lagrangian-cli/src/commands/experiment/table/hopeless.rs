@@ -5,8 +5,6 @@ use std::ops::ControlFlow;
 use lagrangian::Result;
 use lagrangian::train::{Checkpoint, Observer, Progress};
 
-use crate::commands::experiment::Course;
-
 /// A loss on held-back pieces, as a part of that of a model that predicts nothing, above which a fit is far from its end.
 pub(super) const FAR: f64 = 0.1;
 /// The part of the loss that a fit far from its end must gain.
@@ -19,13 +17,13 @@ pub(super) const GRACE: f64 = 0.4;
 /// Watches a fit for an experiment and ends it where it is far from its end and gains no more: a family that cannot
 /// express a motion need not be given the time of those that can.
 pub(super) struct Hopeless<'a> {
-    course: &'a mut Course,
+    course: &'a mut dyn Observer,
     /// (share of the budget, least loss until then).
     best: Vec<(f64, f64)>,
 }
 
 impl<'a> Hopeless<'a> {
-    pub(super) fn new(course: &'a mut Course) -> Self {
+    pub(super) fn new(course: &'a mut dyn Observer) -> Self {
         Self {
             course,
             best: Vec::new(),
@@ -37,7 +35,7 @@ impl<'a> Hopeless<'a> {
         let least = least.min(if loss.is_nan() { f64::INFINITY } else { loss });
         self.best.push((share, least));
         let then = self.best.iter().rev().find(|b| b.0 <= share - WITHIN);
-        let stuck = then.is_some_and(|then| least > (1.0 - GAIN) * then.1);
+        let stuck = then.is_some_and(|then| !least.is_finite() || least > (1.0 - GAIN) * then.1);
         match share >= GRACE && least > FAR && stuck {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
@@ -66,8 +64,8 @@ mod tests {
 
     /// The share at which a fit with these losses ends.
     fn end(losses: impl Fn(f64) -> f64) -> Option<f64> {
-        let mut course = Course::start("test", true).unwrap();
-        let mut watch = Hopeless::new(&mut course);
+        let mut nobody = ();
+        let mut watch = Hopeless::new(&mut nobody);
         let mut shares = (1..=100).map(|k| 0.01 * f64::from(k));
         shares.find(|share| watch.look(*share, losses(*share)).is_break())
     }
