@@ -1,7 +1,9 @@
 //! Rolling a model out: from an initial state to a predicted trajectory, and how it ended.
 
+mod abreast;
 mod many;
 mod recorded;
+mod round;
 mod sines;
 
 use serde::{Deserialize, Serialize};
