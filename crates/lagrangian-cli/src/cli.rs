@@ -494,9 +494,9 @@ pub(crate) struct ExperimentArgs {
     /// Name of the experiment, or `list`
     pub(crate) name: String,
 
-    /// Number of runs, each with a seed of its own
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
-    pub(crate) seeds: u32,
+    /// Number of runs, each with a seed of its own [default: 3, 1 with --quick]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub(crate) seeds: Option<u32>,
 
     /// The first seed
     #[arg(long, default_value_t = 0, value_parser = seed)]
@@ -525,6 +525,13 @@ pub(crate) struct ExperimentArgs {
     /// Replace an earlier run in the folder
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+impl ExperimentArgs {
+    /// Number of runs.
+    pub(crate) fn runs(&self) -> u32 {
+        self.seeds.unwrap_or(if self.quick { 1 } else { 3 })
+    }
 }
 
 /// Where the links of a drawn chain measure their angles.

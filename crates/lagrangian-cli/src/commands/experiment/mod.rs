@@ -78,7 +78,7 @@ impl Setting<'_> {
     /// The seeds, one run each.
     pub(crate) fn seeds(&self) -> Vec<u64> {
         let first = self.args.seed;
-        (0..u64::from(self.args.seeds))
+        (0..u64::from(self.args.runs()))
             .map(|k| first.wrapping_add(k))
             .collect()
     }
@@ -221,7 +221,7 @@ fn with_settings(figures: Value, args: &ExperimentArgs, folder: &RunFolder, seco
         "out": folder.path(),
         "report": folder.file(REPORT),
         "seed": args.seed,
-        "seeds": args.seeds,
+        "seeds": args.runs(),
         "quick": args.quick,
         "wall_seconds": seconds,
     });
@@ -234,7 +234,7 @@ fn with_settings(figures: Value, args: &ExperimentArgs, folder: &RunFolder, seco
 fn complete(report: &mut Report, args: &ExperimentArgs, summary: &Table, seconds: f64) {
     report.tables.insert(0, summary.clone());
     let settings = [
-        ("Seeds", format!("{} from {}", args.seeds, args.seed)),
+        ("Seeds", format!("{} from {}", args.runs(), args.seed)),
         ("Whole experiment", format!("{seconds:.0} s")),
         (
             "Threads",
