@@ -196,9 +196,15 @@ pub(super) fn report(plan: &Plan, found: &[Found]) -> Report {
             role: Some(model.contestant.role),
         })
     };
-    let mut figures: Vec<Figure> = [Teaching::States, Teaching::Exact]
-        .map(|teaching| over_links(found, teaching))
-        .into();
+    // One number of links is no curve.
+    let compared: &[Teaching] = match found.len() {
+        0 | 1 => &[],
+        _ => &[Teaching::States, Teaching::Exact],
+    };
+    let mut figures: Vec<Figure> = compared
+        .iter()
+        .map(|teaching| over_links(found, *teaching))
+        .collect();
     figures.extend(
         found
             .iter()
