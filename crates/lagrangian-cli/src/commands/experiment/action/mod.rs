@@ -26,7 +26,7 @@ pub(super) const EXPERIMENT: Experiment = Experiment {
 const SAMPLES: usize = 20_000;
 const FEW: usize = 4_000;
 /// Steps of the natural gradient, and of a quick run.
-const STEPS: usize = 300;
+const STEPS: usize = 1000;
 const SHORT: usize = 60;
 
 /// What was found between the ends of one case, by one Lagrangian.
