@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::all::TASKS;
-use super::row::{OURS, Row};
+use super::row::{Figure, OURS, Row};
 use super::tasks::Task;
 
 /// The tasks of a race that has been run, with their rows.
@@ -153,13 +153,9 @@ fn table(task: &Task, rows: &[Row]) -> String {
     for row in rows {
         let cell = |name: &&str| match (row.figures.get(*name), row.ratio(name)) {
             (Some(figure), Some(ratio)) if *name != OURS => {
-                format!(
-                    "{} ± {} ({ratio:.1} ×)",
-                    digits(figure.median),
-                    digits(figure.spread)
-                )
+                format!("{} ({ratio:.1} ×)", spread(figure))
             }
-            (Some(figure), _) => format!("{} ± {}", digits(figure.median), digits(figure.spread)),
+            (Some(figure), _) => spread(figure),
             (None, _) => "–".into(),
         };
         let own = sizes.iter().map(|s| {
@@ -183,6 +179,14 @@ pub(super) fn peers(machine: &Value) -> String {
         .map(|(k, v)| format!("{k} {}", v.as_str().unwrap_or("?")))
         .collect();
     list.join(", ")
+}
+
+/// The median with its spread, where there is any: what was done once has none.
+fn spread(figure: &Figure) -> String {
+    match figure.spread > 0.0 {
+        true => format!("{} ± {}", digits(figure.median), digits(figure.spread)),
+        false => digits(figure.median),
+    }
 }
 
 /// Three significant digits.
