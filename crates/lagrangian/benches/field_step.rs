@@ -12,19 +12,12 @@ fn main() {
     } else {
         &[10, 30, 100, 300, 1000, 3000, 10_000]
     };
-    let scaling = FieldScaling {
-        centre: 0.0,
-        value: 1.0,
-        difference: 1.0,
-        rate: 1.0,
-        difference_rate: 1.0,
-        acceleration: 1.0,
-    };
     let config = DensityConfig {
         width: 24,
         ..DensityConfig::default()
     };
-    let density = DensityNet::random(config, scaling, 0).unwrap_or_else(|e| panic!("{e}"));
+    let density =
+        DensityNet::random(config, FieldScaling::identity(), 0).unwrap_or_else(|e| panic!("{e}"));
     let costs = step_costs(&density, sizes, if quick { 3 } else { 20 });
     let costs = costs.unwrap_or_else(|e| panic!("{e}"));
     println!("µs an evaluation   whole   banded solve   with a dense solve");

@@ -179,24 +179,13 @@ fn a_pulse_of_the_wave_equation_travels_at_the_wave_speed() {
     assert!((found / 0.9 - 1.0).abs() < 3e-4, "{found}");
 }
 
-fn scaling() -> FieldScaling {
-    FieldScaling {
-        centre: 0.0,
-        value: 1.0,
-        difference: 1.0,
-        rate: 1.0,
-        difference_rate: 1.0,
-        acceleration: 1.0,
-    }
-}
-
 fn random(symmetry: Symmetry, seed: u64) -> DensityNet {
     let config = DensityConfig {
         symmetry,
         width: 8,
         ..DensityConfig::default()
     };
-    DensityNet::random(config, scaling(), seed).unwrap()
+    DensityNet::random(config, FieldScaling::identity(), seed).unwrap()
 }
 
 #[test]

@@ -171,19 +171,11 @@ pub(crate) fn rollouts(task: &Task, talk: &Talk) -> Outcome {
 
 /// One evaluation of a ring of points with a learned density.
 pub(crate) fn wave(task: &Task, talk: &Talk) -> Outcome {
-    let scaling = FieldScaling {
-        centre: 0.0,
-        value: 1.0,
-        difference: 1.0,
-        rate: 1.0,
-        difference_rate: 1.0,
-        acceleration: 1.0,
-    };
     let config = DensityConfig {
         width: DENSITY,
         ..DensityConfig::default()
     };
-    let density = DensityNet::random(config, scaling, 0)?;
+    let density = DensityNet::random(config, FieldScaling::identity(), 0)?;
     let states = States::new(task.points, 1);
     states.write(task, density.parameters())?;
     let field = Field::new(density, task.points)?;

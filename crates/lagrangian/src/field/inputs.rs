@@ -45,6 +45,19 @@ pub struct FieldScaling {
 }
 
 impl FieldScaling {
+    /// Scales that leave all as it is.
+    #[must_use]
+    pub fn identity() -> Self {
+        Self {
+            centre: 0.0,
+            value: 1.0,
+            difference: 1.0,
+            rate: 1.0,
+            difference_rate: 1.0,
+            acceleration: 1.0,
+        }
+    }
+
     /// Of the rings in `samples`: the deviation of the values, root mean squares of all else.
     pub(super) fn of(samples: &Samples, symmetry: Symmetry) -> Self {
         let n = samples.n;

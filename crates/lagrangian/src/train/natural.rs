@@ -308,16 +308,14 @@ impl Natural {
     /// of J Jᵀ are zeros.
     fn places(&self, used: usize, count: usize) -> Vec<Option<usize>> {
         let mut places = vec![None; used * count];
-        let mut next = 0..;
-        for block in 0..used {
-            let own = self
-                .tiles
-                .iter()
-                .find(|t| (t.row, t.column) == (block, block));
-            for (i, place) in places[block * count..][..count].iter_mut().enumerate() {
-                let weighs = own.is_some_and(|tile| tile.values[i * count + i] != 0.0);
-                *place = if weighs { next.next() } else { None };
+        let own = |tile: &&Tile| tile.row == tile.column && tile.row < used;
+        for tile in self.tiles.iter().filter(own) {
+            for (i, place) in places[tile.row * count..][..count].iter_mut().enumerate() {
+                *place = (tile.values[i * count + i] != 0.0).then_some(0);
             }
+        }
+        for (row, place) in places.iter_mut().flatten().enumerate() {
+            *place = row;
         }
         places
     }
