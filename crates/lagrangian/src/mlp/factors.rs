@@ -6,7 +6,8 @@
 //! of its square, and nothing of the size (batch × parameters) exists (theory.md, equations 18 and 20).
 
 use super::net::{Kind, Net, Source};
-use super::pass::{Gradient, Packed, Pass, panels};
+use super::packed::{Gradient, Packed, panels};
+use super::pass::Pass;
 use super::simd::{Buffer, Gemm, GramTile, Init, Real, RowDots, Shape, WeighRows, dispatch};
 
 /// Pairs (component of y, component of a) for each raw output of a sample.
@@ -264,7 +265,7 @@ impl<T: Real> Pass<T> {
                 y: self.sensitivity(l),
                 out: scratch,
             });
-            let (matrices, sums) = gradient.layer(l);
+            let (matrices, sums) = gradient.layer(l, inputs.len());
             for (input, matrix) in inputs.iter().zip(matrices) {
                 let (a, rows) = (self.input(input.source), self.rows());
                 let width = panels::<T>(input.width);

@@ -335,6 +335,10 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
         let net = self.net();
         let (weights, extra) = parameters.split_at_mut(net.parameters);
         net.project(weights);
+        self.project_extra(extra);
+    }
+    /// The same for those beside the network's.
+    fn project_extra(&self, extra: &mut [f64]) {
         if let Some(forces) = self.forces() {
             forces.project(extra);
         }

@@ -56,7 +56,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
             let qdd = torque.then(|| &work.qdd[row.clone()]);
             shape.write(&mut work.pass, s, &work.q[row.clone()], &work.qd[row], qdd);
         }
-        work.pass.forward(&shape.net, packed, Some(n));
+        work.pass.forward_for_reverse(&shape.net, packed, n, 0);
         work.pass.reverse(&shape.net, packed, n);
         work.singular = 0;
         for s in 0..work.pass.samples() {
