@@ -197,26 +197,22 @@ impl<T: Real> Pass<T> {
             let width = panels::<T>(layer.width);
             for (k, input) in inputs.iter().enumerate() {
                 let (a, w) = (self.input(input.source), phi.forward(l, k));
-                let mut go = |part, init| {
-                    let c = &mut scratch[..];
-                    dispatch(Gemm::along_rows(
-                        a,
-                        rows,
-                        w,
-                        input.width,
-                        c,
-                        rows,
-                        part,
-                        width,
-                        init,
-                    ));
+                let init = match k {
+                    0 => Init::Rows(phi.bias(l), samples),
+                    _ => Init::Add,
                 };
-                if k == 0 {
-                    go(0..samples, Init::Row(phi.bias(l)));
-                    go(samples..as_, Init::Zero);
-                } else {
-                    go(0..as_, Init::Add);
-                }
+                let (c, part) = (&mut scratch[..], 0..as_);
+                dispatch(Gemm::along_rows(
+                    a,
+                    rows,
+                    w,
+                    input.width,
+                    c,
+                    rows,
+                    part,
+                    width,
+                    init,
+                ));
             }
             let shape = Shape {
                 samples,

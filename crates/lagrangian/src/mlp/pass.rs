@@ -6,7 +6,7 @@ use super::net::{Kind, Net, Source};
 use super::packed::{Gradient, Packed, panels};
 use super::simd::{
     Buffer, Combine, Contract, GateForward, GateReverse, Gates, Gemm, Init, PointForward,
-    PointReverse2, PointReverseTangents, PointSecond, PointTangent, Real, Shape, dispatch,
+    PointReverse2, PointReverseTangents, PointSecond, PointTangent, Real, Shape, SumRows, dispatch,
 };
 
 #[derive(Debug)]
@@ -194,7 +194,12 @@ impl<T: Real> Pass<T> {
 
     /// Forward: the tangents i < `directions` alone, after a [`Pass::forward`] without them.
     pub(crate) fn forward_tangents(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
-        self.propagate(net, packed, 2..2 + directions, (Forward::Tangents, usize::MAX));
+        self.propagate(
+            net,
+            packed,
+            2..2 + directions,
+            (Forward::Tangents, usize::MAX),
+        );
     }
 
     fn propagate(
@@ -224,34 +229,23 @@ impl<T: Real> Pass<T> {
                             Source::Layer(l) => before[l].output(),
                         };
                         // The bias belongs to the value alone.
-                        let split = if stage == Forward::Value && k == 0 {
-                            self.samples
-                        } else {
-                            components.start * self.samples
+                        let init = match (k, stage) {
+                            (0, Forward::Value) => Init::Rows(packed.bias(l), self.samples),
+                            (0, _) => Init::Zero,
+                            _ => Init::Add,
                         };
-                        let b = packed.forward(l, k);
-                        let range = components.start * self.samples..components.end * self.samples;
-                        for (part, init) in [
-                            (range.start..split, Init::Row(packed.bias(l))),
-                            (
-                                split..range.end,
-                                if k == 0 { Init::Zero } else { Init::Add },
-                            ),
-                        ] {
-                            if !part.is_empty() {
-                                dispatch(Gemm::along_rows(
-                                    a,
-                                    rows,
-                                    b,
-                                    input.width,
-                                    &mut buffers.z,
-                                    rows,
-                                    part,
-                                    shape.panels,
-                                    init,
-                                ));
-                            }
-                        }
+                        let part = components.start * self.samples..components.end * self.samples;
+                        dispatch(Gemm::along_rows(
+                            a,
+                            rows,
+                            packed.forward(l, k),
+                            input.width,
+                            &mut buffers.z,
+                            rows,
+                            part,
+                            shape.panels,
+                            init,
+                        ));
                     }
                 }
                 Kind::Gate { gates } => dispatch(GateForward {
@@ -337,8 +331,13 @@ impl<T: Real> Pass<T> {
     /// [`Pass::forward_mixed`].
     pub(crate) fn reverse_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let mixed = self.mixed(0)..self.mixed(directions);
-        for components in [1..2 + directions, mixed.clone()] {
-            self.seed(net, components, |_, _, _| T::default());
+        let rows = self.rows();
+        let step = self.samples * T::LANES;
+        for &l in &net.outputs {
+            for panel in self.layers[l].yz.chunks_exact_mut(rows * T::LANES) {
+                panel[step..(2 + directions) * step].fill(T::default());
+                panel[mixed.start * step..mixed.end * step].fill(T::default());
+            }
         }
         self.back(net, packed, Backward::Mixed { directions });
     }
@@ -391,13 +390,10 @@ impl<T: Real> Pass<T> {
                 for c in components.clone() {
                     for s in 0..self.samples {
                         let at = (p * rows + c * self.samples + s) * T::LANES;
-                        for lane in 0..T::LANES {
-                            let o = p * T::LANES + lane;
-                            layer.yz[at + lane] = if o < width {
-                                seed(c, s, first + o)
-                            } else {
-                                T::default()
-                            };
+                        let row = &mut layer.yz[at..at + T::LANES];
+                        row.fill(T::default());
+                        for (lane, y) in row.iter_mut().take(width - p * T::LANES).enumerate() {
+                            *y = seed(c, s, first + p * T::LANES + lane);
                         }
                     }
                 }
@@ -744,14 +740,11 @@ impl<T: Real> Pass<T> {
 
     /// Adds component `c` of `matrix`, summed over the samples, to `sums`.
     pub(super) fn add_rows(&self, matrix: &[T], c: usize, sums: &mut [T]) {
-        let rows = self.components * self.samples;
-        for (p, sums) in sums.chunks_mut(T::LANES).enumerate() {
-            let start = (p * rows + c * self.samples) * T::LANES;
-            for row in matrix[start..start + self.samples * T::LANES].chunks_exact(T::LANES) {
-                for (sum, &x) in sums.iter_mut().zip(row) {
-                    *sum = *sum + x;
-                }
-            }
+        let lanes = T::LANES;
+        let panels = matrix.chunks_exact(self.rows() * lanes);
+        for (panel, sums) in panels.zip(sums.chunks_exact_mut(lanes)) {
+            let rows = &panel[c * self.samples * lanes..][..self.samples * lanes];
+            dispatch(SumRows { rows, sums });
         }
     }
 }

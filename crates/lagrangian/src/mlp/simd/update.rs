@@ -23,6 +23,22 @@ impl<T: Real> Task for AddTo<'_, T> {
     }
 }
 
+/// sums += the rows of one panel.
+pub(crate) struct SumRows<'a, T> {
+    pub(crate) rows: &'a [T],
+    pub(crate) sums: &'a mut [T],
+}
+
+impl<T: Real> Task for SumRows<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let start = T::Vec::<I>::load(self.sums);
+        let rows = self.rows.chunks_exact(T::LANES);
+        rows.fold(start, |sum, row| sum.add(T::Vec::<I>::load(row)))
+            .store(self.sums);
+    }
+}
+
 /// sum += Σ x² over an array of whole vectors; some hundred terms are added in the precision of the array.
 pub(crate) struct SumOfSquares<'a, T> {
     pub(crate) of: &'a [T],
