@@ -5,7 +5,7 @@ use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::lagrangian::DelanShape;
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed};
+use crate::mlp::{Gradient, Net, Packed, Terms};
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
 
@@ -41,11 +41,10 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         self.outputs()
     }
 
-    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+    fn terms(&self) -> Terms {
         let k = self.outputs();
-        (0..k)
-            .map(|i| vec![(0, 2 + i), (1 + i, 1), (1 + k + i, 0)])
-            .collect()
+        let pairs = |i| vec![(0, 2 + i), (1 + i, 1), (1 + k + i, 0)];
+        Terms::new((0..k).map(pairs).collect())
     }
 
     fn loss(&self) -> (Loss, &[f64]) {
@@ -229,7 +228,7 @@ impl DelanLearner<'_> {
         }
         work.hold(&self.shape.coordinates, s);
         let (force, rest) = work.scratch.split_at_mut(n);
-        let found = &mut rest[n..];
+        let found = &mut rest[n..2 * n];
         let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
         let mut regular = work.solver.solve(mass, force, found) == Regularity::Definite;
         regular &= found.iter().all(|a| a.abs() < 1e30);

@@ -5,7 +5,7 @@ use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::lagrangian::LnnShape;
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed};
+use crate::mlp::{Gradient, Net, Packed, Terms};
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
 
@@ -35,11 +35,10 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         Some(&self.forces)
     }
 
-    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+    fn terms(&self) -> Terms {
         let n = self.shape.dof();
-        (0..n)
-            .map(|i| vec![(0, 2 + n + i), (1, 2 + i), (2 + i, 1), (2 + n + i, 0)])
-            .collect()
+        let pairs = |i| vec![(0, 2 + n + i), (1, 2 + i), (2 + i, 1), (2 + n + i, 0)];
+        Terms::of_value((0..n).map(pairs).collect())
     }
 
     fn loss(&self) -> (Loss, &[f64]) {
