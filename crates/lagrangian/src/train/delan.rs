@@ -76,12 +76,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         work.singular = 0;
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
-            shape.slope(
-                &work.pass,
-                s,
-                &work.q[row.clone()],
-                &mut work.jet.dl_dq[row],
-            );
+            shape.slope(&work.pass, s, &mut work.jet.dl_dq[row]);
             self.balance(s, extra, work);
         }
     }
@@ -118,8 +113,8 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
         work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {
-            let state = (&work.q[s * n..][..n], &work.qd[s * n..][..n]);
-            shape.slopes(&work.pass, s, state, &mut work.factors[s], slopes);
+            let qd = &work.qd[s * n..][..n];
+            shape.slopes(&work.pass, s, qd, &mut work.factors[s], slopes);
             for set in slopes.chunks_exact_mut(2 * n * n) {
                 work.add_force_slopes(&self.forces, extra, (s, shape.scaling.energy), set);
             }
@@ -268,8 +263,7 @@ impl DelanLearner<'_> {
         let (samples, outputs) = (work.pass.samples(), shape.factor_outputs());
         for s in 0..samples {
             for d in 0..directions {
-                let q = &work.q[s * n..][..n];
-                shape.write_tangent(&mut work.pass, (s, d), q, |i| -weight(s, d, i));
+                shape.write_tangent(&mut work.pass, (s, d), |i| -weight(s, d, i));
             }
         }
         work.pass.forward_tangents(&shape.net, packed, directions);

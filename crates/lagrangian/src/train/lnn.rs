@@ -61,8 +61,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
             let qdd = torque.then(|| &work.qdd[row.clone()]);
-            let state = (&work.q[row.clone()], &work.qd[row], qdd);
-            shape.read(&work.pass, (s, s), state, &mut work.jet);
+            shape.read(&work.pass, (s, s), (&work.qd[row], qdd), &mut work.jet);
             work.add_known_mass(s);
             work.force(&self.forces, extra, (s, at), self.shape.scaling.energy);
             work.hold(&shape.coordinates, s);
@@ -87,7 +86,6 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
                 *w = x.f64();
             }
             let state = (
-                &work.q[row.clone()],
                 &work.qd[row.clone()],
                 &self.motion(&work.qdd, &work.along)[row],
             );
@@ -110,7 +108,6 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
                 work.scratch[i] = 1.0;
                 let row = s * n..s * n + n;
                 let state = (
-                    &work.q[row.clone()],
                     &work.qd[row.clone()],
                     &self.motion(&work.qdd, &work.along)[row],
                 );
@@ -132,8 +129,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         pass.reverse_features(net, packed, 2..2 + n);
         pass.reverse_features(net, packed, pass.mixed(0)..pass.mixed(n));
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * n).enumerate() {
-            self.shape
-                .slopes(&work.pass, s, (&work.q, &work.qd), slopes);
+            self.shape.slopes(&work.pass, s, &work.qd, slopes);
             let energy = self.shape.scaling.energy;
             work.add_force_slopes(&self.forces, extra, (s, energy), slopes);
         }
