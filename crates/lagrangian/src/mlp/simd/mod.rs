@@ -9,6 +9,7 @@
     reason = "CPU vector instructions; every other module is safe"
 )]
 
+mod bandwidth;
 mod buffer;
 mod elementwise;
 mod factors;
@@ -20,6 +21,7 @@ mod tests;
 mod update;
 mod vector;
 
+pub use bandwidth::read_rate;
 pub(crate) use buffer::Buffer;
 pub(crate) use elementwise::{
     Combine, Contract, GateForward, GateReverse, Gates, PointForward, PointReverse2,
