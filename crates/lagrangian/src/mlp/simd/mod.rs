@@ -31,7 +31,7 @@ pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
 pub use level::{Level, level, levels, set_level};
 pub use peak::fma_peak;
-pub(crate) use update::{AdamStep, AddTo};
+pub(crate) use update::{AdamRule, AdamStep, AddTo, SumOfSquares, SumRows};
 pub use vector::{Real, Vector};
 
 use vector::Lanes;

@@ -85,14 +85,16 @@ fn each(test: impl Fn(&mut Draw)) {
 }
 
 fn products<T: Real>(draw: &mut Draw) {
-    let [rows, terms, columns] = [0; 3].map(|_| draw.size(1..60));
+    let [rows, columns] = [0; 2].map(|_| draw.size(1..60));
+    // Long sums are made in several goes.
+    let terms = draw.size(1..600);
     let panels = columns.div_ceil(T::LANES);
     let a = draw.numbers::<T>(terms.div_ceil(T::LANES) * rows * T::LANES);
     let b = draw.numbers::<T>(panels * terms * T::LANES);
     let c = draw.numbers::<T>(panels * rows * T::LANES);
     let bias = draw.numbers::<T>(panels * T::LANES);
     let part = draw.size(0..rows)..rows;
-    for init in [Init::Zero, Init::Add, Init::Row(&bias)] {
+    for init in [Init::Zero, Init::Add, Init::Rows(&bias, rows / 2)] {
         agree("product along rows", |level| {
             let (mut c, part) = (c.clone(), part.clone());
             let product = Gemm::along_rows(&a, rows, &b, terms, &mut c, rows, part, panels, init);
@@ -435,30 +437,64 @@ fn sums<T: Real>(draw: &mut Draw) {
     });
 }
 
-/// A step with positive second moments.
-fn adam(draw: &mut Draw) {
+fn rows<T: Real>(draw: &mut Draw) {
+    let len = T::LANES * draw.size(0..40);
+    let (numbers, start) = (draw.numbers::<T>(len), draw.numbers::<T>(T::LANES));
+    agree("a sum of rows", |level| {
+        let mut sums = start.clone();
+        dispatch_on(
+            level,
+            SumRows {
+                rows: &numbers,
+                sums: &mut sums,
+            },
+        );
+        sums.to_vec()
+    });
+    agree("a sum of squares", |level| {
+        let mut sum = 0.5;
+        dispatch_on(
+            level,
+            SumOfSquares {
+                of: &numbers,
+                sum: &mut sum,
+            },
+        );
+        vec![T::of(sum)]
+    });
+}
+
+/// A step with positive second moments, of weights that may not fall below a bound.
+fn adam<T: Real>(draw: &mut Draw) {
     let len = draw.size(0..70);
-    let [gradient, first, parameters] = [0; 3].map(|_| draw.numbers::<f64>(len));
-    let second: Vec<f64> = draw.numbers::<f64>(len).iter().map(|x| x * x).collect();
+    let [gradient, first] = [0; 2].map(|_| draw.numbers::<T>(len));
+    let second: Vec<T> = first.iter().map(|&x| x * x).collect();
+    let weights = draw.numbers::<f64>(len);
     agree("a step of Adam", |level| {
         let (mut first, mut second) = (first.to_vec(), second.clone());
-        let mut parameters = parameters.to_vec();
+        let (mut weights, mut rounded) = (weights.to_vec(), first.clone());
+        let rule = AdamRule {
+            memory: [0.9, 0.999],
+            corrections: [1.7, 2.3],
+            epsilon: 1e-8,
+            rate: 1e-2,
+            decay: 1e-3,
+            shorten: 0.6,
+        };
         dispatch_on(
             level,
             AdamStep {
                 gradient: &gradient,
                 first: &mut first,
                 second: &mut second,
-                parameters: &mut parameters,
-                memory: [0.9, 0.999],
-                corrections: [1.7, 2.3],
-                epsilon: 1e-8,
-                rate: 1e-2,
-                decay: 1e-3,
-                shorten: 0.6,
+                weights: &mut weights,
+                rounded: Some(&mut rounded),
+                rule,
+                lowest: -1.0,
             },
         );
-        [first, second, parameters].concat()
+        let weights: Vec<T> = weights.into_iter().map(T::of).collect();
+        [first, second, weights, rounded].concat()
     });
 }
 
@@ -466,5 +502,8 @@ fn adam(draw: &mut Draw) {
 fn sums_and_steps_agree_on_every_instruction_set() {
     each(sums::<f32>);
     each(sums::<f64>);
-    each(adam);
+    each(rows::<f32>);
+    each(rows::<f64>);
+    each(adam::<f32>);
+    each(adam::<f64>);
 }
