@@ -229,7 +229,7 @@ impl DelanLearner<'_> {
         }
         work.hold(&self.shape.coordinates, s);
         let (force, rest) = work.scratch.split_at_mut(n);
-        let found = &mut rest[n..];
+        let found = &mut rest[n..2 * n];
         let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
         let mut regular = work.solver.solve(mass, force, found) == Regularity::Definite;
         regular &= found.iter().all(|a| a.abs() < 1e30);
