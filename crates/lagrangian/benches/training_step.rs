@@ -9,8 +9,8 @@
 //! | deep Lagrangian network, torques | 10 W (section 14) |
 //! | Hamiltonian network, (q̇, ṗ) | 6 W: value and tangent forward, each of them back, two outer products (equation 93) |
 //!
-//! and 48 bytes for each parameter, as Adam reads and writes it and its two moments. Activations, solves and the packing
-//! of weights are overhead.
+//! and six numbers for each parameter, as Adam reads and writes it and its two moments. Activations, solves and the
+//! packing of weights are overhead.
 //!
 //! `cargo bench --bench training_step -- [delan | 'batch 512' | f32 | 'threads 1' …]`
 
@@ -52,7 +52,7 @@ struct Sizes {
 fn main() {
     let meter = Meter::new(
         "training_step",
-        "a step of Adam; (n + 11) W multiply–adds a sample (lnn), 10 W (delan), 6 W (hnn); 48 bytes a parameter",
+        "a step of Adam; (n + 11) W multiply–adds a sample (lnn), 10 W (delan), 6 W (hnn); six numbers a parameter",
     );
     let both = [Precision::F32, Precision::F64];
     for &width in meter.axis(&[64, 128, 500]) {
@@ -119,9 +119,9 @@ fn row(meter: &Meter, sizes: Sizes) {
         threads: sizes.threads,
         precision: sizes.precision,
         operations: 2.0 * (sizes.products() * sizes.batch) as f64,
-        bytes: 48.0 * parameters,
-        // θ and its moments; the weights both ways round and their gradient.
-        holds: (24.0 + 3.0 * number) * parameters,
+        bytes: 6.0 * number * parameters,
+        // θ and its moments, θ the other way round, the gradient.
+        holds: 5.0 * number * parameters,
         things: (sizes.batch as f64, "samples"),
         ..Case::new(name)
     };
