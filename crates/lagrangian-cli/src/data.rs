@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use lagrangian::saved::SavedModel;
 use lagrangian::train::Learned;
-use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Readings, Recording};
+use lagrangian::trajectory::{
+    Estimate, EstimateOptions, Format, Layout, Readings, Recording, Sampling, thin,
+};
 use lagrangian::{Coordinates, Trajectory};
 
 use crate::cli::{DataArgs, EstimateArgs};
@@ -67,10 +69,32 @@ impl DataArgs {
 
 /// Reads all recordings of all files, in their order; notes for the user go to standard error.
 pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>> {
-    let mut recordings = Vec::new();
+    read_sample(files, args, None)
+}
+
+/// The same, but of more rows than `sampling` allows no more than these.
+pub(crate) fn read_sample(
+    files: &[PathBuf],
+    args: &DataArgs,
+    sampling: Option<Sampling>,
+) -> Result<Vec<Recording>> {
+    let (mut recordings, mut rows) = (Vec::new(), 0);
     for path in files {
-        recordings.extend(read_file(path, args)?);
+        let read = read_file(path, args, sampling)?;
+        let all = |r: &Recording| r.part().map_or(r.len(), |part| part.rows);
+        rows += read.iter().map(all).sum::<usize>();
+        recordings.extend(read);
+        if let Some(sampling) = &sampling {
+            thin(&mut recordings, sampling);
+        }
     }
+    let kept: usize = recordings.iter().map(Recording::len).sum();
+    if kept < rows {
+        eprintln!(
+            "note: {kept} of {rows} rows are used, a sample of stretches (--rows N for another number, --rows all for all of them)"
+        );
+    }
+    let recordings = delayed(recordings, args)?;
     let Some(first) = recordings.first() else {
         return Err(mistake(
             "there is no recording in the files",
@@ -92,14 +116,17 @@ pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>>
     }
 }
 
-fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
+fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<Vec<Recording>> {
     let shown = format!("cannot read '{}'", path.display());
     let extension = path
         .extension()
         .and_then(|e| e.to_str())
         .unwrap_or_default();
     let format = Format::from_extension(extension).advise(&shown, "rename or convert the file")?;
-    let layout = args.layout_for(path)?;
+    let layout = Layout {
+        sample,
+        ..args.layout_for(path)?
+    };
     let file = File::open(path).advise(&shown, "check that the file exists and may be read")?;
     let name = path
         .file_stem()
@@ -117,6 +144,11 @@ fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
         );
     }
     note_passive(path, &readings);
+    Ok(readings.recordings)
+}
+
+/// Shifts the forces as --delay says.
+fn delayed(recordings: Vec<Recording>, args: &DataArgs) -> Result<Vec<Recording>> {
     let milliseconds: Vec<f64> = args.delay.iter().map(|ms| 1e-3 * ms).collect();
     let shifted = |recording: Recording| {
         let shown = format!("cannot shift the forces of '{}'", recording.name);
@@ -125,8 +157,8 @@ fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
             .advise(shown, "correct --delay")
     };
     match milliseconds[..] {
-        [] => Ok(readings.recordings),
-        _ => readings.recordings.into_iter().map(shifted).collect(),
+        [] => Ok(recordings),
+        _ => recordings.into_iter().map(shifted).collect(),
     }
 }
 
@@ -154,12 +186,12 @@ pub(crate) fn trajectories(
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
     for recording in recordings {
         let shown = format!("cannot use '{}'", recording.name);
-        let (trajectory, own) = recording.into_trajectory(options).advise(
+        let (own, how) = recording.into_trajectories(options).advise(
             shown,
             "`lagrangian check` shows what is wrong with the data",
         )?;
-        trajectories.push(trajectory);
-        estimates.extend(own);
+        trajectories.extend(own);
+        estimates.extend(how);
     }
     for signal in ["qd", "qdd", "pd"] {
         let windows: Vec<f64> = estimates

@@ -5,6 +5,7 @@ mod bad_input;
 mod commands;
 mod experiments;
 mod laws;
+mod long_logs;
 mod parameters;
 mod robots;
 mod tracking;
