@@ -584,7 +584,7 @@ impl Jets for LnnJets<'_> {
                 let row = start + if s < count { s } else { 0 };
                 shape.write(pass, s, &q[row * n..][..n], &qd[row * n..][..n], None);
             }
-            pass.forward(&shape.net, &self.lnn.packed, Some(n));
+            pass.forward_for_reverse(&shape.net, &self.lnn.packed, n, 1);
             pass.reverse(&shape.net, &self.lnn.packed, n);
             for s in 0..count {
                 let row = start + s;

@@ -6,7 +6,8 @@
 //! of its square, and nothing of the size (batch × parameters) exists (theory.md, equations 18 and 20).
 
 use super::net::{Kind, Net, Source};
-use super::pass::{Gradient, Packed, Pass, panels};
+use super::packed::{Gradient, Packed, panels};
+use super::pass::Pass;
 use super::simd::{Buffer, Gemm, GramTile, Init, Real, RowDots, Shape, WeighRows, dispatch};
 
 /// Pairs (component of y, component of a) for each raw output of a sample.
@@ -196,26 +197,22 @@ impl<T: Real> Pass<T> {
             let width = panels::<T>(layer.width);
             for (k, input) in inputs.iter().enumerate() {
                 let (a, w) = (self.input(input.source), phi.forward(l, k));
-                let mut go = |part, init| {
-                    let c = &mut scratch[..];
-                    dispatch(Gemm::along_rows(
-                        a,
-                        rows,
-                        w,
-                        input.width,
-                        c,
-                        rows,
-                        part,
-                        width,
-                        init,
-                    ));
+                let init = match k {
+                    0 => Init::Rows(phi.bias(l), samples),
+                    _ => Init::Add,
                 };
-                if k == 0 {
-                    go(0..samples, Init::Row(phi.bias(l)));
-                    go(samples..as_, Init::Zero);
-                } else {
-                    go(0..as_, Init::Add);
-                }
+                let (c, part) = (&mut scratch[..], 0..as_);
+                dispatch(Gemm::along_rows(
+                    a,
+                    rows,
+                    w,
+                    input.width,
+                    c,
+                    rows,
+                    part,
+                    width,
+                    init,
+                ));
             }
             let shape = Shape {
                 samples,
@@ -264,7 +261,7 @@ impl<T: Real> Pass<T> {
                 y: self.sensitivity(l),
                 out: scratch,
             });
-            let (matrices, sums) = gradient.layer(l);
+            let (matrices, sums) = gradient.layer(l, inputs.len());
             for (input, matrix) in inputs.iter().zip(matrices) {
                 let (a, rows) = (self.input(input.source), self.rows());
                 let width = panels::<T>(input.width);

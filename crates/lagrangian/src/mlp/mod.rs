@@ -7,8 +7,10 @@
 
 mod activation;
 mod factors;
+mod moments;
 mod net;
 mod oracle;
+mod packed;
 mod pass;
 pub mod simd;
 #[cfg(test)]
@@ -16,5 +18,7 @@ mod tests;
 
 pub use activation::Activation;
 pub(crate) use factors::{TileScratch, Transposed};
+pub(crate) use moments::Moments;
 pub(crate) use net::{Build, Net, Source, normal};
-pub(crate) use pass::{Gradient, Packed, Pass};
+pub(crate) use packed::{Gradient, Packed};
+pub(crate) use pass::Pass;

@@ -229,20 +229,23 @@ impl DelanLearner<'_> {
         }
         work.hold(&self.shape.coordinates, s);
         let (force, rest) = work.scratch.split_at_mut(n);
-        let (found, unit) = rest[n..].split_at_mut(n);
+        let found = &mut rest[n..];
         let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
         let mut regular = work.solver.solve(mass, force, found) == Regularity::Definite;
         regular &= found.iter().all(|a| a.abs() < 1e30);
+        let mut inverse = std::mem::take(&mut work.inverse);
+        inverse.resize(n * n, 0.0);
+        let _ = work.solver.invert(mass, &mut inverse);
         for i in 0..n {
             let (row, weight) = (set * n + i, self.weights[set * n + i]);
             work.along[s * k + row] = found[i];
             work.residual[s * m + row] = weight * (found[i] - work.qdd[s * n + i]);
-            unit.fill(0.0);
-            unit[i] = -weight * energy;
             let mix = &mut work.mix[(s * m + row) * k..][..k];
             mix.fill(0.0);
-            let _ = work.solver.solve(mass, unit, &mut mix[set * n..]);
+            let column = mix[set * n..].iter_mut().zip(&inverse[i * n..]);
+            column.for_each(|(d, x)| *d = -weight * energy * x);
         }
+        work.inverse = inverse;
         if regular {
             // Rotors feel the acceleration of the model.
             return work.force(&self.forces, extra, (s, At::Found(set)), energy);

@@ -56,7 +56,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
             let qdd = torque.then(|| &work.qdd[row.clone()]);
             shape.write(&mut work.pass, s, &work.q[row.clone()], &work.qd[row], qdd);
         }
-        work.pass.forward(&shape.net, packed, Some(n));
+        work.pass.forward_for_reverse(&shape.net, packed, n, 0);
         work.pass.reverse(&shape.net, packed, n);
         work.singular = 0;
         for s in 0..work.pass.samples() {
@@ -178,15 +178,10 @@ impl LnnLearner<'_> {
         let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
         let energy = self.shape.scaling.energy;
         let row = s * n..s * n + n;
-        let mut regular = true;
-        for i in 0..n {
-            let mut unit = [0.0; MAX_DOF];
-            let mut column = [0.0; MAX_DOF];
-            unit[i] = -energy;
-            let found = work.solver.solve(mass, &unit[..n], &mut column[..n]);
-            regular &= matches!(found, Regularity::Definite | Regularity::Indefinite);
-            work.mix[(s * n + i) * n..][..n].copy_from_slice(&column[..n]);
-        }
+        let inverse = &mut work.mix[s * n * n..][..n * n];
+        let found = work.solver.invert(mass, inverse);
+        inverse.iter_mut().for_each(|d| *d *= -energy);
+        let mut regular = matches!(found, Regularity::Definite | Regularity::Indefinite);
         for i in row.clone() {
             let force =
                 work.jet.dl_dq[i] - work.jet.momentum_drift[i] - work.scratch[n + i - s * n];

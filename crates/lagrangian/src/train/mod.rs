@@ -4,6 +4,7 @@ mod adam;
 mod batch;
 mod checkpoint;
 mod delan;
+mod descent;
 mod described;
 mod fit;
 mod forces;
