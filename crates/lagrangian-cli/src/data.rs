@@ -1,7 +1,9 @@
 //! From the files that the user names to recordings.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
 use lagrangian::saved::SavedModel;
@@ -16,6 +18,17 @@ use crate::failure::{Advise, mistake};
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
+
+/// Says something about the data on standard error, once: a fit reads its data again for its page.
+fn note(text: String) {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    // OK because a set is whole after every insertion.
+    let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
+    if !said.contains(&text) {
+        eprintln!("note: {text}");
+        said.insert(text);
+    }
+}
 
 impl EstimateArgs {
     /// As the library takes it; the rates of momenta are for those who ask for them.
@@ -90,9 +103,9 @@ pub(crate) fn read_sample(
     }
     let kept: usize = recordings.iter().map(Recording::len).sum();
     if kept < rows {
-        eprintln!(
-            "note: {kept} of {rows} rows are used, a sample of stretches (--rows N for another number, --rows all for all of them)"
-        );
+        note(format!(
+            "{kept} of {rows} rows are used, a sample of stretches (--rows N for another number, --rows all for all of them)"
+        ));
     }
     let recordings = delayed(recordings, args)?;
     let Some(first) = recordings.first() else {
@@ -137,11 +150,11 @@ fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<V
         "run `lagrangian check --help` for the columns of a file and the flags that name them",
     )?;
     if !readings.columns.ignored.is_empty() {
-        eprintln!(
-            "note: '{}': columns not used: {}",
+        note(format!(
+            "'{}': columns not used: {}",
             path.display(),
             readings.columns.ignored.join(", ")
-        );
+        ));
     }
     note_passive(path, &readings);
     Ok(readings.recordings)
@@ -170,11 +183,11 @@ fn note_passive(path: &Path, readings: &Readings) {
         .map(|(_, q)| q.as_str())
         .collect();
     if !passive.is_empty() {
-        eprintln!(
-            "note: '{}': there is no column for the force on {}: it is taken as 0",
+        note(format!(
+            "'{}': there is no column for the force on {}: it is taken as 0",
             path.display(),
             passive.join(", ")
-        );
+        ));
     }
 }
 
@@ -204,9 +217,9 @@ pub(crate) fn trajectories(
                 "qd" => "; a fit with --loss positions uses none",
                 _ => "",
             };
-            eprintln!(
-                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
-            );
+            note(format!(
+                "{signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
+            ));
         }
     }
     Ok((trajectories, estimates))

@@ -41,7 +41,8 @@ pub struct Layout {
     pub units: BTreeMap<String, String>,
     /// Keep every so manyth row of each trajectory (0 and 1 keep all).
     pub every: usize,
-    /// Of a file with more rows than this, keep a sample; no file beside the data says so.
+    /// Of a file with more rows than this, keep a sample; [`super::thin`] removes recordings of which nothing was kept.
+    /// No file beside the data says so.
     pub sample: Option<Sampling>,
 }
 
