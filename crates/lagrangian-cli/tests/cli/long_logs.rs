@@ -78,7 +78,14 @@ fn what_is_wrong_with_a_long_log_is_found_outside_the_sample_too() {
         lines.join("\n")
     };
     bench.write("nan.csv", &with(12_345, "123.44,nan,0,0,0"));
-    let message = bench.refuse("fit nan.csv --angle all --rows 2000 --out run");
+    // The note on the sample stands before the error.
+    let refused = |line: &str| -> String {
+        let outcome = bench.run(line);
+        assert_eq!(outcome.code, 2, "{line}: {}", outcome.stderr);
+        assert!(outcome.stderr.contains("\nerror: ") && outcome.stderr.contains("\nhint: "));
+        outcome.stderr
+    };
+    let message = refused("fit nan.csv --angle all --rows 2000 --out run");
     assert!(
         message.contains("row 12345") && message.contains("'q1'"),
         "{message}"
@@ -96,7 +103,7 @@ fn what_is_wrong_with_a_long_log_is_found_outside_the_sample_too() {
         "{message}"
     );
     bench.write("back.csv", &with(9_000, "1.0,0,0,0,0"));
-    let message = bench.refuse("fit back.csv --angle all --rows 2000 --out run");
+    let message = refused("fit back.csv --angle all --rows 2000 --out run");
     assert!(
         message.contains("row 9000") && message.contains("goes back"),
         "{message}"
