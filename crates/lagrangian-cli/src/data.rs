@@ -104,7 +104,7 @@ pub(crate) fn read_sample(
     let kept: usize = recordings.iter().map(Recording::len).sum();
     if kept < rows {
         note(format!(
-            "{kept} of {rows} rows are used, a sample of stretches (--rows N for another number, --rows all for all of them)"
+            "{kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
         ));
     }
     let recordings = delayed(recordings, args)?;

@@ -210,10 +210,22 @@ impl Data {
 /// Rows of a stretch of a long log: few where each sample is learned from for itself.
 fn stretch(args: &FitArgs) -> usize {
     let (training, estimate) = (&args.training, &args.estimate);
-    let windows = estimate.smooth || estimate.filter.is_some() || !args.data.delay.is_empty();
-    let motions = training.rolls_out(args.model.model) || training.of_positions(args.model.model);
-    if windows || motions || args.model.reads_momenta() {
-        Sampling::LONG
+    let (rolls, model) = (training.rolls_out(args.model.model), args.model.model);
+    // Room for several windows, segments or neighbours side by side.
+    let horizon = if rolls {
+        4 * args.rollout.settings().horizon
+    } else {
+        0
+    };
+    let neighbours = if training.of_positions(model) {
+        8 * training.baseline as usize
+    } else {
+        0
+    };
+    if estimate.filter.is_some() || !args.data.delay.is_empty() {
+        Sampling::LONGEST.max(horizon).max(neighbours)
+    } else if estimate.smooth || horizon + neighbours > 0 || args.model.reads_momenta() {
+        Sampling::LONG.max(horizon).max(neighbours)
     } else {
         Sampling::SHORT
     }

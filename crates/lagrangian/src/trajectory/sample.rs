@@ -12,7 +12,7 @@ use super::{Estimate, EstimateOptions, Recording, Trajectory};
 use crate::{Error, Result};
 
 /// A limit holds at least so many stretches, if they are no shorter than this.
-const FEWEST: usize = 64;
+const FEWEST: usize = 8;
 const SHORTEST: usize = 16;
 /// Rows that are held while reading, over the limit.
 const HELD: f64 = 1.25;
@@ -35,6 +35,8 @@ impl Sampling {
     pub const SHORT: usize = 64;
     /// Where derivatives are estimated, or motions are rolled out.
     pub const LONG: usize = 512;
+    /// Where windows or delays are given in seconds, whatever these are in rows.
+    pub const LONGEST: usize = 2048;
 
     /// The same with long stretches, where something is estimated.
     pub(super) fn with_room(self, estimated: bool) -> Self {
@@ -45,8 +47,9 @@ impl Sampling {
         }
     }
 
-    /// Rows of a stretch.
-    pub(super) fn length(&self) -> usize {
+    /// Rows of each stretch.
+    #[must_use]
+    pub fn length(&self) -> usize {
         self.stretch.min(self.rows / FEWEST).max(SHORTEST)
     }
 
