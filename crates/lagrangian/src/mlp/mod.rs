@@ -7,6 +7,7 @@
 
 mod activation;
 mod factors;
+mod gram;
 mod moments;
 mod net;
 mod oracle;
@@ -17,7 +18,8 @@ pub mod simd;
 mod tests;
 
 pub use activation::Activation;
-pub(crate) use factors::{TileScratch, Transposed};
+pub(crate) use factors::Terms;
+pub(crate) use gram::{Factors, TileScratch};
 pub(crate) use moments::Moments;
 pub(crate) use net::{Build, Net, Source, normal};
 pub(crate) use packed::{Gradient, Packed};

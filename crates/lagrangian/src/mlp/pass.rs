@@ -144,6 +144,12 @@ impl<T: Real> Pass<T> {
         self.x[at] = x;
     }
 
+    /// Feature `i` of component `c` of sample `s`.
+    #[inline]
+    pub(crate) fn feature(&self, c: usize, s: usize, i: usize) -> T {
+        self.x[self.feature_at(c, s, i)]
+    }
+
     /// Sets feature `i` of the mixed component of direction `d` of sample `s`.
     #[inline]
     pub(crate) fn set_mixed_feature(&mut self, d: usize, s: usize, i: usize, x: T) {

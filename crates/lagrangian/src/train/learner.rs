@@ -10,7 +10,7 @@ use crate::Coordinates;
 use crate::integrate::Rule;
 use crate::lagrangian::{Factor, Jet};
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed, Pass};
+use crate::mlp::{Gradient, Net, Packed, Pass, Terms};
 use crate::solve::SymmetricSolver;
 
 /// What is minimised.
@@ -272,7 +272,7 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     }
     /// Residual i of a sample depends on the parameters through Σ (component of yz) ⊗ (component of a) over these
     /// pairs of components.
-    fn terms(&self) -> Vec<Vec<(usize, usize)>>;
+    fn terms(&self) -> Terms;
     /// Raw outputs S of a sample, k.
     fn outputs_each(&self) -> usize {
         self.dof()

@@ -67,7 +67,7 @@ impl Recording {
 
     /// Leaves out all samples but `rows`, of every signal but the forces.
     fn keep(&mut self, rows: &[usize]) {
-        let n = self.dof();
+        let (n, len) = (self.dof(), self.len());
         let pick = |signal: &[f64]| -> Vec<f64> {
             let row = |k: &usize| signal.get(k * n..(k + 1) * n).unwrap_or_default().to_vec();
             rows.iter().flat_map(row).collect()
@@ -83,7 +83,7 @@ impl Recording {
             *signal = pick(signal);
         }
         if let Some(sampled) = &mut self.sampled {
-            sampled.follow(rows);
+            sampled.follow(rows, len);
         }
     }
 }

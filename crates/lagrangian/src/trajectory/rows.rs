@@ -113,6 +113,7 @@ impl Partial {
         let turns = self.turns.iter().enumerate().filter(|(_, t)| **t != 0);
         sampled.stretches.push(Stretch {
             place,
+            row: self.counted,
             at: r.t.len(),
             number,
             wraps: turns.map(|(i, turns)| (0, i, *turns)).collect(),

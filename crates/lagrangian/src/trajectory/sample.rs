@@ -90,6 +90,8 @@ pub struct Sampled {
 pub(super) struct Stretch {
     /// Its place among the stretches of the whole recording.
     pub(super) place: usize,
+    /// Its first row in the whole recording.
+    pub(super) row: usize,
     /// Its first row in what was kept.
     pub(super) at: usize,
     pub(super) number: u64,
@@ -136,8 +138,12 @@ impl Sampled {
         runs
     }
 
-    /// Follows rows that were dropped: `rows` are those that stay, ascending.
-    pub(super) fn follow(&mut self, rows: &[usize]) {
+    /// Follows rows that were dropped of `len`: `rows` are those that stay, ascending.
+    pub(super) fn follow(&mut self, rows: &[usize], len: usize) {
+        if self.rows == len {
+            // It was whole, and is no sample now.
+            self.rows = rows.len();
+        }
         for stretch in &mut self.stretches {
             stretch.at = rows.partition_point(|r| *r < stretch.at);
         }
@@ -255,26 +261,51 @@ impl Recording {
         Ok((pieces(&whole, &kept, window / 2), estimates))
     }
 
-    /// First and last time of each run of rows, where only a sample was kept.
-    fn kept(&self) -> Vec<(f64, f64)> {
-        let runs = self.part().map(|s| s.runs(self.len())).unwrap_or_default();
-        let runs = runs.into_iter().filter(|run| !run.is_empty());
-        runs.map(|run| (self.t[run.start], self.t[run.end - 1]))
-            .collect()
+    /// The runs of rows in time, where only a sample was kept.
+    fn kept(&self) -> Vec<Kept> {
+        let Some(part) = self.part() else {
+            return Vec::new();
+        };
+        let runs = part.runs(self.len()).into_iter();
+        let times = runs.filter(|run| !run.is_empty());
+        let mut kept: Vec<Kept> = times
+            .map(|run| Kept {
+                begin: self.t[run.start],
+                end: self.t[run.end - 1],
+                cut: (true, true),
+            })
+            .collect();
+        // The ends of the log itself are no cuts.
+        let (first, last) = (part.stretches.first(), part.stretches.last());
+        if let (Some(run), Some(0)) = (kept.first_mut(), first.map(|s| s.place)) {
+            run.cut.0 = false;
+        }
+        let rest = last.map(|s| part.rows.saturating_sub(s.row) <= self.len() - s.at);
+        if let (Some(run), Some(true)) = (kept.last_mut(), rest) {
+            run.cut.1 = false;
+        }
+        kept
     }
 }
 
-/// The motions between these times, without `margin` samples at each end but the first and the last.
-fn pieces(whole: &Trajectory, kept: &[(f64, f64)], margin: usize) -> Vec<Trajectory> {
-    let place = |time: f64| whole.t.partition_point(|t| *t < time);
-    let behind = |time: f64| whole.t.partition_point(|t| *t <= time);
-    let piece = |(k, &(begin, end)): (usize, &(f64, f64))| {
-        let first = place(begin) + if k > 0 { margin } else { 0 };
-        let last = behind(end).saturating_sub(if k + 1 < kept.len() { margin } else { 0 });
+/// A run of rows: its first and last time, and whether rows were passed over before and behind it.
+struct Kept {
+    begin: f64,
+    end: f64,
+    cut: (bool, bool),
+}
+
+/// The motions of these runs, without `margin` samples beside each cut.
+fn pieces(whole: &Trajectory, kept: &[Kept], margin: usize) -> Vec<Trajectory> {
+    let at = |cut: bool| if cut { margin } else { 0 };
+    let piece = |run: &Kept| {
+        let first = whole.t.partition_point(|t| *t < run.begin) + at(run.cut.0);
+        let behind = whole.t.partition_point(|t| *t <= run.end);
+        let last = behind.saturating_sub(at(run.cut.1));
         (last >= first + SHORTEST_PIECE).then(|| Trajectory {
-            name: format!("{} from {begin:.3} s", whole.name),
+            name: format!("{} from {:.3} s", whole.name, run.begin),
             ..whole.part(first..last)
         })
     };
-    kept.iter().enumerate().filter_map(piece).collect()
+    kept.iter().filter_map(piece).collect()
 }

@@ -203,8 +203,8 @@ impl HnnJets<'_> {
             pass.forward(&shape.net, &self.hnn.packed, Some(n));
             pass.reverse(&shape.net, &self.hnn.packed, n);
             for s in 0..count {
-                let (q, p) = (&q[row(s)..][..n], &p[row(s)..][..n]);
-                shape.read(pass, (s, start + s), (q, p, None), &mut self.jet);
+                let p = &p[row(s)..][..n];
+                shape.read(pass, (s, start + s), (p, None), &mut self.jet);
             }
         }
         jet.hamiltonian.copy_from_slice(&self.jet.lagrangian);

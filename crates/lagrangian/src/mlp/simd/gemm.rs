@@ -159,7 +159,12 @@ impl<'a, T: Real> Gemm<'a, T> {
         let last_in_group = lanes.min(self.rows.end) - 1;
         let last_row = row(self.rows.end - 1).max(row(last_in_group));
         let pieces = self.terms.div_ceil(self.segment.max(1));
-        for s in 0..pieces {
+        // Pieces that follow each other evenly end where the last one does.
+        let first = match self.segments {
+            Segments::Even { .. } => pieces.saturating_sub(1),
+            Segments::At(_) => 0,
+        };
+        for s in first..pieces {
             let (a, b) = self.segments.at(s);
             let length = self.segment.min(self.terms - s * self.segment);
             assert!(a + last_row + (length - 1) * self.a_step < self.a.len());
@@ -227,12 +232,19 @@ fn column<I: Isa, T: Real, const P: usize>(
     // Where rows are not one behind the other throughout, a tile begins at a multiple of its height, so that none crosses a
     // group of LANES rows.
     let even = g.a_group == T::LANES * g.a_row;
+    let wide = I::TILE_PANELS == 2;
     while r < end {
         let left = end - r;
         // SAFETY: `check` has seen that all rows, panels and terms are inside the slices.
         r += unsafe {
             match left {
-                8.. if P <= 2 && I::TILE_PANELS == 2 && (even || r.is_multiple_of(8)) => {
+                // No single row is left over, whose one sum would wait for itself.
+                5 if P <= 2 && wide && even => tile::<I, T, P, 5>(g, p, r, terms),
+                6 if P <= 2 && wide && even => tile::<I, T, P, 6>(g, p, r, terms),
+                7 if P <= 2 && wide && even => tile::<I, T, P, 7>(g, p, r, terms),
+                9 | 10 if P <= 2 && wide && even => tile::<I, T, P, 5>(g, p, r, terms),
+                11 if P <= 2 && wide && even => tile::<I, T, P, 6>(g, p, r, terms),
+                8.. if P <= 2 && wide && (even || r.is_multiple_of(8)) => {
                     tile::<I, T, P, 8>(g, p, r, terms)
                 }
                 4.. if P <= 2 && (even || r.is_multiple_of(4)) => {
