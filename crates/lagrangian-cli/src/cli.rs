@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use lagrangian::trajectory::Sampling;
 
 use crate::fit_args::FitArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::track_args::TrackArgs;
-use crate::values::{assignment, finite, non_negative, positive, seed};
+use crate::values::{Rows, assignment, finite, non_negative, positive, rows, seed};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -136,6 +137,34 @@ pub(crate) struct DataArgs {
     /// TOML file with the above [default: the data file's name with .toml, else lagrangian.toml beside it]
     #[arg(long, value_name = "FILE")]
     pub(crate) layout: Option<PathBuf>,
+}
+
+/// Of logs longer than this, a sample is enough, and bounds memory (ADR 0049).
+const ROWS: usize = 1 << 20;
+
+/// How much of long recordings is used.
+#[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
+pub(crate) struct SampleArgs {
+    /// Rows that are used, at most; of longer logs a sample is taken, stretches chosen by the seed, in one pass and with
+    /// memory for these rows alone; `all` for all [default: 1048576]
+    #[arg(long, value_name = "N", help_heading = "Data", value_parser = rows)]
+    #[serde(default)]
+    pub(crate) rows: Option<Rows>,
+}
+
+impl SampleArgs {
+    /// As the library takes it.
+    pub(crate) fn sampling(&self, seed: u64, stretch: usize) -> Option<Sampling> {
+        let rows = match self.rows {
+            Some(Rows(rows)) => rows?,
+            None => ROWS,
+        };
+        Some(Sampling {
+            rows,
+            seed,
+            stretch,
+        })
+    }
 }
 
 /// How noisy recordings are prepared.
@@ -359,6 +388,9 @@ pub(crate) struct CheckArgs {
 
     #[command(flatten)]
     pub(crate) data: DataArgs,
+
+    #[command(flatten)]
+    pub(crate) sample: SampleArgs,
 }
 
 #[derive(Debug, Args)]

@@ -1,12 +1,16 @@
 //! From the files that the user names to recordings.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
 use lagrangian::saved::SavedModel;
 use lagrangian::train::Learned;
-use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Readings, Recording};
+use lagrangian::trajectory::{
+    Estimate, EstimateOptions, Format, Layout, Readings, Recording, Sampling, thin,
+};
 use lagrangian::{Coordinates, Trajectory};
 
 use crate::cli::{DataArgs, EstimateArgs};
@@ -14,6 +18,17 @@ use crate::failure::{Advise, mistake};
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
+
+/// Says something about the data on standard error, once: a fit reads its data again for its page.
+fn note(text: String) {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    // OK because a set is whole after every insertion.
+    let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
+    if !said.contains(&text) {
+        eprintln!("note: {text}");
+        said.insert(text);
+    }
+}
 
 impl EstimateArgs {
     /// As the library takes it; the rates of momenta are for those who ask for them.
@@ -67,10 +82,32 @@ impl DataArgs {
 
 /// Reads all recordings of all files, in their order; notes for the user go to standard error.
 pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>> {
-    let mut recordings = Vec::new();
+    read_sample(files, args, None)
+}
+
+/// The same, but of more rows than `sampling` allows no more than these.
+pub(crate) fn read_sample(
+    files: &[PathBuf],
+    args: &DataArgs,
+    sampling: Option<Sampling>,
+) -> Result<Vec<Recording>> {
+    let (mut recordings, mut rows) = (Vec::new(), 0);
     for path in files {
-        recordings.extend(read_file(path, args)?);
+        let read = read_file(path, args, sampling)?;
+        let all = |r: &Recording| r.part().map_or(r.len(), |part| part.rows);
+        rows += read.iter().map(all).sum::<usize>();
+        recordings.extend(read);
+        if let Some(sampling) = &sampling {
+            thin(&mut recordings, sampling);
+        }
     }
+    let kept: usize = recordings.iter().map(Recording::len).sum();
+    if kept < rows {
+        note(format!(
+            "{kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
+        ));
+    }
+    let recordings = delayed(recordings, args)?;
     let Some(first) = recordings.first() else {
         return Err(mistake(
             "there is no recording in the files",
@@ -92,14 +129,17 @@ pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>>
     }
 }
 
-fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
+fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<Vec<Recording>> {
     let shown = format!("cannot read '{}'", path.display());
     let extension = path
         .extension()
         .and_then(|e| e.to_str())
         .unwrap_or_default();
     let format = Format::from_extension(extension).advise(&shown, "rename or convert the file")?;
-    let layout = args.layout_for(path)?;
+    let layout = Layout {
+        sample,
+        ..args.layout_for(path)?
+    };
     let file = File::open(path).advise(&shown, "check that the file exists and may be read")?;
     let name = path
         .file_stem()
@@ -110,13 +150,18 @@ fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
         "run `lagrangian check --help` for the columns of a file and the flags that name them",
     )?;
     if !readings.columns.ignored.is_empty() {
-        eprintln!(
-            "note: '{}': columns not used: {}",
+        note(format!(
+            "'{}': columns not used: {}",
             path.display(),
             readings.columns.ignored.join(", ")
-        );
+        ));
     }
     note_passive(path, &readings);
+    Ok(readings.recordings)
+}
+
+/// Shifts the forces as --delay says.
+fn delayed(recordings: Vec<Recording>, args: &DataArgs) -> Result<Vec<Recording>> {
     let milliseconds: Vec<f64> = args.delay.iter().map(|ms| 1e-3 * ms).collect();
     let shifted = |recording: Recording| {
         let shown = format!("cannot shift the forces of '{}'", recording.name);
@@ -125,8 +170,8 @@ fn read_file(path: &Path, args: &DataArgs) -> Result<Vec<Recording>> {
             .advise(shown, "correct --delay")
     };
     match milliseconds[..] {
-        [] => Ok(readings.recordings),
-        _ => readings.recordings.into_iter().map(shifted).collect(),
+        [] => Ok(recordings),
+        _ => recordings.into_iter().map(shifted).collect(),
     }
 }
 
@@ -138,11 +183,11 @@ fn note_passive(path: &Path, readings: &Readings) {
         .map(|(_, q)| q.as_str())
         .collect();
     if !passive.is_empty() {
-        eprintln!(
-            "note: '{}': there is no column for the force on {}: it is taken as 0",
+        note(format!(
+            "'{}': there is no column for the force on {}: it is taken as 0",
             path.display(),
             passive.join(", ")
-        );
+        ));
     }
 }
 
@@ -154,12 +199,12 @@ pub(crate) fn trajectories(
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
     for recording in recordings {
         let shown = format!("cannot use '{}'", recording.name);
-        let (trajectory, own) = recording.into_trajectory(options).advise(
+        let (own, how) = recording.into_trajectories(options).advise(
             shown,
             "`lagrangian check` shows what is wrong with the data",
         )?;
-        trajectories.push(trajectory);
-        estimates.extend(own);
+        trajectories.extend(own);
+        estimates.extend(how);
     }
     for signal in ["qd", "qdd", "pd"] {
         let windows: Vec<f64> = estimates
@@ -172,9 +217,9 @@ pub(crate) fn trajectories(
                 "qd" => "; a fit with --loss positions uses none",
                 _ => "",
             };
-            eprintln!(
-                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
-            );
+            note(format!(
+                "{signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
+            ));
         }
     }
     Ok((trajectories, estimates))

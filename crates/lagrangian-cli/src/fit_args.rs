@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::cli::{DataArgs, EstimateArgs};
+use crate::cli::{DataArgs, EstimateArgs, SampleArgs};
 use crate::robot::RobotArgs;
 use crate::rollout_args::RolloutArgs;
 use crate::values::{fraction, non_negative, positive, seed, steps};
@@ -60,6 +60,10 @@ pub(crate) struct FitArgs {
 
     #[command(flatten)]
     pub(crate) data: DataArgs,
+
+    #[command(flatten)]
+    #[serde(default)]
+    pub(crate) sample: SampleArgs,
 }
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]

@@ -263,6 +263,12 @@ impl TrainingArgs {
         named.map_or(model == Family::Vin, |loss| loss.rule().is_some())
     }
 
+    /// Whether motions are predicted over many samples.
+    pub(crate) fn rolls_out(&self, model: Family) -> bool {
+        let named = self.loss.map(Loss::from);
+        named.map_or(model == Family::NeuralOde, |loss| loss == Loss::Rollout)
+    }
+
     fn optimizer(&self, name: OptimizerName) -> Optimizer {
         match name {
             OptimizerName::Natural => {

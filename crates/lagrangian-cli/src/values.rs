@@ -1,5 +1,7 @@
 //! Values on the command line that are refused before anything runs.
 
+use serde::{Deserialize, Serialize};
+
 /// The largest seed: what a TOML file can hold.
 const MAX_SEED: u64 = i64::MAX as u64;
 
@@ -7,6 +9,41 @@ const MAX_SEED: u64 = i64::MAX as u64;
 pub(crate) fn seed(text: &str) -> Result<u64, String> {
     let seed = text.trim().parse().ok().filter(|s| *s <= MAX_SEED);
     seed.ok_or_else(|| format!("it must be a whole number from 0 to {MAX_SEED}"))
+}
+
+/// Rows that are used at most; none for all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub(crate) struct Rows(pub(crate) Option<usize>);
+
+/// Fewer rows than this are no sample of a long log.
+const FEWEST_ROWS: usize = 1000;
+
+/// A number of rows, or `all`.
+pub(crate) fn rows(text: &str) -> Result<Rows, String> {
+    let text = text.trim();
+    let count = text.parse().ok().filter(|n| *n >= FEWEST_ROWS);
+    match count {
+        Some(count) => Ok(Rows(Some(count))),
+        None if text == "all" => Ok(Rows(None)),
+        None => Err(format!(
+            "it must be a whole number, {FEWEST_ROWS} or above, or `all`"
+        )),
+    }
+}
+
+impl TryFrom<String> for Rows {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        rows(&text)
+    }
+}
+
+impl From<Rows> for String {
+    fn from(rows: Rows) -> Self {
+        rows.0.map_or_else(|| "all".into(), |n| n.to_string())
+    }
 }
 
 /// A number of steps, at least one.

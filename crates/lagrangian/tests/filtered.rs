@@ -29,6 +29,7 @@ fn recording(noise: [f64; 2]) -> Recording {
         name: "driven".into(),
         coordinates: Coordinates::angles(1),
         unwrapped: vec![0],
+        sampled: None,
         columns: Columns::default(),
         qd: None,
         qdd: None,

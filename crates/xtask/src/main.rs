@@ -88,20 +88,48 @@ const TEST: [Step; 7] = [
     },
 ];
 
+/// Why a chore ended early.
+#[derive(Debug, PartialEq)]
+enum Failure {
+    /// It was asked for in a wrong way, and how to ask.
+    Usage { message: String, hint: String },
+    /// Something did not hold, or did not work.
+    Work(String),
+}
+
+impl From<String> for Failure {
+    fn from(message: String) -> Self {
+        Self::Work(message)
+    }
+}
+
+impl Failure {
+    /// What a user reads, and the exit code: 2 for bad usage, 1 for all else.
+    fn report(&self) -> (String, u8) {
+        match self {
+            Self::Usage { message, hint } => (format!("error: {message}\nhint: {hint}"), 2),
+            Self::Work(message) => (format!("xtask: {message}"), 1),
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["test"] => run(&TEST).map(Some),
+        ["test"] => run(&TEST).map(Some).map_err(Failure::from),
         ["race", ref flags @ ..] => race::main(flags).map(|()| None),
-        ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
+        ["bench", ref flags @ ..] => bench::main(flags).map(|()| None).map_err(Failure::from),
         ["help" | "-h" | "--help"] => {
             println!("{USAGE}\n  {}\n  {}", race::usage(), bench::USAGE);
             return ExitCode::SUCCESS;
         }
-        _ => {
-            eprintln!("{USAGE}");
-            return ExitCode::from(2);
-        }
+        ref other => Err(Failure::Usage {
+            message: match other {
+                [] => "no chore was named".into(),
+                _ => format!("there is no chore '{}'", other.join(" ")),
+            },
+            hint: format!("ask for one of these\n\n{USAGE}"),
+        }),
     };
     match outcome {
         Ok(summary) => {
@@ -109,8 +137,9 @@ fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(failure) => {
-            eprintln!("xtask: {failure}");
-            ExitCode::FAILURE
+            let (text, code) = failure.report();
+            eprintln!("{text}");
+            ExitCode::from(code)
         }
     }
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict, check_with};
-use lagrangian::trajectory::Recording;
+use lagrangian::trajectory::{Recording, Sampling};
 use serde_json::{Value, json};
 
 use super::{Manner, existence};
@@ -19,7 +19,8 @@ pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
     if let Some(path) = &args.out {
         output::refuse_existing(path, existing)?;
     }
-    let recordings = data::read(&args.files, &args.data)?;
+    let sampling = args.sample.sampling(0, Sampling::LONG);
+    let recordings = data::read_sample(&args.files, &args.data, sampling)?;
     let filter = args.filter;
     let mut report = check_with(&recordings, &CheckOptions { filter });
     if args.lagrangian {

@@ -9,7 +9,7 @@ use lagrangian::check::{CheckOptions, Verdict, check_with};
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::saved::Provenance;
 use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned, Parameter};
-use lagrangian::trajectory::{Estimate, EstimateOptions, Recording, Source};
+use lagrangian::trajectory::{Estimate, EstimateOptions, Recording, Sampling, Source};
 use lagrangian::{Coordinates, Trajectory};
 use serde_json::json;
 
@@ -50,7 +50,8 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     args.model.require_own_flags()?;
     let data = read(&args)?;
     let dataset = dataset(&args, &data)?;
-    let config = config(&args, &dataset, &data.estimates)?;
+    let estimates = data.estimates();
+    let config = config(&args, &dataset, &estimates)?;
     config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` tells what the flags may be",
@@ -70,6 +71,10 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
         command: Some(record.command.clone()),
         ..Provenance::of_seed(args.training.seed)
     };
+    let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
+    let forced = dataset.forced;
+    // The page reads the data again: they are not held twice.
+    drop(dataset);
     folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
     let page = draw::html(&report::of_run(folder, Links::default())?);
     folder.write(REPORT, page.as_bytes())?;
@@ -87,9 +92,9 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             "seconds": fit.seconds,
             "loss": fit.best,
             "loss_step": fit.best_step,
-            "samples": { "train": dataset.train.len(), "validation": dataset.validation.len() },
-            "forces": dataset.forced,
-            "estimates": data.estimates.len(),
+            "samples": samples,
+            "forces": forced,
+            "estimates": estimates.len(),
             "parameters": fit.model.parameters(),
         }))?;
     } else {
@@ -195,12 +200,44 @@ struct Data {
     estimates: Vec<Estimate>,
 }
 
+impl Data {
+    /// How its signals were estimated, without the motions themselves.
+    fn estimates(self) -> Vec<Estimate> {
+        self.estimates
+    }
+}
+
+/// Rows of a stretch of a long log: few where each sample is learned from for itself.
+fn stretch(args: &FitArgs) -> usize {
+    let (training, estimate) = (&args.training, &args.estimate);
+    let (rolls, model) = (training.rolls_out(args.model.model), args.model.model);
+    // Room for several windows, segments or neighbours side by side.
+    let horizon = if rolls {
+        4 * args.rollout.settings().horizon
+    } else {
+        0
+    };
+    let neighbours = if training.of_positions(model) {
+        8 * training.baseline as usize
+    } else {
+        0
+    };
+    if estimate.filter.is_some() || !args.data.delay.is_empty() {
+        Sampling::LONGEST.max(horizon).max(neighbours)
+    } else if estimate.smooth || horizon + neighbours > 0 || args.model.reads_momenta() {
+        Sampling::LONG.max(horizon).max(neighbours)
+    } else {
+        Sampling::SHORT
+    }
+}
+
 fn read(args: &FitArgs) -> Result<Data> {
     let options = EstimateOptions {
         momenta: args.model.reads_momenta(),
         ..args.estimate.options()
     };
-    let recordings = data::read(&args.files, &args.data)?;
+    let sampling = args.sample.sampling(args.training.seed, stretch(args));
+    let recordings = data::read_sample(&args.files, &args.data, sampling)?;
     refuse_meaningless(&recordings, &options)?;
     let coordinates = recordings[0].coordinates.clone();
     let (trajectories, mut estimates) = data::trajectories(recordings, &options)?;
@@ -217,7 +254,7 @@ fn read(args: &FitArgs) -> Result<Data> {
             estimates,
         });
     }
-    let recordings = data::read(&args.training.validate, &args.data)?;
+    let recordings = data::read_sample(&args.training.validate, &args.data, sampling)?;
     data::require_dof(&recordings, &coordinates)?;
     let (validation, own) = data::trajectories(recordings, &options)?;
     estimates.extend(own);

@@ -6,6 +6,7 @@ mod commands;
 mod experiments;
 mod instructions;
 mod laws;
+mod long_logs;
 mod parameters;
 mod robots;
 mod tracking;

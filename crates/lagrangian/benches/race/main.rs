@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod calls;
+mod log;
 mod protocol;
 mod training;
 
@@ -45,6 +46,7 @@ fn run(task: &Task, talk: &Talk) -> Outcome {
         "states" => calls::states(task, talk),
         "rollout" => calls::rollouts(task, talk),
         "wave" => calls::wave(task, talk),
+        "rows" => log::rows(task, talk),
         "letters" => accuracy::letters(task, talk),
         "pendulum" => accuracy::pendulum(task, talk),
         "judge-letters" => accuracy::judge_letters(task, talk),

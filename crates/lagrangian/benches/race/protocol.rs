@@ -16,6 +16,8 @@ pub(crate) struct Task {
     pub(crate) width: usize,
     /// Samples of a step, or states of a call.
     pub(crate) batch: usize,
+    /// Rows of a log.
+    pub(crate) rows: usize,
     /// Points of a field.
     pub(crate) points: usize,
     pub(crate) precision: Precision,
@@ -40,6 +42,7 @@ impl Default for Task {
             dof: 2,
             width: 64,
             batch: 1,
+            rows: 1000,
             points: 10,
             precision: Precision::F64,
             check: 3,

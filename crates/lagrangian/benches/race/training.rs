@@ -22,25 +22,16 @@ const DAMPING: f64 = 1e-3;
 
 /// A step of a free Lagrangian network on absolute errors of accelerations, under Adam.
 pub(crate) fn lnn_step(task: &Task, talk: &Talk) -> Outcome {
-    let data = dataset(Coordinates::lines(task.dof), task.batch)?;
     let config = FitConfig {
         loss: Loss::AccelerationL1,
         optimizer: adam(),
         ..lnn(task)
     };
-    race(
-        task,
-        talk,
-        &data,
-        &config,
-        &data.scaling(),
-        &data.acceleration_scale(),
-    )
+    step(task, talk, Coordinates::lines(task.dof), &config)
 }
 
 /// A step of a deep Lagrangian network on squares of torques, under Adam.
 pub(crate) fn delan_step(task: &Task, talk: &Talk) -> Outcome {
-    let data = dataset(Coordinates::angles(task.dof), task.batch)?;
     let config = FitConfig {
         family: Family::Delan(DelanConfig {
             width: task.width,
@@ -50,19 +41,11 @@ pub(crate) fn delan_step(task: &Task, talk: &Talk) -> Outcome {
         optimizer: adam(),
         ..lnn(task)
     };
-    race(
-        task,
-        talk,
-        &data,
-        &config,
-        &data.mass_scaling(),
-        &data.force_scale(),
-    )
+    step(task, talk, Coordinates::angles(task.dof), &config)
 }
 
 /// A natural-gradient step of a free Lagrangian network on squares of accelerations.
 pub(crate) fn natural_step(task: &Task, talk: &Talk) -> Outcome {
-    let data = dataset(Coordinates::lines(task.dof), task.batch)?;
     let natural = NaturalConfig {
         damping_first: DAMPING,
         damping_last: DAMPING,
@@ -73,17 +56,20 @@ pub(crate) fn natural_step(task: &Task, talk: &Talk) -> Outcome {
         optimizer: Optimizer::Natural(natural),
         ..lnn(task)
     };
-    race(
-        task,
-        talk,
-        &data,
-        &config,
-        &data.scaling(),
-        &data.acceleration_scale(),
-    )
+    step(task, talk, Coordinates::lines(task.dof), &config)
 }
 
-fn adam() -> Optimizer {
+/// Races a step of `config`, with the scales that its family and loss take from the data.
+fn step(task: &Task, talk: &Talk, coordinates: Coordinates, config: &FitConfig) -> Outcome {
+    let data = dataset(coordinates, task.batch)?;
+    let (scaling, scales) = match config.loss {
+        Loss::Torque => (data.mass_scaling(), data.force_scale()),
+        _ => (data.scaling(), data.acceleration_scale()),
+    };
+    race(task, talk, &data, config, &scaling, &scales)
+}
+
+pub(crate) fn adam() -> Optimizer {
     Optimizer::Adam(AdamConfig {
         rate: RATE,
         clip: f64::INFINITY,
@@ -91,7 +77,7 @@ fn adam() -> Optimizer {
     })
 }
 
-fn lnn(task: &Task) -> FitConfig {
+pub(crate) fn lnn(task: &Task) -> FitConfig {
     FitConfig {
         family: Family::Lnn(LnnConfig {
             width: task.width,

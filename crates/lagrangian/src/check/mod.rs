@@ -164,6 +164,7 @@ pub fn check_with(recordings: &[Recording], options: &CheckOptions) -> CheckRepo
         let shaped = shapes(recording);
         let whole = shaped.is_none();
         let mut own: Vec<Item> = shaped.into_iter().collect();
+        own.extend(time::sample(recording));
         own.extend(time::items(recording));
         own.extend(time::too_short(recording));
         if whole {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::{Item, time};
 use crate::trajectory::Recording;
-use crate::trajectory::local_polynomial::{Series, median, segments};
+use crate::trajectory::local_polynomial::{Series, median, median_step, segments};
 use crate::trajectory::window::noise_variance;
 
 /// A coordinate declared as an angle that turns more often than this may be in degrees.
@@ -236,7 +236,12 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
         let expected = 0.5 * (slope(k - 1) + slope(k + 1));
         (q[k + 1] - q[k] - expected * (t[k + 1] - t[k])).abs()
     };
-    let surprises: Vec<f64> = (1..q.len() - 2).map(surprise).collect();
+    // Beside a gap nothing is foretold.
+    let longest = time::GAP * median_step(t);
+    let near = |k: usize| t[k - 1..k + 3].windows(2).all(|w| w[1] - w[0] <= longest);
+    let surprises: Vec<f64> = (1..q.len() - 2)
+        .map(|k| if near(k) { surprise(k) } else { 0.0 })
+        .collect();
     let (low, high) = c.range();
     let usual = median(&mut surprises.clone());
     let threshold = (JUMP * usual).max(SMALLEST_JUMP * (high - low));

@@ -74,7 +74,7 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
         .values
         .get("jitter")
         .is_some_and(|j| *j < LITTLE_JITTER);
-    let mut items = vec![whole_numbers(t).unwrap_or(rate), gaps(t)];
+    let mut items = vec![whole_numbers(t).unwrap_or(rate), gaps(recording)];
     items.extend(dropped(t).filter(|_| even));
     items
 }
@@ -129,22 +129,61 @@ fn dropped(t: &[f64]) -> Option<Item> {
     })
 }
 
-fn gaps(t: &[f64]) -> Item {
+/// What is known of the whole recording, where only a sample of it was kept.
+pub(super) fn sample(recording: &Recording) -> Option<Item> {
+    let part = recording.part()?;
+    let (rows, runs) = (recording.len(), part.runs(recording.len()).len());
+    let finding = format!(
+        "{rows} of {} rows, in {runs} pieces, are looked at below",
+        part.rows
+    );
+    let item = match recording.flaw() {
+        Some(crate::Error::Sample {
+            row,
+            column,
+            finding,
+            remedy,
+            ..
+        }) => Item::fail(
+            "sample",
+            format!("column '{column}' at row {row}: {finding}"),
+            remedy,
+        ),
+        _ => Item::pass("sample", finding),
+    };
+    Some(
+        item.value("rows", part.rows as f64)
+            .value("kept", rows as f64),
+    )
+}
+
+/// Steps of time that are gaps, but for those where rows were passed over; of these the longest alone is known.
+fn gaps(recording: &Recording) -> Item {
+    let (t, part) = (&recording.t, recording.part());
     let step = median_step(t);
-    let gaps: Vec<(usize, f64)> = t
-        .windows(2)
-        .enumerate()
-        .map(|(k, w)| (k, w[1] - w[0]))
-        .filter(|(_, dt)| *dt > GAP * step)
+    let cuts: Vec<usize> = part.map_or(Vec::new(), |part| {
+        let runs = part.runs(t.len());
+        runs.iter().map(|run| run.end.saturating_sub(1)).collect()
+    });
+    let is_cut = |k: usize| cuts.binary_search(&k).is_ok();
+    let own = t.windows(2).enumerate();
+    let mut gaps: Vec<(f64, f64)> = own
+        .filter(|(k, w)| w[1] - w[0] > GAP * step && !is_cut(*k))
+        .map(|(_, w)| (w[0], w[1] - w[0]))
         .collect();
+    if let Some((longest, before)) = part.map(|part| part.longest_step)
+        && longest > GAP * step
+        && gaps.iter().all(|gap| gap.1 < longest)
+    {
+        gaps.push((before, longest));
+    }
     let longest = gaps.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
     let item = match longest {
         None => Item::pass("gaps", "none"),
-        Some((k, dt)) => {
+        Some((before, dt)) => {
             let finding = format!(
-                "{} gaps, the longest {dt:.4} s after t = {:.4} s",
-                gaps.len(),
-                t[k]
+                "{} gaps, the longest {dt:.4} s after t = {before:.4} s",
+                gaps.len()
             );
             Item::warn(
                 "gaps",

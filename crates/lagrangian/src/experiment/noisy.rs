@@ -143,6 +143,7 @@ fn recording(trajectory: Trajectory, coordinates: &Coordinates) -> Recording {
         tau: None,
         columns: Columns::default(),
         unwrapped: vec![0; coordinates.dof()],
+        sampled: None,
     }
 }
 

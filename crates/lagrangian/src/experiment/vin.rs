@@ -144,6 +144,7 @@ impl Seen {
             p: None,
             columns: Columns::default(),
             unwrapped: vec![0],
+            sampled: None,
         };
         Ok(recording.into_trajectory(&EstimateOptions::default())?.0)
     }

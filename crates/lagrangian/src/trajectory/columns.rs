@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Coordinate, Coordinates, Layout, Topology};
+use super::{Coordinate, Coordinates, Layout, Sampling, Topology};
 use crate::{Error, Result};
 
 /// The names of the columns that were used.
@@ -40,6 +40,7 @@ pub(super) struct Resolved {
     /// Angles, their velocities and accelerations are in degrees.
     pub(super) degrees: bool,
     pub(super) every: usize,
+    pub(super) sample: Option<Sampling>,
 }
 
 impl Resolved {
@@ -101,6 +102,7 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         .collect();
     let coordinates = declare(&q, layout, &finder)?;
     let (trajectory, trajectory_at) = trajectory.unzip();
+    let estimated = qd.is_empty() || qdd.is_empty();
     let driven = (0..tau.len()).filter(|&i| !tau[i].is_empty()).collect();
     Ok(Resolved {
         columns: Columns {
@@ -119,6 +121,7 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         driven,
         degrees: layout.degrees,
         every: layout.every.max(1),
+        sample: layout.sample.map(|s| s.with_room(estimated)),
     })
 }
 

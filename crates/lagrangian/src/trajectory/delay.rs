@@ -1,6 +1,7 @@
 //! Transport delay between force and motion.
 
 use super::Recording;
+use super::local_polynomial::median_step;
 use crate::{Error, Result};
 
 impl Recording {
@@ -9,7 +10,7 @@ impl Recording {
     /// A positive δ, s, says that the motion answers the recorded force so much later (a command on its way to the
     /// drive); a negative one that the force was recorded too late (a filtered current). One value for all
     /// coordinates, or one for each. Between samples the force is interpolated linearly; samples at the ends for
-    /// which it was not recorded are left out. A recording without forces, or whose time does not increase, stays as
+    /// which it was not recorded are left out, and those for which it lies in a gap of time. A recording without forces, or whose time does not increase, stays as
     /// it is.
     ///
     /// # Errors
@@ -38,34 +39,40 @@ impl Recording {
         if tau.len() != self.t.len() * n {
             return Ok(self);
         }
-        let (least, most) = delays
-            .iter()
-            .fold((0.0_f64, 0.0_f64), |(l, h), d| (l.min(*d), h.max(*d)));
-        let begin = self.t.partition_point(|t| *t < first + most);
-        let end = self.t.partition_point(|t| *t <= last + least);
-        if end < begin + 2 {
+        let gaps = GAP * median_step(&self.t);
+        let known = |k: &usize| {
+            let times = delays.iter().map(|delay| self.t[*k] - delay);
+            let mut steps = times.map(|at| (at, around(&self.t, at)));
+            steps.all(|(at, (a, b))| {
+                at >= first && at <= last && (b - a <= gaps || at <= a || at >= b)
+            })
+        };
+        let rows: Vec<usize> = (0..self.t.len()).filter(known).collect();
+        if rows.len() < 2 {
             return Err(Error::TooShort {
                 what: format!("trajectory '{}', its forces shifted,", self.name),
-                found: end.saturating_sub(begin),
+                found: rows.len(),
                 needed: 2,
             });
         }
-        let row = |k: usize| -> Vec<f64> {
+        let row = |k: &usize| -> Vec<f64> {
             let force =
-                |(i, delay): (usize, &f64)| interpolated(&self.t, tau, n, i, self.t[k] - delay);
+                |(i, delay): (usize, &f64)| interpolated(&self.t, tau, n, i, self.t[*k] - delay);
             delays.iter().enumerate().map(force).collect()
         };
-        let shifted = (begin..end).flat_map(row).collect();
-        self.tau = Some(shifted);
-        self.keep(begin..end);
+        self.tau = Some(rows.iter().flat_map(row).collect());
+        self.keep(&rows);
         Ok(self)
     }
 
-    /// Leaves out all samples outside `rows`, of every signal but the forces.
-    fn keep(&mut self, rows: std::ops::Range<usize>) {
-        let n = self.dof();
-        let values = rows.start * n..rows.end * n;
-        self.t = self.t[rows].to_vec();
+    /// Leaves out all samples but `rows`, of every signal but the forces.
+    fn keep(&mut self, rows: &[usize]) {
+        let (n, len) = (self.dof(), self.len());
+        let pick = |signal: &[f64]| -> Vec<f64> {
+            let row = |k: &usize| signal.get(k * n..(k + 1) * n).unwrap_or_default().to_vec();
+            rows.iter().flat_map(row).collect()
+        };
+        self.t = rows.iter().map(|&k| self.t[k]).collect();
         let signals = [
             Some(&mut self.q),
             self.qd.as_mut(),
@@ -73,7 +80,10 @@ impl Recording {
             self.p.as_mut(),
         ];
         for signal in signals.into_iter().flatten() {
-            *signal = signal.get(values.clone()).unwrap_or_default().to_vec();
+            *signal = pick(signal);
+        }
+        if let Some(sampled) = &mut self.sampled {
+            sampled.follow(rows, len);
         }
     }
 }
@@ -96,6 +106,15 @@ fn one_each(delays: &[f64], n: usize) -> Result<Vec<f64>> {
             remedy: "give one delay for all coordinates, or one for each".into(),
         }),
     }
+}
+
+/// A step that is so many times the median one is a gap: no force is interpolated across it.
+const GAP: f64 = 5.0;
+
+/// The time stamps before and behind a time within `t`.
+fn around(t: &[f64], at: f64) -> (f64, f64) {
+    let after = t.partition_point(|t| *t < at).clamp(1, t.len() - 1);
+    (t[after - 1], t[after])
 }
 
 /// Coordinate `i` of `y` `[len, n]` at a time within `t`.

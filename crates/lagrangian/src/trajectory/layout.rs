@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Coordinates, Topology};
+use super::{Coordinates, Sampling, Topology};
 use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
@@ -41,6 +41,9 @@ pub struct Layout {
     pub units: BTreeMap<String, String>,
     /// Keep every so manyth row of each trajectory (0 and 1 keep all).
     pub every: usize,
+    /// Of a file with more rows than this, keep a sample; [`super::thin`] removes recordings of which nothing was kept.
+    /// No file beside the data says so.
+    pub sample: Option<Sampling>,
 }
 
 /// The same as it is written in a TOML file beside the data.
@@ -136,6 +139,7 @@ impl Layout {
             degrees: file.degrees,
             units: file.units,
             every: file.every.unwrap_or(0),
+            sample: None,
         })
     }
 

@@ -15,6 +15,7 @@ pub mod npz;
 pub mod parquet;
 mod recording;
 mod rows;
+mod sample;
 mod shared;
 mod state;
 mod table;
@@ -27,6 +28,7 @@ pub use format::Format;
 pub use layout::Layout;
 pub(crate) use noise::normal;
 pub use recording::{Readings, Recording};
+pub use sample::{Sampled, Sampling, thin};
 
 use format::{WrittenColumns, unique_names};
 pub use state::State;

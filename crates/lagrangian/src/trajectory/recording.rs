@@ -1,7 +1,7 @@
 //! What a file holds, before anything is estimated.
 
 use super::derivatives::{Estimate, EstimateOptions, Fitted};
-use super::{Columns, Coordinates, Trajectory};
+use super::{Columns, Coordinates, Sampled, Trajectory};
 use crate::{Error, Result};
 
 /// One motion as it stands in a file: velocities and accelerations may be missing, values may be NaN.
@@ -29,6 +29,8 @@ pub struct Recording {
     pub columns: Columns,
     /// How many jumps of each wrapped angle were unwrapped, `[n]`.
     pub unwrapped: Vec<usize>,
+    /// Where a sample was asked for: what is known of the whole of it.
+    pub sampled: Option<Sampled>,
 }
 
 /// What one file holds.
@@ -41,6 +43,12 @@ pub struct Readings {
 }
 
 impl Recording {
+    pub(super) const REPAIR: &str = "remove or repair that row";
+    pub(super) const SORT: &str =
+        "sort the rows by time, remove repeats, or tell trajectories apart with --trajectory";
+    pub(super) const CONSTANT: &str =
+        "leave it out of --parameters if it moves, or tell its values apart with --trajectory";
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -82,6 +90,9 @@ impl Recording {
     /// # Errors
     /// [`Error::TooShort`], [`Error::Shape`], or [`Error::Sample`] with row and column of the first bad value.
     pub fn validate(&self) -> Result<()> {
+        if let Some(flaw) = self.flaw() {
+            return Err(flaw);
+        }
         if self.len() < 2 {
             return Err(Error::TooShort {
                 what: format!("trajectory '{}'", self.name),
@@ -110,8 +121,6 @@ impl Recording {
 
     /// Refuses parameters that change along the trajectory.
     pub(crate) fn parameters_are_constant(&self) -> Result<()> {
-        const REMEDY: &str =
-            "leave it out of --parameters if it moves, or tell its values apart with --trajectory";
         let n = self.dof();
         let sizes = [Some(&self.q), self.qd.as_ref(), self.qdd.as_ref()];
         for i in self.coordinates.parameters() {
@@ -123,7 +132,7 @@ impl Recording {
                     let what = ["value", "velocity", "acceleration"][k];
                     let finding =
                         format!("'{name}' is declared as a parameter, but its {what} changes");
-                    return Err(self.sample(row, name, finding, REMEDY));
+                    return Err(self.sample(row, name, finding, Self::CONSTANT));
                 }
             }
         }
@@ -156,13 +165,12 @@ impl Recording {
     }
 
     fn finite(&self) -> Result<()> {
-        const REMEDY: &str = "remove or repair that row";
         if let Some(k) = self.t.iter().position(|t| !t.is_finite()) {
             return Err(self.sample(
                 k,
                 &self.columns.t,
                 format!("the value is {}", self.t[k]),
-                REMEDY,
+                Self::REPAIR,
             ));
         }
         let n = self.dof();
@@ -173,7 +181,7 @@ impl Recording {
                     k / n,
                     column,
                     format!("the value is {}", values[k]),
-                    REMEDY,
+                    Self::REPAIR,
                 ));
             }
         }
@@ -185,18 +193,18 @@ impl Recording {
             return Ok(());
         };
         let (before, after) = (self.t[k], self.t[k + 1]);
+        let finding = Self::not_increasing(before, after);
+        Err(self.sample(k + 1, &self.columns.t, finding, Self::SORT))
+    }
+
+    /// What is wrong where time `after` follows time `before`.
+    pub(super) fn not_increasing(before: f64, after: f64) -> String {
         let verb = if after < before {
             "goes back"
         } else {
             "stands still"
         };
-        let finding = format!("time {verb}, {after} after {before}");
-        Err(self.sample(
-            k + 1,
-            &self.columns.t,
-            finding,
-            "sort the rows by time, remove repeats, or tell trajectories apart with --trajectory",
-        ))
+        format!("time {verb}, {after} after {before}")
     }
 
     /// Makes a trajectory of it; velocities, accelerations and rates of momenta that were not measured are estimated,

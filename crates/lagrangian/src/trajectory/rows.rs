@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 use super::columns::Resolved;
+use super::sample::{Flaw, Sampled, Stretch, drop_stretches};
 use super::{Readings, Recording};
 use crate::{Error, Result};
 
@@ -18,6 +19,10 @@ pub(super) struct Rows {
     by_name: HashMap<String, usize>,
     current: usize,
     rows: usize,
+    /// Rows that are held now.
+    held: usize,
+    /// Stretches of this number or a larger one are not kept.
+    least: u64,
 }
 
 /// One recording while it grows.
@@ -27,8 +32,13 @@ struct Partial {
     /// The angles of the row before, kept or not, as the file has them.
     last: Vec<f64>,
     turns: Vec<i32>,
-    /// Where an angle has wrapped: (kept row, coordinate, turns from there on).
-    wraps: Vec<(usize, usize, i32)>,
+    /// Rows of a stretch.
+    length: usize,
+    /// Rows that `every` does not pass over.
+    counted: usize,
+    /// Time of the last of them, and the parameters of the first.
+    before: f64,
+    parameters: Vec<(usize, f64)>,
     low: Vec<f64>,
     high: Vec<f64>,
 }
@@ -49,31 +59,102 @@ impl Partial {
             tau: signal(&columns.tau),
             columns,
             unwrapped: vec![0; n],
+            sampled: Some(Sampled::new()),
         };
         Self {
             recording,
             rows: 0,
             last: vec![f64::NAN; n],
             turns: vec![0; n],
-            wraps: Vec::new(),
+            length: resolved.sample.map_or(usize::MAX, |s| s.length()),
+            counted: 0,
+            before: f64::NAN,
+            parameters: Vec::new(),
             low: vec![f64::INFINITY; n],
             high: vec![f64::NEG_INFINITY; n],
         }
     }
 
-    fn push(&mut self, values: &mut [f64], resolved: &Resolved) {
+    /// Takes a row; whether it is kept. Stretches whose number is `least` or more are passed over.
+    fn push(&mut self, values: &mut [f64], resolved: &Resolved, least: u64) -> bool {
         if resolved.degrees {
             to_radians(values, resolved);
         }
         let n = self.last.len();
-        let keep = self.rows.is_multiple_of(resolved.every);
+        let counts = self.rows.is_multiple_of(resolved.every);
         self.rows += 1;
         for i in (0..n).filter(|&i| resolved.coordinates.is_circle(i)) {
             self.watch(i, values[1 + i]);
         }
-        if !keep {
-            return;
+        let keep = counts && self.is_kept(resolved, least);
+        if counts {
+            self.look_at(values, resolved);
         }
+        if keep {
+            self.append(values, resolved);
+        }
+        keep
+    }
+
+    /// Whether the next row belongs to a stretch that is kept; begins a stretch where one begins.
+    fn is_kept(&mut self, resolved: &Resolved, least: u64) -> bool {
+        let place = self.counted / self.length;
+        let r = &mut self.recording;
+        let Some(sampled) = &mut r.sampled else {
+            return true;
+        };
+        if !self.counted.is_multiple_of(self.length) {
+            return sampled.stretches.last().is_some_and(|s| s.place == place);
+        }
+        let number = resolved.sample.map_or(0, |s| s.number(&r.name, place));
+        if number >= least {
+            return false;
+        }
+        let turns = self.turns.iter().enumerate().filter(|(_, t)| **t != 0);
+        sampled.stretches.push(Stretch {
+            place,
+            row: self.counted,
+            at: r.t.len(),
+            number,
+            wraps: turns.map(|(i, turns)| (0, i, *turns)).collect(),
+        });
+        true
+    }
+
+    /// Notes what must be known of every row, kept or not.
+    fn look_at(&mut self, values: &[f64], resolved: &Resolved) {
+        self.counted += 1;
+        let Some(sampled) = self
+            .recording
+            .sampled
+            .as_mut()
+            .filter(|_| resolved.sample.is_some())
+        else {
+            return;
+        };
+        sampled.rows = self.counted;
+        let (before, step) = (self.before, values[0] - self.before);
+        self.before = values[0];
+        if step > sampled.longest_step.0 {
+            sampled.longest_step = (step, before);
+        }
+        if self.counted == 1 {
+            let parameters = resolved.coordinates.parameters();
+            self.parameters = parameters.map(|i| (i, values[1 + i])).collect();
+        }
+        if sampled.flaw.is_none() {
+            let found = flaw(values, before, &self.parameters);
+            sampled.flaw = found.map(|(column, finding, remedy)| Flaw {
+                row: self.rows - 1,
+                column: resolved.names().nth(column).cloned().unwrap_or_default(),
+                finding,
+                remedy,
+            });
+        }
+    }
+
+    fn append(&mut self, values: &[f64], resolved: &Resolved) {
+        let n = self.last.len();
         let r = &mut self.recording;
         r.t.push(values[0]);
         r.q.extend_from_slice(&values[1..=n]);
@@ -112,7 +193,14 @@ impl Partial {
         let step = q - self.last[i];
         if step.abs() > PI {
             self.turns[i] -= if step > 0.0 { 1 } else { -1 };
-            self.wraps.push((self.recording.t.len(), i, self.turns[i]));
+            let (r, place) = (&mut self.recording, self.counted / self.length);
+            r.unwrapped[i] += 1;
+            let last = r.sampled.as_mut().and_then(|s| s.stretches.last_mut());
+            // A stretch that begins with the next row begins with the turns so far.
+            if let Some(stretch) = last.filter(|s| s.place == place) {
+                let row = r.t.len() - stretch.at;
+                stretch.wraps.push((row, i, self.turns[i]));
+            }
         }
         self.last[i] = q;
         self.low[i] = self.low[i].min(q);
@@ -120,26 +208,63 @@ impl Partial {
     }
 
     /// Unwraps the angles whose values all lie within one turn: others were unwrapped when they were recorded.
-    fn finish(mut self) -> Recording {
+    fn finish(mut self, sampled: bool) -> Recording {
         let n = self.last.len();
+        let within = |i: &usize| self.high[*i] - self.low[*i] <= TAU * 1.001;
+        let wrapped: Vec<usize> = (0..n).filter(within).collect();
         let r = &mut self.recording;
-        for i in 0..n {
-            let wrapped = self.wraps.iter().any(|w| w.1 == i);
-            if !wrapped || self.high[i] - self.low[i] > TAU * 1.001 {
-                continue;
+        for i in (0..n).filter(|i| !wrapped.contains(i)) {
+            r.unwrapped[i] = 0;
+        }
+        let ranges = r.sampled.iter().flat_map(|s| s.ranges(r.t.len()));
+        let ranges: Vec<_> = ranges.collect();
+        let stretches = r.sampled.iter_mut().flat_map(|s| &mut s.stretches);
+        for (stretch, range) in stretches.zip(ranges) {
+            let wraps = std::mem::take(&mut stretch.wraps);
+            for &i in &wrapped {
+                unwrap((&mut r.q[range.start * n..range.end * n], n), i, &wraps);
             }
-            let mut wraps = self.wraps.iter().filter(|w| w.1 == i).peekable();
-            r.unwrapped[i] = self.wraps.iter().filter(|w| w.1 == i).count();
-            let mut turns = 0;
-            for k in 0..r.t.len() {
-                while let Some(wrap) = wraps.next_if(|w| w.0 <= k) {
-                    turns = wrap.2;
-                }
-                r.q[k * n + i] += TAU * f64::from(turns);
-            }
+        }
+        if !sampled {
+            r.sampled = None;
         }
         self.recording
     }
+}
+
+/// Adds the turns of angle `i` to the rows `q` `[rows, n]` of a stretch.
+fn unwrap((q, n): (&mut [f64], usize), i: usize, wraps: &[(usize, usize, i32)]) {
+    let mut wraps = wraps.iter().filter(|w| w.1 == i).peekable();
+    let mut turns = 0;
+    for (k, row) in q.chunks_exact_mut(n).enumerate() {
+        while let Some(wrap) = wraps.next_if(|w| w.0 <= k) {
+            turns = wrap.2;
+        }
+        // Adding no turn would still make 0 of −0.
+        if turns != 0 {
+            row[i] += TAU * f64::from(turns);
+        }
+    }
+}
+
+/// What is wrong with a row that follows time `before`: the place of the column among the numbers, a finding, a remedy.
+fn flaw(
+    values: &[f64],
+    before: f64,
+    parameters: &[(usize, f64)],
+) -> Option<(usize, String, &'static str)> {
+    if let Some(k) = values.iter().position(|x| !x.is_finite()) {
+        let finding = format!("the value is {}", values[k]);
+        return Some((k, finding, Recording::REPAIR));
+    }
+    if values[0] <= before {
+        let finding = Recording::not_increasing(before, values[0]);
+        return Some((0, finding, Recording::SORT));
+    }
+    let moved = |(i, first): &&(usize, f64)| values[1 + i].total_cmp(first).is_ne();
+    let &(i, first) = parameters.iter().find(moved)?;
+    let finding = format!("a parameter changes from {first} to {}", values[1 + i]);
+    Some((1 + i, finding, Recording::CONSTANT))
 }
 
 fn to_radians(values: &mut [f64], resolved: &Resolved) {
@@ -165,6 +290,8 @@ impl Rows {
             by_name: HashMap::new(),
             current: 0,
             rows: 0,
+            held: 0,
+            least: u64::MAX,
         }
     }
 
@@ -188,8 +315,25 @@ impl Rows {
             };
             self.refuse_a_name_per_row()?;
         }
-        self.partial[self.current].push(values, &self.resolved);
+        let kept = self.partial[self.current].push(values, &self.resolved, self.least);
+        self.held += usize::from(kept);
+        if self.resolved.sample.is_some_and(|s| self.held > s.held()) {
+            self.thin();
+        }
         Ok(())
+    }
+
+    /// Drops stretches until no more rows are held than are to be kept.
+    fn thin(&mut self) {
+        let Some(sampling) = self.resolved.sample else {
+            return;
+        };
+        let mut all: Vec<&mut Recording> =
+            self.partial.iter_mut().map(|p| &mut p.recording).collect();
+        if let Some(least) = drop_stretches(&mut all, sampling.rows) {
+            self.least = least;
+        }
+        self.held = all.iter().map(|r| r.len()).sum();
     }
 
     fn refuse_a_name_per_row(&self) -> Result<()> {
@@ -209,7 +353,7 @@ impl Rows {
         })
     }
 
-    pub(super) fn finish(self) -> Result<Readings> {
+    pub(super) fn finish(mut self) -> Result<Readings> {
         if self.partial.is_empty() {
             return Err(Error::TooShort {
                 what: format!("file '{}'", self.file),
@@ -217,7 +361,10 @@ impl Rows {
                 needed: 2,
             });
         }
-        let recordings = self.partial.into_iter().map(Partial::finish).collect();
+        self.thin();
+        let sampled = self.resolved.sample.is_some();
+        let all = self.partial.into_iter();
+        let recordings = all.map(|partial| partial.finish(sampled)).collect();
         Ok(Readings {
             recordings,
             columns: self.resolved.columns,

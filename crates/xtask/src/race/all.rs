@@ -3,9 +3,10 @@
 use serde_json::Value;
 
 use super::contestant::Program;
+use super::growing;
 use super::tasks::{Axis, How, Rival, Sizes, Task};
 
-const fn jax(name: &'static str, variant: &'static str) -> Rival {
+pub(super) const fn jax(name: &'static str, variant: &'static str) -> Rival {
     Rival {
         name,
         program: Program::Jax,
@@ -22,7 +23,7 @@ const TORCH: Rival = Rival {
 };
 
 /// Asked for sizes up to `most` of the last axis.
-const fn most(name: &'static str, variant: &'static str, most: u64) -> Rival {
+pub(super) const fn most(name: &'static str, variant: &'static str, most: u64) -> Rival {
     Rival {
         most,
         ..jax(name, variant)
@@ -44,6 +45,22 @@ const CALLS: &[Rival] = &[
 /// Our recipe by the plain formula, and the published one: steps of Adam, many times more of them.
 const FITS: &[Rival] = &[jax("natural_jax", "natural"), jax("adam_jax", "adam")];
 
+/// What most tasks have in common; a task begins with it and says where it differs.
+pub(super) const BASE: Task = Task {
+    name: "",
+    title: "",
+    work: "",
+    how: How::Laps,
+    growth: None,
+    target: (1.0, "best_jax"),
+    rivals: CALLS,
+    precisions: DOUBLE,
+    threads: &[1],
+    axes: &[],
+    tolerance: ROUNDING,
+    operations: None,
+};
+
 const BOTH: &[&str] = &["f32", "f64"];
 const DOUBLE: &[&str] = &["f64"];
 const ROUNDING: [f64; 2] = [1e-3, 1e-8];
@@ -54,7 +71,6 @@ pub(super) const TASKS: &[Task] = &[
         name: "lnn-step",
         title: "training step of a Lagrangian network (Adam, absolute errors of q̈, two layers)",
         work: "lnn-step",
-        how: How::Laps,
         target: (4.0, "best_jax"),
         rivals: LNN,
         precisions: BOTH,
@@ -63,30 +79,27 @@ pub(super) const TASKS: &[Task] = &[
             Axis("width", &[64, 128, 500], &[16]),
             Axis("batch", &[32, 512, 4096], &[32]),
         ],
-        tolerance: ROUNDING,
         operations: Some(lnn_operations),
+        ..BASE
     },
     Task {
         name: "natural-step",
         title: "natural-gradient step (squares of q̈, n = 2; J formed and multiplied in JAX)",
         work: "natural-step",
-        how: How::Laps,
         target: (3.0, "best_jax"),
         rivals: &[jax("plain_jax", "plain"), jax("frozen_jax", "frozen")],
-        precisions: DOUBLE,
         threads: &[1, 2],
         axes: &[
             Axis("width", &[64, 128], &[16]),
             Axis("batch", &[256, 512], &[32]),
         ],
-        tolerance: ROUNDING,
         operations: Some(natural_operations),
+        ..BASE
     },
     Task {
         name: "delan-step",
         title: "training step of a deep Lagrangian network (Adam, squares of torques, width 64)",
         work: "delan-step",
-        how: How::Laps,
         target: (8.0, "best_jax"),
         rivals: &[
             jax("pulled_jax", "pulled"),
@@ -101,89 +114,67 @@ pub(super) const TASKS: &[Task] = &[
             Axis("batch", &[512], &[32]),
             Axis("dof", &[2, 7], &[2]),
         ],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
     Task {
         name: "acceleration",
         title: "acceleration of one state (Lagrangian network, two layers of 64)",
         work: "acceleration",
-        how: How::Laps,
         target: (10.0, "best_jax"),
-        rivals: CALLS,
-        precisions: DOUBLE,
-        threads: &[1],
         axes: &[Axis("width", &[64], &[16]), Axis("dof", &[1, 2, 7], &[2])],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
     Task {
         name: "inverse-dynamics",
         title: "inverse dynamics of one state (deep Lagrangian network, two layers of 64)",
         work: "inverse-dynamics",
-        how: How::Laps,
         target: (10.0, "best_jax"),
-        rivals: CALLS,
-        precisions: DOUBLE,
-        threads: &[1],
         axes: &[Axis("width", &[64], &[16]), Axis("dof", &[1, 2, 7], &[2])],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
     Task {
         name: "states",
         title: "accelerations of 10 000 states (Lagrangian network, n = 2)",
         work: "states",
-        how: How::Laps,
         target: (4.0, "best_jax"),
-        rivals: CALLS,
-        precisions: DOUBLE,
         threads: &[1, 2],
         axes: &[
             Axis("width", &[64, 128], &[16]),
             Axis("batch", &[10_000], &[100]),
         ],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
     Task {
         name: "rollout",
         title: "1 000 steps of RK4 (Lagrangian network, two layers of 64, n = 2)",
         work: "rollout",
-        how: How::Laps,
         target: (5.0, "best_jax"),
         rivals: &[
             jax("best_jax", "linearised"),
             most("published_jax", "published", 1),
         ],
-        precisions: DOUBLE,
         threads: &[1, 2],
         axes: &[
             Axis("width", &[64], &[16]),
             Axis("batch", &[1, 1000], &[1, 20]),
         ],
         tolerance: [1e-2, 1e-6],
-        operations: None,
+        ..BASE
     },
     Task {
         name: "wave",
         title: "one evaluation of a ring of points (learned density; dense Hessian in JAX)",
         work: "wave",
-        how: How::Laps,
-        target: (1.0, "best_jax"),
         rivals: &[
             most("best_jax", "linearised", 1000),
             most("published_jax", "published", 300),
         ],
-        precisions: DOUBLE,
-        threads: &[1],
         axes: &[Axis(
             "points",
             &[10, 30, 100, 300, 1000, 3000, 10_000],
             &[10],
         )],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
     Task {
         name: "start",
@@ -195,8 +186,7 @@ pub(super) const TASKS: &[Task] = &[
         precisions: &["f32"],
         threads: &[2],
         axes: &[Axis("width", &[128], &[16]), Axis("batch", &[512], &[32])],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
     Task {
         name: "memory",
@@ -208,8 +198,7 @@ pub(super) const TASKS: &[Task] = &[
         precisions: BOTH,
         threads: &[2],
         axes: &[Axis("width", &[500], &[16]), Axis("batch", &[4096], &[32])],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
     Task {
         name: "letters-accuracy",
@@ -218,11 +207,9 @@ pub(super) const TASKS: &[Task] = &[
         how: How::Accuracy(&[1.5e-5, 1e-8]),
         target: (30.0, "best_jax"),
         rivals: FITS,
-        precisions: DOUBLE,
         threads: &[2],
         axes: &[Axis("width", &[64], &[16]), Axis("steps", &[250], &[4])],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
     Task {
         name: "pendulum-accuracy",
@@ -231,12 +218,19 @@ pub(super) const TASKS: &[Task] = &[
         how: How::Accuracy(&[0.43, 0.02]),
         target: (30.0, "best_jax"),
         rivals: FITS,
-        precisions: DOUBLE,
         threads: &[2],
         axes: &[Axis("width", &[64], &[16]), Axis("steps", &[400], &[4])],
-        tolerance: ROUNDING,
-        operations: None,
+        ..BASE
     },
+    growing::LNN_DOF,
+    growing::DELAN_DOF,
+    growing::ACCELERATION_DOF,
+    growing::INVERSE_DOF,
+    growing::LNN_WIDTH,
+    growing::NATURAL_WIDTH,
+    growing::LNN_BATCH,
+    growing::NATURAL_BATCH,
+    growing::ROWS,
 ];
 
 fn size(sizes: &Sizes, name: &str) -> f64 {

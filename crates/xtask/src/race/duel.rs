@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::Options;
 use super::contestant::Programs;
-use super::lanes::{Lane, agree, lanes, name_the_best};
+use super::lanes::{Lane, agree, lanes, name_the_best, remove_log};
 use super::machine;
 use super::row::{Figure, Row};
 use super::tasks::{How, Sizes, Task};
@@ -31,7 +31,11 @@ pub(super) fn race(
     let mut lanes = lanes(programs, task, (sizes, threads), options)?;
     let disagreement = agree(task, sizes, &lanes)?;
     match task.how {
-        How::Laps => run_laps(&mut lanes, options)?,
+        How::Laps => {
+            let done = run_laps(&mut lanes, options);
+            remove_log(task, sizes, options);
+            done?;
+        }
         How::Start => start_again(&mut lanes, programs, task, (sizes, threads), options)?,
         How::Memory => lanes.iter_mut().try_for_each(measure_memory)?,
         How::Accuracy(_) => {}
@@ -46,16 +50,21 @@ pub(super) fn race(
         )?),
         None => None,
     };
+    let peak = lanes[0]
+        .process
+        .peak_mib()
+        .filter(|_| task.growth.is_some());
     let mut sizes = sizes.clone();
     sizes.insert("threads".into(), json!(threads));
+    lanes.iter_mut().try_for_each(|lane| lane.process.end())?;
     let figure = |lane: Lane| (lane.name, Figure::of(lane.laps, lane.ready.compile_ms));
     let mut row = Row {
         sizes,
         figures: lanes.into_iter().map(figure).collect(),
         disagreement,
-        more: share
-            .map(|share| ("share_of_peak".to_owned(), share))
+        more: [("share_of_peak", share), ("peak_mib", peak)]
             .into_iter()
+            .filter_map(|(name, x)| Some((name.to_owned(), x?)))
             .collect(),
     };
     name_the_best(task, &mut row);
@@ -131,5 +140,5 @@ fn run_laps(lanes: &mut [Lane], options: &Options) -> Result<(), String> {
             lane.laps.push(lane.process.laps(lane.iterations)?);
         }
     }
-    lanes.iter_mut().try_for_each(|lane| lane.process.end())
+    Ok(())
 }

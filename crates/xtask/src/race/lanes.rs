@@ -39,6 +39,12 @@ pub(super) fn request(task: &Task, sizes: &Sizes, options: &Options) -> Value {
     request
 }
 
+/// Removes the log of a row: up to a gigabyte.
+pub(super) fn remove_log(task: &Task, sizes: &Sizes, options: &Options) {
+    // There is none for most tasks.
+    let _ = std::fs::remove_file(data(task, sizes, &options.folder).with_extension("csv"));
+}
+
 /// Where the files of a row are, without an ending.
 fn data(task: &Task, sizes: &Sizes, folder: &Path) -> PathBuf {
     let words = sizes.values().map(|v| v.to_string().replace('"', ""));
@@ -90,7 +96,9 @@ pub(super) fn lanes(
         How::Laps | How::Accuracy(_) => ours,
     };
     let mut all = vec![ours];
-    let takes_part = |r: &&Rival| programs.has(r.program) && task.asks(r, sizes);
+    // That a peer computes the same is what other tasks show.
+    let alone = options.smoke && task.growth.is_some();
+    let takes_part = |r: &&Rival| !alone && programs.has(r.program) && task.asks(r, sizes);
     for rival in task.rivals.iter().filter(takes_part) {
         request["variant"] = json!(rival.variant);
         all.push(enter(rival.name, rival.program, &mut request)?);

@@ -5,6 +5,7 @@ mod all;
 mod compare;
 mod contestant;
 mod duel;
+mod growing;
 mod growth;
 mod lanes;
 mod machine;
@@ -21,6 +22,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use super::Failure;
 use all::TASKS;
 use contestant::Programs;
 use options::Options;
@@ -29,19 +31,26 @@ use row::Row;
 use tasks::{How, Task};
 
 /// Runs the race that the arguments ask for.
-pub(super) fn main(arguments: &[&str]) -> Result<(), String> {
+pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
     let options = Options::parse(arguments)?;
     let before = options.against.as_deref().map(read).transpose()?;
+    race(&options, before.as_ref()).map_err(Failure::from)
+}
+
+fn race(options: &Options, before: Option<&Value>) -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     std::env::set_current_dir(&root).map_err(|e| format!("{}: {e}", root.display()))?;
     let clock = Instant::now();
     fs::create_dir_all(options.folder.join("data"))
         .map_err(|e| format!("{}: {e}", options.folder.display()))?;
-    let programs = programs(&options)?;
+    let programs = programs(options)?;
     let mut race = json!({ "machine": machine::describe(&programs)?, "smoke": options.smoke });
     for task in TASKS.iter().filter(|t| options.asks(t)) {
-        let rows = run(&programs, task, &options)?;
+        let rows = run(&programs, task, options)?;
         let unit = task.how.unit();
+        if task.growth.is_some() {
+            race[growth::KEY][task.key()] = growth::exponents(task, &rows);
+        }
         race[task.key()] = rows.iter().map(|row| row.to_json(unit)).collect();
         // After each task: a race that is interrupted leaves what it has measured.
         race["seconds"] = json!(clock.elapsed().as_secs_f64());
@@ -57,7 +66,7 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), String> {
         table::update(Path::new("docs/performance.md"), &race)?;
     }
     if let Some(before) = before {
-        compare::regressions(&before, &race)?;
+        compare::regressions(before, &race)?;
     }
     // Standard output is for figures.
     eprintln!(
@@ -152,11 +161,13 @@ fn run(programs: &Programs, task: &Task, options: &Options) -> Result<Vec<Row>, 
 }
 
 /// Reads a race that was run before.
-fn read(path: &Path) -> Result<Value, String> {
-    let text =
-        fs::read_to_string(path).map_err(|e| format!("--against {}: {e}", path.display()))?;
-    let race = serde_json::from_str::<Value>(&text);
-    race.map_err(|e| format!("--against {}: not a race.json: {e}", path.display()))
+fn read(path: &Path) -> Result<Value, Failure> {
+    let wrong = |why: &dyn std::fmt::Display| Failure::Usage {
+        message: format!("--against {}: {why}", path.display()),
+        hint: "give the race.json of an earlier race, such as target/race/race.json".into(),
+    };
+    let text = fs::read_to_string(path).map_err(|e| wrong(&e))?;
+    serde_json::from_str::<Value>(&text).map_err(|e| wrong(&format!("not a race.json: {e}")))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), String> {

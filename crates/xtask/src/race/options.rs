@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use super::super::Failure;
 use super::all::TASKS;
 use super::contestant;
+use super::growing::named;
 use super::tasks::Task;
 
 /// What is asked for.
@@ -23,7 +25,7 @@ race [--only TASK]… [--threads 1,2] [--repeats N] [--json] [--smoke] [--agains
 
   race   our library beside JAX and PyTorch on the same tasks; writes target/race/race.json and report.html, and the
          tables of docs/performance.md
-           --only TASK      this task alone (may be given again), into target/race/only
+           --only TASK      this task alone (may be given again), into target/race/only; `growth`: all that grows
            --threads 1,2    numbers of threads, in place of those of each task
            --repeats N      laps of each contestant, in turns (default 5)
            --json           print the figures as JSON
@@ -38,7 +40,7 @@ pub(in super::super) fn usage() -> String {
 }
 
 impl Options {
-    pub(super) fn parse(arguments: &[&str]) -> Result<Self, String> {
+    pub(super) fn parse(arguments: &[&str]) -> Result<Self, Failure> {
         let mut options = Self {
             only: Vec::new(),
             json: false,
@@ -50,7 +52,12 @@ impl Options {
         };
         let mut rest = arguments.iter();
         while let Some(&flag) = rest.next() {
-            let mut value = || rest.next().copied().ok_or(format!("{flag} needs a value"));
+            let mut value = || {
+                let next = rest.next().copied();
+                next.ok_or_else(|| {
+                    wrong(format!("{flag} needs a value"), "give it behind the flag")
+                })
+            };
             match flag {
                 "--json" => options.json = true,
                 "--smoke" => options.smoke = true,
@@ -62,10 +69,8 @@ impl Options {
                     options.threads = Some(list.collect::<Result<_, _>>()?);
                 }
                 _ => {
-                    return Err(format!(
-                        "race does not know '{flag}'\n\nusage: cargo xtask {}",
-                        usage()
-                    ));
+                    let hint = format!("usage: cargo xtask {}", usage());
+                    return Err(wrong(format!("race does not know '{flag}'"), &hint));
                 }
             }
         }
@@ -80,13 +85,20 @@ impl Options {
         }
         let most = contestant::cores().len().max(1);
         match options.threads.iter().flatten().find(|n| **n > most) {
-            Some(n) => Err(format!("--threads {n}: this machine lets us have {most}")),
+            Some(n) => Err(wrong(
+                format!("--threads {n}: this machine lets us have {most}"),
+                &format!("take --threads {most} or fewer"),
+            )),
             None => Ok(options),
         }
     }
 
     pub(super) fn asks(&self, task: &Task) -> bool {
-        self.only.is_empty() || self.only.iter().any(|name| name == task.name)
+        self.only.is_empty()
+            || self
+                .only
+                .iter()
+                .any(|name| named(name).any(|t| t.name == task.name))
     }
 
     pub(super) fn threads(&self, task: &Task) -> Vec<usize> {
@@ -104,23 +116,29 @@ impl Options {
     }
 }
 
-fn known(name: &str) -> Result<String, String> {
-    match TASKS.iter().any(|t| t.name == name) {
-        true => Ok(name.into()),
-        false => {
-            let names: Vec<&str> = TASKS.iter().map(|t| t.name).collect();
-            Err(format!(
-                "--only {name}: there is no such task; take one of {}",
-                names.join(", ")
-            ))
-        }
-    }
+fn wrong(message: String, hint: &str) -> Failure {
+    let hint = hint.into();
+    Failure::Usage { message, hint }
 }
 
-fn positive(flag: &str, text: &str) -> Result<usize, String> {
+fn known(name: &str) -> Result<String, Failure> {
+    if named(name).next().is_some() {
+        return Ok(name.into());
+    }
+    let names: Vec<&str> = TASKS.iter().map(|t| t.name).collect();
+    Err(wrong(
+        format!("--only {name}: there is no such task"),
+        &format!("take one of {}, or growth", names.join(", ")),
+    ))
+}
+
+fn positive(flag: &str, text: &str) -> Result<usize, Failure> {
     match text.trim().parse() {
         Ok(n @ 1..) => Ok(n),
-        _ => Err(format!("{flag} {text}: give a whole number above 0")),
+        _ => Err(wrong(
+            format!("{flag} {text}: not such a number"),
+            "give a whole number above 0",
+        )),
     }
 }
 
@@ -131,8 +149,13 @@ mod tests {
     #[test]
     fn what_is_wrong_in_the_arguments_is_said_with_the_flag() {
         let refuses = |arguments: &[&str], word: &str| {
-            let found = Options::parse(arguments).err().unwrap_or_default();
-            assert!(found.contains(word), "{arguments:?}: {found}");
+            let found = Options::parse(arguments).err();
+            let (text, code) = found.map_or_else(Default::default, |f| f.report());
+            assert!(text.contains(word), "{arguments:?}: {text}");
+            assert!(
+                code == 2 && text.contains("\nhint: "),
+                "{arguments:?}: {text}"
+            );
         };
         refuses(&["--only", "nothing"], "take one of lnn-step");
         refuses(&["--only"], "--only needs a value");
@@ -146,6 +169,7 @@ mod tests {
     #[test]
     fn a_part_and_a_smoke_test_leave_the_figures_of_the_whole_race_alone() {
         let folder = |arguments: &[&str]| Options::parse(arguments).map(|o| o.folder);
+        assert_eq!(folder(&["--only", "growth"]), folder(&["--only", "wave"]));
         assert_eq!(folder(&[]), Ok(PathBuf::from("target/race")));
         assert_eq!(folder(&["--smoke"]), Ok(PathBuf::from("target/race/smoke")));
         assert_eq!(

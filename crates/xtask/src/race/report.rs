@@ -48,17 +48,23 @@ pub(super) fn page(race: &Value) -> String {
 
 fn section(task: &Task, rows: &[Row]) -> String {
     let title = escape(task.title);
+    let race = match task.growth {
+        Some(_) => String::new(),
+        None => format!(
+            "<p>{}.</p>{}",
+            escape(&verdict(task, rows)),
+            bars(task, rows)
+        ),
+    };
     format!(
-        "<section><h2>{title}</h2><p>{}.</p>{}{}<details><summary>all figures</summary>{}</details></section>",
-        escape(&verdict(task, rows)),
-        bars(task, rows),
+        "<section><h2>{title}</h2>{race}{}<details><summary>all figures</summary>{}</details></section>",
         growth(task, rows),
         table(task, rows),
     )
 }
 
 /// The contestants that were there, ours first, each with its colour.
-pub(super) fn contestants(task: &Task, rows: &[Row]) -> Vec<(&'static str, &'static str)> {
+pub(super) fn contestants(task: &Task, rows: &[&Row]) -> Vec<(&'static str, &'static str)> {
     let all = std::iter::once(OURS)
         .chain(task.rivals.iter().map(|r| r.name))
         .zip(COLOURS);
@@ -71,7 +77,7 @@ fn bars(task: &Task, rows: &[Row]) -> String {
     const LABEL: f64 = 330.0;
     const WIDTH: f64 = 620.0;
     const LINE: f64 = 14.0;
-    let rivals: Vec<_> = contestants(task, rows)
+    let rivals: Vec<_> = contestants(task, &rows.iter().collect::<Vec<_>>())
         .into_iter()
         .filter(|(name, _)| *name != OURS)
         .collect();
@@ -135,7 +141,7 @@ pub(super) fn legend(names: &[(&str, &str)]) -> String {
 }
 
 fn table(task: &Task, rows: &[Row]) -> String {
-    let names = contestants(task, rows);
+    let names = contestants(task, &rows.iter().collect::<Vec<_>>());
     let sizes: Vec<&String> = rows
         .first()
         .map(|r| r.sizes.keys().collect())

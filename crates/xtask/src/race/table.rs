@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::all::TASKS;
+use super::growth;
 use super::row::{Figure, OURS, Row};
 use super::tasks::Task;
 
@@ -51,7 +52,12 @@ pub(super) fn also(row: &Row) -> Vec<String> {
         let name = name.replace('_', " ");
         (!there).then(|| format!("{name} came to {least:.1e} in {} s", digits(*seconds)))
     });
-    share.into_iter().chain(missed).collect()
+    let peak = row
+        .more
+        .get("peak_mib")
+        .filter(|_| row.sizes.contains_key("rows"));
+    let peak = peak.map(|mib| format!("{} MiB", digits(*mib)));
+    share.into_iter().chain(peak).chain(missed).collect()
 }
 
 /// All of it, to be read in a terminal.
@@ -61,12 +67,12 @@ pub(super) fn text(race: &Value) -> String {
         format!(
             "{}\n  {}\n  {}\n",
             task.title,
-            verdict(task, &rows),
+            sentence(task, &rows),
             lines.join("\n  ")
         )
     };
     let parts: Vec<String> = results(race).into_iter().map(part).collect();
-    parts.join("\n")
+    parts.join("\n") + &growth::table(race)
 }
 
 /// How many rows reach the target of a task, and between which ratios they lie.
@@ -106,15 +112,22 @@ fn markdown(race: &Value) -> String {
     );
     for (task, rows) in results(race) {
         out += &format!(
-            "\n**{}**, {}. {}.\n\n",
+            "\n**{}**, {}. {}\n\n",
             task.title,
             task.how.unit(),
-            verdict(task, &rows)
+            sentence(task, &rows)
         );
         out += &table(task, &rows);
     }
-    out.push('\n');
-    out
+    out + &growth::table(race) + "\n"
+}
+
+/// The verdict where there is a target.
+fn sentence(task: &Task, rows: &[Row]) -> String {
+    match task.growth {
+        Some(_) => String::new(),
+        None => format!("{}.", verdict(task, rows)),
+    }
 }
 
 /// One table: a line for each row, a column for each size and contestant.

@@ -17,6 +17,8 @@ pub(super) struct Task {
     /// What contestants know it as.
     pub(super) work: &'static str,
     pub(super) how: How,
+    /// Where it is about how cost grows: along this axis. It has no target then, and few rivals.
+    pub(super) growth: Option<&'static str>,
     /// How many times faster (or smaller) than the rival we are to be, and that rival; `best_jax` is the fastest of all
     /// that are written in JAX, unless one has this name.
     pub(super) target: (f64, &'static str),
@@ -125,25 +127,28 @@ impl Task {
     }
 
     /// The axis along which its growth is drawn.
-    pub(super) fn growth(&self) -> Option<&'static str> {
+    pub(super) fn long_axis(&self) -> Option<&'static str> {
         let long = self
             .axes
             .iter()
             .rev()
             .find(|Axis(_, values, _)| values.len() > 2);
-        long.map(|Axis(name, ..)| *name)
+        self.growth.or(long.map(|Axis(name, ..)| *name))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::all::TASKS;
+    use super::Axis;
 
     #[test]
     fn every_task_has_a_name_of_its_own_and_a_target_against_one_of_its_rivals() {
         for (k, task) in TASKS.iter().enumerate() {
             assert!(TASKS[..k].iter().all(|other| other.name != task.name));
             assert!(task.target.1 == "best_jax" && task.names().contains(&"best_jax"));
+            let last = task.axes.last().map(|Axis(name, ..)| *name);
+            assert!(task.growth.is_none() || task.growth == last);
             assert!(
                 !task.cells(true).is_empty() && task.cells(true).len() <= task.cells(false).len()
             );
