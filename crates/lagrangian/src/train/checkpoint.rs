@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::batch::Value;
 use crate::{Error, Result};
 
 /// The state of a run between two steps.
@@ -43,6 +44,8 @@ const FORMAT: &str = "lagrangian-checkpoint";
 const VERSION: u32 = 1;
 /// Setbacks that are counted.
 const MOST_SETBACKS: i32 = 6;
+/// A loss that exceeds the best by this factor sends the run back to the best, with more damping.
+const SETBACK: f64 = 10.0;
 
 impl Checkpoint {
     pub(crate) fn fresh(parameters: Vec<f64>, memory: usize) -> Self {
@@ -56,6 +59,27 @@ impl Checkpoint {
             best_parameters: Vec::new(),
             setbacks: 0,
         }
+    }
+
+    /// Keeps the parameters if `seen` is the best loss so far, and goes back to the best from one that is far worse;
+    /// returns it.
+    pub(crate) fn judge(&mut self, seen: Value) -> f64 {
+        // A model without accelerations somewhere is not the best, however well it does elsewhere.
+        let value = if seen.singular > 0 {
+            f64::INFINITY
+        } else {
+            seen.mean()
+        };
+        if value.is_finite() && value < self.best {
+            self.best = value;
+            self.best_step = self.step;
+            self.best_parameters.clone_from(&self.parameters);
+        } else if (value.is_nan() || value > SETBACK * self.best)
+            && !self.best_parameters.is_empty()
+        {
+            self.go_back();
+        }
+        value
     }
 
     /// Back to the best parameters, without memory.

@@ -766,24 +766,7 @@ impl<'a> Run<'a> {
     /// Keeps the parameters if they are the best so far, by the held-back samples, or by the batch where there are
     /// none; returns the loss and whether it is that of held-back samples.
     fn look(&mut self, held: Option<Value>, batch: Value) -> (f64, bool) {
-        let seen = held.unwrap_or(batch);
-        // A model without accelerations somewhere is not the best, however well it does elsewhere.
-        let value = if seen.singular > 0 {
-            f64::INFINITY
-        } else {
-            seen.mean()
-        };
-        if value.is_finite() && value < self.state.best {
-            self.state.best = value;
-            self.state.best_step = self.state.step;
-            self.state
-                .best_parameters
-                .clone_from(&self.state.parameters);
-        } else if (value.is_nan() || value > SETBACK * self.state.best)
-            && !self.state.best_parameters.is_empty()
-        {
-            self.state.go_back();
-        }
+        let value = self.state.judge(held.unwrap_or(batch));
         (value, held.is_some())
     }
 }
@@ -797,16 +780,13 @@ fn parts(share: f64, warm_start: f64) -> (f64, f64) {
     (share, part)
 }
 
-/// A loss that exceeds the best by this factor sends the run back to the best, with more damping.
-const SETBACK: f64 = 10.0;
-
 /// From 1 to 0.
-fn cosine(share: f64) -> f64 {
+pub(crate) fn cosine(share: f64) -> f64 {
     0.5 * (1.0 + (std::f64::consts::PI * share).cos())
 }
 
 /// The order in which samples are visited: a new random one for each pass, a function of seed and step alone.
-pub(super) struct Order {
+pub(crate) struct Order {
     seed: u64,
     epoch: Option<usize>,
     numbers: Vec<usize>,
@@ -814,7 +794,7 @@ pub(super) struct Order {
 }
 
 impl Order {
-    pub(super) fn new(len: usize, seed: u64) -> Self {
+    pub(crate) fn new(len: usize, seed: u64) -> Self {
         Self {
             seed,
             epoch: None,
@@ -824,7 +804,7 @@ impl Order {
     }
 
     /// The samples of a step; the few that are left at the end of a pass are skipped.
-    pub(super) fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
+    pub(crate) fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
         let steps = (self.numbers.len() / batch).max(1);
         let epoch = step / steps;
         if self.epoch != Some(epoch) {

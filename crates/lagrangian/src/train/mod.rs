@@ -20,15 +20,19 @@ mod stepper;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use adam::Adam;
 pub use adam::AdamConfig;
 pub use batch::Samples;
+pub(crate) use batch::{Batches, Value};
 pub use checkpoint::Checkpoint;
 pub use described::Parameter;
 pub use fit::{Budget, Ending, Fit, FitConfig, Observer, Optimizer, Precision, Progress, fit};
+pub(crate) use fit::{Order, cosine};
 pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
+pub(crate) use learner::Learner;
 pub use learner::Loss;
 pub use natural::NaturalConfig;
-pub(crate) use natural::System;
+pub(crate) use natural::{Natural, System};
 pub use rollout::{Gradients, Observe, RolloutLoss, Start};
 pub use stepper::{StepLoss, Stepper};

@@ -241,6 +241,24 @@ impl Natural {
         value
     }
 
+    /// The mean square that the quadratic model foresees for the batch of the last step, taken at `rate` with damping
+    /// `damping`: with x = (J Jᵀ + λ N I)⁻¹ (r − μ J φ), J φ after the step is r − λ N x whatever the momentum.
+    pub(crate) fn foreseen(
+        &self,
+        learner: &dyn Learner<f64>,
+        (rate, damping): (f64, f64),
+        batch: usize,
+    ) -> f64 {
+        let m = learner.residuals_each();
+        let used = &self.blocks[..batch.div_ceil(BLOCK)];
+        let damping = damping * level(used, m).min(1.0).sqrt() * (used.len() * BLOCK * m) as f64;
+        let squares = used.iter().flat_map(|block| {
+            let pairs = block.work.residual.iter().zip(&block.right);
+            pairs.map(|(r, x)| ((1.0 - rate) * r + rate * damping * x).powi(2))
+        });
+        squares.sum::<f64>() / (batch * learner.counted()).max(1) as f64
+    }
+
     /// The lower triangle of J Jᵀ, tile by tile.
     fn gram(&mut self, learner: &dyn Learner<f64>, used: usize, terms: &[Vec<(usize, usize)>]) {
         let (net, blocks) = (learner.net(), &self.blocks);
