@@ -14,12 +14,15 @@ use lagrangian::train::{
 
 use crate::failure::mistake;
 use crate::fit_args::{
-    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName, OptimizerName,
-    OrderName, SpeedChartName, Structure, TrainingArgs, Trunks,
+    ActivationName, DampingName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName,
+    OptimizerName, OrderName, SpeedChartName, Structure, TrainingArgs, Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
 const SECONDS: f64 = 60.0;
+
+/// Samples of the first batch of a fit by time.
+const FIRST: usize = 64;
 
 /// Accelerations that are less certain than this part of them are noisy.
 const NOISY: f64 = 0.005;
@@ -60,6 +63,7 @@ impl FitArgs {
             optimizer: training.optimizer(optimizer),
             budget: training.budget(),
             batch: training.batch(optimizer),
+            batch_first: training.batch_first(optimizer, loss),
             seed: training.seed,
             forces: self.model.forces(),
             patience: training.patience.map(|looks| looks as usize),
@@ -266,7 +270,13 @@ impl TrainingArgs {
     fn optimizer(&self, name: OptimizerName) -> Optimizer {
         match name {
             OptimizerName::Natural => {
-                let default = NaturalConfig::default();
+                let default = match self.damping {
+                    Some(DampingName::Schedule) => NaturalConfig::default(),
+                    Some(DampingName::Loss) => NaturalConfig::following_the_loss(),
+                    Some(DampingName::Adaptive) => NaturalConfig::adaptive(),
+                    None if self.steps.is_none() => NaturalConfig::adaptive(),
+                    None => NaturalConfig::default(),
+                };
                 Optimizer::Natural(NaturalConfig {
                     rate: self.learning_rate.unwrap_or(default.rate),
                     ..default
@@ -289,6 +299,29 @@ impl TrainingArgs {
             Some(steps) => Budget::Steps(usize::try_from(steps).unwrap_or(usize::MAX)),
             None => Budget::Seconds(self.seconds.unwrap_or(SECONDS)),
         }
+    }
+
+    /// Refuses a damping of what has none.
+    ///
+    /// # Errors
+    /// That it is a setting of the natural gradient.
+    pub(crate) fn require(&self, optimizer: &Optimizer) -> Result<()> {
+        if self.damping.is_some() && matches!(optimizer, Optimizer::Adam(_)) {
+            return Err(mistake(
+                "--damping is a setting of the natural gradient, and this fit is one by Adam",
+                "leave it away, or add --optimizer natural",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Small batches first where there is a time to use: they are the better for it; a number of steps is used best by
+    /// large ones (docs/adr/0050).
+    fn batch_first(&self, optimizer: OptimizerName, loss: Loss) -> Option<usize> {
+        let given = self.batch_first.map(|samples| samples as usize);
+        let grows =
+            optimizer == OptimizerName::Natural && self.steps.is_none() && loss != Loss::Rollout;
+        given.or_else(|| grows.then(|| FIRST.min(self.batch(optimizer))))
     }
 
     fn batch(&self, optimizer: OptimizerName) -> usize {

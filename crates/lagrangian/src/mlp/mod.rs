@@ -16,5 +16,5 @@ mod tests;
 
 pub use activation::Activation;
 pub(crate) use factors::{TileScratch, Transposed};
-pub(crate) use net::{Build, Net, Source, normal};
+pub(crate) use net::{Build, Kind, Layer, Net, Source, normal};
 pub(crate) use pass::{Gradient, Packed, Pass};

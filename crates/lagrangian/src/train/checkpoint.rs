@@ -26,6 +26,8 @@ pub struct Checkpoint {
     pub memory: Vec<Vec<f64>>,
     /// How often the run went back to its best; each time the damping grows tenfold.
     pub setbacks: i32,
+    /// The damping of the next step, where it adapts itself.
+    pub damping: Option<f64>,
 }
 
 /// The numbers of a checkpoint that are no arrays, exact to the bit.
@@ -38,6 +40,8 @@ struct Scalars {
     best: u64,
     best_step: usize,
     setbacks: i32,
+    #[serde(default)]
+    damping: Option<u64>,
 }
 
 const FORMAT: &str = "lagrangian-checkpoint";
@@ -58,6 +62,7 @@ impl Checkpoint {
             best_step: 0,
             best_parameters: Vec::new(),
             setbacks: 0,
+            damping: None,
         }
     }
 
@@ -100,6 +105,10 @@ impl Checkpoint {
         if fits && self.best_step > self.step {
             return Err(refused("its best step has not been done yet"));
         }
+        let damped = |damping: f64| damping.is_finite() && damping > 0.0;
+        if fits && !self.damping.is_none_or(damped) {
+            return Err(refused("its damping is no positive number"));
+        }
         if fits && (self.best.is_nan() || !(self.seconds.is_finite() && self.seconds >= 0.0)) {
             return Err(refused("its loss or its clock is no number"));
         }
@@ -127,6 +136,7 @@ impl Checkpoint {
             best: self.best.to_bits(),
             best_step: self.best_step,
             setbacks: self.setbacks,
+            damping: self.damping.map(f64::to_bits),
         };
         let arrays = [
             ("parameters".to_string(), &self.parameters),
@@ -206,6 +216,7 @@ impl Checkpoint {
                 .map(|i| array(&format!("memory{i}")))
                 .collect::<Result<_>>()?,
             setbacks: scalars.setbacks.clamp(0, MOST_SETBACKS),
+            damping: scalars.damping.map(f64::from_bits),
         })
     }
 }

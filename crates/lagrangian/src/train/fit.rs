@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::adam::{Adam, AdamConfig};
 use super::batch::{Batches, Samples, Value};
 use super::checkpoint::Checkpoint;
+use super::damping::DampingRule;
 use super::forces::ForceTerms;
 use super::learned::Template;
 use super::learned::{Family, Learned};
@@ -75,6 +76,10 @@ pub struct FitConfig {
     pub budget: Budget,
     /// Samples of one step.
     pub batch: usize,
+    /// Samples of the first step, from which they grow geometrically to `batch` with the share of the budget; `None`:
+    /// all steps are alike. Small batches are better at first (docs/adr/0050).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub batch_first: Option<usize>,
     /// Of weights and batches.
     pub seed: u64,
     /// Forces that are learned beside those of the Lagrangian (a chain of rigid links knows friction alone).
@@ -100,6 +105,7 @@ impl Default for FitConfig {
             optimizer: Optimizer::default(),
             budget: Budget::Steps(1000),
             batch: 256,
+            batch_first: None,
             seed: 0,
             forces: ForceTerms::default(),
             nominal: None,
@@ -241,6 +247,16 @@ impl FitConfig {
         }
         if self.batch == 0 || self.batch > 1 << 20 {
             return argument("batch", self.batch.to_string(), "between 1 and 1048576");
+        }
+        if let Some(first) = self.batch_first
+            && !(1..=self.batch).contains(&first)
+        {
+            let must = "between 1 and the samples of a later step (--batch)";
+            return argument("first batch", first.to_string(), must);
+        }
+        if self.batch_first.is_some() && self.loss == Loss::Rollout {
+            let must = "left away under the rollout loss, whose horizon grows instead";
+            return argument("first batch", "given".into(), must);
         }
         if matches!(self.optimizer, Optimizer::Natural(_))
             && self.batch * self.residuals(dataset.train.n) > 8192
@@ -532,27 +548,28 @@ impl<'a> Run<'a> {
         let Optimizer::Natural(natural) = &self.config.optimizer else {
             return self.descend_in::<f64>(learner, observer);
         };
-        let mut engine = Natural::new(learner, self.config.batch.min(self.dataset.train.len()));
+        let batch = self.config.batch.min(self.dataset.train.len());
+        let mut engine = Natural::new(learner, batch);
         engine.phi.copy_from_slice(&self.state.memory[0]);
         let config = self.config;
+        let adaptive = matches!(natural.damping_rule, DampingRule::Adaptive { .. });
+        let mut after = adaptive.then(|| Batches::<f64>::new(learner, batch));
 
         let judge = self.judged::<f64>(learner);
         self.descend(judge, observer, |state, share, samples, numbers| {
             let rate = natural.rate * cosine(share);
-            let damping = natural.damping_first
-                * (natural.damping_last / natural.damping_first).powf(share)
-                * 10f64.powi(state.setbacks);
+            let damping = natural.damping(share, state.setbacks, state.damping);
             engine.phi.copy_from_slice(&state.memory[0]);
-            let parameters = &mut state.parameters;
-            let value = engine.step(
-                learner,
-                natural,
-                config.loss,
-                (rate, damping),
-                (samples, numbers),
-                parameters,
-            );
+            let (parameters, batch) = (&mut state.parameters, (samples, numbers));
+            let at = (rate, damping);
+            let value = engine.step(learner, natural, config.loss, at, batch, parameters);
             state.memory[0].copy_from_slice(&engine.phi);
+            if let Some(after) = &mut after {
+                let after = after.evaluate(learner, config.loss, parameters, batch, None);
+                let gain = engine.gain(learner, at, (value, after), numbers.len());
+                let damping = state.damping.unwrap_or(natural.damping_first);
+                state.damping = Some(natural.damping_rule.adapted(damping, gain));
+            }
             (value, rate)
         })
     }
@@ -692,12 +709,14 @@ impl<'a> Run<'a> {
         observer: &mut dyn Observer,
         mut step: impl FnMut(&mut Checkpoint, f64, &Samples, &[usize]) -> (Value, f64),
     ) -> Result<(Ending, Progress)> {
-        let batch = self.config.batch.min(self.dataset.train.len());
+        let last = self.config.batch;
+        let first = self.config.batch_first.unwrap_or(last);
         if self.share() >= 1.0 && !self.state.best_parameters.is_empty() {
             return Ok((Ending::Finished, self.at_the_end()));
         }
         loop {
             let share = self.share();
+            let batch = grown(first, last, share).min(self.dataset.train.len());
             let numbers = self.order.batch(self.state.step, batch);
             let (value, rate) = step(&mut self.state, share, &self.dataset.train, numbers);
             self.state.step += 1;
@@ -783,6 +802,15 @@ fn parts(share: f64, warm_start: f64) -> (f64, f64) {
 /// From 1 to 0.
 pub(crate) fn cosine(share: f64) -> f64 {
     0.5 * (1.0 + (std::f64::consts::PI * share).cos())
+}
+
+/// Samples of a batch at this share of the budget: whole blocks of 16, so that none is filled with padding.
+pub(crate) fn grown(first: usize, last: usize, share: f64) -> usize {
+    if first >= last {
+        return last;
+    }
+    let samples = first as f64 * (last as f64 / first as f64).powf(share);
+    (samples as usize).next_multiple_of(16).clamp(first, last)
 }
 
 /// The order in which samples are visited: a new random one for each pass, a function of seed and step alone.

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::batch::{Samples, Value, value};
+use super::damping::DampingRule;
 use super::learner::{Learner, Loss, Work};
 use crate::mlp::simd::Buffer;
 use crate::mlp::{Gradient, Packed, TileScratch, Transposed};
@@ -33,6 +34,8 @@ pub struct NaturalConfig {
     pub damping_first: f64,
     /// Damping λ at the end; it falls geometrically.
     pub damping_last: f64,
+    /// What the damping follows.
+    pub damping_rule: DampingRule,
     /// Longest step η φ; longer ones are shortened to it.
     pub longest: f64,
 }
@@ -44,6 +47,7 @@ impl Default for NaturalConfig {
             momentum: 0.9,
             damping_first: 1e-1,
             damping_last: 1e-7,
+            damping_rule: DampingRule::Schedule,
             longest: 1.0,
         }
     }
@@ -217,6 +221,11 @@ impl Natural {
         let value = self.blocks[..used]
             .iter()
             .fold(Value::default(), |sum, b| sum.add(b.value));
+        let mean_square = match loss.is_absolute() {
+            true => level * level,
+            false => value.mean(),
+        };
+        let damping = config.damping_rule.on_batch(damping, mean_square);
         // Far from the solution the quadratic model is poor; near it, damping is all that slows the step.
         let damping = damping * level.min(1.0).sqrt();
         if !self.solve(used, m, damping) {
@@ -241,9 +250,27 @@ impl Natural {
         value
     }
 
+    /// How much of the fall that the quadratic model foresaw for the batch of the last step became true; `values` are its
+    /// losses before and after.
+    pub(crate) fn gain(
+        &self,
+        learner: &dyn Learner<f64>,
+        at: (f64, f64),
+        (before, after): (Value, Value),
+        batch: usize,
+    ) -> f64 {
+        // Absolute values are squares over the mean |r| of the batch (see `Block::weigh`).
+        let unit = match learner.loss().0.is_absolute() {
+            true => before.mean(),
+            false => 1.0,
+        };
+        let foreseen = before.mean() - self.foreseen(learner, at, batch) / unit;
+        (before.mean() - after.mean()) / foreseen.max(f64::MIN_POSITIVE)
+    }
+
     /// The mean square that the quadratic model foresees for the batch of the last step, taken at `rate` with damping
     /// `damping`: with x = (J Jᵀ + λ N I)⁻¹ (r − μ J φ), J φ after the step is r − λ N x whatever the momentum.
-    pub(crate) fn foreseen(
+    fn foreseen(
         &self,
         learner: &dyn Learner<f64>,
         (rate, damping): (f64, f64),

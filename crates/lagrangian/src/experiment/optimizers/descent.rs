@@ -6,9 +6,9 @@ use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
 use super::engine::{Engine, Moment, engine};
-use super::recipe::Recipe;
+use super::recipe::{Batch, Recipe};
 use super::task::Task;
-use crate::train::{Batches, Checkpoint, Learner, Order};
+use crate::train::{Batches, Checkpoint, Learner, Order, grown};
 use crate::{Error, Result};
 
 /// When a run ends; the schedules follow it.
@@ -130,22 +130,20 @@ impl Descend<'_> {
         watch: &mut dyn FnMut(f64, f64) -> ControlFlow<()>,
     ) -> Result<(Vec<Kept>, Checkpoint)> {
         let (data, loss) = (&self.task.dataset, self.task.config.loss);
-        let every = data.validation.len().div_ceil(JUDGED).max(1);
-        let judge: Vec<usize> = (0..data.validation.len()).step_by(every).collect();
-        let mut judges = Batches::<f64>::new(double, judge.len().clamp(1, 256));
         let pool = ThreadPoolBuilder::new().num_threads(1).build();
         let pool = pool.map_err(|reason| Error::Argument {
             name: "threads",
             value: reason.to_string(),
             must: "one at least: end other processes, or raise their limit",
         })?;
+        let mut judge = Judge::new(double, self.task);
         let mut engine: Box<dyn Engine> = engine(self.recipe, double, single);
         let mut order = Order::new(data.train.len(), seed);
-        let (start, mut kept) = ((self.clock)(), Vec::new());
-        let mut looks = 0;
+        let (start, mut kept, mut looks) = ((self.clock)(), Vec::new(), 0);
+        let Batch { first, last } = self.recipe.batch;
         loop {
             let share = self.share(start);
-            let samples = self.recipe.batch.at(share).min(data.train.len());
+            let samples = grown(first, last, share).min(data.train.len());
             let at = Moment {
                 double,
                 single,
@@ -161,16 +159,12 @@ impl Descend<'_> {
             self.state.step += 1;
             let share = self.share(start);
             let ended = watch(share, value.mean()).is_break() || share >= 1.0;
-            if !ended && ((share * LOOKS as f64) as usize) <= looks {
+            let look = (share * LOOKS as f64) as usize;
+            if !ended && look <= looks {
                 continue;
             }
-            looks = (share * LOOKS as f64) as usize;
-            let (parameters, setbacks) = (&self.state.parameters, self.state.setbacks);
-            let seen = pool.install(|| {
-                judges.evaluate(double, loss, parameters, (&data.validation, &judge), None)
-            });
-            let far = self.state.judge(seen);
-            if self.state.setbacks != setbacks || far.is_nan() {
+            looks = look;
+            if pool.install(|| judge.look(double, &mut self.state)) {
                 engine.forget();
             }
             if !self.state.best_parameters.is_empty() {
@@ -192,6 +186,39 @@ impl Descend<'_> {
             Limit::Seconds(seconds) => ((self.clock)() - start) / seconds,
         };
         share.min(1.0)
+    }
+}
+
+/// The validation samples, by which the best weights are chosen as `fit` does it.
+struct Judge<'a> {
+    task: &'a Task,
+    numbers: Vec<usize>,
+    batches: Batches<f64>,
+}
+
+impl<'a> Judge<'a> {
+    fn new(learner: &dyn Learner<f64>, task: &'a Task) -> Self {
+        let held = task.dataset.validation.len();
+        let numbers: Vec<usize> = (0..held).step_by(held.div_ceil(JUDGED).max(1)).collect();
+        Self {
+            batches: Batches::new(learner, numbers.len().clamp(1, 256)),
+            task,
+            numbers,
+        }
+    }
+
+    /// Keeps the parameters if they are the best so far; whether the run went back to those instead.
+    fn look(&mut self, learner: &dyn Learner<f64>, state: &mut Checkpoint) -> bool {
+        let samples = (&self.task.dataset.validation, &self.numbers[..]);
+        let (loss, moved) = (self.task.config.loss, state.parameters.clone());
+        let seen = self.batches.evaluate(learner, loss, &moved, samples, None);
+        let value = state.judge(seen);
+        value.is_nan()
+            || state
+                .parameters
+                .iter()
+                .zip(&moved)
+                .any(|(x, y)| x.to_bits() != y.to_bits())
     }
 }
 

@@ -1,6 +1,8 @@
 //! One step of each method.
 
+use super::kfac::Kfac;
 use super::recipe::{Damping, Method, Recipe, adam, natural};
+use super::soap::Soap;
 use crate::mlp::simd::Real;
 use crate::train::{
     Adam, AdamConfig, Batches, Learner, Loss, Natural, NaturalConfig, Precision, Samples, Value,
@@ -39,11 +41,18 @@ pub(super) fn engine(
             damping,
             momentum,
             rate,
-        } => Box::new(Damped::new(damping, natural(rate, momentum), double, batch)),
+        } => Box::new(Damped::new(
+            damping,
+            natural(damping, rate, momentum),
+            double,
+            batch,
+        )),
         Method::Adam { rate, precision } => match precision {
             Precision::F64 => Box::new(Descent::new(rate, double, batch, |at| at.double)),
             Precision::F32 => Box::new(Descent::new(rate, single, batch, |at| at.single)),
         },
+        Method::Soap { rate } => Box::new(Soap::new(rate, double, batch)),
+        Method::Kfac { rate, damping } => Box::new(Kfac::new(rate, damping, double, batch)),
         Method::Polished { share } => Box::new(Polished {
             share,
             first: Box::new(Descent::new(ADAM_RATE, single, batch, |at| at.single)),
@@ -59,20 +68,14 @@ pub(super) fn engine(
 
 /// Largest rate of Adam.
 const ADAM_RATE: f64 = 3e-3;
-/// Bounds of an adaptive λ.
-const BOUNDS: (f64, f64) = (1e-11, 10.0);
-/// Largest λ that follows the loss.
-const LARGEST: f64 = 0.1;
-
 /// The natural gradient with one of the rules of its damping.
 struct Damped {
     rule: Damping,
     config: NaturalConfig,
     natural: Natural,
-    /// Of the loss after a step.
-    judge: Option<Batches<f64>>,
-    /// λ of the rules that remember one.
-    damping: f64,
+    /// Of the loss after a step, and the λ that it makes, where that adapts itself.
+    after: Option<Batches<f64>>,
+    adapted: Option<f64>,
 }
 
 impl Damped {
@@ -82,70 +85,36 @@ impl Damped {
             rule,
             config,
             natural: Natural::new(learner, batch),
-            judge: adaptive.then(|| Batches::new(learner, batch)),
-            damping: LARGEST,
+            after: adaptive.then(|| Batches::new(learner, batch)),
+            adapted: None,
         }
     }
 
-    /// λ of this step.
-    fn damping(&self, at: &Moment) -> f64 {
-        let damping = match self.rule {
-            Damping::Falls { first, last, power } => {
-                first * (last / first).powf(at.share.powf(power))
-            }
-            _ => self.damping,
-        };
-        damping * 10f64.powi(at.setbacks)
-    }
-
-    /// Levenberg and Marquardt: trust the quadratic model as far as it foresaw the step.
-    fn adapt(
-        &mut self,
-        factor: f64,
-        at: &Moment,
-        (rate, damping): (f64, f64),
-        change: (f64, &[f64]),
-    ) {
-        let (before, parameters) = change;
-        let Some(judge) = &mut self.judge else {
-            return;
-        };
-        let batch = (at.samples, at.numbers);
-        let after = judge.evaluate(at.double, at.loss, parameters, batch, None);
-        let foreseen = self
-            .natural
-            .foreseen(at.double, (rate, damping), at.numbers.len());
-        let gain = (before - after.mean()) / (before - foreseen).max(f64::MIN_POSITIVE);
-        if gain > 0.75 {
-            self.damping *= factor;
-        } else if gain < 0.25 || gain.is_nan() {
-            self.damping /= factor;
+    /// The share of the budget as the schedule of λ sees it.
+    fn share(&self, share: f64) -> f64 {
+        match self.rule {
+            Damping::Falls { power, .. } => share.powf(power),
+            _ => share,
         }
-        self.damping = self.damping.clamp(BOUNDS.0, BOUNDS.1);
     }
 }
 
 impl Engine for Damped {
     fn step(&mut self, at: &Moment, parameters: &mut [f64]) -> Value {
         let rate = self.config.rate * cosine(at.share);
-        let damping = self.damping(at);
-        let batch = (at.samples, at.numbers);
-        let value = self.natural.step(
-            at.double,
-            &self.config,
-            at.loss,
-            (rate, damping),
-            batch,
-            parameters,
-        );
-        match self.rule {
-            Damping::Falls { .. } => {}
-            Damping::Loss { factor } => {
-                self.damping = (factor * value.mean()).clamp(BOUNDS.0, LARGEST);
-            }
-            Damping::Adaptive { factor } => {
-                self.adapt(factor, at, (rate, damping), (value.mean(), parameters));
-            }
+        let damping = self
+            .config
+            .damping(self.share(at.share), at.setbacks, self.adapted);
+        let (how, batch) = ((rate, damping), (at.samples, at.numbers));
+        let value = self
+            .natural
+            .step(at.double, &self.config, at.loss, how, batch, parameters);
+        if let Some(after) = &mut self.after {
+            let after = after.evaluate(at.double, at.loss, parameters, batch, None);
+            let count = at.numbers.len();
+            let gain = self.natural.gain(at.double, how, (value, after), count);
+            let damping = self.adapted.unwrap_or(self.config.damping_first);
+            self.adapted = Some(self.config.damping_rule.adapted(damping, gain));
         }
         value
     }

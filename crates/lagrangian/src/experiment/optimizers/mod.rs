@@ -9,7 +9,10 @@
 
 mod descent;
 mod engine;
+mod kfac;
+mod matrix;
 mod recipe;
+mod soap;
 mod task;
 
 pub use descent::{LOOKS, Limit, Look, Run, descend};

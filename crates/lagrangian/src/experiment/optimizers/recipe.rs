@@ -1,6 +1,6 @@
 //! The recipes that are compared: how the weights are improved, on how many samples, and which schedules.
 
-use crate::train::{AdamConfig, NaturalConfig, Precision};
+use crate::train::{AdamConfig, DampingRule, NaturalConfig, Precision};
 
 /// How the damping λ of the natural gradient goes; every rule is then multiplied by √(mean |r|) of the batch, at most 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,13 +14,12 @@ pub enum Damping {
         /// Of the share of the budget.
         power: f64,
     },
-    /// λ is multiplied by `factor` < 1 where the loss of the batch fell by more than ¾ of what the quadratic model
-    /// foresaw, and divided by it where it fell by less than ¼ (Levenberg, Marquardt).
+    /// By the quadratic model, see [`DampingRule::Adaptive`].
     Adaptive {
         /// Of one step.
         factor: f64,
     },
-    /// λ = `factor` · mean r² of the last batch, at most ⅒ (Fan, Yuan 2005, Computing 74).
+    /// λ = `factor` · mean r² of the batch, at most ⅒, see [`DampingRule::Loss`].
     Loss {
         /// λ over the loss.
         factor: f64,
@@ -70,6 +69,18 @@ pub enum Method {
         rate: f64,
         /// Numbers of the kernels.
         precision: Precision,
+    },
+    /// SOAP: Adam in the eigenbasis of Shampoo's preconditioner.
+    Soap {
+        /// Largest η.
+        rate: f64,
+    },
+    /// K-FAC, its step scaled by the exact quadratic model of the batch.
+    Kfac {
+        /// Largest share of that step.
+        rate: f64,
+        /// λ at the start and at the end; it falls geometrically.
+        damping: (f64, f64),
     },
     /// Adam in f32 for a share of the budget, then the natural gradient with its own schedule.
     Polished {
@@ -125,18 +136,6 @@ impl Batch {
             last: samples,
         }
     }
-
-    /// Samples at this share of the budget: whole blocks of 16, so that none is filled with padding.
-    pub(super) fn at(self, share: f64) -> usize {
-        if self.first == self.last {
-            return self.first;
-        }
-        let growth = self.last as f64 / self.first as f64;
-        let samples = (self.first as f64 * growth.powf(share)) as usize;
-        samples
-            .next_multiple_of(16)
-            .clamp(self.first.min(self.last), self.last.max(self.first))
-    }
 }
 
 /// One line of the table.
@@ -169,19 +168,22 @@ pub enum Group {
     Rate,
     /// The batch.
     Batch,
+    /// A growing batch and the damping.
+    Both,
     /// The method itself.
     Method,
 }
 
 impl Group {
     /// All, in the order of the table.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Default,
         Self::Damping,
         Self::Rule,
         Self::Momentum,
         Self::Rate,
         Self::Batch,
+        Self::Both,
         Self::Method,
     ];
 
@@ -195,6 +197,7 @@ impl Group {
             Self::Momentum => "momentum",
             Self::Rate => "rate",
             Self::Batch => "batch",
+            Self::Both => "growing batch and damping",
             Self::Method => "method",
         }
     }
@@ -266,18 +269,71 @@ pub const RECIPES: &[Recipe] = &[
     recipe(Group::Batch, ("batch-1024", "1024 samples"), Method::damped(Damping::DEFAULT), Batch::fixed(1024)),
     recipe(Group::Batch, ("batch-32-256", "32 samples growing to 256"), Method::damped(Damping::DEFAULT), Batch { first: 32, last: 256 }),
     recipe(Group::Batch, ("batch-64-512", "64 samples growing to 512"), Method::damped(Damping::DEFAULT), Batch { first: 64, last: 512 }),
+    recipe(Group::Batch, ("batch-64-256", "64 samples growing to 256"), Method::damped(Damping::DEFAULT), Batch { first: 64, last: 256 }),
     recipe(Group::Batch, ("batch-128-512", "128 samples growing to 512"), Method::damped(Damping::DEFAULT), Batch { first: 128, last: 512 }),
+    recipe(
+        Group::Both,
+        ("growth-fast", "64 samples growing to 512, λ falls faster at first"),
+        Method::damped(Damping::shaped(0.5)),
+        Batch { first: 64, last: 512 },
+    ),
+    recipe(
+        Group::Both,
+        ("growth-loss", "64 samples growing to 512, λ = loss"),
+        Method::damped(Damping::Loss { factor: 1.0 }),
+        Batch { first: 64, last: 512 },
+    ),
+    recipe(
+        Group::Both,
+        ("growth-256-loss", "64 samples growing to 256, λ = loss"),
+        Method::damped(Damping::Loss { factor: 1.0 }),
+        Batch { first: 64, last: 256 },
+    ),
+    recipe(
+        Group::Both,
+        ("batch-128-loss", "128 samples, λ = loss"),
+        Method::damped(Damping::Loss { factor: 1.0 }),
+        Batch::fixed(128),
+    ),
+    recipe(
+        Group::Both,
+        ("growth-256-adaptive", "64 samples growing to 256, λ by the gain ratio"),
+        Method::damped(Damping::Adaptive { factor: 0.8 }),
+        Batch { first: 64, last: 256 },
+    ),
+    recipe(
+        Group::Both,
+        ("growth-adaptive", "64 samples growing to 512, λ by the gain ratio"),
+        Method::damped(Damping::Adaptive { factor: 0.8 }),
+        Batch { first: 64, last: 512 },
+    ),
     recipe(Group::Method, ("adam", "Adam, f64, 512 samples, η from 3e-3"), Method::adam(3e-3, Precision::F64), Batch::fixed(512)),
     recipe(Group::Method, ("adam-64", "Adam, f64, 64 samples, η from 3e-3"), Method::adam(3e-3, Precision::F64), Batch::fixed(64)),
     recipe(Group::Method, ("adam-f32", "Adam, f32, 512 samples, η from 3e-3"), Method::adam(3e-3, Precision::F32), Batch::fixed(512)),
+    recipe(Group::Method, ("soap", "SOAP, 256 samples, η from 3e-3"), Method::Soap { rate: 3e-3 }, USUAL),
+    recipe(Group::Method, ("kfac", "K-FAC, 256 samples"), Method::Kfac { rate: 0.5, damping: (1e-1, 1e-7) }, USUAL),
+    recipe(Group::Method, ("kfac-damped", "K-FAC, 256 samples, λ to 1e-4"), Method::Kfac { rate: 0.5, damping: (1e-1, 1e-4) }, USUAL),
     recipe(Group::Method, ("polished-0.1", "Adam in f32 for 10 %, then natural in f64"), Method::Polished { share: 0.1 }, USUAL),
     recipe(Group::Method, ("polished-0.3", "Adam in f32 for 30 %, then natural in f64"), Method::Polished { share: 0.3 }, USUAL),
 ];
 
-pub(super) fn natural(rate: f64, momentum: f64) -> NaturalConfig {
+pub(super) fn natural(damping: Damping, rate: f64, momentum: f64) -> NaturalConfig {
+    let (damping_first, damping_last) = match damping {
+        Damping::Falls { first, last, .. } => (first, last),
+        Damping::Adaptive { .. } => (1e-1, 1e-7),
+        // The loss alone.
+        Damping::Loss { .. } => (1e-1, 1e-1),
+    };
     NaturalConfig {
         rate,
         momentum,
+        damping_first,
+        damping_last,
+        damping_rule: match damping {
+            Damping::Falls { .. } => DampingRule::Schedule,
+            Damping::Loss { factor } => DampingRule::Loss { factor },
+            Damping::Adaptive { factor } => DampingRule::Adaptive { factor },
+        },
         ..NaturalConfig::default()
     }
 }
