@@ -169,15 +169,15 @@ pub(crate) struct TrainingArgs {
     #[arg(long, value_parser = positive)]
     pub(crate) seconds: Option<f64>,
 
-    /// Samples in a batch [default: by the optimiser]
+    /// Samples in a batch [default: natural gradient 128 by time and 256 by steps, Adam 512]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) batch: Option<u32>,
 
-    /// Samples of the first batch, growing to --batch [default: 64 for a fit by time, as many as later for one by steps]
+    /// Samples of the first batch, growing to --batch: for the shortest fits [default: as many as later]
     #[arg(long, value_name = "SAMPLES", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) batch_first: Option<u32>,
 
-    /// Damping of the natural gradient [default: adaptive for a fit by time, schedule for one by steps]
+    /// Damping of the natural gradient [default: loss for a fit by time, schedule for one by steps or under --loss rollout]
     #[arg(long, value_enum)]
     pub(crate) damping: Option<DampingName>,
 

@@ -21,9 +21,6 @@ use crate::fit_args::{
 /// Length of a fit that was given neither steps nor seconds, s.
 const SECONDS: f64 = 60.0;
 
-/// Samples of the first batch of a fit by time.
-const FIRST: usize = 64;
-
 /// Accelerations that are less certain than this part of them are noisy.
 const NOISY: f64 = 0.005;
 
@@ -60,10 +57,10 @@ impl FitArgs {
             family: self.model.family(uncertainty),
             loss,
             rollout: self.rollout.settings(),
-            optimizer: training.optimizer(optimizer),
+            optimizer: training.optimizer(optimizer, loss),
             budget: training.budget(),
-            batch: training.batch(optimizer),
-            batch_first: training.batch_first(optimizer, loss),
+            batch: training.batch(optimizer, loss),
+            batch_first: training.batch_first.map(|samples| samples as usize),
             seed: training.seed,
             forces: self.model.forces(),
             patience: training.patience.map(|looks| looks as usize),
@@ -267,14 +264,14 @@ impl TrainingArgs {
         named.map_or(model == Family::Vin, |loss| loss.rule().is_some())
     }
 
-    fn optimizer(&self, name: OptimizerName) -> Optimizer {
+    fn optimizer(&self, name: OptimizerName, loss: Loss) -> Optimizer {
         match name {
             OptimizerName::Natural => {
                 let default = match self.damping {
                     Some(DampingName::Schedule) => NaturalConfig::default(),
                     Some(DampingName::Loss) => NaturalConfig::following_the_loss(),
                     Some(DampingName::Adaptive) => NaturalConfig::adaptive(),
-                    None if self.steps.is_none() => NaturalConfig::adaptive(),
+                    None if self.follows_the_loss(loss) => NaturalConfig::following_the_loss(),
                     None => NaturalConfig::default(),
                 };
                 Optimizer::Natural(NaturalConfig {
@@ -301,31 +298,38 @@ impl TrainingArgs {
         }
     }
 
-    /// Refuses a damping of what has none.
+    /// Refuses a damping of what has none, or none but a schedule.
     ///
     /// # Errors
-    /// That it is a setting of the natural gradient.
-    pub(crate) fn require(&self, optimizer: &Optimizer) -> Result<()> {
-        if self.damping.is_some() && matches!(optimizer, Optimizer::Adam(_)) {
+    /// What it belongs to.
+    pub(crate) fn require(&self, config: &FitConfig) -> Result<()> {
+        let Some(damping) = self.damping else {
+            return Ok(());
+        };
+        if matches!(config.optimizer, Optimizer::Adam(_)) {
             return Err(mistake(
                 "--damping is a setting of the natural gradient, and this fit is one by Adam",
                 "leave it away, or add --optimizer natural",
             ));
         }
+        if config.loss == Loss::Rollout && damping != DampingName::Schedule {
+            return Err(mistake(
+                "under --loss rollout the damping follows a schedule",
+                "leave --damping away, or choose another --loss",
+            ));
+        }
         Ok(())
     }
 
-    /// Small batches first where there is a time to use: they are the better for it; a number of steps is used best by
-    /// large ones (docs/adr/0050).
-    fn batch_first(&self, optimizer: OptimizerName, loss: Loss) -> Option<usize> {
-        let given = self.batch_first.map(|samples| samples as usize);
-        let grows =
-            optimizer == OptimizerName::Natural && self.steps.is_none() && loss != Loss::Rollout;
-        given.or_else(|| grows.then(|| FIRST.min(self.batch(optimizer))))
+    /// Whether the fit has a time to use and squares that λ can follow: then small batches, damped by the loss, are the
+    /// best; a number of steps is used best by large ones (docs/adr/0050).
+    fn follows_the_loss(&self, loss: Loss) -> bool {
+        self.steps.is_none() && loss != Loss::Rollout
     }
 
-    fn batch(&self, optimizer: OptimizerName) -> usize {
+    fn batch(&self, optimizer: OptimizerName, loss: Loss) -> usize {
         let by_optimizer = match optimizer {
+            OptimizerName::Natural if self.follows_the_loss(loss) => 128,
             OptimizerName::Natural => 256,
             OptimizerName::Adam => 512,
         };

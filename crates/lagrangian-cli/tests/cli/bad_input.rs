@@ -242,6 +242,7 @@ fn a_mistake_under_force_does_not_cost_the_earlier_run() {
         "swing.csv --batch 32 --batch-first 64",
         "swing.csv --batch-first 16 --loss rollout",
         "swing.csv --optimizer adam --damping loss",
+        "swing.csv --loss rollout --damping adaptive",
         "swing.csv --loss torque",
     ] {
         bench.refuse(&format!("fit {mistake} --steps 2 --out run --force"));

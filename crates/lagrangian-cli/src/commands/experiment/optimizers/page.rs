@@ -119,7 +119,9 @@ fn figure(found: &Found, group: Group) -> Option<Figure> {
         .iter()
         .filter(|l| l.recipe.group == group)
         .collect();
-    if own.is_empty() {
+    // The default stands in every other figure.
+    let alone = own.len() == found.lines.len();
+    if own.is_empty() || (group == Group::Default && !alone) {
         return None;
     }
     let default = found.default().filter(|_| group != Group::Default);
