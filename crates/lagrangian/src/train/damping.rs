@@ -58,7 +58,7 @@ impl DampingRule {
 }
 
 impl NaturalConfig {
-    /// λ that follows the quadratic model: the best where a fit has a time to use (docs/adr/0050).
+    /// λ that follows the quadratic model: with a batch that grows the best of the shortest fits (docs/adr/0050).
     #[must_use]
     pub fn adaptive() -> Self {
         Self {
@@ -67,7 +67,8 @@ impl NaturalConfig {
         }
     }
 
-    /// λ that follows the loss of each batch, and needs neither budget nor memory.
+    /// λ that follows the loss of each batch, and needs neither budget nor memory: with 128 samples a step the best where a fit
+    /// has a time to use (docs/adr/0050).
     #[must_use]
     pub fn following_the_loss() -> Self {
         Self {
