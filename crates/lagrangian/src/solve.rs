@@ -37,6 +37,7 @@ pub struct SymmetricSolver {
     vectors: Vec<f64>,
     scale: Vec<f64>,
     rows: Vec<usize>,
+    unit: Vec<f64>,
 }
 
 impl SymmetricSolver {
@@ -49,6 +50,7 @@ impl SymmetricSolver {
             vectors: vec![0.0; n * n],
             scale: vec![0.0; n],
             rows: (0..n).collect(),
+            unit: vec![0.0; n],
         }
     }
 
@@ -78,6 +80,28 @@ impl SymmetricSolver {
         }
         self.pseudo_inverse(m, b, x);
         Regularity::Singular
+    }
+
+    /// Writes M⁻¹ to `inverse` `[n, n]`, one column per row, with the rules of [`SymmetricSolver::solve`].
+    pub(crate) fn invert(&mut self, m: &[f64], inverse: &mut [f64]) -> Regularity {
+        let n = self.n;
+        inverse.fill(0.0);
+        (0..n).for_each(|i| inverse[i * n + i] = 1.0);
+        if n > 2 && m.iter().all(|v| v.is_finite()) && self.cholesky(m) {
+            let columns = inverse.chunks_exact_mut(n);
+            columns.for_each(|column| self.substitute_cholesky(column));
+            return Regularity::Definite;
+        }
+        let mut found = Regularity::Definite;
+        let mut unit = std::mem::take(&mut self.unit);
+        unit.resize(n, 0.0);
+        for (i, column) in inverse.chunks_exact_mut(n).enumerate() {
+            unit.fill(0.0);
+            unit[i] = 1.0;
+            found = self.solve(m, &unit, column);
+        }
+        self.unit = unit;
+        found
     }
 
     /// Writes the solution of A x = b for any A `[n, n]`; `false` where A is singular or not finite.
@@ -314,6 +338,27 @@ mod tests {
             let m = with_spectrum(&indefinite, n as u64);
             assert_eq!(solver.solve(&m, &b, &mut x), Regularity::Indefinite);
             assert!(residual(&m, &x, &b) < 1e-11);
+        }
+    }
+
+    #[test]
+    fn an_inverse_has_the_columns_that_solving_gives() {
+        for n in 1..=6 {
+            let mut eigenvalues: Vec<f64> = (0..n).map(|i| 1.0 + i as f64).collect();
+            for sign in [1.0, -1.0] {
+                eigenvalues[0] = sign;
+                let m = with_spectrum(&eigenvalues, n as u64);
+                let mut solver = SymmetricSolver::new(n);
+                let mut inverse = vec![0.0; n * n];
+                let found = solver.invert(&m, &mut inverse);
+                for (i, column) in inverse.chunks_exact(n).enumerate() {
+                    let mut unit = vec![0.0; n];
+                    unit[i] = 1.0;
+                    let mut x = vec![0.0; n];
+                    assert_eq!(solver.solve(&m, &unit, &mut x), found);
+                    assert!(x.iter().zip(column).all(|(x, y)| (x - y).abs() < 1e-12));
+                }
+            }
         }
     }
 

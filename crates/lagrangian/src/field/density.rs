@@ -286,7 +286,7 @@ impl Jets for DensityJets<'_> {
                 let at = (start + if s < count { s } else { 0 }) * N;
                 shape.write(pass, s, &q[at..at + N], &qd[at..at + N]);
             }
-            pass.forward(&shape.net, &self.density.packed, Some(N));
+            pass.forward_for_reverse(&shape.net, &self.density.packed, N, 1);
             pass.reverse(&shape.net, &self.density.packed, N);
             for s in 0..count {
                 let at = (start + s) * N;

@@ -15,7 +15,7 @@ use super::plain::StencilShape;
 use super::stencil::{Assembly, NEIGHBOURS, gather, gather_angles, point};
 use crate::lagrangian::Jet;
 use crate::mlp::simd::Buffer;
-use crate::mlp::{Gradient, Net, Packed, Pass};
+use crate::mlp::{Gradient, Net, Packed, Pass, Terms};
 use crate::solve::Regularity;
 
 /// A family in training.
@@ -39,7 +39,7 @@ pub(super) struct RowWork {
     pass: Pass<f64>,
     gradient: Gradient<f64>,
     wide: Buffer<f64>,
-    terms: Vec<Vec<(usize, usize)>>,
+    terms: Terms,
     phi: Vec<f64>,
     phid: Vec<f64>,
     jet: Jet,
@@ -79,9 +79,9 @@ impl FieldShape {
         let (room, terms) = match self {
             Self::Density(_) => {
                 let mixed = |a| vec![(0, 2 + N + a), (1, 2 + a), (2 + a, 1), (2 + N + a, 0)];
-                (N, (0..N).map(mixed).collect::<Vec<_>>())
+                (N, Terms::of_value((0..N).map(mixed).collect()))
             }
-            Self::Plain(_) => (0, vec![vec![(0, 0)]]),
+            Self::Plain(_) => (0, Terms::new(vec![vec![(0, 0)]])),
         };
         let pass = Pass::new(self.net(), points, room);
         let mut jet = Jet::default();
@@ -90,7 +90,7 @@ impl FieldShape {
             wide: Buffer::new(pass.widest()),
             pass,
             gradient: Gradient::new(self.net()),
-            weights: vec![0.0; points * terms.len()],
+            weights: vec![0.0; points * terms.outputs()],
             terms,
             phi: vec![0.0; points * N],
             phid: vec![0.0; points * N],

@@ -440,10 +440,10 @@ impl LnnShape {
         &self,
         pass: &mut Pass<T>,
         (d, s): (usize, usize),
-        (q, qd, qdd): (&[f64], &[f64], &[f64]),
+        (qd, qdd): (&[f64], &[f64]),
         weight: &[f64],
     ) {
-        let at = self.write_mixed_positions(pass, (d, s), q, weight);
+        let at = self.write_mixed_positions(pass, (d, s), weight);
         if !self.seen.bends() {
             return;
         }
@@ -458,12 +458,11 @@ impl LnnShape {
         &self,
         pass: &mut Pass<T>,
         (d, s): (usize, usize),
-        q: &[f64],
         weight: &[f64],
     ) -> usize {
         let mut at = 0;
         for i in 0..self.dof() {
-            let features = Features::new(&self.coordinates, &self.scaling, i, q[i]);
+            let features = self.recall(pass, (s, at), i);
             for k in 0..features.count {
                 pass.set_mixed_feature(d, s, at, T::of(-features.slopes[k] * weight[i]));
                 at += 1;
@@ -472,21 +471,21 @@ impl LnnShape {
         at
     }
 
+    /// The features of coordinate `i` of sample `s`, of which the first is number `at`.
+    fn recall<T: Real>(&self, pass: &Pass<T>, (s, at): (usize, usize), i: usize) -> Features {
+        let value = |k| pass.feature(0, s, at + k).f64();
+        Features::recall(&self.coordinates, &self.scaling, i, value)
+    }
+
     /// Writes ∂S/∂(q, q̇) of sample `s` `[n, 2n]`, for the n scalars of a linearised pass whose sensitivities were
-    /// carried to the features (theory.md, equation 95); `q`, `qd` are those of all samples.
-    pub(crate) fn slopes<T: Real>(
-        &self,
-        pass: &Pass<T>,
-        s: usize,
-        (q, qd): (&[f64], &[f64]),
-        slopes: &mut [f64],
-    ) {
+    /// carried to the features (theory.md, equation 95); `qd` are those of all samples.
+    pub(crate) fn slopes<T: Real>(&self, pass: &Pass<T>, s: usize, qd: &[f64], slopes: &mut [f64]) {
         let n = self.dof();
         let first = Scaling::features(&self.coordinates);
         for (i, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
             let mut at = 0;
             for j in 0..n {
-                let features = Features::new(&self.coordinates, &self.scaling, j, q[s * n + j]);
+                let features = self.recall(pass, (s, at), j);
                 (row[j], row[n + j]) = (0.0, 0.0);
                 for k in 0..features.count {
                     let value = pass.feature_sensitivity(0, s, at).f64();
@@ -515,15 +514,15 @@ impl LnnShape {
         &self,
         pass: &Pass<T>,
         (s, row): (usize, usize),
-        (q, qd, qdd): (&[f64], &[f64], Option<&[f64]>),
+        (qd, qdd): (&[f64], Option<&[f64]>),
         jet: &mut Jet,
     ) {
         let n = self.dof();
         let (scaling, kinetic) = (&self.scaling, self.config.kinetic);
         let e = scaling.energy;
         let mut at = 0;
-        for (i, &q) in q.iter().enumerate() {
-            let features = Features::new(&self.coordinates, scaling, i, q);
+        for i in 0..n {
+            let features = self.recall(pass, (s, at), i);
             let mut force = 0.0;
             for k in 0..features.count {
                 force += pass.feature_gradient(s, at).f64() * features.slopes[k];
@@ -584,12 +583,11 @@ impl Jets for LnnJets<'_> {
                 let row = start + if s < count { s } else { 0 };
                 shape.write(pass, s, &q[row * n..][..n], &qd[row * n..][..n], None);
             }
-            pass.forward(&shape.net, &self.lnn.packed, Some(n));
+            pass.forward_for_reverse(&shape.net, &self.lnn.packed, n, 1);
             pass.reverse(&shape.net, &self.lnn.packed, n);
             for s in 0..count {
                 let row = start + s;
-                let state = (&q[row * n..][..n], &qd[row * n..][..n], None);
-                shape.read(pass, (s, row), state, jet);
+                shape.read(pass, (s, row), (&qd[row * n..][..n], None), jet);
             }
         }
     }

@@ -119,8 +119,26 @@ pub(crate) struct Features {
 
 impl Features {
     pub(crate) fn new(coordinates: &Coordinates, scaling: &Scaling, i: usize, q: f64) -> Self {
+        let values = match coordinates.is_circle(i) {
+            true => {
+                let (sin, cos) = q.sin_cos();
+                [cos, sin]
+            }
+            false => [(q - scaling.q_center[i]) / scaling.q_scale[i], 0.0],
+        };
+        Self::recall(coordinates, scaling, i, |k| values[k])
+    }
+
+    /// From their values, which a pass remembers.
+    #[inline]
+    pub(crate) fn recall(
+        coordinates: &Coordinates,
+        scaling: &Scaling,
+        i: usize,
+        value: impl Fn(usize) -> f64,
+    ) -> Self {
         if coordinates.is_circle(i) {
-            let (sin, cos) = q.sin_cos();
+            let (cos, sin) = (value(0), value(1));
             return Self {
                 values: [cos, sin],
                 slopes: [-sin, cos],
@@ -128,10 +146,9 @@ impl Features {
                 count: 2,
             };
         }
-        let slope = 1.0 / scaling.q_scale[i];
         Self {
-            values: [(q - scaling.q_center[i]) * slope, 0.0],
-            slopes: [slope, 0.0],
+            values: [value(0), 0.0],
+            slopes: [1.0 / scaling.q_scale[i], 0.0],
             bends: [0.0; 2],
             count: 1,
         }

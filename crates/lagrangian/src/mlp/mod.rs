@@ -7,14 +7,20 @@
 
 mod activation;
 mod factors;
+mod gram;
+mod moments;
 mod net;
 mod oracle;
+mod packed;
 mod pass;
 pub mod simd;
 #[cfg(test)]
 mod tests;
 
 pub use activation::Activation;
-pub(crate) use factors::{TileScratch, Transposed};
+pub(crate) use factors::Terms;
+pub(crate) use gram::{Factors, TileScratch};
+pub(crate) use moments::Moments;
 pub(crate) use net::{Build, Kind, Layer, Net, Source, normal};
-pub(crate) use pass::{Gradient, Packed, Pass};
+pub(crate) use packed::{Gradient, Packed};
+pub(crate) use pass::Pass;

@@ -2,199 +2,12 @@
 
 use std::ops::Range;
 
-use super::net::{Input, Kind, Net, Source};
+use super::net::{Kind, Net, Source};
+use super::packed::{Gradient, Packed, panels};
 use super::simd::{
-    AddTo, Buffer, Combine, Contract, GateForward, GateReverse, Gates, Gemm, Init, PointForward,
-    PointReverse2, PointReverseTangents, PointSecond, PointTangent, Real, Shape, dispatch,
+    Buffer, Combine, Contract, GateForward, GateReverse, Gates, Gemm, Init, PointForward,
+    PointReverse2, PointReverseTangents, PointSecond, PointTangent, Real, Shape, SumRows, dispatch,
 };
-
-/// The parameters of a network as the kernels read them: every matrix in panels, both ways round.
-#[derive(Debug, Clone)]
-pub(crate) struct Packed<T: Real> {
-    layers: Vec<PackedLayer<T>>,
-}
-
-#[derive(Debug, Clone)]
-struct PackedLayer<T: Real> {
-    /// Per input: Wᵀ in panels of outputs, W in panels of inputs.
-    weights: Vec<(Buffer<T>, Buffer<T>)>,
-    bias: Buffer<T>,
-}
-
-pub(super) fn panels<T: Real>(width: usize) -> usize {
-    width.div_ceil(T::LANES)
-}
-
-impl<T: Real> Packed<T> {
-    pub(crate) fn new(net: &Net) -> Self {
-        let layer = |layer: &super::net::Layer| {
-            let lanes = T::LANES;
-            let inputs = match &layer.kind {
-                Kind::Dense { inputs, .. } => inputs.as_slice(),
-                Kind::Gate { .. } => &[],
-            };
-            let pair = |i: &Input| {
-                let forward = Buffer::new(panels::<T>(layer.width) * i.width * lanes);
-                (
-                    forward,
-                    Buffer::new(panels::<T>(i.width) * layer.width * lanes),
-                )
-            };
-            PackedLayer {
-                weights: inputs.iter().map(pair).collect(),
-                bias: Buffer::new(panels::<T>(layer.width) * lanes),
-            }
-        };
-        Self {
-            layers: net.layers.iter().map(layer).collect(),
-        }
-    }
-
-    /// The panels of given weights.
-    ///
-    /// # Errors
-    /// As [`Net::check`].
-    pub(crate) fn of(net: &Net, parameters: &[f64]) -> crate::Result<Self> {
-        net.check(parameters)?;
-        let mut packed = Self::new(net);
-        packed.set(net, parameters);
-        Ok(packed)
-    }
-
-    /// Wᵀ of input `k` of layer `l`.
-    pub(super) fn forward(&self, l: usize, k: usize) -> &[T] {
-        &self.layers[l].weights[k].0
-    }
-
-    /// The bias of layer `l`, zero where it has none.
-    pub(super) fn bias(&self, l: usize) -> &[T] {
-        &self.layers[l].bias
-    }
-
-    /// Copies `parameters` (as [`Net`] lays them out) into the panels.
-    pub(crate) fn set(&mut self, net: &Net, parameters: &[f64]) {
-        let lanes = T::LANES;
-        for (layer, packed) in net.layers.iter().zip(&mut self.layers) {
-            let Kind::Dense { inputs, bias } = &layer.kind else {
-                continue;
-            };
-            for (input, (forward, reverse)) in inputs.iter().zip(&mut packed.weights) {
-                for o in 0..layer.width {
-                    let row = &parameters[input.at + o * input.width..][..input.width];
-                    for (i, &w) in row.iter().enumerate() {
-                        let w = T::of(w);
-                        forward[(o / lanes * input.width + i) * lanes + o % lanes] = w;
-                        reverse[(i / lanes * layer.width + o) * lanes + i % lanes] = w;
-                    }
-                }
-            }
-            if let Some(at) = bias {
-                for (b, &x) in packed
-                    .bias
-                    .iter_mut()
-                    .zip(&parameters[*at..at + layer.width])
-                {
-                    *b = T::of(x);
-                }
-            }
-        }
-    }
-}
-
-/// The gradient by the parameters, summed over blocks, in panels.
-#[derive(Debug, Clone)]
-pub(crate) struct Gradient<T: Real> {
-    layers: Vec<(Vec<Buffer<T>>, Vec<T>)>,
-    fresh: bool,
-}
-
-impl<T: Real> Gradient<T> {
-    pub(crate) fn new(net: &Net) -> Self {
-        let layer = |layer: &super::net::Layer| match &layer.kind {
-            Kind::Dense { inputs, .. } => {
-                let matrix = |i: &Input| Buffer::new(panels::<T>(i.width) * layer.width * T::LANES);
-                (
-                    inputs.iter().map(matrix).collect(),
-                    vec![T::default(); layer.width],
-                )
-            }
-            Kind::Gate { .. } => (Vec::new(), Vec::new()),
-        };
-        Self {
-            layers: net.layers.iter().map(layer).collect(),
-            fresh: true,
-        }
-    }
-
-    /// What the matrices hold when the next block is added.
-    pub(super) fn begin(&mut self) -> Init<'static, T> {
-        if std::mem::replace(&mut self.fresh, false) {
-            Init::Zero
-        } else {
-            Init::Add
-        }
-    }
-
-    pub(super) fn layer(&mut self, l: usize) -> (&mut [Buffer<T>], &mut [T]) {
-        let (matrices, sums) = &mut self.layers[l];
-        (matrices, sums)
-    }
-
-    /// Forgets what was summed.
-    pub(crate) fn clear(&mut self) {
-        self.fresh = true;
-    }
-
-    /// Adds what another summed.
-    pub(crate) fn add(&mut self, other: &Self) {
-        if other.fresh {
-            return;
-        }
-        if self.fresh {
-            self.clone_from(other);
-            return;
-        }
-        for ((matrices, sums), (more, more_sums)) in self.layers.iter_mut().zip(&other.layers) {
-            for (to, from) in matrices.iter_mut().zip(more) {
-                dispatch(AddTo { from, to });
-            }
-            dispatch(AddTo {
-                from: more_sums,
-                to: sums,
-            });
-        }
-    }
-
-    /// Adds it to `out`, in the order of the parameters.
-    pub(crate) fn add_to(&self, net: &Net, out: &mut [f64]) {
-        if self.fresh {
-            return;
-        }
-        let lanes = T::LANES;
-        for (layer, (weights, bias)) in net.layers.iter().zip(&self.layers) {
-            let Kind::Dense {
-                inputs,
-                bias: bias_at,
-            } = &layer.kind
-            else {
-                continue;
-            };
-            for (input, matrix) in inputs.iter().zip(weights) {
-                for o in 0..layer.width {
-                    let row = &mut out[input.at + o * input.width..][..input.width];
-                    for (i, g) in row.iter_mut().enumerate() {
-                        *g += matrix[(i / lanes * layer.width + o) * lanes + i % lanes].f64();
-                    }
-                }
-            }
-            if let Some(at) = bias_at {
-                for (g, b) in out[*at..].iter_mut().zip(bias) {
-                    *g += b.f64();
-                }
-            }
-        }
-    }
-}
 
 #[derive(Debug)]
 struct LayerBuffers<T: Real> {
@@ -365,6 +178,12 @@ impl<T: Real> Pass<T> {
         self.x[at] = x;
     }
 
+    /// Feature `i` of component `c` of sample `s`.
+    #[inline]
+    pub(crate) fn feature(&self, c: usize, s: usize, i: usize) -> T {
+        self.x[self.feature_at(c, s, i)]
+    }
+
     /// Sets feature `i` of the mixed component of direction `d` of sample `s`.
     #[inline]
     pub(crate) fn set_mixed_feature(&mut self, d: usize, s: usize, i: usize, x: T) {
@@ -392,18 +211,35 @@ impl<T: Real> Pass<T> {
     /// Forward: the value and the tangents ′ and i < `directions` (only the value if `directions` is `None`).
     pub(crate) fn forward(&mut self, net: &Net, packed: &Packed<T>, directions: Option<usize>) {
         let components = 0..directions.map_or(1, |d| 2 + d);
-        self.propagate(net, packed, components, Forward::Value);
+        self.propagate(net, packed, components, (Forward::Value, usize::MAX));
     }
 
-    /// Forward: the mixed second derivatives i′ for i < `directions`, after [`Pass::forward`].
+    /// Forward, where [`Pass::reverse`] tells the rest: of the output only its first `components`, the value or nothing.
+    pub(crate) fn forward_for_reverse(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        directions: usize,
+        components: usize,
+    ) {
+        self.propagate(net, packed, 0..2 + directions, (Forward::Value, components));
+    }
+
+    /// Forward: the mixed second derivatives i′ for i < `directions`, after [`Pass::forward`]; not those of the output,
+    /// which the sensitivities do not need.
     pub(crate) fn forward_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let components = self.mixed(0)..self.mixed(directions);
-        self.propagate(net, packed, components, Forward::Mixed);
+        self.propagate(net, packed, components, (Forward::Mixed, 0));
     }
 
     /// Forward: the tangents i < `directions` alone, after a [`Pass::forward`] without them.
     pub(crate) fn forward_tangents(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
-        self.propagate(net, packed, 2..2 + directions, Forward::Tangents);
+        self.propagate(
+            net,
+            packed,
+            2..2 + directions,
+            (Forward::Tangents, usize::MAX),
+        );
     }
 
     fn propagate(
@@ -411,10 +247,17 @@ impl<T: Real> Pass<T> {
         net: &Net,
         packed: &Packed<T>,
         components: Range<usize>,
-        stage: Forward,
+        (stage, outputs): (Forward, usize),
     ) {
         let rows = self.components * self.samples;
         for (l, layer) in net.layers.iter().enumerate() {
+            let components = match net.outputs.contains(&l) {
+                true => components.start..components.end.min(outputs),
+                false => components.clone(),
+            };
+            if components.is_empty() {
+                continue;
+            }
             let (before, rest) = self.layers.split_at_mut(l);
             let buffers = &mut rest[0];
             let shape = buffers.shape;
@@ -426,34 +269,23 @@ impl<T: Real> Pass<T> {
                             Source::Layer(l) => before[l].output(),
                         };
                         // The bias belongs to the value alone.
-                        let split = if stage == Forward::Value && k == 0 {
-                            self.samples
-                        } else {
-                            components.start * self.samples
+                        let init = match (k, stage) {
+                            (0, Forward::Value) => Init::Rows(packed.bias(l), self.samples),
+                            (0, _) => Init::Zero,
+                            _ => Init::Add,
                         };
-                        let b = &packed.layers[l].weights[k].0;
-                        let range = components.start * self.samples..components.end * self.samples;
-                        for (part, init) in [
-                            (range.start..split, Init::Row(&packed.layers[l].bias[..])),
-                            (
-                                split..range.end,
-                                if k == 0 { Init::Zero } else { Init::Add },
-                            ),
-                        ] {
-                            if !part.is_empty() {
-                                dispatch(Gemm::along_rows(
-                                    a,
-                                    rows,
-                                    b,
-                                    input.width,
-                                    &mut buffers.z,
-                                    rows,
-                                    part,
-                                    shape.panels,
-                                    init,
-                                ));
-                            }
-                        }
+                        let part = components.start * self.samples..components.end * self.samples;
+                        dispatch(Gemm::along_rows(
+                            a,
+                            rows,
+                            packed.forward(l, k),
+                            input.width,
+                            &mut buffers.z,
+                            rows,
+                            part,
+                            shape.panels,
+                            init,
+                        ));
                     }
                 }
                 Kind::Gate { gates } => dispatch(GateForward {
@@ -539,8 +371,13 @@ impl<T: Real> Pass<T> {
     /// [`Pass::forward_mixed`].
     pub(crate) fn reverse_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let mixed = self.mixed(0)..self.mixed(directions);
-        for components in [1..2 + directions, mixed.clone()] {
-            self.seed(net, components, |_, _, _| T::default());
+        let rows = self.rows();
+        let step = self.samples * T::LANES;
+        for &l in &net.outputs {
+            for panel in self.layers[l].yz.chunks_exact_mut(rows * T::LANES) {
+                panel[step..(2 + directions) * step].fill(T::default());
+                panel[mixed.start * step..mixed.end * step].fill(T::default());
+            }
         }
         self.back(net, packed, Backward::Mixed { directions });
     }
@@ -593,13 +430,10 @@ impl<T: Real> Pass<T> {
                 for c in components.clone() {
                     for s in 0..self.samples {
                         let at = (p * rows + c * self.samples + s) * T::LANES;
-                        for lane in 0..T::LANES {
-                            let o = p * T::LANES + lane;
-                            layer.yz[at + lane] = if o < width {
-                                seed(c, s, first + o)
-                            } else {
-                                T::default()
-                            };
+                        let row = &mut layer.yz[at..at + T::LANES];
+                        row.fill(T::default());
+                        for (lane, y) in row.iter_mut().take(width - p * T::LANES).enumerate() {
+                            *y = seed(c, s, first + p * T::LANES + lane);
                         }
                     }
                 }
@@ -675,7 +509,8 @@ impl<T: Real> Pass<T> {
             match &layer.kind {
                 Kind::Dense { inputs, .. } => {
                     let rows = self.components * self.samples;
-                    for (input, (_, w)) in inputs.iter().zip(&packed.layers[l].weights) {
+                    for (k, input) in inputs.iter().enumerate() {
+                        let w = packed.reverse(l, k);
                         let target = match input.source {
                             Source::Features if value => &mut self.yx,
                             // Only the value's sensitivity to the features is ever read.
@@ -757,7 +592,8 @@ impl<T: Real> Pass<T> {
             let Kind::Dense { inputs, .. } = &layer.kind else {
                 continue;
             };
-            for (input, (_, w)) in inputs.iter().zip(&packed.layers[l].weights) {
+            for (k, input) in inputs.iter().enumerate() {
+                let w = packed.reverse(l, k);
                 if input.source != Source::Features {
                     continue;
                 }
@@ -913,7 +749,7 @@ impl<T: Real> Pass<T> {
                 continue;
             };
             let yz = &self.layers[l].yz;
-            let (matrices, sums) = &mut gradient.layers[l];
+            let (matrices, sums) = gradient.layer(l, inputs.len());
             for (input, matrix) in inputs.iter().zip(matrices) {
                 let a = self.input(input.source);
                 let pieces = &pieces[..pairs.len()];
@@ -944,14 +780,11 @@ impl<T: Real> Pass<T> {
 
     /// Adds component `c` of `matrix`, summed over the samples, to `sums`.
     pub(super) fn add_rows(&self, matrix: &[T], c: usize, sums: &mut [T]) {
-        let rows = self.components * self.samples;
-        for (p, sums) in sums.chunks_mut(T::LANES).enumerate() {
-            let start = (p * rows + c * self.samples) * T::LANES;
-            for row in matrix[start..start + self.samples * T::LANES].chunks_exact(T::LANES) {
-                for (sum, &x) in sums.iter_mut().zip(row) {
-                    *sum = *sum + x;
-                }
-            }
+        let lanes = T::LANES;
+        let panels = matrix.chunks_exact(self.rows() * lanes);
+        for (panel, sums) in panels.zip(sums.chunks_exact_mut(lanes)) {
+            let rows = &panel[c * self.samples * lanes..][..self.samples * lanes];
+            dispatch(SumRows { rows, sums });
         }
     }
 }

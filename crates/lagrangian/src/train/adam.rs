@@ -10,7 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::mlp::simd::{AdamStep, dispatch};
+use crate::mlp::simd::{AdamRule, AdamStep, dispatch};
 
 /// Settings of Adam(W).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,6 +43,28 @@ impl Default for AdamConfig {
     }
 }
 
+impl AdamConfig {
+    /// The numbers of step `step`, which counts from 0, at `rate`, for a gradient with this sum of squares; `None` where
+    /// that is not finite.
+    pub(crate) fn rule(&self, rate: f64, step: usize, squares: f64) -> Option<AdamRule> {
+        let norm = squares.sqrt();
+        let power = i32::try_from(step + 1).unwrap_or(i32::MAX);
+        let correction = |memory: f64| 1.0 / (1.0 - memory.powi(power));
+        norm.is_finite().then(|| AdamRule {
+            memory: [self.beta1, self.beta2],
+            corrections: [correction(self.beta1), correction(self.beta2)],
+            epsilon: self.epsilon,
+            rate,
+            decay: self.decay,
+            shorten: if norm > self.clip {
+                self.clip / norm
+            } else {
+                1.0
+            },
+        })
+    }
+}
+
 /// The moments of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Adam {
@@ -60,31 +82,23 @@ impl Adam {
         gradient: &[f64],
         parameters: &mut [f64],
     ) {
-        let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
-        if !norm.is_finite() {
+        let squares = gradient.iter().map(|g| g * g).sum::<f64>();
+        let Some(rule) = config.rule(rate, step, squares) else {
             return;
-        }
-        let shorten = if norm > config.clip {
-            config.clip / norm
-        } else {
-            1.0
         };
-        let power = i32::try_from(step + 1).unwrap_or(i32::MAX);
-        let (c1, c2) = (
-            1.0 - config.beta1.powi(power),
-            1.0 - config.beta2.powi(power),
-        );
+        self.apply(rule, gradient, parameters);
+    }
+
+    /// One step whose numbers are known.
+    pub(crate) fn apply(&mut self, rule: AdamRule, gradient: &[f64], parameters: &mut [f64]) {
         dispatch(AdamStep {
             gradient,
             first: &mut self.first,
             second: &mut self.second,
-            parameters,
-            memory: [config.beta1, config.beta2],
-            corrections: [1.0 / c1, 1.0 / c2],
-            epsilon: config.epsilon,
-            rate,
-            decay: config.decay,
-            shorten,
+            weights: parameters,
+            rounded: None,
+            rule,
+            lowest: f64::NEG_INFINITY,
         });
     }
 }

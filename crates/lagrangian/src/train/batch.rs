@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::learner::{Learner, Loss, Work};
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Packed};
+use crate::mlp::{Gradient, Net, Packed};
 
 /// What is fitted: states with the accelerations and forces that belong to them, row-major `[m, n]`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -161,14 +161,33 @@ impl<T: Real> Batches<T> {
         learner: &dyn Learner<T>,
         loss: Loss,
         parameters: &[f64],
-        (samples, numbers): (&Samples, &[usize]),
+        batch: (&Samples, &[usize]),
         gradient: Option<&mut [f64]>,
     ) -> Value {
         let net = learner.net();
         let (weights, extra) = parameters.split_at(net.parameters);
         self.packed.set(net, weights);
+        let value = self.run(learner, loss, extra, batch, gradient.is_some());
+        if let Some(out) = gradient {
+            out.fill(0.0);
+            self.add_up();
+            let first = &self.lanes[0];
+            first.gradient.add_to(net, out);
+            out[net.parameters..].copy_from_slice(&first.extra);
+        }
+        value
+    }
+
+    /// The loss of the packed parameters and of `extra`; where it is `wanted`, each lane keeps its part of the gradient.
+    pub(crate) fn run(
+        &mut self,
+        learner: &dyn Learner<T>,
+        loss: Loss,
+        extra: &[f64],
+        (samples, numbers): (&Samples, &[usize]),
+        wanted: bool,
+    ) -> Value {
         let (packed, block, lanes) = (&self.packed, self.block, self.lanes.len());
-        let wanted = gradient.is_some();
         let m = learner.residuals_each();
         let factor = 1.0 / (numbers.len() * learner.counted()).max(1) as f64;
         let work = |(l, lane): (usize, &mut Lane<T>)| {
@@ -185,28 +204,39 @@ impl<T: Real> Batches<T> {
                 }
             }
         };
-        if lanes == 1 {
+        if lanes == 1 || rayon::current_num_threads() == 1 {
             self.lanes.iter_mut().enumerate().for_each(work);
         } else {
             self.lanes.par_iter_mut().enumerate().for_each(work);
         }
-        if let Some(out) = gradient {
-            out.fill(0.0);
-            if let Some((first, rest)) = self.lanes.split_first_mut() {
-                rest.iter()
-                    .for_each(|lane| first.gradient.add(&lane.gradient));
-                first.gradient.add_to(net, out);
-            }
-            for lane in &self.lanes {
-                out[net.parameters..]
-                    .iter_mut()
-                    .zip(&lane.extra)
-                    .for_each(|(g, x)| *g += x);
-            }
-        }
         self.lanes
             .iter()
             .fold(Value::default(), |sum, lane| sum.add(lane.value))
+    }
+
+    /// Adds the parts of all lanes to the first, in their order.
+    fn add_up(&mut self) {
+        let Some((first, rest)) = self.lanes.split_first_mut() else {
+            return;
+        };
+        for lane in rest {
+            first.gradient.add(&lane.gradient);
+            let pairs = first.extra.iter_mut().zip(&lane.extra);
+            pairs.for_each(|(sum, x)| *sum += x);
+        }
+    }
+
+    /// The sum of squares of the gradient of the last run, all parts added up.
+    pub(crate) fn settle(&mut self, net: &Net) -> f64 {
+        self.add_up();
+        let first = &mut self.lanes[0];
+        first.gradient.settle(net) + first.extra.iter().map(|g| g * g).sum::<f64>()
+    }
+
+    /// The gradient of the last run by the network's parameters and by the others, once settled; and the parameters.
+    pub(crate) fn settled(&mut self) -> (&Gradient<T>, &[f64], &mut Packed<T>) {
+        let first = &self.lanes[0];
+        (&first.gradient, &first.extra, &mut self.packed)
     }
 }
 

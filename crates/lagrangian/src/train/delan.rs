@@ -5,7 +5,7 @@ use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::lagrangian::DelanShape;
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed};
+use crate::mlp::{Gradient, Net, Packed, Terms};
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
 
@@ -41,11 +41,10 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         self.outputs()
     }
 
-    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+    fn terms(&self) -> Terms {
         let k = self.outputs();
-        (0..k)
-            .map(|i| vec![(0, 2 + i), (1 + i, 1), (1 + k + i, 0)])
-            .collect()
+        let pairs = |i| vec![(0, 2 + i), (1 + i, 1), (1 + k + i, 0)];
+        Terms::new((0..k).map(pairs).collect())
     }
 
     fn loss(&self) -> (Loss, &[f64]) {
@@ -77,12 +76,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         work.singular = 0;
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
-            shape.slope(
-                &work.pass,
-                s,
-                &work.q[row.clone()],
-                &mut work.jet.dl_dq[row],
-            );
+            shape.slope(&work.pass, s, &mut work.jet.dl_dq[row]);
             self.balance(s, extra, work);
         }
     }
@@ -119,8 +113,8 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
         work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {
-            let state = (&work.q[s * n..][..n], &work.qd[s * n..][..n]);
-            shape.slopes(&work.pass, s, state, &mut work.factors[s], slopes);
+            let qd = &work.qd[s * n..][..n];
+            shape.slopes(&work.pass, s, qd, &mut work.factors[s], slopes);
             for set in slopes.chunks_exact_mut(2 * n * n) {
                 work.add_force_slopes(&self.forces, extra, (s, shape.scaling.energy), set);
             }
@@ -229,20 +223,23 @@ impl DelanLearner<'_> {
         }
         work.hold(&self.shape.coordinates, s);
         let (force, rest) = work.scratch.split_at_mut(n);
-        let (found, unit) = rest[n..].split_at_mut(n);
+        let found = &mut rest[n..2 * n];
         let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
         let mut regular = work.solver.solve(mass, force, found) == Regularity::Definite;
         regular &= found.iter().all(|a| a.abs() < 1e30);
+        let mut inverse = std::mem::take(&mut work.inverse);
+        inverse.resize(n * n, 0.0);
+        let _ = work.solver.invert(mass, &mut inverse);
         for i in 0..n {
             let (row, weight) = (set * n + i, self.weights[set * n + i]);
             work.along[s * k + row] = found[i];
             work.residual[s * m + row] = weight * (found[i] - work.qdd[s * n + i]);
-            unit.fill(0.0);
-            unit[i] = -weight * energy;
             let mix = &mut work.mix[(s * m + row) * k..][..k];
             mix.fill(0.0);
-            let _ = work.solver.solve(mass, unit, &mut mix[set * n..]);
+            let column = mix[set * n..].iter_mut().zip(&inverse[i * n..]);
+            column.for_each(|(d, x)| *d = -weight * energy * x);
         }
+        work.inverse = inverse;
         if regular {
             // Rotors feel the acceleration of the model.
             return work.force(&self.forces, extra, (s, At::Found(set)), energy);
@@ -266,8 +263,7 @@ impl DelanLearner<'_> {
         let (samples, outputs) = (work.pass.samples(), shape.factor_outputs());
         for s in 0..samples {
             for d in 0..directions {
-                let q = &work.q[s * n..][..n];
-                shape.write_tangent(&mut work.pass, (s, d), q, |i| -weight(s, d, i));
+                shape.write_tangent(&mut work.pass, (s, d), |i| -weight(s, d, i));
             }
         }
         work.pass.forward_tangents(&shape.net, packed, directions);

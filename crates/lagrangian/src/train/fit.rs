@@ -11,6 +11,7 @@ use super::adam::{Adam, AdamConfig};
 use super::batch::{Batches, Samples, Value};
 use super::checkpoint::Checkpoint;
 use super::damping::DampingRule;
+use super::descent::Descent;
 use super::forces::ForceTerms;
 use super::learned::Template;
 use super::learned::{Family, Learned};
@@ -136,7 +137,9 @@ pub struct Progress {
 }
 
 /// Watches a run; printing, plotting and files are its business.
-pub trait Observer {
+///
+/// A fit calls it on a thread of the pool that it runs in.
+pub trait Observer: Send {
     /// After each step; `Break` ends the run and keeps the best weights.
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()>;
 
@@ -421,6 +424,17 @@ pub fn fit(
             observer,
         );
     }
+    // Once inside the pool, its threads need not be woken for every step.
+    rayon::scope(|_| descend(dataset, config, resume, observer))
+}
+
+/// The fit of a family without a closed form.
+fn descend(
+    dataset: &Dataset,
+    config: &FitConfig,
+    resume: Option<&Checkpoint>,
+    observer: &mut dyn Observer,
+) -> Result<Fit> {
     let template = config.template(dataset)?;
     let mut fresh = template.initialise(config.seed);
     let weights = fresh.len();
@@ -556,22 +570,26 @@ impl<'a> Run<'a> {
         let mut after = adaptive.then(|| Batches::<f64>::new(learner, batch));
 
         let judge = self.judged::<f64>(learner);
-        self.descend(judge, observer, |state, share, samples, numbers| {
-            let rate = natural.rate * cosine(share);
-            let damping = natural.damping(share, state.setbacks, state.damping);
-            engine.phi.copy_from_slice(&state.memory[0]);
-            let (parameters, batch) = (&mut state.parameters, (samples, numbers));
-            let at = (rate, damping);
-            let value = engine.step(learner, natural, config.loss, at, batch, parameters);
-            state.memory[0].copy_from_slice(&engine.phi);
-            if let Some(after) = &mut after {
-                let after = after.evaluate(learner, config.loss, parameters, batch, None);
-                let gain = engine.gain(learner, at, (value, after), numbers.len());
-                let damping = state.damping.unwrap_or(natural.damping_first);
-                state.damping = Some(natural.damping_rule.adapted(damping, gain));
-            }
-            (value, rate)
-        })
+        self.descend(
+            judge,
+            observer,
+            |state: &mut Checkpoint, share: f64, (samples, numbers): (&Samples, &[usize])| {
+                let rate = natural.rate * cosine(share);
+                let damping = natural.damping(share, state.setbacks, state.damping);
+                engine.phi.copy_from_slice(&state.memory[0]);
+                let (parameters, batch) = (&mut state.parameters, (samples, numbers));
+                let at = (rate, damping);
+                let value = engine.step(learner, natural, config.loss, at, batch, parameters);
+                state.memory[0].copy_from_slice(&engine.phi);
+                if let Some(after) = &mut after {
+                    let after = after.evaluate(learner, config.loss, parameters, batch, None);
+                    let gain = engine.gain(learner, at, (value, after), numbers.len());
+                    let damping = state.damping.unwrap_or(natural.damping_first);
+                    state.damping = Some(natural.damping_rule.adapted(damping, gain));
+                }
+                (value, rate)
+            },
+        )
     }
 
     fn descend_in<T: crate::mlp::simd::Real>(
@@ -579,7 +597,7 @@ impl<'a> Run<'a> {
         learner: &dyn Learner<T>,
         observer: &mut dyn Observer,
     ) -> Result<(Ending, Progress)> {
-        let adam_config = match &self.config.optimizer {
+        let adam = match &self.config.optimizer {
             Optimizer::Adam(adam) => adam.clone(),
             Optimizer::Natural(_) => {
                 let must = "f64 under the natural gradient";
@@ -590,30 +608,16 @@ impl<'a> Run<'a> {
                 });
             }
         };
-        let mut batches =
-            Batches::<T>::new(learner, self.config.batch.min(self.dataset.train.len()));
-        let mut gradient = vec![0.0; learner.parameters()];
-        let config = self.config;
+        let batch = self.config.batch.min(self.dataset.train.len());
+        let mut adam = Adams {
+            descent: Descent::<T>::new(learner, batch),
+            learner,
+            adam: &adam,
+            loss: self.config.loss,
+        };
+        adam.load(&self.state);
         let judge = self.judged::<T>(learner);
-        self.descend(judge, observer, |state, share, samples, numbers| {
-            let rate = adam_config.rate * cosine(share);
-            let parameters = &mut state.parameters;
-            let value = batches.evaluate(
-                learner,
-                config.loss,
-                parameters,
-                (samples, numbers),
-                Some(&mut gradient),
-            );
-            let mut adam = Adam {
-                first: std::mem::take(&mut state.memory[0]),
-                second: std::mem::take(&mut state.memory[1]),
-            };
-            adam.step(&adam_config, rate, state.step, &gradient, parameters);
-            learner.project(parameters);
-            [state.memory[0], state.memory[1]] = [adam.first, adam.second];
-            (value, rate)
-        })
+        self.descend(judge, observer, adam)
     }
 
     /// The rollout loss, after a fit of accelerations where that is wanted; `flow` gives the rates as they are,
@@ -634,57 +638,69 @@ impl<'a> Run<'a> {
         match &config.optimizer {
             Optimizer::Natural(natural) => {
                 let mut first = Natural::new(learner, batch);
-                self.descend(judge, observer, |state, share, samples, numbers| {
-                    let warm = share < config.rollout.warm_start;
-                    // Each part has a schedule of its own.
-                    let (share, part) = parts(share, config.rollout.warm_start);
-                    let rate = natural.rate * cosine(part);
-                    let damping = natural.damping_first
-                        * (natural.damping_last / natural.damping_first).powf(part)
-                        * 10f64.powi(state.setbacks);
-                    if !warm {
-                        let at = (share, rate, damping);
-                        return (rollouts.natural_step(flow, natural, state, at), rate);
-                    }
-                    first.phi.copy_from_slice(&state.memory[0][..weights]);
-                    let value = first.step(
-                        learner,
-                        natural,
-                        Loss::Acceleration,
-                        (rate, damping),
-                        (samples, numbers),
-                        &mut state.parameters[..weights],
-                    );
-                    state.memory[0][..weights].copy_from_slice(&first.phi);
-                    (value, rate)
-                })
+                self.descend(
+                    judge,
+                    observer,
+                    |state: &mut Checkpoint,
+                     share: f64,
+                     (samples, numbers): (&Samples, &[usize])| {
+                        let warm = share < config.rollout.warm_start;
+                        // Each part has a schedule of its own.
+                        let (share, part) = parts(share, config.rollout.warm_start);
+                        let rate = natural.rate * cosine(part);
+                        let damping = natural.damping_first
+                            * (natural.damping_last / natural.damping_first).powf(part)
+                            * 10f64.powi(state.setbacks);
+                        if !warm {
+                            let at = (share, rate, damping);
+                            return (rollouts.natural_step(flow, natural, state, at), rate);
+                        }
+                        first.phi.copy_from_slice(&state.memory[0][..weights]);
+                        let value = first.step(
+                            learner,
+                            natural,
+                            Loss::Acceleration,
+                            (rate, damping),
+                            (samples, numbers),
+                            &mut state.parameters[..weights],
+                        );
+                        state.memory[0][..weights].copy_from_slice(&first.phi);
+                        (value, rate)
+                    },
+                )
             }
             Optimizer::Adam(adam) => {
                 let mut first = Batches::<f64>::new(learner, batch);
-                self.descend(judge, observer, |state, share, samples, numbers| {
-                    let rate = adam.rate * cosine(share);
-                    if share >= config.rollout.warm_start {
-                        let at = (share, rate);
-                        return (rollouts.adam_step(flow, adam, state, at), rate);
-                    }
-                    let parameters = &mut state.parameters[..weights];
-                    let value = first.evaluate(
-                        learner,
-                        Loss::Acceleration,
-                        parameters,
-                        (samples, numbers),
-                        Some(&mut gradient),
-                    );
-                    let mut memory = Adam {
-                        first: state.memory[0][..weights].to_vec(),
-                        second: state.memory[1][..weights].to_vec(),
-                    };
-                    memory.step(adam, rate, state.step, &gradient, parameters);
-                    learner.project(parameters);
-                    state.memory[0][..weights].copy_from_slice(&memory.first);
-                    state.memory[1][..weights].copy_from_slice(&memory.second);
-                    (value, rate)
-                })
+                self.descend(
+                    judge,
+                    observer,
+                    |state: &mut Checkpoint,
+                     share: f64,
+                     (samples, numbers): (&Samples, &[usize])| {
+                        let rate = adam.rate * cosine(share);
+                        if share >= config.rollout.warm_start {
+                            let at = (share, rate);
+                            return (rollouts.adam_step(flow, adam, state, at), rate);
+                        }
+                        let parameters = &mut state.parameters[..weights];
+                        let value = first.evaluate(
+                            learner,
+                            Loss::Acceleration,
+                            parameters,
+                            (samples, numbers),
+                            Some(&mut gradient),
+                        );
+                        let mut memory = Adam {
+                            first: state.memory[0][..weights].to_vec(),
+                            second: state.memory[1][..weights].to_vec(),
+                        };
+                        memory.step(adam, rate, state.step, &gradient, parameters);
+                        learner.project(parameters);
+                        state.memory[0][..weights].copy_from_slice(&memory.first);
+                        state.memory[1][..weights].copy_from_slice(&memory.second);
+                        (value, rate)
+                    },
+                )
             }
         }
     }
@@ -707,7 +723,7 @@ impl<'a> Run<'a> {
         &mut self,
         mut judge: impl FnMut(&[f64]) -> Option<Value>,
         observer: &mut dyn Observer,
-        mut step: impl FnMut(&mut Checkpoint, f64, &Samples, &[usize]) -> (Value, f64),
+        mut engine: impl Engine,
     ) -> Result<(Ending, Progress)> {
         let last = self.config.batch;
         let first = self.config.batch_first.unwrap_or(last);
@@ -718,10 +734,14 @@ impl<'a> Run<'a> {
             let share = self.share();
             let batch = grown(first, last, share).min(self.dataset.train.len());
             let numbers = self.order.batch(self.state.step, batch);
-            let (value, rate) = step(&mut self.state, share, &self.dataset.train, numbers);
+            let batch = (&self.dataset.train, numbers);
+            let (value, rate) = engine.step(&mut self.state, share, batch);
             self.state.step += 1;
             let share = self.share();
             let look = self.state.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
+            if look {
+                engine.save(&mut self.state);
+            }
             let validation = look.then(|| self.look(judge(&self.state.parameters), value));
             let progress = Progress {
                 step: self.state.step,
@@ -734,6 +754,12 @@ impl<'a> Run<'a> {
             };
             let stop = observer.progress(&progress).is_break();
             let ending = self.ending(share, stop);
+            if look {
+                // It may have gone back to the best.
+                engine.load(&self.state);
+            } else if ending.is_some() {
+                engine.save(&mut self.state);
+            }
             if look || ending.is_some() {
                 self.state.seconds = self.seconds();
                 observer.checkpoint(&self.state)?;
@@ -787,6 +813,64 @@ impl<'a> Run<'a> {
     fn look(&mut self, held: Option<Value>, batch: Value) -> (f64, bool) {
         let value = self.state.judge(held.unwrap_or(batch));
         (value, held.is_some())
+    }
+}
+
+/// What improves the parameters of a run.
+trait Engine {
+    /// One step on a batch; returns the loss before it and its rate.
+    fn step(
+        &mut self,
+        state: &mut Checkpoint,
+        share: f64,
+        batch: (&Samples, &[usize]),
+    ) -> (Value, f64);
+    /// Writes what it keeps to itself between two looks.
+    fn save(&self, _: &mut Checkpoint) {}
+    /// Takes it back, perhaps changed.
+    fn load(&mut self, _: &Checkpoint) {}
+}
+
+/// Engines that keep nothing to themselves.
+impl<F: FnMut(&mut Checkpoint, f64, (&Samples, &[usize])) -> (Value, f64)> Engine for F {
+    fn step(
+        &mut self,
+        state: &mut Checkpoint,
+        share: f64,
+        batch: (&Samples, &[usize]),
+    ) -> (Value, f64) {
+        self(state, share, batch)
+    }
+}
+
+/// Adam, which keeps parameters and moments as the kernels want them.
+struct Adams<'a, T: crate::mlp::simd::Real> {
+    descent: Descent<T>,
+    learner: &'a dyn Learner<T>,
+    adam: &'a AdamConfig,
+    loss: Loss,
+}
+
+impl<T: crate::mlp::simd::Real> Engine for Adams<'_, T> {
+    fn step(
+        &mut self,
+        state: &mut Checkpoint,
+        share: f64,
+        batch: (&Samples, &[usize]),
+    ) -> (Value, f64) {
+        let rate = self.adam.rate * cosine(share);
+        let at = (rate, state.step);
+        (
+            self.descent
+                .step(self.learner, (self.adam, self.loss), at, batch),
+            rate,
+        )
+    }
+    fn save(&self, state: &mut Checkpoint) {
+        self.descent.save(self.learner, state);
+    }
+    fn load(&mut self, state: &Checkpoint) {
+        self.descent.load(self.learner, state);
     }
 }
 

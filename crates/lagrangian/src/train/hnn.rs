@@ -7,7 +7,7 @@ use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::hamiltonian::{HnnNet, HnnShape, Momenta, Unit};
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed};
+use crate::mlp::{Gradient, Net, Packed, Terms};
 
 /// An [`Hnn`](crate::hamiltonian::Hnn) in training:
 ///
@@ -48,15 +48,14 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
         2 * self.shape.dof()
     }
 
-    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+    fn terms(&self) -> Terms {
         let k = 2 * self.shape.dof();
         let plain = matches!(self.shape.net, HnnNet::None(_));
-        (0..k)
-            .map(|d| match plain {
-                true => vec![(d, 0)],
-                false => vec![(0, 2 + d), (1 + k + d, 0)],
-            })
-            .collect()
+        let pairs = |d| match plain {
+            true => vec![(d, 0)],
+            false => vec![(0, 2 + d), (1 + k + d, 0)],
+        };
+        Terms::new((0..k).map(pairs).collect())
     }
 
     fn loss(&self) -> (Loss, &[f64]) {

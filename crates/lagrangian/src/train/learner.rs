@@ -10,7 +10,7 @@ use crate::Coordinates;
 use crate::integrate::Rule;
 use crate::lagrangian::{Factor, Jet};
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed, Pass};
+use crate::mlp::{Gradient, Net, Packed, Pass, Terms};
 use crate::solve::SymmetricSolver;
 
 /// What is minimised.
@@ -142,6 +142,8 @@ pub(crate) struct Work<T: Real> {
     pub(crate) known: Jet,
     pub(crate) knows: bool,
     pub(crate) solver: SymmetricSolver,
+    /// M⁻¹ of one sample.
+    pub(crate) inverse: Vec<f64>,
     pub(crate) scratch: Vec<f64>,
     /// ∂S/∂(q, q̇), where a flow is linearised.
     pub(crate) slopes: Vec<f64>,
@@ -181,6 +183,7 @@ impl<T: Real> Work<T> {
             known: Jet::default(),
             knows: false,
             solver: SymmetricSolver::new(n),
+            inverse: Vec::new(),
             scratch: vec![0.0; 2 * n],
             slopes: Vec::new(),
             lambda: vec![T::default(); samples * k],
@@ -269,7 +272,7 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     }
     /// Residual i of a sample depends on the parameters through Σ (component of yz) ⊗ (component of a) over these
     /// pairs of components.
-    fn terms(&self) -> Vec<Vec<(usize, usize)>>;
+    fn terms(&self) -> Terms;
     /// Raw outputs S of a sample, k.
     fn outputs_each(&self) -> usize {
         self.dof()
@@ -335,6 +338,10 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
         let net = self.net();
         let (weights, extra) = parameters.split_at_mut(net.parameters);
         net.project(weights);
+        self.project_extra(extra);
+    }
+    /// The same for those beside the network's.
+    fn project_extra(&self, extra: &mut [f64]) {
         if let Some(forces) = self.forces() {
             forces.project(extra);
         }

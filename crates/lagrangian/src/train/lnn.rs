@@ -5,7 +5,7 @@ use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::lagrangian::LnnShape;
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed};
+use crate::mlp::{Gradient, Net, Packed, Terms};
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
 
@@ -35,11 +35,10 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         Some(&self.forces)
     }
 
-    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+    fn terms(&self) -> Terms {
         let n = self.shape.dof();
-        (0..n)
-            .map(|i| vec![(0, 2 + n + i), (1, 2 + i), (2 + i, 1), (2 + n + i, 0)])
-            .collect()
+        let pairs = |i| vec![(0, 2 + n + i), (1, 2 + i), (2 + i, 1), (2 + n + i, 0)];
+        Terms::of_value((0..n).map(pairs).collect())
     }
 
     fn loss(&self) -> (Loss, &[f64]) {
@@ -56,14 +55,13 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
             let qdd = torque.then(|| &work.qdd[row.clone()]);
             shape.write(&mut work.pass, s, &work.q[row.clone()], &work.qd[row], qdd);
         }
-        work.pass.forward(&shape.net, packed, Some(n));
+        work.pass.forward_for_reverse(&shape.net, packed, n, 0);
         work.pass.reverse(&shape.net, packed, n);
         work.singular = 0;
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
             let qdd = torque.then(|| &work.qdd[row.clone()]);
-            let state = (&work.q[row.clone()], &work.qd[row], qdd);
-            shape.read(&work.pass, (s, s), state, &mut work.jet);
+            shape.read(&work.pass, (s, s), (&work.qd[row], qdd), &mut work.jet);
             work.add_known_mass(s);
             work.force(&self.forces, extra, (s, at), self.shape.scaling.energy);
             work.hold(&shape.coordinates, s);
@@ -88,7 +86,6 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
                 *w = x.f64();
             }
             let state = (
-                &work.q[row.clone()],
                 &work.qd[row.clone()],
                 &self.motion(&work.qdd, &work.along)[row],
             );
@@ -111,7 +108,6 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
                 work.scratch[i] = 1.0;
                 let row = s * n..s * n + n;
                 let state = (
-                    &work.q[row.clone()],
                     &work.qd[row.clone()],
                     &self.motion(&work.qdd, &work.along)[row],
                 );
@@ -133,8 +129,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         pass.reverse_features(net, packed, 2..2 + n);
         pass.reverse_features(net, packed, pass.mixed(0)..pass.mixed(n));
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * n).enumerate() {
-            self.shape
-                .slopes(&work.pass, s, (&work.q, &work.qd), slopes);
+            self.shape.slopes(&work.pass, s, &work.qd, slopes);
             let energy = self.shape.scaling.energy;
             work.add_force_slopes(&self.forces, extra, (s, energy), slopes);
         }
@@ -178,15 +173,10 @@ impl LnnLearner<'_> {
         let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
         let energy = self.shape.scaling.energy;
         let row = s * n..s * n + n;
-        let mut regular = true;
-        for i in 0..n {
-            let mut unit = [0.0; MAX_DOF];
-            let mut column = [0.0; MAX_DOF];
-            unit[i] = -energy;
-            let found = work.solver.solve(mass, &unit[..n], &mut column[..n]);
-            regular &= matches!(found, Regularity::Definite | Regularity::Indefinite);
-            work.mix[(s * n + i) * n..][..n].copy_from_slice(&column[..n]);
-        }
+        let inverse = &mut work.mix[s * n * n..][..n * n];
+        let found = work.solver.invert(mass, inverse);
+        inverse.iter_mut().for_each(|d| *d *= -energy);
+        let mut regular = matches!(found, Regularity::Definite | Regularity::Indefinite);
         for i in row.clone() {
             let force =
                 work.jet.dl_dq[i] - work.jet.momentum_drift[i] - work.scratch[n + i - s * n];

@@ -5,6 +5,7 @@ mod batch;
 mod checkpoint;
 mod damping;
 mod delan;
+mod descent;
 mod described;
 mod fit;
 mod forces;

@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 use super::batch::{Samples, Value, value};
 use super::damping::DampingRule;
 use super::learner::{Learner, Loss, Work};
-use crate::mlp::simd::Buffer;
-use crate::mlp::{Gradient, Packed, TileScratch, Transposed};
+use crate::mlp::simd::{Buffer, Real};
+use crate::mlp::{Factors, Gradient, Packed, Terms, TileScratch};
 
 /// Settings of the natural gradient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,6 +55,10 @@ impl Default for NaturalConfig {
 
 const BLOCK: usize = 16;
 
+/// J Jᵀ may be rounded to single precision where the damping on its diagonal is more than this share of its largest
+/// entry.
+const ROUNDED: f64 = 1e-6;
+
 /// Residuals below this share of the mean |r| weigh no more than one of that size.
 const SMALL: f64 = 0.1;
 
@@ -71,7 +75,9 @@ pub(crate) struct Natural {
 
 struct Block {
     work: Work<f64>,
-    transposed: Transposed<f64>,
+    factors: Factors<f64>,
+    /// The same, rounded.
+    rounded: Factors<f32>,
     gradient: Gradient<f64>,
     wide: Buffer<f64>,
     /// r − μ J φ, then the solution, `[samples, m]`; J φ and Dᵀ x in S-space, `[samples, k]`.
@@ -148,7 +154,8 @@ impl Natural {
         let block = |_| {
             let work = Work::new(learner, BLOCK);
             Block {
-                transposed: Transposed::new(net, &work.pass),
+                factors: Factors::new(net, &work.pass),
+                rounded: Factors::new(net, &work.pass),
                 wide: Buffer::new(work.pass.widest()),
                 work,
                 gradient: Gradient::new(net),
@@ -167,10 +174,7 @@ impl Natural {
         Self {
             phi: vec![0.0; learner.parameters()],
             blocks: (0..count).map(block).collect(),
-            tiles: (0..count)
-                .flat_map(|i| (0..=i).map(move |j| (i, j)))
-                .map(tile)
-                .collect(),
+            tiles: in_squares(count).into_iter().map(tile).collect(),
             system: System::new(),
             packed: Packed::new(net),
             packed_phi: Packed::new(net),
@@ -208,7 +212,7 @@ impl Natural {
         self.blocks[..used].par_iter_mut().for_each(|block| {
             block.weigh(loss, level, m);
             learner.linearise(packed, &mut block.work);
-            block.transposed.set(net, &block.work.pass, &terms);
+            block.factors.set(net, &block.work.pass, &terms);
             block.raw.fill(0.0);
             block
                 .work
@@ -217,7 +221,6 @@ impl Natural {
             block.by_sample(learner.points());
             block.subtract_momentum(config.momentum, phi_extra, learner);
         });
-        self.gram(learner, used, &terms);
         let value = self.blocks[..used]
             .iter()
             .fold(Value::default(), |sum, b| sum.add(b.value));
@@ -228,6 +231,7 @@ impl Natural {
         let damping = config.damping_rule.on_batch(damping, mean_square);
         // Far from the solution the quadratic model is poor; near it, damping is all that slows the step.
         let damping = damping * level.min(1.0).sqrt();
+        self.gram(learner, used, &terms, damping);
         if !self.solve(used, m, damping) {
             self.phi.fill(0.0);
             return value;
@@ -286,23 +290,28 @@ impl Natural {
         squares.sum::<f64>() / (batch * learner.counted()).max(1) as f64
     }
 
-    /// The lower triangle of J Jᵀ, tile by tile.
-    fn gram(&mut self, learner: &dyn Learner<f64>, used: usize, terms: &[Vec<(usize, usize)>]) {
-        let (net, blocks) = (learner.net(), &self.blocks);
-        let k = learner.outputs_each();
-        let tiles = self.tiles.par_iter_mut().filter(|t| t.row < used);
-        let scratch = || {
-            (
-                TileScratch::new(&blocks[0].work.pass),
-                vec![0.0; (BLOCK * k).pow(2)],
-            )
-        };
-        tiles.for_each_init(scratch, |(scratch, raw), tile| {
-            let (left, right) = (&blocks[tile.row].work, &blocks[tile.column]);
-            left.pass
-                .gram_tile(net, &right.transposed, terms, scratch, raw);
-            mix_tile(left, &right.work, learner, raw, &mut tile.values);
-        });
+    /// The lower triangle of J Jᵀ, tile by tile: those on the diagonal in double precision, then the others, in single
+    /// where `damping` hides the rounding.
+    fn gram(&mut self, learner: &dyn Learner<f64>, used: usize, terms: &Terms, damping: f64) {
+        let count = BLOCK * learner.residuals_each();
+        let Self { blocks, tiles, .. } = self;
+        let (mut diagonal, mut others): (Vec<_>, Vec<_>) = tiles
+            .iter_mut()
+            .filter(|t| t.row < used)
+            .partition(|t| t.row == t.column);
+        fill(&mut diagonal, blocks, learner, terms, |b| &b.factors);
+        let largest = diagonal
+            .iter()
+            .flat_map(|t| t.values.iter().step_by(count + 1))
+            .fold(0.0, |largest: f64, x| largest.max(*x));
+        if damping * (used * count) as f64 > ROUNDED * largest {
+            blocks[..used]
+                .par_iter_mut()
+                .for_each(|b| b.rounded.set(learner.net(), &b.work.pass, terms));
+            fill(&mut others, blocks, learner, terms, |b| &b.rounded);
+        } else {
+            fill(&mut others, blocks, learner, terms, |b| &b.factors);
+        }
     }
 
     /// Solves for the weights of the residuals; `false` if the system is not positive definite.
@@ -406,6 +415,43 @@ impl Natural {
             .for_each(|(theta, x)| *theta -= rate * x);
         learner.project(parameters);
     }
+}
+
+/// The lower triangle of a matrix of `count` × `count` tiles, square after square, so that the factors of neighbours are
+/// still at hand.
+fn in_squares(count: usize) -> Vec<(usize, usize)> {
+    let mut tiles: Vec<_> = (0..count)
+        .flat_map(|i| (0..=i).map(move |j| (i, j)))
+        .collect();
+    tiles.sort_by_key(|&(i, j)| (i / SQUARE, j / SQUARE, i, j));
+    tiles
+}
+
+/// Tiles on the side of a square.
+const SQUARE: usize = 2;
+
+/// Fills tiles of J Jᵀ from the factors of the blocks.
+fn fill<S: Real>(
+    tiles: &mut [&mut Tile],
+    blocks: &[Block],
+    learner: &dyn Learner<f64>,
+    terms: &Terms,
+    factors: impl Fn(&Block) -> &Factors<S> + Sync + Send,
+) {
+    let (net, k) = (learner.net(), learner.outputs_each());
+    let scratch = || {
+        (
+            TileScratch::new(factors(&blocks[0])),
+            vec![0.0; (BLOCK * k).pow(2)],
+        )
+    };
+    tiles
+        .par_iter_mut()
+        .for_each_init(scratch, |(scratch, raw), tile| {
+            let (left, right) = (&blocks[tile.row], &blocks[tile.column]);
+            factors(left).tile(net, factors(right), terms, scratch, raw);
+            mix_tile(&left.work, &right.work, learner, raw, &mut tile.values);
+        });
 }
 
 /// Mean |r| of the batch, never zero.

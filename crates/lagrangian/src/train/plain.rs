@@ -3,7 +3,7 @@
 use super::learner::{Learner, Loss, Work};
 use crate::baseline::{Direction, MlpShape};
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed};
+use crate::mlp::{Gradient, Net, Packed, Terms};
 
 /// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse,
 /// (q̇, q̈) of a flow.
@@ -27,8 +27,8 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         self.shape.outputs().div_ceil(2)
     }
 
-    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
-        (0..self.shape.outputs()).map(|i| vec![(i, 0)]).collect()
+    fn terms(&self) -> Terms {
+        Terms::new((0..self.shape.outputs()).map(|i| vec![(i, 0)]).collect())
     }
 
     fn outputs_each(&self) -> usize {

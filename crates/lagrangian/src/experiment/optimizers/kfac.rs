@@ -18,7 +18,7 @@ use faer::{Mat, Side};
 use super::engine::{Engine, Moment};
 use super::matrix::{Weights, product, remember, weights};
 use crate::mlp::simd::Buffer;
-use crate::mlp::{Gradient, Packed};
+use crate::mlp::{Gradient, Packed, Terms};
 use crate::train::{Learner, Value, Work, cosine, value};
 
 const BLOCK: usize = 16;
@@ -29,8 +29,6 @@ const EVERY: usize = 5;
 
 /// Longest step, as that of the natural gradient.
 const LONGEST: f64 = 1.0;
-
-type Terms = Vec<Vec<(usize, usize)>>;
 
 pub(super) struct Kfac {
     rate: f64,
@@ -200,7 +198,8 @@ impl Layer {
     fn observe(&mut self, blocks: &[Block], at: &Moment, terms: &Terms) {
         let learner = at.double;
         let (m, k) = (learner.residuals_each(), learner.outputs_each());
-        let components = terms.iter().flatten().map(|p| p.1 + 1).max().unwrap_or(0);
+        let pairs = terms.at(learner.net(), self.weights.layer);
+        let components = pairs.iter().flatten().map(|p| p.1 + 1).max().unwrap_or(0);
         let count = (at.numbers.len() * learner.counted()).max(1) as f64;
         let rows = blocks.len() * BLOCK * components;
         let mut a = Mat::<f64>::zeros(self.weights.columns, rows);
@@ -214,8 +213,8 @@ impl Layer {
                 }
                 for i in 0..m {
                     let mix = &block.work.mix[(s * m + i) * k..][..k];
-                    for (d, terms) in mix.iter().zip(terms) {
-                        for &(of_y, of_a) in terms {
+                    for (d, pairs) in mix.iter().zip(pairs) {
+                        for &(of_y, of_a) in pairs {
                             let place = ((b * BLOCK + s) * m + i) * components + of_a;
                             pass.add_sensitivity(
                                 self.weights.layer,

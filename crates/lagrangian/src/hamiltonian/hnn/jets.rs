@@ -204,7 +204,7 @@ impl HnnJets<'_> {
             pass.reverse(&shape.net, &self.hnn.packed, n);
             for s in 0..count {
                 let (q, p) = (&q[row(s)..][..n], &p[row(s)..][..n]);
-                shape.read(pass, (s, start + s), (q, p, None), &mut self.jet);
+                shape.read(pass, (s, start + s), (p, None), &mut self.jet);
             }
         }
         jet.hamiltonian.copy_from_slice(&self.jet.lagrangian);

@@ -65,8 +65,8 @@ impl Jets for DelanJets<'_> {
                 seeds[s * outputs + o]
             });
             for (s, factor) in self.factors[..count].iter().enumerate() {
-                let state = (&q[row(s)..][..n], &qd[row(s)..][..n]);
-                self.delan.read(pass, factor, (s, start + s), state, jet);
+                let qd = &qd[row(s)..][..n];
+                self.delan.read(pass, factor, (s, start + s), qd, jet);
             }
         }
     }
@@ -90,13 +90,13 @@ impl Delan {
         pass: &Pass<f64>,
         factor: &Factor,
         (s, row): (usize, usize),
-        (q, qd): (&[f64], &[f64]),
+        qd: &[f64],
         jet: &mut Jet,
     ) {
         let (shape, n) = (&self.shape, self.shape.dof());
         let (e, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
         let dl_dq = &mut jet.dl_dq[row * n..][..n];
-        shape.slope(pass, s, q, dl_dq);
+        shape.slope(pass, s, dl_dq);
         dl_dq.iter_mut().for_each(|x| *x *= e);
         jet.lagrangian[row] = e * factor.lagrangian();
         for i in 0..n {

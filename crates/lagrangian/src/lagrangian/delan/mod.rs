@@ -360,10 +360,15 @@ impl DelanShape {
 
     /// Writes q as sample `s` and its tangent ′ along q̇.
     pub(crate) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], qd: &[f64]) {
-        self.each_feature(q, |at, i, value, slope| {
-            pass.set_feature(0, s, at, T::of(value));
-            pass.set_feature(1, s, at, T::of(slope * qd[i]));
-        });
+        let mut at = 0;
+        for (i, (&q, &v)) in q.iter().zip(qd).enumerate() {
+            let features = Features::new(&self.coordinates, &self.scaling, i, q);
+            for k in 0..features.count {
+                pass.set_feature(0, s, at, T::of(features.values[k]));
+                pass.set_feature(1, s, at, T::of(features.slopes[k] * v));
+                at += 1;
+            }
+        }
     }
 
     /// Writes tangent `d` of sample `s`, along `direction` in q.
@@ -371,32 +376,35 @@ impl DelanShape {
         &self,
         pass: &mut Pass<T>,
         (s, d): (usize, usize),
-        q: &[f64],
         direction: impl Fn(usize) -> f64,
     ) {
-        self.each_feature(q, |at, i, _, slope| {
-            pass.set_feature(2 + d, s, at, T::of(slope * direction(i)));
-        });
-    }
-
-    /// Calls `f` with number, coordinate, value and slope of each feature.
-    fn each_feature(&self, q: &[f64], mut f: impl FnMut(usize, usize, f64, f64)) {
         let mut at = 0;
-        for (i, &q) in q.iter().enumerate() {
-            let features = Features::new(&self.coordinates, &self.scaling, i, q);
-            for k in 0..features.count {
-                f(at, i, features.values[k], features.slopes[k]);
+        for i in 0..self.dof() {
+            let (features, along) = (self.recall(pass, (s, at), i), direction(i));
+            for slope in &features.slopes[..features.count] {
+                pass.set_feature(2 + d, s, at, T::of(slope * along));
                 at += 1;
             }
         }
     }
 
+    /// The features of coordinate `i` of sample `s`, of which the first is number `at`.
+    fn recall<T: Real>(&self, pass: &Pass<T>, (s, at): (usize, usize), i: usize) -> Features {
+        let value = |k| pass.feature(0, s, at + k).f64();
+        Features::recall(&self.coordinates, &self.scaling, i, value)
+    }
+
     /// Writes ∂(L/E)/∂q of sample `s` `[n]`, after the pass was reversed with the seeds of its factor.
-    pub(crate) fn slope<T: Real>(&self, pass: &Pass<T>, s: usize, q: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        self.each_feature(q, |at, i, _, slope| {
-            out[i] += pass.feature_gradient(s, at).f64() * slope;
-        });
+    pub(crate) fn slope<T: Real>(&self, pass: &Pass<T>, s: usize, out: &mut [f64]) {
+        let mut at = 0;
+        for (i, out) in out.iter_mut().enumerate() {
+            let features = self.recall(pass, (s, at), i);
+            *out = 0.0;
+            for slope in &features.slopes[..features.count] {
+                *out += pass.feature_gradient(s, at).f64() * slope;
+                at += 1;
+            }
+        }
     }
 
     /// Writes ∂S/∂(q, q̇) of sample `s` `[k, 2n]`, for the k scalars of a linearised pass whose sensitivities were
@@ -405,7 +413,7 @@ impl DelanShape {
         &self,
         pass: &Pass<T>,
         s: usize,
-        (q, qd): (&[f64], &[f64]),
+        qd: &[f64],
         factor: &mut Factor,
         slopes: &mut [f64],
     ) {
@@ -423,8 +431,8 @@ impl DelanShape {
             }
             row[..n].fill(0.0);
             let mut at = 0;
-            for (j, &q) in q.iter().enumerate() {
-                let features = Features::new(&self.coordinates, &self.scaling, j, q);
+            for j in 0..n {
+                let features = self.recall(pass, (s, at), j);
                 for f in 0..features.count {
                     let along = pass.feature_sensitivity(0, s, at).f64();
                     let rate = pass.feature_sensitivity(1 + d, s, at).f64();

@@ -56,11 +56,11 @@ impl<'a> Structure<'a> {
         let n = shape.dof();
         assert!(q.len() == n && qd.len() == n, "a state has {n} coordinates");
         let (e, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
+        shape.write(&mut self.pass, 0, q, qd);
         for k in 0..n {
             let unit = |i: usize| f64::from(u8::from(i == k));
-            shape.write_tangent(&mut self.pass, (0, k), q, unit);
+            shape.write_tangent(&mut self.pass, (0, k), unit);
         }
-        shape.write(&mut self.pass, 0, q, qd);
         self.pass.forward(&shape.net, &self.delan.packed, Some(n));
         let potential = n * (n + 1) / 2;
         for k in 0..n {

@@ -24,7 +24,7 @@ pub(super) fn curvature(
             shape.write(pass, s, &q[row..][..n], &qd[row..][..n], None);
             shape.write_positions(pass, s, &q[row..][..n]);
         }
-        pass.forward(&shape.net, &lnn.packed, Some(2 * n));
+        pass.forward_for_reverse(&shape.net, &lnn.packed, 2 * n, 1);
         pass.reverse(&shape.net, &lnn.packed, 2 * n);
         for s in 0..count {
             let row = start + s;

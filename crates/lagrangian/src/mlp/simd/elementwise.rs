@@ -236,7 +236,7 @@ impl<T: Real> Task for Contract<'_, T> {
             1 => self.all_at_once::<I, 1>(),
             2 => self.all_at_once::<I, 2>(),
             3 => self.all_at_once::<I, 3>(),
-            _ => self.pair_by_pair::<I>(),
+            _ => self.four_by_four::<I>(),
         }
     }
 }
@@ -284,22 +284,36 @@ impl<T: Real> Contract<'_, T> {
         }
     }
 
+    /// For each direction i, the sums with four others at a time in registers.
     #[inline(always)]
-    fn pair_by_pair<I: Isa>(&mut self) {
+    fn four_by_four<I: Isa>(&mut self) {
         let (shape, n) = (self.shape, self.directions);
         for s in 0..shape.samples {
             for i in 0..n {
-                for j in (0..=i).chain([n]) {
-                    let other = if j == n { 1 } else { 2 + j };
-                    let mut sum = T::Vec::<I>::of(0.0);
+                for first in (0..i + 2).step_by(4) {
+                    // Behind the directions up to i comes ′.
+                    let other = |k: usize| match first + k {
+                        j if j <= i => j,
+                        _ => n,
+                    };
+                    let component = |k: usize| match other(k) {
+                        j if j == n => 1,
+                        j => 2 + j,
+                    };
+                    let components: [usize; 4] = std::array::from_fn(component);
+                    let mut sums = [T::Vec::<I>::of(0.0); 4];
                     for p in 0..shape.panels {
+                        let at = |c| shape.at::<T>(p, c, s);
                         let second = Self::load::<I>(self.second, shape.slope::<T>(p, s));
-                        let weight = second.mul(Self::load::<I>(self.ya, shape.at::<T>(p, 0, s)));
-                        let zi = Self::load::<I>(self.z, shape.at::<T>(p, 2 + i, s));
-                        let zj = Self::load::<I>(self.z, shape.at::<T>(p, other, s));
-                        sum = weight.mul(zi).fma(zj, sum);
+                        let weight = second.mul(Self::load::<I>(self.ya, at(0)));
+                        let zi = weight.mul(Self::load::<I>(self.z, at(2 + i)));
+                        for (sum, &c) in sums.iter_mut().zip(&components) {
+                            *sum = zi.fma(Self::load::<I>(self.z, at(c)), *sum);
+                        }
                     }
-                    self.add(s, i, j, sum.sum());
+                    for (k, sum) in sums.iter().enumerate().take(i + 2 - first) {
+                        self.add(s, i, other(k), sum.sum());
+                    }
                 }
             }
         }

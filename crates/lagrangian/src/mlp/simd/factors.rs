@@ -1,52 +1,58 @@
 //! Lane-wise parts of the products with a factored Jacobian.
 
+use std::ops::Range;
+
 use super::elementwise::Shape;
 use super::{Isa, Real, Task, Vector};
 
-type Terms = [Vec<(usize, usize)>];
+/// Pairs (component of y, component of a), for each raw output of a sample.
+type Pairs = [Vec<(usize, usize)>];
 
-/// tile[(i, s), (j, s')] += Σ_(c, k) ∈ terms i Σ_(c', k') ∈ terms j  Y[c s, c' s'] (A[k s, k' s'] + one if k = k' = 0).
+/// tile[(i, s), (j, s')] += Σ_(c, k) ∈ pairs i Σ_(c', k') ∈ pairs j  Y[c s, c' s'] A[k s, k' s'].
 pub(crate) struct GramTile<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) terms: &'a Terms,
-    /// 1 where the layer has a bias, whose input is 1.
-    pub(crate) one: T,
-    /// Products of the components of both blocks: panels of columns, `[components · samples]` rows.
+    /// Samples of a block, a multiple of LANES.
+    pub(crate) samples: usize,
+    /// Components times samples.
+    pub(crate) rows: usize,
+    pub(crate) pairs: &'a Pairs,
+    /// Products of the components of both blocks: panels of columns of `rows` rows.
     pub(crate) y: &'a [T],
     pub(crate) a: &'a [T],
-    pub(crate) tile: &'a mut [T],
+    pub(crate) tile: &'a mut [f64],
 }
 
 impl<T: Real> Task for GramTile<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(self) {
-        let (b, rows) = (
-            self.shape.samples,
-            self.shape.samples * self.shape.components,
-        );
-        let size = self.terms.len() * b;
-        let groups = b / T::LANES;
-        let at = |c: usize, s: usize, other: usize, g: usize| {
-            ((other * groups + g) * rows + c * b + s) * T::LANES
-        };
-        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
-        let one = T::Vec::<I>::splat(self.one);
-        for (i, left) in self.terms.iter().enumerate() {
-            for (j, right) in self.terms.iter().enumerate() {
+        let (b, lanes) = (self.samples, T::LANES);
+        let (size, groups) = (self.pairs.len() * b, b / lanes);
+        let mut products = [(0, 0); MOST_PRODUCTS];
+        for (i, left) in self.pairs.iter().enumerate() {
+            for (j, right) in self.pairs.iter().enumerate() {
+                let begin = |c: usize, other: usize| (other * groups * self.rows + c * b) * lanes;
+                let all = left
+                    .iter()
+                    .flat_map(|&(c, k)| right.iter().map(move |&(c2, k2)| ((c, c2), (k, k2))));
+                let mut count = 0;
+                for (product, ((c, c2), (k, k2))) in products.iter_mut().zip(all) {
+                    *product = (begin(c, c2), begin(k, k2));
+                    count += 1;
+                }
+                assert_eq!(count, left.len() * right.len());
                 for s in 0..b {
                     for g in 0..groups {
-                        let out = &mut self.tile[(i * b + s) * size + j * b + g * T::LANES..];
-                        let mut sum = T::Vec::<I>::load(out);
-                        for &(c, k) in left {
-                            for &(c2, k2) in right {
-                                let mut a = load(self.a, at(k, s, k2, g));
-                                if k == 0 && k2 == 0 {
-                                    a = a.add(one);
-                                }
-                                sum = load(self.y, at(c, s, c2, g)).fma(a, sum);
-                            }
+                        let at = (g * self.rows + s) * lanes;
+                        let mut sum = T::Vec::<I>::of(0.0);
+                        for &(y, a) in &products[..count] {
+                            let y = T::Vec::<I>::load(&self.y[y + at..]);
+                            sum = y.fma(T::Vec::<I>::load(&self.a[a + at..]), sum);
                         }
-                        sum.store(out);
+                        let mut sums = [T::default(); 16];
+                        sum.store(&mut sums);
+                        let out = &mut self.tile[(i * b + s) * size + j * b + g * lanes..];
+                        for (out, x) in out[..lanes].iter_mut().zip(sums) {
+                            *out += x.f64();
+                        }
                     }
                 }
             }
@@ -54,10 +60,13 @@ impl<T: Real> Task for GramTile<'_, T> {
     }
 }
 
-/// out[s, i] += Σ_(c, k) ∈ terms i  `y_c`[s] · `a_k`[s], over the units of a layer.
+/// Products of a pair of raw outputs, at most: four pairs of components each.
+const MOST_PRODUCTS: usize = 16;
+
+/// out[s, i] += Σ_(c, k) ∈ pairs i  `y_c`[s] · `a_k`[s], over the units of a layer.
 pub(crate) struct RowDots<'a, T> {
     pub(crate) shape: Shape,
-    pub(crate) terms: &'a Terms,
+    pub(crate) pairs: &'a Pairs,
     pub(crate) y: &'a [T],
     pub(crate) a: &'a [T],
     pub(crate) out: &'a mut [f64],
@@ -66,9 +75,9 @@ pub(crate) struct RowDots<'a, T> {
 impl<T: Real> Task for RowDots<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(self) {
-        let n = self.terms.len();
+        let n = self.pairs.len();
         for s in 0..self.shape.samples {
-            for (i, pairs) in self.terms.iter().enumerate() {
+            for (i, pairs) in self.pairs.iter().enumerate() {
                 let mut sum = T::Vec::<I>::of(0.0);
                 for p in 0..self.shape.panels {
                     for &(c, k) in pairs {
@@ -85,11 +94,11 @@ impl<T: Real> Task for RowDots<'_, T> {
     }
 }
 
-/// `out_k`[s] = `Σ_i` x[s, i] Σ_(c, k) ∈ terms i  `y_c`[s], for the first `components` k.
+/// `out_k`[s] = `Σ_i` x[s, i] Σ_(c, k) ∈ pairs i  `y_c`[s], for k among `components`.
 pub(crate) struct WeighRows<'a, T> {
     pub(crate) shape: Shape,
-    pub(crate) terms: &'a Terms,
-    pub(crate) components: usize,
+    pub(crate) pairs: &'a Pairs,
+    pub(crate) components: Range<usize>,
     pub(crate) x: &'a [f64],
     pub(crate) y: &'a [T],
     pub(crate) out: &'a mut [T],
@@ -98,13 +107,13 @@ pub(crate) struct WeighRows<'a, T> {
 impl<T: Real> Task for WeighRows<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(self) {
-        let n = self.terms.len();
+        let n = self.pairs.len();
         for p in 0..self.shape.panels {
             for s in 0..self.shape.samples {
-                for k in 0..self.components {
+                for k in self.components.clone() {
                     T::Vec::<I>::of(0.0).store(&mut self.out[self.shape.at::<T>(p, k, s)..]);
                 }
-                for (i, pairs) in self.terms.iter().enumerate() {
+                for (i, pairs) in self.pairs.iter().enumerate() {
                     let x = T::Vec::<I>::of(self.x[s * n + i]);
                     for &(c, k) in pairs {
                         let y = T::Vec::<I>::load(&self.y[self.shape.at::<T>(p, c, s)..]);

@@ -15,8 +15,8 @@ pub(crate) enum Init<'a, T> {
     Zero,
     /// What it held: C is added to.
     Add,
-    /// A row that is the same for every row, `[panels · LANES]`.
-    Row(&'a [T]),
+    /// The same row, `[panels · LANES]`, in rows below a number; nothing in the others.
+    Rows(&'a [T], usize),
 }
 
 /// C[r, :] = init + `Σ_k` A[r, k] B[k, :], for `rows` rows and `panels` panels of C.
@@ -159,67 +159,116 @@ impl<'a, T: Real> Gemm<'a, T> {
         let last_in_group = lanes.min(self.rows.end) - 1;
         let last_row = row(self.rows.end - 1).max(row(last_in_group));
         let pieces = self.terms.div_ceil(self.segment.max(1));
-        for s in 0..pieces {
+        // Pieces that follow each other evenly end where the last one does.
+        let first = match self.segments {
+            Segments::Even { .. } => pieces.saturating_sub(1),
+            Segments::At(_) => 0,
+        };
+        for s in first..pieces {
             let (a, b) = self.segments.at(s);
             let length = self.segment.min(self.terms - s * self.segment);
             assert!(a + last_row + (length - 1) * self.a_step < self.a.len());
             assert!(b + (self.panels - 1) * self.b_panel + length * lanes <= self.b.len());
         }
         assert!((self.panels - 1) * self.c_panel + self.rows.end * lanes <= self.c.len());
-        if let Init::Row(bias) = self.init {
+        if let Init::Rows(bias, _) = self.init {
             assert!(self.panels * lanes <= bias.len());
         }
     }
 }
 
+/// Terms of a sum that are added in one go: two panels of B, so many rows high, stay in the first-level cache.
+const DEPTH: usize = 256;
+
 impl<T: Real> Task for Gemm<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(mut self) {
         self.check();
-        let mut p = 0;
-        while p < self.panels {
-            if I::TILE_PANELS == 2 && p + 2 <= self.panels {
-                column::<I, T, 2>(&mut self, p);
-                p += 2;
-            } else {
-                column::<I, T, 1>(&mut self, p);
-                p += 1;
+        let goes = self.terms.div_ceil(DEPTH).max(1);
+        let depth = self
+            .terms
+            .div_ceil(goes)
+            .next_multiple_of(self.segment.max(1));
+        let mut from = 0;
+        loop {
+            let to = self.terms.min(from + depth);
+            self.go::<I>(from..to);
+            if to == self.terms {
+                break;
             }
+            (from, self.init) = (to, Init::Add);
         }
     }
 }
 
-/// All rows of P neighbouring panels.
+impl<T: Real> Gemm<'_, T> {
+    /// Adds some terms to all of C. Few rows are taken with many panels, so that enough sums are under way at a time.
+    #[inline(always)]
+    fn go<I: Isa>(&mut self, terms: Range<usize>) {
+        let rows = self.rows.len();
+        let mut p = 0;
+        while p < self.panels {
+            let left = self.panels - p;
+            let wide = I::TILE_PANELS == 2;
+            p += match left {
+                8.. if wide && rows == 1 => column::<I, T, 8>(self, p, &terms),
+                4.. if wide && rows < 4 => column::<I, T, 4>(self, p, &terms),
+                2.. if wide || rows < 4 => column::<I, T, 2>(self, p, &terms),
+                _ => column::<I, T, 1>(self, p, &terms),
+            };
+        }
+    }
+}
+
+/// All rows of P neighbouring panels; returns P.
 #[inline(always)]
-fn column<I: Isa, T: Real, const P: usize>(g: &mut Gemm<'_, T>, p: usize) {
+fn column<I: Isa, T: Real, const P: usize>(
+    g: &mut Gemm<'_, T>,
+    p: usize,
+    terms: &Range<usize>,
+) -> usize {
     let mut r = g.rows.start;
     let end = g.rows.end;
-    // Tiles begin at multiples of their height once aligned, so that none crosses a group of LANES rows.
+    // Where rows are not one behind the other throughout, a tile begins at a multiple of its height, so that none crosses a
+    // group of LANES rows.
+    let even = g.a_group == T::LANES * g.a_row;
+    let wide = I::TILE_PANELS == 2;
     while r < end {
         let left = end - r;
         // SAFETY: `check` has seen that all rows, panels and terms are inside the slices.
-        unsafe {
-            if I::TILE_PANELS == 2 && left >= 8 && r.is_multiple_of(8) {
-                tile::<I, T, P, 8>(g, p, r);
-                r += 8;
-            } else if left >= 4 && r.is_multiple_of(4) {
-                tile::<I, T, P, 4>(g, p, r);
-                r += 4;
-            } else {
-                tile::<I, T, P, 1>(g, p, r);
-                r += 1;
+        r += unsafe {
+            match left {
+                // No single row is left over, whose one sum would wait for itself.
+                5 if P <= 2 && wide && even => tile::<I, T, P, 5>(g, p, r, terms),
+                6 if P <= 2 && wide && even => tile::<I, T, P, 6>(g, p, r, terms),
+                7 if P <= 2 && wide && even => tile::<I, T, P, 7>(g, p, r, terms),
+                9 | 10 if P <= 2 && wide && even => tile::<I, T, P, 5>(g, p, r, terms),
+                11 if P <= 2 && wide && even => tile::<I, T, P, 6>(g, p, r, terms),
+                8.. if P <= 2 && wide && (even || r.is_multiple_of(8)) => {
+                    tile::<I, T, P, 8>(g, p, r, terms)
+                }
+                4.. if P <= 2 && (even || r.is_multiple_of(4)) => {
+                    tile::<I, T, P, 4>(g, p, r, terms)
+                }
+                3 if P <= 4 && (even || r.is_multiple_of(4)) => tile::<I, T, P, 3>(g, p, r, terms),
+                2.. if P <= 4 && (even || r.is_multiple_of(2)) => {
+                    tile::<I, T, P, 2>(g, p, r, terms)
+                }
+                _ => tile::<I, T, P, 1>(g, p, r, terms),
             }
-        }
+        };
     }
+    P
 }
 
-/// R rows of P panels, in registers.
+/// R rows of P panels, in registers; returns R.
 #[inline(always)]
 unsafe fn tile<I: Isa, T: Real, const P: usize, const R: usize>(
     g: &mut Gemm<'_, T>,
     p: usize,
     r: usize,
-) {
+    terms: &Range<usize>,
+) -> usize {
     let lanes = T::LANES;
     let c = unsafe { g.c.as_mut_ptr().add(p * g.c_panel + r * lanes) };
     let row = r / lanes * g.a_group + r % lanes * g.a_row;
@@ -235,16 +284,16 @@ unsafe fn tile<I: Isa, T: Real, const P: usize, const R: usize>(
                     }
                 }
             }
-            Init::Row(bias) => {
-                for row in &mut sum {
+            Init::Rows(bias, end) => {
+                for row in sum.iter_mut().take(end.saturating_sub(r)) {
                     for (j, x) in row.iter_mut().enumerate() {
                         *x = T::Vec::<I>::load_ptr(bias.as_ptr().add((p + j) * lanes));
                     }
                 }
             }
         }
-        let mut left = g.terms;
-        let mut s = 0;
+        let mut left = terms.len();
+        let mut s = terms.start / g.segment.max(1);
         while left > 0 {
             let length = left.min(g.segment);
             let (a_start, b_start) = g.segments.at(s);
@@ -273,4 +322,5 @@ unsafe fn tile<I: Isa, T: Real, const P: usize, const R: usize>(
             }
         }
     }
+    R
 }

@@ -25,7 +25,7 @@ pub(crate) use elementwise::{
 pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
 pub use peak::fma_peak;
-pub(crate) use update::{AdamStep, AddTo};
+pub(crate) use update::{AdamRule, AdamStep, AddTo, SumOfSquares, SumRows};
 pub use vector::{Real, Vector};
 
 use vector::Lanes;

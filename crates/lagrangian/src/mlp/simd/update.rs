@@ -23,12 +23,46 @@ impl<T: Real> Task for AddTo<'_, T> {
     }
 }
 
-/// One step of Adam(W); see `train/adam.rs` for the symbols.
-pub(crate) struct AdamStep<'a> {
-    pub(crate) gradient: &'a [f64],
-    pub(crate) first: &'a mut [f64],
-    pub(crate) second: &'a mut [f64],
-    pub(crate) parameters: &'a mut [f64],
+/// sums += the rows of one panel.
+pub(crate) struct SumRows<'a, T> {
+    pub(crate) rows: &'a [T],
+    pub(crate) sums: &'a mut [T],
+}
+
+impl<T: Real> Task for SumRows<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let start = T::Vec::<I>::load(self.sums);
+        let rows = self.rows.chunks_exact(T::LANES);
+        rows.fold(start, |sum, row| sum.add(T::Vec::<I>::load(row)))
+            .store(self.sums);
+    }
+}
+
+/// sum += Σ x² over an array of whole vectors; some hundred terms are added in the precision of the array.
+pub(crate) struct SumOfSquares<'a, T> {
+    pub(crate) of: &'a [T],
+    pub(crate) sum: &'a mut f64,
+}
+
+impl<T: Real> Task for SumOfSquares<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for block in self.of.chunks(64 * T::LANES) {
+            let mut sums = [T::Vec::<I>::of(0.0); 4];
+            for (k, x) in block.chunks_exact(T::LANES).enumerate() {
+                let x = T::Vec::<I>::load(x);
+                sums[k % 4] = x.fma(x, sums[k % 4]);
+            }
+            let [a, b, c, d] = sums;
+            *self.sum += a.add(b).add(c.add(d)).sum().f64();
+        }
+    }
+}
+
+/// The numbers of a step of Adam(W); see `train/adam.rs` for the symbols.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AdamRule {
     /// Memories β₁ and β₂.
     pub(crate) memory: [f64; 2],
     /// 1 / (1 − β₁ᵗ) and 1 / (1 − β₂ᵗ).
@@ -40,67 +74,96 @@ pub(crate) struct AdamStep<'a> {
     pub(crate) shorten: f64,
 }
 
-impl Task for AdamStep<'_> {
+/// One step of Adam(W): moments in the precision of the gradient, weights in double.
+pub(crate) struct AdamStep<'a, T> {
+    pub(crate) gradient: &'a [T],
+    pub(crate) first: &'a mut [T],
+    pub(crate) second: &'a mut [T],
+    pub(crate) weights: &'a mut [f64],
+    /// The new weights, rounded.
+    pub(crate) rounded: Option<&'a mut [T]>,
+    pub(crate) rule: AdamRule,
+    /// No weight becomes smaller.
+    pub(crate) lowest: f64,
+}
+
+impl<T: Real> Task for AdamStep<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(mut self) {
-        let whole = self.gradient.len() / 8 * 8;
-        for at in (0..whole).step_by(8) {
-            self.eight::<I::F64>(at);
+        let whole = self.gradient.len() / T::LANES * T::LANES;
+        for at in (0..whole).step_by(T::LANES) {
+            self.vector::<I>(at);
         }
-        let rest = self.gradient.len() - whole;
-        if rest > 0 {
-            self.tail::<I::F64>(whole, rest);
+        if whole < self.gradient.len() {
+            self.tail::<I>(whole);
         }
     }
 }
 
-impl AdamStep<'_> {
+impl<T: Real> AdamStep<'_, T> {
     #[inline(always)]
-    fn eight<V: Vector<Elem = f64>>(&mut self, at: usize) {
-        let g = V::load(&self.gradient[at..]).mul(V::of(self.shorten));
-        let [b1, b2] = self.memory;
-        let m = V::load(&self.first[at..])
-            .mul(V::of(b1))
-            .add(g.mul(V::of(1.0 - b1)));
-        let v = V::load(&self.second[at..])
-            .mul(V::of(b2))
-            .add(g.mul(g).mul(V::of(1.0 - b2)));
-        let deviation = v
-            .mul(V::of(self.corrections[1]))
-            .sqrt()
-            .add(V::of(self.epsilon));
-        let theta = V::load(&self.parameters[at..]);
-        let step = m
-            .mul(V::of(self.corrections[0]))
-            .div(deviation)
-            .add(theta.mul(V::of(self.decay)));
+    fn vector<I: Isa>(&mut self, at: usize) {
+        let of = |x: f64| T::Vec::<I>::of(x);
+        let rule = self.rule;
+        let g = T::Vec::<I>::load(&self.gradient[at..]).mul(of(rule.shorten));
+        let [b1, b2] = rule.memory;
+        let m = T::Vec::<I>::load(&self.first[at..])
+            .mul(of(b1))
+            .add(g.mul(of(1.0 - b1)));
+        let v = T::Vec::<I>::load(&self.second[at..])
+            .mul(of(b2))
+            .add(g.mul(g).mul(of(1.0 - b2)));
+        let deviation = v.mul(of(rule.corrections[1])).sqrt().add(of(rule.epsilon));
+        let step = m.mul(of(rule.corrections[0] * rule.rate)).div(deviation);
         m.store(&mut self.first[at..]);
         v.store(&mut self.second[at..]);
-        theta
-            .sub(step.mul(V::of(self.rate)))
-            .store(&mut self.parameters[at..]);
+        let mut steps = [T::default(); 16];
+        step.store(&mut steps);
+        let kept = 1.0 - rule.rate * rule.decay;
+        let weights = &mut self.weights[at..][..T::LANES];
+        for (w, step) in weights.iter_mut().zip(steps) {
+            let next = *w * kept - step.f64();
+            *w = if next < self.lowest {
+                self.lowest
+            } else {
+                next
+            };
+        }
+        if let Some(rounded) = &mut self.rounded {
+            for (to, w) in rounded[at..][..T::LANES].iter_mut().zip(weights) {
+                *to = T::of(*w);
+            }
+        }
     }
 
-    /// The last few, through a padded copy.
+    /// The last few, through padded copies.
     #[inline(always)]
-    fn tail<V: Vector<Elem = f64>>(&mut self, at: usize, rest: usize) {
-        let pad = |x: &[f64]| {
-            let mut padded = [0.0; 8];
-            padded[..rest].copy_from_slice(&x[at..at + rest]);
+    fn tail<I: Isa>(&mut self, at: usize) {
+        let end = self.gradient.len();
+        let pad = |x: &[T]| {
+            let mut padded = [T::default(); 16];
+            padded[..end - at].copy_from_slice(&x[at..end]);
             padded
         };
-        let (gradient, mut first) = (pad(self.gradient), pad(self.first));
-        let (mut second, mut parameters) = (pad(self.second), pad(self.parameters));
+        let (gradient, mut first, mut second) =
+            (pad(self.gradient), pad(self.first), pad(self.second));
+        let (mut weights, mut rounded) = ([0.0; 16], [T::default(); 16]);
+        weights[..end - at].copy_from_slice(&self.weights[at..end]);
         let mut padded = AdamStep {
             gradient: &gradient,
             first: &mut first,
             second: &mut second,
-            parameters: &mut parameters,
-            ..*self
+            weights: &mut weights,
+            rounded: Some(&mut rounded),
+            rule: self.rule,
+            lowest: self.lowest,
         };
-        padded.eight::<V>(0);
-        self.first[at..].copy_from_slice(&first[..rest]);
-        self.second[at..].copy_from_slice(&second[..rest]);
-        self.parameters[at..].copy_from_slice(&parameters[..rest]);
+        padded.vector::<I>(0);
+        self.first[at..end].copy_from_slice(&first[..end - at]);
+        self.second[at..end].copy_from_slice(&second[..end - at]);
+        self.weights[at..end].copy_from_slice(&weights[..end - at]);
+        if let Some(to) = &mut self.rounded {
+            to[at..end].copy_from_slice(&rounded[..end - at]);
+        }
     }
 }

@@ -51,11 +51,6 @@ pub trait Vector: Copy {
     type Elem: Real;
     /// Numbers in it.
     const LANES: usize;
-    /// Terms of the series of the exponential and of log(1 + x) that reach rounding error.
-    const EXP_TERMS: usize = if size_of::<Self::Elem>() == 4 { 7 } else { 13 };
-    /// As above, for log(1 + x).
-    const LOG_TERMS: usize = if size_of::<Self::Elem>() == 4 { 8 } else { 17 };
-
     /// Loads `LANES` numbers.
     ///
     /// # Safety

@@ -65,9 +65,9 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
         let seed = |point: usize, o: usize| T::of(seeds[point * outputs + o]);
         work.pass.reverse_sum(&shape.net, packed, seed);
         for point in 0..points {
-            let (row, factor) = (point * n..point * n + n, &work.factors[point]);
-            let dl_dq = &mut work.jet.dl_dq[row.clone()];
-            shape.slope(&work.pass, point, &work.points.q[row], dl_dq);
+            let factor = &work.factors[point];
+            let dl_dq = &mut work.jet.dl_dq[point * n..][..n];
+            shape.slope(&work.pass, point, dl_dq);
             dl_dq.iter_mut().for_each(|x| *x *= energy);
             for i in 0..n {
                 work.jet.momentum[point * n + i] = energy / scale[i] * factor.momentum(i);
@@ -90,10 +90,10 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
         let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
         let scale = &shape.scaling.qd_scale;
         for point in 0..points {
-            let (q, beta) = (&work.points.q[point * n..][..n], work.points.slope[point]);
+            let beta = work.points.slope[point];
             for d in 0..directions {
                 let along = |i: usize| -beta * weight(point, d, i);
-                shape.write_tangent(&mut work.pass, (point, d), q, along);
+                shape.write_tangent(&mut work.pass, (point, d), along);
             }
         }
         work.pass.forward_tangents(&shape.net, packed, directions);

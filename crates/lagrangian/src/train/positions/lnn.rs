@@ -41,8 +41,8 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
         work.pass.reverse(&shape.net, packed, directions);
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
-            let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
-            shape.read(&work.pass, (point, point), (q, v, None), &mut work.jet);
+            let v = &work.points.v[row];
+            shape.read(&work.pass, (point, point), (v, None), &mut work.jet);
         }
     }
 
@@ -56,7 +56,7 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
         let (shape, n) = (self.0, self.0.dof());
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
-            let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
+            let v = &work.points.v[row];
             let (alpha, beta) = (work.points.momentum[point], work.points.slope[point]);
             for d in 0..directions {
                 let weights = &mut work.scratch[..n];
@@ -64,7 +64,7 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
                     *w = beta * weight(point, d, i);
                 }
                 // No acceleration, as the tangent ′ is zero.
-                shape.write_mixed_positions(&mut work.pass, (d, point), q, weights);
+                shape.write_mixed_positions(&mut work.pass, (d, point), weights);
                 shape.write_mixed_velocity(&mut work.pass, (d, point), v, |i| {
                     alpha * weight(point, d, i)
                 });

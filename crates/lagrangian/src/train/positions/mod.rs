@@ -22,7 +22,7 @@ use super::forces::{Drive, Forces};
 use super::learner::{Learner, Loss, Work};
 use crate::integrate::Rule;
 use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed};
+use crate::mlp::{Gradient, Net, Packed, Terms};
 
 /// What a family offers at points (q, v) that stand in [`Points`].
 pub(crate) trait PointFamily<T: Real>: Send + Sync {
@@ -118,9 +118,9 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
     fn loss(&self) -> (Loss, &[f64]) {
         (self.loss, self.weights)
     }
-    fn terms(&self) -> Vec<Vec<(usize, usize)>> {
+    fn terms(&self) -> Terms {
         let n = self.family.dof();
-        (0..n).map(|i| self.family.pairs(i, n).to_vec()).collect()
+        Terms::new((0..n).map(|i| self.family.pairs(i, n).to_vec()).collect())
     }
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {

@@ -73,14 +73,8 @@ impl GaussNewton {
                 unit.block.back(task, Back::Each);
                 unit.mix(task.rows);
                 let count = task.config.evaluations(task.rows.horizon);
-                for (work, transposed) in unit
-                    .block
-                    .works
-                    .iter()
-                    .zip(&mut unit.transposed)
-                    .take(count)
-                {
-                    transposed.set(net, &work.pass, &terms);
+                for (work, factors) in unit.block.works.iter().zip(&mut unit.factors).take(count) {
+                    factors.set(net, &work.pass, &terms);
                 }
                 unit.push(learner, packed_phi, &terms, (phi_extra, config.momentum));
             });

@@ -36,8 +36,8 @@ fn see(
         unit.block.shoot(&flow, task, begins);
         unit.block.back(task, Back::Each);
         unit.mix(task.rows);
-        for (work, transposed) in unit.block.works.iter().zip(&mut unit.transposed) {
-            transposed.set(net, &work.pass, &terms);
+        for (work, factors) in unit.block.works.iter().zip(&mut unit.factors) {
+            factors.set(net, &work.pass, &terms);
         }
         unit.push(learner, &engine.packed_phi, &terms, (phi_extra, 1.0));
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::config::SEGMENTS;
 use super::gauss_newton::GaussNewton;
 use super::shoot::{Block, Task};
-use crate::mlp::TileScratch;
+use crate::mlp::{Terms, TileScratch};
 use crate::train::learner::{Learner, Work};
 
 impl GaussNewton {
@@ -15,7 +15,7 @@ impl GaussNewton {
         learner: &dyn Learner<f64>,
         used: usize,
         task: &Task<'_>,
-        terms: &[Vec<(usize, usize)>],
+        terms: &Terms,
     ) {
         let (net, n, kinds) = (learner.net(), learner.dof(), learner.extra());
         let count = task.config.evaluations(task.rows.horizon);
@@ -24,15 +24,16 @@ impl GaussNewton {
         self.gram.resize(size * size, 0.0);
         let rows = self.gram.par_chunks_mut((tile * size).max(1)).enumerate();
         let scratch = || {
-            let pass = &units[0].block.works[0].pass;
-            (TileScratch::new(pass), vec![0.0; tile * tile])
+            let scratch = TileScratch::new(&units[0].factors[0]);
+            (scratch, vec![0.0; tile * tile])
         };
         rows.for_each_init(scratch, |(scratch, raw), (row, out)| {
-            let left = &units[row / count].block.works[row % count];
+            let unit = &units[row / count];
+            let left = &unit.block.works[row % count];
             for column in 0..=row {
                 let right = &units[column / count];
-                let transposed = &right.transposed[column % count];
-                left.pass.gram_tile(net, transposed, terms, scratch, raw);
+                let factors = &right.factors[column % count];
+                unit.factors[row % count].tile(net, factors, terms, scratch, raw);
                 add_extra(left, &right.block.works[column % count], (n, kinds), raw);
                 for (to, from) in out.chunks_exact_mut(size).zip(raw.chunks_exact(tile)) {
                     to[column * tile..][..tile].copy_from_slice(from);

@@ -5,13 +5,13 @@ use super::config::{RolloutLoss, SEGMENTS};
 use super::segments::Rows;
 use super::shoot::Block;
 use crate::mlp::simd::Buffer;
-use crate::mlp::{Gradient, Packed, Transposed};
+use crate::mlp::{Factors, Gradient, Packed, Terms};
 use crate::train::learner::Learner;
 
 /// A block of segments and what the natural gradient needs of it.
 pub(super) struct Unit {
     pub(super) block: Block,
-    pub(super) transposed: Vec<Transposed<f64>>,
+    pub(super) factors: Vec<Factors<f64>>,
     pub(super) gradient: Gradient<f64>,
     pub(super) wide: Buffer<f64>,
     /// B D, `[samples, rows, evaluations · k]`.
@@ -29,8 +29,8 @@ impl Unit {
         let block = Block::new(learner, config, true);
         let pass = &block.works[0].pass;
         Self {
-            transposed: (0..block.works.len())
-                .map(|_| Transposed::new(net, pass))
+            factors: (0..block.works.len())
+                .map(|_| Factors::new(net, pass))
                 .collect(),
             wide: Buffer::new(pass.widest()),
             gradient: Gradient::new(net),
@@ -66,7 +66,7 @@ impl Unit {
         &mut self,
         learner: &dyn Learner<f64>,
         phi: &Packed<f64>,
-        terms: &[Vec<(usize, usize)>],
+        terms: &Terms,
         (phi_extra, momentum): (&[f64], f64),
     ) {
         let (net, n, kinds) = (learner.net(), learner.dof(), learner.extra());
@@ -128,7 +128,7 @@ impl Unit {
     }
 
     /// The gradient of the weighted residuals; `right` holds their weights.
-    pub(super) fn pull(&mut self, learner: &dyn Learner<f64>, terms: &[Vec<(usize, usize)>]) {
+    pub(super) fn pull(&mut self, learner: &dyn Learner<f64>, terms: &Terms) {
         let k = self.block.sizes.outputs;
         let rows = self.block.residual.len() / SEGMENTS;
         let total = self.raw.len() / (SEGMENTS * k);

@@ -1,0 +1,98 @@
+//! The parameters of a network on their way down by Adam: in double precision, in the order in which the kernels leave
+//! the gradient, so that a step neither packs nor unpacks.
+
+use super::net::{Kind, Net};
+use super::packed::{Gradient, Packed, places};
+use super::simd::{AdamRule, AdamStep, Buffer, Real, dispatch};
+
+/// Weights and the moments of their gradient, in panels.
+#[derive(Debug)]
+pub(crate) struct Moments<T: Real> {
+    layers: Vec<Vec<Matrix<T>>>,
+}
+
+#[derive(Debug)]
+struct Matrix<T: Real> {
+    weights: Vec<f64>,
+    first: Buffer<T>,
+    second: Buffer<T>,
+    non_negative: bool,
+}
+
+impl<T: Real> Moments<T> {
+    pub(crate) fn new(net: &Net) -> Self {
+        let layer = |layer: &super::net::Layer| {
+            let inputs = match &layer.kind {
+                Kind::Dense { inputs, .. } => inputs.as_slice(),
+                Kind::Gate { .. } => &[],
+            };
+            let matrix = |(k, place): (usize, super::packed::Place)| Matrix {
+                weights: vec![0.0; place.room::<T>()],
+                first: Buffer::new(place.room::<T>()),
+                second: Buffer::new(place.room::<T>()),
+                non_negative: inputs.get(k).is_some_and(|i| i.non_negative),
+            };
+            places(layer).enumerate().map(matrix).collect()
+        };
+        Self {
+            layers: net.layers.iter().map(layer).collect(),
+        }
+    }
+
+    /// Takes parameters and moments as [`Net`] lays them out, and packs the parameters.
+    pub(crate) fn load(
+        &mut self,
+        net: &Net,
+        parameters: &[f64],
+        [first, second]: [&[f64]; 2],
+        packed: &mut Packed<T>,
+    ) {
+        for (layer, matrices) in net.layers.iter().zip(&mut self.layers) {
+            for (place, matrix) in places(layer).zip(matrices) {
+                place.copy_in::<T, f64>(parameters, &mut matrix.weights, |x| x);
+                place.copy_in::<T, T>(first, &mut matrix.first, T::of);
+                place.copy_in::<T, T>(second, &mut matrix.second, T::of);
+            }
+        }
+        packed.set(net, parameters);
+    }
+
+    /// Gives them back.
+    pub(crate) fn save(&self, net: &Net, parameters: &mut [f64], [first, second]: [&mut [f64]; 2]) {
+        for (layer, matrices) in net.layers.iter().zip(&self.layers) {
+            for (place, matrix) in places(layer).zip(matrices) {
+                place.copy_out::<T, f64>(&matrix.weights, parameters, |to, x| *to = x);
+                place.copy_out::<T, T>(&matrix.first, first, |to, x| *to = x.f64());
+                place.copy_out::<T, T>(&matrix.second, second, |to, x| *to = x.f64());
+            }
+        }
+    }
+
+    /// A step of Adam against a gradient that was [settled](Gradient::settle); packs the new parameters.
+    pub(crate) fn step(
+        &mut self,
+        net: &Net,
+        rule: &AdamRule,
+        gradient: &Gradient<T>,
+        packed: &mut Packed<T>,
+    ) {
+        for (l, matrices) in self.layers.iter_mut().enumerate() {
+            for (k, matrix) in matrices.iter_mut().enumerate() {
+                dispatch(AdamStep {
+                    gradient: gradient.matrix(l, k),
+                    first: &mut matrix.first,
+                    second: &mut matrix.second,
+                    weights: &mut matrix.weights,
+                    rounded: Some(packed.matrix_mut(l, k)),
+                    rule: *rule,
+                    lowest: if matrix.non_negative {
+                        0.0
+                    } else {
+                        f64::NEG_INFINITY
+                    },
+                });
+            }
+        }
+        packed.turn(net);
+    }
+}

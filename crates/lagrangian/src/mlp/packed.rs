@@ -1,0 +1,307 @@
+//! Weights and their gradient as the kernels read and write them: in panels of 64 bytes.
+//!
+//! A matrix `[rows, columns]` lies in panels of LANES columns, each `[rows, LANES]`, zero beyond its last column. A bias
+//! is a matrix of one row.
+
+use super::net::{Input, Kind, Layer, Net};
+use super::simd::{AddTo, Buffer, Init, Real, SumOfSquares, dispatch};
+
+pub(super) fn panels<T: Real>(width: usize) -> usize {
+    width.div_ceil(T::LANES)
+}
+
+/// A matrix among the parameters of a network.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// Where it begins, row-major.
+    at: usize,
+    rows: usize,
+    columns: usize,
+}
+
+impl Place {
+    fn of(layer: &Layer, input: &Input) -> Self {
+        Self {
+            at: input.at,
+            rows: layer.width,
+            columns: input.width,
+        }
+    }
+
+    fn of_bias(layer: &Layer, at: usize) -> Self {
+        Self {
+            at,
+            rows: 1,
+            columns: layer.width,
+        }
+    }
+
+    pub(super) fn room<T: Real>(&self) -> usize {
+        panels::<T>(self.columns) * self.rows * T::LANES
+    }
+
+    /// Calls `f(begin among the parameters, begin in the panels, length)` for each row of each panel.
+    #[inline(always)]
+    fn each<T: Real>(&self, mut f: impl FnMut(usize, usize, usize)) {
+        for p in 0..panels::<T>(self.columns) {
+            let length = T::LANES.min(self.columns - p * T::LANES);
+            for r in 0..self.rows {
+                let flat = self.at + r * self.columns + p * T::LANES;
+                f(flat, (p * self.rows + r) * T::LANES, length);
+            }
+        }
+    }
+
+    /// Copies it from the parameters to panels of T.
+    pub(super) fn copy_in<T: Real, E: Copy>(
+        &self,
+        flat: &[f64],
+        panels: &mut [E],
+        round: impl Fn(f64) -> E,
+    ) {
+        self.each::<T>(|from, to, length| {
+            let to = &mut panels[to..to + length];
+            for (to, &x) in to.iter_mut().zip(&flat[from..from + length]) {
+                *to = round(x);
+            }
+        });
+    }
+
+    /// Hands it from panels of T to numbers among the parameters.
+    pub(super) fn copy_out<T: Real, E: Copy>(
+        &self,
+        panels: &[E],
+        flat: &mut [f64],
+        take: impl Fn(&mut f64, E),
+    ) {
+        self.each::<T>(|to, from, length| {
+            let to = &mut flat[to..to + length];
+            for (to, &x) in to.iter_mut().zip(&panels[from..from + length]) {
+                take(to, x);
+            }
+        });
+    }
+
+    /// Sets what lies beyond the last column to zero.
+    fn clear_padding<T: Real>(&self, panels: &mut [T]) {
+        let length = self.columns % T::LANES;
+        if length == 0 {
+            return;
+        }
+        let last = (self.columns / T::LANES * self.rows) * T::LANES;
+        for row in panels[last..].chunks_exact_mut(T::LANES) {
+            row[length..].fill(T::default());
+        }
+    }
+}
+
+/// The matrices of a layer: those of its inputs, then its bias.
+pub(super) fn places(layer: &Layer) -> impl Iterator<Item = Place> {
+    let (inputs, bias) = match &layer.kind {
+        Kind::Dense { inputs, bias } => (inputs.as_slice(), *bias),
+        Kind::Gate { .. } => (&[][..], None),
+    };
+    let bias = bias.map(|at| Place::of_bias(layer, at));
+    inputs.iter().map(|i| Place::of(layer, i)).chain(bias)
+}
+
+/// The parameters of a network as the kernels read them: every matrix in panels, both ways round.
+#[derive(Debug, Clone)]
+pub(crate) struct Packed<T: Real> {
+    layers: Vec<PackedLayer<T>>,
+}
+
+#[derive(Debug, Clone)]
+struct PackedLayer<T: Real> {
+    /// Per input: Wᵀ in panels of outputs.
+    forward: Vec<Buffer<T>>,
+    /// Per input: W in panels of inputs; then the bias.
+    reverse: Vec<Buffer<T>>,
+    /// Where the layer has no bias.
+    zero: Buffer<T>,
+}
+
+impl<T: Real> Packed<T> {
+    pub(crate) fn new(net: &Net) -> Self {
+        let layer = |layer: &Layer| {
+            let inputs = match &layer.kind {
+                Kind::Dense { inputs, .. } => inputs.as_slice(),
+                Kind::Gate { .. } => &[],
+            };
+            let row = panels::<T>(layer.width) * T::LANES;
+            PackedLayer {
+                forward: inputs.iter().map(|i| Buffer::new(row * i.width)).collect(),
+                reverse: places(layer).map(|p| Buffer::new(p.room::<T>())).collect(),
+                zero: Buffer::new(row),
+            }
+        };
+        Self {
+            layers: net.layers.iter().map(layer).collect(),
+        }
+    }
+
+    /// The panels of given weights.
+    ///
+    /// # Errors
+    /// As [`Net::check`].
+    pub(crate) fn of(net: &Net, parameters: &[f64]) -> crate::Result<Self> {
+        net.check(parameters)?;
+        let mut packed = Self::new(net);
+        packed.set(net, parameters);
+        Ok(packed)
+    }
+
+    /// Wᵀ of input `k` of layer `l`.
+    pub(super) fn forward(&self, l: usize, k: usize) -> &[T] {
+        &self.layers[l].forward[k]
+    }
+
+    /// W of input `k` of layer `l`.
+    pub(super) fn reverse(&self, l: usize, k: usize) -> &[T] {
+        &self.layers[l].reverse[k]
+    }
+
+    /// The bias of layer `l`, zero where it has none.
+    pub(super) fn bias(&self, l: usize) -> &[T] {
+        let layer = &self.layers[l];
+        layer
+            .reverse
+            .get(layer.forward.len())
+            .unwrap_or(&layer.zero)
+    }
+
+    /// Matrix `k` of layer `l` as its gradient lies: W of its inputs, then its bias.
+    pub(super) fn matrix_mut(&mut self, l: usize, k: usize) -> &mut [T] {
+        &mut self.layers[l].reverse[k]
+    }
+
+    /// Copies `parameters` (as [`Net`] lays them out) into the panels.
+    pub(crate) fn set(&mut self, net: &Net, parameters: &[f64]) {
+        for (l, layer) in net.layers.iter().enumerate() {
+            for (k, place) in places(layer).enumerate() {
+                place.copy_in::<T, T>(parameters, self.matrix_mut(l, k), T::of);
+            }
+        }
+        self.turn(net);
+    }
+
+    /// Makes Wᵀ from W.
+    pub(super) fn turn(&mut self, net: &Net) {
+        for (layer, packed) in net.layers.iter().zip(&mut self.layers) {
+            let pairs = packed.forward.iter_mut().zip(&packed.reverse);
+            for (place, (forward, reverse)) in places(layer).zip(pairs) {
+                transpose(reverse, (place.rows, place.columns), forward);
+            }
+        }
+    }
+}
+
+/// From a matrix in panels of its columns to its transpose in panels of its rows, block by block.
+fn transpose<T: Real>(from: &[T], (rows, columns): (usize, usize), to: &mut [T]) {
+    let lanes = T::LANES;
+    for i in (0..columns).step_by(lanes) {
+        for o in (0..rows).step_by(lanes) {
+            let (height, width) = (lanes.min(rows - o), lanes.min(columns - i));
+            let from = &from[i * rows + o * lanes..][..height * lanes];
+            let to = &mut to[o * columns + i * lanes..][..width * lanes];
+            for (c, to) in to.chunks_exact_mut(lanes).enumerate() {
+                for (to, from) in to.iter_mut().zip(from.chunks_exact(lanes)) {
+                    *to = from[c];
+                }
+            }
+        }
+    }
+}
+
+/// The gradient by the parameters, summed over blocks, in panels.
+#[derive(Debug, Clone)]
+pub(crate) struct Gradient<T: Real> {
+    /// Of each layer: its matrices, then its bias, as in [`Packed::matrix_mut`].
+    layers: Vec<Vec<Buffer<T>>>,
+    fresh: bool,
+}
+
+impl<T: Real> Gradient<T> {
+    pub(crate) fn new(net: &Net) -> Self {
+        let layer = |layer| places(layer).map(|p| Buffer::new(p.room::<T>())).collect();
+        Self {
+            layers: net.layers.iter().map(layer).collect(),
+            fresh: true,
+        }
+    }
+
+    /// What the matrices hold when the next block is added.
+    pub(super) fn begin(&mut self) -> Init<'static, T> {
+        if std::mem::replace(&mut self.fresh, false) {
+            Init::Zero
+        } else {
+            Init::Add
+        }
+    }
+
+    /// Those of the inputs of layer `l`, and that of its bias where it has one.
+    pub(super) fn layer(&mut self, l: usize, inputs: usize) -> (&mut [Buffer<T>], &mut [T]) {
+        let (matrices, bias) = self.layers[l].split_at_mut(inputs);
+        (matrices, bias.first_mut().map_or(&mut [], |b| &mut b[..]))
+    }
+
+    /// Matrix `k` of layer `l`.
+    pub(super) fn matrix(&self, l: usize, k: usize) -> &[T] {
+        &self.layers[l][k]
+    }
+
+    /// Forgets what was summed.
+    pub(crate) fn clear(&mut self) {
+        self.fresh = true;
+    }
+
+    /// Adds what another summed.
+    pub(crate) fn add(&mut self, other: &Self) {
+        if other.fresh {
+            return;
+        }
+        if self.fresh {
+            self.clone_from(other);
+            return;
+        }
+        let pairs = self
+            .layers
+            .iter_mut()
+            .flatten()
+            .zip(other.layers.iter().flatten());
+        for (to, from) in pairs {
+            dispatch(AddTo { from, to });
+        }
+    }
+
+    /// The sum of its squares; zeros where nothing was summed, and beyond the last columns.
+    pub(crate) fn settle(&mut self, net: &Net) -> f64 {
+        let mut sum = 0.0;
+        for (layer, matrices) in net.layers.iter().zip(&mut self.layers) {
+            for (place, matrix) in places(layer).zip(matrices) {
+                if self.fresh {
+                    matrix.fill(T::default());
+                }
+                place.clear_padding(matrix);
+                dispatch(SumOfSquares {
+                    of: &matrix[..],
+                    sum: &mut sum,
+                });
+            }
+        }
+        self.fresh = false;
+        sum
+    }
+
+    /// Adds it to `out`, in the order of the parameters.
+    pub(crate) fn add_to(&self, net: &Net, out: &mut [f64]) {
+        if self.fresh {
+            return;
+        }
+        for (layer, matrices) in net.layers.iter().zip(&self.layers) {
+            for (place, matrix) in places(layer).zip(matrices) {
+                place.copy_out::<T, T>(matrix, out, |sum, x| *sum += x.f64());
+            }
+        }
+    }
+}
