@@ -208,7 +208,7 @@ fn optimisers_are_compared_by_one_clock_and_an_unknown_recipe_is_refused_with_th
     let names = bench.names("lagrangian-optimizers");
     assert!(names.contains(&"table.md".to_string()), "{names:?}");
     for wrong in ["lettres", "letters:sgd", "double-pendulum:", ":"] {
-        let message = bench.refuse(&format!("{line} --out other --only {wrong}"));
+        let message = bench.refuse(&format!("{line} --out other --force --only {wrong}"));
         assert!(message.contains("damping-to-1e-5"), "{message}");
     }
 }
