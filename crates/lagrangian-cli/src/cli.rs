@@ -25,7 +25,10 @@ Begin with:
   lagrangian demo                                    a double pendulum, learned in two minutes
   lagrangian check motion.csv --angle all            is my data good enough?
   lagrangian fit motion.csv --angle all --out run    learn from it
-  lagrangian rollout run/model.safetensors --q0 1,0 --qd0 0,0 --duration 10")]
+  lagrangian rollout run/model.safetensors --q0 1,0 --qd0 0,0 --duration 10
+
+Environment:
+  LAGRANGIAN_SIMD=NAME   CPU instructions of the kernels, in place of the fastest; `lagrangian --version` lists them")]
 pub(crate) struct Cli {
     /// Print exactly one JSON object on standard output; all else goes to standard error
     #[arg(long, global = true)]
@@ -555,7 +558,8 @@ impl Cli {
     fn numeric() -> clap::Command {
         let takes_value =
             |arg: &clap::Arg| arg.get_long().is_some() && arg.get_action().takes_values();
-        Self::command().mut_subcommands(|command| {
+        let command = Self::command().long_version(crate::instructions::version().leak() as &str);
+        command.mut_subcommands(|command| {
             command.mut_args(|arg| {
                 let value = takes_value(&arg) && !arg.is_allow_hyphen_values_set();
                 if value {

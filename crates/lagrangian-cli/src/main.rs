@@ -12,6 +12,7 @@ mod draw;
 mod failure;
 mod fit_args;
 mod fit_config;
+mod instructions;
 mod interrupt;
 mod law_args;
 mod motion;
@@ -33,7 +34,7 @@ use std::process::ExitCode;
 use cli::Cli;
 
 fn main() -> ExitCode {
-    match commands::run(Cli::from_command_line()) {
+    match instructions::choose().and_then(|()| commands::run(Cli::from_command_line())) {
         Ok(code) => code,
         Err(error) if failure::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {

@@ -1,84 +1,73 @@
-//! One call of a control loop: inverse and forward dynamics of one state, on one thread.
+//! One call of a control loop: acceleration, inverse dynamics and energy of one state, on one thread.
 //!
-//! Beside the time stands that of streaming the weights once from the cache, twice of which a call must not exceed by
-//! far: a matrix–vector product does two operations for each number that it reads.
+//! What cannot be saved, with W the weights of all matrices (theory.md, sections 5 and 14), two operations each:
 //!
-//! `cargo bench -p lagrangian --bench one_state [-- --quick]`
+//! | | Lagrangian network | deep Lagrangian network |
+//! |---|---|---|
+//! | acceleration, inverse dynamics | (n + 3) W: value, n + 1 tangents, one way back | 3 W: value, one tangent, one way back |
+//! | energy | 2 W: value and gradient | W: M and V are outputs |
+//!
+//! and every weight is read once, 8 W bytes. The call holds them twice, for both ways: that says from which cache. Where
+//! "of memory" is 50 %, a call takes twice the time of streaming the weights; "× limit" is over the longer of both.
+//!
+//! `cargo bench --bench one_state -- [acceleration | inverse | energy | lnn | delan | 'n 2' …]`
+
+mod meter;
 
 use std::hint::black_box;
-use std::time::Instant;
 
-use lagrangian::lagrangian::{Delan, DelanConfig, Lnn, LnnConfig, Scaling};
-use lagrangian::{Coordinates, Mechanical, Model};
+use lagrangian::Model;
+use meter::networks::{delan, delan_weights, lnn, lnn_weights};
+use meter::{Case, Meter, wave};
 
-/// Median and 99th percentile of a call, s.
-fn time(calls: usize, mut call: impl FnMut(usize)) -> (f64, f64) {
-    (0..calls / 10).for_each(&mut call);
-    let mut laps: Vec<f64> = (0..calls)
-        .map(|k| {
-            let clock = Instant::now();
-            call(k);
-            clock.elapsed().as_secs_f64()
-        })
-        .collect();
-    laps.sort_by(f64::total_cmp);
-    (laps[calls / 2], laps[calls * 99 / 100])
-}
-
-/// Seconds to add up as many numbers as the model has weights, again and again.
-fn stream(weights: usize) -> f64 {
-    let numbers = vec![1.0_f64; weights];
-    let add = |_| {
-        let lanes = black_box(&numbers)
-            .chunks_exact(8)
-            .fold([0.0; 8], |mut sum, x| {
-                sum.iter_mut().zip(x).for_each(|(s, x)| *s += x);
-                sum
-            });
-        black_box(lanes);
-    };
-    time(20_000, add).0
-}
-
-fn report(name: &str, model: &dyn Model, weights: usize, calls: usize) {
-    let n = model.coordinates().dof();
-    let mut evaluator = model.evaluator();
-    let states: Vec<f64> = (0..n + 64).map(|k| (0.7 * k as f64).sin()).collect();
-    let mut out = vec![0.0; n];
-    let inverse = time(calls, |k| {
-        let x = &states[k % 64..][..n];
-        evaluator.inverse_dynamics(x, x, x, &mut out);
-        black_box(&out);
-    });
-    let forward = time(calls, |k| {
-        let x = &states[k % 64..][..n];
-        evaluator.forward_dynamics(x, x, x, &mut out);
-        black_box(&out);
-    });
-    println!(
-        "{name:6} {n:2}   {:7.2} µs {:7.2} µs   {:7.2} µs {:7.2} µs   {:5.2} µs",
-        1e6 * inverse.0,
-        1e6 * inverse.1,
-        1e6 * forward.0,
-        1e6 * forward.1,
-        1e6 * stream(weights),
-    );
-}
+/// States that the calls go through in turn.
+const TURNS: usize = 64;
 
 fn main() {
-    let quick = std::env::args().any(|a| a == "--quick" || a == "--test");
-    let calls = if quick { 2_000 } else { 100_000 };
-    println!("2 × 64    inverse dynamics        forward dynamics        one pass over");
-    println!("model  n   median      99 %        median      99 %        the weights");
-    for n in [1, 2, 7] {
-        let (angles, scaling) = (Coordinates::angles(n), Scaling::identity(n));
-        let delan = Delan::random(angles.clone(), DelanConfig::default(), scaling.clone(), 0)
-            .unwrap_or_else(|e| panic!("{e}"));
-        let weights = delan.parameters().len();
-        report("delan", &Mechanical::conservative(delan), weights, calls);
-        let lnn =
-            Lnn::random(angles, LnnConfig::default(), scaling, 0).unwrap_or_else(|e| panic!("{e}"));
-        let weights = lnn.parameters().len();
-        report("lnn", &Mechanical::conservative(lnn), weights, calls);
+    let meter = Meter::new(
+        "one_state",
+        "one call; (n + 3) W multiply–adds of a Lagrangian network, 3 W of a deep one; W weights read once",
+    );
+    for &width in meter.axis(&[64, 128, 256]) {
+        for &n in meter.axis(&[1, 2, 7]) {
+            let weights = lnn_weights(n, width);
+            let products = [n + 3, n + 3, 2];
+            network(&meter, ("lnn", n, width), &lnn(n, width), weights, products);
+            let weights = delan_weights(n, width);
+            let deep = delan(n, width);
+            network(&meter, ("delan", n, width), &deep, weights, [3, 3, 1]);
+        }
     }
+}
+
+/// Its three calls, with the products of all weights that each of them needs.
+fn network(
+    meter: &Meter,
+    (family, n, width): (&str, usize, usize),
+    model: &dyn Model,
+    weights: usize,
+    products: [usize; 3],
+) {
+    let case = |call: &str, products: usize| Case {
+        operations: 2.0 * (products * weights) as f64,
+        bytes: 8.0 * weights as f64,
+        holds: 16.0 * weights as f64,
+        ..Case::new(format!("{call} {family} n {n} width {width}"))
+    };
+    let mut evaluator = model.evaluator();
+    let states = wave(n + TURNS, 0.7, 1.0);
+    let state = |k: usize| &states[k % TURNS..][..n];
+    let (mut out, mut energy) = (vec![0.0; n], [0.0]);
+    meter.calls(&case("acceleration", products[0]), |k| {
+        let x = state(k);
+        evaluator.forward_dynamics(x, x, x, black_box(&mut out));
+    });
+    meter.calls(&case("inverse dynamics", products[1]), |k| {
+        let x = state(k);
+        evaluator.inverse_dynamics(x, x, x, black_box(&mut out));
+    });
+    meter.calls(&case("energy", products[2]), |k| {
+        let x = state(k);
+        evaluator.energy(x, x, black_box(&mut energy));
+    });
 }

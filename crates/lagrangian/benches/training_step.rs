@@ -1,121 +1,249 @@
-//! One training step through the Euler–Lagrange equation, against the FMA peak of the same core in the same run.
+//! One step of training under Adam, inside [`fit`] as users run it: its observer holds the clock.
 //!
-//! A step costs n + 11 products of every weight matrix per sample (theory.md, section 6); the share of the peak
-//! counts these alone, so that activations, solves and the optimiser are overhead.
+//! What cannot be saved, with W the weights of all matrices, multiply–adds a sample:
 //!
-//! `cargo bench -p lagrangian --bench training_step [-- --quick]`
+//! | family, loss | |
+//! |---|---|
+//! | Lagrangian network, accelerations | (n + 11) W (theory.md, section 6) |
+//! | convex in q̇, the same | (n + 11) W behind the gates, 9 W of what sees q alone: its tangents along q̇ᵢ are 0 |
+//! | deep Lagrangian network, torques | 10 W (section 14) |
+//! | Hamiltonian network, (q̇, ṗ) | 6 W: value and tangent forward, each of them back, two outer products (equation 93) |
+//!
+//! and six numbers for each parameter, as Adam reads and writes it and its two moments. Activations, solves and the
+//! packing of weights are overhead.
+//!
+//! `cargo bench --bench training_step -- [delan | 'batch 512' | f32 | 'threads 1' …]`
+
+mod meter;
 
 use std::ops::ControlFlow;
 
-use lagrangian::Coordinates;
 use lagrangian::dataset::Dataset;
-use lagrangian::lagrangian::LnnConfig;
-use lagrangian::mlp::simd::fma_peak;
+use lagrangian::hamiltonian::{HnnConfig, Momenta};
+use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::train::{
-    AdamConfig, Budget, Family, FitConfig, Observer, Optimizer, Precision, Progress, Samples, fit,
+    AdamConfig, Budget, Family, FitConfig, Loss, Observer, Optimizer, Precision, Progress, Samples,
+    fit,
 };
+use lagrangian::{Coordinates, Learned};
+use meter::networks::{convex_weights, delan_weights, lnn_weights};
+use meter::{Case, Laps, Meter, expect, on_threads, threads, wave};
 
-const N: usize = 2;
-const DEPTH: usize = 2;
-
-/// Notes the clock at every step.
-struct Clock(Vec<f64>);
-
-impl Observer for Clock {
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
-        self.0.push(progress.seconds);
-        ControlFlow::Continue(())
-    }
+/// What is trained.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Lnn,
+    Convex,
+    Delan,
+    Hnn,
 }
 
-fn dataset(m: usize) -> Dataset {
-    let wave = |k: usize, f: f64| (k as f64 * f).sin();
-    let column = |f: f64| (0..m * N).map(|k| 3.0 * wave(k, f)).collect();
-    let samples = Samples {
-        n: N,
-        q: column(0.37),
-        qd: column(0.73),
-        qdd: column(1.91),
-        tau: column(0.11),
-        ..Samples::default()
-    };
-    Dataset::from_samples(
-        Coordinates::lines(N),
-        samples,
-        Samples {
-            n: N,
-            ..Samples::default()
-        },
-    )
-    .unwrap_or_else(|e| panic!("the data of this bench are valid: {e}"))
-}
-
-/// Median seconds of a step.
-fn step(width: usize, batch: usize, precision: Precision, threads: usize, steps: usize) -> f64 {
-    let config = FitConfig {
-        family: Family::Lnn(LnnConfig {
-            width,
-            layers: DEPTH,
-            ..LnnConfig::default()
-        }),
-        optimizer: Optimizer::Adam(AdamConfig::default()),
-        budget: Budget::Steps(steps),
-        batch,
-        precision,
-        validate_every: usize::MAX,
-        ..FitConfig::default()
-    };
-    let mut clock = Clock(Vec::new());
-    let data = dataset(4 * batch);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let run = || fit(&data, &config, None, &mut clock);
-    pool.unwrap_or_else(|e| panic!("no threads: {e}"))
-        .install(run)
-        .unwrap_or_else(|e| panic!("{e}"));
-    let mut laps: Vec<f64> = clock.0.windows(2).map(|w| w[1] - w[0]).collect();
-    laps.sort_by(f64::total_cmp);
-    laps[laps.len() / 2]
-}
-
-fn operations(width: usize, batch: usize) -> f64 {
-    let weights = 2 * N * width + (DEPTH - 1) * width * width + width;
-    2.0 * ((N + 11) * weights * batch) as f64
+/// One row.
+#[derive(Debug, Clone, Copy)]
+struct Sizes {
+    kind: Kind,
+    n: usize,
+    width: usize,
+    batch: usize,
+    precision: Precision,
+    threads: usize,
 }
 
 fn main() {
-    let quick = std::env::args().any(|a| a == "--quick" || a == "--test");
-    let budget = if quick { 2e9 } else { 6e10 };
-    println!("width batch precision   1 thread   of FMA peak   2 threads   speed-up");
-    let widths: &[usize] = if quick { &[128] } else { &[64, 128, 256, 500] };
-    for &width in widths {
-        for batch in [32, 512, 4096] {
-            for precision in [Precision::F32, Precision::F64] {
-                let work = operations(width, batch);
-                let steps = ((budget / work) as usize).clamp(9, 2000);
-                // Peak and step alternate, because the clock of a shared machine drifts.
-                let mut rounds: Vec<[f64; 3]> = (0..3)
-                    .map(|_| {
-                        let peak = match precision {
-                            Precision::F32 => fma_peak::<f32>(0.05),
-                            Precision::F64 => fma_peak::<f64>(0.05),
-                        };
-                        let one = step(width, batch, precision, 1, steps);
-                        [
-                            work / one / peak,
-                            one,
-                            one / step(width, batch, precision, 2, steps),
-                        ]
-                    })
-                    .collect();
-                rounds.sort_by(|a, b| a[0].total_cmp(&b[0]));
-                let [share, one, speed_up] = rounds[1];
-                println!(
-                    "{width:5} {batch:5} {precision:?}     {:9.3} ms   {:5.1} %    {:9.3} ms   {speed_up:.2}",
-                    1e3 * one,
-                    100.0 * share,
-                    1e3 * one / speed_up,
-                );
+    let meter = Meter::new(
+        "training_step",
+        "a step of Adam; (n + 11) W multiply–adds a sample (lnn), 10 W (delan), 6 W (hnn); six numbers a parameter",
+    );
+    let both = [Precision::F32, Precision::F64];
+    for &width in meter.axis(&[64, 128, 500]) {
+        for &batch in meter.axis(&[32, 512, 4096]) {
+            axes(&meter, (Kind::Lnn, 2, width, batch), &both, &threads());
+        }
+    }
+    let others = [
+        (Kind::Lnn, 7, 64, 512),
+        (Kind::Convex, 2, 64, 512),
+        (Kind::Convex, 2, 128, 512),
+        (Kind::Convex, 7, 64, 512),
+        (Kind::Delan, 2, 64, 512),
+        (Kind::Delan, 2, 128, 512),
+        (Kind::Delan, 7, 64, 512),
+        (Kind::Hnn, 2, 64, 512),
+        (Kind::Hnn, 2, 128, 512),
+        (Kind::Hnn, 7, 64, 512),
+    ];
+    for sizes in others {
+        axes(&meter, sizes, &both, &[1]);
+    }
+}
+
+fn axes(
+    meter: &Meter,
+    (kind, n, width, batch): (Kind, usize, usize, usize),
+    precisions: &[Precision],
+    threads: &[usize],
+) {
+    for &precision in precisions {
+        for &threads in meter.axis(threads) {
+            row(
+                meter,
+                Sizes {
+                    kind,
+                    n,
+                    width,
+                    batch: if meter.smoke() { batch.min(32) } else { batch },
+                    precision,
+                    threads,
+                },
+            );
+        }
+    }
+}
+
+fn row(meter: &Meter, sizes: Sizes) {
+    let name = sizes.name();
+    if !meter.wants(&name) {
+        return;
+    }
+    let clock = Clock {
+        laps: meter.laps(),
+        last: None,
+    };
+    let (laps, parameters) = on_threads(sizes.threads, || sizes.train(clock));
+    let number = match sizes.precision {
+        Precision::F32 => 4.0,
+        Precision::F64 => 8.0,
+    };
+    let parameters = parameters as f64;
+    let case = Case {
+        threads: sizes.threads,
+        precision: sizes.precision,
+        operations: 2.0 * (sizes.products() * sizes.batch) as f64,
+        bytes: 6.0 * number * parameters,
+        // θ and its moments, θ the other way round, the gradient.
+        holds: 5.0 * number * parameters,
+        things: (sizes.batch as f64, "samples"),
+        ..Case::new(name)
+    };
+    meter.row(&case, laps);
+}
+
+impl Sizes {
+    fn name(&self) -> String {
+        let Self {
+            n,
+            width,
+            batch,
+            threads,
+            ..
+        } = self;
+        let kind = match self.kind {
+            Kind::Lnn => "lnn",
+            Kind::Convex => "convex",
+            Kind::Delan => "delan",
+            Kind::Hnn => "hnn",
+        };
+        let precision = match self.precision {
+            Precision::F32 => "f32",
+            Precision::F64 => "f64",
+        };
+        format!("{kind} n {n} width {width} batch {batch} {precision} threads {threads}")
+    }
+
+    /// Multiply–adds of a sample that cannot be saved.
+    fn products(&self) -> usize {
+        let (n, width) = (self.n, self.width);
+        match self.kind {
+            Kind::Lnn => (n + 11) * lnn_weights(n, width),
+            Kind::Convex => {
+                let [still, moving] = convex_weights(n, width);
+                9 * still + (n + 11) * moving
             }
+            Kind::Delan => 10 * delan_weights(n, width),
+            Kind::Hnn => 6 * lnn_weights(n, width),
+        }
+    }
+
+    fn family(&self) -> Family {
+        let width = self.width;
+        let lnn = |form| LnnConfig {
+            form,
+            width,
+            ..LnnConfig::default()
+        };
+        match self.kind {
+            Kind::Lnn => Family::Lnn(lnn(Form::Free)),
+            Kind::Convex => Family::Lnn(lnn(Form::Convex)),
+            Kind::Delan => Family::Delan(DelanConfig {
+                width,
+                ..DelanConfig::default()
+            }),
+            Kind::Hnn => Family::Hnn(HnnConfig {
+                width,
+                momenta: Momenta::Masses(vec![1.0; self.n]),
+                ..HnnConfig::default()
+            }),
+        }
+    }
+
+    /// Steps until the clock has enough of them; gives them, and how many parameters were trained.
+    fn train(&self, mut clock: Clock) -> (Vec<f64>, usize) {
+        let config = FitConfig {
+            family: self.family(),
+            loss: match self.kind {
+                Kind::Delan => Loss::Torque,
+                _ => Loss::Acceleration,
+            },
+            optimizer: Optimizer::Adam(AdamConfig::default()),
+            budget: Budget::Steps(usize::MAX),
+            batch: self.batch,
+            precision: self.precision,
+            validate_every: usize::MAX,
+            ..FitConfig::default()
+        };
+        let found = expect(fit(&self.data(), &config, None, &mut clock));
+        let parameters = match &found.model {
+            Learned::Lnn(model) => model.lagrangian.parameters().len(),
+            Learned::Delan(model) => model.lagrangian.parameters().len(),
+            Learned::Hnn(model) => model.hamiltonian().parameters().len(),
+            _ => 0,
+        };
+        (clock.laps.seconds, parameters)
+    }
+
+    /// Smooth and without structure: what is learned does not matter for the time of a step.
+    fn data(&self) -> Dataset {
+        let (n, m) = (self.n, 2 * self.batch);
+        let column = |f: f64| wave(m * n, f, 3.0);
+        let samples = Samples {
+            n,
+            q: column(0.37),
+            qd: column(0.73),
+            qdd: column(1.91),
+            tau: column(0.11),
+            ..Samples::default()
+        };
+        let none = Samples {
+            n,
+            ..Samples::default()
+        };
+        expect(Dataset::from_samples(Coordinates::lines(n), samples, none))
+    }
+}
+
+/// Notes the time from step to step.
+struct Clock {
+    laps: Laps,
+    last: Option<f64>,
+}
+
+impl Observer for Clock {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        let last = self.last.replace(progress.seconds);
+        // The first step is not counted: it warms the caches.
+        match last.is_none_or(|last| self.laps.add(progress.seconds - last)) {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
         }
     }
 }

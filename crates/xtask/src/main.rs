@@ -1,6 +1,8 @@
 //! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted, `cargo xtask
-//! race` times it beside its peers.
+//! race` times it beside its peers, `cargo xtask bench` against the limits of the machine.
 
+mod bench;
+mod page;
 mod race;
 
 use std::env;
@@ -10,8 +12,9 @@ use std::time::Instant;
 const USAGE: &str = "\
 usage: cargo xtask test
        cargo xtask race …
+       cargo xtask bench …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -24,7 +27,7 @@ struct Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 6] = [
+const TEST: [Step; 7] = [
     Step {
         name: "format",
         arguments: &["fmt", "--all", "--check"],
@@ -64,6 +67,12 @@ const TEST: [Step; 6] = [
         component: None,
     },
     Step {
+        name: "benches",
+        arguments: &["test", "--workspace", "--all-features", "--benches"],
+        variable: None,
+        component: None,
+    },
+    Step {
         name: "race",
         arguments: &[
             "run",
@@ -84,8 +93,9 @@ fn main() -> ExitCode {
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => run(&TEST).map(Some),
         ["race", ref flags @ ..] => race::main(flags).map(|()| None),
+        ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
-            println!("{USAGE}\n  {}", race::usage());
+            println!("{USAGE}\n  {}\n  {}", race::usage(), bench::USAGE);
             return ExitCode::SUCCESS;
         }
         _ => {

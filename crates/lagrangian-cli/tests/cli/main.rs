@@ -4,6 +4,7 @@
 mod bad_input;
 mod commands;
 mod experiments;
+mod instructions;
 mod laws;
 mod parameters;
 mod robots;

@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::batch::{Samples, Value, value};
 use super::damping::DampingRule;
 use super::learner::{Learner, Loss, Work};
+use super::part::Part;
 use crate::mlp::simd::{Buffer, Real};
 use crate::mlp::{Factors, Gradient, Packed, Terms, TileScratch};
 
@@ -192,6 +193,27 @@ impl Natural {
         (samples, numbers): (&Samples, &[usize]),
         parameters: &mut [f64],
     ) -> Value {
+        let nobody = &mut |_| ();
+        self.step_in_parts(
+            learner,
+            (config, loss),
+            (rate, damping),
+            (samples, numbers),
+            parameters,
+            nobody,
+        )
+    }
+
+    /// [`Natural::step`], which says of each part that it is done.
+    pub(crate) fn step_in_parts(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        (config, loss): (&NaturalConfig, Loss),
+        (rate, damping): (f64, f64),
+        (samples, numbers): (&Samples, &[usize]),
+        parameters: &mut [f64],
+        done: &mut dyn FnMut(Part),
+    ) -> Value {
         let net = learner.net();
         let (weights, extra) = parameters.split_at(net.parameters);
         self.packed.set(net, weights);
@@ -209,6 +231,7 @@ impl Natural {
             });
         let m = learner.residuals_each();
         let level = level(&self.blocks[..used], m);
+        done(Part::Forward);
         self.blocks[..used].par_iter_mut().for_each(|block| {
             block.weigh(loss, level, m);
             learner.linearise(packed, &mut block.work);
@@ -221,6 +244,7 @@ impl Natural {
             block.by_sample(learner.points());
             block.subtract_momentum(config.momentum, phi_extra, learner);
         });
+        done(Part::Backward);
         let value = self.blocks[..used]
             .iter()
             .fold(Value::default(), |sum, b| sum.add(b.value));
@@ -232,7 +256,10 @@ impl Natural {
         // Far from the solution the quadratic model is poor; near it, damping is all that slows the step.
         let damping = damping * level.min(1.0).sqrt();
         self.gram(learner, used, &terms, damping);
-        if !self.solve(used, m, damping) {
+        done(Part::Products);
+        let solved = self.solve(used, m, damping);
+        done(Part::Solve);
+        if !solved {
             self.phi.fill(0.0);
             return value;
         }
@@ -250,7 +277,9 @@ impl Natural {
             work.pass
                 .pull_back_factors(net, &terms, raw, wide, gradient);
         });
+        done(Part::PullBack);
         self.advance(learner, config, used, rate, parameters);
+        done(Part::Update);
         value
     }
 

@@ -5,6 +5,7 @@ use super::batch::{Batches, Samples};
 use super::fit::{FitConfig, Optimizer};
 use super::learned::{Learned, Template};
 use super::natural::Natural;
+use super::part::Part;
 use crate::dataset::Dataset;
 use crate::{Error, Result};
 
@@ -83,6 +84,20 @@ impl Stepper {
         numbers: &[usize],
         (rate, damping): (f64, f64),
     ) -> Result<StepLoss> {
+        self.step_in_parts(samples, numbers, (rate, damping), &mut |_| ())
+    }
+
+    /// [`Stepper::step`], which says of each part of a natural-gradient step that it is done.
+    ///
+    /// # Errors
+    /// As [`Stepper::step`].
+    pub fn step_in_parts(
+        &mut self,
+        samples: &Samples,
+        numbers: &[usize],
+        (rate, damping): (f64, f64),
+        done: &mut dyn FnMut(Part),
+    ) -> Result<StepLoss> {
         self.check(samples, numbers)?;
         let Self {
             template,
@@ -93,13 +108,13 @@ impl Stepper {
             ..
         } = self;
         let value = template.with_f64(|learner| match (engine, &config.optimizer) {
-            (Engine::Natural(natural), Optimizer::Natural(settings)) => natural.step(
+            (Engine::Natural(natural), Optimizer::Natural(settings)) => natural.step_in_parts(
                 learner,
-                settings,
-                config.loss,
+                (settings, config.loss),
                 (rate, damping),
                 (samples, numbers),
                 parameters,
+                done,
             ),
             (
                 Engine::Adam {

@@ -1,6 +1,5 @@
 //! The figures of a race as text and as Markdown.
 
-use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
@@ -88,21 +87,9 @@ pub(super) fn verdict(task: &Task, rows: &[Row]) -> String {
     )
 }
 
-const FIRST: &str = "<!-- race -->";
-const LAST: &str = "<!-- /race -->";
-
 /// Puts the tables of a race between the markers of a page.
 pub(super) fn update(page: &Path, race: &Value) -> Result<(), String> {
-    let text = fs::read_to_string(page).map_err(|e| format!("{}: {e}", page.display()))?;
-    let parts = text
-        .split_once(FIRST)
-        .and_then(|(before, rest)| Some((before, rest.split_once(LAST)?.1)));
-    let (before, after) = parts.ok_or(format!(
-        "{} lacks the lines {FIRST} and {LAST}",
-        page.display()
-    ))?;
-    let new = format!("{before}{FIRST}\n{}{LAST}{after}", markdown(race));
-    fs::write(page, new).map_err(|e| format!("{}: {e}", page.display()))
+    crate::page::replace(page, "race", &markdown(race))
 }
 
 /// The tables for docs/performance.md.
@@ -200,6 +187,8 @@ pub(super) fn digits(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use serde_json::json;
 
     use super::*;
@@ -211,7 +200,7 @@ mod tests {
             "points": 10, "threads": 1, "precision": "f64",
             "ours_ms": 0.5, "ours_spread_ms": 0.1, "best_jax_ms": 1.0, "best_jax_spread_ms": 0.1,
         }] });
-        let before = format!("above\n{FIRST}\nold\n{LAST}\nbelow\n");
+        let before = "above\n<!-- race -->\nold\n<!-- /race -->\nbelow\n";
         assert!(fs::write(&page, before).is_ok());
         assert_eq!(update(&page, &race), Ok(()));
         let text = fs::read_to_string(&page).unwrap_or_default();

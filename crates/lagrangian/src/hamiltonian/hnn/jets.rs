@@ -203,7 +203,7 @@ impl HnnJets<'_> {
             pass.forward(&shape.net, &self.hnn.packed, Some(n));
             pass.reverse(&shape.net, &self.hnn.packed, n);
             for s in 0..count {
-                let (q, p) = (&q[row(s)..][..n], &p[row(s)..][..n]);
+                let p = &p[row(s)..][..n];
                 shape.read(pass, (s, start + s), (p, None), &mut self.jet);
             }
         }

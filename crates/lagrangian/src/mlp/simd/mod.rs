@@ -9,14 +9,19 @@
     reason = "CPU vector instructions; every other module is safe"
 )]
 
+mod bandwidth;
 mod buffer;
 mod elementwise;
 mod factors;
 mod gemm;
+mod level;
 mod peak;
+#[cfg(test)]
+mod tests;
 mod update;
 mod vector;
 
+pub use bandwidth::read_rate;
 pub(crate) use buffer::Buffer;
 pub(crate) use elementwise::{
     Combine, Contract, GateForward, GateReverse, Gates, PointForward, PointReverse2,
@@ -24,6 +29,7 @@ pub(crate) use elementwise::{
 };
 pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
+pub use level::{Level, level, levels, set_level};
 pub use peak::fma_peak;
 pub(crate) use update::{AdamRule, AdamStep, AddTo, SumOfSquares, SumRows};
 pub use vector::{Real, Vector};
@@ -46,62 +52,10 @@ pub(crate) trait Task {
     fn run<I: Isa>(self);
 }
 
-/// An instruction set that this machine can run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Level {
-    /// No particular instructions.
-    Portable,
-    /// AVX2 and FMA (x86-64-v3).
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    /// AVX-512 F and DQ.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-    /// NEON, which every AArch64 has.
-    #[cfg(target_arch = "aarch64")]
-    Neon,
-}
-
-/// The instruction sets that this machine can run, the fastest first.
-#[must_use]
-pub fn levels() -> Vec<Level> {
-    let mut levels = vec![best()];
-    #[cfg(target_arch = "x86_64")]
-    if best() == Level::Avx512 {
-        levels.push(Level::Avx2);
-    }
-    if best() != Level::Portable {
-        levels.push(Level::Portable);
-    }
-    levels
-}
-
-#[inline]
-fn best() -> Level {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-            return Level::Avx512;
-        }
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            return Level::Avx2;
-        }
-        Level::Portable
-    }
-    #[cfg(target_arch = "aarch64")]
-    {
-        Level::Neon
-    }
-    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    {
-        Level::Portable
-    }
-}
-
-/// Runs a kernel with the best instructions that the CPU has.
+/// Runs a kernel with the instructions of [`level`]: the best that the CPU has, unless the program chose others.
 #[inline]
 pub(crate) fn dispatch<K: Task>(task: K) {
-    dispatch_on(best(), task);
+    dispatch_on(level(), task);
 }
 
 /// Runs a kernel with the instructions of `level`, which must be one of [`levels`].
@@ -109,7 +63,7 @@ pub(crate) fn dispatch<K: Task>(task: K) {
 pub(crate) fn dispatch_on<K: Task>(level: Level, task: K) {
     match level {
         Level::Portable => task.run::<Portable>(),
-        // SAFETY: `best` has seen these features, and `level` comes from it or from `levels`.
+        // SAFETY: `level` and `levels` give only what the CPU was asked for, and `level` comes from one of them.
         #[cfg(target_arch = "x86_64")]
         Level::Avx2 => unsafe { enter_avx2(task) },
         // SAFETY: as above.

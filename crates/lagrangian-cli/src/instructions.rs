@@ -1,0 +1,34 @@
+//! Which CPU instructions the kernels use: the best that there are, unless the environment asks for others.
+
+use std::env;
+
+use anyhow::Result;
+use lagrangian::mlp::simd::{Level, level, levels, set_level};
+
+use crate::failure::Advise;
+
+/// The variable of the environment that names an instruction set.
+const VARIABLE: &str = "LAGRANGIAN_SIMD";
+
+/// Takes the instruction set that the environment asks for, if it does.
+pub(crate) fn choose() -> Result<()> {
+    let Some(name) = env::var_os(VARIABLE) else {
+        return Ok(());
+    };
+    let name = name.to_string_lossy();
+    Level::from_name(&name).and_then(set_level).advise(
+        format!("{VARIABLE}={name}"),
+        format!("give {VARIABLE} one of these names, or unset it to use the fastest"),
+    )
+}
+
+/// The version, with the instructions in use and those that could be.
+pub(crate) fn version() -> String {
+    let names: Vec<&str> = levels().into_iter().map(Level::name).collect();
+    format!(
+        "{}\ninstructions: {} (this CPU has {}; {VARIABLE}=NAME takes another)",
+        env!("CARGO_PKG_VERSION"),
+        level(),
+        names.join(", ")
+    )
+}

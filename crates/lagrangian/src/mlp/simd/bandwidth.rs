@@ -1,0 +1,78 @@
+//! How fast this CPU reads memory: the other limit that benches compare with.
+
+use std::time::Instant;
+
+use super::{Buffer, Isa, Task, Vector, dispatch};
+
+/// Vectors that are added to sums of their own, so that no addition waits for another.
+const CHAINS: usize = 12;
+/// Numbers of one vector.
+const LANES: usize = 8;
+/// Numbers read between two looks at the clock, at least.
+const LAP: usize = 1 << 17;
+/// Laps at least: the first one fills the cache, and others may have the CPU in the middle of one.
+const LAPS: usize = 4;
+
+struct Read<'a> {
+    numbers: &'a [f64],
+    seconds: f64,
+    rate: &'a mut f64,
+    sink: &'a mut f64,
+}
+
+impl Task for Read<'_> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let start = Instant::now();
+        let (mut best, mut laps) = (f64::INFINITY, 0);
+        let mut sums = [I::F64::of(0.0); CHAINS];
+        let passes = LAP.div_ceil(self.numbers.len());
+        while laps < LAPS || start.elapsed().as_secs_f64() < self.seconds {
+            let lap = Instant::now();
+            for _ in 0..passes {
+                // Opaque at every pass, so that none is left out.
+                let numbers = std::hint::black_box(self.numbers);
+                for block in numbers.chunks_exact(CHAINS * LANES) {
+                    for (sum, x) in sums.iter_mut().zip(block.chunks_exact(LANES)) {
+                        *sum = sum.add(I::F64::load(x));
+                    }
+                }
+            }
+            best = best.min(lap.elapsed().as_secs_f64());
+            laps += 1;
+        }
+        *self.sink = sums.into_iter().map(Vector::sum).sum();
+        *self.rate = (passes * size_of_val(self.numbers)) as f64 / best;
+    }
+}
+
+/// Bytes per second at which one core reads an array of (nearly) `bytes` bytes in order, again and again, measured for
+/// `seconds`: the bandwidth of the smallest cache that holds it, or of the memory.
+#[must_use]
+pub fn read_rate(bytes: usize, seconds: f64) -> f64 {
+    let block = CHAINS * LANES;
+    let blocks = (bytes / (block * size_of::<f64>())).max(1);
+    let numbers = Buffer::<f64>::new(blocks * block);
+    let (mut rate, mut sink) = (0.0, 0.0);
+    dispatch(Read {
+        numbers: &numbers,
+        seconds,
+        rate: &mut rate,
+        sink: &mut sink,
+    });
+    std::hint::black_box(sink);
+    rate
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_of_any_size_is_read_at_a_rate() {
+        for bytes in [0, 1, 1000, 100_000] {
+            let rate = read_rate(bytes, 0.0);
+            assert!(rate.is_finite() && rate > 0.0);
+        }
+    }
+}

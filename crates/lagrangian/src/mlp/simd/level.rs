@@ -1,0 +1,170 @@
+//! Which instruction set the kernels are compiled for that run: the best of this CPU, or the one that the program asks
+//! for when it starts.
+//!
+//! The choice is the one thing that the library keeps for the whole process, as the CPU is: it changes results by
+//! rounding alone (docs/adr/0051).
+
+use std::fmt;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use crate::{Error, Result};
+
+/// An instruction set that the kernels are compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// No particular instructions.
+    Portable,
+    /// AVX2 and FMA (x86-64-v3).
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// AVX-512 F and DQ.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    /// NEON, which every AArch64 has.
+    #[cfg(target_arch = "aarch64")]
+    Neon,
+}
+
+/// All that there are on this architecture, the fastest first.
+const ALL: &[Level] = &[
+    #[cfg(target_arch = "x86_64")]
+    Level::Avx512,
+    #[cfg(target_arch = "x86_64")]
+    Level::Avx2,
+    #[cfg(target_arch = "aarch64")]
+    Level::Neon,
+    Level::Portable,
+];
+
+/// The place in [`ALL`] of the level in use, plus one; 0 before the first kernel has asked.
+static CHOSEN: AtomicU8 = AtomicU8::new(0);
+
+impl Level {
+    /// Its name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => "neon",
+        }
+    }
+
+    /// The level of this name that this CPU has.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] where there is none, or where the CPU lacks it; with the names of those that it has.
+    pub fn from_name(name: &str) -> Result<Self> {
+        let own = levels().into_iter().find(|level| level.name() == name);
+        own.ok_or_else(|| missing(name))
+    }
+
+    /// Whether this CPU has its instructions.
+    fn is_there(self) -> bool {
+        match self {
+            Self::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                Self::Avx2.is_there()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+            }
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => true,
+        }
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+fn missing(name: &str) -> Error {
+    let names: Vec<&str> = levels().into_iter().map(Level::name).collect();
+    Error::UnknownName {
+        kind: "instruction set of this CPU",
+        name: name.into(),
+        known: names.join(", "),
+    }
+}
+
+/// The instruction sets that this machine can run, the fastest first.
+#[must_use]
+pub fn levels() -> Vec<Level> {
+    let there = ALL.iter().copied().filter(|level| level.is_there());
+    there.collect()
+}
+
+/// The instruction set that kernels run with: that of [`set_level`], else the fastest of [`levels`].
+#[inline]
+#[must_use]
+pub fn level() -> Level {
+    match CHOSEN.load(Ordering::Relaxed).checked_sub(1) {
+        Some(place) => ALL[usize::from(place)],
+        None => first(),
+    }
+}
+
+/// The fastest level, noted for the calls to come.
+#[cold]
+fn first() -> Level {
+    let best = ALL.iter().position(|level| level.is_there());
+    // OK because the last of them needs nothing; another thread finds the same, and `set_level` wins over both.
+    let place = best.unwrap_or(ALL.len() - 1);
+    let _ = CHOSEN.compare_exchange(0, code(place), Ordering::Relaxed, Ordering::Relaxed);
+    level()
+}
+
+fn code(place: usize) -> u8 {
+    // OK because there are fewer levels than numbers of a byte.
+    u8::try_from(place + 1).unwrap_or(u8::MAX)
+}
+
+/// Runs all kernels of this process with `level` from now on, whichever thread they run on.
+///
+/// For the start of a program: a computation that is under way goes on with other roundings, so that its bits are
+/// not those of either level.
+///
+/// # Errors
+/// [`Error::UnknownName`] for a level that this CPU lacks.
+pub fn set_level(level: Level) -> Result<()> {
+    match ALL.iter().position(|known| *known == level) {
+        Some(place) if level.is_there() => {
+            CHOSEN.store(code(place), Ordering::Relaxed);
+            Ok(())
+        }
+        _ => Err(missing(level.name())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_level_of_this_machine_is_found_by_its_name_and_the_fastest_comes_first() {
+        let all = levels();
+        assert_eq!(all.last(), Some(&Level::Portable));
+        assert_eq!(all.first(), Some(&level()));
+        for found in all {
+            assert_eq!(Level::from_name(found.name()).ok(), Some(found));
+        }
+    }
+
+    #[test]
+    fn a_level_that_is_not_there_is_refused_with_those_that_are() {
+        for name in ["", "AVX2", "sse2", "avx1024"] {
+            let error = Level::from_name(name).err().map(|e| e.to_string());
+            let error = error.unwrap_or_default();
+            assert!(error.contains(&format!("'{name}'")) && error.ends_with("portable"));
+        }
+    }
+}
