@@ -173,9 +173,17 @@ pub(crate) struct TrainingArgs {
     #[arg(long, value_parser = positive)]
     pub(crate) seconds: Option<f64>,
 
-    /// Samples in a batch [default: by the optimiser]
+    /// Samples in a batch [default: natural gradient 128 by time and 256 by steps, Adam 512]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) batch: Option<u32>,
+
+    /// Samples of the first batch, growing to --batch: for the shortest fits [default: as many as later]
+    #[arg(long, value_name = "SAMPLES", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) batch_first: Option<u32>,
+
+    /// Damping of the natural gradient [default: loss for a fit by time, schedule for one by steps or under --loss rollout]
+    #[arg(long, value_enum)]
+    pub(crate) damping: Option<DampingName>,
 
     /// Learning rate at the start [default: by the optimiser]
     #[arg(long, value_parser = positive)]
@@ -350,6 +358,18 @@ pub(crate) enum Trunks {
     Shared,
     /// One for M, one for V
     Separate,
+}
+
+/// How the damping of the natural gradient falls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum DampingName {
+    /// Geometrically over the whole fit
+    Schedule,
+    /// As the loss of the batch does
+    Loss,
+    /// As long as each step lowers the loss by what its quadratic model foresaw
+    Adaptive,
 }
 
 /// An optimiser.

@@ -14,8 +14,8 @@ use lagrangian::train::{
 
 use crate::failure::mistake;
 use crate::fit_args::{
-    ActivationName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName, OptimizerName,
-    OrderName, SpeedChartName, Structure, TrainingArgs, Trunks,
+    ActivationName, DampingName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName,
+    OptimizerName, OrderName, SpeedChartName, Structure, TrainingArgs, Trunks,
 };
 
 /// Length of a fit that was given neither steps nor seconds, s.
@@ -57,9 +57,10 @@ impl FitArgs {
             family: self.model.family(uncertainty),
             loss,
             rollout: self.rollout.settings(),
-            optimizer: training.optimizer(optimizer),
+            optimizer: training.optimizer(optimizer, loss),
             budget: training.budget(),
-            batch: training.batch(optimizer),
+            batch: training.batch(optimizer, loss),
+            batch_first: training.batch_first.map(|samples| samples as usize),
             seed: training.seed,
             forces: self.model.forces(),
             patience: training.patience.map(|looks| looks as usize),
@@ -269,10 +270,16 @@ impl TrainingArgs {
         named.map_or(model == Family::NeuralOde, |loss| loss == Loss::Rollout)
     }
 
-    fn optimizer(&self, name: OptimizerName) -> Optimizer {
+    fn optimizer(&self, name: OptimizerName, loss: Loss) -> Optimizer {
         match name {
             OptimizerName::Natural => {
-                let default = NaturalConfig::default();
+                let default = match self.damping {
+                    Some(DampingName::Schedule) => NaturalConfig::default(),
+                    Some(DampingName::Loss) => NaturalConfig::following_the_loss(),
+                    Some(DampingName::Adaptive) => NaturalConfig::adaptive(),
+                    None if self.follows_the_loss(loss) => NaturalConfig::following_the_loss(),
+                    None => NaturalConfig::default(),
+                };
                 Optimizer::Natural(NaturalConfig {
                     rate: self.learning_rate.unwrap_or(default.rate),
                     ..default
@@ -297,8 +304,38 @@ impl TrainingArgs {
         }
     }
 
-    fn batch(&self, optimizer: OptimizerName) -> usize {
+    /// Refuses a damping of what has none, or none but a schedule.
+    ///
+    /// # Errors
+    /// What it belongs to.
+    pub(crate) fn require(&self, config: &FitConfig) -> Result<()> {
+        let Some(damping) = self.damping else {
+            return Ok(());
+        };
+        if matches!(config.optimizer, Optimizer::Adam(_)) {
+            return Err(mistake(
+                "--damping is a setting of the natural gradient, and this fit is one by Adam",
+                "leave it away, or add --optimizer natural",
+            ));
+        }
+        if config.loss == Loss::Rollout && damping != DampingName::Schedule {
+            return Err(mistake(
+                "under --loss rollout the damping follows a schedule",
+                "leave --damping away, or choose another --loss",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether the fit has a time to use and squares that λ can follow: then small batches, damped by the loss, are the
+    /// best; a number of steps is used best by large ones (docs/adr/0050).
+    fn follows_the_loss(&self, loss: Loss) -> bool {
+        self.steps.is_none() && loss != Loss::Rollout
+    }
+
+    fn batch(&self, optimizer: OptimizerName, loss: Loss) -> usize {
         let by_optimizer = match optimizer {
+            OptimizerName::Natural if self.follows_the_loss(loss) => 128,
             OptimizerName::Natural => 256,
             OptimizerName::Adam => 512,
         };

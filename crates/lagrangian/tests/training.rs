@@ -33,9 +33,10 @@ fn config(optimizer: Optimizer, steps: usize) -> FitConfig {
     }
 }
 
-fn optimizers() -> [Optimizer; 2] {
+fn optimizers() -> [Optimizer; 3] {
     [
         Optimizer::Natural(NaturalConfig::default()),
+        Optimizer::Natural(NaturalConfig::adaptive()),
         Optimizer::Adam(AdamConfig::default()),
     ]
 }
@@ -77,7 +78,11 @@ impl Observer for Killed {
 fn a_fit_that_was_killed_and_resumed_has_the_weights_of_one_that_was_not() {
     let data = pendulum(1000);
     for optimizer in optimizers() {
-        let config = config(optimizer, 60);
+        // A growing batch has another size at each step.
+        let config = FitConfig {
+            batch_first: Some(16),
+            ..config(optimizer, 60)
+        };
         let whole = fit(&data, &config, None, &mut ()).unwrap();
         for after in [13, 47] {
             let mut killed = Killed {
@@ -212,6 +217,8 @@ fn settings_outside_their_domain_are_refused_with_their_name() {
     };
     assert!(refused(&|c| c.batch = 0).contains("batch"));
     assert!(refused(&|c| c.batch = usize::MAX).contains("batch"));
+    assert!(refused(&|c| c.batch_first = Some(0)).contains("--batch"));
+    assert!(refused(&|c| c.batch_first = Some(65)).contains("--batch"));
     assert!(refused(&|c| c.budget = Budget::Steps(0)).contains("steps"));
     assert!(refused(&|c| c.budget = Budget::Seconds(f64::NAN)).contains("seconds"));
     assert!(refused(&|c| c.validate_every = 0).contains("validate_every"));

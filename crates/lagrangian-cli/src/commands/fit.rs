@@ -377,6 +377,7 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<F
     }
     args.robot.apply(args.model.form.is_some(), &mut config)?;
     args.rollout.require(config.loss)?;
+    args.training.require(&config)?;
     Ok(config)
 }
 

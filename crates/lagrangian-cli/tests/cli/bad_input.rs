@@ -239,6 +239,10 @@ fn a_mistake_under_force_does_not_cost_the_earlier_run() {
         "swing.csv --model mlp --dissipation",
         "swing.csv --model delan --loss torque-power",
         "swing.csv --batch 1000000000",
+        "swing.csv --batch 32 --batch-first 64",
+        "swing.csv --batch-first 16 --loss rollout",
+        "swing.csv --optimizer adam --damping loss",
+        "swing.csv --loss rollout --damping adaptive",
         "swing.csv --loss torque",
     ] {
         bench.refuse(&format!("fit {mistake} --steps 2 --out run --force"));

@@ -461,10 +461,10 @@ impl LnnShape {
         weight: &[f64],
     ) -> usize {
         let mut at = 0;
-        for i in 0..self.dof() {
+        for (i, weight) in weight[..self.dof()].iter().enumerate() {
             let features = self.recall(pass, (s, at), i);
-            for k in 0..features.count {
-                pass.set_mixed_feature(d, s, at, T::of(-features.slopes[k] * weight[i]));
+            for slope in &features.slopes[..features.count] {
+                pass.set_mixed_feature(d, s, at, T::of(-slope * weight));
                 at += 1;
             }
         }

@@ -50,7 +50,7 @@ impl Terms {
     }
 
     /// Those of layer `l`.
-    pub(super) fn at(&self, net: &Net, l: usize) -> &[Vec<(usize, usize)>] {
+    pub(crate) fn at(&self, net: &Net, l: usize) -> &[Vec<(usize, usize)>] {
         match net.outputs.contains(&l) {
             true => &self.output,
             false => &self.hidden,

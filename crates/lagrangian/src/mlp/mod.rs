@@ -21,6 +21,6 @@ pub use activation::Activation;
 pub(crate) use factors::Terms;
 pub(crate) use gram::{Factors, TileScratch};
 pub(crate) use moments::Moments;
-pub(crate) use net::{Build, Net, Source, normal};
+pub(crate) use net::{Build, Kind, Layer, Net, Source, normal};
 pub(crate) use packed::{Gradient, Packed};
 pub(crate) use pass::Pass;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::batch::Value;
 use crate::{Error, Result};
 
 /// The state of a run between two steps.
@@ -25,6 +26,8 @@ pub struct Checkpoint {
     pub memory: Vec<Vec<f64>>,
     /// How often the run went back to its best; each time the damping grows tenfold.
     pub setbacks: i32,
+    /// The damping of the next step, where it adapts itself.
+    pub damping: Option<f64>,
 }
 
 /// The numbers of a checkpoint that are no arrays, exact to the bit.
@@ -37,12 +40,16 @@ struct Scalars {
     best: u64,
     best_step: usize,
     setbacks: i32,
+    #[serde(default)]
+    damping: Option<u64>,
 }
 
 const FORMAT: &str = "lagrangian-checkpoint";
 const VERSION: u32 = 1;
 /// Setbacks that are counted.
 const MOST_SETBACKS: i32 = 6;
+/// A loss that exceeds the best by this factor sends the run back to the best, with more damping.
+const SETBACK: f64 = 10.0;
 
 impl Checkpoint {
     pub(crate) fn fresh(parameters: Vec<f64>, memory: usize) -> Self {
@@ -55,7 +62,29 @@ impl Checkpoint {
             best_step: 0,
             best_parameters: Vec::new(),
             setbacks: 0,
+            damping: None,
         }
+    }
+
+    /// Keeps the parameters if `seen` is the best loss so far, and goes back to the best from one that is far worse;
+    /// returns it.
+    pub(crate) fn judge(&mut self, seen: Value) -> f64 {
+        // A model without accelerations somewhere is not the best, however well it does elsewhere.
+        let value = if seen.singular > 0 {
+            f64::INFINITY
+        } else {
+            seen.mean()
+        };
+        if value.is_finite() && value < self.best {
+            self.best = value;
+            self.best_step = self.step;
+            self.best_parameters.clone_from(&self.parameters);
+        } else if (value.is_nan() || value > SETBACK * self.best)
+            && !self.best_parameters.is_empty()
+        {
+            self.go_back();
+        }
+        value
     }
 
     /// Back to the best parameters, without memory.
@@ -75,6 +104,10 @@ impl Checkpoint {
             && (self.best_parameters.is_empty() || self.best_parameters.len() == parameters);
         if fits && self.best_step > self.step {
             return Err(refused("its best step has not been done yet"));
+        }
+        let damped = |damping: f64| damping.is_finite() && damping > 0.0;
+        if fits && !self.damping.is_none_or(damped) {
+            return Err(refused("its damping is no positive number"));
         }
         if fits && (self.best.is_nan() || !(self.seconds.is_finite() && self.seconds >= 0.0)) {
             return Err(refused("its loss or its clock is no number"));
@@ -103,6 +136,7 @@ impl Checkpoint {
             best: self.best.to_bits(),
             best_step: self.best_step,
             setbacks: self.setbacks,
+            damping: self.damping.map(f64::to_bits),
         };
         let arrays = [
             ("parameters".to_string(), &self.parameters),
@@ -182,6 +216,7 @@ impl Checkpoint {
                 .map(|i| array(&format!("memory{i}")))
                 .collect::<Result<_>>()?,
             setbacks: scalars.setbacks.clamp(0, MOST_SETBACKS),
+            damping: scalars.damping.map(f64::from_bits),
         })
     }
 }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::adam::{Adam, AdamConfig};
 use super::batch::{Batches, Samples, Value};
 use super::checkpoint::Checkpoint;
+use super::damping::DampingRule;
 use super::descent::Descent;
 use super::forces::ForceTerms;
 use super::learned::Template;
@@ -76,6 +77,10 @@ pub struct FitConfig {
     pub budget: Budget,
     /// Samples of one step.
     pub batch: usize,
+    /// Samples of the first step, from which they grow geometrically to `batch` with the share of the budget; `None`:
+    /// all steps are alike. Small batches are better at first (docs/adr/0050).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub batch_first: Option<usize>,
     /// Of weights and batches.
     pub seed: u64,
     /// Forces that are learned beside those of the Lagrangian (a chain of rigid links knows friction alone).
@@ -101,6 +106,7 @@ impl Default for FitConfig {
             optimizer: Optimizer::default(),
             budget: Budget::Steps(1000),
             batch: 256,
+            batch_first: None,
             seed: 0,
             forces: ForceTerms::default(),
             nominal: None,
@@ -244,6 +250,16 @@ impl FitConfig {
         }
         if self.batch == 0 || self.batch > 1 << 20 {
             return argument("batch", self.batch.to_string(), "between 1 and 1048576");
+        }
+        if let Some(first) = self.batch_first
+            && !(1..=self.batch).contains(&first)
+        {
+            let must = "between 1 and the samples of a later step (--batch)";
+            return argument("first batch", first.to_string(), must);
+        }
+        if self.batch_first.is_some() && self.loss == Loss::Rollout {
+            let must = "left away under the rollout loss, whose horizon grows instead";
+            return argument("first batch", "given".into(), must);
         }
         if matches!(self.optimizer, Optimizer::Natural(_))
             && self.batch * self.residuals(dataset.train.n) > 8192
@@ -546,9 +562,12 @@ impl<'a> Run<'a> {
         let Optimizer::Natural(natural) = &self.config.optimizer else {
             return self.descend_in::<f64>(learner, observer);
         };
-        let mut engine = Natural::new(learner, self.config.batch.min(self.dataset.train.len()));
+        let batch = self.config.batch.min(self.dataset.train.len());
+        let mut engine = Natural::new(learner, batch);
         engine.phi.copy_from_slice(&self.state.memory[0]);
         let config = self.config;
+        let adaptive = matches!(natural.damping_rule, DampingRule::Adaptive { .. });
+        let mut after = adaptive.then(|| Batches::<f64>::new(learner, batch));
 
         let judge = self.judged::<f64>(learner);
         self.descend(
@@ -556,20 +575,18 @@ impl<'a> Run<'a> {
             observer,
             |state: &mut Checkpoint, share: f64, (samples, numbers): (&Samples, &[usize])| {
                 let rate = natural.rate * cosine(share);
-                let damping = natural.damping_first
-                    * (natural.damping_last / natural.damping_first).powf(share)
-                    * 10f64.powi(state.setbacks);
+                let damping = natural.damping(share, state.setbacks, state.damping);
                 engine.phi.copy_from_slice(&state.memory[0]);
-                let parameters = &mut state.parameters;
-                let value = engine.step(
-                    learner,
-                    natural,
-                    config.loss,
-                    (rate, damping),
-                    (samples, numbers),
-                    parameters,
-                );
+                let (parameters, batch) = (&mut state.parameters, (samples, numbers));
+                let at = (rate, damping);
+                let value = engine.step(learner, natural, config.loss, at, batch, parameters);
                 state.memory[0].copy_from_slice(&engine.phi);
+                if let Some(after) = &mut after {
+                    let after = after.evaluate(learner, config.loss, parameters, batch, None);
+                    let gain = engine.gain(learner, at, (value, after), numbers.len());
+                    let damping = state.damping.unwrap_or(natural.damping_first);
+                    state.damping = Some(natural.damping_rule.adapted(damping, gain));
+                }
                 (value, rate)
             },
         )
@@ -708,12 +725,14 @@ impl<'a> Run<'a> {
         observer: &mut dyn Observer,
         mut engine: impl Engine,
     ) -> Result<(Ending, Progress)> {
-        let batch = self.config.batch.min(self.dataset.train.len());
+        let last = self.config.batch;
+        let first = self.config.batch_first.unwrap_or(last);
         if self.share() >= 1.0 && !self.state.best_parameters.is_empty() {
             return Ok((Ending::Finished, self.at_the_end()));
         }
         loop {
             let share = self.share();
+            let batch = grown(first, last, share).min(self.dataset.train.len());
             let numbers = self.order.batch(self.state.step, batch);
             let batch = (&self.dataset.train, numbers);
             let (value, rate) = engine.step(&mut self.state, share, batch);
@@ -792,24 +811,7 @@ impl<'a> Run<'a> {
     /// Keeps the parameters if they are the best so far, by the held-back samples, or by the batch where there are
     /// none; returns the loss and whether it is that of held-back samples.
     fn look(&mut self, held: Option<Value>, batch: Value) -> (f64, bool) {
-        let seen = held.unwrap_or(batch);
-        // A model without accelerations somewhere is not the best, however well it does elsewhere.
-        let value = if seen.singular > 0 {
-            f64::INFINITY
-        } else {
-            seen.mean()
-        };
-        if value.is_finite() && value < self.state.best {
-            self.state.best = value;
-            self.state.best_step = self.state.step;
-            self.state
-                .best_parameters
-                .clone_from(&self.state.parameters);
-        } else if (value.is_nan() || value > SETBACK * self.state.best)
-            && !self.state.best_parameters.is_empty()
-        {
-            self.state.go_back();
-        }
+        let value = self.state.judge(held.unwrap_or(batch));
         (value, held.is_some())
     }
 }
@@ -881,16 +883,22 @@ fn parts(share: f64, warm_start: f64) -> (f64, f64) {
     (share, part)
 }
 
-/// A loss that exceeds the best by this factor sends the run back to the best, with more damping.
-const SETBACK: f64 = 10.0;
-
 /// From 1 to 0.
-fn cosine(share: f64) -> f64 {
+pub(crate) fn cosine(share: f64) -> f64 {
     0.5 * (1.0 + (std::f64::consts::PI * share).cos())
 }
 
+/// Samples of a batch at this share of the budget: whole blocks of 16, so that none is filled with padding.
+pub(crate) fn grown(first: usize, last: usize, share: f64) -> usize {
+    if first >= last {
+        return last;
+    }
+    let samples = first as f64 * (last as f64 / first as f64).powf(share);
+    (samples as usize).next_multiple_of(16).clamp(first, last)
+}
+
 /// The order in which samples are visited: a new random one for each pass, a function of seed and step alone.
-pub(super) struct Order {
+pub(crate) struct Order {
     seed: u64,
     epoch: Option<usize>,
     numbers: Vec<usize>,
@@ -898,7 +906,7 @@ pub(super) struct Order {
 }
 
 impl Order {
-    pub(super) fn new(len: usize, seed: u64) -> Self {
+    pub(crate) fn new(len: usize, seed: u64) -> Self {
         Self {
             seed,
             epoch: None,
@@ -908,7 +916,7 @@ impl Order {
     }
 
     /// The samples of a step; the few that are left at the end of a pass are skipped.
-    pub(super) fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
+    pub(crate) fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
         let steps = (self.numbers.len() / batch).max(1);
         let epoch = step / steps;
         if self.epoch != Some(epoch) {

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::batch::{Samples, Value, value};
+use super::damping::DampingRule;
 use super::learner::{Learner, Loss, Work};
 use super::part::Part;
 use crate::mlp::simd::{Buffer, Real};
@@ -34,6 +35,8 @@ pub struct NaturalConfig {
     pub damping_first: f64,
     /// Damping λ at the end; it falls geometrically.
     pub damping_last: f64,
+    /// What the damping follows.
+    pub damping_rule: DampingRule,
     /// Longest step η φ; longer ones are shortened to it.
     pub longest: f64,
 }
@@ -45,6 +48,7 @@ impl Default for NaturalConfig {
             momentum: 0.9,
             damping_first: 1e-1,
             damping_last: 1e-7,
+            damping_rule: DampingRule::Schedule,
             longest: 1.0,
         }
     }
@@ -241,13 +245,18 @@ impl Natural {
             block.subtract_momentum(config.momentum, phi_extra, learner);
         });
         done(Part::Backward);
+        let value = self.blocks[..used]
+            .iter()
+            .fold(Value::default(), |sum, b| sum.add(b.value));
+        let mean_square = match loss.is_absolute() {
+            true => level * level,
+            false => value.mean(),
+        };
+        let damping = config.damping_rule.on_batch(damping, mean_square);
         // Far from the solution the quadratic model is poor; near it, damping is all that slows the step.
         let damping = damping * level.min(1.0).sqrt();
         self.gram(learner, used, &terms, damping);
         done(Part::Products);
-        let value = self.blocks[..used]
-            .iter()
-            .fold(Value::default(), |sum, b| sum.add(b.value));
         let solved = self.solve(used, m, damping);
         done(Part::Solve);
         if !solved {
@@ -272,6 +281,42 @@ impl Natural {
         self.advance(learner, config, used, rate, parameters);
         done(Part::Update);
         value
+    }
+
+    /// How much of the fall that the quadratic model foresaw for the batch of the last step became true; `values` are its
+    /// losses before and after.
+    pub(crate) fn gain(
+        &self,
+        learner: &dyn Learner<f64>,
+        at: (f64, f64),
+        (before, after): (Value, Value),
+        batch: usize,
+    ) -> f64 {
+        // Absolute values are squares over the mean |r| of the batch (see `Block::weigh`).
+        let unit = match learner.loss().0.is_absolute() {
+            true => before.mean(),
+            false => 1.0,
+        };
+        let foreseen = before.mean() - self.foreseen(learner, at, batch) / unit;
+        (before.mean() - after.mean()) / foreseen.max(f64::MIN_POSITIVE)
+    }
+
+    /// The mean square that the quadratic model foresees for the batch of the last step, taken at `rate` with damping
+    /// `damping`: with x = (J Jᵀ + λ N I)⁻¹ (r − μ J φ), J φ after the step is r − λ N x whatever the momentum.
+    fn foreseen(
+        &self,
+        learner: &dyn Learner<f64>,
+        (rate, damping): (f64, f64),
+        batch: usize,
+    ) -> f64 {
+        let m = learner.residuals_each();
+        let used = &self.blocks[..batch.div_ceil(BLOCK)];
+        let damping = damping * level(used, m).min(1.0).sqrt() * (used.len() * BLOCK * m) as f64;
+        let squares = used.iter().flat_map(|block| {
+            let pairs = block.work.residual.iter().zip(&block.right);
+            pairs.map(|(r, x)| ((1.0 - rate) * r + rate * damping * x).powi(2))
+        });
+        squares.sum::<f64>() / (batch * learner.counted()).max(1) as f64
     }
 
     /// The lower triangle of J Jᵀ, tile by tile: those on the diagonal in double precision, then the others, in single

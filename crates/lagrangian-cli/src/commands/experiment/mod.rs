@@ -8,6 +8,7 @@ mod is_lagrangian;
 mod letters;
 mod magnetic;
 mod noisy;
+mod optimizers;
 mod plausibility;
 mod real;
 mod relativistic;
@@ -65,6 +66,7 @@ const EXPERIMENTS: &[Experiment] = &[
     action::EXPERIMENT,
     is_lagrangian::EXPERIMENT,
     table::EXPERIMENT,
+    optimizers::EXPERIMENT,
 ];
 
 /// What was asked for.
