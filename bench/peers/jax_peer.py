@@ -115,10 +115,10 @@ def lnn_step(task, data):
     return training(task, *lnn_loss(task, data))
 
 
-RATE_NATURAL, MOMENTUM, DAMPING_FIRST, DAMPING_LAST, LONGEST = 0.5, 0.9, 1e-1, 1e-7, 1.0
+RATE_NATURAL, MOMENTUM, DAMPING, LEAST_DAMPING, LONGEST = 0.5, 0.9, 1e-1, 1e-11, 1.0
 
 
-def natural(rows, state, samples, rate, damping, longest):
+def natural(rows, state, samples, rate, damping, longest, follows_loss=False):
     """phi <- mu phi + Jᵀ (J Jᵀ + lambda N)⁻¹ (r - mu J phi), theta <- theta - eta phi (theory.md, equation 19).
 
     `rows(theta, q, qd, qdd, tau)` are the residuals [m] of one sample and their slopes [m, P].
@@ -126,6 +126,8 @@ def natural(rows, state, samples, rate, damping, longest):
     flat, phi = state
     r, j = jax.vmap(rows, (None, 0, 0, 0, 0))(flat, *samples)
     r, j = r.reshape(-1), j.reshape(r.size, -1)
+    if follows_loss:
+        damping = jnp.minimum(damping, jnp.maximum(jnp.mean(r * r), LEAST_DAMPING))
     # As ours: less damping near the solution, and no step longer than a bound.
     damping = damping * jnp.sqrt(jnp.minimum(jnp.mean(jnp.abs(r)), 1.0))
     gram = j @ j.T + damping * r.size * jnp.eye(r.size, dtype=r.dtype)
@@ -276,20 +278,20 @@ def whole_fit(task, data, residual):
     if task["variant"] == "natural":
         rows, state = with_slopes(residual), (flat, zeros)
 
-        def step(state, samples, numbers, rate, damping):
-            return natural(rows, state, [x[numbers] for x in samples], rate, damping, LONGEST)
+        def step(state, samples, numbers, rate):
+            return natural(rows, state, [x[numbers] for x in samples], rate, DAMPING, LONGEST, True)
 
     else:
         steps, batch = task["adam_steps"], min(512, len(samples[0]))
         state = (flat, zeros, zeros, jnp.zeros((), flat.dtype))
 
-        def step(state, samples, numbers, rate, damping):
+        def step(state, samples, numbers, rate):
             return adam(loss, rate, clip=1.0)(state, [x[numbers] for x in samples])
 
     numbers = jnp.arange(batch)
     # A float of the precision of the data, so that nothing is promoted.
     number = lambda x: jnp.array(x, flat.dtype)
-    step, compile_ms = compiled(step, state, samples, numbers, number(0.5), number(0.1), donate=(0,))
+    step, compile_ms = compiled(step, state, samples, numbers, number(0.5), donate=(0,))
     check = [float(squares(flat, [x[: data["batch"]] for x in samples]))]
 
     def run(_):
@@ -303,8 +305,7 @@ def whole_fit(task, data, residual):
                 order = generator.permutation(len(samples[0]))
             numbers, order = order[:batch], order[batch:]
             top = RATE_NATURAL if task["variant"] == "natural" else RATE_ADAM
-            damping = DAMPING_FIRST * (DAMPING_LAST / DAMPING_FIRST) ** share
-            fresh, _ = step(fresh, samples, jnp.array(numbers), number(top * cosine(share)), number(damping))
+            fresh, _ = step(fresh, samples, jnp.array(numbers), number(top * cosine(share)))
             if (k + 1) % -(-steps // data["looks"]) == 0 or k + 1 == steps:
                 weights = np.array(fresh[0], float).tolist()
                 spent += time.perf_counter() - clock

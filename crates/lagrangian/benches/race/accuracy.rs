@@ -10,7 +10,8 @@ use lagrangian::experiment::{random_starts, random_states};
 use lagrangian::lagrangian::{Delan, DelanConfig, Lnn, LnnConfig, Scaling};
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::train::{
-    Budget, Checkpoint, Family, FitConfig, Loss, Observer, Progress, Samples, Stepper, fit,
+    Budget, Checkpoint, Family, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress,
+    Samples, Stepper, fit,
 };
 use lagrangian::{Mechanical, RolloutOptions, Trajectory, analytic};
 use serde::{Deserialize, Serialize};
@@ -19,8 +20,8 @@ use serde_json::json;
 use crate::protocol::{Request, Talk, Task};
 use crate::{Outcome, write};
 
-/// Samples of a step.
-const BATCH: usize = 256;
+/// Samples of a step: the recipe of a fit by time (docs/adr/0050).
+const BATCH: usize = 128;
 /// Looks along a fit.
 const LOOKS: usize = 25;
 /// Random states of the double pendulum to learn from.
@@ -113,6 +114,7 @@ fn config(family: Family, loss: Loss, steps: usize) -> FitConfig {
     FitConfig {
         family,
         loss,
+        optimizer: Optimizer::Natural(NaturalConfig::following_the_loss()),
         budget: Budget::Steps(steps),
         batch: BATCH,
         validate_every: steps.div_ceil(LOOKS),

@@ -247,9 +247,10 @@ fn lnn_operations(sizes: &Sizes) -> f64 {
 }
 
 /// Of the scalar products of 2 + 2n sensitivities and of as many activations for each pair of samples (theory.md,
-/// equation 20), half of them by symmetry, and of the Cholesky factor.
+/// equation 20), half of them by symmetry; at the output only of what its input brings; and of the Cholesky factor.
 fn natural_operations(sizes: &Sizes) -> f64 {
     let (width, batch) = (size(sizes, "width"), size(sizes, "batch"));
-    let widths = (2.0 * N + width) + (width + width) + (width + 1.0);
-    (2.0 + 2.0 * N).powi(2) * widths * batch * batch + (N * batch).powi(3) / 3.0
+    let widths = (2.0 * N + width) + (width + width);
+    let products = (2.0 + 2.0 * N).powi(2) * widths + N * N * width;
+    products * batch * batch + (N * batch).powi(3) / 3.0
 }
