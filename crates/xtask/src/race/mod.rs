@@ -45,7 +45,15 @@ fn race(options: &Options, before: Option<&Value>) -> Result<(), String> {
         .map_err(|e| format!("{}: {e}", options.folder.display()))?;
     let programs = programs(options)?;
     let mut race = json!({ "machine": machine::describe(&programs)?, "smoke": options.smoke });
+    if options.resume {
+        race = interrupted(options, &race)?;
+    }
+    let begun = race["seconds"].as_f64().unwrap_or(0.0);
     for task in TASKS.iter().filter(|t| options.asks(t)) {
+        if race.get(task.key()).is_some() {
+            eprintln!("race: {} is kept", task.name);
+            continue;
+        }
         let rows = run(&programs, task, options)?;
         let unit = task.how.unit();
         if task.growth.is_some() {
@@ -53,7 +61,7 @@ fn race(options: &Options, before: Option<&Value>) -> Result<(), String> {
         }
         race[task.key()] = rows.iter().map(|row| row.to_json(unit)).collect();
         // After each task: a race that is interrupted leaves what it has measured.
-        race["seconds"] = json!(clock.elapsed().as_secs_f64());
+        race["seconds"] = json!(begun + clock.elapsed().as_secs_f64());
         write(&options.folder.join("race.json"), &format!("{race:#}\n"))?;
         write(&options.folder.join("report.html"), &report::page(&race))?;
     }
@@ -75,6 +83,23 @@ fn race(options: &Options, before: Option<&Value>) -> Result<(), String> {
         options.folder.join("report.html").display()
     );
     Ok(())
+}
+
+/// What an interrupted race of this machine and these programs left.
+fn interrupted(options: &Options, fresh: &Value) -> Result<Value, String> {
+    let path = options.folder.join("race.json");
+    let text = fs::read_to_string(&path)
+        .map_err(|e| format!("{}: {e}: there is no race to resume", path.display()))?;
+    let race: Value =
+        serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
+    let same = |name: &str| race["machine"][name] == fresh["machine"][name];
+    match ["cpu", "cores", "peers", "rustc"].iter().all(|n| same(n)) {
+        true => Ok(race),
+        false => Err(format!(
+            "{} is of another machine or of other versions: leave --resume away",
+            path.display()
+        )),
+    }
 }
 
 /// Builds our side and prepares the peers.

@@ -13,6 +13,7 @@ pub(super) struct Options {
     pub(super) only: Vec<String>,
     pub(super) json: bool,
     pub(super) smoke: bool,
+    pub(super) resume: bool,
     pub(super) against: Option<PathBuf>,
     pub(super) repeats: usize,
     threads: Option<Vec<usize>>,
@@ -21,7 +22,7 @@ pub(super) struct Options {
 }
 
 const USAGE: &str = "\
-race [--only TASK]… [--threads 1,2] [--repeats N] [--json] [--smoke] [--against FILE]
+race [--only TASK]… [--threads 1,2] [--repeats N] [--json] [--smoke] [--resume] [--against FILE]
 
   race   our library beside JAX and PyTorch on the same tasks; writes target/race/race.json and report.html, and the
          tables of docs/performance.md
@@ -30,6 +31,7 @@ race [--only TASK]… [--threads 1,2] [--repeats N] [--json] [--smoke] [--agains
            --repeats N      laps of each contestant, in turns (default 5)
            --json           print the figures as JSON
            --smoke          tiny sizes, into target/race/smoke: only whether it works
+           --resume         keep the tasks that an interrupted race has finished on this machine
            --against FILE   name what is slower than in that race.json, and fail if there is any
          tasks: ";
 
@@ -45,6 +47,7 @@ impl Options {
             only: Vec::new(),
             json: false,
             smoke: false,
+            resume: false,
             against: None,
             repeats: 0,
             threads: None,
@@ -61,6 +64,7 @@ impl Options {
             match flag {
                 "--json" => options.json = true,
                 "--smoke" => options.smoke = true,
+                "--resume" => options.resume = true,
                 "--only" => options.only.push(known(value()?)?),
                 "--against" => options.against = Some(value()?.into()),
                 "--repeats" => options.repeats = positive(flag, value()?)?,
