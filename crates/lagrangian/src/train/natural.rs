@@ -10,6 +10,8 @@
 //! φ ← μ φ + Jᵀ (J Jᵀ + λ N I)⁻¹ (r − μ J φ), θ ← θ − η φ, J by its factors (theory.md, equations 19 and 20)
 //! (SPRING: Goldshlager, Abrahamsen, Lin 2024, arXiv 2401.10190).
 
+use std::sync::{Mutex, PoisonError};
+
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::{self, factor::LltParams};
 use faer::{Auto, Conj, Mat, Par};
@@ -69,6 +71,8 @@ pub(crate) struct Natural {
     pub(crate) phi: Vec<f64>,
     blocks: Vec<Block>,
     tiles: Vec<Tile>,
+    /// One for each thread.
+    scratch: Vec<Mutex<Scratch>>,
     system: System,
     packed: Packed<f64>,
     packed_phi: Packed<f64>,
@@ -172,9 +176,14 @@ impl Natural {
             column,
             values: vec![0.0; size * size],
         };
+        let blocks: Vec<Block> = (0..count).map(block).collect();
+        let scratch = |_| Some(Mutex::new(Scratch::new(blocks.first()?, k)));
         Self {
             phi: vec![0.0; learner.parameters()],
-            blocks: (0..count).map(block).collect(),
+            scratch: (0..rayon::current_num_threads())
+                .filter_map(scratch)
+                .collect(),
+            blocks,
             tiles: in_squares(count).into_iter().map(tile).collect(),
             system: System::new(),
             packed: Packed::new(net),
@@ -323,12 +332,26 @@ impl Natural {
     /// where `damping` hides the rounding.
     fn gram(&mut self, learner: &dyn Learner<f64>, used: usize, terms: &Terms, damping: f64) {
         let count = BLOCK * learner.residuals_each();
-        let Self { blocks, tiles, .. } = self;
+        let Self {
+            blocks,
+            tiles,
+            scratch,
+            ..
+        } = self;
+
         let (mut diagonal, mut others): (Vec<_>, Vec<_>) = tiles
             .iter_mut()
             .filter(|t| t.row < used)
             .partition(|t| t.row == t.column);
-        fill(&mut diagonal, blocks, learner, terms, |b| &b.factors);
+        let work = (&blocks[..], &scratch[..]);
+        fill(
+            &mut diagonal,
+            work,
+            learner,
+            terms,
+            |b| &b.factors,
+            Scratch::double,
+        );
         let largest = diagonal
             .iter()
             .flat_map(|t| t.values.iter().step_by(count + 1))
@@ -337,9 +360,24 @@ impl Natural {
             blocks[..used]
                 .par_iter_mut()
                 .for_each(|b| b.rounded.set(learner.net(), &b.work.pass, terms));
-            fill(&mut others, blocks, learner, terms, |b| &b.rounded);
+            let work = (&blocks[..], &scratch[..]);
+            fill(
+                &mut others,
+                work,
+                learner,
+                terms,
+                |b| &b.rounded,
+                Scratch::single,
+            );
         } else {
-            fill(&mut others, blocks, learner, terms, |b| &b.factors);
+            fill(
+                &mut others,
+                work,
+                learner,
+                terms,
+                |b| &b.factors,
+                Scratch::double,
+            );
         }
     }
 
@@ -459,28 +497,49 @@ fn in_squares(count: usize) -> Vec<(usize, usize)> {
 /// Tiles on the side of a square.
 const SQUARE: usize = 2;
 
-/// Fills tiles of J Jᵀ from the factors of the blocks.
+/// What a thread needs for a tile, in both precisions: kept, because memory of this size is dear to ask for.
+struct Scratch {
+    double: TileScratch<f64>,
+    single: TileScratch<f32>,
+    raw: Vec<f64>,
+}
+
+impl Scratch {
+    fn new(block: &Block, outputs: usize) -> Self {
+        Self {
+            double: TileScratch::new(&block.factors),
+            single: TileScratch::new(&block.rounded),
+            raw: vec![0.0; (BLOCK * outputs).pow(2)],
+        }
+    }
+
+    fn double(&mut self) -> (&mut TileScratch<f64>, &mut [f64]) {
+        (&mut self.double, &mut self.raw)
+    }
+
+    fn single(&mut self) -> (&mut TileScratch<f32>, &mut [f64]) {
+        (&mut self.single, &mut self.raw)
+    }
+}
+
+/// Fills tiles of J Jᵀ from the factors of the blocks; `of` gives these and their scratch.
 fn fill<S: Real>(
     tiles: &mut [&mut Tile],
-    blocks: &[Block],
+    (blocks, scratch): (&[Block], &[Mutex<Scratch>]),
     learner: &dyn Learner<f64>,
     terms: &Terms,
     factors: impl Fn(&Block) -> &Factors<S> + Sync + Send,
+    of: impl Fn(&mut Scratch) -> (&mut TileScratch<S>, &mut [f64]) + Sync + Send,
 ) {
-    let (net, k) = (learner.net(), learner.outputs_each());
-    let scratch = || {
-        (
-            TileScratch::new(factors(&blocks[0])),
-            vec![0.0; (BLOCK * k).pow(2)],
-        )
-    };
-    tiles
-        .par_iter_mut()
-        .for_each_init(scratch, |(scratch, raw), tile| {
-            let (left, right) = (&blocks[tile.row], &blocks[tile.column]);
-            factors(left).tile(net, factors(right), terms, scratch, raw);
-            mix_tile(&left.work, &right.work, learner, raw, &mut tile.values);
-        });
+    let net = learner.net();
+    tiles.par_iter_mut().for_each(|tile| {
+        let mine = rayon::current_thread_index().unwrap_or(0) % scratch.len();
+        let mut mine = scratch[mine].lock().unwrap_or_else(PoisonError::into_inner);
+        let (scratch, raw) = of(&mut mine);
+        let (left, right) = (&blocks[tile.row], &blocks[tile.column]);
+        factors(left).tile(net, factors(right), terms, scratch, raw);
+        mix_tile(&left.work, &right.work, learner, raw, &mut tile.values);
+    });
 }
 
 /// Mean |r| of the batch, never zero.
