@@ -53,7 +53,10 @@ fn a_fit_of_twenty_steps_is_the_same_on_every_instruction_set_but_for_rounding()
     let bench = Workbench::new();
     bench.write("a.csv", &swing());
     let loss = |level: &str| {
-        let line = format!("--json fit a.csv --angle all --width 16 --steps 20 --out {level}");
+        // Adam: the natural gradient rounds J Jᵀ to single precision where it may.
+        let line = format!(
+            "--json fit a.csv --angle all --width 16 --steps 20 --optimizer adam --out {level}"
+        );
         let outcome = run_with(&bench, level, &line);
         assert_eq!(outcome.code, 0, "{}", outcome.stderr);
         outcome.json()["loss"].as_f64().unwrap()
