@@ -235,9 +235,7 @@ impl<'a> Run<'a> {
             let batch = &order[self.step % per_pass * rings..][..rings];
             let natural = &config.natural;
             let rate = natural.rate * 0.5 * (1.0 + (std::f64::consts::PI * share).cos());
-            let damping = natural.damping_first
-                * (natural.damping_last / natural.damping_first).powf(share)
-                * 10f64.powi(self.setbacks);
+            let damping = natural.scheduled(share, self.setbacks);
             let setting = (rate, damping);
             let parameters = &mut self.parameters;
             let seen = self

@@ -80,11 +80,18 @@ impl NaturalConfig {
 
     /// λ of a step at this share of the budget; `adapted` is what an adaptive rule made of it so far.
     pub(crate) fn damping(&self, share: f64, setbacks: i32, adapted: Option<f64>) -> f64 {
-        let damping = match self.damping_rule {
-            DampingRule::Adaptive { .. } => adapted.unwrap_or(self.damping_first),
-            _ => self.damping_first * (self.damping_last / self.damping_first).powf(share),
-        };
-        damping * 10f64.powi(setbacks)
+        match self.damping_rule {
+            DampingRule::Adaptive { .. } => {
+                adapted.unwrap_or(self.damping_first) * 10f64.powi(setbacks)
+            }
+            _ => self.scheduled(share, setbacks),
+        }
+    }
+
+    /// λ by the schedule, whatever the rule.
+    pub(crate) fn scheduled(&self, share: f64, setbacks: i32) -> f64 {
+        let fall = (self.damping_last / self.damping_first).powf(share);
+        self.damping_first * fall * 10f64.powi(setbacks)
     }
 }
 

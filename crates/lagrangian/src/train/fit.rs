@@ -564,7 +564,6 @@ impl<'a> Run<'a> {
         };
         let batch = self.config.batch.min(self.dataset.train.len());
         let mut engine = Natural::new(learner, batch);
-        engine.phi.copy_from_slice(&self.state.memory[0]);
         let config = self.config;
         let adaptive = matches!(natural.damping_rule, DampingRule::Adaptive { .. });
         let mut after = adaptive.then(|| Batches::<f64>::new(learner, batch));
@@ -648,9 +647,7 @@ impl<'a> Run<'a> {
                         // Each part has a schedule of its own.
                         let (share, part) = parts(share, config.rollout.warm_start);
                         let rate = natural.rate * cosine(part);
-                        let damping = natural.damping_first
-                            * (natural.damping_last / natural.damping_first).powf(part)
-                            * 10f64.powi(state.setbacks);
+                        let damping = natural.scheduled(part, state.setbacks);
                         if !warm {
                             let at = (share, rate, damping);
                             return (rollouts.natural_step(flow, natural, state, at), rate);
