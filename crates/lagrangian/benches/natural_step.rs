@@ -18,14 +18,12 @@ mod meter;
 
 use std::time::Instant;
 
-use lagrangian::Coordinates;
-use lagrangian::dataset::Dataset;
 use lagrangian::lagrangian::LnnConfig;
 use lagrangian::train::{
     Budget, Family, FitConfig, NaturalConfig, Optimizer, Part, Samples, Stepper,
 };
-use meter::networks::lnn_weights;
-use meter::{Case, Meter, expect, on_threads, threads, wave};
+use meter::networks::{dataset, lnn_weights};
+use meter::{Case, Meter, expect, on_threads, threads};
 
 /// Small, so that all steps are alike.
 const RATE: f64 = 1e-6;
@@ -161,21 +159,8 @@ impl Sizes {
     }
 
     fn stepper(&self) -> (Samples, Stepper) {
-        let column = |f: f64| wave(self.batch * self.n, f, 3.0);
-        let samples = Samples {
-            n: self.n,
-            q: column(0.37),
-            qd: column(0.73),
-            qdd: column(1.91),
-            tau: column(0.11),
-            ..Samples::default()
-        };
-        let none = Samples {
-            n: self.n,
-            ..Samples::default()
-        };
-        let coordinates = Coordinates::lines(self.n);
-        let data = expect(Dataset::from_samples(coordinates, samples.clone(), none));
+        let data = dataset(self.n, self.batch);
+        let samples = data.train.clone();
         let config = FitConfig {
             family: Family::Lnn(LnnConfig {
                 width: self.width,

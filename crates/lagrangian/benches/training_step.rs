@@ -18,16 +18,14 @@ mod meter;
 
 use std::ops::ControlFlow;
 
-use lagrangian::dataset::Dataset;
+use lagrangian::Learned;
 use lagrangian::hamiltonian::{HnnConfig, Momenta};
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::train::{
-    AdamConfig, Budget, Family, FitConfig, Loss, Observer, Optimizer, Precision, Progress, Samples,
-    fit,
+    AdamConfig, Budget, Family, FitConfig, Loss, Observer, Optimizer, Precision, Progress, fit,
 };
-use lagrangian::{Coordinates, Learned};
-use meter::networks::{convex_weights, delan_weights, lnn_weights};
-use meter::{Case, Laps, Meter, expect, on_threads, threads, wave};
+use meter::networks::{convex_weights, dataset, delan_weights, lnn_weights};
+use meter::{Case, Laps, Meter, expect, on_threads, threads};
 
 /// What is trained.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -201,7 +199,12 @@ impl Sizes {
             validate_every: usize::MAX,
             ..FitConfig::default()
         };
-        let found = expect(fit(&self.data(), &config, None, &mut clock));
+        let found = expect(fit(
+            &dataset(self.n, 2 * self.batch),
+            &config,
+            None,
+            &mut clock,
+        ));
         let parameters = match &found.model {
             Learned::Lnn(model) => model.lagrangian.parameters().len(),
             Learned::Delan(model) => model.lagrangian.parameters().len(),
@@ -209,25 +212,6 @@ impl Sizes {
             _ => 0,
         };
         (clock.laps.seconds, parameters)
-    }
-
-    /// Smooth and without structure: what is learned does not matter for the time of a step.
-    fn data(&self) -> Dataset {
-        let (n, m) = (self.n, 2 * self.batch);
-        let column = |f: f64| wave(m * n, f, 3.0);
-        let samples = Samples {
-            n,
-            q: column(0.37),
-            qd: column(0.73),
-            qdd: column(1.91),
-            tau: column(0.11),
-            ..Samples::default()
-        };
-        let none = Samples {
-            n,
-            ..Samples::default()
-        };
-        expect(Dataset::from_samples(Coordinates::lines(n), samples, none))
     }
 }
 
