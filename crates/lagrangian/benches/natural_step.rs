@@ -159,7 +159,7 @@ impl Sizes {
     }
 
     fn stepper(&self) -> (Samples, Stepper) {
-        let data = dataset(self.n, self.batch);
+        let data = dataset(lagrangian::Coordinates::lines(self.n), self.batch);
         let samples = data.train.clone();
         let config = FitConfig {
             family: Family::Lnn(LnnConfig {

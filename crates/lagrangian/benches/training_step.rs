@@ -18,12 +18,12 @@ mod meter;
 
 use std::ops::ControlFlow;
 
-use lagrangian::Learned;
 use lagrangian::hamiltonian::{HnnConfig, Momenta};
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, Loss, Observer, Optimizer, Precision, Progress, fit,
 };
+use lagrangian::{Coordinates, Learned};
 use meter::networks::{convex_weights, dataset, delan_weights, lnn_weights};
 use meter::{Case, Laps, Meter, expect, on_threads, threads};
 
@@ -157,8 +157,17 @@ impl Sizes {
                 let [still, moving] = convex_weights(n, width);
                 9 * still + (n + 11) * moving
             }
-            Kind::Delan => 10 * delan_weights(n, width),
+            // cos and sin of each angle.
+            Kind::Delan => 10 * (delan_weights(n, width) + n * width),
             Kind::Hnn => 6 * lnn_weights(n, width),
+        }
+    }
+
+    /// Deep Lagrangian networks on angles, as robots have them and as in the race; the others on lines.
+    fn coordinates(&self) -> Coordinates {
+        match self.kind {
+            Kind::Delan => Coordinates::angles(self.n),
+            _ => Coordinates::lines(self.n),
         }
     }
 
@@ -200,7 +209,7 @@ impl Sizes {
             ..FitConfig::default()
         };
         let found = expect(fit(
-            &dataset(self.n, 2 * self.batch),
+            &dataset(self.coordinates(), 2 * self.batch),
             &config,
             None,
             &mut clock,

@@ -7,8 +7,9 @@ use lagrangian::{Coordinates, Mechanical};
 
 use super::{expect, wave};
 
-/// `m` samples on lines, smooth and without structure: what is learned does not matter for the time of a step.
-pub(crate) fn dataset(n: usize, m: usize) -> Dataset {
+/// `m` samples, smooth and without structure: what is learned does not matter for the time of a step.
+pub(crate) fn dataset(coordinates: Coordinates, m: usize) -> Dataset {
+    let n = coordinates.dof();
     let column = |f: f64| wave(m * n, f, 3.0);
     let samples = Samples {
         n,
@@ -22,7 +23,7 @@ pub(crate) fn dataset(n: usize, m: usize) -> Dataset {
         n,
         ..Samples::default()
     };
-    expect(Dataset::from_samples(Coordinates::lines(n), samples, none))
+    expect(Dataset::from_samples(coordinates, samples, none))
 }
 
 /// A Lagrangian network over coordinates on lines.
