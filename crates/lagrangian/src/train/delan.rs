@@ -56,7 +56,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         work.know(self.nominal);
         work.scratch.resize(4 * self.shape.dof(), 0.0);
         let block = work.deep.take();
-        let mut block = block.unwrap_or_else(|| Block::new(self.shape, samples));
+        let mut block = block.unwrap_or_else(|| Box::new(Block::new(self.shape, samples)));
         let states = (&work.q[..], &work.qd[..]);
         block.evaluate(self.shape, packed, &mut work.pass, states);
         work.singular = 0;
@@ -252,8 +252,10 @@ impl DelanLearner<'_> {
             block.write_tangent(&mut work.pass, d, |s, i| weight(s, d, i));
         }
         work.pass.forward_tangents(&shape.net, packed, directions);
+        // A torque loss alone has left the factor at its one acceleration.
+        let there = self.sets() == 1 && self.loss.needs_forces();
         for d in 0..directions {
-            if d % directions.div_ceil(self.sets()) == 0 {
+            if !there && d % directions.div_ceil(self.sets()) == 0 {
                 let set = d * self.sets() / directions;
                 block.accelerate(|s, i| work.along[s * k + set * n + i]);
             }

@@ -150,7 +150,7 @@ pub(crate) struct Work<T: Real> {
     pub(crate) lambda: Vec<T>,
     pub(crate) lambda_along: Vec<T>,
     /// Of deep Lagrangian networks that are trained by torques or accelerations: what stands between their passes.
-    pub(crate) deep: Option<Block<T>>,
+    pub(crate) deep: Option<Box<Block<T>>>,
     /// Of other mass matrices of this form: the outputs of each sample, and the seeds of the reverse passes.
     pub(crate) factors: Vec<Factor>,
     pub(crate) seeds: [Vec<f64>; 2],

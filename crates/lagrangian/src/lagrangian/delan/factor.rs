@@ -217,36 +217,35 @@ impl<T: Real> Factor<T> {
         to_value: &mut [T],
     ) {
         let n = self.n;
-        let load = |x: &[T], i: usize| -> V { vector(x, i) };
-        // Column by column, where Gᵀβ and G′ᵀβ + Ĝᵀv are one number each.
         for j in 0..n {
-            let own = hat(j).mul(load(&self.first, j));
-            let mut g_beta = load(&self.g, entry(j, j)).mul(load(beta, j));
-            let mut rest = load(&self.g_rate, entry(j, j)).mul(load(beta, j));
-            rest = own.fma(load(&self.v, j), rest);
-            for i in j + 1..n {
-                let (b, at) = (load(beta, i), entry(i, j));
-                g_beta = load(&self.g, at).fma(b, g_beta);
-                rest = load(&self.g_rate, at).fma(b, rest);
-                rest = hat(below(n, i, j)).fma(load(&self.v, i), rest);
+            // Gᵀβ and G′ᵀβ + Ĝᵀv of this column.
+            let (mut g_beta, mut rest) = (V::of(0.0), V::of(0.0));
+            for i in j..n {
+                let (b, at) = (vector::<V>(beta, i), entry(i, j));
+                g_beta = b.fma(vector(&self.g, at), g_beta);
+                rest = b.fma(vector(&self.g_rate, at), rest);
+                let mut hat = hat(if i == j { j } else { below(n, i, j) });
+                if i == j {
+                    hat = hat.mul(vector(&self.first, j));
+                }
+                rest = hat.fma(vector(&self.v, i), rest);
             }
-            let (u, w) = (load(&self.u, j), load(&self.w, j));
-            let along = |i: usize| {
-                let (b, v, a) = (load(beta, i), load(&self.v, i), load(&self.a, i));
+            let (u, w): (V, V) = (vector(&self.u, j), vector(&self.w, j));
+            for i in j..n {
+                let (b, v): (V, V) = (vector(beta, i), vector(&self.v, i));
                 let rate = b.fma(u, g_beta.mul(v));
-                (rate, rest.fma(v, b.fma(w, g_beta.mul(a))))
-            };
-            let (rate, value) = along(j);
-            let first = load(&self.first, j);
-            let bend = hat(j).mul(load(&self.v, j)).mul(u);
-            let curved = load(&self.diagonal_rate, j).fma(rate, bend);
-            set_vector(to_rate, j, rate.mul(first));
-            let curved = curved.mul(load(&self.second, j));
-            set_vector(to_value, j, value.fma(first, curved));
-            for i in j + 1..n {
-                let (rate, value) = along(i);
-                set_vector(to_rate, below(n, i, j), rate);
-                set_vector(to_value, below(n, i, j), value);
+                let value = g_beta.fma(vector(&self.a, i), rest.fma(v, b.mul(w)));
+                if i == j {
+                    let first: V = vector(&self.first, j);
+                    let bend = hat(j).mul(v).mul(u);
+                    let curved = rate.fma(vector(&self.diagonal_rate, j), bend);
+                    let curved = curved.mul(vector(&self.second, j));
+                    set_vector(to_rate, j, rate.mul(first));
+                    set_vector(to_value, j, value.fma(first, curved));
+                } else {
+                    set_vector(to_rate, below(n, i, j), rate);
+                    set_vector(to_value, below(n, i, j), value);
+                }
             }
         }
         let zero = V::of(0.0);
@@ -256,7 +255,7 @@ impl<T: Real> Factor<T> {
         }
         if self.vector_potential {
             for i in 0..n {
-                set_vector(to_rate, n * (n + 1) / 2 + 1 + i, load(beta, i));
+                set_vector::<V>(to_rate, n * (n + 1) / 2 + 1 + i, vector(beta, i));
             }
         }
     }
@@ -271,27 +270,30 @@ impl<T: Real> Factor<T> {
         slopes: &mut [T],
     ) {
         let n = self.n;
-        let load = |x: &[T], i: usize| -> V { vector(x, i) };
         let [g_beta, rate_beta, hat_v] = &mut self.along;
         transposed_product::<V>(n, &self.g, beta, g_beta);
         transposed_product::<V>(n, &self.g_rate, beta, rate_beta);
-        let first = &self.first;
-        let hat_g = |i: usize, j: usize| match i == j {
-            true => hat(i).mul(load(first, i)),
-            false => hat(below(n, i, j)),
-        };
         for j in 0..n {
-            let along = |sum: V, i: usize| hat_g(i, j).fma(load(&self.v, i), sum);
-            set_vector(hat_v, j, (j..n).fold(V::of(0.0), along));
+            let own = hat(j).mul(vector(&self.first, j));
+            let mut sum = own.mul(vector(&self.v, j));
+            for i in j + 1..n {
+                sum = hat(below(n, i, j)).fma(vector(&self.v, i), sum);
+            }
+            set_vector(hat_v, j, sum);
         }
         for i in 0..n {
-            let mut sum = V::of(0.0);
+            let own = hat(i).mul(vector(&self.first, i));
+            let mut sum = own.mul(vector(&self.u, i));
+            for j in 0..i {
+                sum = hat(below(n, i, j)).fma(vector(&self.u, j), sum);
+            }
             for j in 0..=i {
-                let at = entry(i, j);
-                let along_g = load(rate_beta, j).add(load(hat_v, j));
-                sum = load(&self.g, at).fma(along_g, sum);
-                sum = load(&self.g_rate, at).fma(load(g_beta, j), sum);
-                sum = hat_g(i, j).fma(load(&self.u, j), sum);
+                let (g, rate): (V, V) = (
+                    vector(&self.g, entry(i, j)),
+                    vector(&self.g_rate, entry(i, j)),
+                );
+                let along_g = vector::<V>(rate_beta, j).add(vector(hat_v, j));
+                sum = g.fma(along_g, rate.fma(vector(g_beta, j), sum));
             }
             if self.vector_potential {
                 sum = sum.add(hat(n * (n + 1) / 2 + 1 + i));
@@ -310,16 +312,21 @@ fn row<V: Vector>(triangle: &[V::Elem], i: usize) -> &[V::Elem] {
 /// Σ xₖ yₖ over the first `count`.
 #[inline(always)]
 fn product<V: Vector>(x: &[V::Elem], y: &[V::Elem], count: usize) -> V {
-    (0..count).fold(V::of(0.0), |sum, k| {
-        vector::<V>(x, k).fma(vector(y, k), sum)
-    })
+    let mut sum = V::of(0.0);
+    for k in 0..count {
+        sum = vector::<V>(x, k).fma(vector(y, k), sum);
+    }
+    sum
 }
 
 /// out = Mᵀ x for a lower triangular M.
 #[inline(always)]
 fn transposed_product<V: Vector>(n: usize, m: &[V::Elem], x: &[V::Elem], out: &mut [V::Elem]) {
     for j in 0..n {
-        let add = |sum: V, i: usize| vector::<V>(m, entry(i, j)).fma(vector(x, i), sum);
-        set_vector(out, j, (j..n).fold(V::of(0.0), add));
+        let mut sum = V::of(0.0);
+        for i in j..n {
+            sum = vector::<V>(m, entry(i, j)).fma(vector(x, i), sum);
+        }
+        set_vector(out, j, sum);
     }
 }

@@ -2,6 +2,8 @@
 //! (Lutter, Ritter, Peters 2019, arXiv 1907.04490).
 
 mod block;
+#[cfg(test)]
+mod block_tests;
 mod factor;
 mod jets;
 mod kernels;
