@@ -215,7 +215,7 @@ pub(crate) struct LnnShape {
     /// What the network sees of the velocities, or of what is in their place.
     pub(crate) seen: Seen,
     /// 1 / s of each velocity: a division costs as much as all else that is done with one.
-    inverse_speed: Vec<f64>,
+    pub(crate) inverse_speed: Vec<f64>,
 }
 
 impl Lnn {

@@ -192,11 +192,24 @@ pub(crate) struct PointReverse2<'a, T> {
     pub(crate) z: &'a [T],
     pub(crate) ya: &'a [T],
     pub(crate) yz: &'a mut [T],
+    /// Whether of ya only the value is not zero, and the rest was not written: below the output.
+    pub(crate) value_only: bool,
 }
 
 impl<T: Real> Task for PointReverse2<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(self) {
+        if self.value_only {
+            self.apply::<I, true>();
+        } else {
+            self.apply::<I, false>();
+        }
+    }
+}
+
+impl<T: Real> PointReverse2<'_, T> {
+    #[inline(always)]
+    fn apply<I: Isa, const VALUE_ONLY: bool>(self) {
         let shape = self.shape;
         let end = shape.mixed(self.directions);
         for matrix in [self.z, self.ya, &*self.yz] {
@@ -213,9 +226,21 @@ impl<T: Real> Task for PointReverse2<'_, T> {
                 // SAFETY: checked above.
                 unsafe {
                     let [s1, s2, s3] = slopes.map(|x| load::<T::Vec<I>>(x, slope + s));
-                    let (z1, y0, y1): (_, T::Vec<I>, T::Vec<I>) =
-                        (load(z, at(1)), load(ya, at(0)), load(ya, at(1)));
+                    let (z1, y0): (_, T::Vec<I>) = (load(z, at(1)), load(ya, at(0)));
                     let s2y0 = s2.mul(y0);
+                    if VALUE_ONLY {
+                        s2y0.mul(z1).store_ptr(yz.add(at(1)));
+                        let with_zi = s3.mul(z1).mul(y0);
+                        for i in 0..self.directions {
+                            let mixed = at(shape.mixed(i));
+                            let (zi, zm): (T::Vec<I>, T::Vec<I>) =
+                                (load(z, at(2 + i)), load(z, mixed));
+                            s2y0.mul(zi).store_ptr(yz.add(at(2 + i)));
+                            with_zi.fma(zi, s2y0.mul(zm)).store_ptr(yz.add(mixed));
+                        }
+                        continue;
+                    }
+                    let y1: T::Vec<I> = load(ya, at(1));
                     y1.fma(s1, s2y0.mul(z1)).store_ptr(yz.add(at(1)));
                     // Everything of component i′ that z_i multiplies: σ″ ya_′ + σ‴ z_′ ya₀.
                     let with_zi = s2.fma(y1, s3.mul(z1).mul(y0));
