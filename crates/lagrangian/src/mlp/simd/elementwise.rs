@@ -23,6 +23,12 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// Rows of a panel.
+    #[cfg(test)]
+    pub(crate) fn rows(&self) -> usize {
+        self.components * self.samples
+    }
+
     #[inline(always)]
     pub(super) fn at<T: Real>(&self, panel: usize, component: usize, sample: usize) -> usize {
         ((panel * self.components + component) * self.samples + sample) * T::LANES
@@ -350,7 +356,10 @@ impl<T: Real> Contract<'_, T> {
                 // SAFETY: checked above, here and below.
                 let (weight, prime) = unsafe {
                     let second: T::Vec<I> = load(second, shape.slope::<T>(p, s));
-                    (second.mul(load(ya, first)), load::<T::Vec<I>>(from, first + step))
+                    (
+                        second.mul(load(ya, first)),
+                        load::<T::Vec<I>>(from, first + step),
+                    )
                 };
                 let mut z = [T::Vec::<I>::of(0.0); N];
                 for i in 0..N {
