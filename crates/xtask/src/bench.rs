@@ -25,11 +25,11 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
             message: format!("bench does not know '{flag}'"),
             hint: format!("usage: cargo xtask {USAGE}"),
         }),
-        None => bench(arguments).map_err(Failure::from),
+        None => bench(arguments),
     }
 }
 
-fn bench(arguments: &[&str]) -> Result<(), String> {
+fn bench(arguments: &[&str]) -> Result<(), Failure> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let fail = |e: std::io::Error| format!("{}: {e}", root.display());
     let root = root.canonicalize().map_err(fail)?;
@@ -52,16 +52,22 @@ fn bench(arguments: &[&str]) -> Result<(), String> {
         .status()
         .map_err(|e| format!("cargo did not start: {e}"))?;
     if !status.success() {
-        return Err(format!("the benches failed ({status})"));
+        return Err(format!("the benches failed ({status})").into());
     }
     let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
     let lines: Result<Vec<Value>, _> = text.lines().map(serde_json::from_str).collect();
     let lines = lines.map_err(|e| format!("{}: {e}", file.display()))?;
+    if !lines.iter().any(|line| line.get("row").is_some()) {
+        return Err(Failure::Usage {
+            message: format!("no row is named by '{}'", arguments.join(" ")),
+            hint: "`cargo xtask bench --smoke` names all rows".into(),
+        });
+    }
     let table = markdown(&lines);
     if !arguments.is_empty() {
         return Ok(());
     }
-    page::replace(&root.join("docs/performance.md"), "bench", &table)
+    page::replace(&root.join("docs/performance.md"), "bench", &table).map_err(Failure::from)
 }
 
 /// A table for each bench, from a line for its head and one for each of its rows.
