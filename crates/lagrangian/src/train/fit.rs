@@ -132,8 +132,8 @@ pub struct Fit {
 /// Fits a model to `dataset`; `resume` goes on from a checkpoint of the same run.
 ///
 /// # Errors
-/// [`Error::Argument`] for settings outside their domain, [`Error::Shape`] for a checkpoint of another run, and
-/// whatever the observer returns.
+/// [`Error::Argument`](crate::Error::Argument) for settings outside their domain,
+/// [`Error::Shape`](crate::Error::Shape) for a checkpoint of another run, and whatever the observer returns.
 pub fn fit(
     dataset: &Dataset,
     config: &FitConfig,
