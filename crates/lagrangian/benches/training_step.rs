@@ -24,7 +24,8 @@ use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, Loss, Observer, Optimizer, Precision, Progress, fit,
 };
 use lagrangian::{Coordinates, Learned};
-use meter::networks::{convex_weights, dataset, delan_weights, lnn_weights};
+use meter::data::dataset;
+use meter::networks::{convex_weights, delan_weights, lnn_weights};
 use meter::{Case, Laps, Meter, expect, on_threads, threads};
 
 /// What is trained.
@@ -209,7 +210,7 @@ impl Sizes {
             ..FitConfig::default()
         };
         let found = expect(fit(
-            &dataset(self.coordinates(), 2 * self.batch),
+            &expect(dataset(self.coordinates(), 2 * self.batch)),
             &config,
             None,
             &mut clock,

@@ -99,7 +99,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         slopes: &mut [f64],
     ) {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
-        let mut factor = shape.factor();
+        let mut factor = work.factors.pop().unwrap_or_else(|| shape.factor());
         work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {
             let (pass, qd) = (&work.pass, &work.qd[s * n..][..n]);
@@ -112,6 +112,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
                 work.add_force_slopes(&self.forces, extra, (s, shape.scaling.energy), set);
             }
         }
+        work.factors.push(factor);
     }
 }
 
