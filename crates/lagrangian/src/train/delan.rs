@@ -99,6 +99,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         slopes: &mut [f64],
     ) {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
+        // One state at a time: a flow is linearised far less often than a loss.
         let mut factor = work.factors.pop().unwrap_or_else(|| shape.factor());
         work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {

@@ -1,4 +1,5 @@
-//! A single number as a vector of one lane, so that an algebra written over vectors serves one state too.
+//! A single number as a vector of one lane, so that an algebra written over vectors serves one state too. It needs
+//! no instructions in particular, and may be used outside of a kernel.
 
 use super::Vector;
 

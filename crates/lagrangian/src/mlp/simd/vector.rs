@@ -45,7 +45,7 @@ impl Real for f64 {
 }
 
 /// Lane-wise arithmetic. All methods compile to single instructions when inlined below the entry of their
-/// instruction set; they must not be called elsewhere, which the privacy of this module ensures.
+/// instruction set; they must not be called elsewhere, but for those of `f64`, which is a vector of one lane.
 pub trait Vector: Copy {
     /// The number in a lane.
     type Elem: Real;
