@@ -158,8 +158,17 @@ impl Sizes {
                 let [still, moving] = convex_weights(n, width);
                 9 * still + (n + 11) * moving
             }
-            Kind::Delan => 10 * delan_weights(n, width),
+            // cos and sin of each angle.
+            Kind::Delan => 10 * (delan_weights(n, width) + n * width),
             Kind::Hnn => 6 * lnn_weights(n, width),
+        }
+    }
+
+    /// Deep Lagrangian networks on angles, as robots have them and as in the race; the others on lines.
+    fn coordinates(&self) -> Coordinates {
+        match self.kind {
+            Kind::Delan => Coordinates::angles(self.n),
+            _ => Coordinates::lines(self.n),
         }
     }
 
@@ -201,7 +210,7 @@ impl Sizes {
             ..FitConfig::default()
         };
         let found = expect(fit(
-            &expect(dataset(Coordinates::lines(self.n), 2 * self.batch)),
+            &expect(dataset(self.coordinates(), 2 * self.batch)),
             &config,
             None,
             &mut clock,

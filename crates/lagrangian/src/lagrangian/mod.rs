@@ -13,8 +13,8 @@ mod sum;
 
 pub use actuation::Actuation;
 pub use curvature::Curvature;
+pub(crate) use delan::{Block, DelanShape, Factor};
 pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
-pub(crate) use delan::{DelanShape, Factor};
 pub use dissipation::{Dissipation, Stribeck};
 pub(crate) use lnn::LnnShape;
 pub use lnn::{Form, Lnn, LnnConfig};

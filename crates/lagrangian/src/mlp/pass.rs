@@ -1,5 +1,7 @@
 //! A block of samples on its way through a network, forward and backward over the truncated algebra.
 
+mod planes;
+
 use std::ops::Range;
 
 use super::net::{Kind, Net, Source};
@@ -367,6 +369,11 @@ impl<T: Real> Pass<T> {
         seed: impl Fn(usize, usize) -> T,
     ) {
         self.seed(net, 0..1, |_, s, o| seed(s, o));
+        self.reverse_seeded(net, packed);
+    }
+
+    /// The same from seeds that stand in component 0 of the sensitivities of the outputs.
+    pub(crate) fn reverse_seeded(&mut self, net: &Net, packed: &Packed<T>) {
         self.back(net, packed, Backward::Value { directions: 0 });
     }
 
@@ -396,6 +403,16 @@ impl<T: Real> Pass<T> {
         seed: impl Fn(usize, usize, usize) -> T,
     ) {
         self.seed(net, 1..1 + 2 * directions, |c, s, o| seed(c - 1, s, o));
+        self.reverse_tangents_seeded(net, packed, directions);
+    }
+
+    /// The same from seeds that stand in the components from 1 on of the sensitivities of the outputs.
+    pub(crate) fn reverse_tangents_seeded(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        directions: usize,
+    ) {
         self.back(net, packed, Backward::Tangents { directions });
     }
 

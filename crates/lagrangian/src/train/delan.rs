@@ -3,7 +3,7 @@
 
 use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
-use crate::lagrangian::DelanShape;
+use crate::lagrangian::{Block, DelanShape};
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed, Terms};
 use crate::rigid::RigidBodies;
@@ -52,33 +52,21 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
     }
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
-        let (shape, n) = (self.shape, self.shape.dof());
-        self.prepare(work);
+        let samples = work.pass.samples();
         work.know(self.nominal);
-        for s in 0..work.pass.samples() {
-            let row = s * n..s * n + n;
-            shape.write(&mut work.pass, s, &work.q[row.clone()], &work.qd[row]);
-        }
-        work.pass.forward(&shape.net, packed, Some(0));
-        let scale = &shape.scaling.qd_scale;
-        let outputs = shape.factor_outputs();
-        for s in 0..work.pass.samples() {
-            let (pass, qd, factor) = (&work.pass, &work.qd, &mut work.factors[s]);
-            factor.read(
-                |c, o| pass.output(&shape.net, c, s, o).f64(),
-                |i| qd[s * n + i] / scale[i],
-            );
-            factor.seeds(&mut work.seeds[0][s * outputs..][..outputs]);
-        }
-        let seeds = &work.seeds[0];
-        work.pass
-            .reverse_sum(&shape.net, packed, |s, o| T::of(seeds[s * outputs + o]));
+        work.scratch.resize(4 * self.shape.dof(), 0.0);
+        let block = work.deep.take();
+        let mut block = block.unwrap_or_else(|| Box::new(Block::new(self.shape, samples)));
+        let states = (&work.q[..], &work.qd[..]);
+        block.evaluate(self.shape, packed, &mut work.pass, states);
         work.singular = 0;
-        for s in 0..work.pass.samples() {
-            let row = s * n..s * n + n;
-            shape.slope(&work.pass, s, &mut work.jet.dl_dq[row]);
-            self.balance(s, extra, work);
+        if self.loss.needs_forces() {
+            self.torque_residuals(extra, &mut block, work);
         }
+        if self.loss.inverts() {
+            self.acceleration_residuals(extra, &mut block, work);
+        }
+        work.deep = Some(block);
     }
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
@@ -111,10 +99,15 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         slopes: &mut [f64],
     ) {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
+        let mut factor = shape.factor();
         work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {
-            let qd = &work.qd[s * n..][..n];
-            shape.slopes(&work.pass, s, qd, &mut work.factors[s], slopes);
+            let (pass, qd) = (&work.pass, &work.qd[s * n..][..n]);
+            factor.read(
+                |c, o| pass.output(&shape.net, c, s, o).f64(),
+                |i| qd[i] / shape.scaling.qd_scale[i],
+            );
+            shape.slopes(pass, s, qd, &mut factor, slopes);
             for set in slopes.chunks_exact_mut(2 * n * n) {
                 work.add_force_slopes(&self.forces, extra, (s, shape.scaling.energy), set);
             }
@@ -136,61 +129,48 @@ impl DelanLearner<'_> {
         self.sets() * self.shape.dof()
     }
 
-    /// Makes room for what this family needs beside the pass.
-    fn prepare<T: Real>(&self, work: &mut Work<T>) {
-        let samples = work.pass.samples();
-        if work.factors.len() == samples {
-            return;
-        }
-        work.factors = vec![self.shape.factor(); samples];
-        let outputs = self.shape.factor_outputs();
-        work.seeds = [
-            vec![0.0; samples * outputs],
-            vec![0.0; 2 * self.outputs() * samples * outputs],
-        ];
-        work.scratch.resize(4 * self.shape.dof(), 0.0);
-    }
-
-    /// The factors stand at the outputs of sample `s`, `jet.dl_dq` holds ∂(L/E)/∂q: fills residuals and D.
-    fn balance<T: Real>(&self, s: usize, extra: &[f64], work: &mut Work<T>) {
-        let (n, energy) = (self.shape.dof(), self.shape.scaling.energy);
-        let k = self.outputs();
-        if self.loss.needs_forces() {
+    /// Residuals at the recorded acceleration.
+    fn torque_residuals<T: Real>(&self, extra: &[f64], block: &mut Block<T>, work: &mut Work<T>) {
+        let (n, k) = (self.shape.dof(), self.outputs());
+        block.accelerate(|s, i| work.qdd[s * n + i]);
+        block.balance();
+        for s in 0..work.pass.samples() {
             for i in 0..n {
                 work.along[s * k + i] = work.qdd[s * n + i];
             }
-            work.force(&self.forces, extra, (s, At::Recorded), energy);
-            self.torque_residual(s, work);
-        }
-        if self.loss.inverts() {
-            work.force(&self.forces, extra, (s, At::Rest), energy);
-            self.acceleration_residual(s, extra, work);
+            work.force(&self.forces, extra, (s, At::Recorded), self.energy());
+            self.torque_residual(s, block, work);
         }
     }
 
-    /// Left side of the balance of coordinate `i` without the forces, in units of the energy.
-    fn left<T: Real>(&self, work: &Work<T>, s: usize, i: usize) -> f64 {
-        let n = self.shape.dof();
-        work.factors[s].momentum_rate(i) / self.shape.scaling.qd_scale[i]
-            - work.jet.dl_dq[s * n + i]
+    /// Residuals at the acceleration of the model.
+    fn acceleration_residuals<T: Real>(
+        &self,
+        extra: &[f64],
+        block: &mut Block<T>,
+        work: &mut Work<T>,
+    ) {
+        block.accelerate(|_, _| 0.0);
+        block.balance();
+        block.weigh();
+        for s in 0..work.pass.samples() {
+            work.force(&self.forces, extra, (s, At::Rest), self.energy());
+            self.acceleration_residual(s, extra, block, work);
+        }
     }
 
-    fn accelerate<T: Real>(&self, work: &mut Work<T>, s: usize, set: usize) {
-        let (n, k) = (self.shape.dof(), self.outputs());
-        let scale = &self.shape.scaling.qd_scale;
-        let along = &work.along[s * k + set * n..][..n];
-        work.factors[s].accelerate(|i| along[i] / scale[i]);
+    fn energy(&self) -> f64 {
+        self.shape.scaling.energy
     }
 
     /// r = w (M q̈ + c + d − τ), D = w E; and the power r·q̇.
-    fn torque_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
-        let (n, k, energy) = (self.shape.dof(), self.outputs(), self.shape.scaling.energy);
+    fn torque_residual<T: Real>(&self, s: usize, block: &Block<T>, work: &mut Work<T>) {
+        let (n, k, energy) = (self.shape.dof(), self.outputs(), self.energy());
         let m = self.loss.residuals(n);
-        self.accelerate(work, s, 0);
         work.mix[s * m * k..][..m * k].fill(0.0);
         let mut power = 0.0;
         for i in 0..n {
-            let error = energy * self.left(work, s, i) + work.scratch[n + i];
+            let error = energy * block.left(s, i) + work.scratch[n + i];
             work.residual[s * m + i] = self.weights[i] * error;
             work.mix[(s * m + i) * k + i] = self.weights[i] * energy;
             power += error * work.qd[s * n + i];
@@ -205,21 +185,26 @@ impl DelanLearner<'_> {
 
     /// r = w (M⁻¹ (τ − d − c) − q̈), D = −w M⁻¹ E at the acceleration of the model (theory.md, equation 15). The
     /// second half of the scratch holds d − τ.
-    fn acceleration_residual<T: Real>(&self, s: usize, extra: &[f64], work: &mut Work<T>) {
-        let (n, k, energy) = (self.shape.dof(), self.outputs(), self.shape.scaling.energy);
+    fn acceleration_residual<T: Real>(
+        &self,
+        s: usize,
+        extra: &[f64],
+        block: &Block<T>,
+        work: &mut Work<T>,
+    ) {
+        let (n, k, energy) = (self.shape.dof(), self.outputs(), self.energy());
         let (m, set) = (self.loss.residuals(n), self.sets() - 1);
         let scale = &self.shape.scaling.qd_scale;
-        work.factors[s].accelerate(|_| 0.0);
         let mass = &mut work.jet.mass_matrix[s * n * n..][..n * n];
         for i in 0..n {
             for j in 0..n {
-                mass[i * n + j] = energy / (scale[i] * scale[j]) * work.factors[s].mass(i, j);
+                mass[i * n + j] = energy / (scale[i] * scale[j]) * block.mass(s, i, j);
             }
             mass[i * n + i] += self.forces.rotor(extra, i);
         }
         work.add_known_mass(s);
         for i in 0..n {
-            work.scratch[i] = -energy * self.left(work, s, i) - work.scratch[n + i];
+            work.scratch[i] = -energy * block.left(s, i) - work.scratch[n + i];
         }
         work.hold(&self.shape.coordinates, s);
         let (force, rest) = work.scratch.split_at_mut(n);
@@ -259,37 +244,26 @@ impl DelanLearner<'_> {
         directions: usize,
         weight: impl Fn(usize, usize, usize) -> f64,
     ) {
-        let (shape, n) = (self.shape, self.shape.dof());
-        let (samples, outputs) = (work.pass.samples(), shape.factor_outputs());
-        for s in 0..samples {
-            for d in 0..directions {
-                shape.write_tangent(&mut work.pass, (s, d), |i| -weight(s, d, i));
-            }
+        let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
+        let Some(mut block) = work.deep.take() else {
+            return;
+        };
+        for d in 0..directions {
+            block.write_tangent(&mut work.pass, d, |s, i| weight(s, d, i));
         }
         work.pass.forward_tangents(&shape.net, packed, directions);
-        let mut beta = [0.0; 64];
-        for s in 0..samples {
-            for d in 0..directions {
-                if d % directions.div_ceil(self.sets()) == 0 {
-                    self.accelerate(work, s, d * self.sets() / directions);
-                }
-                for (i, b) in beta[..n].iter_mut().enumerate() {
-                    *b = weight(s, d, i) / shape.scaling.qd_scale[i];
-                }
-                let pass = &work.pass;
-                let (rates, values) = work.seeds[1].split_at_mut(directions * samples * outputs);
-                let at = (d * samples + s) * outputs;
-                work.factors[s].sensitivities(
-                    &beta[..n],
-                    |o| pass.output(&shape.net, 2 + d, s, o).f64(),
-                    &mut rates[at..at + outputs],
-                    &mut values[at..at + outputs],
-                );
+        // A torque loss alone has left the factor at its one acceleration.
+        let there = self.sets() == 1 && self.loss.needs_forces();
+        for d in 0..directions {
+            if !there && d % directions.div_ceil(self.sets()) == 0 {
+                let set = d * self.sets() / directions;
+                block.accelerate(|s, i| work.along[s * k + set * n + i]);
             }
+            let of = (d, directions);
+            block.seed(shape, &mut work.pass, of, |s, i| weight(s, d, i));
         }
-        let seeds = &work.seeds[1];
-        let seed = |c: usize, s: usize, o: usize| T::of(seeds[(c * samples + s) * outputs + o]);
         work.pass
-            .reverse_tangents(&shape.net, packed, directions, seed);
+            .reverse_tangents_seeded(&shape.net, packed, directions);
+        work.deep = Some(block);
     }
 }

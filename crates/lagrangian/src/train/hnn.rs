@@ -164,7 +164,7 @@ impl HnnLearner<'_> {
             factor.read(output, pi);
             // With a = π the rate of the momentum is the momentum itself.
             factor.accelerate(pi);
-            factor.seeds(&mut work.seeds[0][s * outputs..][..outputs]);
+            factor.seeds::<f64>(&mut work.seeds[0][s * outputs..][..outputs]);
         }
         let seeds = &work.seeds[0];
         work.pass
@@ -184,7 +184,7 @@ impl HnnLearner<'_> {
         shape.read_slopes(&work.pass, s, &work.q[s * n..][..n], raw);
         if let HnnNet::Mass(_) = shape.net {
             for (i, raw) in raw[..n].iter_mut().enumerate() {
-                *raw = work.factors[s].momentum(i);
+                *raw = work.factors[s].momentum::<f64>(i);
             }
         }
     }

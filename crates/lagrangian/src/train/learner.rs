@@ -8,7 +8,7 @@ use super::forces::{Drive, Forces};
 use super::positions::Points;
 use crate::Coordinates;
 use crate::integrate::Rule;
-use crate::lagrangian::{Factor, Jet};
+use crate::lagrangian::{Block, Factor, Jet};
 use crate::mlp::simd::Real;
 use crate::mlp::{Gradient, Net, Packed, Pass, Terms};
 use crate::solve::SymmetricSolver;
@@ -151,7 +151,9 @@ pub(crate) struct Work<T: Real> {
     pub(crate) slope: Vec<f64>,
     pub(crate) lambda: Vec<T>,
     pub(crate) lambda_along: Vec<T>,
-    /// Of deep Lagrangian networks: the outputs of each sample, and the seeds of the reverse passes.
+    /// Of deep Lagrangian networks that are trained by torques or accelerations: what stands between their passes.
+    pub(crate) deep: Option<Box<Block<T>>>,
+    /// Of other mass matrices of this form: the outputs of each sample, and the seeds of the reverse passes.
     pub(crate) factors: Vec<Factor>,
     pub(crate) seeds: [Vec<f64>; 2],
 }
@@ -191,6 +193,7 @@ impl<T: Real> Work<T> {
             slope: Vec::with_capacity(m),
             lambda: vec![T::default(); samples * k],
             lambda_along: vec![T::default(); samples * k],
+            deep: None,
             factors: Vec::new(),
             seeds: [Vec::new(), Vec::new()],
         }

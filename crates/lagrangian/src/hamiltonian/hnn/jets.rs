@@ -80,7 +80,7 @@ impl<'a> HnnJets<'a> {
                 false => pass.output(&shape.net, c, s, o),
             };
             factor.read(output, |i| all[p(s) + i] / scale[i]);
-            factor.seeds(&mut self.seeds[s * outputs..][..outputs]);
+            factor.seeds::<f64>(&mut self.seeds[s * outputs..][..outputs]);
         }
         let seeds = &self.seeds;
         pass.reverse_sum(&shape.net, &self.hnn.packed, |s, o| seeds[s * outputs + o]);
@@ -120,7 +120,7 @@ impl HamiltonianJets for HnnJets<'_> {
                 }
                 for i in 0..n {
                     if let HnnNet::Mass(_) = &shape.net {
-                        slopes[i] = self.factors[s].momentum(i);
+                        slopes[i] = self.factors[s].momentum::<f64>(i);
                     }
                     let unit = shape.unit(i, p[row(s) + i]);
                     velocity[row(s) + i] = unit.rate * slopes[i] + unit.start;
@@ -237,12 +237,12 @@ impl HnnJets<'_> {
             pass.forward(&shape.net, &hnn.packed, Some(0));
             self.factors(&mut pass, row, p, true);
             for (s, factor) in self.factors[..count].iter().enumerate() {
-                jet.hamiltonian[start + s] = e * factor.lagrangian();
+                jet.hamiltonian[start + s] = e * factor.lagrangian::<f64>();
                 for i in 0..n {
-                    jet.velocity_drift[row(s) + i] = e / scale[i] * factor.momentum_rate(i);
+                    jet.velocity_drift[row(s) + i] = e / scale[i] * factor.momentum_rate::<f64>(i);
                     for j in 0..n {
                         jet.inverse_mass[(row(s) + i) * n + j] =
-                            e / (scale[i] * scale[j]) * factor.mass(i, j);
+                            e / (scale[i] * scale[j]) * factor.mass::<f64>(i, j);
                     }
                 }
             }

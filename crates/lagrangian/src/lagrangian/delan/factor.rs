@@ -1,5 +1,5 @@
-//! What the outputs of a deep Lagrangian network mean at one state: L/E = ½ |Gᵀv|² + A·v − V and its derivatives
-//! (theory.md, section 14).
+//! What the outputs of a deep Lagrangian network mean: L/E = ½ |Gᵀv|² + A·v − V and its derivatives (theory.md,
+//! section 14), at one state or at a vector of them.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
@@ -8,47 +8,61 @@
 //! | v, a | q̇ and q̈ in units of the velocities | n |
 //! | u = Gᵀv, w = G′ᵀv + Gᵀa | | n |
 //! | π = G u + A, π′ = G′u + G w + A′ | momentum and its rate | n |
+//!
+//! Every number is a vector `V` over the states; for one state `V` is `f64`. Methods over a longer vector are called
+//! inside a kernel only.
 
-use crate::solve::dot;
+use crate::mlp::Activation;
+use crate::mlp::simd::{Buffer, Real, Vector, set_vector, vector};
 
 /// The output that entry (i, j) of G is, j < i.
+#[inline(always)]
 pub(crate) fn below(n: usize, i: usize, j: usize) -> usize {
     n + i * (i - 1) / 2 + j
 }
 
-/// Scratch for one state, read off the outputs of its pass.
+/// Where entry (i, j) of a lower triangular matrix stands, j ≤ i.
+#[inline(always)]
+fn entry(i: usize, j: usize) -> usize {
+    i * (i + 1) / 2 + j
+}
+
+/// Scratch for one state or for a vector of them, read off the outputs of their pass.
 #[derive(Debug, Clone)]
-pub(crate) struct Factor {
+pub(crate) struct Factor<T = f64> {
     n: usize,
     shift: f64,
     vector_potential: bool,
-    /// G and G′, row-major, zero above the diagonal.
-    g: Vec<f64>,
-    g_rate: Vec<f64>,
+    /// The lower triangles of G and G′, row by row.
+    g: Buffer<T>,
+    g_rate: Buffer<T>,
     /// softplus′ and softplus″ of the diagonal, and the rate of its argument.
-    first: Vec<f64>,
-    second: Vec<f64>,
-    diagonal_rate: Vec<f64>,
-    v: Vec<f64>,
-    a: Vec<f64>,
-    u: Vec<f64>,
-    w: Vec<f64>,
-    potential: f64,
-    linear: Vec<f64>,
-    linear_rate: Vec<f64>,
-    /// Gᵀβ, G′ᵀβ and Ĝᵀv of [`Factor::sensitivities`].
-    along: [Vec<f64>; 3],
+    first: Buffer<T>,
+    second: Buffer<T>,
+    diagonal_rate: Buffer<T>,
+    v: Buffer<T>,
+    a: Buffer<T>,
+    u: Buffer<T>,
+    w: Buffer<T>,
+    /// One number.
+    potential: Buffer<T>,
+    linear: Buffer<T>,
+    linear_rate: Buffer<T>,
+    /// Gᵀβ, G′ᵀβ and Ĝᵀv of [`Factor::velocity_slopes`].
+    along: [Buffer<T>; 3],
 }
 
-impl Factor {
-    pub(crate) fn new(n: usize, vector_potential: bool, shift: f64) -> Self {
-        let (row, square) = (|| vec![0.0; n], || vec![0.0; n * n]);
+impl<T: Real> Factor<T> {
+    /// Room for vectors of `lanes` states.
+    pub(crate) fn new(n: usize, vector_potential: bool, shift: f64, lanes: usize) -> Self {
+        let row = || Buffer::new(n * lanes);
+        let triangle = || Buffer::new(n * (n + 1) / 2 * lanes);
         Self {
             n,
             shift,
             vector_potential,
-            g: square(),
-            g_rate: square(),
+            g: triangle(),
+            g_rate: triangle(),
             first: row(),
             second: row(),
             diagonal_rate: row(),
@@ -56,7 +70,7 @@ impl Factor {
             a: row(),
             u: row(),
             w: row(),
-            potential: 0.0,
+            potential: Buffer::new(lanes),
             linear: row(),
             linear_rate: row(),
             along: [row(), row(), row()],
@@ -64,194 +78,255 @@ impl Factor {
     }
 
     /// Reads G, V and A from `output(c, o)`, with c = 0 the value and 1 its change along q̇; a = 0.
-    pub(crate) fn read(&mut self, output: impl Fn(usize, usize) -> f64, v: impl Fn(usize) -> f64) {
+    #[inline(always)]
+    pub(crate) fn read<V: Vector<Elem = T>>(
+        &mut self,
+        output: impl Fn(usize, usize) -> V,
+        v: impl Fn(usize) -> V,
+    ) {
         let n = self.n;
         for i in 0..n {
-            self.v[i] = v(i);
-            let (value, first, second) = softplus(output(0, i));
-            self.first[i] = first;
-            self.second[i] = second;
-            self.diagonal_rate[i] = output(1, i);
-            self.g[i * n + i] = value + self.shift;
-            self.g_rate[i * n + i] = first * self.diagonal_rate[i];
+            let (diagonal, rate) = (Activation::Softplus.derivatives(output(0, i)), output(1, i));
+            set_vector(&mut self.v, i, v(i));
+            set_vector(&mut self.first, i, diagonal.first);
+            set_vector(&mut self.second, i, diagonal.second);
+            set_vector(&mut self.diagonal_rate, i, rate);
+            let value = diagonal.value.add(V::of(self.shift));
+            set_vector(&mut self.g, entry(i, i), value);
+            set_vector(&mut self.g_rate, entry(i, i), diagonal.first.mul(rate));
             for j in 0..i {
-                self.g[i * n + j] = output(0, below(n, i, j));
-                self.g_rate[i * n + j] = output(1, below(n, i, j));
+                set_vector(&mut self.g, entry(i, j), output(0, below(n, i, j)));
+                set_vector(&mut self.g_rate, entry(i, j), output(1, below(n, i, j)));
             }
         }
         let at = n * (n + 1) / 2;
-        self.potential = output(0, at);
+        set_vector(&mut self.potential, 0, output(0, at));
         if self.vector_potential {
             for i in 0..n {
-                self.linear[i] = output(0, at + 1 + i);
-                self.linear_rate[i] = output(1, at + 1 + i);
+                set_vector(&mut self.linear, i, output(0, at + 1 + i));
+                set_vector(&mut self.linear_rate, i, output(1, at + 1 + i));
             }
         }
-        transposed_product(n, &self.g, &self.v, &mut self.u);
-        self.accelerate(|_| 0.0);
+        transposed_product::<V>(n, &self.g, &self.v, &mut self.u);
+        self.accelerate(|_| V::of(0.0));
     }
 
     /// Sets the acceleration a.
-    pub(crate) fn accelerate(&mut self, a: impl Fn(usize) -> f64) {
+    #[inline(always)]
+    pub(crate) fn accelerate<V: Vector<Elem = T>>(&mut self, a: impl Fn(usize) -> V) {
         let n = self.n;
         for i in 0..n {
-            self.a[i] = a(i);
+            set_vector(&mut self.a, i, a(i));
         }
-        transposed_product(n, &self.g_rate, &self.v, &mut self.w);
         for j in 0..n {
-            self.w[j] += (j..n).map(|i| self.g[i * n + j] * self.a[i]).sum::<f64>();
+            let mut sum = V::of(0.0);
+            for i in j..n {
+                let (g, rate): (V, V) = (
+                    vector(&self.g, entry(i, j)),
+                    vector(&self.g_rate, entry(i, j)),
+                );
+                sum = rate.fma(vector(&self.v, i), g.fma(vector(&self.a, i), sum));
+            }
+            set_vector(&mut self.w, j, sum);
         }
     }
 
     /// L/E.
-    pub(crate) fn lagrangian(&self) -> f64 {
-        self.kinetic() + dot(&self.linear, &self.v) - self.potential
+    #[inline(always)]
+    pub(crate) fn lagrangian<V: Vector<Elem = T>>(&self) -> V {
+        let linear = product::<V>(&self.linear, &self.v, self.n);
+        self.kinetic::<V>().add(linear).sub(self.potential())
     }
 
     /// ½ |Gᵀv|².
-    pub(crate) fn kinetic(&self) -> f64 {
-        0.5 * dot(&self.u, &self.u)
+    #[inline(always)]
+    pub(crate) fn kinetic<V: Vector<Elem = T>>(&self) -> V {
+        V::of(0.5).mul(product(&self.u, &self.u, self.n))
     }
 
     /// V/E.
-    pub(crate) fn potential(&self) -> f64 {
-        self.potential
+    #[inline(always)]
+    pub(crate) fn potential<V: Vector<Elem = T>>(&self) -> V {
+        vector(&self.potential, 0)
     }
 
     /// πᵢ.
-    pub(crate) fn momentum(&self, i: usize) -> f64 {
-        self.linear[i] + dot(self.row(i), &self.u[..=i])
+    #[inline(always)]
+    pub(crate) fn momentum<V: Vector<Elem = T>>(&self, i: usize) -> V {
+        let own = product::<V>(row::<V>(&self.g, i), &self.u, i + 1);
+        own.add(vector(&self.linear, i))
     }
 
     /// π′ᵢ.
-    pub(crate) fn momentum_rate(&self, i: usize) -> f64 {
-        let rate = &self.g_rate[i * self.n..][..=i];
-        self.linear_rate[i] + dot(rate, &self.u[..=i]) + dot(self.row(i), &self.w[..=i])
+    #[inline(always)]
+    pub(crate) fn momentum_rate<V: Vector<Elem = T>>(&self, i: usize) -> V {
+        let mut sum: V = vector(&self.linear_rate, i);
+        for j in 0..=i {
+            let (g, rate): (V, V) = (
+                vector(&self.g, entry(i, j)),
+                vector(&self.g_rate, entry(i, j)),
+            );
+            sum = rate.fma(vector(&self.u, j), g.fma(vector(&self.w, j), sum));
+        }
+        sum
     }
 
     /// (G Gᵀ)ᵢⱼ.
-    pub(crate) fn mass(&self, i: usize, j: usize) -> f64 {
-        let m = i.min(j);
-        dot(&self.row(i)[..=m], &self.row(j)[..=m])
+    #[inline(always)]
+    pub(crate) fn mass<V: Vector<Elem = T>>(&self, i: usize, j: usize) -> V {
+        product(row::<V>(&self.g, i), row::<V>(&self.g, j), i.min(j) + 1)
     }
 
     /// The change of (G Gᵀ)ᵢⱼ with G′.
-    pub(crate) fn mass_rate(&self, i: usize, j: usize) -> f64 {
-        let m = i.min(j);
-        let rate = |i: usize| &self.g_rate[i * self.n..][..=m];
-        dot(rate(i), &self.row(j)[..=m]) + dot(&self.row(i)[..=m], rate(j))
-    }
-
-    /// Row i of G up to its diagonal.
-    fn row(&self, i: usize) -> &[f64] {
-        &self.g[i * self.n..][..=i]
+    #[inline(always)]
+    pub(crate) fn mass_rate<V: Vector<Elem = T>>(&self, i: usize, j: usize) -> V {
+        let (g, rate, m) = (&self.g, &self.g_rate, i.min(j) + 1);
+        let first = product::<V>(row::<V>(rate, i), row::<V>(g, j), m);
+        first.add(product(row::<V>(g, i), row::<V>(rate, j), m))
     }
 
     /// ∂(L/E)/∂o at fixed v, for every output.
-    pub(crate) fn seeds(&self, seed: &mut [f64]) {
+    #[inline(always)]
+    pub(crate) fn seeds<V: Vector<Elem = T>>(&self, seed: &mut [T]) {
         let n = self.n;
         for i in 0..n {
-            seed[i] = self.v[i] * self.u[i] * self.first[i];
+            let v: V = vector(&self.v, i);
+            let own = v.mul(vector(&self.u, i)).mul(vector(&self.first, i));
+            set_vector(seed, i, own);
             for j in 0..i {
-                seed[below(n, i, j)] = self.v[i] * self.u[j];
+                set_vector(seed, below(n, i, j), v.mul(vector(&self.u, j)));
             }
         }
-        seed[n * (n + 1) / 2] = -1.0;
+        let at = n * (n + 1) / 2;
+        set_vector(seed, at, V::of(-1.0));
         if self.vector_potential {
-            seed[n * (n + 1) / 2 + 1..].copy_from_slice(&self.v);
+            for i in 0..n {
+                set_vector::<V>(seed, at + 1 + i, vector(&self.v, i));
+            }
         }
     }
 
     /// Sensitivities of S = β·π′ + Σₒ (∂(L/E)/∂o) ôₒ to o′ (`to_rate`) and to o (`to_value`), with ô the change of
     /// the outputs along one more direction (theory.md, equation 31).
-    pub(crate) fn sensitivities(
+    #[inline(always)]
+    pub(crate) fn sensitivities<V: Vector<Elem = T>>(
         &mut self,
-        beta: &[f64],
-        hat: impl Fn(usize) -> f64,
-        to_rate: &mut [f64],
-        to_value: &mut [f64],
+        beta: &[T],
+        hat: impl Fn(usize) -> V,
+        to_rate: &mut [T],
+        to_value: &mut [T],
     ) {
         let n = self.n;
-        let [g_beta, rate_beta, hat_v] = &mut self.along;
-        transposed_product(n, &self.g, beta, g_beta);
-        transposed_product(n, &self.g_rate, beta, rate_beta);
-        for (j, sum) in hat_v.iter_mut().enumerate() {
-            let rest = (j + 1..n).map(|i| hat(below(n, i, j)) * self.v[i]);
-            *sum = self.first[j] * hat(j) * self.v[j] + rest.sum::<f64>();
-        }
-        let (u, v, a, w) = (&self.u, &self.v, &self.a, &self.w);
-        for i in 0..n {
-            for j in 0..=i {
-                let rate = beta[i] * u[j] + g_beta[j] * v[i];
-                let value = (rate_beta[j] + hat_v[j]) * v[i] + beta[i] * w[j] + g_beta[j] * a[i];
-                if i > j {
-                    let o = below(n, i, j);
-                    (to_rate[o], to_value[o]) = (rate, value);
+        for j in 0..n {
+            // Gᵀβ and G′ᵀβ + Ĝᵀv of this column.
+            let (mut g_beta, mut rest) = (V::of(0.0), V::of(0.0));
+            for i in j..n {
+                let (b, at) = (vector::<V>(beta, i), entry(i, j));
+                g_beta = b.fma(vector(&self.g, at), g_beta);
+                rest = b.fma(vector(&self.g_rate, at), rest);
+                let mut hat = hat(if i == j { j } else { below(n, i, j) });
+                if i == j {
+                    hat = hat.mul(vector(&self.first, j));
+                }
+                rest = hat.fma(vector(&self.v, i), rest);
+            }
+            let (u, w): (V, V) = (vector(&self.u, j), vector(&self.w, j));
+            for i in j..n {
+                let (b, v): (V, V) = (vector(beta, i), vector(&self.v, i));
+                let rate = b.fma(u, g_beta.mul(v));
+                let value = g_beta.fma(vector(&self.a, i), rest.fma(v, b.mul(w)));
+                if i == j {
+                    let first: V = vector(&self.first, j);
+                    let bend = hat(j).mul(v).mul(u);
+                    let curved = rate.fma(vector(&self.diagonal_rate, j), bend);
+                    let curved = curved.mul(vector(&self.second, j));
+                    set_vector(to_rate, j, rate.mul(first));
+                    set_vector(to_value, j, value.fma(first, curved));
                 } else {
-                    to_rate[i] = rate * self.first[i];
-                    let curved = self.diagonal_rate[i] * rate + hat(i) * v[i] * u[i];
-                    to_value[i] = value * self.first[i] + curved * self.second[i];
+                    set_vector(to_rate, below(n, i, j), rate);
+                    set_vector(to_value, below(n, i, j), value);
                 }
             }
         }
-        let at = n * (n + 1) / 2;
-        (to_rate[at], to_value[at]) = (0.0, 0.0);
+        let zero = V::of(0.0);
+        for o in n * (n + 1) / 2..to_rate.len() / V::LANES {
+            set_vector(to_rate, o, zero);
+            set_vector(to_value, o, zero);
+        }
         if self.vector_potential {
-            to_rate[at + 1..].copy_from_slice(beta);
-            to_value[at + 1..].fill(0.0);
+            for i in 0..n {
+                set_vector::<V>(to_rate, n * (n + 1) / 2 + 1 + i, vector(beta, i));
+            }
         }
     }
 
     /// Writes ∂/∂v of the same scalar S at fixed outputs, `[n]`: (G G′ᵀ + G′ Gᵀ) β + (Ĝ Gᵀ + G Ĝᵀ) v + Â (theory.md,
     /// equation 96).
-    pub(crate) fn velocity_slopes(
+    #[inline(always)]
+    pub(crate) fn velocity_slopes<V: Vector<Elem = T>>(
         &mut self,
-        beta: &[f64],
-        hat: impl Fn(usize) -> f64,
-        slopes: &mut [f64],
+        beta: &[T],
+        hat: impl Fn(usize) -> V,
+        slopes: &mut [T],
     ) {
         let n = self.n;
         let [g_beta, rate_beta, hat_v] = &mut self.along;
-        transposed_product(n, &self.g, beta, g_beta);
-        transposed_product(n, &self.g_rate, beta, rate_beta);
-        let hat_g = |i: usize, j: usize| match i == j {
-            true => self.first[i] * hat(i),
-            false => hat(below(n, i, j)),
-        };
-        for (j, sum) in hat_v.iter_mut().enumerate() {
-            *sum = (j..n).map(|i| hat_g(i, j) * self.v[i]).sum();
-        }
-        for (i, slope) in slopes[..n].iter_mut().enumerate() {
-            let (g, rate) = (&self.g[i * n..], &self.g_rate[i * n..]);
-            let entry = |j: usize| {
-                let along_v = hat_g(i, j) * self.u[j] + g[j] * hat_v[j];
-                g[j] * rate_beta[j] + rate[j] * g_beta[j] + along_v
-            };
-            *slope = (0..=i).map(entry).sum();
-            if self.vector_potential {
-                *slope += hat(n * (n + 1) / 2 + 1 + i);
+        transposed_product::<V>(n, &self.g, beta, g_beta);
+        transposed_product::<V>(n, &self.g_rate, beta, rate_beta);
+        for j in 0..n {
+            let own = hat(j).mul(vector(&self.first, j));
+            let mut sum = own.mul(vector(&self.v, j));
+            for i in j + 1..n {
+                sum = hat(below(n, i, j)).fma(vector(&self.v, i), sum);
             }
+            set_vector(hat_v, j, sum);
+        }
+        for i in 0..n {
+            let own = hat(i).mul(vector(&self.first, i));
+            let mut sum = own.mul(vector(&self.u, i));
+            for j in 0..i {
+                sum = hat(below(n, i, j)).fma(vector(&self.u, j), sum);
+            }
+            for j in 0..=i {
+                let (g, rate): (V, V) = (
+                    vector(&self.g, entry(i, j)),
+                    vector(&self.g_rate, entry(i, j)),
+                );
+                let along_g = vector::<V>(rate_beta, j).add(vector(hat_v, j));
+                sum = g.fma(along_g, rate.fma(vector(g_beta, j), sum));
+            }
+            if self.vector_potential {
+                sum = sum.add(hat(n * (n + 1) / 2 + 1 + i));
+            }
+            set_vector(slopes, i, sum);
         }
     }
+}
+
+/// Row i of a lower triangular matrix.
+#[inline(always)]
+fn row<V: Vector>(triangle: &[V::Elem], i: usize) -> &[V::Elem] {
+    &triangle[entry(i, 0) * V::LANES..][..(i + 1) * V::LANES]
+}
+
+/// Σ xₖ yₖ over the first `count`.
+#[inline(always)]
+fn product<V: Vector>(x: &[V::Elem], y: &[V::Elem], count: usize) -> V {
+    let mut sum = V::of(0.0);
+    for k in 0..count {
+        sum = vector::<V>(x, k).fma(vector(y, k), sum);
+    }
+    sum
 }
 
 /// out = Mᵀ x for a lower triangular M.
-fn transposed_product(n: usize, m: &[f64], x: &[f64], out: &mut [f64]) {
-    out.fill(0.0);
-    for (i, &x) in x.iter().enumerate() {
-        let row = &m[i * n..][..=i];
-        out.iter_mut().zip(row).for_each(|(out, m)| *out += m * x);
+#[inline(always)]
+fn transposed_product<V: Vector>(n: usize, m: &[V::Elem], x: &[V::Elem], out: &mut [V::Elem]) {
+    for j in 0..n {
+        let mut sum = V::of(0.0);
+        for i in j..n {
+            sum = vector::<V>(m, entry(i, j)).fma(vector(x, i), sum);
+        }
+        set_vector(out, j, sum);
     }
-}
-
-/// softplus and its first two derivatives.
-fn softplus(x: f64) -> (f64, f64, f64) {
-    let e = (-x.abs()).exp();
-    let value = x.max(0.0) + e.ln_1p();
-    let first = if x >= 0.0 {
-        1.0 / (1.0 + e)
-    } else {
-        e / (1.0 + e)
-    };
-    (value, first, e / ((1.0 + e) * (1.0 + e)))
 }

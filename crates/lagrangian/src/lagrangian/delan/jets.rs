@@ -58,7 +58,7 @@ impl Jets for DelanJets<'_> {
             for (s, factor) in self.factors[..samples].iter_mut().enumerate() {
                 let v = |i: usize| qd[row(s) + i] / scale[i];
                 factor.read(|c, o| pass.output(&shape.net, c, s, o), v);
-                factor.seeds(&mut self.seeds[s * outputs..][..outputs]);
+                factor.seeds::<f64>(&mut self.seeds[s * outputs..][..outputs]);
             }
             let seeds = &self.seeds;
             pass.reverse_sum(&shape.net, &self.delan.packed, |s, o| {
@@ -98,13 +98,13 @@ impl Delan {
         let dl_dq = &mut jet.dl_dq[row * n..][..n];
         shape.slope(pass, s, dl_dq);
         dl_dq.iter_mut().for_each(|x| *x *= e);
-        jet.lagrangian[row] = e * factor.lagrangian();
+        jet.lagrangian[row] = e * factor.lagrangian::<f64>();
         for i in 0..n {
             let unit = e / scale[i];
-            jet.momentum[row * n + i] = unit * factor.momentum(i);
-            jet.momentum_drift[row * n + i] = unit * factor.momentum_rate(i);
+            jet.momentum[row * n + i] = unit * factor.momentum::<f64>(i);
+            jet.momentum_drift[row * n + i] = unit * factor.momentum_rate::<f64>(i);
             for (j, scale) in scale[..=i].iter().enumerate() {
-                let m = unit / scale * factor.mass(i, j);
+                let m = unit / scale * factor.mass::<f64>(i, j);
                 jet.mass_matrix[(row * n + i) * n + j] = m;
                 jet.mass_matrix[(row * n + j) * n + i] = m;
             }

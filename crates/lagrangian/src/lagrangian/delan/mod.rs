@@ -1,10 +1,15 @@
 //! Deep Lagrangian networks: L = ½ q̇ᵀM(q)q̇ + A(q)·q̇ − V(q) with M positive definite by construction
 //! (Lutter, Ritter, Peters 2019, arXiv 1907.04490).
 
+mod block;
+#[cfg(test)]
+mod block_tests;
 mod factor;
 mod jets;
+mod kernels;
 mod structure;
 
+pub(crate) use block::Block;
 pub(crate) use factor::Factor;
 pub use structure::{Structure, Terms};
 
@@ -355,7 +360,13 @@ impl DelanShape {
 
     /// The meaning of the outputs.
     pub(crate) fn factor(&self) -> Factor {
-        Factor::new(self.dof(), self.config.vector_potential, self.config.shift)
+        self.factor_over(1)
+    }
+
+    /// The same over vectors of `lanes` states.
+    pub(crate) fn factor_over<T: Real>(&self, lanes: usize) -> Factor<T> {
+        let config = &self.config;
+        Factor::new(self.dof(), config.vector_potential, config.shift, lanes)
     }
 
     /// Writes q as sample `s` and its tangent ′ along q̇.

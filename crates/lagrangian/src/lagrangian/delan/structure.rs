@@ -70,7 +70,7 @@ impl<'a> Structure<'a> {
             self.terms.gravity[k] = e * along(1, potential);
             for i in 0..n {
                 for j in 0..=i {
-                    let slope = e / (scale[i] * scale[j]) * self.factor.mass_rate(i, j);
+                    let slope = e / (scale[i] * scale[j]) * self.factor.mass_rate::<f64>(i, j);
                     self.terms.mass_slopes[(k * n + i) * n + j] = slope;
                     self.terms.mass_slopes[(k * n + j) * n + i] = slope;
                 }
@@ -88,7 +88,7 @@ impl<'a> Structure<'a> {
             for j in 0..n {
                 let rotor = self.delan.rotors.get(i).filter(|_| i == j).unwrap_or(&0.0);
                 terms.mass_matrix[i * n + j] =
-                    e / (scale[i] * scale[j]) * self.factor.mass(i, j) + rotor;
+                    e / (scale[i] * scale[j]) * self.factor.mass::<f64>(i, j) + rotor;
                 let slope = |k: usize, i: usize, j: usize| terms.mass_slopes[(k * n + i) * n + j];
                 let symbols = |k: usize| 0.5 * (slope(k, i, j) + slope(j, i, k) - slope(i, j, k));
                 terms.coriolis_matrix[i * n + j] = (0..n).map(|k| symbols(k) * qd[k]).sum();
@@ -103,7 +103,7 @@ impl<'a> Structure<'a> {
         }
         let rotors = self.delan.rotors.iter().zip(qd);
         terms.kinetic_energy =
-            e * self.factor.kinetic() + rotors.map(|(j, v)| 0.5 * j * v * v).sum::<f64>();
-        terms.potential_energy = e * self.factor.potential();
+            e * self.factor.kinetic::<f64>() + rotors.map(|(j, v)| 0.5 * j * v * v).sum::<f64>();
+        terms.potential_energy = e * self.factor.potential::<f64>();
     }
 }

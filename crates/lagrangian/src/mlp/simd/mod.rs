@@ -11,11 +11,14 @@
 
 mod bandwidth;
 mod buffer;
+mod circle;
 mod elementwise;
 mod factors;
 mod gemm;
 mod level;
 mod peak;
+mod planes;
+mod single;
 #[cfg(test)]
 mod tests;
 mod update;
@@ -23,6 +26,7 @@ mod vector;
 
 pub use bandwidth::read_rate;
 pub(crate) use buffer::Buffer;
+pub(crate) use circle::{LARGEST_ANGLE, sin_cos};
 pub(crate) use elementwise::{
     Combine, Contract, GateForward, GateReverse, Gates, PointForward, PointReverse2,
     PointReverseTangents, PointSecond, PointTangent, Shape,
@@ -31,6 +35,7 @@ pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
 pub use level::{Level, level, levels, set_level};
 pub use peak::fma_peak;
+pub(crate) use planes::{FromPlanes, Planes, ToPlanes, set_vector, vector};
 pub(crate) use update::{AdamRule, AdamStep, AddTo, SumOfSquares, SumRows};
 pub use vector::{Real, Vector};
 

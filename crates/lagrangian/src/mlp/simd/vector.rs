@@ -83,6 +83,8 @@ pub trait Vector: Copy {
     fn if_non_negative(self, yes: Self, no: Self) -> Self;
     /// 2ⁿ from n + 1.5·2⁵² (1.5·2²³ in single precision), with n in the normal exponents.
     fn pow2_of_shifted(self) -> Self;
+    /// The lanes of both in turn, a₀ b₀ a₁ b₁ …: the first half, and the second.
+    fn zip(self, b: Self) -> (Self, Self);
 
     /// Loads from the head of a slice.
     #[inline(always)]
@@ -192,6 +194,11 @@ impl<V: Vector> Vector for Pair<V> {
     fn pow2_of_shifted(self) -> Self {
         Self(self.0.pow2_of_shifted(), self.1.pow2_of_shifted())
     }
+    #[inline(always)]
+    fn zip(self, b: Self) -> (Self, Self) {
+        let (low, high) = (self.0.zip(b.0), self.1.zip(b.1));
+        (Self(low.0, low.1), Self(high.0, high.1))
+    }
 }
 
 /// Plain arrays.
@@ -275,6 +282,18 @@ macro_rules! portable {
                         .map(|x| <$elem>::from_bits(x.to_bits().wrapping_add($bias) << $shift)),
                 )
             }
+            #[inline(always)]
+            fn zip(self, b: Self) -> (Self, Self) {
+                let of = |i: usize| {
+                    if i % 2 == 0 {
+                        self.0[i / 2]
+                    } else {
+                        b.0[i / 2]
+                    }
+                };
+                let half = |first: usize| Self(std::array::from_fn(|i| of(first + i)));
+                (half(0), half($n))
+            }
         }
     };
 }
@@ -290,7 +309,7 @@ mod x86 {
     macro_rules! register {
         ($v:ty, $elem:ty, $n:literal, $load:ident, $store:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident,
          $div:ident, $fma:ident, $sqrt:ident, $max:ident, $min:ident, |$s:ident, $yes:ident, $no:ident| $select:expr,
-         |$x:ident| $pow2:expr) => {
+         |$x:ident| $pow2:expr, |$first:ident, $second:ident| $zip:expr) => {
             impl Vector for $v {
                 type Elem = $elem;
                 const LANES: usize = $n;
@@ -361,6 +380,12 @@ mod x86 {
                     // SAFETY: as above.
                     unsafe { $pow2 }
                 }
+                #[inline(always)]
+                fn zip(self, b: Self) -> (Self, Self) {
+                    let ($first, $second) = (self, b);
+                    // SAFETY: as above.
+                    unsafe { $zip }
+                }
             }
         };
     }
@@ -384,7 +409,14 @@ mod x86 {
         |x| _mm256_castsi256_ps(_mm256_slli_epi32::<23>(_mm256_add_epi32(
             _mm256_castps_si256(x),
             _mm256_set1_epi32(127)
-        )))
+        ))),
+        |a, b| {
+            let (low, high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            (
+                _mm256_permute2f128_ps::<0x20>(low, high),
+                _mm256_permute2f128_ps::<0x31>(low, high),
+            )
+        }
     );
     register!(
         __m256d,
@@ -405,7 +437,14 @@ mod x86 {
         |x| _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_add_epi64(
             _mm256_castpd_si256(x),
             _mm256_set1_epi64x(1023)
-        )))
+        ))),
+        |a, b| {
+            let (low, high) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+            (
+                _mm256_permute2f128_pd::<0x20>(low, high),
+                _mm256_permute2f128_pd::<0x31>(low, high),
+            )
+        }
     );
     register!(
         __m512,
@@ -430,7 +469,15 @@ mod x86 {
         |x| _mm512_castsi512_ps(_mm512_slli_epi32::<23>(_mm512_add_epi32(
             _mm512_castps_si512(x),
             _mm512_set1_epi32(127)
-        )))
+        ))),
+        |a, b| {
+            let low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+            let high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
+            (
+                _mm512_permutex2var_ps(a, low, b),
+                _mm512_permutex2var_ps(a, high, b),
+            )
+        }
     );
     register!(
         __m512d,
@@ -455,7 +502,15 @@ mod x86 {
         |x| _mm512_castsi512_pd(_mm512_slli_epi64::<52>(_mm512_add_epi64(
             _mm512_castpd_si512(x),
             _mm512_set1_epi64(1023)
-        )))
+        ))),
+        |a, b| {
+            let low = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
+            let high = _mm512_add_epi64(low, _mm512_set1_epi64(4));
+            (
+                _mm512_permutex2var_pd(a, low, b),
+                _mm512_permutex2var_pd(a, high, b),
+            )
+        }
     );
 }
 
@@ -468,7 +523,7 @@ mod neon {
     macro_rules! register {
         ($v:ty, $elem:ty, $n:literal, $load:ident, $store:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident,
          $div:ident, $fma:ident, $sqrt:ident, $max:ident, $min:ident, |$s:ident, $yes:ident, $no:ident| $select:expr,
-         |$x:ident| $pow2:expr) => {
+         |$x:ident| $pow2:expr, |$first:ident, $second:ident| $zip:expr) => {
             impl Vector for $v {
                 type Elem = $elem;
                 const LANES: usize = $n;
@@ -539,6 +594,12 @@ mod neon {
                     // SAFETY: as above.
                     unsafe { $pow2 }
                 }
+                #[inline(always)]
+                fn zip(self, b: Self) -> (Self, Self) {
+                    let ($first, $second) = (self, b);
+                    // SAFETY: as above.
+                    unsafe { $zip }
+                }
             }
         };
     }
@@ -562,7 +623,8 @@ mod neon {
         |x| vreinterpretq_f32_s32(vshlq_n_s32::<23>(vaddq_s32(
             vreinterpretq_s32_f32(x),
             vdupq_n_s32(127)
-        )))
+        ))),
+        |a, b| (vzip1q_f32(a, b), vzip2q_f32(a, b))
     );
     register!(
         float64x2_t,
@@ -583,6 +645,7 @@ mod neon {
         |x| vreinterpretq_f64_s64(vshlq_n_s64::<52>(vaddq_s64(
             vreinterpretq_s64_f64(x),
             vdupq_n_s64(1023)
-        )))
+        ))),
+        |a, b| (vzip1q_f64(a, b), vzip2q_f64(a, b))
     );
 }

@@ -59,7 +59,7 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
                 |c, o| pass.output(&shape.net, c, point, o).f64(),
                 |i| v[i] / scale[i],
             );
-            factor.seeds(&mut work.seeds[0][point * outputs..][..outputs]);
+            factor.seeds::<f64>(&mut work.seeds[0][point * outputs..][..outputs]);
         }
         let seeds = &work.seeds[0];
         let seed = |point: usize, o: usize| T::of(seeds[point * outputs + o]);
@@ -70,10 +70,10 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
             shape.slope(&work.pass, point, dl_dq);
             dl_dq.iter_mut().for_each(|x| *x *= energy);
             for i in 0..n {
-                work.jet.momentum[point * n + i] = energy / scale[i] * factor.momentum(i);
+                work.jet.momentum[point * n + i] = energy / scale[i] * factor.momentum::<f64>(i);
                 for j in 0..n {
                     work.jet.mass_matrix[(point * n + i) * n + j] =
-                        energy / (scale[i] * scale[j]) * factor.mass(i, j);
+                        energy / (scale[i] * scale[j]) * factor.mass::<f64>(i, j);
                 }
             }
         }

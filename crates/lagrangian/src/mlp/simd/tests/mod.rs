@@ -1,6 +1,7 @@
 //! Every kernel on every instruction set of this machine against the portable one, over random shapes and numbers.
 
 mod elementwise;
+mod planes;
 mod products;
 mod updates;
 

@@ -1,0 +1,223 @@
+//! A block of samples of a deep Lagrangian network: each number of its factor, of its features and of its seeds is a
+//! vector over samples (docs/adr/0055).
+
+use super::kernels::{
+    Accelerate, Balance, Chart, Features, Masses, Read, Sensitivities, Slope, Tangent,
+};
+use super::{DelanShape, Factor};
+use crate::mlp::simd::{Planes, Real, dispatch};
+use crate::mlp::{Packed, Pass};
+
+/// What stands between the passes of a block through the network; see [`Factor`] for the symbols.
+#[derive(Debug)]
+pub(crate) struct Block<T> {
+    samples: usize,
+    charts: Vec<Chart>,
+    /// The coordinate of each feature.
+    coordinates: Vec<usize>,
+    /// 1/s.
+    units: Vec<f64>,
+    factors: Vec<Factor<T>>,
+    q: Planes<f64>,
+    v: Planes<T>,
+    a: Planes<T>,
+    beta: Planes<T>,
+    direction: Planes<T>,
+    values: Planes<T>,
+    slopes: Planes<T>,
+    /// A tangent of the features, or the gradient by them.
+    tangent: Planes<T>,
+    slope: Planes<T>,
+    left: Planes<T>,
+    masses: Planes<T>,
+    /// Outputs and one of their changes; sensitivities to both.
+    outputs: [Planes<T>; 2],
+    seeds: [Planes<T>; 2],
+}
+
+impl<T: Real> Block<T> {
+    pub(crate) fn new(shape: &DelanShape, samples: usize) -> Self {
+        let (n, scaling) = (shape.dof(), &shape.scaling);
+        let chart = |i| match shape.coordinates.is_circle(i) {
+            true => Chart::Circle,
+            false => Chart::Line {
+                centre: scaling.q_center[i],
+                scale: scaling.q_scale[i],
+            },
+        };
+        let features = |i| 1 + usize::from(shape.coordinates.is_circle(i));
+        let coordinates: Vec<usize> = (0..n).flat_map(|i| vec![i; features(i)]).collect();
+        let planes = |numbers| Planes::new(numbers, samples);
+        let (x, o) = (coordinates.len(), shape.factor_outputs());
+        Self {
+            samples,
+            charts: (0..n).map(chart).collect(),
+            units: scaling.qd_scale.iter().map(|s| 1.0 / s).collect(),
+            factors: vec![shape.factor_over(T::LANES); samples.div_ceil(T::LANES)],
+            q: Planes::new(n, samples),
+            v: planes(n),
+            a: planes(n),
+            beta: planes(n),
+            direction: planes(n),
+            values: planes(x),
+            slopes: planes(x),
+            tangent: planes(x),
+            slope: planes(n),
+            left: planes(n),
+            masses: planes(n * (n + 1) / 2),
+            outputs: [planes(o), planes(o)],
+            seeds: [planes(o), planes(o)],
+            coordinates,
+        }
+    }
+
+    /// Carries the samples with these `q` and `qd`, `[samples, n]`, forward, and back to ∂(L/E)/∂q; a = 0.
+    pub(crate) fn evaluate(
+        &mut self,
+        shape: &DelanShape,
+        packed: &Packed<T>,
+        pass: &mut Pass<T>,
+        (q, qd): (&[f64], &[f64]),
+    ) {
+        let n = self.units.len();
+        fill(&mut self.q, self.samples, n, |s, i| q[s * n + i]);
+        fill(&mut self.direction, self.samples, n, |s, i| {
+            T::of(qd[s * n + i])
+        });
+        let scale = &shape.scaling.qd_scale;
+        fill(&mut self.v, self.samples, n, |s, i| {
+            T::of(qd[s * n + i] / scale[i])
+        });
+        dispatch(Features {
+            samples: self.samples,
+            charts: &self.charts,
+            q: &self.q,
+            values: &mut self.values,
+            slopes: &mut self.slopes,
+        });
+        pass.set_features(0, &self.values);
+        self.set_tangent(pass, 1);
+        pass.forward(&shape.net, packed, Some(0));
+        for (c, outputs) in self.outputs.iter_mut().enumerate() {
+            pass.read_outputs(&shape.net, c, outputs);
+        }
+        dispatch(Read {
+            factors: &mut self.factors,
+            outputs: [&self.outputs[0], &self.outputs[1]],
+            v: &self.v,
+            seeds: &mut self.seeds[0],
+        });
+        pass.set_seeds(&shape.net, 0, &self.seeds[0]);
+        pass.reverse_seeded(&shape.net, packed);
+        pass.read_feature_gradient(&mut self.tangent);
+        dispatch(Slope {
+            groups: self.factors.len(),
+            coordinates: &self.coordinates,
+            slopes: &self.slopes,
+            gradient: &self.tangent,
+            slope: &mut self.slope,
+        });
+    }
+
+    /// Sets the accelerations q̈, `qdd(s, i)`.
+    pub(crate) fn accelerate(&mut self, qdd: impl Fn(usize, usize) -> f64) {
+        let (n, units) = (self.units.len(), &self.units);
+        fill(&mut self.a, self.samples, n, |s, i| {
+            T::of(qdd(s, i) * units[i])
+        });
+        dispatch(Accelerate {
+            factors: &mut self.factors,
+            a: &self.a,
+        });
+    }
+
+    /// Takes the left side of the balance at the acceleration that was set.
+    pub(crate) fn balance(&mut self) {
+        dispatch(Balance {
+            factors: &self.factors,
+            units: &self.units,
+            slope: &self.slope,
+            left: &mut self.left,
+        });
+    }
+
+    /// Left side of the balance of coordinate `i` of sample `s` without the forces, in units of the energy.
+    pub(crate) fn left(&self, s: usize, i: usize) -> f64 {
+        self.left.number(i, s).f64()
+    }
+
+    /// Takes the mass matrices.
+    pub(crate) fn weigh(&mut self) {
+        dispatch(Masses {
+            n: self.units.len(),
+            factors: &self.factors,
+            masses: &mut self.masses,
+        });
+    }
+
+    /// (G Gᵀ)ᵢⱼ of sample `s`.
+    pub(crate) fn mass(&self, s: usize, i: usize, j: usize) -> f64 {
+        let (row, column) = (i.max(j), i.min(j));
+        self.masses.number(row * (row + 1) / 2 + column, s).f64()
+    }
+
+    /// Writes tangent `d` of the features, along −`weight(s, i)` in q.
+    pub(crate) fn write_tangent(
+        &mut self,
+        pass: &mut Pass<T>,
+        d: usize,
+        weight: impl Fn(usize, usize) -> f64,
+    ) {
+        let n = self.units.len();
+        fill(&mut self.direction, self.samples, n, |s, i| {
+            T::of(-weight(s, i))
+        });
+        self.set_tangent(pass, 2 + d);
+    }
+
+    fn set_tangent(&mut self, pass: &mut Pass<T>, component: usize) {
+        dispatch(Tangent {
+            groups: self.factors.len(),
+            coordinates: &self.coordinates,
+            slopes: &self.slopes,
+            direction: &self.direction,
+            tangent: &mut self.tangent,
+        });
+        pass.set_features(component, &self.tangent);
+    }
+
+    /// Seeds the sensitivities of Σ weight(s, i) Sᵢ, direction `d` of `directions`, whose tangent has gone forward.
+    pub(crate) fn seed(
+        &mut self,
+        shape: &DelanShape,
+        pass: &mut Pass<T>,
+        (d, directions): (usize, usize),
+        weight: impl Fn(usize, usize) -> f64,
+    ) {
+        let (n, units) = (self.units.len(), &self.units);
+        fill(&mut self.beta, self.samples, n, |s, i| {
+            T::of(weight(s, i) * units[i])
+        });
+        let hat = &mut self.outputs[0];
+        pass.read_outputs(&shape.net, 2 + d, hat);
+        let [to_rate, to_value] = &mut self.seeds;
+        dispatch(Sensitivities {
+            factors: &mut self.factors,
+            beta: &self.beta,
+            hat,
+            to_rate,
+            to_value,
+        });
+        pass.set_seeds(&shape.net, 1 + d, &self.seeds[0]);
+        pass.set_seeds(&shape.net, 1 + directions + d, &self.seeds[1]);
+    }
+}
+
+/// Sets the `n` numbers of every sample.
+fn fill<T: Real>(planes: &mut Planes<T>, samples: usize, n: usize, x: impl Fn(usize, usize) -> T) {
+    for s in 0..samples {
+        for i in 0..n {
+            planes.set(i, s, x(s, i));
+        }
+    }
+}

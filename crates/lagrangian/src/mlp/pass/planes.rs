@@ -1,0 +1,75 @@
+//! Features, outputs and their sensitivities between a pass and planes, one component at a time.
+
+use super::Pass;
+use crate::mlp::net::Net;
+use crate::mlp::packed::panels;
+use crate::mlp::simd::{FromPlanes, Planes, Real, Shape, ToPlanes, dispatch};
+
+impl<T: Real> Pass<T> {
+    fn feature_shape(&self) -> Shape {
+        Shape {
+            samples: self.samples,
+            components: self.components,
+            room: self.room,
+            panels: panels::<T>(self.x_width),
+        }
+    }
+
+    /// Sets component `component` of all features.
+    pub(crate) fn set_features(&mut self, component: usize, planes: &Planes<T>) {
+        dispatch(FromPlanes {
+            shape: self.feature_shape(),
+            component,
+            width: self.x_width,
+            layer: &mut self.x,
+            first: 0,
+            planes,
+        });
+    }
+
+    /// The gradient by the features, after [`Pass::reverse_seeded`].
+    pub(crate) fn read_feature_gradient(&self, planes: &mut Planes<T>) {
+        dispatch(ToPlanes {
+            shape: self.feature_shape(),
+            component: 0,
+            width: self.x_width,
+            layer: &self.yx,
+            first: 0,
+            planes,
+        });
+    }
+
+    /// Component `component` of all outputs.
+    pub(crate) fn read_outputs(&self, net: &Net, component: usize, planes: &mut Planes<T>) {
+        let mut first = 0;
+        for &l in &net.outputs {
+            let (layer, width) = (&self.layers[l], net.layers[l].width);
+            dispatch(ToPlanes {
+                shape: layer.shape,
+                component,
+                width,
+                layer: layer.output(),
+                first,
+                planes,
+            });
+            first += width;
+        }
+    }
+
+    /// Sets component `component` of the sensitivities of all outputs, which have no activation.
+    pub(crate) fn set_seeds(&mut self, net: &Net, component: usize, planes: &Planes<T>) {
+        let mut first = 0;
+        for &l in &net.outputs {
+            let (layer, width) = (&mut self.layers[l], net.layers[l].width);
+            dispatch(FromPlanes {
+                shape: layer.shape,
+                component,
+                width,
+                layer: &mut layer.yz,
+                first,
+                planes,
+            });
+            first += width;
+        }
+    }
+}

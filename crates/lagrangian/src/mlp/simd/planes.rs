@@ -1,0 +1,156 @@
+//! Numbers of samples with the samples in the lanes: what is computed sample by sample then takes a vector of them at
+//! a time.
+//!
+//! A layer keeps the units of one sample side by side, planes keep one number of many samples side by side; square
+//! blocks are transposed between the two by log₂ LANES rounds of [`Vector::zip`].
+
+use super::{Buffer, Isa, Real, Shape, Task, Vector};
+
+/// `numbers` numbers of every sample: number k of sample s stands in lane s mod LANES of vector k of group s / LANES.
+#[derive(Debug, Clone)]
+pub(crate) struct Planes<T> {
+    numbers: usize,
+    buffer: Buffer<T>,
+}
+
+impl<T: Real> Planes<T> {
+    pub(crate) fn new(numbers: usize, samples: usize) -> Self {
+        Self {
+            numbers,
+            buffer: Buffer::new(samples.div_ceil(T::LANES) * numbers * T::LANES),
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, k: usize, s: usize) -> usize {
+        (s / T::LANES * self.numbers + k) * T::LANES + s % T::LANES
+    }
+
+    /// Number `k` of sample `s`.
+    #[inline(always)]
+    pub(crate) fn number(&self, k: usize, s: usize) -> T {
+        self.buffer[self.at(k, s)]
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self, k: usize, s: usize, x: T) {
+        let at = self.at(k, s);
+        self.buffer[at] = x;
+    }
+
+    /// The vectors of group `g`, one after the other.
+    #[inline(always)]
+    pub(crate) fn group(&self, g: usize) -> &[T] {
+        &self.buffer[g * self.numbers * T::LANES..][..self.numbers * T::LANES]
+    }
+
+    #[inline(always)]
+    pub(crate) fn group_mut(&mut self, g: usize) -> &mut [T] {
+        &mut self.buffer[g * self.numbers * T::LANES..][..self.numbers * T::LANES]
+    }
+
+    /// Stores eight doubles, rounded, as number `k` of the samples from `s` on, a multiple of eight.
+    #[inline(always)]
+    pub(crate) fn set_eight<V: Vector<Elem = f64>>(&mut self, k: usize, s: usize, x: V) {
+        let mut lanes = [0.0; 8];
+        x.store(&mut lanes);
+        let at = self.at(k, s);
+        let to = &mut self.buffer[at..at + 8];
+        for (to, x) in to.iter_mut().zip(lanes) {
+            *to = T::of(x);
+        }
+    }
+}
+
+/// Vector `k` of a group.
+#[inline(always)]
+pub(crate) fn vector<V: Vector>(group: &[V::Elem], k: usize) -> V {
+    V::load(&group[k * V::LANES..])
+}
+
+/// Sets vector `k` of a group.
+#[inline(always)]
+pub(crate) fn set_vector<V: Vector>(group: &mut [V::Elem], k: usize, x: V) {
+    x.store(&mut group[k * V::LANES..]);
+}
+
+/// The transpose of the first LANES rows, LANES numbers each.
+#[inline(always)]
+fn transpose<V: Vector>(mut rows: [V; 16]) -> [V; 16] {
+    let half = V::LANES / 2;
+    let mut round = 1;
+    while round < V::LANES {
+        let from = rows;
+        for i in 0..half {
+            (rows[2 * i], rows[2 * i + 1]) = from[i].zip(from[i + half]);
+        }
+        round *= 2;
+    }
+    rows
+}
+
+/// Units of one component of a layer to planes: unit u becomes number `first` + u.
+pub(crate) struct ToPlanes<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) component: usize,
+    pub(crate) width: usize,
+    pub(crate) layer: &'a [T],
+    pub(crate) first: usize,
+    pub(crate) planes: &'a mut Planes<T>,
+}
+
+impl<T: Real> Task for ToPlanes<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let (shape, lanes) = (self.shape, T::LANES);
+        for first in (0..shape.samples).step_by(lanes) {
+            let rows = lanes.min(shape.samples - first);
+            let group = self.planes.group_mut(first / lanes);
+            for p in 0..shape.panels {
+                let panel = &self.layer[shape.at::<T>(p, self.component, first)..];
+                let mut square = [T::Vec::<I>::of(0.0); 16];
+                for (s, row) in square.iter_mut().enumerate().take(rows) {
+                    *row = vector(panel, s);
+                }
+                let square = transpose(square);
+                let units = lanes.min(self.width - p * lanes);
+                for (u, &x) in square.iter().enumerate().take(units) {
+                    set_vector(group, self.first + p * lanes + u, x);
+                }
+            }
+        }
+    }
+}
+
+/// The other way round; what pads the last panel becomes 0.
+pub(crate) struct FromPlanes<'a, T> {
+    pub(crate) shape: Shape,
+    pub(crate) component: usize,
+    pub(crate) width: usize,
+    pub(crate) layer: &'a mut [T],
+    pub(crate) first: usize,
+    pub(crate) planes: &'a Planes<T>,
+}
+
+impl<T: Real> Task for FromPlanes<'_, T> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let (shape, lanes) = (self.shape, T::LANES);
+        for first in (0..shape.samples).step_by(lanes) {
+            let rows = lanes.min(shape.samples - first);
+            let group = self.planes.group(first / lanes);
+            for p in 0..shape.panels {
+                let mut square = [T::Vec::<I>::of(0.0); 16];
+                let units = lanes.min(self.width - p * lanes);
+                for (u, x) in square.iter_mut().enumerate().take(units) {
+                    *x = vector(group, self.first + p * lanes + u);
+                }
+                let square = transpose(square);
+                let panel = &mut self.layer[shape.at::<T>(p, self.component, first)..];
+                for (s, &row) in square.iter().enumerate().take(rows) {
+                    set_vector(panel, s, row);
+                }
+            }
+        }
+    }
+}
