@@ -3,6 +3,7 @@
 
 mod factor;
 mod jets;
+mod one;
 mod structure;
 
 pub(crate) use factor::Factor;

@@ -16,6 +16,7 @@ mod factors;
 mod gemm;
 mod level;
 mod peak;
+mod rows;
 #[cfg(test)]
 mod tests;
 mod update;
@@ -31,10 +32,12 @@ pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
 pub use level::{Level, level, levels, set_level};
 pub use peak::fma_peak;
+pub(crate) use rows::{Rows, Weights, collect, contract, product, pull};
 pub(crate) use update::{AdamRule, AdamStep, AddTo, SumOfSquares, SumRows};
 pub use vector::{Real, Vector};
 
 use vector::Lanes;
+pub(crate) use vector::Pair;
 
 /// One set of CPU instructions: its vectors of 64 bytes, and the tile of the matrix product that fits its registers.
 pub trait Isa: Copy {
@@ -44,6 +47,11 @@ pub trait Isa: Copy {
     type F64: Vector<Elem = f64>;
     /// Panels (64 bytes wide) of one register tile.
     const TILE_PANELS: usize;
+    /// The sums of the lanes of eight vectors.
+    #[inline(always)]
+    fn sums(vectors: [Self::F64; 8]) -> Self::F64 {
+        Self::F64::load(&vectors.map(Vector::sum))
+    }
 }
 
 /// A kernel that can be compiled for every [`Isa`].
@@ -113,6 +121,10 @@ impl Isa for Avx512 {
     type F32 = std::arch::x86_64::__m512;
     type F64 = std::arch::x86_64::__m512d;
     const TILE_PANELS: usize = 2;
+    #[inline(always)]
+    fn sums(vectors: [Self::F64; 8]) -> Self::F64 {
+        vector::sums_of_eight(vectors)
+    }
 }
 
 #[cfg(target_arch = "aarch64")]
