@@ -13,6 +13,8 @@ pub use cyclic_band::{CyclicBand, CyclicBandSolver, DENSE_MOST};
 const PIVOT_ROUNDINGS: f64 = 16.0;
 /// The pseudo-inverse drops eigenvalues below this share of the largest.
 const EIGENVALUE_CUTOFF: f64 = 1e-12;
+/// A 2 × 2 matrix whose Schur complement is below this share of its entry is left to the general path.
+const NEARLY_SINGULAR: f64 = 1e-8;
 /// Jacobi's method converges quadratically; more sweeps than this are never needed.
 const MAX_SWEEPS: usize = 40;
 
@@ -85,6 +87,9 @@ impl SymmetricSolver {
     /// Writes M⁻¹ to `inverse` `[n, n]`, one column per row, with the rules of [`SymmetricSolver::solve`].
     pub(crate) fn invert(&mut self, m: &[f64], inverse: &mut [f64]) -> Regularity {
         let n = self.n;
+        if let Some(regularity) = invert_directly(m, inverse) {
+            return regularity;
+        }
         inverse.fill(0.0);
         (0..n).for_each(|i| inverse[i * n + i] = 1.0);
         if n > 2 && m.iter().all(|v| v.is_finite()) && self.cholesky(m) {
@@ -219,11 +224,38 @@ fn solve_directly(m: &[f64], x: &mut [f64]) -> Option<Regularity> {
         (&[a, b, _, d], [x, y]) => {
             let schur = d - b / a * b;
             // Close to singular the general path decides; NaN compares false and goes there too.
-            if !(a > 0.0 && schur > 1e-8 * d && d.is_finite()) {
+            if !(a > 0.0 && schur > NEARLY_SINGULAR * d && d.is_finite()) {
                 return None;
             }
             *y = (*y - b / a * *x) / schur;
             *x = (*x - b * *y) / a;
+            Some(Regularity::Definite)
+        }
+        _ => None,
+    }
+}
+
+/// The closed forms of the inverse for one and two unknowns, where [`solve_directly`] applies.
+fn invert_directly(m: &[f64], inverse: &mut [f64]) -> Option<Regularity> {
+    match (m, inverse) {
+        (&[a], [x]) if a.is_finite() && a != 0.0 => {
+            *x = 1.0 / a;
+            Some(if a > 0.0 {
+                Regularity::Definite
+            } else {
+                Regularity::Indefinite
+            })
+        }
+        (&[a, b, _, d], [xx, xy, yx, yy]) => {
+            let ratio = b / a;
+            let schur = d - ratio * b;
+            if !(a > 0.0 && schur > NEARLY_SINGULAR * d && d.is_finite()) {
+                return None;
+            }
+            *yy = 1.0 / schur;
+            *xy = -ratio * *yy;
+            *yx = *xy;
+            *xx = 1.0 / a - ratio * *xy;
             Some(Regularity::Definite)
         }
         _ => None,

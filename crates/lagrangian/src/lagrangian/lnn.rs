@@ -215,6 +215,8 @@ pub(crate) struct LnnShape {
     pub(crate) net: Net,
     /// What the network sees of the velocities, or of what is in their place.
     pub(crate) seen: Seen,
+    /// 1 / s of each velocity: a division costs as much as all else that is done with one.
+    pub(crate) inverse_speed: Vec<f64>,
 }
 
 impl Lnn {
@@ -330,6 +332,7 @@ impl LnnShape {
         let net = config.net(&coordinates);
         let seen = Seen::of_velocity(config.speed_limit, config.speed_chart);
         Ok(Self {
+            inverse_speed: scaling.qd_scale.iter().map(|s| s.recip()).collect(),
             coordinates,
             config,
             scaling,
@@ -415,9 +418,12 @@ impl LnnShape {
     }
 
     /// What the network sees of velocity `i`.
+    #[inline]
     pub(crate) fn velocity(&self, i: usize, v: f64) -> VelocityFeature {
-        let units = (self.scaling.qd_scale[i], self.scaling.energy);
-        self.seen.feature(units, v)
+        match self.seen {
+            Seen::Scaled => VelocityFeature::scaled(self.inverse_speed[i], v),
+            seen => seen.feature((self.scaling.qd_scale[i], self.scaling.energy), v),
+        }
     }
 
     fn set_velocity<T: Real>(

@@ -73,18 +73,9 @@ impl Seen {
 
     /// The same with two derivatives by z.
     pub(crate) fn feature(self, (scale, energy): (f64, f64), z: f64) -> VelocityFeature {
-        let squared = |value: f64, slope: f64, curvature: f64| VelocityFeature {
-            value,
-            slope,
-            curvature,
-            kinetic: [
-                0.5 * value * value,
-                value * slope,
-                slope * slope + value * curvature,
-            ],
-        };
+        let squared = VelocityFeature::squared;
         match self {
-            Self::Scaled => squared(z / scale, 1.0 / scale, 0.0),
+            Self::Scaled => VelocityFeature::scaled(1.0 / scale, z),
             Self::Artanh(c) => {
                 let x = z / c;
                 // (1 − x)(1 + x) loses no digits near the limit.
@@ -124,6 +115,29 @@ pub(crate) struct VelocityFeature {
     pub(crate) slope: f64,
     pub(crate) curvature: f64,
     pub(crate) kinetic: [f64; 3],
+}
+
+impl VelocityFeature {
+    /// u = z · `inverse` with the kinetic term ½ u².
+    #[inline]
+    pub(crate) fn scaled(inverse: f64, z: f64) -> Self {
+        Self::squared(z * inverse, inverse, 0.0)
+    }
+
+    /// A feature u with two derivatives, and the kinetic term ½ u².
+    #[inline]
+    fn squared(value: f64, slope: f64, curvature: f64) -> Self {
+        Self {
+            value,
+            slope,
+            curvature,
+            kinetic: [
+                0.5 * value * value,
+                value * slope,
+                slope * slope + value * curvature,
+            ],
+        }
+    }
 }
 
 #[cfg(test)]

@@ -58,6 +58,8 @@ pub(crate) struct Pass<T: Real> {
     v: Vec<T>,
     yv: Vec<T>,
     hessian: Vec<T>,
+    /// Features first, then layers: whether sensitivities to them have been written on the way back.
+    heard: Vec<bool>,
     layers: Vec<LayerBuffers<T>>,
 }
 
@@ -102,6 +104,7 @@ impl<T: Real> Pass<T> {
             v: vec![T::default(); rows * net.velocities],
             yv: vec![T::default(); samples * net.velocities],
             hessian: vec![T::default(); samples * room * (room + 1)],
+            heard: vec![false; net.layers.len() + 1],
             layers: net.layers.iter().map(layer).collect(),
         }
     }
@@ -456,6 +459,8 @@ impl<T: Real> Pass<T> {
             _ => None,
         };
         let value = matches!(way, Backward::Value { .. });
+        let mixed = matches!(way, Backward::Mixed { .. });
+        self.heard.fill(false);
         for (l, layer) in net.layers.iter().enumerate().rev() {
             let (before, rest) = self.layers.split_at_mut(l);
             let buffers = &mut rest[0];
@@ -495,6 +500,7 @@ impl<T: Real> Pass<T> {
                         z,
                         ya,
                         yz,
+                        value_only: !self.heard[l + 1],
                     }),
                     Backward::Tangents { directions } => dispatch(PointReverseTangents {
                         shape,
@@ -511,18 +517,23 @@ impl<T: Real> Pass<T> {
                     let rows = self.components * self.samples;
                     for (k, input) in inputs.iter().enumerate() {
                         let w = packed.reverse(l, k);
+                        let (slot, bent) = match input.source {
+                            Source::Features => (0, false),
+                            Source::Layer(l) => (l + 1, net.layers[l].activation.is_some()),
+                        };
+                        // Only the value's sensitivity to the features is ever read; and of mixed components the
+                        // outputs have none, which an activation below them knows.
+                        let silent = mixed && bent && net.outputs.contains(&l);
+                        if (slot == 0 && !value) || silent || input.width == 0 {
+                            continue;
+                        }
                         let target = match input.source {
-                            Source::Features if value => &mut self.yx,
-                            // Only the value's sensitivity to the features is ever read.
-                            Source::Features => continue,
+                            Source::Features => &mut self.yx,
                             Source::Layer(l) => before[l].sensitivity_mut(),
                         };
-                        let init = || {
-                            if input.last_reader {
-                                Init::Zero
-                            } else {
-                                Init::Add
-                            }
+                        let init = match std::mem::replace(&mut self.heard[slot], true) {
+                            true => Init::Add,
+                            false => Init::Zero,
                         };
                         for c in parts.clone() {
                             let part = c.start * self.samples..c.end * self.samples;
@@ -536,7 +547,7 @@ impl<T: Real> Pass<T> {
                                     rows,
                                     part,
                                     panels::<T>(input.width),
-                                    init(),
+                                    init,
                                 ));
                             }
                         }
@@ -727,7 +738,9 @@ impl<T: Real> Pass<T> {
     /// Adds the gradient by the parameters of `Σ_samples` (mixed component of direction 0) to `gradient`.
     pub(crate) fn add_gradient(&self, net: &Net, gradient: &mut Gradient<T>) {
         let mixed = self.mixed(0);
-        self.add_products(net, &[(0, mixed), (1, 2), (2, 1), (mixed, 0)], gradient);
+        // At the outputs only the value is not zero.
+        let pairs = [(0, mixed), (1, 2), (2, 1), (mixed, 0)];
+        self.add_products_at(net, |output| &pairs[..if output { 1 } else { 4 }], gradient);
     }
 
     /// Adds Σ over `pairs` of (component of yz) ⊗ (component of a), summed over the samples, to `gradient`.
@@ -737,17 +750,28 @@ impl<T: Real> Pass<T> {
         pairs: &[(usize, usize)],
         gradient: &mut Gradient<T>,
     ) {
+        self.add_products_at(net, |_| pairs, gradient);
+    }
+
+    /// The same with pairs that depend on whether a layer is an output.
+    fn add_products_at<'p>(
+        &self,
+        net: &Net,
+        pairs: impl Fn(bool) -> &'p [(usize, usize)],
+        gradient: &mut Gradient<T>,
+    ) {
         let rows = self.components * self.samples;
         let step = self.samples * T::LANES;
-        let mut pieces = [(0, 0); 8];
-        for (piece, &(y, a)) in pieces.iter_mut().zip(pairs) {
-            *piece = (y * step, a * step);
-        }
         let init = gradient.begin();
         for (l, layer) in net.layers.iter().enumerate() {
             let Kind::Dense { inputs, bias } = &layer.kind else {
                 continue;
             };
+            let pairs = pairs(net.outputs.contains(&l));
+            let mut pieces = [(0, 0); 8];
+            for (piece, &(y, a)) in pieces.iter_mut().zip(pairs) {
+                *piece = (y * step, a * step);
+            }
             let yz = &self.layers[l].yz;
             let (matrices, sums) = gradient.layer(l, inputs.len());
             for (input, matrix) in inputs.iter().zip(matrices) {

@@ -44,25 +44,23 @@ impl Samples {
 
     /// Copies the samples with these numbers into a block, whose rest repeats the first of them.
     pub(crate) fn gather<T: Real>(&self, numbers: &[usize], work: &mut Work<T>) {
-        let n = self.n;
+        let (n, samples) = (self.n, work.samples);
         work.count = numbers.len();
-        for s in 0..work.samples {
-            let number = numbers[if s < numbers.len() { s } else { 0 }];
-            if let Some(steps) = self.steps.get(2 * number..2 * number + 2) {
-                work.steps[2 * s..][..2].copy_from_slice(steps);
-            }
-            let from = number * n;
-            let pairs = [
-                (&self.q, &mut work.q),
-                (&self.qd, &mut work.qd),
-                (&self.qdd, &mut work.qdd),
-                (&self.tau, &mut work.tau),
-                (&self.p, &mut work.p),
-                (&self.pd, &mut work.pd),
-            ];
-            for (source, target) in pairs.into_iter().filter(|(source, _)| !source.is_empty()) {
+        let number = |s: usize| numbers[if s < numbers.len() { s } else { 0 }];
+        let columns = [
+            (&self.q, &mut work.q, n),
+            (&self.qd, &mut work.qd, n),
+            (&self.qdd, &mut work.qdd, n),
+            (&self.tau, &mut work.tau, n),
+            (&self.p, &mut work.p, n),
+            (&self.pd, &mut work.pd, n),
+            (&self.steps, &mut work.steps, 2),
+        ];
+        for (source, target, n) in columns.into_iter().filter(|c| !c.0.is_empty()) {
+            for (s, target) in (0..samples).zip(target.chunks_exact_mut(n)) {
+                let row = &source[number(s) * n..][..n];
                 // A loop, because a copy of two numbers is not worth a call.
-                for (to, &from) in target[s * n..].iter_mut().zip(&source[from..from + n]) {
+                for (to, &from) in target.iter_mut().zip(row) {
                     *to = from;
                 }
             }

@@ -35,6 +35,29 @@ impl Shape {
     fn mixed(&self, i: usize) -> usize {
         2 + self.room + i
     }
+
+    /// Panics unless a matrix holds all panels, and each of them components below `end`.
+    #[inline(always)]
+    fn check<T: Real>(&self, matrix: &[T], end: usize) {
+        assert!(end <= self.components);
+        assert!(self.panels * self.components * self.samples * T::LANES <= matrix.len());
+    }
+
+    /// The same for what has one component.
+    #[inline(always)]
+    fn check_slope<T: Real>(&self, slope: &[T]) {
+        assert!(self.panels * self.samples * T::LANES <= slope.len());
+    }
+}
+
+/// The vector `offset` numbers behind a pointer.
+///
+/// # Safety
+/// There is a vector there.
+#[inline(always)]
+unsafe fn load<V: Vector>(from: *const V::Elem, offset: usize) -> V {
+    // SAFETY: the caller's.
+    unsafe { V::load_ptr(from.add(offset)) }
 }
 
 /// a₀ = σ(z₀), and the slopes σ′, σ″, σ‴ at z₀ (theory.md, equation 10).
@@ -63,16 +86,23 @@ impl<T: Real> Task for PointForward<'_, T> {
 impl<T: Real> PointForward<'_, T> {
     #[inline(always)]
     fn apply<I: Isa>(self, activation: Activation) {
-        let [s1, s2, s3] = self.slopes;
-        for p in 0..self.shape.panels {
-            for s in 0..self.shape.samples {
-                let at = self.shape.at::<T>(p, 0, s);
-                let d = activation.derivatives(T::Vec::<I>::load(&self.z[at..]));
-                d.value.store(&mut self.a[at..]);
-                let slope = self.shape.slope::<T>(p, s);
-                d.first.store(&mut s1[slope..]);
-                d.second.store(&mut s2[slope..]);
-                d.third.store(&mut s3[slope..]);
+        let shape = self.shape;
+        shape.check(self.z, 1);
+        shape.check(self.a, 1);
+        self.slopes.iter().for_each(|s| shape.check_slope(s));
+        let [s1, s2, s3] = self.slopes.map(|s| s.as_mut_ptr());
+        for p in 0..shape.panels {
+            let (first, slope) = (shape.at::<T>(p, 0, 0), shape.slope::<T>(p, 0));
+            for s in (0..shape.samples).map(|s| s * T::LANES) {
+                // SAFETY: checked above.
+                unsafe {
+                    let z = load::<T::Vec<I>>(self.z.as_ptr(), first + s);
+                    let d = activation.derivatives(z);
+                    d.value.store_ptr(self.a.as_mut_ptr().add(first + s));
+                    d.first.store_ptr(s1.add(slope + s));
+                    d.second.store_ptr(s2.add(slope + s));
+                    d.third.store_ptr(s3.add(slope + s));
+                }
             }
         }
     }
@@ -90,14 +120,21 @@ pub(crate) struct PointTangent<'a, T> {
 impl<T: Real> Task for PointTangent<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(self) {
-        for p in 0..self.shape.panels {
+        let shape = self.shape;
+        shape.check(self.input, self.components.end);
+        shape.check(self.output, self.components.end);
+        shape.check_slope(self.first);
+        for p in 0..shape.panels {
+            let slope = shape.slope::<T>(p, 0);
             for c in self.components.clone() {
-                for s in 0..self.shape.samples {
-                    let at = self.shape.at::<T>(p, c, s);
-                    let first = T::Vec::<I>::load(&self.first[self.shape.slope::<T>(p, s)..]);
-                    T::Vec::<I>::load(&self.input[at..])
-                        .mul(first)
-                        .store(&mut self.output[at..]);
+                let first = shape.at::<T>(p, c, 0);
+                for s in (0..shape.samples).map(|s| s * T::LANES) {
+                    // SAFETY: checked above.
+                    unsafe {
+                        load::<T::Vec<I>>(self.input.as_ptr(), first + s)
+                            .mul(load(self.first.as_ptr(), slope + s))
+                            .store_ptr(self.output.as_mut_ptr().add(first + s));
+                    }
                 }
             }
         }
@@ -116,19 +153,30 @@ pub(crate) struct PointSecond<'a, T> {
 impl<T: Real> Task for PointSecond<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(self) {
-        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
-        let [s1, s2] = self.slopes;
-        for p in 0..self.shape.panels {
+        let shape = self.shape;
+        let end = shape.mixed(self.directions);
+        shape.check(self.z, end);
+        shape.check(self.a, end);
+        self.slopes.iter().for_each(|s| shape.check_slope(s));
+        let [s1, s2] = self.slopes.map(<[T]>::as_ptr);
+        let (z, a) = (self.z.as_ptr(), self.a.as_mut_ptr());
+        for p in 0..shape.panels {
+            let slope = shape.slope::<T>(p, 0);
+            let first = |c| shape.at::<T>(p, c, 0);
+            let prime = first(1);
             for i in 0..self.directions {
-                for s in 0..self.shape.samples {
-                    let slope = self.shape.slope::<T>(p, s);
-                    let at = self.shape.at::<T>(p, self.shape.mixed(i), s);
-                    let zi = load(self.z, self.shape.at::<T>(p, 2 + i, s));
-                    let z1 = load(self.z, self.shape.at::<T>(p, 1, s));
-                    let curved = load(s2, slope).mul(zi).mul(z1);
-                    load(self.z, at)
-                        .fma(load(s1, slope), curved)
-                        .store(&mut self.a[at..]);
+                let (tangent, mixed) = (first(2 + i), first(shape.mixed(i)));
+                for s in (0..shape.samples).map(|s| s * T::LANES) {
+                    // SAFETY: checked above.
+                    unsafe {
+                        let zi: T::Vec<I> = load(z, tangent + s);
+                        let curved = load::<T::Vec<I>>(s2, slope + s)
+                            .mul(zi)
+                            .mul(load(z, prime + s));
+                        load::<T::Vec<I>>(z, mixed + s)
+                            .fma(load(s1, slope + s), curved)
+                            .store_ptr(a.add(mixed + s));
+                    }
                 }
             }
         }
@@ -144,35 +192,67 @@ pub(crate) struct PointReverse2<'a, T> {
     pub(crate) z: &'a [T],
     pub(crate) ya: &'a [T],
     pub(crate) yz: &'a mut [T],
+    /// Whether of ya only the value is not zero, and the rest was not written: below the output.
+    pub(crate) value_only: bool,
 }
 
 impl<T: Real> Task for PointReverse2<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(self) {
-        let load = |x: &[T], at: usize| T::Vec::<I>::load(&x[at..]);
-        for p in 0..self.shape.panels {
-            for s in 0..self.shape.samples {
-                let at = |c| self.shape.at::<T>(p, c, s);
-                let slope = self.shape.slope::<T>(p, s);
-                let [s1, s2, s3] = self.slopes;
-                let (s1, s2, s3) = (load(s1, slope), load(s2, slope), load(s3, slope));
-                let (z1, y0, y1) = (
-                    load(self.z, at(1)),
-                    load(self.ya, at(0)),
-                    load(self.ya, at(1)),
-                );
-                let s2y0 = s2.mul(y0);
-                y1.fma(s1, s2y0.mul(z1)).store(&mut self.yz[at(1)..]);
-                // Everything of component i′ that z_i multiplies: σ″ ya_′ + σ‴ z_′ ya₀.
-                let with_zi = s2.fma(y1, s3.mul(z1).mul(y0));
-                let s2z1 = s2.mul(z1);
-                for i in 0..self.directions {
-                    let mixed = self.shape.mixed(i);
-                    let (zi, yi) = (load(self.z, at(2 + i)), load(self.ya, at(2 + i)));
-                    yi.fma(s1, s2y0.mul(zi)).store(&mut self.yz[at(2 + i)..]);
-                    let (zm, ym) = (load(self.z, at(mixed)), load(self.ya, at(mixed)));
-                    let sum = ym.fma(s1, s2z1.mul(yi)).add(with_zi.fma(zi, s2y0.mul(zm)));
-                    sum.store(&mut self.yz[at(mixed)..]);
+        if self.value_only {
+            self.apply::<I, true>();
+        } else {
+            self.apply::<I, false>();
+        }
+    }
+}
+
+impl<T: Real> PointReverse2<'_, T> {
+    #[inline(always)]
+    fn apply<I: Isa, const VALUE_ONLY: bool>(self) {
+        let shape = self.shape;
+        let end = shape.mixed(self.directions);
+        for matrix in [self.z, self.ya, &*self.yz] {
+            shape.check(matrix, end);
+        }
+        self.slopes.iter().for_each(|s| shape.check_slope(s));
+        let slopes = self.slopes.map(<[T]>::as_ptr);
+        let (z, ya, yz) = (self.z.as_ptr(), self.ya.as_ptr(), self.yz.as_mut_ptr());
+        let step = shape.samples * T::LANES;
+        for p in 0..shape.panels {
+            let (first, slope) = (shape.at::<T>(p, 0, 0), shape.slope::<T>(p, 0));
+            for s in (0..shape.samples).map(|s| s * T::LANES) {
+                let at = |c: usize| first + c * step + s;
+                // SAFETY: checked above.
+                unsafe {
+                    let [s1, s2, s3] = slopes.map(|x| load::<T::Vec<I>>(x, slope + s));
+                    let (z1, y0): (_, T::Vec<I>) = (load(z, at(1)), load(ya, at(0)));
+                    let s2y0 = s2.mul(y0);
+                    if VALUE_ONLY {
+                        s2y0.mul(z1).store_ptr(yz.add(at(1)));
+                        let with_zi = s3.mul(z1).mul(y0);
+                        for i in 0..self.directions {
+                            let mixed = at(shape.mixed(i));
+                            let (zi, zm): (T::Vec<I>, T::Vec<I>) =
+                                (load(z, at(2 + i)), load(z, mixed));
+                            s2y0.mul(zi).store_ptr(yz.add(at(2 + i)));
+                            with_zi.fma(zi, s2y0.mul(zm)).store_ptr(yz.add(mixed));
+                        }
+                        continue;
+                    }
+                    let y1: T::Vec<I> = load(ya, at(1));
+                    y1.fma(s1, s2y0.mul(z1)).store_ptr(yz.add(at(1)));
+                    // Everything of component i′ that z_i multiplies: σ″ ya_′ + σ‴ z_′ ya₀.
+                    let with_zi = s2.fma(y1, s3.mul(z1).mul(y0));
+                    let s2z1 = s2.mul(z1);
+                    for i in 0..self.directions {
+                        let mixed = at(shape.mixed(i));
+                        let (zi, yi): (_, T::Vec<I>) = (load(z, at(2 + i)), load(ya, at(2 + i)));
+                        yi.fma(s1, s2y0.mul(zi)).store_ptr(yz.add(at(2 + i)));
+                        let (zm, ym): (_, T::Vec<I>) = (load(z, mixed), load(ya, mixed));
+                        let sum = ym.fma(s1, s2z1.mul(yi)).add(with_zi.fma(zi, s2y0.mul(zm)));
+                        sum.store_ptr(yz.add(mixed));
+                    }
                 }
             }
         }
@@ -257,17 +337,25 @@ impl<T: Real> Contract<'_, T> {
     #[inline(always)]
     fn all_at_once<I: Isa, const N: usize>(&mut self) {
         let shape = self.shape;
+        shape.check(self.z, 2 + N);
+        shape.check(self.ya, 1);
+        shape.check_slope(self.second);
+        let (second, ya, from) = (self.second.as_ptr(), self.ya.as_ptr(), self.z.as_ptr());
+        let step = shape.samples * T::LANES;
         for s in 0..shape.samples {
             let mut pairs = [[T::Vec::<I>::of(0.0); N]; N];
             let mut primes = [T::Vec::<I>::of(0.0); N];
             for p in 0..shape.panels {
-                let at = |c| shape.at::<T>(p, c, s);
-                let second = Self::load::<I>(self.second, shape.slope::<T>(p, s));
-                let weight = second.mul(Self::load::<I>(self.ya, at(0)));
-                let prime = Self::load::<I>(self.z, at(1));
+                let first = shape.at::<T>(p, 0, s);
+                // SAFETY: checked above, here and below.
+                let (weight, prime) = unsafe {
+                    let second: T::Vec<I> = load(second, shape.slope::<T>(p, s));
+                    (second.mul(load(ya, first)), load::<T::Vec<I>>(from, first + step))
+                };
                 let mut z = [T::Vec::<I>::of(0.0); N];
                 for i in 0..N {
-                    z[i] = Self::load::<I>(self.z, at(2 + i));
+                    // SAFETY: as above.
+                    z[i] = unsafe { load(from, first + (2 + i) * step) };
                     let weighed = weight.mul(z[i]);
                     primes[i] = weighed.fma(prime, primes[i]);
                     for j in 0..=i {
@@ -496,6 +584,8 @@ impl<T: Real> Combine<'_, T> {
     #[inline(always)]
     fn few<I: Isa, const N: usize>(self) {
         let zero = T::Vec::<I>::of(0.0);
+        self.shape.check(self.buffer, 2 + N);
+        let step = self.shape.samples * T::LANES;
         for s in 0..self.shape.samples {
             let (mut along, mut onto) = ([zero; N], [zero; N]);
             for i in 0..N {
@@ -505,17 +595,21 @@ impl<T: Real> Combine<'_, T> {
                 }
             }
             for p in 0..self.shape.panels {
-                let at = |c| self.shape.at::<T>(p, c, s);
-                let mut prime = T::Vec::<I>::load(&self.buffer[at(1)..]);
-                let mut direction = zero;
-                for i in 0..N {
-                    let tangent = T::Vec::<I>::load(&self.buffer[at(2 + i)..]);
-                    prime = tangent.fma(along[i], prime);
-                    direction = tangent.fma(onto[i], direction);
-                }
-                prime.store(&mut self.buffer[at(1)..]);
-                if self.onto.is_some() {
-                    direction.store(&mut self.buffer[at(2)..]);
+                let first = self.shape.at::<T>(p, 1, s);
+                // SAFETY: checked above.
+                unsafe {
+                    let buffer = self.buffer.as_mut_ptr().add(first);
+                    let mut prime = T::Vec::<I>::load_ptr(buffer);
+                    let mut direction = zero;
+                    for i in 0..N {
+                        let tangent = load::<T::Vec<I>>(buffer, (1 + i) * step);
+                        prime = tangent.fma(along[i], prime);
+                        direction = tangent.fma(onto[i], direction);
+                    }
+                    prime.store_ptr(buffer);
+                    if self.onto.is_some() {
+                        direction.store_ptr(buffer.add(step));
+                    }
                 }
             }
         }
