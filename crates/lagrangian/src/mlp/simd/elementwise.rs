@@ -350,7 +350,10 @@ impl<T: Real> Contract<'_, T> {
                 // SAFETY: checked above, here and below.
                 let (weight, prime) = unsafe {
                     let second: T::Vec<I> = load(second, shape.slope::<T>(p, s));
-                    (second.mul(load(ya, first)), load::<T::Vec<I>>(from, first + step))
+                    (
+                        second.mul(load(ya, first)),
+                        load::<T::Vec<I>>(from, first + step),
+                    )
                 };
                 let mut z = [T::Vec::<I>::of(0.0); N];
                 for i in 0..N {

@@ -2,6 +2,7 @@
 
 mod elementwise;
 mod products;
+mod rows;
 mod updates;
 
 use std::ops::Range;
