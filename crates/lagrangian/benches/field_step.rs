@@ -15,7 +15,8 @@ use std::hint::black_box;
 use lagrangian::Evaluator;
 use lagrangian::field::{DensityConfig, DensityNet, Field, FieldScaling};
 use lagrangian::solve::SymmetricSolver;
-use meter::{Case, Meter, expect, wave};
+use meter::data::wave;
+use meter::{Case, Meter, expect};
 
 /// More points than this are not solved as a dense matrix: the time grows with their cube.
 const DENSE: usize = 300;

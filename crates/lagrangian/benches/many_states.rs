@@ -10,8 +10,9 @@ mod meter;
 use std::hint::black_box;
 
 use lagrangian::Model;
+use meter::data::wave;
 use meter::networks::{lnn, lnn_weights};
-use meter::{Case, Meter, on_threads, threads, wave};
+use meter::{Case, Meter, on_threads, threads};
 use rayon::prelude::*;
 
 /// States in all, and those that a thread takes at a time.

@@ -18,11 +18,13 @@ mod meter;
 
 use std::time::Instant;
 
+use lagrangian::Coordinates;
 use lagrangian::lagrangian::LnnConfig;
 use lagrangian::train::{
     Budget, Family, FitConfig, NaturalConfig, Optimizer, Part, Samples, Stepper,
 };
-use meter::networks::{dataset, lnn_weights};
+use meter::data::dataset;
+use meter::networks::lnn_weights;
 use meter::{Case, Meter, expect, on_threads, threads};
 
 /// Small, so that all steps are alike.
@@ -159,7 +161,7 @@ impl Sizes {
     }
 
     fn stepper(&self) -> (Samples, Stepper) {
-        let data = dataset(self.n, self.batch);
+        let data = expect(dataset(Coordinates::lines(self.n), self.batch));
         let samples = data.train.clone();
         let config = FitConfig {
             family: Family::Lnn(LnnConfig {

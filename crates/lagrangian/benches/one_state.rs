@@ -17,8 +17,9 @@ mod meter;
 use std::hint::black_box;
 
 use lagrangian::Model;
+use meter::data::wave;
 use meter::networks::{delan, delan_weights, lnn, lnn_weights};
-use meter::{Case, Meter, wave};
+use meter::{Case, Meter};
 
 /// States that the calls go through in turn.
 const TURNS: usize = 64;

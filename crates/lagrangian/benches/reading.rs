@@ -10,7 +10,8 @@ use std::hint::black_box;
 use std::io::Cursor;
 
 use lagrangian::{Format, Layout, Trajectory};
-use meter::{Case, Meter, expect, wave};
+use meter::data::wave;
+use meter::{Case, Meter, expect};
 
 /// Degrees of freedom.
 const N: usize = 2;

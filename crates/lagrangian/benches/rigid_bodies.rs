@@ -11,7 +11,8 @@ use std::hint::black_box;
 
 use lagrangian::lagrangian::{Jet, Lagrangian};
 use lagrangian::rigid::{self, RigidBodies};
-use meter::{Case, Meter, expect, wave};
+use meter::data::wave;
+use meter::{Case, Meter, expect};
 
 /// States that the calls go through in turn.
 const TURNS: usize = 64;

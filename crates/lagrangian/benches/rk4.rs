@@ -13,8 +13,9 @@ use std::hint::black_box;
 use lagrangian::integrate::Method;
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{Model, RolloutOptions, State, rollout};
+use meter::data::wave;
 use meter::networks::{delan, delan_weights, lnn, lnn_weights};
-use meter::{Case, Meter, expect, on_threads, threads, wave};
+use meter::{Case, Meter, expect, on_threads, threads};
 
 /// Of an integrator, s: so short that no motion of a random network ends before its time.
 const STEP: f64 = 1e-4;

@@ -18,13 +18,14 @@ mod meter;
 
 use std::ops::ControlFlow;
 
-use lagrangian::Learned;
 use lagrangian::hamiltonian::{HnnConfig, Momenta};
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, Loss, Observer, Optimizer, Precision, Progress, fit,
 };
-use meter::networks::{convex_weights, dataset, delan_weights, lnn_weights};
+use lagrangian::{Coordinates, Learned};
+use meter::data::dataset;
+use meter::networks::{convex_weights, delan_weights, lnn_weights};
 use meter::{Case, Laps, Meter, expect, on_threads, threads};
 
 /// What is trained.
@@ -200,7 +201,7 @@ impl Sizes {
             ..FitConfig::default()
         };
         let found = expect(fit(
-            &dataset(self.n, 2 * self.batch),
+            &expect(dataset(Coordinates::lines(self.n), 2 * self.batch)),
             &config,
             None,
             &mut clock,

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{cargo, page};
+use super::{Failure, cargo, page};
 
 /// Its line of the usage.
 pub(super) const USAGE: &str = "\
@@ -18,16 +18,18 @@ bench [--smoke] [WORD…]
            --smoke   each row once: only whether it works";
 
 /// Runs the benches; words and `--smoke` are theirs.
-pub(super) fn main(arguments: &[&str]) -> Result<(), String> {
-    let smoke = arguments.contains(&"--smoke");
-    if let Some(flag) = arguments
-        .iter()
-        .find(|a| a.starts_with('-') && **a != "--smoke")
-    {
-        return Err(format!(
-            "bench does not know '{flag}'\n\nusage: cargo xtask {USAGE}"
-        ));
+pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
+    let unknown = |a: &&&str| a.starts_with('-') && **a != "--smoke";
+    match arguments.iter().find(unknown) {
+        Some(flag) => Err(Failure::Usage {
+            message: format!("bench does not know '{flag}'"),
+            hint: format!("usage: cargo xtask {USAGE}"),
+        }),
+        None => bench(arguments),
     }
+}
+
+fn bench(arguments: &[&str]) -> Result<(), Failure> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let fail = |e: std::io::Error| format!("{}: {e}", root.display());
     let root = root.canonicalize().map_err(fail)?;
@@ -50,16 +52,27 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), String> {
         .status()
         .map_err(|e| format!("cargo did not start: {e}"))?;
     if !status.success() {
-        return Err(format!("the benches failed ({status})"));
+        return Err(format!("the benches failed ({status})").into());
     }
     let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
     let lines: Result<Vec<Value>, _> = text.lines().map(serde_json::from_str).collect();
     let lines = lines.map_err(|e| format!("{}: {e}", file.display()))?;
+    if !lines.iter().any(|line| line.get("row").is_some()) {
+        let words: Vec<&str> = arguments
+            .iter()
+            .copied()
+            .filter(|a| *a != "--smoke")
+            .collect();
+        return Err(Failure::Usage {
+            message: format!("no row is named by '{}'", words.join(" ")),
+            hint: "`cargo xtask bench --smoke` names all rows".into(),
+        });
+    }
     let table = markdown(&lines);
-    if smoke || !arguments.is_empty() {
+    if !arguments.is_empty() {
         return Ok(());
     }
-    page::replace(&root.join("docs/performance.md"), "bench", &table)
+    page::replace(&root.join("docs/performance.md"), "bench", &table).map_err(Failure::from)
 }
 
 /// A table for each bench, from a line for its head and one for each of its rows.
@@ -112,7 +125,8 @@ mod tests {
 
     #[test]
     fn unknown_flags_are_refused_before_anything_is_built() {
-        let message = main(&["--fast"]).err().unwrap_or_default();
-        assert!(message.contains("'--fast'") && message.contains("usage"));
+        let refused = main(&["--fast"]).map_err(|failure| failure.report());
+        let (text, code) = refused.err().unwrap_or_default();
+        assert!(text.contains("'--fast'") && text.contains("usage") && code == 2);
     }
 }

@@ -118,7 +118,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => run(&TEST).map(Some).map_err(Failure::from),
         ["race", ref flags @ ..] => race::main(flags).map(|()| None),
-        ["bench", ref flags @ ..] => bench::main(flags).map(|()| None).map_err(Failure::from),
+        ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!("{USAGE}\n  {}\n  {}", race::usage(), bench::USAGE);
             return ExitCode::SUCCESS;

@@ -5,6 +5,7 @@
 //! each row to a file.
 #![allow(dead_code, reason = "no bench uses all of it")]
 
+pub(crate) mod data;
 mod limits;
 pub(crate) mod networks;
 mod options;
@@ -153,13 +154,6 @@ impl Laps {
         let laps = self.seconds.len();
         laps < self.least || laps < MOST && self.start.elapsed().as_secs_f64() < self.budget
     }
-}
-
-/// Numbers between −`size` and `size`, smooth and without structure.
-pub(crate) fn wave(len: usize, frequency: f64, size: f64) -> Vec<f64> {
-    (0..len)
-        .map(|k| size * (frequency * k as f64).sin())
-        .collect()
 }
 
 /// Threads that a bench may use: one, and all (two at least are needed for that).

@@ -1,29 +1,9 @@
 //! Networks of two hidden layers with random weights, and how many weights their matrices have.
 
-use lagrangian::dataset::Dataset;
 use lagrangian::lagrangian::{Delan, DelanConfig, Lnn, LnnConfig, Scaling};
-use lagrangian::train::Samples;
 use lagrangian::{Coordinates, Mechanical};
 
-use super::{expect, wave};
-
-/// `m` samples on lines, smooth and without structure: what is learned does not matter for the time of a step.
-pub(crate) fn dataset(n: usize, m: usize) -> Dataset {
-    let column = |f: f64| wave(m * n, f, 3.0);
-    let samples = Samples {
-        n,
-        q: column(0.37),
-        qd: column(0.73),
-        qdd: column(1.91),
-        tau: column(0.11),
-        ..Samples::default()
-    };
-    let none = Samples {
-        n,
-        ..Samples::default()
-    };
-    expect(Dataset::from_samples(Coordinates::lines(n), samples, none))
-}
+use super::expect;
 
 /// A Lagrangian network over coordinates on lines.
 pub(crate) fn lnn(n: usize, width: usize) -> Mechanical<Lnn> {

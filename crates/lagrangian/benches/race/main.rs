@@ -2,6 +2,8 @@
 
 mod accuracy;
 mod calls;
+#[path = "../meter/data.rs"]
+mod data;
 mod log;
 mod protocol;
 mod training;

@@ -8,10 +8,11 @@ use lagrangian::dataset::Dataset;
 use lagrangian::lagrangian::{DelanConfig, LnnConfig, Scaling};
 use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress,
-    Samples, Stepper, fit,
+    Stepper, fit,
 };
 use serde_json::json;
 
+use crate::data::dataset;
 use crate::protocol::{Request, Talk, Task};
 use crate::{Outcome, write};
 
@@ -89,25 +90,6 @@ pub(crate) fn lnn(task: &Task) -> FitConfig {
         validate_every: usize::MAX,
         ..FitConfig::default()
     }
-}
-
-/// One batch, smooth and without structure: what is learned does not matter for the time of a step.
-fn dataset(coordinates: Coordinates, m: usize) -> lagrangian::Result<Dataset> {
-    let n = coordinates.dof();
-    let column = |f: f64| (0..m * n).map(|k| 3.0 * (k as f64 * f).sin()).collect();
-    let samples = Samples {
-        n,
-        q: column(0.37),
-        qd: column(0.73),
-        qdd: column(1.91),
-        tau: column(0.11),
-        ..Samples::default()
-    };
-    let none = Samples {
-        n,
-        ..Samples::default()
-    };
-    Dataset::from_samples(coordinates, samples, none)
 }
 
 fn race(

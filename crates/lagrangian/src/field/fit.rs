@@ -15,7 +15,7 @@ use super::rows::FieldShape;
 use super::{Symmetry, check_periodic};
 use crate::dataset::{Dataset, shuffle};
 use crate::dynamics::Model;
-use crate::train::{Budget, NaturalConfig, Observer, Progress, Samples};
+use crate::train::{Budget, NaturalConfig, Observer, Progress, Samples, cosine};
 use crate::{Error, Result};
 
 /// What is learned.
@@ -234,7 +234,7 @@ impl<'a> Run<'a> {
             }
             let batch = &order[self.step % per_pass * rings..][..rings];
             let natural = &config.natural;
-            let rate = natural.rate * 0.5 * (1.0 + (std::f64::consts::PI * share).cos());
+            let rate = natural.rate * cosine(share);
             let damping = natural.scheduled(share, self.setbacks);
             let setting = (rate, damping);
             let parameters = &mut self.parameters;

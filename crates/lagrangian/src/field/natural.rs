@@ -1,6 +1,6 @@
 //! Natural gradient with J formed: the networks of fields are small, and rings mix their residuals.
 //!
-//! The step is that of `train/natural.rs` (theory.md, 19); J Jᵀ is a product of tiles, the same bits on any number of
+//! The step is that of `train/natural` (theory.md, 19); J Jᵀ is a product of tiles, the same bits on any number of
 //! threads.
 
 use faer::linalg::matmul::matmul;

@@ -215,8 +215,8 @@ pub(crate) struct LnnShape {
     pub(crate) net: Net,
     /// What the network sees of the velocities, or of what is in their place.
     pub(crate) seen: Seen,
-    /// 1 / s of each velocity: a division costs as much as all else that is done with one.
-    pub(crate) inverse_speed: Vec<f64>,
+    /// 1 / s of each coordinate and velocity: a division costs as much as all else that is done with one.
+    pub(crate) inverse: [Vec<f64>; 2],
 }
 
 impl Lnn {
@@ -332,7 +332,8 @@ impl LnnShape {
         let net = config.net(&coordinates);
         let seen = Seen::of_velocity(config.speed_limit, config.speed_chart);
         Ok(Self {
-            inverse_speed: scaling.qd_scale.iter().map(|s| s.recip()).collect(),
+            inverse: [&scaling.q_scale, &scaling.qd_scale]
+                .map(|scale| scale.iter().map(|s| s.recip()).collect()),
             coordinates,
             config,
             scaling,
@@ -369,7 +370,7 @@ impl LnnShape {
         let n = self.dof();
         let mut at = 0;
         for i in 0..n {
-            let features = Features::new(&self.coordinates, &self.scaling, i, q[i]);
+            let features = self.features(i, q[i]);
             for k in 0..features.count {
                 pass.set_feature(0, s, at, T::of(features.values[k]));
                 pass.set_feature(1, s, at, T::of(features.slopes[k] * along[i]));
@@ -421,7 +422,7 @@ impl LnnShape {
     #[inline]
     pub(crate) fn velocity(&self, i: usize, v: f64) -> VelocityFeature {
         match self.seen {
-            Seen::Scaled => VelocityFeature::scaled(self.inverse_speed[i], v),
+            Seen::Scaled => VelocityFeature::scaled(self.inverse[1][i], v),
             seen => seen.feature((self.scaling.qd_scale[i], self.scaling.energy), v),
         }
     }
@@ -482,7 +483,20 @@ impl LnnShape {
     /// The features of coordinate `i` of sample `s`, of which the first is number `at`.
     fn recall<T: Real>(&self, pass: &Pass<T>, (s, at): (usize, usize), i: usize) -> Features {
         let value = |k| pass.feature(0, s, at + k).f64();
-        Features::recall(&self.coordinates, &self.scaling, i, value)
+        match self.coordinates.is_circle(i) {
+            true => Features::circle(value(0), value(1)),
+            false => Features::line(value(0), self.inverse[0][i]),
+        }
+    }
+
+    /// The features of coordinate `i` at `q`.
+    fn features(&self, i: usize, q: f64) -> Features {
+        if self.coordinates.is_circle(i) {
+            let (sin, cos) = q.sin_cos();
+            return Features::circle(cos, sin);
+        }
+        let inverse = self.inverse[0][i];
+        Features::line((q - self.scaling.q_center[i]) * inverse, inverse)
     }
 
     /// Writes ∂S/∂(q, q̇) of sample `s` `[n, 2n]`, for the n scalars of a linearised pass whose sensitivities were

@@ -137,18 +137,29 @@ impl Features {
         i: usize,
         value: impl Fn(usize) -> f64,
     ) -> Self {
-        if coordinates.is_circle(i) {
-            let (cos, sin) = (value(0), value(1));
-            return Self {
-                values: [cos, sin],
-                slopes: [-sin, cos],
-                bends: [-cos, -sin],
-                count: 2,
-            };
+        match coordinates.is_circle(i) {
+            true => Self::circle(value(0), value(1)),
+            false => Self::line(value(0), 1.0 / scaling.q_scale[i]),
         }
+    }
+
+    /// Of an angle.
+    #[inline]
+    pub(crate) fn circle(cos: f64, sin: f64) -> Self {
         Self {
-            values: [value(0), 0.0],
-            slopes: [1.0 / scaling.q_scale[i], 0.0],
+            values: [cos, sin],
+            slopes: [-sin, cos],
+            bends: [-cos, -sin],
+            count: 2,
+        }
+    }
+
+    /// Of a coordinate on the line, `slope` being 1 / its scale.
+    #[inline]
+    pub(crate) fn line(value: f64, slope: f64) -> Self {
+        Self {
+            values: [value, 0.0],
+            slopes: [slope, 0.0],
             bends: [0.0; 2],
             count: 1,
         }

@@ -264,17 +264,23 @@ fn weigh<T: Real>(
     let n = learner.dof();
     let (kinds, samples) = (extra.len() / n, work.samples);
     let (m, k) = (work.residual.len() / samples, work.lambda.len() / samples);
+    work.slope.resize(m, 0.0);
     for s in 0..samples {
-        for j in 0..k {
-            let lambda: f64 = if s < work.count {
-                let slope = |i: usize| factor * loss.slope(work.residual[s * m + i]);
-                (0..m)
-                    .map(|i| work.mix[(s * m + i) * k + j] * slope(i))
-                    .sum()
-            } else {
-                0.0
-            };
-            work.lambda[s * k + j] = T::of(lambda);
+        if s >= work.count {
+            work.lambda[s * k..][..k].fill(T::default());
+            continue;
+        }
+        let residuals = &work.residual[s * m..][..m];
+        for (slope, r) in work.slope.iter_mut().zip(residuals) {
+            *slope = factor * loss.slope(*r);
+        }
+        let mix = &work.mix[s * m * k..][..m * k];
+        for (j, to) in work.lambda[s * k..][..k].iter_mut().enumerate() {
+            let mut lambda = 0.0;
+            for (slope, mix) in work.slope.iter().zip(mix.chunks_exact(k)) {
+                lambda += mix[j] * slope;
+            }
+            *to = T::of(lambda);
             for e in 0..kinds {
                 extra[e * n + learner.coordinate(j)] +=
                     lambda * work.extra[(s * k + j) * kinds + e];

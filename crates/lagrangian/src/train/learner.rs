@@ -147,6 +147,8 @@ pub(crate) struct Work<T: Real> {
     pub(crate) scratch: Vec<f64>,
     /// ∂S/∂(q, q̇), where a flow is linearised.
     pub(crate) slopes: Vec<f64>,
+    /// ∂loss/∂r of one sample, `[m]`.
+    pub(crate) slope: Vec<f64>,
     pub(crate) lambda: Vec<T>,
     pub(crate) lambda_along: Vec<T>,
     /// Of deep Lagrangian networks: the outputs of each sample, and the seeds of the reverse passes.
@@ -186,6 +188,7 @@ impl<T: Real> Work<T> {
             inverse: Vec::new(),
             scratch: vec![0.0; 2 * n],
             slopes: Vec::new(),
+            slope: Vec::with_capacity(m),
             lambda: vec![T::default(); samples * k],
             lambda_along: vec![T::default(); samples * k],
             factors: Vec::new(),
@@ -211,6 +214,11 @@ impl<T: Real> Work<T> {
             At::Rest | At::Found(_) => k / n - 1,
         };
         let row = s * n..s * n + n;
+        if kinds == 0 && !self.knows {
+            let forces = self.scratch[n..].iter_mut().zip(&self.tau[row]);
+            forces.for_each(|(force, tau)| *force = -tau);
+            return;
+        }
         for i in 0..n {
             let drive = Drive {
                 qd: self.qd[s * n + i],

@@ -1,12 +1,14 @@
 //! Training: losses, optimisers, schedules, and `fit`.
 
 mod adam;
+mod allowed;
 mod batch;
 mod checkpoint;
 mod damping;
 mod delan;
 mod descent;
 mod described;
+mod engine;
 mod fit;
 mod forces;
 mod hnn;
@@ -15,10 +17,14 @@ mod learner;
 mod lnn;
 mod natural;
 mod nominal;
+mod observer;
+mod order;
 mod part;
 mod plain;
 mod positions;
 mod rollout;
+mod run;
+mod schedule;
 mod stepper;
 #[cfg(test)]
 mod tests;
@@ -30,14 +36,16 @@ pub(crate) use batch::{Batches, Value, value};
 pub use checkpoint::Checkpoint;
 pub use damping::DampingRule;
 pub use described::Parameter;
-pub use fit::{Budget, Ending, Fit, FitConfig, Observer, Optimizer, Precision, Progress, fit};
-pub(crate) use fit::{Order, cosine, grown};
+pub use fit::{Budget, Fit, FitConfig, Optimizer, Precision, fit};
 pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
 pub use learner::Loss;
 pub(crate) use learner::{Learner, Work};
 pub use natural::NaturalConfig;
 pub(crate) use natural::{Natural, System};
+pub use observer::{Ending, Observer, Progress};
+pub(crate) use order::Order;
 pub use part::Part;
 pub use rollout::{Gradients, Observe, RolloutLoss, Start};
+pub(crate) use schedule::{cosine, grown};
 pub use stepper::{StepLoss, Stepper};

@@ -23,6 +23,12 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// Rows of a panel.
+    #[cfg(test)]
+    pub(crate) fn rows(&self) -> usize {
+        self.components * self.samples
+    }
+
     #[inline(always)]
     pub(super) fn at<T: Real>(&self, panel: usize, component: usize, sample: usize) -> usize {
         ((panel * self.components + component) * self.samples + sample) * T::LANES

@@ -9,9 +9,9 @@ use crate::dataset::Dataset;
 use crate::train::adam::{Adam, AdamConfig};
 use crate::train::batch::Value;
 use crate::train::checkpoint::Checkpoint;
-use crate::train::fit::Order;
 use crate::train::learner::Learner;
 use crate::train::natural::NaturalConfig;
+use crate::train::order::Order;
 use crate::train::{FitConfig, Optimizer};
 
 /// Segments that are judged by at most.

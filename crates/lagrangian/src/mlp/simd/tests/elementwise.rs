@@ -89,10 +89,43 @@ fn tangents<T: Real>(draw: &mut Draw) {
                 z: &z,
                 ya: &ya,
                 yz: &mut yz,
+                value_only: false,
             },
         );
         yz.to_vec()
     });
+    let quiet = |value_only: bool, level| {
+        let mut ya = ya.clone();
+        // Of these components nothing was written, which is not read; or they are zero.
+        let rest = if value_only { f64::NAN } else { 0.0 };
+        for panel in ya.chunks_exact_mut(shape.rows() * T::LANES) {
+            panel[shape.samples * T::LANES..].fill(T::of(rest));
+        }
+        let mut yz = out.clone();
+        let task = PointReverse2 {
+            shape,
+            directions,
+            slopes: [&first, &second, &third],
+            z: &z,
+            ya: &ya,
+            yz: &mut yz,
+            value_only,
+        };
+        dispatch_on(level, task);
+        yz.to_vec()
+    };
+    agree("sensitivities of the value alone", |level| {
+        quiet(true, level)
+    });
+    agree("sensitivities with zeros", |level| quiet(false, level));
+    let (alone, zeros) = (quiet(true, Level::Portable), quiet(false, Level::Portable));
+    assert!(
+        alone
+            .iter()
+            .zip(&zeros)
+            .all(|(a, b)| (*a - *b).f64().abs() < 1e-12)
+    );
+
     agree("sensitivities of tangents back", |level| {
         let mut yz = out.clone();
         dispatch_on(

@@ -1,0 +1,192 @@
+//! A block of samples: its residuals, the factors of its rows of J, and what is pushed and pulled through them.
+
+use crate::mlp::simd::Buffer;
+use crate::mlp::{Factors, Gradient, Packed, Terms};
+use crate::train::batch::{Value, value};
+use crate::train::learner::{Learner, Loss, Work};
+
+/// Samples of a block.
+pub(super) const BLOCK: usize = 16;
+
+/// Residuals below this share of the mean |r| weigh no more than one of that size.
+const SMALL: f64 = 0.1;
+
+pub(super) struct Block {
+    pub(super) work: Work<f64>,
+    pub(super) factors: Factors<f64>,
+    /// The same, rounded.
+    pub(super) rounded: Factors<f32>,
+    pub(super) gradient: Gradient<f64>,
+    pub(super) value: Value,
+    /// r − μ J φ, then the solution x, `[samples, m]`.
+    pub(super) right: Vec<f64>,
+    /// J φ, then Dᵀ x, in S-space, `[samples, k]`.
+    pub(super) raw: Vec<f64>,
+    moved: Vec<f64>,
+    wide: Buffer<f64>,
+}
+
+impl Block {
+    pub(super) fn new(learner: &dyn Learner<f64>) -> Self {
+        let net = learner.net();
+        let work = Work::new(learner, BLOCK);
+        Self {
+            factors: Factors::new(net, &work.pass),
+            rounded: Factors::new(net, &work.pass),
+            wide: Buffer::new(work.pass.widest()),
+            work,
+            gradient: Gradient::new(net),
+            right: vec![0.0; BLOCK * learner.residuals_each()],
+            raw: vec![0.0; BLOCK * learner.outputs_each()],
+            moved: Vec::new(),
+            value: Value::default(),
+        }
+    }
+
+    /// Turns residuals into those whose squares are minimised, and leaves the padding of the block out.
+    pub(super) fn weigh(&mut self, loss: Loss, level: f64, m: usize) {
+        let work = &mut self.work;
+        self.value = value(work, loss, m);
+        let k = work.mix.len() / work.residual.len();
+        for at in 0..work.residual.len() {
+            let r = work.residual[at];
+            let weight = match loss {
+                _ if at >= work.count * m => 0.0,
+                // |r| = r² / |r|: squares, reweighted at every step, in units of the mean |r| of the batch.
+                _ if loss.is_absolute() => (level / r.abs().max(SMALL * level)).sqrt(),
+                _ => 1.0,
+            };
+            work.residual[at] = r * weight;
+            work.mix[at * k..at * k + k]
+                .iter_mut()
+                .for_each(|d| *d *= weight);
+        }
+    }
+
+    /// The factors of J, from the weighed residuals.
+    pub(super) fn linearise(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        packed: &Packed<f64>,
+        terms: &Terms,
+    ) {
+        learner.linearise(packed, &mut self.work);
+        self.factors.set(learner.net(), &self.work.pass, terms);
+    }
+
+    /// right = r − μ J φ, of φ in panels and that of the parameters beside the network.
+    pub(super) fn push_momentum(
+        &mut self,
+        learner: &dyn Learner<f64>,
+        momentum: f64,
+        (packed_phi, phi_extra): (&Packed<f64>, &[f64]),
+        terms: &Terms,
+    ) {
+        self.raw.fill(0.0);
+        let Self {
+            work, wide, raw, ..
+        } = self;
+        work.pass
+            .push_forward(learner.net(), packed_phi, terms, wide, raw);
+        self.by_sample(learner.points());
+        self.subtract_momentum(momentum, phi_extra, learner);
+    }
+
+    /// right = r − μ D (J φ in S-space, in `raw`).
+    fn subtract_momentum(&mut self, momentum: f64, phi_extra: &[f64], learner: &dyn Learner<f64>) {
+        let n = learner.dof();
+        let kinds = phi_extra.len() / n;
+        let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
+        for (at, raw) in self.raw.iter_mut().enumerate() {
+            for e in 0..kinds {
+                *raw +=
+                    self.work.extra[at * kinds + e] * phi_extra[e * n + learner.coordinate(at % k)];
+            }
+        }
+        for (at, right) in self.right.iter_mut().enumerate() {
+            let along = &self.raw[at / m * k..][..k];
+            let row = &self.work.mix[at * k..][..k];
+            let pushed = row.iter().zip(along).map(|(d, x)| d * x).sum::<f64>();
+            *right = self.work.residual[at] - momentum * pushed;
+        }
+    }
+
+    /// gradient = Jᵀ x of the network's parameters; leaves Dᵀ x in `raw`, in the order of the pass.
+    pub(super) fn pull_back(&mut self, learner: &dyn Learner<f64>, terms: &Terms) {
+        self.unmix();
+        self.by_point(learner.points());
+        self.gradient.clear();
+        let Self {
+            work,
+            raw,
+            wide,
+            gradient,
+            ..
+        } = self;
+        work.pass
+            .pull_back_factors(learner.net(), terms, raw, wide, gradient);
+    }
+
+    /// raw = Dᵀ right.
+    fn unmix(&mut self) {
+        let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
+        for (at, raw) in self.raw.iter_mut().enumerate() {
+            let (s, column) = (at / k, at % k);
+            *raw = (0..m)
+                .map(|i| self.work.mix[(s * m + i) * k + column] * self.right[s * m + i])
+                .sum();
+        }
+    }
+
+    /// Adds Jᵀ x of the parameters beside the network, after [`Block::pull_back`].
+    pub(super) fn pull_extra_back(&mut self, learner: &dyn Learner<f64>, phi_extra: &mut [f64]) {
+        let (n, k, kinds) = (learner.dof(), learner.outputs_each(), learner.extra());
+        self.by_sample(learner.points());
+        for (at, slope) in self.work.extra.iter().enumerate() {
+            let (output, kind) = (at / kinds, at % kinds);
+            let coordinate = learner.coordinate(output % k);
+            phi_extra[kind * n + coordinate] += slope * self.raw[output];
+        }
+    }
+
+    /// Brings `raw` from the order of the pass, `[point, sample, n]`, to that of the samples, `[sample, n, point]`.
+    fn by_sample(&mut self, points: usize) {
+        self.reorder(points, |by_point, by_sample| (by_sample, by_point));
+    }
+
+    /// Brings `raw` back.
+    fn by_point(&mut self, points: usize) {
+        self.reorder(points, |by_point, by_sample| (by_point, by_sample));
+    }
+
+    /// Moves every number of `raw` to the first of the places that `way` says, from the second.
+    fn reorder(&mut self, points: usize, way: impl Fn(usize, usize) -> (usize, usize)) {
+        if points == 1 {
+            return;
+        }
+        let n = self.raw.len() / BLOCK / points;
+        self.moved.clone_from(&self.raw);
+        for (s, i, j) in
+            (0..BLOCK).flat_map(|s| (0..n).flat_map(move |i| (0..points).map(move |j| (s, i, j))))
+        {
+            let (to, from) = way((j * BLOCK + s) * n + i, (s * n + i) * points + j);
+            self.raw[to] = self.moved[from];
+        }
+    }
+}
+
+/// Mean |r| of the batch, never zero.
+pub(super) fn level(blocks: &[Block], m: usize) -> f64 {
+    let residuals = || {
+        blocks
+            .iter()
+            .flat_map(|b| &b.work.residual[..b.work.count * m])
+    };
+    let counted = blocks.iter().map(|b| b.work.count * b.work.counted);
+    let mean = residuals().map(|r| r.abs()).sum::<f64>() / counted.sum::<usize>().max(1) as f64;
+    if mean.is_finite() {
+        mean.max(1e-12)
+    } else {
+        1.0
+    }
+}

@@ -1,0 +1,15 @@
+//! What follows the share of the budget: the rate, and the samples of a batch.
+
+/// From 1 to 0.
+pub(crate) fn cosine(share: f64) -> f64 {
+    0.5 * (1.0 + (std::f64::consts::PI * share).cos())
+}
+
+/// Samples of a batch at this share of the budget: whole blocks of 16, so that none is filled with padding.
+pub(crate) fn grown(first: usize, last: usize, share: f64) -> usize {
+    if first >= last {
+        return last;
+    }
+    let samples = first as f64 * (last as f64 / first as f64).powf(share);
+    (samples as usize).next_multiple_of(16).clamp(first, last)
+}
