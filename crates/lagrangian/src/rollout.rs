@@ -1,10 +1,13 @@
 //! Rolling a model out: from an initial state to a predicted trajectory, and how it ended.
 
 mod abreast;
+mod known;
 mod many;
 mod recorded;
 mod round;
 mod sines;
+
+use std::cell::RefCell;
 
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +15,7 @@ use crate::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
 use crate::integrate::{Control, Ending, Failure, Method};
 use crate::{Error, Result, Trajectory};
 
+use known::Known;
 pub use many::rollout_many;
 pub use recorded::{Hold, recorded, rollout_recorded};
 pub use sines::{record_forces, sines, with_friction};
@@ -280,6 +284,7 @@ struct Run<'a> {
     qd: Vec<f64>,
     force: Vec<f64>,
     rollout: Rollout,
+    known: RefCell<Known>,
 }
 
 impl<'a> Run<'a> {
@@ -315,6 +320,7 @@ impl<'a> Run<'a> {
             qd: vec![0.0; n],
             force: vec![0.0; n],
             rollout,
+            known: RefCell::default(),
         }
     }
 
@@ -334,6 +340,7 @@ impl<'a> Run<'a> {
             qd: velocity,
             force,
             rollout,
+            known,
             ..
         } = self;
         let Rollout {
@@ -347,6 +354,7 @@ impl<'a> Run<'a> {
             x.copy_from_slice(state);
             if k > 0 || first {
                 record(trajectory, times[k], state);
+                known.borrow_mut().sampled(state);
             }
         };
         let mut control = options.control();
@@ -365,6 +373,7 @@ impl<'a> Run<'a> {
                     tau(t, q, qd, force);
                     *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
                     *evaluations += 1;
+                    known.borrow_mut().evaluated(q, qd, force, qdd);
                 };
                 let method = options.method;
                 method.solve(&mut acceleration, &x0, times, &control, &mut sample)
@@ -386,7 +395,8 @@ impl<'a> Run<'a> {
     }
 
     fn finish(mut self, ending: Ending, tau: &Force<'_>) -> Rollout {
-        self.rollout.end(ending, &mut *self.evaluator, tau);
+        let known = self.known.into_inner();
+        self.rollout.end(ending, &mut *self.evaluator, tau, &known);
         self.rollout
     }
 }
@@ -414,7 +424,13 @@ impl Rollout {
         }
     }
 
-    fn end(&mut self, ending: Ending, evaluator: &mut dyn Evaluator, tau: &Force<'_>) {
+    fn end(
+        &mut self,
+        ending: Ending,
+        evaluator: &mut dyn Evaluator,
+        tau: &Force<'_>,
+        known: &Known,
+    ) {
         if !evaluator.second_order() {
             let (q, z) = (&self.trajectory.q, self.trajectory.qd.clone());
             evaluator.velocity(q, &z, &mut self.trajectory.qd);
@@ -423,7 +439,7 @@ impl Rollout {
             t,
             reason: Failure::NotFinite,
         });
-        complete(&mut self.trajectory, evaluator, tau);
+        complete(&mut self.trajectory, evaluator, tau, known);
         self.outcome = match ending {
             Ending::Finished => Outcome::Finished,
             Ending::StepLimit { t } => Outcome::StepLimit { t },
@@ -458,7 +474,12 @@ fn record(trajectory: &mut Trajectory, t: f64, x: &[f64]) {
 }
 
 /// Adds q̈ (where finite) and τ (where there is any) to a trajectory.
-fn complete(trajectory: &mut Trajectory, evaluator: &mut dyn Evaluator, tau: &Force<'_>) {
+fn complete(
+    trajectory: &mut Trajectory,
+    evaluator: &mut dyn Evaluator,
+    tau: &Force<'_>,
+    known: &Known,
+) {
     if trajectory.is_empty() {
         return;
     }
@@ -476,8 +497,13 @@ fn complete(trajectory: &mut Trajectory, evaluator: &mut dyn Evaluator, tau: &Fo
     {
         tau(*t, q, qd, force);
     }
-    let mut qdd = vec![0.0; trajectory.q.len()];
-    let _ = evaluator.forward_dynamics(&trajectory.q, &trajectory.qd, &forces, &mut qdd);
+    let mut qdd = known.under(&forces).to_vec();
+    let first = qdd.len();
+    qdd.resize(trajectory.q.len(), 0.0);
+    if first < qdd.len() {
+        let (q, qd) = (&trajectory.q[first..], &trajectory.qd[first..]);
+        let _ = evaluator.forward_dynamics(q, qd, &forces[first..], &mut qdd[first..]);
+    }
     trajectory.qdd = Some(qdd).filter(|qdd| qdd.iter().all(|a| a.is_finite()));
     trajectory.tau = Some(forces).filter(|forces| forces.iter().any(|f| *f != 0.0));
 }

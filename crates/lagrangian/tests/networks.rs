@@ -191,15 +191,70 @@ fn derivatives_through_charts_of_the_speed_and_exponential_units_agree_with_dual
     }
 }
 
+/// One state has a way of its own through networks whose layers are a chain; blocks are tested above.
+fn assert_alone_as_in_a_block(lagrangian: &impl Lagrangian, n: usize, what: &str) {
+    let wave = |k: usize, f: f64| 3.0 * (k as f64 * f).sin();
+    let column = |f: f64| (0..3 * n).map(|k| wave(k + 1, f)).collect::<Vec<_>>();
+    let (q, qd) = (column(0.73), column(1.91));
+    let (mut block, mut alone) = (Jet::default(), Jet::default());
+    let mut jets = lagrangian.jets();
+    jets.jet(&q, &qd, &mut block);
+    for row in 0..3 {
+        let (from, to) = (row * n, row * n + n);
+        jets.jet(&q[from..to], &qd[from..to], &mut alone);
+        let pairs = [
+            (&alone.lagrangian, &block.lagrangian[row..=row]),
+            (&alone.dl_dq, &block.dl_dq[from..to]),
+            (&alone.momentum, &block.momentum[from..to]),
+            (&alone.momentum_drift, &block.momentum_drift[from..to]),
+            (&alone.mass_matrix, &block.mass_matrix[from * n..to * n]),
+        ];
+        for (k, (alone, block)) in pairs.into_iter().enumerate() {
+            let error = worst(alone, block);
+            assert!(error < 1e-13, "{what} field {k}: {error:e}");
+        }
+    }
+}
+
 #[test]
 fn one_state_alone_and_in_a_block_gives_the_same_derivatives() {
-    let lnn = network(2, 2, Form::Free, Activation::Softplus, 3);
-    let (q, qd) = ([0.3, -0.7, 1.0, 2.0], [1.0, -2.0, 0.5, 0.1]);
-    let (mut block, mut alone) = (Jet::default(), Jet::default());
-    lnn.jets().jet(&q, &qd, &mut block);
-    lnn.jets().jet(&q[2..], &qd[2..], &mut alone);
-    assert!(worst(&block.mass_matrix[4..], &alone.mass_matrix) < 1e-14);
-    assert!(worst(&block.dl_dq[2..], &alone.dl_dq) < 1e-14);
+    let activations = [
+        Activation::Softplus,
+        Activation::Tanh,
+        Activation::Gelu,
+        Activation::XTanh,
+    ];
+    // Whole vectors and parts of them, in widths and in numbers of features and rows.
+    for (k, width) in [1, 5, 8, 13, 32, 70, 136].into_iter().enumerate() {
+        for n in 1..=9 {
+            let (coordinates, scaling) = coordinates(n);
+            let (layers, activation) = (1 + (n + k) % 3, activations[(n + k) % 4]);
+            let lnn = LnnConfig {
+                width,
+                layers,
+                activation,
+                ..LnnConfig::default()
+            };
+            let limited = LnnConfig {
+                speed_limit: Some(4.0),
+                ..lnn.clone()
+            };
+            let delan = DelanConfig {
+                width,
+                layers,
+                activation,
+                vector_potential: n % 2 == 0,
+                ..DelanConfig::default()
+            };
+            let what = format!("width {width} n {n} layers {layers} {activation:?}");
+            for config in [lnn, limited] {
+                let lnn = Lnn::random(coordinates.clone(), config, scaling.clone(), 3).unwrap();
+                assert_alone_as_in_a_block(&lnn, n, &what);
+            }
+            let delan = Delan::random(coordinates, delan, scaling, 3).unwrap();
+            assert_alone_as_in_a_block(&delan, n, &what);
+        }
+    }
 }
 
 #[test]

@@ -355,6 +355,43 @@ fn many_rollouts_of_a_network_have_the_same_bits_on_any_number_of_threads() {
 }
 
 #[test]
+fn every_sample_carries_the_acceleration_of_its_state_and_force() {
+    let truth = by_name("double-pendulum", &[]).unwrap();
+    let friction = Dissipation::viscous(vec![0.3, 0.1]);
+    let model = Mechanical::dissipative(truth.lagrangian(), friction).unwrap();
+    let t = times(1.0, 0.05).unwrap();
+    let tau = |t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]| {
+        (tau[0], tau[1]) = (t.sin() - qd[1], (3.0 * t).cos() * q[0]);
+    };
+    let starts = [0.3, -1.1].map(|q| State::new(vec![q, 0.5], vec![1.0, -2.0]));
+    for (method, _) in Method::TABLE {
+        let options = RolloutOptions {
+            method,
+            step: 0.02,
+            ..RolloutOptions::default()
+        };
+        let start = &starts[0];
+        let alone = rollout(&model, &start.q, &start.qd, &t, &tau, &options).unwrap();
+        let mut all = rollout_many(&model, &starts, &t, &tau, &options).unwrap();
+        all.push(alone);
+        for Trajectory {
+            q, qd, qdd, tau, ..
+        } in all.into_iter().map(|r| r.trajectory)
+        {
+            let (found, tau) = (qdd.unwrap(), tau.unwrap());
+            let mut qdd = vec![0.0; found.len()];
+            let _ = model.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
+            let pairs = found.iter().zip(&qdd);
+            let error = pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs() / (1.0 + b.abs())));
+            assert!(
+                found.len() == 2 * t.len() && error < 1e-12,
+                "{method:?}: {error:e}"
+            );
+        }
+    }
+}
+
+#[test]
 fn recorded_forces_drive_a_rollout_held_or_interpolated() {
     // A free mass under a force that rises from 0 to 1 N in 1 s and then stays.
     let model = by_name("mass-spring", &[("stiffness", 1e-12)]).unwrap();

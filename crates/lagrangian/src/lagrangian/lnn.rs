@@ -1,6 +1,7 @@
 //! Lagrangian neural networks: any L(q, q̇), free or convex in q̇.
 
 mod curvature;
+mod one;
 
 use num_dual::DualNum;
 use rand::SeedableRng;
@@ -306,6 +307,7 @@ impl Lagrangian for Lnn {
     fn jets(&self) -> Box<dyn Jets + '_> {
         Box::new(LnnJets {
             lnn: self,
+            one: one::One::new(&self.shape),
             pass: None,
             second: None,
         })
@@ -579,6 +581,8 @@ const BLOCK: usize = 16;
 
 struct LnnJets<'a> {
     lnn: &'a Lnn,
+    /// For one state, where the layers are a chain.
+    one: Option<one::One>,
     /// Made at the first call, for one state or for blocks.
     pass: Option<Pass<f64>>,
     /// With the directions of the coordinates beside those of the velocities.
@@ -591,6 +595,10 @@ impl Jets for LnnJets<'_> {
         let n = shape.dof();
         let m = q.len() / n;
         jet.resize(m, n);
+        if let (1, Some(one)) = (m, &mut self.one) {
+            one.jet(self.lnn, (q, qd), jet);
+            return;
+        }
         let samples = if m == 1 { 1 } else { BLOCK };
         if self.pass.as_ref().is_none_or(|p| p.samples() != samples) {
             self.pass = Some(Pass::new(&shape.net, samples, n));

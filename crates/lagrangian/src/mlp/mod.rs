@@ -6,6 +6,7 @@
 //! directions that are wanted, and the gradient of all of them by the weights.
 
 mod activation;
+mod chain;
 mod factors;
 mod gram;
 mod moments;
@@ -18,6 +19,7 @@ pub mod simd;
 mod tests;
 
 pub use activation::Activation;
+pub(crate) use chain::Chain;
 pub(crate) use factors::Terms;
 pub(crate) use gram::{Factors, TileScratch};
 pub(crate) use moments::Moments;

@@ -1,7 +1,9 @@
 //! Rollouts of one fixed step side by side: the states of a group are one long state.
 
+use std::cell::RefCell;
+
 use super::round::Round;
-use super::{Force, Rollout, RolloutOptions, record};
+use super::{Force, Known, Rollout, RolloutOptions, record};
 use crate::State;
 use crate::dynamics::Model;
 use crate::integrate::{Ending, Rk4, fixed};
@@ -32,28 +34,36 @@ pub(super) fn run(
     }
     let mut singular = vec![0; starts.len()];
     let mut evaluations = 0;
+    let known: RefCell<Vec<Known>> = RefCell::default();
+    known.borrow_mut().resize_with(starts.len(), Known::default);
     let mut rates = |t: f64, x: &[f64], dx: &mut [f64]| {
         round.clear();
         x.chunks_exact(d).for_each(|x| round.add(x));
         round.evaluate(tau, |_| t);
         evaluations += 1;
+        round.tell(&mut known.borrow_mut());
         let rows = dx.chunks_exact_mut(d).zip(&mut singular).enumerate();
         rows.for_each(|(row, (dx, singular))| *singular += round.read(row, dx));
     };
     let mut method = Rk4::new(x0.len());
     let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(&mut rates, t, h, x);
     let mut sample = |k: usize, x: &[f64]| {
-        let rows = rollouts.iter_mut().zip(x.chunks_exact(d));
-        rows.for_each(|(rollout, x)| record(&mut rollout.trajectory, times[k], x));
+        let mut known = known.borrow_mut();
+        let rows = rollouts.iter_mut().zip(known.iter_mut());
+        for ((rollout, known), x) in rows.zip(x.chunks_exact(d)) {
+            record(&mut rollout.trajectory, times[k], x);
+            known.sampled(x);
+        }
     };
     let solution = fixed::solve(&mut step, &x0, times, &options.control(), &mut sample);
     if solution.ending != Ending::Finished {
         return None;
     }
-    for (rollout, singular) in rollouts.iter_mut().zip(singular) {
+    let rows = rollouts.iter_mut().zip(known.into_inner());
+    for ((rollout, known), singular) in rows.zip(singular) {
         (rollout.steps, rollout.evaluations) = (solution.steps, evaluations);
         rollout.singular = singular;
-        rollout.end(Ending::Finished, &mut *round.evaluator, tau);
+        rollout.end(Ending::Finished, &mut *round.evaluator, tau, &known);
     }
     Some(rollouts)
 }

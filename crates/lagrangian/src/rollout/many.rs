@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::round::Round;
-use super::{Force, Rollout, RolloutOptions, abreast, check, record, rollout};
+use super::{Force, Known, Rollout, RolloutOptions, abreast, check, record, rollout};
 use crate::dynamics::{Evaluator, Model};
 use crate::integrate::adaptive::Stepper;
 use crate::integrate::{Dop853, Dopri5, EmbeddedPair, Method};
@@ -90,7 +90,8 @@ fn run<P: EmbeddedPair>(
                 reason: Failure::NoMomentum,
             },
         };
-        lane.rollout.end(ending, &mut *round.evaluator, tau);
+        lane.rollout
+            .end(ending, &mut *round.evaluator, tau, &Known::default());
         lane.rollout
     };
     lanes.into_iter().map(end).collect()

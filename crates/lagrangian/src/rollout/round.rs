@@ -1,6 +1,6 @@
 //! The evaluations that several rollouts ask for at one time, as one batch.
 
-use super::Force;
+use super::{Force, Known};
 use crate::dynamics::{Evaluator, Model};
 
 /// A batch of states, a row each, and their rates.
@@ -84,6 +84,19 @@ impl<'a> Round<'a> {
                 let (q, z, force) = (&q[row.clone()], &z[row.clone()], &force[row]);
                 *singular = evaluator.flow(q, z, force, dq_alone, dz_alone) as u64;
             }
+        }
+    }
+
+    /// Tells each row its acceleration, where that is what was evaluated.
+    pub(super) fn tell(&self, known: &mut [Known]) {
+        if !self.evaluator.second_order() {
+            return;
+        }
+        let n = self.n;
+        for (row, known) in known.iter_mut().enumerate() {
+            let row = row * n..(row + 1) * n;
+            let (q, qd) = (&self.q[row.clone()], &self.qd[row.clone()]);
+            known.evaluated(q, qd, &self.force[row.clone()], &self.dz[row]);
         }
     }
 

@@ -1,5 +1,6 @@
 //! The derivatives of a deep Lagrangian network: one tangent, along q̇, and one reverse pass, whatever n.
 
+use super::one::One;
 use super::{Delan, Factor};
 use crate::lagrangian::curvature::{STEP, differences};
 use crate::lagrangian::{Curvature, Jet, Jets};
@@ -10,6 +11,8 @@ const BLOCK: usize = 16;
 
 pub(super) struct DelanJets<'a> {
     delan: &'a Delan,
+    /// For one state, where the layers are a chain.
+    chain: Option<One>,
     /// For one state, and for blocks of them; made when first needed.
     one: Option<Pass<f64>>,
     block: Option<Pass<f64>>,
@@ -22,6 +25,7 @@ impl<'a> DelanJets<'a> {
     pub(super) fn new(delan: &'a Delan) -> Self {
         Self {
             delan,
+            chain: One::new(&delan.shape),
             one: None,
             block: None,
             factors: Vec::new(),
@@ -36,6 +40,10 @@ impl Jets for DelanJets<'_> {
         let n = shape.dof();
         let m = q.len() / n;
         jet.resize(m, n);
+        if let (1, Some(chain)) = (m, &mut self.chain) {
+            chain.jet(self.delan, (q, qd), jet);
+            return;
+        }
         let (samples, pass) = match m {
             1 => (1, &mut self.one),
             _ => (BLOCK, &mut self.block),
@@ -66,7 +74,10 @@ impl Jets for DelanJets<'_> {
             });
             for (s, factor) in self.factors[..count].iter().enumerate() {
                 let qd = &qd[row(s)..][..n];
-                self.delan.read(pass, factor, (s, start + s), qd, jet);
+                let dl_dq = &mut jet.dl_dq[(start + s) * n..][..n];
+                shape.slope(pass, s, dl_dq);
+                dl_dq.iter_mut().for_each(|x| *x *= shape.scaling.energy);
+                self.delan.read(factor, start + s, qd, jet);
             }
         }
     }
@@ -84,20 +95,10 @@ impl Jets for DelanJets<'_> {
 }
 
 impl Delan {
-    /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`.
-    fn read(
-        &self,
-        pass: &Pass<f64>,
-        factor: &Factor,
-        (s, row): (usize, usize),
-        qd: &[f64],
-        jet: &mut Jet,
-    ) {
+    /// Writes all but ∂L/∂q to row `row` of `jet`.
+    pub(super) fn read(&self, factor: &Factor, row: usize, qd: &[f64], jet: &mut Jet) {
         let (shape, n) = (&self.shape, self.shape.dof());
         let (e, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
-        let dl_dq = &mut jet.dl_dq[row * n..][..n];
-        shape.slope(pass, s, dl_dq);
-        dl_dq.iter_mut().for_each(|x| *x *= e);
         jet.lagrangian[row] = e * factor.lagrangian::<f64>();
         for i in 0..n {
             let unit = e / scale[i];

@@ -7,6 +7,7 @@ mod block_tests;
 mod factor;
 mod jets;
 mod kernels;
+mod one;
 mod structure;
 
 pub(crate) use block::Block;

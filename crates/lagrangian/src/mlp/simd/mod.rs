@@ -18,6 +18,7 @@ mod gemm;
 mod level;
 mod peak;
 mod planes;
+mod rows;
 mod single;
 #[cfg(test)]
 mod tests;
@@ -36,10 +37,12 @@ pub(crate) use gemm::{Gemm, Init};
 pub use level::{Level, level, levels, set_level};
 pub use peak::fma_peak;
 pub(crate) use planes::{FromPlanes, Planes, ToPlanes, set_vector, vector};
+pub(crate) use rows::{Rows, Weights, collect, contract, product, pull};
 pub(crate) use update::{AdamRule, AdamStep, AddTo, SumOfSquares, SumRows};
 pub use vector::{Real, Vector};
 
 use vector::Lanes;
+pub(crate) use vector::Pair;
 
 /// One set of CPU instructions: its vectors of 64 bytes, and the tile of the matrix product that fits its registers.
 pub trait Isa: Copy {
@@ -49,6 +52,11 @@ pub trait Isa: Copy {
     type F64: Vector<Elem = f64>;
     /// Panels (64 bytes wide) of one register tile.
     const TILE_PANELS: usize;
+    /// The sums of the lanes of eight vectors.
+    #[inline(always)]
+    fn sums(vectors: [Self::F64; 8]) -> Self::F64 {
+        Self::F64::load(&vectors.map(Vector::sum))
+    }
 }
 
 /// A kernel that can be compiled for every [`Isa`].
@@ -118,6 +126,10 @@ impl Isa for Avx512 {
     type F32 = std::arch::x86_64::__m512;
     type F64 = std::arch::x86_64::__m512d;
     const TILE_PANELS: usize = 2;
+    #[inline(always)]
+    fn sums(vectors: [Self::F64; 8]) -> Self::F64 {
+        vector::sums_of_eight(vectors)
+    }
 }
 
 #[cfg(target_arch = "aarch64")]

@@ -301,6 +301,9 @@ portable!(f32, 16, u32, 127, 23);
 portable!(f64, 8, u64, 1023, 52);
 
 #[cfg(target_arch = "x86_64")]
+pub(super) use x86::sums_of_eight;
+
+#[cfg(target_arch = "x86_64")]
 mod x86 {
     use std::arch::x86_64::*;
 
@@ -512,6 +515,30 @@ mod x86 {
             )
         }
     );
+
+    /// The sums of the lanes of eight vectors: neighbours are added until each is one number.
+    #[inline(always)]
+    pub(in super::super) fn sums_of_eight(v: [__m512d; 8]) -> __m512d {
+        let low = four(two(v[0], v[1]), two(v[2], v[3]));
+        four(low, four(two(v[4], v[5]), two(v[6], v[7])))
+    }
+
+    /// Sums of pairs of lanes, those of a and of b in turns.
+    #[inline(always)]
+    fn two(a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: inlined below an entry that has seen AVX-512.
+        unsafe { _mm512_add_pd(_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b)) }
+    }
+
+    /// Sums of neighbouring pairs of lanes, those of a before those of b.
+    #[inline(always)]
+    fn four(a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: as above.
+        unsafe {
+            let even = _mm512_shuffle_f64x2::<0b10_00_10_00>(a, b);
+            _mm512_add_pd(even, _mm512_shuffle_f64x2::<0b11_01_11_01>(a, b))
+        }
+    }
 }
 
 #[cfg(target_arch = "aarch64")]

@@ -3,6 +3,7 @@
 mod elementwise;
 mod planes;
 mod products;
+mod rows;
 mod updates;
 
 use std::ops::Range;

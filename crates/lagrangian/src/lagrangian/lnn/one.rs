@@ -1,0 +1,89 @@
+//! The derivatives of a Lagrangian network at one state, as a control loop and an integrator ask for them.
+
+use super::{Form, Lnn, LnnShape};
+use crate::lagrangian::Jet;
+use crate::lagrangian::scaled::{Features, Scaling};
+use crate::lagrangian::seen::VelocityFeature;
+use crate::mlp::Chain;
+
+/// Evaluates them in the free form, whose layers are a chain.
+pub(super) struct One {
+    chain: Chain,
+    /// What the state wrote.
+    positions: Vec<Features>,
+    velocities: Vec<VelocityFeature>,
+}
+
+impl One {
+    /// `None` where the layers are no chain.
+    pub(super) fn new(shape: &LnnShape) -> Option<Self> {
+        if shape.config.form != Form::Free {
+            return None;
+        }
+        let moved = Scaling::features(&shape.coordinates);
+        Some(Self {
+            chain: Chain::new(&shape.net, moved, shape.dof())?,
+            positions: Vec::new(),
+            velocities: Vec::new(),
+        })
+    }
+
+    /// Writes L and its derivatives at the state (q, q̇) to `jet`, which holds one state.
+    pub(super) fn jet(&mut self, lnn: &Lnn, (q, qd): (&[f64], &[f64]), jet: &mut Jet) {
+        self.write(&lnn.shape, q, qd);
+        self.chain.second_order(&lnn.shape.net, &lnn.packed);
+        self.read(&lnn.shape, qd, jet);
+    }
+
+    /// Value and ′ = the motion of all features; each direction moves a velocity.
+    fn write(&mut self, shape: &LnnShape, q: &[f64], qd: &[f64]) {
+        self.positions.clear();
+        self.velocities.clear();
+        let mut at = 0;
+        for (i, (&q, &v)) in q.iter().zip(qd).enumerate() {
+            let features = Features::new(&shape.coordinates, &shape.scaling, i, q);
+            for k in 0..features.count {
+                let (value, slope) = (features.values[k], features.slopes[k]);
+                self.chain.set_feature(at, value, slope * v);
+                at += 1;
+            }
+            self.positions.push(features);
+        }
+        for (i, &v) in qd.iter().enumerate() {
+            let seen = shape.velocity(i, v);
+            self.chain.set_feature(at + i, seen.value, 0.0);
+            self.chain.set_slope(i, seen.slope);
+            self.velocities.push(seen);
+        }
+    }
+
+    /// As [`LnnShape::read`].
+    fn read(&self, shape: &LnnShape, qd: &[f64], jet: &mut Jet) {
+        let (n, chain) = (qd.len(), &self.chain);
+        let (e, kinetic) = (shape.scaling.energy, shape.config.kinetic);
+        let mut at = 0;
+        for (features, dl_dq) in self.positions.iter().zip(&mut jet.dl_dq) {
+            let mut force = 0.0;
+            for slope in &features.slopes[..features.count] {
+                force += chain.feature_gradient(at) * slope;
+                at += 1;
+            }
+            *dl_dq = e * force;
+        }
+        let mut quadratic = 0.0;
+        for (i, seen) in self.velocities.iter().enumerate() {
+            quadratic += kinetic * seen.kinetic[0];
+            let slope = chain.feature_gradient(at + i);
+            jet.momentum[i] = e * (slope * seen.slope + kinetic * seen.kinetic[1]);
+            jet.momentum_drift[i] = e * chain.second_derivative(i, None);
+            for j in 0..i {
+                let m = e * chain.second_derivative(i, Some(j));
+                jet.mass_matrix[i * n + j] = m;
+                jet.mass_matrix[j * n + i] = m;
+            }
+            let own = kinetic * seen.kinetic[2] + slope * seen.curvature;
+            jet.mass_matrix[i * n + i] = e * (chain.second_derivative(i, Some(i)) + own);
+        }
+        jet.lagrangian[0] = e * (chain.value() + quadratic);
+    }
+}

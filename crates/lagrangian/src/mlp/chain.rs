@@ -1,0 +1,352 @@
+//! One state on its way through a chain of dense layers: what [`Pass`](super::Pass) does for blocks of samples, in one go
+//! and without what one state does not need.
+//!
+//! Row 0 of a layer is the value, row 1 the tangent ′, then one row for each direction. A direction moves one feature, so
+//! that the first layer costs it a column of the weights and no product.
+
+use super::Activation;
+use super::net::{Kind, Net, Source};
+use super::packed::{Packed, panels};
+use super::simd::{
+    Buffer, Isa, Pair, Rows, Task, Vector, Weights, collect, contract, dispatch, product, pull,
+};
+
+/// Numbers in a vector of f64.
+const LANES: usize = 8;
+
+/// The rows of one state in one layer, `[rows, stride]`.
+#[derive(Debug)]
+struct Units {
+    stride: usize,
+    z: Buffer<f64>,
+    a: Buffer<f64>,
+    /// σ′ and σ″.
+    first: Buffer<f64>,
+    second: Buffer<f64>,
+    /// Sensitivities of the output to a, then to z.
+    y: Buffer<f64>,
+    /// σ″ times the first of them.
+    weight: Buffer<f64>,
+}
+
+/// The buffers of one state; see the module.
+#[derive(Debug)]
+pub(crate) struct Chain {
+    /// The first feature that a direction moves, and how much each moves its own.
+    moved: usize,
+    slopes: Vec<f64>,
+    /// Value and ′ of the features.
+    x: Buffer<f64>,
+    x_stride: usize,
+    layers: Vec<Units>,
+    yx: Buffer<f64>,
+    /// Vectors whose sums are second derivatives, and these.
+    vectors: Buffer<f64>,
+    hessian: Buffer<f64>,
+    /// Of a single output.
+    value: f64,
+}
+
+impl Chain {
+    /// For networks whose layers read one another in order, ending in one that is linear; `None` for others. The
+    /// directions move one feature each, from feature `moved` on.
+    pub(crate) fn new(net: &Net, moved: usize, directions: usize) -> Option<Self> {
+        let last = net.layers.len().checked_sub(1).filter(|last| *last > 0)?;
+        let chained = net.layers.iter().enumerate().all(|(l, layer)| {
+            let source = match l {
+                0 => Source::Features,
+                l => Source::Layer(l - 1),
+            };
+            let dense = matches!(&layer.kind, Kind::Dense { inputs, .. }
+                if matches!(&inputs[..], [input] if input.source == source));
+            dense && layer.width > 0 && (l == last) == layer.activation.is_none()
+        });
+        if !chained || net.outputs != [last] || moved + directions > net.features {
+            return None;
+        }
+        let units = |(l, width): (usize, usize)| {
+            let stride = panels::<f64>(width) * LANES;
+            let rows = if l == last { 2 } else { 2 + directions };
+            Units {
+                stride,
+                z: Buffer::new(rows * stride),
+                a: Buffer::new(rows * stride),
+                first: Buffer::new(stride),
+                second: Buffer::new(stride),
+                y: Buffer::new(stride),
+                weight: Buffer::new(stride),
+            }
+        };
+        let x_stride = panels::<f64>(net.features) * LANES;
+        let pairs = ((directions + 1) * (directions + 2) / 2).next_multiple_of(LANES);
+        Some(Self {
+            moved,
+            slopes: vec![0.0; directions],
+            x: Buffer::new(2 * x_stride),
+            x_stride,
+            layers: net
+                .layers
+                .iter()
+                .map(|l| l.width)
+                .enumerate()
+                .map(units)
+                .collect(),
+            yx: Buffer::new(x_stride),
+            vectors: Buffer::new(pairs * LANES),
+            hessian: Buffer::new(pairs),
+            value: 0.0,
+        })
+    }
+
+    /// Sets feature `i` and its change along ′.
+    pub(crate) fn set_feature(&mut self, i: usize, value: f64, prime: f64) {
+        self.x[i] = value;
+        self.x[self.x_stride + i] = prime;
+    }
+
+    /// Sets how much direction `d` moves its feature.
+    pub(crate) fn set_slope(&mut self, d: usize, slope: f64) {
+        self.slopes[d] = slope;
+    }
+
+    /// Value, gradient by the features and second derivatives along ′ and the directions, of a network with one output.
+    pub(crate) fn second_order(&mut self, net: &Net, packed: &Packed<f64>) {
+        dispatch(SecondOrder {
+            chain: self,
+            net,
+            packed,
+        });
+    }
+
+    /// All outputs and their change along ′.
+    pub(crate) fn forward(&mut self, net: &Net, packed: &Packed<f64>) {
+        dispatch(Forward {
+            chain: self,
+            net,
+            packed,
+        });
+    }
+
+    /// The gradient of Σ `seeds` output by the features, after [`Chain::forward`].
+    pub(crate) fn reverse(&mut self, net: &Net, packed: &Packed<f64>, seeds: &[f64]) {
+        if let Some(last) = self.layers.last_mut() {
+            last.y[..seeds.len()].copy_from_slice(seeds);
+        }
+        dispatch(Reverse {
+            chain: self,
+            net,
+            packed,
+        });
+    }
+
+    /// The only output, after [`Chain::second_order`].
+    pub(crate) fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// Output `o` (c = 0) or its change along ′ (c = 1), after [`Chain::forward`].
+    #[inline]
+    pub(crate) fn output(&self, c: usize, o: usize) -> f64 {
+        let last = &self.layers[self.layers.len() - 1];
+        last.z[c * last.stride + o]
+    }
+
+    /// The gradient by feature `i`.
+    #[inline]
+    pub(crate) fn feature_gradient(&self, i: usize) -> f64 {
+        self.yx[i]
+    }
+
+    /// The second derivative along directions i and j, or i and ′, after [`Chain::second_order`].
+    #[inline]
+    pub(crate) fn second_derivative(&self, i: usize, j: Option<usize>) -> f64 {
+        // ′ stands before the directions.
+        let (r, q) = j.map_or((i + 1, 0), |j| (i.max(j) + 1, i.min(j) + 1));
+        self.hessian[r * (r + 1) / 2 + q]
+    }
+
+    /// Through layer `l`, with its σ where it has one; `rows` of the value and its tangents.
+    #[inline(always)]
+    fn layer<I: Isa>(&mut self, net: &Net, packed: &Packed<f64>, l: usize, rows: usize) {
+        let w = weights(net, packed, l);
+        let (before, rest) = self.layers.split_at_mut(l);
+        let own = &mut rest[0];
+        let (numbers, stride, multiplied) = match before.last() {
+            Some(before) => (&before.a[..], before.stride, rows),
+            None => (&self.x[..], self.x_stride, rows.min(2)),
+        };
+        let mut z = Rows {
+            numbers: &mut own.z[..],
+            stride: own.stride,
+        };
+        let a = Rows { numbers, stride };
+        product::<I>(&a, w, packed.bias(l), &mut z, multiplied);
+        for (d, slope) in (multiplied..rows).zip(&self.slopes) {
+            let slope = I::F64::splat(*slope);
+            let row = own.z[d * own.stride..][..own.stride].chunks_exact_mut(LANES);
+            for (p, z) in row.enumerate() {
+                let column = w.column::<I>(p, self.moved + d - 2);
+                column.mul(slope).store(z);
+            }
+        }
+        if let Some(activation) = net.layers[l].activation {
+            own.activate::<I>(activation, rows);
+        }
+    }
+
+    /// From the sensitivities of layer `l` down to the features, adding second derivatives along ′ and `directions`
+    /// where asked.
+    #[inline(always)]
+    fn back<I: Isa>(
+        &mut self,
+        net: &Net,
+        packed: &Packed<f64>,
+        from: usize,
+        directions: Option<usize>,
+    ) {
+        for l in (0..=from).rev() {
+            let (before, rest) = self.layers.split_at_mut(l);
+            let own = &mut rest[0];
+            if net.layers[l].activation.is_some() {
+                own.sensitivity::<I>();
+                if let Some(directions) = directions {
+                    let z = Rows {
+                        numbers: &own.z[own.stride..],
+                        stride: own.stride,
+                    };
+                    contract::<I>(&own.weight, &z, directions + 1, &mut self.vectors);
+                }
+            }
+            let to = match before.last_mut() {
+                Some(before) => &mut before.y,
+                None => &mut self.yx,
+            };
+            pull::<I>(weights(net, packed, l), &own.y, to);
+        }
+    }
+}
+
+fn weights<'a>(net: &Net, packed: &'a Packed<f64>, l: usize) -> Weights<'a> {
+    let terms = match l {
+        0 => net.features,
+        l => net.layers[l - 1].width,
+    };
+    Weights {
+        panels: packed.forward(l, 0),
+        terms,
+    }
+}
+
+impl Units {
+    #[inline(always)]
+    fn activate<I: Isa>(&mut self, activation: Activation, rows: usize) {
+        match activation {
+            Activation::Softplus => self.apply::<I>(Activation::Softplus, rows),
+            Activation::Tanh => self.apply::<I>(Activation::Tanh, rows),
+            Activation::Gelu => self.apply::<I>(Activation::Gelu, rows),
+            Activation::XTanh => self.apply::<I>(Activation::XTanh, rows),
+            Activation::Square => self.apply::<I>(Activation::Square, rows),
+            Activation::Exp => self.apply::<I>(Activation::Exp, rows),
+        }
+    }
+
+    /// a = σ(z) and its slopes, and σ′ times the tangents (theory.md, equation 10).
+    #[inline(always)]
+    fn apply<I: Isa>(&mut self, activation: Activation, rows: usize) {
+        let mut at = 0;
+        // Two panels at a time: each waits for its own sums.
+        while at + 2 * LANES <= self.stride {
+            self.apply_at::<Pair<I::F64>>(activation, at, rows);
+            at += 2 * LANES;
+        }
+        if at < self.stride {
+            self.apply_at::<I::F64>(activation, at, rows);
+        }
+    }
+
+    #[inline(always)]
+    fn apply_at<V: Vector<Elem = f64>>(&mut self, activation: Activation, at: usize, rows: usize) {
+        let d = activation.derivatives(V::load(&self.z[at..]));
+        d.value.store(&mut self.a[at..]);
+        d.first.store(&mut self.first[at..]);
+        d.second.store(&mut self.second[at..]);
+        for r in 1..rows {
+            let at = r * self.stride + at;
+            V::load(&self.z[at..]).mul(d.first).store(&mut self.a[at..]);
+        }
+    }
+
+    /// y = σ′ y, and the weight σ″ y of the second derivatives (theory.md, equation 14).
+    #[inline(always)]
+    fn sensitivity<I: Isa>(&mut self) {
+        for at in (0..self.stride).step_by(LANES) {
+            let y = I::F64::load(&self.y[at..]);
+            y.mul(I::F64::load(&self.first[at..]))
+                .store(&mut self.y[at..]);
+            y.mul(I::F64::load(&self.second[at..]))
+                .store(&mut self.weight[at..]);
+        }
+    }
+}
+
+struct SecondOrder<'a> {
+    chain: &'a mut Chain,
+    net: &'a Net,
+    packed: &'a Packed<f64>,
+}
+
+impl Task for SecondOrder<'_> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Self { chain, net, packed } = self;
+        let Some(top) = chain.layers.len().checked_sub(2) else {
+            return;
+        };
+        let directions = chain.slopes.len();
+        for l in 0..=top {
+            chain.layer::<I>(net, packed, l, 2 + directions);
+        }
+        // W of the only output, which is the sensitivity to what it reads.
+        let output = packed.reverse(top + 1, 0);
+        let units = &mut chain.layers[top];
+        let mut sum = I::F64::splat(0.0);
+        for at in (0..units.stride).step_by(LANES) {
+            let w = I::F64::load(&output[at..]);
+            w.store(&mut units.y[at..]);
+            sum = I::F64::load(&units.a[at..]).fma(w, sum);
+        }
+        chain.value = packed.bias(top + 1)[0] + sum.sum();
+        chain.vectors.fill(0.0);
+        chain.back::<I>(net, packed, top, Some(directions));
+        collect::<I>(&chain.vectors, &mut chain.hessian);
+    }
+}
+
+struct Forward<'a> {
+    chain: &'a mut Chain,
+    net: &'a Net,
+    packed: &'a Packed<f64>,
+}
+
+impl Task for Forward<'_> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for l in 0..self.chain.layers.len() {
+            self.chain.layer::<I>(self.net, self.packed, l, 2);
+        }
+    }
+}
+
+struct Reverse<'a> {
+    chain: &'a mut Chain,
+    net: &'a Net,
+    packed: &'a Packed<f64>,
+}
+
+impl Task for Reverse<'_> {
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let last = self.chain.layers.len() - 1;
+        self.chain.back::<I>(self.net, self.packed, last, None);
+    }
+}

@@ -1,0 +1,48 @@
+//! What a rollout learns of q̈ at its samples along the way: where a step begins at a sample, its first slope.
+
+/// The accelerations of the first samples, as far as an evaluation met every one of them.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    /// The last sample (q, q̇), and whether its acceleration is still to come.
+    state: Vec<f64>,
+    due: bool,
+    /// Whether an earlier sample went by without one.
+    broken: bool,
+    qdd: Vec<f64>,
+    force: Vec<f64>,
+}
+
+impl Known {
+    /// A sample was taken.
+    pub(super) fn sampled(&mut self, state: &[f64]) {
+        self.broken |= self.due;
+        self.due = true;
+        self.state.clear();
+        self.state.extend_from_slice(state);
+    }
+
+    /// The acceleration of a state under a force was found.
+    pub(super) fn evaluated(&mut self, q: &[f64], qd: &[f64], force: &[f64], qdd: &[f64]) {
+        if !self.due || self.broken {
+            return;
+        }
+        // The first evaluation after a sample is at it, or none is.
+        self.due = false;
+        let own = self.state.iter().zip(q.iter().chain(qd));
+        if own.fold(true, |same, (a, b)| same & (a.to_bits() == b.to_bits())) {
+            self.qdd.extend_from_slice(qdd);
+            self.force.extend_from_slice(force);
+        } else {
+            self.broken = true;
+        }
+    }
+
+    /// The accelerations of the first samples under these forces, `[m, n]`.
+    pub(super) fn under(&self, forces: &[f64]) -> &[f64] {
+        let pairs = self.force.iter().zip(forces);
+        match pairs.clone().all(|(a, b)| a.to_bits() == b.to_bits()) {
+            true => &self.qdd[..pairs.len()],
+            false => &[],
+        }
+    }
+}
