@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
@@ -50,6 +50,10 @@ impl Programs {
         }
     }
 }
+
+/// How long a core is left alone before a lap: JAX's threads go on looking for work for some 15 ms after they have answered,
+/// on the core of whoever is next.
+const REST: Duration = Duration::from_millis(50);
 
 /// One running process.
 pub(super) struct Contestant {
@@ -116,8 +120,9 @@ impl Contestant {
         })
     }
 
-    /// The mean time of one of so many iterations, ms.
+    /// The mean time of one of so many iterations, ms, once the others have come to rest.
     pub(super) fn laps(&mut self, count: usize) -> Result<f64, String> {
+        std::thread::sleep(REST);
         let reply = self.ask(&json!({ "laps": count }))?;
         reply["ms"].as_f64().ok_or_else(|| self.said(&reply))
     }
