@@ -32,7 +32,7 @@ pub(super) fn race(
     let disagreement = agree(task, sizes, &lanes)?;
     let mut courses = Vec::new();
     for lane in &mut lanes {
-        lane.process.laps(1)?;
+        lane.process.time(1)?;
         let course = judge(programs, request(task, sizes, options), &lane.history)?;
         let least = course.iter().map(|c| c.1).fold(f64::INFINITY, f64::min);
         eprintln!("race: {}: {} came to {least:.2e}", task.name, lane.name);

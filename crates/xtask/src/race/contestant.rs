@@ -51,8 +51,8 @@ impl Programs {
     }
 }
 
-/// How long a core is left alone before a lap on one thread: JAX's threads go on looking for work for some 15 ms after they have
-/// answered, on the core of whoever is next. Several threads wake up on one core after a pause, and stay there for as long as a lap lasts.
+/// How long a core is left alone before a lap: JAX's threads go on looking for work for some 15 ms after they have answered, on
+/// the core of whoever is next. Several threads wake up on one core after it, and spread in a lap that does not count.
 const REST: Duration = Duration::from_millis(50);
 
 /// One running process.
@@ -124,9 +124,21 @@ impl Contestant {
 
     /// The mean time of one of so many iterations, ms, once the others have come to rest.
     pub(super) fn laps(&mut self, count: usize) -> Result<f64, String> {
-        if self.threads == 1 {
-            std::thread::sleep(REST);
+        std::thread::sleep(REST);
+        self.time(count)
+    }
+
+    /// The same where several threads have spread over their cores in a lap that does not count.
+    pub(super) fn laps_in_motion(&mut self, count: usize) -> Result<f64, String> {
+        std::thread::sleep(REST);
+        if self.threads > 1 {
+            self.time(count)?;
         }
+        self.time(count)
+    }
+
+    /// The same at once: a whole fit, short beside the time that threads need to spread after a rest.
+    pub(super) fn time(&mut self, count: usize) -> Result<f64, String> {
         let reply = self.ask(&json!({ "laps": count }))?;
         reply["ms"].as_f64().ok_or_else(|| self.said(&reply))
     }

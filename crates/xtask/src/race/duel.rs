@@ -137,7 +137,8 @@ fn run_laps(lanes: &mut [Lane], options: &Options) -> Result<(), String> {
     };
     for _ in 0..repeats {
         for lane in lanes.iter_mut() {
-            lane.laps.push(lane.process.laps(lane.iterations)?);
+            lane.laps
+                .push(lane.process.laps_in_motion(lane.iterations)?);
         }
     }
     Ok(())
