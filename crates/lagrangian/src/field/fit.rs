@@ -121,16 +121,7 @@ impl FieldFitConfig {
             let must = "at least one to fit and one to judge by";
             return argument("rings", "none".into(), must);
         }
-        if self.validate_every == 0 {
-            return argument("validate_every", "0".into(), "at least 1");
-        }
-        match self.budget {
-            Budget::Steps(0) => argument("steps", "0".into(), "at least 1"),
-            Budget::Seconds(s) if !(s.is_finite() && s > 0.0) => {
-                argument("seconds", s.to_string(), "finite and positive")
-            }
-            _ => Ok(()),
-        }
+        self.budget.check(self.validate_every)
     }
 
     fn shape(&self, samples: &Samples) -> Result<FieldShape> {

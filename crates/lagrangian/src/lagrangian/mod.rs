@@ -6,6 +6,7 @@ mod curvature;
 mod delan;
 mod dissipation;
 mod lnn;
+mod positions;
 mod rigid_chain;
 mod scaled;
 mod seen;

@@ -95,16 +95,8 @@ impl FitConfig {
                 must,
             );
         }
-        if self.validate_every == 0 {
-            return argument("validate_every", "0".into(), "at least 1");
-        }
-        match self.budget {
-            Budget::Steps(0) => argument("steps", "0".into(), "at least 1"),
-            Budget::Seconds(s) if !(s.is_finite() && s > 0.0) => {
-                argument("seconds", s.to_string(), "finite and positive")
-            }
-            _ => self.check_family(dataset),
-        }
+        self.budget.check(self.validate_every)?;
+        self.check_family(dataset)
     }
 
     /// Residuals of a sample of `n` coordinates.
@@ -217,6 +209,23 @@ impl FitConfig {
             _ if self.loss == Loss::Rollout => {
                 self.rollout
                     .validate(dataset, &self.optimizer, &self.family)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Budget {
+    /// Refuses a budget of nothing, and looks at the validation data that never come.
+    pub(crate) fn check(self, validate_every: usize) -> Result<()> {
+        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
+        if validate_every == 0 {
+            return argument("validate_every", "0".into(), "at least 1");
+        }
+        match self {
+            Self::Steps(0) => argument("steps", "0".into(), "at least 1"),
+            Self::Seconds(s) if !(s.is_finite() && s > 0.0) => {
+                argument("seconds", s.to_string(), "finite and positive")
             }
             _ => Ok(()),
         }

@@ -2,15 +2,16 @@
 
 use super::{Form, Lnn, LnnShape};
 use crate::lagrangian::Jet;
-use crate::lagrangian::scaled::{Features, Scaling};
+use crate::lagrangian::positions::Positions;
+use crate::lagrangian::scaled::Scaling;
 use crate::lagrangian::seen::VelocityFeature;
 use crate::mlp::Chain;
 
 /// Evaluates them in the free form, whose layers are a chain.
 pub(super) struct One {
     chain: Chain,
-    /// What the state wrote.
-    positions: Vec<Features>,
+    positions: Positions,
+    /// What the velocities wrote.
     velocities: Vec<VelocityFeature>,
 }
 
@@ -23,7 +24,7 @@ impl One {
         let moved = Scaling::features(&shape.coordinates);
         Some(Self {
             chain: Chain::new(&shape.net, moved, shape.dof())?,
-            positions: Vec::new(),
+            positions: Positions::default(),
             velocities: Vec::new(),
         })
     }
@@ -37,18 +38,9 @@ impl One {
 
     /// Value and ′ = the motion of all features; each direction moves a velocity.
     fn write(&mut self, shape: &LnnShape, q: &[f64], qd: &[f64]) {
-        self.positions.clear();
+        let given = (&shape.coordinates, &shape.scaling);
+        let at = self.positions.write(&mut self.chain, given, (q, qd));
         self.velocities.clear();
-        let mut at = 0;
-        for (i, (&q, &v)) in q.iter().zip(qd).enumerate() {
-            let features = Features::new(&shape.coordinates, &shape.scaling, i, q);
-            for k in 0..features.count {
-                let (value, slope) = (features.values[k], features.slopes[k]);
-                self.chain.set_feature(at, value, slope * v);
-                at += 1;
-            }
-            self.positions.push(features);
-        }
         for (i, &v) in qd.iter().enumerate() {
             let seen = shape.velocity(i, v);
             self.chain.set_feature(at + i, seen.value, 0.0);
@@ -61,15 +53,7 @@ impl One {
     fn read(&self, shape: &LnnShape, qd: &[f64], jet: &mut Jet) {
         let (n, chain) = (qd.len(), &self.chain);
         let (e, kinetic) = (shape.scaling.energy, shape.config.kinetic);
-        let mut at = 0;
-        for (features, dl_dq) in self.positions.iter().zip(&mut jet.dl_dq) {
-            let mut force = 0.0;
-            for slope in &features.slopes[..features.count] {
-                force += chain.feature_gradient(at) * slope;
-                at += 1;
-            }
-            *dl_dq = e * force;
-        }
+        let at = self.positions.slope(chain, e, &mut jet.dl_dq);
         let mut quadratic = 0.0;
         for (i, seen) in self.velocities.iter().enumerate() {
             quadratic += kinetic * seen.kinetic[0];
