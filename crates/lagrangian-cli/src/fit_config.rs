@@ -6,11 +6,11 @@ use lagrangian::baseline::MlpConfig;
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig, SpeedChart};
-use lagrangian::mlp::Activation;
 use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
 };
+use nets::Activation;
 
 use crate::failure::mistake;
 use crate::fit_args::{

@@ -3,7 +3,7 @@
 use std::env;
 
 use anyhow::Result;
-use lagrangian::mlp::simd::{Level, level, levels, set_level};
+use nets::simd::{Level, level, levels, set_level};
 
 use crate::failure::Advise;
 

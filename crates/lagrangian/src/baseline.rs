@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{Evaluator, Model};
 use crate::lagrangian::{Features, Scaling};
-use crate::mlp::simd::Real;
-use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
+use nets::simd::Real;
+use nets::{Activation, Build, Net, Packed, Pass, Source};
 
 /// What a plain network predicts. It knows one of the two alone: it holds no equation that could be turned round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

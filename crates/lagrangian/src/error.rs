@@ -52,6 +52,10 @@ pub enum Error {
         index: usize,
     },
 
+    /// The weights of a network or the name of an instruction set were refused.
+    #[error(transparent)]
+    Network(#[from] nets::Error),
+
     /// A file is not a saved model.
     #[error("not a saved model ({found}): give a model.safetensors that `lagrangian fit` wrote")]
     NotAModel {

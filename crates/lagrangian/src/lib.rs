@@ -80,7 +80,7 @@
 //! # Ok::<(), lagrangian::Error>(())
 //! ```
 
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
 pub mod action;
 pub mod baseline;
@@ -98,7 +98,6 @@ pub mod hamiltonian;
 pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
-pub mod mlp;
 pub mod neural_ode;
 pub mod online;
 pub mod report;

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::baseline::{Direction, Mlp, MlpConfig};
 use crate::dynamics::{Evaluator, Model};
-use crate::mlp::Activation;
 use crate::{Coordinates, Error, Result};
+use nets::Activation;
 
 /// Order of the differential equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

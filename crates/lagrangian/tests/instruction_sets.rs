@@ -9,13 +9,13 @@ use lagrangian::experiment::random_states;
 use lagrangian::hamiltonian::{HnnConfig, Momenta};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{Delan, DelanConfig, Form, Lnn, LnnConfig, Scaling};
-use lagrangian::mlp::simd::{Level, levels, set_level};
 use lagrangian::rollout::{RolloutOptions, free, rollout, times};
 use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, NaturalConfig, Observer, Optimizer, Precision, Progress,
     fit,
 };
 use lagrangian::{Coordinates, Mechanical, Model};
+use nets::simd::{Level, levels, set_level};
 
 /// The level is one for the whole process: tests that choose it take turns.
 static TURN: Mutex<()> = Mutex::new(());

@@ -5,8 +5,8 @@ use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::lagrangian::{
     Delan, DelanConfig, Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling, SpeedChart, Trunks,
 };
-use lagrangian::mlp::Activation;
 use lagrangian::{Coordinates, Topology};
+use nets::Activation;
 use num_dual::{Dual64, DualNum, HyperDual64};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

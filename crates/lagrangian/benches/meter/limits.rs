@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use lagrangian::mlp::simd::{fma_peak, level, levels, read_rate};
 use lagrangian::train::Precision;
+use nets::simd::{fma_peak, level, levels, read_rate};
 use serde_json::{Value, json};
 
 use super::Case;

@@ -12,7 +12,7 @@ use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lagrangian::mlp::simd::fma_peak;
+use nets::simd::fma_peak;
 use protocol::{Request, Talk, Task};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;

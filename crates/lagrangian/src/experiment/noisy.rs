@@ -12,10 +12,10 @@ use crate::chaos::valid_prediction_time;
 use crate::dataset::Dataset;
 use crate::dynamics::Model;
 use crate::lagrangian::analytic::AnalyticModel;
-use crate::mlp::normal;
 use crate::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
 use crate::trajectory::{Columns, EstimateOptions, Recording};
 use crate::{Coordinates, Error, Result, Trajectory};
+use nets::normal;
 
 /// How recordings are made.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

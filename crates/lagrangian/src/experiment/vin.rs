@@ -119,7 +119,7 @@ pub fn seen(system: System, (samples, step): (usize, f64), noise: f64, seed: u64
     let times = times(duration, step)?;
     let options = RolloutOptions::truth();
     let mut motion = rollout(&*truth, &start.q, &start.qd, &times, &free, &options)?.trajectory;
-    let mut normal = || crate::mlp::normal(&mut rng);
+    let mut normal = || nets::normal(&mut rng);
     motion.q.iter_mut().for_each(|q| *q += noise * normal());
     motion.qd.fill(0.0);
     (motion.qdd, motion.tau) = (None, None);

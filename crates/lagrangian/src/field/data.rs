@@ -6,9 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use super::Field;
 use crate::dynamics::Model;
 use crate::lagrangian::Lagrangian;
-use crate::mlp::normal;
 use crate::rollout::{RolloutOptions, free, rollout, times};
 use crate::{Result, Trajectory};
+use nets::normal;
 
 /// The distribution of random rings: Fourier modes with normal amplitudes, equal for all wave numbers.
 #[derive(Debug, Clone, PartialEq)]

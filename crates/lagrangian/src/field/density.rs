@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::inputs::{FieldScaling, Inputs, Symmetry, along};
 use super::stencil::NEIGHBOURS;
 use crate::lagrangian::{Jet, Jets, Lagrangian};
-use crate::mlp::simd::Real;
-use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
+use nets::simd::Real;
+use nets::{Activation, Build, Net, Packed, Pass, Source};
 
 /// The shape of a network of three neighbouring points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

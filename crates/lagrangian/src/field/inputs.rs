@@ -4,10 +4,10 @@ use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
 use super::stencil::NEIGHBOURS;
-use crate::mlp::Pass;
-use crate::mlp::simd::Real;
 use crate::train::Samples;
 use crate::{Coordinate, Coordinates, Error, Result, Topology};
+use nets::Pass;
+use nets::simd::Real;
 
 /// What is known of a field before anything is learned: a change of all values that no law of it notices.
 ///

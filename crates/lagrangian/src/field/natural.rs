@@ -8,8 +8,8 @@ use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::rows::{FieldShape, Ring, RowWork};
-use crate::mlp::Packed;
 use crate::train::{NaturalConfig, Samples, System};
+use nets::Packed;
 
 /// The memory of a run and the work space of its batches.
 pub(super) struct RingNatural {

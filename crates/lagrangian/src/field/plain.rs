@@ -8,9 +8,9 @@ use super::inputs::{FieldScaling, Inputs};
 use super::ring::check_points;
 use super::stencil::{NEIGHBOURS, gather, gather_angles};
 use crate::dynamics::{Evaluator, Model};
-use crate::mlp::{Net, Packed, Pass};
 use crate::trajectory::Coordinate;
 use crate::{Coordinates, Result};
+use nets::{Net, Packed, Pass};
 
 /// φ̈ᵢ = s N(what a [`DensityNet`](super::DensityNet) sees), the same at every point: a convolution over the ring.
 ///

@@ -14,9 +14,9 @@ use super::density::DensityShape;
 use super::plain::StencilShape;
 use super::stencil::{Assembly, NEIGHBOURS, gather, gather_angles, point};
 use crate::lagrangian::Jet;
-use crate::mlp::simd::Buffer;
-use crate::mlp::{Gradient, Net, Packed, Pass, Terms};
 use crate::solve::Regularity;
+use nets::simd::Buffer;
+use nets::{Gradient, Net, Packed, Pass, Terms};
 
 /// A family in training.
 #[derive(Debug, Clone)]

@@ -11,9 +11,9 @@ use super::{Hamiltonian, HamiltonianJets};
 use crate::lagrangian::{
     Delan, DelanConfig, DelanShape, Features, Lnn, LnnConfig, LnnShape, Scaling, Seen,
 };
-use crate::mlp::simd::Real;
-use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
+use nets::simd::Real;
+use nets::{Activation, Build, Net, Packed, Pass, Source};
 
 /// What kind of function of (q, p) the network is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 use super::scaled::{Features, Scaling};
 use super::seen::{Seen, SpeedChart, VelocityFeature};
 use super::{Curvature, Jet, Jets, Lagrangian};
-use crate::mlp::simd::Real;
-use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
+use nets::simd::Real;
+use nets::{Activation, Build, Net, Packed, Pass, Source};
 
 /// What kind of function of the velocity the network may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use super::scaled::{Features, Scaling};
 use crate::Coordinates;
-use crate::mlp::Chain;
+use nets::Chain;
 
 /// What the coordinates of one state wrote, the first features of a network.
 #[derive(Debug, Default)]

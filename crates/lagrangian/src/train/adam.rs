@@ -10,7 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::mlp::simd::{AdamRule, AdamStep, dispatch};
+use nets::simd::{AdamRule, AdamStep, dispatch};
 
 /// Settings of Adam(W).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::learner::{Learner, Loss, Work};
-use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed};
+use nets::simd::Real;
+use nets::{Gradient, Net, Packed};
 
 /// What is fitted: states with the accelerations and forces that belong to them, row-major `[m, n]`.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -4,10 +4,10 @@
 use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::lagrangian::{Block, DelanShape};
-use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed, Terms};
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
+use nets::simd::Real;
+use nets::{Gradient, Net, Packed, Terms};
 
 /// A [`Delan`](crate::lagrangian::Delan) in training.
 ///

@@ -5,8 +5,8 @@ use super::adam::{Adam, AdamConfig};
 use super::batch::{Batches, Samples, Value};
 use super::checkpoint::Checkpoint;
 use super::learner::{Learner, Loss};
-use crate::mlp::Moments;
-use crate::mlp::simd::Real;
+use nets::Moments;
+use nets::simd::Real;
 
 /// The parameters of a learner, and what Adam remembers of their gradient.
 pub(crate) struct Descent<T: Real> {

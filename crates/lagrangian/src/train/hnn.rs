@@ -6,8 +6,8 @@ mod slopes;
 use super::forces::Forces;
 use super::learner::{At, Learner, Loss, Work};
 use crate::hamiltonian::{HnnNet, HnnShape, Momenta, Unit};
-use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed, Terms};
+use nets::simd::Real;
+use nets::{Gradient, Net, Packed, Terms};
 
 /// An [`Hnn`](crate::hamiltonian::Hnn) in training:
 ///

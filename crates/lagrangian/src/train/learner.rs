@@ -9,9 +9,9 @@ use super::positions::Points;
 use crate::Coordinates;
 use crate::integrate::Rule;
 use crate::lagrangian::{Block, Factor, Jet};
-use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed, Pass, Terms};
 use crate::solve::SymmetricSolver;
+use nets::simd::Real;
+use nets::{Gradient, Net, Packed, Pass, Terms};
 
 /// What is minimised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]

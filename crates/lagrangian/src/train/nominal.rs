@@ -4,9 +4,9 @@ use super::learner::{At, Work};
 use crate::dataset::Dataset;
 use crate::dynamics::Model;
 use crate::lagrangian::Lagrangian;
-use crate::mlp::simd::Real;
 use crate::rigid::RigidBodies;
 use crate::train::Samples;
+use nets::simd::Real;
 
 impl<T: Real> Work<T> {
     /// Evaluates the nominal model at the states of the block; `None`: nothing is known.

@@ -2,8 +2,8 @@
 
 use super::learner::{Learner, Loss, Work};
 use crate::baseline::{Direction, MlpShape};
-use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed, Terms};
+use nets::simd::Real;
+use nets::{Gradient, Net, Packed, Terms};
 
 /// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse,
 /// (q̇, q̈) of a flow.

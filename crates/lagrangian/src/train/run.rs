@@ -12,8 +12,8 @@ use super::order::Order;
 use super::rollout::Rollouts;
 use super::schedule::grown;
 use crate::dataset::Dataset;
-use crate::mlp::simd::Real;
 use crate::{Error, Result};
+use nets::simd::Real;
 
 /// Validation samples that are looked at each time, at most: enough to compare, few enough to be free.
 const JUDGED: usize = 2048;

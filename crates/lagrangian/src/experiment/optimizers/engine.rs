@@ -3,11 +3,11 @@
 use super::kfac::Kfac;
 use super::recipe::{Damping, Method, Recipe, adam, natural};
 use super::soap::Soap;
-use crate::mlp::simd::Real;
 use crate::train::{
     Adam, AdamConfig, Batches, Learner, Loss, Natural, NaturalConfig, Precision, Samples, Value,
     cosine,
 };
+use nets::simd::Real;
 
 /// Where a run is, and the samples of its next step.
 pub(super) struct Moment<'a> {

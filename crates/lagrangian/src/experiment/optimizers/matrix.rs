@@ -3,7 +3,7 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
-use crate::mlp::{Kind, Net};
+use nets::{Kind, Net};
 
 /// A dense layer whose inputs stand side by side, its bias as the last column: W `[rows, columns]`.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ pub(super) struct Weights {
 /// All of them.
 pub(super) fn weights(net: &Net) -> Vec<Weights> {
     let layers = net.layers.iter().enumerate();
-    let of = |(layer, of): (usize, &crate::mlp::Layer)| match &of.kind {
+    let of = |(layer, of): (usize, &nets::Layer)| match &of.kind {
         Kind::Dense { inputs, bias } => Some(Weights {
             layer,
             rows: of.width,

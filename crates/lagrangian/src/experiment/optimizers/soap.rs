@@ -161,7 +161,7 @@ impl Engine for Soap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mlp::{Build, Source};
+    use nets::{Build, Source};
 
     #[test]
     fn a_gradient_of_one_direction_moves_the_weights_against_it_and_the_bases_stay_orthogonal() {

@@ -4,7 +4,7 @@
 use super::{Hnn, HnnNet};
 use crate::hamiltonian::{HamiltonianJet, HamiltonianJets};
 use crate::lagrangian::{Factor, Jet};
-use crate::mlp::Pass;
+use nets::Pass;
 
 /// Samples of a block when many states are evaluated at once.
 const BLOCK: usize = 16;

@@ -5,8 +5,8 @@ use super::kernels::{
     Accelerate, Balance, Chart, Features, Masses, Read, Sensitivities, Slope, Tangent,
 };
 use super::{DelanShape, Factor};
-use crate::mlp::simd::{Planes, Real, dispatch};
-use crate::mlp::{Packed, Pass};
+use nets::simd::{Planes, Real, dispatch};
+use nets::{Packed, Pass};
 
 /// What stands between the passes of a block through the network; see [`Factor`] for the symbols.
 #[derive(Debug)]

@@ -6,9 +6,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Block, DelanConfig, DelanShape, Inertia, Trunks};
 use crate::lagrangian::Scaling;
-use crate::mlp::simd::Real;
-use crate::mlp::{Packed, Pass};
 use crate::trajectory::{Coordinates, Topology};
+use nets::simd::Real;
+use nets::{Packed, Pass};
 
 struct Case<T: Real> {
     shape: DelanShape,

@@ -12,8 +12,8 @@
 //! Every number is a vector `V` over the states; for one state `V` is `f64`. Methods over a longer vector are called
 //! inside a kernel only.
 
-use crate::mlp::Activation;
-use crate::mlp::simd::{Buffer, Real, Vector, set_vector, vector};
+use nets::Activation;
+use nets::simd::{Buffer, Real, Vector, set_vector, vector};
 
 /// The output that entry (i, j) of G is, j < i.
 #[inline(always)]

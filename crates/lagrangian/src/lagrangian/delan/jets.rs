@@ -4,7 +4,7 @@ use super::one::One;
 use super::{Delan, Factor};
 use crate::lagrangian::curvature::{STEP, differences};
 use crate::lagrangian::{Curvature, Jet, Jets};
-use crate::mlp::Pass;
+use nets::Pass;
 
 /// Samples of a block when many states are evaluated at once.
 const BLOCK: usize = 16;

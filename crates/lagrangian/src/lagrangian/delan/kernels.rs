@@ -1,9 +1,7 @@
 //! What a [`Block`](super::Block) does to a vector of samples at a time, between the passes through the network.
 
 use super::Factor;
-use crate::mlp::simd::{
-    Isa, LARGEST_ANGLE, Planes, Real, Task, Vector, set_vector, sin_cos, vector,
-};
+use nets::simd::{Isa, LARGEST_ANGLE, Planes, Real, Task, Vector, set_vector, sin_cos, vector};
 
 /// How the features of one coordinate follow from it.
 #[derive(Debug, Clone, Copy)]

@@ -21,9 +21,9 @@ use serde::{Deserialize, Serialize};
 
 use super::scaled::{Features, Scaling};
 use super::{Jets, Lagrangian, LnnConfig};
-use crate::mlp::simd::Real;
-use crate::mlp::{Activation, Build, Net, Packed, Pass, Source};
 use crate::{Coordinates, Error, Result};
+use nets::simd::Real;
+use nets::{Activation, Build, Net, Packed, Pass, Source};
 
 /// Whether M and V are read off the same hidden layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use super::{Delan, DelanShape, Factor};
 use crate::lagrangian::Jet;
 use crate::lagrangian::positions::Positions;
-use crate::mlp::Chain;
+use nets::Chain;
 
 /// Evaluates them where the layers are a chain: shared trunks, and M depends on q.
 pub(super) struct One {

@@ -1,7 +1,7 @@
 //! The parts of a deep Lagrangian network that robotics calls by name: M(q), C(q, q̇), gravity, energies.
 
 use super::{Delan, Factor};
-use crate::mlp::Pass;
+use nets::Pass;
 
 /// M q̈ + C q̇ + g = τ − d at one state, and the energies (theory.md, equations 27, 33 and 34).
 #[derive(Debug, Clone, Default, PartialEq)]

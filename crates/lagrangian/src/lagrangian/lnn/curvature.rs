@@ -3,8 +3,8 @@
 use super::{BLOCK, Lnn, LnnShape};
 use crate::lagrangian::Curvature;
 use crate::lagrangian::scaled::Features;
-use crate::mlp::Pass;
-use crate::mlp::simd::Real;
+use nets::Pass;
+use nets::simd::Real;
 
 /// Writes them for the `m` states; `pass` is made at the first call.
 pub(super) fn curvature(

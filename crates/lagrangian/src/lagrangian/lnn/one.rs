@@ -5,7 +5,7 @@ use crate::lagrangian::Jet;
 use crate::lagrangian::positions::Positions;
 use crate::lagrangian::scaled::Scaling;
 use crate::lagrangian::seen::VelocityFeature;
-use crate::mlp::Chain;
+use nets::Chain;
 
 /// Evaluates them in the free form, whose layers are a chain.
 pub(super) struct One {

@@ -1,13 +1,13 @@
 //! Adam, which keeps parameters and moments as the kernels want them.
 
 use super::Engine;
-use crate::mlp::simd::Real;
 use crate::train::adam::AdamConfig;
 use crate::train::batch::{Samples, Value};
 use crate::train::checkpoint::Checkpoint;
 use crate::train::descent::Descent;
 use crate::train::learner::{Learner, Loss};
 use crate::train::schedule::cosine;
+use nets::simd::Real;
 
 pub(in crate::train) struct AdamEngine<'a, T: Real> {
     descent: Descent<T>,

@@ -4,9 +4,9 @@
 use super::HnnLearner;
 use crate::hamiltonian::HnnNet;
 use crate::lagrangian::{Features, Scaling};
-use crate::mlp::Packed;
-use crate::mlp::simd::Real;
 use crate::train::learner::Work;
+use nets::Packed;
+use nets::simd::Real;
 
 impl HnnLearner<'_> {
     /// Writes ∂S/∂(q, p) `[samples, 2n, 2n]`, S the raw outputs with their kinetic term, after the pass was linearised.

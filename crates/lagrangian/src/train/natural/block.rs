@@ -1,9 +1,9 @@
 //! A block of samples: its residuals, the factors of its rows of J, and what is pushed and pulled through them.
 
-use crate::mlp::simd::Buffer;
-use crate::mlp::{Factors, Gradient, Packed, Terms};
 use crate::train::batch::{Value, value};
 use crate::train::learner::{Learner, Loss, Work};
+use nets::simd::Buffer;
+use nets::{Factors, Gradient, Packed, Terms};
 
 /// Samples of a block.
 pub(super) const BLOCK: usize = 16;

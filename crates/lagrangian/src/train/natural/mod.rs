@@ -27,7 +27,7 @@ use tiles::Tiles;
 use super::batch::{Samples, Value};
 use super::learner::{Learner, Loss};
 use super::part::Part;
-use crate::mlp::{Packed, Terms};
+use nets::{Packed, Terms};
 
 /// The memory of a run and the work space of its batches.
 pub(crate) struct Natural {

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use super::block::{BLOCK, Block};
 use super::mix::mix;
-use crate::mlp::simd::Real;
-use crate::mlp::{Factors, Terms, TileScratch};
 use crate::train::learner::Learner;
+use nets::simd::Real;
+use nets::{Factors, Terms, TileScratch};
 
 /// J Jᵀ may be rounded to single precision where the damping on its diagonal is more than this share of its largest
 /// entry.

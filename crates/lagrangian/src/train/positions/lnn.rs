@@ -2,9 +2,9 @@
 
 use super::PointFamily;
 use crate::lagrangian::LnnShape;
-use crate::mlp::simd::Real;
-use crate::mlp::{Net, Packed};
 use crate::train::learner::Work;
+use nets::simd::Real;
+use nets::{Net, Packed};
 
 #[derive(Debug)]
 pub(crate) struct LnnPoints<'a>(pub(crate) &'a LnnShape);

@@ -21,8 +21,8 @@ pub(crate) use lnn::LnnPoints;
 use super::forces::{Drive, Forces};
 use super::learner::{Learner, Loss, Work};
 use crate::integrate::Rule;
-use crate::mlp::simd::Real;
-use crate::mlp::{Gradient, Net, Packed, Terms};
+use nets::simd::Real;
+use nets::{Gradient, Net, Packed, Terms};
 
 /// What a family offers at points (q, v) that stand in [`Points`].
 pub(crate) trait PointFamily<T: Real>: Send + Sync {

@@ -1,7 +1,7 @@
 //! The flow ẋ = f(x, τ; θ) of a block of states x = (q, q̇) or (q, p), and its local derivatives.
 
-use crate::mlp::Packed;
 use crate::train::learner::{Learner, Work};
+use nets::Packed;
 
 /// Sizes of a block of segments.
 #[derive(Debug, Clone, Copy)]

@@ -11,10 +11,10 @@ use super::flow::Flow;
 use super::segments::Rows;
 use super::shoot::{Back, Task};
 use super::unit::Unit;
-use crate::mlp::Packed;
 use crate::train::batch::Value;
 use crate::train::learner::Learner;
 use crate::train::natural::{NaturalConfig, System};
+use nets::Packed;
 
 /// The memory of a run and the work space of its batches.
 pub(super) struct GaussNewton {

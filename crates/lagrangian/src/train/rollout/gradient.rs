@@ -6,10 +6,10 @@ use super::config::{Gradients, RolloutLoss, SEGMENTS};
 use super::flow::Flow;
 use super::shoot::{Back, Block, Task};
 use super::step::evaluations;
-use crate::mlp::{Gradient, Packed};
 use crate::solve::SymmetricSolver;
 use crate::train::batch::Value;
 use crate::train::learner::Learner;
+use nets::{Gradient, Packed};
 
 /// Parts that a batch is cut into; more threads than this do not help it.
 const LANES: usize = 4;

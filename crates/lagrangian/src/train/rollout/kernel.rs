@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::config::SEGMENTS;
 use super::gauss_newton::GaussNewton;
 use super::shoot::{Block, Task};
-use crate::mlp::{Terms, TileScratch};
 use crate::train::learner::{Learner, Work};
+use nets::{Terms, TileScratch};
 
 impl GaussNewton {
     /// The lower part of S-space J Jᵀ, row (evaluation · k + i) · samples + s of each block after the other.

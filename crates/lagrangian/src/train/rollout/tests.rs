@@ -11,11 +11,11 @@ use crate::dynamics::Model;
 use crate::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use crate::integrate::Method;
 use crate::lagrangian::{DelanConfig, Form, LnnConfig};
-use crate::mlp::Packed;
 use crate::neural_ode::{NeuralOdeConfig, Order};
 use crate::train::learned::Template;
 use crate::train::{Family, FitConfig, ForceTerms, Loss};
 use crate::{Coordinates, Trajectory};
+use nets::Packed;
 
 pub(super) const METHODS: [Method; 3] =
     [Method::Rk4, Method::StormerVerlet, Method::ImplicitMidpoint];

@@ -4,9 +4,9 @@
 use super::config::{RolloutLoss, SEGMENTS};
 use super::segments::Rows;
 use super::shoot::Block;
-use crate::mlp::simd::Buffer;
-use crate::mlp::{Factors, Gradient, Packed, Terms};
 use crate::train::learner::Learner;
+use nets::simd::Buffer;
+use nets::{Factors, Gradient, Packed, Terms};
 
 /// A block of segments and what the natural gradient needs of it.
 pub(super) struct Unit {

@@ -5,9 +5,9 @@ mod page;
 use anyhow::Result;
 use lagrangian::experiment::hamiltonian::{PhaseTest, Task};
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
-use lagrangian::mlp::Activation;
 use lagrangian::report::{Role, Table};
 use lagrangian::train::{Budget, Family, FitConfig, Loss, NaturalConfig, Optimizer, fit};
+use nets::Activation;
 use serde_json::{Map, Value, json};
 
 use super::spread::{cell, median, scientific};

@@ -1,9 +1,9 @@
 //! A block of samples: its residuals, the slopes of these, and their gradient.
 
 use super::dot;
-use crate::mlp::simd::Buffer;
-use crate::mlp::{Gradient, Packed, Terms};
 use crate::train::{Learner, Loss, Value, Work, value};
+use nets::simd::Buffer;
+use nets::{Gradient, Packed, Terms};
 
 /// Samples of a block.
 pub(super) const BLOCK: usize = 16;

@@ -6,7 +6,7 @@ use faer::{Mat, Side};
 use super::super::engine::Moment;
 use super::super::matrix::{Weights, product, remember};
 use super::block::{BLOCK, Block};
-use crate::mlp::Terms;
+use nets::Terms;
 
 /// Memory of A and B.
 const BETA: f64 = 0.95;

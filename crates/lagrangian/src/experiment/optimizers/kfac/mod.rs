@@ -20,8 +20,8 @@ use layer::Layer;
 
 use super::engine::{Engine, Moment};
 use super::matrix::weights;
-use crate::mlp::{Packed, Terms};
 use crate::train::{Learner, Value, cosine};
+use nets::{Packed, Terms};
 
 /// Steps between two refreshments of A, B and their inverses.
 const EVERY: usize = 5;

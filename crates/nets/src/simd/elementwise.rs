@@ -7,25 +7,25 @@
 use std::ops::Range;
 
 use super::{Isa, Real, Task, Vector};
-use crate::mlp::Activation;
+use crate::Activation;
 
 /// Where the components of one layer lie.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shape {
     /// Samples of the block.
-    pub(crate) samples: usize,
+    pub samples: usize,
     /// Components that the buffers have room for.
-    pub(crate) components: usize,
+    pub components: usize,
     /// Number of tangents i that the buffers have room for: i is component 2 + i, i′ is 2 + room + i.
-    pub(crate) room: usize,
+    pub room: usize,
     /// Panels of the layer.
-    pub(crate) panels: usize,
+    pub panels: usize,
 }
 
 impl Shape {
     /// Rows of a panel.
     #[cfg(test)]
-    pub(crate) fn rows(&self) -> usize {
+    pub fn rows(&self) -> usize {
         self.components * self.samples
     }
 
@@ -68,11 +68,11 @@ unsafe fn load<V: Vector>(from: *const V::Elem, offset: usize) -> V {
 
 /// a₀ = σ(z₀), and the slopes σ′, σ″, σ‴ at z₀ (theory.md, equation 10).
 pub(crate) struct PointForward<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) activation: Activation,
-    pub(crate) z: &'a [T],
-    pub(crate) a: &'a mut [T],
-    pub(crate) slopes: [&'a mut [T]; 3],
+    pub shape: Shape,
+    pub activation: Activation,
+    pub z: &'a [T],
+    pub a: &'a mut [T],
+    pub slopes: [&'a mut [T]; 3],
 }
 
 impl<T: Real> Task for PointForward<'_, T> {
@@ -116,11 +116,11 @@ impl<T: Real> PointForward<'_, T> {
 
 /// `out_c` = σ′ `in_c`: tangents forward, and the value component of the sensitivity backward.
 pub(crate) struct PointTangent<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) components: Range<usize>,
-    pub(crate) first: &'a [T],
-    pub(crate) input: &'a [T],
-    pub(crate) output: &'a mut [T],
+    pub shape: Shape,
+    pub components: Range<usize>,
+    pub first: &'a [T],
+    pub input: &'a [T],
+    pub output: &'a mut [T],
 }
 
 impl<T: Real> Task for PointTangent<'_, T> {
@@ -149,11 +149,11 @@ impl<T: Real> Task for PointTangent<'_, T> {
 
 /// `a_i`′ = σ′ `z_i`′ + σ″ `z_i` z_′ (theory.md, equation 10).
 pub(crate) struct PointSecond<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) directions: usize,
-    pub(crate) slopes: [&'a [T]; 2],
-    pub(crate) z: &'a [T],
-    pub(crate) a: &'a mut [T],
+    pub shape: Shape,
+    pub directions: usize,
+    pub slopes: [&'a [T]; 2],
+    pub z: &'a [T],
+    pub a: &'a mut [T],
 }
 
 impl<T: Real> Task for PointSecond<'_, T> {
@@ -192,14 +192,14 @@ impl<T: Real> Task for PointSecond<'_, T> {
 /// Components ′, i and i′ of the sensitivity backward through an activation:
 /// the product of σ′(z) and ya in the truncated algebra (theory.md, equation 17).
 pub(crate) struct PointReverse2<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) directions: usize,
-    pub(crate) slopes: [&'a [T]; 3],
-    pub(crate) z: &'a [T],
-    pub(crate) ya: &'a [T],
-    pub(crate) yz: &'a mut [T],
+    pub shape: Shape,
+    pub directions: usize,
+    pub slopes: [&'a [T]; 3],
+    pub z: &'a [T],
+    pub ya: &'a [T],
+    pub yz: &'a mut [T],
     /// Whether of ya only the value is not zero, and the rest was not written: below the output.
-    pub(crate) value_only: bool,
+    pub value_only: bool,
 }
 
 impl<T: Real> Task for PointReverse2<'_, T> {
@@ -270,12 +270,12 @@ impl<T: Real> PointReverse2<'_, T> {
 /// i, one for all, in component 0 (theory.md, equation 32):
 /// yz_′ = σ′ ya_′, yz = σ′ ya + σ″ (z_′ ya_′ + `z_i` ya₀).
 pub(crate) struct PointReverseTangents<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) directions: usize,
-    pub(crate) slopes: [&'a [T]; 2],
-    pub(crate) z: &'a [T],
-    pub(crate) ya: &'a [T],
-    pub(crate) yz: &'a mut [T],
+    pub shape: Shape,
+    pub directions: usize,
+    pub slopes: [&'a [T]; 2],
+    pub z: &'a [T],
+    pub ya: &'a [T],
+    pub yz: &'a mut [T],
 }
 
 impl<T: Real> Task for PointReverseTangents<'_, T> {
@@ -306,12 +306,12 @@ impl<T: Real> Task for PointReverseTangents<'_, T> {
 /// `hessian[s, i, j]` for i ≥ j, and `hessian[s, i, directions]` for the pair of i with ′
 /// (`[samples, directions, directions + 1]`; theory.md, equation 14).
 pub(crate) struct Contract<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) directions: usize,
-    pub(crate) second: &'a [T],
-    pub(crate) z: &'a [T],
-    pub(crate) ya: &'a [T],
-    pub(crate) hessian: &'a mut [T],
+    pub shape: Shape,
+    pub directions: usize,
+    pub second: &'a [T],
+    pub z: &'a [T],
+    pub ya: &'a [T],
+    pub hessian: &'a mut [T],
 }
 
 impl<T: Real> Task for Contract<'_, T> {
@@ -420,13 +420,13 @@ impl<T: Real> Contract<'_, T> {
 /// The two sides of a gate z = `Σ_j` `g_j` `v_j` + `g_n`: the gates g (from q) and the velocities v.
 pub(crate) struct Gates<'a, T> {
     /// Of the gated layer.
-    pub(crate) shape: Shape,
+    pub shape: Shape,
     /// Degrees of freedom.
-    pub(crate) n: usize,
+    pub n: usize,
     /// Gates in panels: block j of `shape.panels` panels multiplies `v_j`, the last block is added.
-    pub(crate) g: &'a [T],
+    pub g: &'a [T],
     /// Velocities, `[components, samples, n]`.
-    pub(crate) v: &'a [T],
+    pub v: &'a [T],
 }
 
 impl<T: Real> Gates<'_, T> {
@@ -455,9 +455,9 @@ impl<T: Real> Gates<'_, T> {
 
 /// Components of z = `Σ_j` `g_j` `v_j` + `g_n`.
 pub(crate) struct GateForward<'a, T> {
-    pub(crate) gates: Gates<'a, T>,
-    pub(crate) components: Range<usize>,
-    pub(crate) z: &'a mut [T],
+    pub gates: Gates<'a, T>,
+    pub components: Range<usize>,
+    pub z: &'a mut [T],
 }
 
 impl<T: Real> Task for GateForward<'_, T> {
@@ -485,15 +485,15 @@ impl<T: Real> Task for GateForward<'_, T> {
 
 /// The sensitivity to the gates, from the sensitivity yz to z.
 pub(crate) struct GateReverse<'a, T> {
-    pub(crate) gates: Gates<'a, T>,
-    pub(crate) components: Range<usize>,
-    pub(crate) yz: &'a [T],
+    pub gates: Gates<'a, T>,
+    pub components: Range<usize>,
+    pub yz: &'a [T],
     /// Same panels as the gates; written.
-    pub(crate) yg: &'a mut [T],
+    pub yg: &'a mut [T],
     /// Where component 0 is wanted: the sensitivity to the velocities, `[samples, n]`, added to.
-    pub(crate) yv: Option<&'a mut [T]>,
+    pub yv: Option<&'a mut [T]>,
     /// As in [`Contract`], with the number of directions; added to.
-    pub(crate) hessian: Option<(&'a mut [T], usize)>,
+    pub hessian: Option<(&'a mut [T], usize)>,
 }
 
 impl<T: Real> Task for GateReverse<'_, T> {
@@ -569,11 +569,11 @@ fn gate_curvature<I: Isa, T: Real>(g: &Gates<'_, T>, yz: &[T], n: usize, hessian
 
 /// Linear combinations of tangents: ′ += Σ `along[s, i]` i, and direction 0 = Σ `onto[s, i]` i.
 pub(crate) struct Combine<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) directions: usize,
-    pub(crate) along: &'a [T],
-    pub(crate) onto: Option<&'a [T]>,
-    pub(crate) buffer: &'a mut [T],
+    pub shape: Shape,
+    pub directions: usize,
+    pub along: &'a [T],
+    pub onto: Option<&'a [T]>,
+    pub buffer: &'a mut [T],
 }
 
 impl<T: Real> Task for Combine<'_, T> {

@@ -8,7 +8,7 @@ use crate::{Error, Result};
 
 /// What a layer reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Source {
+pub enum Source {
     /// The features of the state.
     Features,
     /// An earlier layer.
@@ -17,56 +17,69 @@ pub(crate) enum Source {
 
 /// One matrix of weights, `[width of the layer, width of the source]`, row-major in the parameters.
 #[derive(Debug, Clone)]
-pub(crate) struct Input {
-    pub(crate) source: Source,
+pub struct Input {
+    pub source: Source,
     /// Width of the source.
-    pub(crate) width: usize,
+    pub width: usize,
     /// Where its weights begin in the parameters.
-    pub(crate) at: usize,
+    pub at: usize,
     /// Whether its weights must not be negative, so that convexity passes through.
-    pub(crate) non_negative: bool,
+    pub non_negative: bool,
     /// Whether no later layer reads the source: the first to write its sensitivity on the way back.
-    pub(crate) last_reader: bool,
+    pub last_reader: bool,
 }
 
+/// What a layer does with what it reads, before its activation.
 #[derive(Debug, Clone)]
-pub(crate) enum Kind {
-    /// z = Σ W a + b.
+pub enum Kind {
+    /// Affine: z = Σ W a + b, summed over the sources a.
     Dense {
+        /// The sources with their matrices of weights W.
         inputs: Vec<Input>,
+        /// The index of the first bias b among the parameters, `None` where the layer has no bias.
         bias: Option<usize>,
     },
-    /// z = `Σ_j` `g_j` `v_j` + `g_n`, with the gates g from layer `gates` and v the velocities.
-    Gate { gates: usize },
+    /// Affine in the velocities v: z = `Σ_j` `g_j` `v_j` + `g_n`, with gates g that another layer computes.
+    Gate {
+        /// The index of the layer that computes the gates, `[n + 1, width]`.
+        gates: usize,
+    },
 }
 
+/// One layer of a [`Net`]: a = σ(z).
 #[derive(Debug, Clone)]
-pub(crate) struct Layer {
-    pub(crate) width: usize,
-    pub(crate) kind: Kind,
-    pub(crate) activation: Option<Activation>,
+pub struct Layer {
+    /// The number of units.
+    pub width: usize,
+    /// How z follows from what the layer reads.
+    pub kind: Kind,
+    /// The activation σ, `None` where a = z.
+    pub activation: Option<Activation>,
 }
 
 /// A feed-forward network.
 #[derive(Debug, Clone)]
-pub(crate) struct Net {
-    /// Numbers that it reads.
-    pub(crate) features: usize,
-    /// Velocities that its gates multiply.
-    pub(crate) velocities: usize,
-    pub(crate) layers: Vec<Layer>,
-    /// The layers that are its output, one after the other; no layer reads them, and they have no activation.
-    pub(crate) outputs: Vec<usize>,
-    /// Numbers in its parameters.
-    pub(crate) parameters: usize,
+pub struct Net {
+    /// The number of features of a sample that the network reads.
+    pub features: usize,
+    /// The number of velocities that gates multiply, 0 without gates.
+    pub velocities: usize,
+    /// The layers, each after all that it reads.
+    pub layers: Vec<Layer>,
+    /// The layers that are the output, one after the other; no layer reads them, and they have no activation.
+    pub outputs: Vec<usize>,
+    /// The number of parameters: weights and biases of all layers.
+    pub parameters: usize,
 }
 
 /// Builds a [`Net`] layer by layer.
 #[derive(Debug)]
-pub(crate) struct Build(Net);
+pub struct Build(Net);
 
 impl Build {
-    pub(crate) fn new(features: usize, velocities: usize) -> Self {
+    /// A network without layers that reads `features` numbers, and whose gates multiply `velocities` velocities.
+    #[must_use]
+    pub fn new(features: usize, velocities: usize) -> Self {
         Self(Net {
             features,
             velocities,
@@ -77,7 +90,7 @@ impl Build {
     }
 
     /// Adds a dense layer and returns its number. Each source says whether its weights must not be negative.
-    pub(crate) fn dense(
+    pub fn dense(
         &mut self,
         width: usize,
         sources: &[(Source, bool)],
@@ -109,7 +122,7 @@ impl Build {
     }
 
     /// Adds a layer of `width` numbers that depend on nothing, and returns its number.
-    pub(crate) fn constant(&mut self, width: usize) -> usize {
+    pub fn constant(&mut self, width: usize) -> usize {
         let features = std::mem::take(&mut self.0.features);
         let layer = self.dense(width, &[(Source::Features, false)], true, None);
         self.0.features = features;
@@ -117,12 +130,7 @@ impl Build {
     }
 
     /// Adds gates of `width` units (a multiple of 16) that read `source`, and the gated layer; returns its number.
-    pub(crate) fn gate(
-        &mut self,
-        width: usize,
-        source: usize,
-        activation: Option<Activation>,
-    ) -> usize {
+    pub fn gate(&mut self, width: usize, source: usize, activation: Option<Activation>) -> usize {
         assert_eq!(width % f32::LANES, 0, "gated units fill whole panels");
         let gates = self.dense(
             (self.0.velocities + 1) * width,
@@ -143,13 +151,13 @@ impl Build {
     }
 
     /// A network whose output is its last layer.
-    pub(crate) fn finish(self) -> Net {
+    pub fn finish(self) -> Net {
         let last = self.0.layers.len().saturating_sub(1);
         self.finish_with(vec![last])
     }
 
     /// A network whose output are these layers.
-    pub(crate) fn finish_with(mut self, outputs: Vec<usize>) -> Net {
+    pub fn finish_with(mut self, outputs: Vec<usize>) -> Net {
         self.0.outputs = outputs;
         let mut seen = vec![false; self.0.layers.len() + 1];
         for layer in self.0.layers.iter_mut().rev() {
@@ -171,7 +179,9 @@ impl Build {
 
 impl Net {
     /// The layer that output `o` stands in, and its unit there.
-    pub(crate) fn output_at(&self, mut o: usize) -> (usize, usize) {
+    #[inline]
+    #[must_use]
+    pub fn output_at(&self, mut o: usize) -> (usize, usize) {
         for &l in &self.outputs {
             let width = self.layers[l].width;
             if o < width {
@@ -184,7 +194,7 @@ impl Net {
 
     /// Random parameters: weights normal with variance 1 / width of the source (those that must not be negative:
     /// their absolute values, scaled to keep the sum), biases zero.
-    pub(crate) fn initialise(&self, rng: &mut impl Rng) -> Vec<f64> {
+    pub fn initialise(&self, rng: &mut impl Rng) -> Vec<f64> {
         let mut parameters = vec![0.0; self.parameters];
         for layer in &self.layers {
             let Kind::Dense { inputs, .. } = &layer.kind else {
@@ -206,7 +216,7 @@ impl Net {
     }
 
     /// The first weight that must not be negative and is.
-    pub(crate) fn negative(&self, parameters: &[f64]) -> Option<usize> {
+    pub fn negative(&self, parameters: &[f64]) -> Option<usize> {
         let inputs = self.layers.iter().filter_map(|layer| match &layer.kind {
             Kind::Dense { inputs, .. } => Some(inputs.iter().map(|i| (layer.width, i))),
             Kind::Gate { .. } => None,
@@ -219,26 +229,21 @@ impl Net {
     }
 
     /// Checks that these are weights of this network: as many as it has, all finite.
-    pub(crate) fn check(&self, parameters: &[f64]) -> Result<()> {
+    pub fn check(&self, parameters: &[f64]) -> Result<()> {
         if parameters.len() != self.parameters {
-            return Err(Error::Shape {
-                what: "parameters".into(),
+            return Err(Error::Count {
                 found: parameters.len(),
                 expected: self.parameters,
-                remedy: "use the configuration that the weights were made for".into(),
             });
         }
         if let Some(index) = parameters.iter().position(|x| !x.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "parameters".into(),
-                index,
-            });
+            return Err(Error::NotFinite { index });
         }
         Ok(())
     }
 
     /// Moves the weights that must not be negative back to zero where they are.
-    pub(crate) fn project(&self, parameters: &mut [f64]) {
+    pub fn project(&self, parameters: &mut [f64]) {
         for layer in &self.layers {
             let Kind::Dense { inputs, .. } = &layer.kind else {
                 continue;
@@ -253,7 +258,7 @@ impl Net {
 }
 
 /// A standard normal number (Box, Muller 1958).
-pub(crate) fn normal(rng: &mut impl Rng) -> f64 {
+pub fn normal(rng: &mut impl Rng) -> f64 {
     let (u, v): (f64, f64) = (rng.random(), rng.random());
     (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

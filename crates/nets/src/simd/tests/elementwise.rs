@@ -2,7 +2,7 @@
 
 use super::super::*;
 use super::{ConcatAll, Draw, agree, each};
-use crate::mlp::Activation;
+use crate::Activation;
 
 fn activations<T: Real>(draw: &mut Draw) {
     let shape = draw.shape();

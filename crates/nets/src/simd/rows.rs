@@ -14,9 +14,9 @@ const LANES: usize = 8;
 #[derive(Clone, Copy)]
 pub(crate) struct Weights<'a> {
     /// Panel p, term k, unit u of the panel at `(p · terms + k) · 8 + u`.
-    pub(crate) panels: &'a [f64],
+    pub panels: &'a [f64],
     /// Numbers that a unit reads.
-    pub(crate) terms: usize,
+    pub terms: usize,
 }
 
 impl Weights<'_> {
@@ -35,8 +35,8 @@ impl Weights<'_> {
 
 /// Rows that lie `stride` numbers apart.
 pub(crate) struct Rows<S> {
-    pub(crate) numbers: S,
-    pub(crate) stride: usize,
+    pub numbers: S,
+    pub stride: usize,
 }
 
 /// z = a W, and the bias in row 0, for `count` rows.

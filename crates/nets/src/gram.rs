@@ -13,7 +13,7 @@ use super::simd::{Buffer, Gemm, GramTile, Init, Real, dispatch};
 
 /// The factors of the Jacobian of one block, so that they can stand on either side of a product.
 #[derive(Debug)]
-pub(crate) struct Factors<S: Real> {
+pub struct Factors<S: Real> {
     samples: usize,
     /// Components times samples.
     rows: usize,
@@ -32,13 +32,15 @@ struct Sides<S: Real> {
 
 /// Scratch for one tile of J Jᵀ.
 #[derive(Debug)]
-pub(crate) struct TileScratch<S: Real> {
+pub struct TileScratch<S: Real> {
     y: Buffer<S>,
     a: Buffer<S>,
 }
 
 impl<S: Real> TileScratch<S> {
-    pub(crate) fn new(factors: &Factors<S>) -> Self {
+    /// Scratch for tiles between blocks whose factors have the size of `factors`.
+    #[must_use]
+    pub fn new(factors: &Factors<S>) -> Self {
         let rows = factors.rows;
         let size = rows.next_multiple_of(S::LANES) * rows;
         Self {
@@ -57,7 +59,7 @@ fn slot(source: Source) -> usize {
 
 impl<S: Real> Factors<S> {
     /// Room for the factors of such a pass; its blocks hold a multiple of LANES samples.
-    pub(crate) fn new<T: Real>(net: &Net, pass: &Pass<T>) -> Self {
+    pub fn new<T: Real>(net: &Net, pass: &Pass<T>) -> Self {
         let rows = pass.rows();
         let sides = |width: usize| Sides {
             left: Buffer::new(panels::<S>(width) * rows * S::LANES),
@@ -74,7 +76,7 @@ impl<S: Real> Factors<S> {
     }
 
     /// Copies the factors of a linearised pass.
-    pub(crate) fn set<T: Real>(&mut self, net: &Net, pass: &Pass<T>, terms: &Terms) {
+    pub fn set<T: Real>(&mut self, net: &Net, pass: &Pass<T>, terms: &Terms) {
         let (ys, as_) = terms.used();
         let rows = |components: Range<usize>| components.end * pass.samples();
         for (l, layer) in net.layers.iter().enumerate() {
@@ -92,7 +94,7 @@ impl<S: Real> Factors<S> {
 
     /// Writes the tile of S-space J Jᵀ between this block and another to `tile`, `[n · samples, n · samples]` with
     /// row i · samples + s.
-    pub(crate) fn tile(
+    pub fn tile(
         &self,
         net: &Net,
         other: &Self,
@@ -189,7 +191,7 @@ mod tests {
     use super::super::net::Build;
     use super::super::packed::Packed;
     use super::*;
-    use crate::mlp::Activation;
+    use crate::Activation;
     use rand::{RngExt, SeedableRng};
 
     /// A pass of a network with two hidden layers and one output, linearised along two directions.

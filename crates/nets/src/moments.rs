@@ -7,7 +7,7 @@ use super::simd::{AdamRule, AdamStep, Buffer, Real, dispatch};
 
 /// Weights and the moments of their gradient, in panels.
 #[derive(Debug)]
-pub(crate) struct Moments<T: Real> {
+pub struct Moments<T: Real> {
     layers: Vec<Vec<Matrix<T>>>,
 }
 
@@ -20,7 +20,9 @@ struct Matrix<T: Real> {
 }
 
 impl<T: Real> Moments<T> {
-    pub(crate) fn new(net: &Net) -> Self {
+    /// Parameters of `net` and moments, all zero.
+    #[must_use]
+    pub fn new(net: &Net) -> Self {
         let layer = |layer: &super::net::Layer| {
             let inputs = match &layer.kind {
                 Kind::Dense { inputs, .. } => inputs.as_slice(),
@@ -40,7 +42,7 @@ impl<T: Real> Moments<T> {
     }
 
     /// Takes parameters and moments as [`Net`] lays them out, and packs the parameters.
-    pub(crate) fn load(
+    pub fn load(
         &mut self,
         net: &Net,
         parameters: &[f64],
@@ -58,7 +60,7 @@ impl<T: Real> Moments<T> {
     }
 
     /// Gives them back.
-    pub(crate) fn save(&self, net: &Net, parameters: &mut [f64], [first, second]: [&mut [f64]; 2]) {
+    pub fn save(&self, net: &Net, parameters: &mut [f64], [first, second]: [&mut [f64]; 2]) {
         for (layer, matrices) in net.layers.iter().zip(&self.layers) {
             for (place, matrix) in places(layer).zip(matrices) {
                 place.copy_out::<T, f64>(&matrix.weights, parameters, |to, x| *to = x);
@@ -69,7 +71,7 @@ impl<T: Real> Moments<T> {
     }
 
     /// A step of Adam against a gradient that was [settled](Gradient::settle); packs the new parameters.
-    pub(crate) fn step(
+    pub fn step(
         &mut self,
         net: &Net,
         rule: &AdamRule,

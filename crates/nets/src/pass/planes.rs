@@ -1,9 +1,9 @@
 //! Features, outputs and their sensitivities between a pass and planes, one component at a time.
 
 use super::Pass;
-use crate::mlp::net::Net;
-use crate::mlp::packed::panels;
-use crate::mlp::simd::{FromPlanes, Planes, Real, Shape, ToPlanes, dispatch};
+use crate::net::Net;
+use crate::packed::panels;
+use crate::simd::{FromPlanes, Planes, Real, Shape, ToPlanes, dispatch};
 
 impl<T: Real> Pass<T> {
     fn feature_shape(&self) -> Shape {
@@ -16,7 +16,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Sets component `component` of all features.
-    pub(crate) fn set_features(&mut self, component: usize, planes: &Planes<T>) {
+    pub fn set_features(&mut self, component: usize, planes: &Planes<T>) {
         dispatch(FromPlanes {
             shape: self.feature_shape(),
             component,
@@ -28,7 +28,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// The gradient by the features, after [`Pass::reverse_seeded`].
-    pub(crate) fn read_feature_gradient(&self, planes: &mut Planes<T>) {
+    pub fn read_feature_gradient(&self, planes: &mut Planes<T>) {
         dispatch(ToPlanes {
             shape: self.feature_shape(),
             component: 0,
@@ -40,7 +40,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Component `component` of all outputs.
-    pub(crate) fn read_outputs(&self, net: &Net, component: usize, planes: &mut Planes<T>) {
+    pub fn read_outputs(&self, net: &Net, component: usize, planes: &mut Planes<T>) {
         let mut first = 0;
         for &l in &net.outputs {
             let (layer, width) = (&self.layers[l], net.layers[l].width);
@@ -57,7 +57,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Sets component `component` of the sensitivities of all outputs, which have no activation.
-    pub(crate) fn set_seeds(&mut self, net: &Net, component: usize, planes: &Planes<T>) {
+    pub fn set_seeds(&mut self, net: &Net, component: usize, planes: &Planes<T>) {
         let mut first = 0;
         for &l in &net.outputs {
             let (layer, width) = (&mut self.layers[l], net.layers[l].width);

@@ -26,7 +26,7 @@ enum Backward {
 impl<T: Real> Pass<T> {
     /// Backward: the value component of the sensitivities of the (only) output, its gradient by features and
     /// velocities, and its second derivatives along pairs of the first `directions` tangents and ′.
-    pub(crate) fn reverse(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
+    pub fn reverse(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         self.seed(net, 0..1, |_, _, _| T::of(1.0));
         self.hessian.fill(T::default());
         self.yv.fill(T::default());
@@ -35,24 +35,19 @@ impl<T: Real> Pass<T> {
 
     /// Backward: the value component of the sensitivities of Σ `seed(s, o)` output o, and its gradient by the
     /// features.
-    pub(crate) fn reverse_sum(
-        &mut self,
-        net: &Net,
-        packed: &Packed<T>,
-        seed: impl Fn(usize, usize) -> T,
-    ) {
+    pub fn reverse_sum(&mut self, net: &Net, packed: &Packed<T>, seed: impl Fn(usize, usize) -> T) {
         self.seed(net, 0..1, |_, s, o| seed(s, o));
         self.reverse_seeded(net, packed);
     }
 
     /// The same from seeds that stand in component 0 of the sensitivities of the outputs.
-    pub(crate) fn reverse_seeded(&mut self, net: &Net, packed: &Packed<T>) {
+    pub fn reverse_seeded(&mut self, net: &Net, packed: &Packed<T>) {
         self.back(net, packed, Backward::Value { directions: 0 });
     }
 
     /// Backward: the components ′, i and i′ of the sensitivities, after [`Pass::reverse`] and
     /// [`Pass::forward_mixed`].
-    pub(crate) fn reverse_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
+    pub fn reverse_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let mixed = self.mixed(0)..self.mixed(directions);
         let rows = self.rows();
         let step = self.samples * T::LANES;
@@ -68,7 +63,7 @@ impl<T: Real> Pass<T> {
     /// Backward: `directions` scalars that depend on the outputs, their tangents ′ and one tangent i each. `seed(c,
     /// s, o)` is the sensitivity to component ′ of output o for c < directions, to its value for the others; those
     /// to the tangents i are what [`Pass::reverse_sum`] left.
-    pub(crate) fn reverse_tangents(
+    pub fn reverse_tangents(
         &mut self,
         net: &Net,
         packed: &Packed<T>,
@@ -80,24 +75,19 @@ impl<T: Real> Pass<T> {
     }
 
     /// The same from seeds that stand in the components from 1 on of the sensitivities of the outputs.
-    pub(crate) fn reverse_tangents_seeded(
-        &mut self,
-        net: &Net,
-        packed: &Packed<T>,
-        directions: usize,
-    ) {
+    pub fn reverse_tangents_seeded(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         self.back(net, packed, Backward::Tangents { directions });
     }
 
     /// Backward, one component per output: component c holds the sensitivities of output c (plain networks).
-    pub(crate) fn reverse_outputs(&mut self, net: &Net, packed: &Packed<T>, outputs: usize) {
+    pub fn reverse_outputs(&mut self, net: &Net, packed: &Packed<T>, outputs: usize) {
         let unit = |c, _, o| if c == o { T::of(1.0) } else { T::default() };
         self.seed(net, 0..outputs, unit);
         self.back(net, packed, Backward::Outputs(outputs));
     }
 
     /// Backward: component 0 holds the sensitivities of Σ `weights[s, o]` output o (plain networks).
-    pub(crate) fn reverse_weighted(
+    pub fn reverse_weighted(
         &mut self,
         net: &Net,
         packed: &Packed<T>,
@@ -270,12 +260,7 @@ impl<T: Real> Pass<T> {
 
     /// Carries the sensitivities of these components of the samples from the layers down to the features, after a
     /// reverse pass that left them there.
-    pub(crate) fn reverse_features(
-        &mut self,
-        net: &Net,
-        packed: &Packed<T>,
-        components: Range<usize>,
-    ) {
+    pub fn reverse_features(&mut self, net: &Net, packed: &Packed<T>, components: Range<usize>) {
         let rows = self.components * self.samples;
         let part = components.start * self.samples..components.end * self.samples;
         let mut init = Init::Zero;

@@ -22,13 +22,13 @@ enum Forward {
 
 impl<T: Real> Pass<T> {
     /// Forward: the value and the tangents ′ and i < `directions` (only the value if `directions` is `None`).
-    pub(crate) fn forward(&mut self, net: &Net, packed: &Packed<T>, directions: Option<usize>) {
+    pub fn forward(&mut self, net: &Net, packed: &Packed<T>, directions: Option<usize>) {
         let components = 0..directions.map_or(1, |d| 2 + d);
         self.propagate(net, packed, components, (Forward::Value, usize::MAX));
     }
 
     /// Forward, where [`Pass::reverse`] tells the rest: of the output only its first `components`, the value or nothing.
-    pub(crate) fn forward_for_reverse(
+    pub fn forward_for_reverse(
         &mut self,
         net: &Net,
         packed: &Packed<T>,
@@ -40,13 +40,13 @@ impl<T: Real> Pass<T> {
 
     /// Forward: the mixed second derivatives i′ for i < `directions`, after [`Pass::forward`]; not those of the output,
     /// which the sensitivities do not need.
-    pub(crate) fn forward_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
+    pub fn forward_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let components = self.mixed(0)..self.mixed(directions);
         self.propagate(net, packed, components, (Forward::Mixed, 0));
     }
 
     /// Forward: the tangents i < `directions` alone, after a [`Pass::forward`] without them.
-    pub(crate) fn forward_tangents(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
+    pub fn forward_tangents(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         self.propagate(
             net,
             packed,

@@ -3,12 +3,12 @@
 use super::Vector;
 
 /// Where angles are too large for [`sin_cos`]: its reduction is exact up to 2²⁰ quarter turns.
-pub(crate) const LARGEST_ANGLE: f64 = 1e6;
+pub const LARGEST_ANGLE: f64 = 1e6;
 
 /// (sin x, cos x) for |x| ≤ [`LARGEST_ANGLE`] (Cody–Waite reduction to |r| ≤ π/4, then a polynomial for each); within
 /// two roundings.
 #[inline(always)]
-pub(crate) fn sin_cos<V: Vector<Elem = f64>>(x: V) -> (V, V) {
+pub fn sin_cos<V: Vector<Elem = f64>>(x: V) -> (V, V) {
     let (one, two) = (V::of(1.0), V::of(2.0));
     let n = round(x.mul(V::of(std::f64::consts::FRAC_2_PI)));
     let [high, middle, low] = QUARTER_TURN;

@@ -27,11 +27,11 @@ pub enum Activation {
 
 /// σ, σ′, σ″ and σ‴ at one point.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Derivatives<V> {
-    pub(crate) value: V,
-    pub(crate) first: V,
-    pub(crate) second: V,
-    pub(crate) third: V,
+pub struct Derivatives<V> {
+    pub value: V,
+    pub first: V,
+    pub second: V,
+    pub third: V,
 }
 
 impl Activation {
@@ -61,7 +61,7 @@ impl Activation {
 
     /// σ and three derivatives of every lane.
     #[inline(always)]
-    pub(crate) fn derivatives<V: Vector>(self, x: V) -> Derivatives<V> {
+    pub fn derivatives<V: Vector>(self, x: V) -> Derivatives<V> {
         match self {
             Self::Softplus => softplus(x),
             Self::Tanh => tanh(x),

@@ -22,33 +22,33 @@ pub(crate) enum Init<'a, T> {
 /// C[r, :] = init + `Σ_k` A[r, k] B[k, :], for `rows` rows and `panels` panels of C.
 pub(crate) struct Gemm<'a, T> {
     /// Broadcast factor. Row r begins at `(r / LANES) · a_group + (r % LANES) · a_row`.
-    pub(crate) a: &'a [T],
+    pub a: &'a [T],
     /// See `a`.
-    pub(crate) a_group: usize,
+    pub a_group: usize,
     /// See `a`.
-    pub(crate) a_row: usize,
+    pub a_row: usize,
     /// Distance of neighbours along k.
-    pub(crate) a_step: usize,
+    pub a_step: usize,
     /// Vector factor: panel p begins at `p · b_panel`, k at `k · LANES`.
-    pub(crate) b: &'a [T],
+    pub b: &'a [T],
     /// See `b`.
-    pub(crate) b_panel: usize,
+    pub b_panel: usize,
     /// Where the pieces of the sum over k begin in `a` and `b`.
-    pub(crate) segments: Segments<'a>,
+    pub segments: Segments<'a>,
     /// Terms in one piece; the last piece may be shorter.
-    pub(crate) segment: usize,
+    pub segment: usize,
     /// Terms in all.
-    pub(crate) terms: usize,
+    pub terms: usize,
     /// Result: panel p begins at `p · c_panel`, row r at `r · LANES`.
-    pub(crate) c: &'a mut [T],
+    pub c: &'a mut [T],
     /// See `c`.
-    pub(crate) c_panel: usize,
+    pub c_panel: usize,
     /// Rows of C.
-    pub(crate) rows: Range<usize>,
+    pub rows: Range<usize>,
     /// Panels of C.
-    pub(crate) panels: usize,
+    pub panels: usize,
     /// What C holds first.
-    pub(crate) init: Init<'a, T>,
+    pub init: Init<'a, T>,
 }
 
 /// Where the pieces of a sum begin in both factors.

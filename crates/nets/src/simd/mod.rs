@@ -26,8 +26,8 @@ mod update;
 mod vector;
 
 pub use bandwidth::read_rate;
-pub(crate) use buffer::Buffer;
-pub(crate) use circle::{LARGEST_ANGLE, sin_cos};
+pub use buffer::Buffer;
+pub use circle::{LARGEST_ANGLE, sin_cos};
 pub(crate) use elementwise::{
     Combine, Contract, GateForward, GateReverse, Gates, PointForward, PointReverse2,
     PointReverseTangents, PointSecond, PointTangent, Shape,
@@ -36,9 +36,11 @@ pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gemm::{Gemm, Init};
 pub use level::{Level, level, levels, set_level};
 pub use peak::fma_peak;
-pub(crate) use planes::{FromPlanes, Planes, ToPlanes, set_vector, vector};
+pub(crate) use planes::{FromPlanes, ToPlanes};
+pub use planes::{Planes, set_vector, vector};
 pub(crate) use rows::{Rows, Weights, collect, contract, product, pull};
-pub(crate) use update::{AdamRule, AdamStep, AddTo, SumOfSquares, SumRows};
+pub use update::{AdamRule, AdamStep};
+pub(crate) use update::{AddTo, SumOfSquares, SumRows};
 pub use vector::{Real, Vector};
 
 use vector::Lanes;
@@ -60,14 +62,14 @@ pub trait Isa: Copy {
 }
 
 /// A kernel that can be compiled for every [`Isa`].
-pub(crate) trait Task {
+pub trait Task {
     /// Runs it with one instruction set; implementations are `#[inline(always)]`.
     fn run<I: Isa>(self);
 }
 
 /// Runs a kernel with the instructions of [`level`]: the best that the CPU has, unless the program chose others.
 #[inline]
-pub(crate) fn dispatch<K: Task>(task: K) {
+pub fn dispatch<K: Task>(task: K) {
     dispatch_on(level(), task);
 }
 

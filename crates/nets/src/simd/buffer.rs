@@ -12,14 +12,16 @@ struct Line([u64; 8]);
 
 /// A slice of numbers, aligned to 64 bytes and zero at first.
 #[derive(Clone)]
-pub(crate) struct Buffer<T> {
+pub struct Buffer<T> {
     lines: Vec<Line>,
     len: usize,
     element: PhantomData<T>,
 }
 
 impl<T: Real> Buffer<T> {
-    pub(crate) fn new(len: usize) -> Self {
+    /// A buffer of `len` zeros.
+    #[must_use]
+    pub fn new(len: usize) -> Self {
         Self {
             lines: vec![Line([0; 8]); len.div_ceil(T::LANES)],
             len,

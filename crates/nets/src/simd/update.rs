@@ -4,8 +4,8 @@ use super::{Isa, Real, Task, Vector};
 
 /// to += from.
 pub(crate) struct AddTo<'a, T> {
-    pub(crate) from: &'a [T],
-    pub(crate) to: &'a mut [T],
+    pub from: &'a [T],
+    pub to: &'a mut [T],
 }
 
 impl<T: Real> Task for AddTo<'_, T> {
@@ -25,8 +25,8 @@ impl<T: Real> Task for AddTo<'_, T> {
 
 /// sums += the rows of one panel.
 pub(crate) struct SumRows<'a, T> {
-    pub(crate) rows: &'a [T],
-    pub(crate) sums: &'a mut [T],
+    pub rows: &'a [T],
+    pub sums: &'a mut [T],
 }
 
 impl<T: Real> Task for SumRows<'_, T> {
@@ -41,8 +41,8 @@ impl<T: Real> Task for SumRows<'_, T> {
 
 /// sum += Σ x² over an array of whole vectors; some hundred terms are added in the precision of the array.
 pub(crate) struct SumOfSquares<'a, T> {
-    pub(crate) of: &'a [T],
-    pub(crate) sum: &'a mut f64,
+    pub of: &'a [T],
+    pub sum: &'a mut f64,
 }
 
 impl<T: Real> Task for SumOfSquares<'_, T> {
@@ -62,29 +62,37 @@ impl<T: Real> Task for SumOfSquares<'_, T> {
 
 /// The numbers of a step of Adam(W); see `train/adam.rs` for the symbols.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct AdamRule {
+pub struct AdamRule {
     /// Memories β₁ and β₂.
-    pub(crate) memory: [f64; 2],
+    pub memory: [f64; 2],
     /// 1 / (1 − β₁ᵗ) and 1 / (1 − β₂ᵗ).
-    pub(crate) corrections: [f64; 2],
-    pub(crate) epsilon: f64,
-    pub(crate) rate: f64,
-    pub(crate) decay: f64,
+    pub corrections: [f64; 2],
+    /// What is added to the square root of the second moment, ε.
+    pub epsilon: f64,
+    /// The learning rate.
+    pub rate: f64,
+    /// The weight decay of AdamW.
+    pub decay: f64,
     /// Multiplies the gradient.
-    pub(crate) shorten: f64,
+    pub shorten: f64,
 }
 
 /// One step of Adam(W): moments in the precision of the gradient, weights in double.
-pub(crate) struct AdamStep<'a, T> {
-    pub(crate) gradient: &'a [T],
-    pub(crate) first: &'a mut [T],
-    pub(crate) second: &'a mut [T],
-    pub(crate) weights: &'a mut [f64],
-    /// The new weights, rounded.
-    pub(crate) rounded: Option<&'a mut [T]>,
-    pub(crate) rule: AdamRule,
+pub struct AdamStep<'a, T> {
+    /// The gradient by the weights.
+    pub gradient: &'a [T],
+    /// The first moments, of the same length.
+    pub first: &'a mut [T],
+    /// The second moments, of the same length.
+    pub second: &'a mut [T],
+    /// The weights, of the same length.
+    pub weights: &'a mut [f64],
+    /// Where the new weights are written in the precision of the gradient, of the same length.
+    pub rounded: Option<&'a mut [T]>,
+    /// The constants of the step.
+    pub rule: AdamRule,
     /// No weight becomes smaller.
-    pub(crate) lowest: f64,
+    pub lowest: f64,
 }
 
 impl<T: Real> Task for AdamStep<'_, T> {

@@ -8,13 +8,15 @@ use super::{Buffer, Isa, Real, Shape, Task, Vector};
 
 /// `numbers` numbers of every sample: number k of sample s stands in lane s mod LANES of vector k of group s / LANES.
 #[derive(Debug, Clone)]
-pub(crate) struct Planes<T> {
+pub struct Planes<T> {
     numbers: usize,
     buffer: Buffer<T>,
 }
 
 impl<T: Real> Planes<T> {
-    pub(crate) fn new(numbers: usize, samples: usize) -> Self {
+    /// Zeros for `numbers` numbers of each of `samples` samples.
+    #[must_use]
+    pub fn new(numbers: usize, samples: usize) -> Self {
         Self {
             numbers,
             buffer: Buffer::new(samples.div_ceil(T::LANES) * numbers * T::LANES),
@@ -28,30 +30,32 @@ impl<T: Real> Planes<T> {
 
     /// Number `k` of sample `s`.
     #[inline(always)]
-    pub(crate) fn number(&self, k: usize, s: usize) -> T {
+    pub fn number(&self, k: usize, s: usize) -> T {
         self.buffer[self.at(k, s)]
     }
 
+    /// Sets number `k` of sample `s`.
     #[inline(always)]
-    pub(crate) fn set(&mut self, k: usize, s: usize, x: T) {
+    pub fn set(&mut self, k: usize, s: usize, x: T) {
         let at = self.at(k, s);
         self.buffer[at] = x;
     }
 
     /// The vectors of group `g`, one after the other.
     #[inline(always)]
-    pub(crate) fn group(&self, g: usize) -> &[T] {
+    pub fn group(&self, g: usize) -> &[T] {
         &self.buffer[g * self.numbers * T::LANES..][..self.numbers * T::LANES]
     }
 
+    /// The vectors of group `g`, one after the other, for writing.
     #[inline(always)]
-    pub(crate) fn group_mut(&mut self, g: usize) -> &mut [T] {
+    pub fn group_mut(&mut self, g: usize) -> &mut [T] {
         &mut self.buffer[g * self.numbers * T::LANES..][..self.numbers * T::LANES]
     }
 
     /// Stores eight doubles, rounded, as number `k` of the samples from `s` on, a multiple of eight.
     #[inline(always)]
-    pub(crate) fn set_eight<V: Vector<Elem = f64>>(&mut self, k: usize, s: usize, x: V) {
+    pub fn set_eight<V: Vector<Elem = f64>>(&mut self, k: usize, s: usize, x: V) {
         let mut lanes = [0.0; 8];
         x.store(&mut lanes);
         let at = self.at(k, s);
@@ -64,13 +68,13 @@ impl<T: Real> Planes<T> {
 
 /// Vector `k` of a group.
 #[inline(always)]
-pub(crate) fn vector<V: Vector>(group: &[V::Elem], k: usize) -> V {
+pub fn vector<V: Vector>(group: &[V::Elem], k: usize) -> V {
     V::load(&group[k * V::LANES..])
 }
 
 /// Sets vector `k` of a group.
 #[inline(always)]
-pub(crate) fn set_vector<V: Vector>(group: &mut [V::Elem], k: usize, x: V) {
+pub fn set_vector<V: Vector>(group: &mut [V::Elem], k: usize, x: V) {
     x.store(&mut group[k * V::LANES..]);
 }
 
@@ -91,12 +95,12 @@ fn transpose<V: Vector>(mut rows: [V; 16]) -> [V; 16] {
 
 /// Units of one component of a layer to planes: unit u becomes number `first` + u.
 pub(crate) struct ToPlanes<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) component: usize,
-    pub(crate) width: usize,
-    pub(crate) layer: &'a [T],
-    pub(crate) first: usize,
-    pub(crate) planes: &'a mut Planes<T>,
+    pub shape: Shape,
+    pub component: usize,
+    pub width: usize,
+    pub layer: &'a [T],
+    pub first: usize,
+    pub planes: &'a mut Planes<T>,
 }
 
 impl<T: Real> Task for ToPlanes<'_, T> {
@@ -124,12 +128,12 @@ impl<T: Real> Task for ToPlanes<'_, T> {
 
 /// The other way round; what pads the last panel becomes 0.
 pub(crate) struct FromPlanes<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) component: usize,
-    pub(crate) width: usize,
-    pub(crate) layer: &'a mut [T],
-    pub(crate) first: usize,
-    pub(crate) planes: &'a Planes<T>,
+    pub shape: Shape,
+    pub component: usize,
+    pub width: usize,
+    pub layer: &'a mut [T],
+    pub first: usize,
+    pub planes: &'a Planes<T>,
 }
 
 impl<T: Real> Task for FromPlanes<'_, T> {

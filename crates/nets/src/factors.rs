@@ -14,14 +14,14 @@ use super::simd::{Buffer, Gemm, Init, Real, RowDots, Shape, WeighRows, dispatch}
 
 /// Pairs (component of y, component of a) for each raw output of a sample.
 #[derive(Debug, Clone)]
-pub(crate) struct Terms {
+pub struct Terms {
     hidden: Vec<Vec<(usize, usize)>>,
     output: Vec<Vec<(usize, usize)>>,
 }
 
 impl Terms {
     /// The same pairs in all layers.
-    pub(crate) fn new(pairs: Vec<Vec<(usize, usize)>>) -> Self {
+    pub fn new(pairs: Vec<Vec<(usize, usize)>>) -> Self {
         Self {
             output: pairs.clone(),
             hidden: pairs,
@@ -30,7 +30,7 @@ impl Terms {
 
     /// Pairs of a network with one output whose value alone is asked for: at the output y is 1 in its first component and
     /// 0 in all others, so that these pairs drop out.
-    pub(crate) fn of_value(pairs: Vec<Vec<(usize, usize)>>) -> Self {
+    pub fn of_value(pairs: Vec<Vec<(usize, usize)>>) -> Self {
         let first =
             |pairs: &Vec<(usize, usize)>| pairs.iter().copied().filter(|p| p.0 == 0).collect();
         Self {
@@ -40,7 +40,7 @@ impl Terms {
     }
 
     /// Raw outputs of a sample.
-    pub(crate) fn outputs(&self) -> usize {
+    pub fn outputs(&self) -> usize {
         self.hidden.len()
     }
 
@@ -50,7 +50,7 @@ impl Terms {
     }
 
     /// Those of layer `l`.
-    pub(crate) fn at(&self, net: &Net, l: usize) -> &[Vec<(usize, usize)>] {
+    pub fn at(&self, net: &Net, l: usize) -> &[Vec<(usize, usize)>] {
         match net.outputs.contains(&l) {
             true => &self.output,
             false => &self.hidden,
@@ -69,7 +69,7 @@ pub(super) fn used(pairs: &[Vec<(usize, usize)>]) -> (Range<usize>, Range<usize>
 
 impl<T: Real> Pass<T> {
     /// Adds S-space J φ, for φ packed as parameters, to `out[s, i]`; `scratch` is as large as the widest layer.
-    pub(crate) fn push_forward(
+    pub fn push_forward(
         &self,
         net: &Net,
         phi: &Packed<T>,
@@ -121,7 +121,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Adds Σ x[s, i] ∂`S_i/∂parameters` to `gradient`; `scratch` is as large as the widest layer.
-    pub(crate) fn pull_back_factors(
+    pub fn pull_back_factors(
         &self,
         net: &Net,
         terms: &Terms,

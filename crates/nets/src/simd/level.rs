@@ -57,7 +57,7 @@ impl Level {
     /// The level of this name that this CPU has.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] where there is none, or where the CPU lacks it; with the names of those that it has.
+    /// [`Error::UnknownLevel`] where there is none, or where the CPU lacks it; with the names of those that it has.
     pub fn from_name(name: &str) -> Result<Self> {
         let own = levels().into_iter().find(|level| level.name() == name);
         own.ok_or_else(|| missing(name))
@@ -89,8 +89,7 @@ impl fmt::Display for Level {
 
 fn missing(name: &str) -> Error {
     let names: Vec<&str> = levels().into_iter().map(Level::name).collect();
-    Error::UnknownName {
-        kind: "instruction set of this CPU",
+    Error::UnknownLevel {
         name: name.into(),
         known: names.join(", "),
     }
@@ -134,7 +133,7 @@ fn code(place: usize) -> u8 {
 /// not those of either level.
 ///
 /// # Errors
-/// [`Error::UnknownName`] for a level that this CPU lacks.
+/// [`Error::UnknownLevel`] for a level that this CPU lacks.
 pub fn set_level(level: Level) -> Result<()> {
     match ALL.iter().position(|known| *known == level) {
         Some(place) if level.is_there() => {

@@ -2,7 +2,7 @@
 
 use super::super::*;
 use super::each;
-use crate::mlp::simd::planes::{FromPlanes, Planes, ToPlanes};
+use crate::simd::planes::{FromPlanes, Planes, ToPlanes};
 
 /// A layer of any width, there and back on one instruction set: every number where it belongs, and 0 in the padding.
 fn there_and_back<T: Real>(draw: &mut super::Draw) {

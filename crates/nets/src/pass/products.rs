@@ -8,13 +8,7 @@ use super::{LayerBuffers, Pass};
 impl<T: Real> Pass<T> {
     /// Replaces tangents by linear combinations, sample by sample: ′ becomes ′ + Σ `along[s, i]` i, and where
     /// `onto` is given, direction 0 becomes Σ `onto[s, i]` i (both `[samples, directions]`).
-    pub(crate) fn combine(
-        &mut self,
-        net: &Net,
-        directions: usize,
-        along: &[T],
-        onto: Option<&[T]>,
-    ) {
+    pub fn combine(&mut self, net: &Net, directions: usize, along: &[T], onto: Option<&[T]>) {
         for (buffers, layer) in self.layers.iter_mut().zip(&net.layers) {
             let shape = buffers.shape;
             let LayerBuffers { z, a, .. } = buffers;
@@ -67,7 +61,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Adds the gradient by the parameters of `Σ_samples` (mixed component of direction 0) to `gradient`.
-    pub(crate) fn add_gradient(&self, net: &Net, gradient: &mut Gradient<T>) {
+    pub fn add_gradient(&self, net: &Net, gradient: &mut Gradient<T>) {
         let mixed = self.mixed(0);
         // At the outputs only the value is not zero.
         let pairs = [(0, mixed), (1, 2), (2, 1), (mixed, 0)];
@@ -75,12 +69,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Adds Σ over `pairs` of (component of yz) ⊗ (component of a), summed over the samples, to `gradient`.
-    pub(crate) fn add_products(
-        &self,
-        net: &Net,
-        pairs: &[(usize, usize)],
-        gradient: &mut Gradient<T>,
-    ) {
+    pub fn add_products(&self, net: &Net, pairs: &[(usize, usize)], gradient: &mut Gradient<T>) {
         self.add_products_at(net, |_| pairs, gradient);
     }
 
@@ -134,7 +123,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Adds component `c` of `matrix`, summed over the samples, to `sums`.
-    pub(in crate::mlp) fn add_rows(&self, matrix: &[T], c: usize, sums: &mut [T]) {
+    pub(crate) fn add_rows(&self, matrix: &[T], c: usize, sums: &mut [T]) {
         let lanes = T::LANES;
         let panels = matrix.chunks_exact(self.rows() * lanes);
         for (panel, sums) in panels.zip(sums.chunks_exact_mut(lanes)) {

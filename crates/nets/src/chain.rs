@@ -31,7 +31,7 @@ struct Units {
 
 /// The buffers of one state; see the module.
 #[derive(Debug)]
-pub(crate) struct Chain {
+pub struct Chain {
     /// The first feature that a direction moves, and how much each moves its own.
     moved: usize,
     slopes: Vec<f64>,
@@ -50,7 +50,7 @@ pub(crate) struct Chain {
 impl Chain {
     /// For networks whose layers read one another in order, ending in one that is linear; `None` for others. The
     /// directions move one feature each, from feature `moved` on.
-    pub(crate) fn new(net: &Net, moved: usize, directions: usize) -> Option<Self> {
+    pub fn new(net: &Net, moved: usize, directions: usize) -> Option<Self> {
         let last = net.layers.len().checked_sub(1).filter(|last| *last > 0)?;
         let chained = net.layers.iter().enumerate().all(|(l, layer)| {
             let source = match l {
@@ -99,18 +99,20 @@ impl Chain {
     }
 
     /// Sets feature `i` and its change along ′.
-    pub(crate) fn set_feature(&mut self, i: usize, value: f64, prime: f64) {
+    #[inline]
+    pub fn set_feature(&mut self, i: usize, value: f64, prime: f64) {
         self.x[i] = value;
         self.x[self.x_stride + i] = prime;
     }
 
     /// Sets how much direction `d` moves its feature.
-    pub(crate) fn set_slope(&mut self, d: usize, slope: f64) {
+    #[inline]
+    pub fn set_slope(&mut self, d: usize, slope: f64) {
         self.slopes[d] = slope;
     }
 
     /// Value, gradient by the features and second derivatives along ′ and the directions, of a network with one output.
-    pub(crate) fn second_order(&mut self, net: &Net, packed: &Packed<f64>) {
+    pub fn second_order(&mut self, net: &Net, packed: &Packed<f64>) {
         dispatch(SecondOrder {
             chain: self,
             net,
@@ -119,7 +121,7 @@ impl Chain {
     }
 
     /// All outputs and their change along ′.
-    pub(crate) fn forward(&mut self, net: &Net, packed: &Packed<f64>) {
+    pub fn forward(&mut self, net: &Net, packed: &Packed<f64>) {
         dispatch(Forward {
             chain: self,
             net,
@@ -128,7 +130,7 @@ impl Chain {
     }
 
     /// The gradient of Σ `seeds` output by the features, after [`Chain::forward`].
-    pub(crate) fn reverse(&mut self, net: &Net, packed: &Packed<f64>, seeds: &[f64]) {
+    pub fn reverse(&mut self, net: &Net, packed: &Packed<f64>, seeds: &[f64]) {
         if let Some(last) = self.layers.last_mut() {
             last.y[..seeds.len()].copy_from_slice(seeds);
         }
@@ -140,26 +142,27 @@ impl Chain {
     }
 
     /// The only output, after [`Chain::second_order`].
-    pub(crate) fn value(&self) -> f64 {
+    #[inline]
+    pub fn value(&self) -> f64 {
         self.value
     }
 
     /// Output `o` (c = 0) or its change along ′ (c = 1), after [`Chain::forward`].
     #[inline]
-    pub(crate) fn output(&self, c: usize, o: usize) -> f64 {
+    pub fn output(&self, c: usize, o: usize) -> f64 {
         let last = &self.layers[self.layers.len() - 1];
         last.z[c * last.stride + o]
     }
 
     /// The gradient by feature `i`.
     #[inline]
-    pub(crate) fn feature_gradient(&self, i: usize) -> f64 {
+    pub fn feature_gradient(&self, i: usize) -> f64 {
         self.yx[i]
     }
 
     /// The second derivative along directions i and j, or i and ′, after [`Chain::second_order`].
     #[inline]
-    pub(crate) fn second_derivative(&self, i: usize, j: Option<usize>) -> f64 {
+    pub fn second_derivative(&self, i: usize, j: Option<usize>) -> f64 {
         // ′ stands before the directions.
         let (r, q) = j.map_or((i + 1, 0), |j| (i.max(j) + 1, i.min(j) + 1));
         self.hessian[r * (r + 1) / 2 + q]

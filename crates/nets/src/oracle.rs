@@ -6,7 +6,7 @@ use super::net::{Kind, Net, Source};
 
 impl Net {
     /// The output at features `x` and velocities `v`, over any scalar.
-    pub(crate) fn evaluate<D: DualNum<Primitive = f64> + Copy>(
+    pub fn evaluate<D: DualNum<Primitive = f64> + Copy>(
         &self,
         parameters: &[f64],
         x: &[D],

@@ -5,8 +5,11 @@
 //! algebra. From these come, without a nested tape, the value, the gradient, second derivatives along the
 //! directions that are wanted, and the gradient of all of them by the weights.
 
+#![deny(unsafe_code)]
+
 mod activation;
 mod chain;
+mod error;
 mod factors;
 mod gram;
 mod moments;
@@ -19,10 +22,11 @@ pub mod simd;
 mod tests;
 
 pub use activation::Activation;
-pub(crate) use chain::Chain;
-pub(crate) use factors::Terms;
-pub(crate) use gram::{Factors, TileScratch};
-pub(crate) use moments::Moments;
-pub(crate) use net::{Build, Kind, Layer, Net, Source, normal};
-pub(crate) use packed::{Gradient, Packed};
-pub(crate) use pass::Pass;
+pub use chain::Chain;
+pub use error::{Error, Result};
+pub use factors::Terms;
+pub use gram::{Factors, TileScratch};
+pub use moments::Moments;
+pub use net::{Build, Kind, Layer, Net, Source, normal};
+pub use packed::{Gradient, Packed};
+pub use pass::Pass;

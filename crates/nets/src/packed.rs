@@ -107,7 +107,7 @@ pub(super) fn places(layer: &Layer) -> impl Iterator<Item = Place> {
 
 /// The parameters of a network as the kernels read them: every matrix in panels, both ways round.
 #[derive(Debug, Clone)]
-pub(crate) struct Packed<T: Real> {
+pub struct Packed<T: Real> {
     layers: Vec<PackedLayer<T>>,
 }
 
@@ -122,7 +122,9 @@ struct PackedLayer<T: Real> {
 }
 
 impl<T: Real> Packed<T> {
-    pub(crate) fn new(net: &Net) -> Self {
+    /// Panels of zeros for the parameters of `net`.
+    #[must_use]
+    pub fn new(net: &Net) -> Self {
         let layer = |layer: &Layer| {
             let inputs = match &layer.kind {
                 Kind::Dense { inputs, .. } => inputs.as_slice(),
@@ -144,7 +146,7 @@ impl<T: Real> Packed<T> {
     ///
     /// # Errors
     /// As [`Net::check`].
-    pub(crate) fn of(net: &Net, parameters: &[f64]) -> crate::Result<Self> {
+    pub fn of(net: &Net, parameters: &[f64]) -> crate::Result<Self> {
         net.check(parameters)?;
         let mut packed = Self::new(net);
         packed.set(net, parameters);
@@ -176,7 +178,7 @@ impl<T: Real> Packed<T> {
     }
 
     /// Copies `parameters` (as [`Net`] lays them out) into the panels.
-    pub(crate) fn set(&mut self, net: &Net, parameters: &[f64]) {
+    pub fn set(&mut self, net: &Net, parameters: &[f64]) {
         for (l, layer) in net.layers.iter().enumerate() {
             for (k, place) in places(layer).enumerate() {
                 place.copy_in::<T, T>(parameters, self.matrix_mut(l, k), T::of);
@@ -215,14 +217,16 @@ fn transpose<T: Real>(from: &[T], (rows, columns): (usize, usize), to: &mut [T])
 
 /// The gradient by the parameters, summed over blocks, in panels.
 #[derive(Debug, Clone)]
-pub(crate) struct Gradient<T: Real> {
+pub struct Gradient<T: Real> {
     /// Of each layer: its matrices, then its bias, as in [`Packed::matrix_mut`].
     layers: Vec<Vec<Buffer<T>>>,
     fresh: bool,
 }
 
 impl<T: Real> Gradient<T> {
-    pub(crate) fn new(net: &Net) -> Self {
+    /// A gradient of the parameters of `net` that sums nothing yet.
+    #[must_use]
+    pub fn new(net: &Net) -> Self {
         let layer = |layer| places(layer).map(|p| Buffer::new(p.room::<T>())).collect();
         Self {
             layers: net.layers.iter().map(layer).collect(),
@@ -251,12 +255,12 @@ impl<T: Real> Gradient<T> {
     }
 
     /// Forgets what was summed.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.fresh = true;
     }
 
     /// Adds what another summed.
-    pub(crate) fn add(&mut self, other: &Self) {
+    pub fn add(&mut self, other: &Self) {
         if other.fresh {
             return;
         }
@@ -275,7 +279,7 @@ impl<T: Real> Gradient<T> {
     }
 
     /// The sum of its squares; zeros where nothing was summed, and beyond the last columns.
-    pub(crate) fn settle(&mut self, net: &Net) -> f64 {
+    pub fn settle(&mut self, net: &Net) -> f64 {
         let mut sum = 0.0;
         for (layer, matrices) in net.layers.iter().zip(&mut self.layers) {
             for (place, matrix) in places(layer).zip(matrices) {
@@ -294,7 +298,7 @@ impl<T: Real> Gradient<T> {
     }
 
     /// Adds it to `out`, in the order of the parameters.
-    pub(crate) fn add_to(&self, net: &Net, out: &mut [f64]) {
+    pub fn add_to(&self, net: &Net, out: &mut [f64]) {
         if self.fresh {
             return;
         }

@@ -24,7 +24,7 @@ struct LayerBuffers<T: Real> {
 ///
 /// The caller writes [`Pass::features_mut`] and [`Pass::velocities_mut`], then calls the passes in order.
 #[derive(Debug)]
-pub(crate) struct Pass<T: Real> {
+pub struct Pass<T: Real> {
     samples: usize,
     components: usize,
     room: usize,
@@ -41,7 +41,7 @@ pub(crate) struct Pass<T: Real> {
 
 impl<T: Real> Pass<T> {
     /// Room for blocks of `samples` samples and `room` directions.
-    pub(crate) fn new(net: &Net, samples: usize, room: usize) -> Self {
+    pub fn new(net: &Net, samples: usize, room: usize) -> Self {
         let components = 2 + 2 * room;
         let rows = components * samples;
         let layer = |layer: &super::net::Layer| {
@@ -85,7 +85,10 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    pub(crate) fn samples(&self) -> usize {
+    /// The number of samples of a block.
+    #[inline]
+    #[must_use]
+    pub fn samples(&self) -> usize {
         self.samples
     }
 
@@ -108,7 +111,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Writes component `c` of what the dense layer `l` reads in sample `s`, a 1 behind it for its bias.
-    pub(crate) fn read_input(&self, net: &Net, l: usize, (c, s): (usize, usize), to: &mut [f64]) {
+    pub fn read_input(&self, net: &Net, l: usize, (c, s): (usize, usize), to: &mut [f64]) {
         let Kind::Dense { inputs, bias } = &net.layers[l].kind else {
             return;
         };
@@ -127,13 +130,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Adds `weight` times component `c` of the sensitivity to the pre-activations of layer `l` in sample `s`.
-    pub(crate) fn add_sensitivity(
-        &self,
-        l: usize,
-        (c, s): (usize, usize),
-        weight: f64,
-        to: &mut [f64],
-    ) {
+    pub fn add_sensitivity(&self, l: usize, (c, s): (usize, usize), weight: f64, to: &mut [f64]) {
         let (row, lanes, rows) = (c * self.samples + s, T::LANES, self.rows());
         let from = self.sensitivity(l);
         for (u, to) in to.iter_mut().enumerate() {
@@ -142,36 +139,39 @@ impl<T: Real> Pass<T> {
     }
 
     /// Numbers in the matrix of the widest layer.
-    pub(crate) fn widest(&self) -> usize {
+    pub fn widest(&self) -> usize {
         self.layers.iter().map(|l| l.yz.len()).max().unwrap_or(0)
     }
 
-    pub(crate) fn mixed(&self, i: usize) -> usize {
+    /// The component i′ of direction `i`.
+    #[inline]
+    #[must_use]
+    pub fn mixed(&self, i: usize) -> usize {
         2 + self.room + i
     }
 
     /// Sets feature `i` of component `c` of sample `s`.
     #[inline]
-    pub(crate) fn set_feature(&mut self, c: usize, s: usize, i: usize, x: T) {
+    pub fn set_feature(&mut self, c: usize, s: usize, i: usize, x: T) {
         let at = self.feature_at(c, s, i);
         self.x[at] = x;
     }
 
     /// Feature `i` of component `c` of sample `s`.
     #[inline]
-    pub(crate) fn feature(&self, c: usize, s: usize, i: usize) -> T {
+    pub fn feature(&self, c: usize, s: usize, i: usize) -> T {
         self.x[self.feature_at(c, s, i)]
     }
 
     /// Sets feature `i` of the mixed component of direction `d` of sample `s`.
     #[inline]
-    pub(crate) fn set_mixed_feature(&mut self, d: usize, s: usize, i: usize, x: T) {
+    pub fn set_mixed_feature(&mut self, d: usize, s: usize, i: usize, x: T) {
         self.set_feature(self.mixed(d), s, i, x);
     }
 
     /// Sets velocity `j` of the mixed component of direction `d` of sample `s` (networks with gates).
     #[inline]
-    pub(crate) fn set_mixed_velocity(&mut self, d: usize, s: usize, j: usize, x: T) {
+    pub fn set_mixed_velocity(&mut self, d: usize, s: usize, j: usize, x: T) {
         self.set_velocity(self.mixed(d), s, j, x);
     }
 
@@ -182,13 +182,13 @@ impl<T: Real> Pass<T> {
 
     /// Sets velocity `j` of component `c` of sample `s` (networks with gates).
     #[inline]
-    pub(crate) fn set_velocity(&mut self, c: usize, s: usize, j: usize, x: T) {
+    pub fn set_velocity(&mut self, c: usize, s: usize, j: usize, x: T) {
         let n = self.v.len() / (self.components * self.samples);
         self.v[(c * self.samples + s) * n + j] = x;
     }
 
     /// Component `c` of output `o` of sample `s`.
-    pub(crate) fn output(&self, net: &Net, c: usize, s: usize, o: usize) -> T {
+    pub fn output(&self, net: &Net, c: usize, s: usize, o: usize) -> T {
         let rows = self.components * self.samples;
         let (layer, o) = net.output_at(o);
         let out = self.layers[layer].output();
@@ -196,28 +196,28 @@ impl<T: Real> Pass<T> {
     }
 
     /// ∂output/∂(feature i) of sample `s`, after [`Pass::reverse`].
-    pub(crate) fn feature_gradient(&self, s: usize, i: usize) -> T {
+    pub fn feature_gradient(&self, s: usize, i: usize) -> T {
         self.yx[self.feature_at(0, s, i)]
     }
 
     /// ∂output/∂(velocity j) of sample `s` through the gates, after [`Pass::reverse`].
-    pub(crate) fn velocity_gradient(&self, s: usize, j: usize) -> T {
+    pub fn velocity_gradient(&self, s: usize, j: usize) -> T {
         self.yv[s * (self.yv.len() / self.samples) + j]
     }
 
     /// Component `c` of the sensitivity to feature `i` of sample `s`, after [`Pass::reverse_features`].
-    pub(crate) fn feature_sensitivity(&self, c: usize, s: usize, i: usize) -> T {
+    pub fn feature_sensitivity(&self, c: usize, s: usize, i: usize) -> T {
         self.yx[self.feature_at(c, s, i)]
     }
 
     /// The same of the mixed component of direction `d`.
-    pub(crate) fn mixed_feature_sensitivity(&self, d: usize, s: usize, i: usize) -> T {
+    pub fn mixed_feature_sensitivity(&self, d: usize, s: usize, i: usize) -> T {
         self.feature_sensitivity(self.mixed(d), s, i)
     }
 
     /// Mixed component of direction `d` of the sensitivity to velocity `j` of sample `s` through the gates: the
     /// product y g of the truncated algebra, after [`Pass::reverse_mixed`].
-    pub(crate) fn mixed_velocity_sensitivity(&self, net: &Net, d: usize, s: usize, j: usize) -> T {
+    pub fn mixed_velocity_sensitivity(&self, net: &Net, d: usize, s: usize, j: usize) -> T {
         let pairs = [
             (0, self.mixed(d)),
             (1, 2 + d),
@@ -245,13 +245,7 @@ impl<T: Real> Pass<T> {
 
     /// Second derivative of the output along tangents i and j (or i and ′ where `j` is `None`), after
     /// [`Pass::reverse`] with `directions` of them.
-    pub(crate) fn second_derivative(
-        &self,
-        s: usize,
-        i: usize,
-        j: Option<usize>,
-        directions: usize,
-    ) -> T {
+    pub fn second_derivative(&self, s: usize, i: usize, j: Option<usize>, directions: usize) -> T {
         let (i, j) = j.map_or((i, directions), |j| (i.max(j), i.min(j)));
         self.hessian[(s * directions + i) * (directions + 1) + j]
     }

@@ -11,14 +11,14 @@ type Pairs = [Vec<(usize, usize)>];
 /// tile[(i, s), (j, s')] += Σ_(c, k) ∈ pairs i Σ_(c', k') ∈ pairs j  Y[c s, c' s'] A[k s, k' s'].
 pub(crate) struct GramTile<'a, T> {
     /// Samples of a block, a multiple of LANES.
-    pub(crate) samples: usize,
+    pub samples: usize,
     /// Components times samples.
-    pub(crate) rows: usize,
-    pub(crate) pairs: &'a Pairs,
+    pub rows: usize,
+    pub pairs: &'a Pairs,
     /// Products of the components of both blocks: panels of columns of `rows` rows.
-    pub(crate) y: &'a [T],
-    pub(crate) a: &'a [T],
-    pub(crate) tile: &'a mut [f64],
+    pub y: &'a [T],
+    pub a: &'a [T],
+    pub tile: &'a mut [f64],
 }
 
 impl<T: Real> Task for GramTile<'_, T> {
@@ -65,11 +65,11 @@ const MOST_PRODUCTS: usize = 16;
 
 /// out[s, i] += Σ_(c, k) ∈ pairs i  `y_c`[s] · `a_k`[s], over the units of a layer.
 pub(crate) struct RowDots<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) pairs: &'a Pairs,
-    pub(crate) y: &'a [T],
-    pub(crate) a: &'a [T],
-    pub(crate) out: &'a mut [f64],
+    pub shape: Shape,
+    pub pairs: &'a Pairs,
+    pub y: &'a [T],
+    pub a: &'a [T],
+    pub out: &'a mut [f64],
 }
 
 impl<T: Real> Task for RowDots<'_, T> {
@@ -96,12 +96,12 @@ impl<T: Real> Task for RowDots<'_, T> {
 
 /// `out_k`[s] = `Σ_i` x[s, i] Σ_(c, k) ∈ pairs i  `y_c`[s], for k among `components`.
 pub(crate) struct WeighRows<'a, T> {
-    pub(crate) shape: Shape,
-    pub(crate) pairs: &'a Pairs,
-    pub(crate) components: Range<usize>,
-    pub(crate) x: &'a [f64],
-    pub(crate) y: &'a [T],
-    pub(crate) out: &'a mut [T],
+    pub shape: Shape,
+    pub pairs: &'a Pairs,
+    pub components: Range<usize>,
+    pub x: &'a [f64],
+    pub y: &'a [T],
+    pub out: &'a mut [T],
 }
 
 impl<T: Real> Task for WeighRows<'_, T> {
