@@ -545,8 +545,7 @@ pub(crate) struct ExperimentArgs {
     #[arg(long)]
     pub(crate) quick: bool,
 
-    /// One part only: a task of `hamiltonian`, the links of `chains`, ROW, ROW:COLUMN or :COLUMN of `table`, TASK, RECIPE
-    /// or TASK:RECIPE of `optimizers`
+    /// One part only: a task of `hamiltonian`, the links of `chains`, ROW, ROW:COLUMN or :COLUMN of `table`
     #[arg(long, value_name = "PART")]
     pub(crate) only: Option<String>,
 

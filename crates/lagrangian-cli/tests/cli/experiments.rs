@@ -190,25 +190,3 @@ fn a_density_from_ten_points_has_the_wave_speed_on_a_thousand() {
     let refused = bench.refuse("rollout lagrangian-wave/wave-density-seed0.safetensors");
     assert!(refused.contains("density of a field"), "{refused}");
 }
-
-#[test]
-fn optimisers_are_compared_by_one_clock_and_an_unknown_recipe_is_refused_with_the_list() {
-    let bench = Workbench::new();
-    let line = "experiment optimizers --quick --seconds 0.1 --json --quiet";
-    let figures = bench
-        .succeed(&format!("{line} --only double-pendulum:batch-64"))
-        .json();
-    let task = &figures["tasks"][0];
-    assert_eq!(task["task"], "double-pendulum");
-    let recipe = &task["recipes"][0];
-    assert_eq!(recipe["recipe"], "batch-64");
-    let after = |share: usize| recipe["errors"][share][0].as_f64().unwrap();
-    // The best weights so far, on states that were not seen.
-    assert!(after(4) < 1.0 && after(4) <= 2.0 * after(1), "{recipe}");
-    let names = bench.names("lagrangian-optimizers");
-    assert!(names.contains(&"table.md".to_string()), "{names:?}");
-    for wrong in ["lettres", "letters:sgd", "double-pendulum:", ":"] {
-        let message = bench.refuse(&format!("{line} --out other --force --only {wrong}"));
-        assert!(message.contains("damping-to-1e-5"), "{message}");
-    }
-}

@@ -13,7 +13,6 @@ pub mod letters;
 mod long_rollouts;
 pub mod magnetic;
 pub mod noisy;
-pub mod optimizers;
 pub mod premises;
 pub mod relativistic;
 pub mod swing_up;

@@ -29,10 +29,8 @@ mod stepper;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use adam::Adam;
 pub use adam::AdamConfig;
 pub use batch::Samples;
-pub(crate) use batch::{Batches, Value, value};
 pub use checkpoint::Checkpoint;
 pub use damping::DampingRule;
 pub use described::Parameter;
@@ -40,12 +38,10 @@ pub use fit::{Budget, Fit, FitConfig, Optimizer, Precision, fit};
 pub use forces::{ForceTerms, Input};
 pub use learned::{Family, Learned};
 pub use learner::Loss;
-pub(crate) use learner::{Learner, Work};
 pub use natural::NaturalConfig;
-pub(crate) use natural::{Natural, System};
+pub(crate) use natural::System;
 pub use observer::{Ending, Observer, Progress};
-pub(crate) use order::Order;
 pub use part::Part;
 pub use rollout::{Gradients, Observe, RolloutLoss, Start};
-pub(crate) use schedule::{cosine, grown};
+pub(crate) use schedule::cosine;
 pub use stepper::{StepLoss, Stepper};

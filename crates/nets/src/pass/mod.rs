@@ -110,25 +110,6 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Writes component `c` of what the dense layer `l` reads in sample `s`, a 1 behind it for its bias.
-    pub fn read_input(&self, net: &Net, l: usize, (c, s): (usize, usize), to: &mut [f64]) {
-        let Kind::Dense { inputs, bias } = &net.layers[l].kind else {
-            return;
-        };
-        let (row, lanes, rows) = (c * self.samples + s, T::LANES, self.rows());
-        let mut first = 0;
-        for input in inputs {
-            let from = self.input(input.source);
-            for u in 0..input.width {
-                to[first + u] = from[(u / lanes * rows + row) * lanes + u % lanes].f64();
-            }
-            first += input.width;
-        }
-        if bias.is_some() {
-            to[first] = if c == 0 { 1.0 } else { 0.0 };
-        }
-    }
-
     /// Adds `weight` times component `c` of the sensitivity to the pre-activations of layer `l` in sample `s`.
     pub fn add_sensitivity(&self, l: usize, (c, s): (usize, usize), weight: f64, to: &mut [f64]) {
         let (row, lanes, rows) = (c * self.samples + s, T::LANES, self.rows());

@@ -8,7 +8,6 @@ mod is_lagrangian;
 mod letters;
 mod magnetic;
 mod noisy;
-mod optimizers;
 mod plausibility;
 mod real;
 mod relativistic;
@@ -66,7 +65,6 @@ const EXPERIMENTS: &[Experiment] = &[
     action::EXPERIMENT,
     is_lagrangian::EXPERIMENT,
     table::EXPERIMENT,
-    optimizers::EXPERIMENT,
 ];
 
 /// What was asked for.
