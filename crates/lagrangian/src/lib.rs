@@ -83,7 +83,6 @@
 #![forbid(unsafe_code)]
 
 pub mod action;
-pub mod baseline;
 pub mod chaos;
 pub mod check;
 pub mod conserved;
@@ -95,10 +94,9 @@ pub mod existence;
 pub mod experiment;
 pub mod field;
 pub mod hamiltonian;
-pub mod identify;
 pub mod integrate;
 pub mod lagrangian;
-pub mod neural_ode;
+pub mod models;
 pub mod online;
 pub mod report;
 pub mod rigid;
@@ -109,6 +107,8 @@ pub mod solve;
 pub mod torque;
 pub mod train;
 pub mod trajectory;
+
+pub use models::{mlp as baseline, neural_ode, rigid_chain as identify};
 
 pub use baseline::{Mlp, MlpConfig};
 pub use dataset::Dataset;

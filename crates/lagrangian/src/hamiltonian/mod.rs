@@ -1,13 +1,12 @@
 //! Hamiltonians H(q, p): Hamilton's equations, the Legendre transform both ways, and networks (theory.md, section 22).
 
 mod canonical;
-mod hnn;
 mod legendre;
 mod newton;
 
+pub(crate) use crate::models::hnn::HnnShape;
+pub use crate::models::hnn::{Hnn, HnnConfig, HnnStructure, Momenta};
 pub use canonical::Canonical;
-pub use hnn::{Hnn, HnnConfig, HnnStructure, Momenta};
-pub(crate) use hnn::{HnnNet, HnnShape, Unit};
 pub use legendre::{HamiltonianOf, LagrangianOf};
 
 use crate::Coordinates;

@@ -20,7 +20,7 @@ impl Curvature {
     }
 
     /// Holds the parameters among the coordinates at state `row`, as [`Jet::hold`] does.
-    pub(super) fn hold(&mut self, coordinates: &Coordinates, row: usize) {
+    pub(crate) fn hold(&mut self, coordinates: &Coordinates, row: usize) {
         let n = coordinates.dof();
         for i in coordinates.parameters() {
             for j in 0..n {

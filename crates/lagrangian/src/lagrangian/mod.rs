@@ -2,24 +2,21 @@
 
 mod actuation;
 pub mod analytic;
-mod curvature;
-mod delan;
+pub(crate) mod curvature;
 mod dissipation;
-mod lnn;
-mod positions;
-mod rigid_chain;
-mod scaled;
-mod seen;
+pub(crate) mod positions;
+pub(crate) mod scaled;
+pub(crate) mod seen;
 mod sum;
 
+pub(crate) use crate::models::delan::{Block, DelanShape, Factor};
+pub use crate::models::delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
+pub(crate) use crate::models::lnn::LnnShape;
+pub use crate::models::lnn::{Form, Lnn, LnnConfig};
+pub use crate::models::rigid_chain::{Angles, RigidChain};
 pub use actuation::Actuation;
 pub use curvature::Curvature;
-pub(crate) use delan::{Block, DelanShape, Factor};
-pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub use dissipation::{Dissipation, Stribeck};
-pub(crate) use lnn::LnnShape;
-pub use lnn::{Form, Lnn, LnnConfig};
-pub use rigid_chain::{Angles, RigidChain};
 pub(crate) use scaled::Features;
 pub use scaled::Scaling;
 pub(crate) use seen::Seen;

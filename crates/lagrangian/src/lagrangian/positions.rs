@@ -6,11 +6,11 @@ use nets::Chain;
 
 /// What the coordinates of one state wrote, the first features of a network.
 #[derive(Debug, Default)]
-pub(super) struct Positions(Vec<Features>);
+pub(crate) struct Positions(Vec<Features>);
 
 impl Positions {
     /// Writes q and its tangent ′ along q̇; returns the number of the first feature behind them.
-    pub(super) fn write(
+    pub(crate) fn write(
         &mut self,
         chain: &mut Chain,
         (coordinates, scaling): (&Coordinates, &Scaling),
@@ -31,7 +31,7 @@ impl Positions {
     }
 
     /// ∂L/∂q `[n]`, in units of `energy`; returns the number of the first feature behind the coordinates.
-    pub(super) fn slope(&self, chain: &Chain, energy: f64, dl_dq: &mut [f64]) -> usize {
+    pub(crate) fn slope(&self, chain: &Chain, energy: f64, dl_dq: &mut [f64]) -> usize {
         let mut at = 0;
         for (features, dl_dq) in self.0.iter().zip(dl_dq) {
             let mut force = 0.0;

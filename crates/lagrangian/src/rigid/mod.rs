@@ -23,9 +23,7 @@
 
 mod bodies;
 mod dynamics;
-mod identified;
-mod identify;
-mod regressor;
+pub(crate) mod regressor;
 mod robot_config;
 mod robots;
 mod spatial;
@@ -33,10 +31,10 @@ mod starts;
 mod tree;
 mod urdf;
 
+pub use crate::models::robot::IdentifiedRobot;
+pub(crate) use crate::models::robot::identify;
 pub use bodies::{GRAVITY, RigidBodies};
 pub use dynamics::RigidDynamics;
-pub use identified::IdentifiedRobot;
-pub(crate) use identify::identify;
 pub use robot_config::RobotConfig;
 pub use robots::{EXAMPLES, example};
 pub use tree::MAX_JOINTS;

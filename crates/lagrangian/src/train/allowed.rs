@@ -2,9 +2,9 @@
 
 use super::fit::{Budget, FitConfig, Optimizer, Precision};
 use super::forces::ForceTerms;
-use super::learned::{Family, Template};
 use super::learner::Loss;
 use crate::dataset::Dataset;
+use crate::models::{Family, Template};
 use crate::rigid::RigidBodies;
 use crate::{Error, Result};
 

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use super::adam::AdamConfig;
 use super::checkpoint::Checkpoint;
 use super::forces::ForceTerms;
-use super::learned::{Family, Learned};
 use super::learner::Loss;
 use super::natural::NaturalConfig;
 use super::observer::{Ending, Observer, Progress};
@@ -15,6 +14,7 @@ use super::rollout::{RolloutLoss, Rollouts};
 use super::run::Run;
 use crate::dataset::Dataset;
 use crate::identify::{RigidConfig, identify};
+use crate::models::{Family, Learned};
 use crate::rigid::RobotConfig;
 use crate::{Result, rigid};
 

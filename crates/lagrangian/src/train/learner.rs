@@ -379,3 +379,6 @@ impl<T: Real> Work<T> {
         }
     }
 }
+
+/// Largest number of coordinates that a network is trained with.
+pub(crate) const MAX_DOF: usize = 64;

@@ -3,10 +3,10 @@
 use super::adam::Adam;
 use super::batch::{Batches, Samples};
 use super::fit::{FitConfig, Optimizer};
-use super::learned::{Learned, Template};
 use super::natural::Natural;
 use super::part::Part;
 use crate::dataset::Dataset;
+use crate::models::{Learned, Template};
 use crate::{Error, Result};
 
 /// A model in training, without a schedule: the caller says the rate and the damping of each step.

@@ -4,21 +4,22 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::batch::{Batches, Samples};
-use super::delan::DelanLearner;
 use super::forces::{ForceTerms, Forces, Input};
 use super::learner::{Learner, Loss};
-use super::lnn::LnnLearner;
 use super::natural::{Natural, NaturalConfig};
-use super::plain::MlpLearner;
-use super::positions::{DelanPoints, LnnPoints, PositionsLearner};
+use super::positions::PositionsLearner;
 use crate::baseline::{MlpConfig, MlpShape};
 use crate::lagrangian::{
     DelanConfig, DelanShape, Form, Inertia, LnnConfig, LnnShape, Scaling, SpeedChart, Trunks,
 };
+use crate::models::delan::learner::DelanLearner;
+use crate::models::lnn::learner::LnnLearner;
+use crate::models::mlp::learner::MlpLearner;
+use crate::models::{delan::points::DelanPoints, lnn::points::LnnPoints};
 use crate::rigid::{self, RigidBodies};
 use crate::{Coordinates, Topology};
 
-pub(super) fn samples(n: usize, m: usize) -> Samples {
+pub(crate) fn samples(n: usize, m: usize) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut column = || (0..m * n).map(|_| rng.random_range(-1.5..1.5)).collect();
     Samples {
@@ -54,7 +55,7 @@ fn shape(n: usize, form: Form) -> LnnShape {
     LnnShape::new(Coordinates::angles(n), config, scaling).unwrap()
 }
 
-pub(super) fn forces(terms: ForceTerms, n: usize) -> Forces {
+pub(crate) fn forces(terms: ForceTerms, n: usize) -> Forces {
     Forces::new(terms, vec![0.7; n], vec![1.5; n], vec![1.1; n])
 }
 
@@ -231,7 +232,7 @@ fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rat
 }
 
 /// The largest relative error of the gradient against central differences, over some parameters.
-pub(super) fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) -> f64 {
+pub(crate) fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) -> f64 {
     let parameters = parameters(learner);
     let numbers: Vec<usize> = (0..samples.len()).collect();
     let mut batches = Batches::new(learner, samples.len());
@@ -451,7 +452,7 @@ fn the_gradient_of_a_plain_network_agrees_with_differences() {
 
 /// Without momentum, one step of rate 1 is −Jᵀ (J Jᵀ + λ N)⁻¹ r; the residuals after a short step must change by
 /// −rate · K (K + λ N)⁻¹ r, which for small damping is −rate · r.
-pub(super) fn assert_step_solves(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) {
+pub(crate) fn assert_step_solves(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) {
     let mut parameters = parameters(learner);
     let numbers: Vec<usize> = (0..samples.len()).collect();
     let mut natural = Natural::new(learner, numbers.len());
@@ -539,7 +540,7 @@ fn a_checkpoint_that_contradicts_itself_is_refused() {
 }
 
 #[test]
-fn samples_without_an_acceleration_do_not_lower_the_loss() {
+pub(crate) fn samples_without_an_acceleration_do_not_lower_the_loss() {
     let shape = shape(1, Form::Free);
     let weights = [1.0];
     let learner = LnnLearner {

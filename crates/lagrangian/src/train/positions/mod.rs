@@ -12,12 +12,6 @@
 //! B is a weighted sum over a few points (q, v), each of which is a sample of the network. r = w (â − a), and by the
 //! implicit function theorem ∂r/∂θ = −w (∂B/∂a)⁻¹ ∂B/∂θ at â: a Lagrangian that is small everywhere gains nothing.
 
-mod delan;
-mod lnn;
-
-pub(crate) use delan::DelanPoints;
-pub(crate) use lnn::LnnPoints;
-
 use super::forces::{Drive, Forces};
 use super::learner::{Learner, Loss, Work};
 use crate::integrate::Rule;
@@ -350,4 +344,4 @@ impl<F> PositionsLearner<'_, F> {
 }
 
 /// Parameters of forces that a coordinate has at most: those of friction, and a row of the input matrix.
-const MAX_KINDS: usize = 8 + super::lnn::MAX_DOF;
+const MAX_KINDS: usize = 8 + super::learner::MAX_DOF;

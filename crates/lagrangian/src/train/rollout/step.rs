@@ -3,8 +3,8 @@
 use super::flow::{Flow, Point};
 use super::{leapfrog, midpoint, rk4};
 use crate::integrate::Method;
+use crate::train::MAX_DOF;
 use crate::train::learner::Work;
-use crate::train::lnn::MAX_DOF;
 
 /// Longest state x.
 pub(super) const MAX_STATE: usize = 2 * MAX_DOF;

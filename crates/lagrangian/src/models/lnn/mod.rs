@@ -1,16 +1,18 @@
 //! Lagrangian neural networks: any L(q, q̇), free or convex in q̇.
 
 mod curvature;
+pub(crate) mod learner;
 mod one;
+pub(crate) mod points;
 
 use num_dual::DualNum;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::scaled::{Features, Scaling};
-use super::seen::{Seen, SpeedChart, VelocityFeature};
-use super::{Curvature, Jet, Jets, Lagrangian};
+use crate::lagrangian::scaled::{Features, Scaling};
+use crate::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
+use crate::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Packed, Pass, Source};

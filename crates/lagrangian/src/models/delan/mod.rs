@@ -7,7 +7,9 @@ mod block_tests;
 mod factor;
 mod jets;
 mod kernels;
+pub(crate) mod learner;
 mod one;
+pub(crate) mod points;
 mod structure;
 
 pub(crate) use block::Block;
@@ -19,8 +21,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::scaled::{Features, Scaling};
-use super::{Jets, Lagrangian, LnnConfig};
+use crate::lagrangian::scaled::{Features, Scaling};
+use crate::lagrangian::{Jets, Lagrangian};
+use crate::models::lnn::LnnConfig;
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Packed, Pass, Source};

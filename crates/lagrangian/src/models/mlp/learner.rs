@@ -1,7 +1,7 @@
 //! Training of plain networks.
 
-use super::learner::{Learner, Loss, Work};
-use crate::baseline::{Direction, MlpShape};
+use super::{Direction, MlpShape};
+use crate::train::{Learner, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Terms};
 

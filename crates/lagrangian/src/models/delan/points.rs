@@ -1,8 +1,8 @@
 //! Points of a deep Lagrangian network: α p is M (α v), the inertial force of an acceleration α v at rest.
 
-use super::PointFamily;
-use crate::lagrangian::DelanShape;
-use crate::train::learner::Work;
+use super::DelanShape;
+use crate::train::PointFamily;
+use crate::train::Work;
 use nets::simd::Real;
 use nets::{Net, Packed};
 
@@ -98,7 +98,7 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
         }
         work.pass.forward_tangents(&shape.net, packed, directions);
         let linear = n * (n + 1) / 2 + 1;
-        let mut beta = [0.0; crate::train::lnn::MAX_DOF];
+        let mut beta = [0.0; crate::train::MAX_DOF];
         for point in 0..points {
             let (v, alpha) = (
                 &work.points.v[point * n..][..n],

@@ -1,9 +1,13 @@
 //! A robot whose parameters were identified.
 
-use super::bodies::RigidBodies;
-use super::regressor::NAMES;
+mod identify;
+
+pub(crate) use identify::identify;
+
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
 use crate::identify::Parameter;
+use crate::rigid::RigidBodies;
+use crate::rigid::regressor::NAMES;
 use crate::{Coordinates, Result};
 
 /// A robot with identified parameters and their standard errors.

@@ -1,11 +1,11 @@
 //! Training of deep Lagrangian networks: each balance M q̈ + c − … depends on the network through its outputs, their
 //! change along q̇ and their change along one more direction in q (theory.md, section 14).
 
-use super::forces::Forces;
-use super::learner::{At, Learner, Loss, Work};
-use crate::lagrangian::{Block, DelanShape};
+use super::{Block, DelanShape};
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
+use crate::train::Forces;
+use crate::train::{At, Learner, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Terms};
 

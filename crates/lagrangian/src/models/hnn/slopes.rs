@@ -1,10 +1,10 @@
 //! How the raw outputs of a Hamiltonian network change with the state (q, p): second derivatives of H, so that rollouts
 //! can be trained through (theory.md, section 23).
 
-use super::HnnLearner;
-use crate::hamiltonian::HnnNet;
+use super::HnnNet;
+use super::learner::HnnLearner;
 use crate::lagrangian::{Features, Scaling};
-use crate::train::learner::Work;
+use crate::train::Work;
 use nets::Packed;
 use nets::simd::Real;
 

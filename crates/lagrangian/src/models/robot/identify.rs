@@ -10,14 +10,14 @@
 //! Of the ten parameters of a body some move nothing and some only together (Gautier, Khalil 1990): the ridge leaves
 //! those combinations as they were. How much it holds back the others is chosen by the validation samples.
 
-use super::bodies::RigidBodies;
-use super::identified::IdentifiedRobot;
-use super::regressor::PER_BODY;
-use super::robot_config::RobotConfig;
+use super::IdentifiedRobot;
 use crate::dataset::Dataset;
 use crate::dynamics::Mechanical;
 use crate::identify::{SMOOTHING, Sums};
 use crate::lagrangian::Dissipation;
+use crate::rigid::RigidBodies;
+use crate::rigid::RobotConfig;
+use crate::rigid::regressor::PER_BODY;
 use crate::train::Samples;
 use crate::{Error, Result};
 

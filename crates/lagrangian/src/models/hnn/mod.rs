@@ -1,13 +1,15 @@
 //! Hamiltonian networks (Greydanus, Dzamba, Yosinski 2019, arXiv 1906.01563), free and with a mass matrix.
 
 mod jets;
+pub(crate) mod learner;
+mod slopes;
 
 use num_dual::DualNum;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::{Hamiltonian, HamiltonianJets};
+use crate::hamiltonian::{Hamiltonian, HamiltonianJets};
 use crate::lagrangian::{
     Delan, DelanConfig, DelanShape, Features, Lnn, LnnConfig, LnnShape, Scaling, Seen,
 };

@@ -1,8 +1,8 @@
 //! Points of a Lagrangian network: p and ∂L/∂q are first derivatives, so one direction in (q, q̇) holds both.
 
-use super::PointFamily;
-use crate::lagrangian::LnnShape;
-use crate::train::learner::Work;
+use super::LnnShape;
+use crate::train::PointFamily;
+use crate::train::Work;
 use nets::simd::Real;
 use nets::{Net, Packed};
 

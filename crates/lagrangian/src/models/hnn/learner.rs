@@ -1,11 +1,9 @@
 //! Training of Hamiltonian networks on (q̇, ṗ): the residuals are linear in the first derivatives of the network, so
 //! that one reverse pass makes them (theory.md, equation 93).
 
-mod slopes;
-
-use super::forces::Forces;
-use super::learner::{At, Learner, Loss, Work};
-use crate::hamiltonian::{HnnNet, HnnShape, Momenta, Unit};
+use super::{HnnNet, HnnShape, Momenta, Unit};
+use crate::train::Forces;
+use crate::train::{At, Learner, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Terms};
 
@@ -255,13 +253,13 @@ impl HnnLearner<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::super::ForceTerms;
-    use super::super::batch::Samples;
-    use super::super::tests::{assert_step_solves, forces, gradient_error, samples};
+    use super::super::{HnnConfig, HnnStructure};
     use super::*;
     use crate::Coordinates;
-    use crate::hamiltonian::{HnnConfig, HnnStructure};
     use crate::lagrangian::Scaling;
+    use crate::train::ForceTerms;
+    use crate::train::Samples;
+    use crate::train::tests::{assert_step_solves, forces, gradient_error, samples};
 
     fn shape(
         n: usize,

@@ -1,11 +1,11 @@
 //! Training of Lagrangian networks: residuals by the Euler–Lagrange equation, gradients through it without the
 //! derivative of its solve (theory.md, equations 15 and 16).
 
-use super::forces::Forces;
-use super::learner::{At, Learner, Loss, Work};
-use crate::lagrangian::LnnShape;
+use super::LnnShape;
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
+use crate::train::Forces;
+use crate::train::{At, Learner, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Terms};
 
@@ -206,6 +206,3 @@ impl LnnLearner<'_> {
         }
     }
 }
-
-/// Largest number of coordinates that a network is trained with.
-pub(crate) const MAX_DOF: usize = 64;

@@ -11,13 +11,16 @@
 //! Hollerbach, Int. J. Robotics Research 5, 1986). Friction is kept non-negative by leaving out, one after the
 //! other, the coefficients that come out below 0.
 
+mod chain;
 mod sums;
+
+pub use chain::{Angles, RigidChain};
 
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::Dataset;
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::lagrangian::{Angles, Dissipation, Lagrangian, RigidChain};
+use crate::lagrangian::{Dissipation, Lagrangian};
 use crate::rigid::RobotConfig;
 use crate::train::Samples;
 use crate::{Coordinates, Error, Result};

@@ -4,15 +4,6 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::delan::DelanLearner;
-use super::fit::FitConfig;
-use super::forces::{ForceTerms, Forces};
-use super::hnn::HnnLearner;
-use super::learner::Learner;
-use super::lnn::LnnLearner;
-use super::nominal::remainder;
-use super::plain::MlpLearner;
-use super::positions::{CHORDS, DelanPoints, LnnPoints, PositionsLearner};
 use crate::baseline::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::dataset::Dataset;
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
@@ -22,11 +13,21 @@ use crate::lagrangian::{
     Actuation, Delan, DelanConfig, DelanShape, Dissipation, Lagrangian, Lnn, LnnConfig, LnnShape,
     Rest, Sum,
 };
+use crate::models::delan::learner::DelanLearner;
+use crate::models::hnn::learner::HnnLearner;
+use crate::models::lnn::learner::LnnLearner;
+use crate::models::mlp::learner::MlpLearner;
+use crate::models::{delan::points::DelanPoints, lnn::points::LnnPoints};
 use crate::neural_ode::{NeuralOde, NeuralOdeConfig, Order};
 use crate::rigid::{IdentifiedRobot, RigidBodies};
+use crate::train::FitConfig;
+use crate::train::Learner;
+use crate::train::remainder;
+use crate::train::{CHORDS, PositionsLearner};
+use crate::train::{ForceTerms, Forces};
 use crate::{Coordinates, Result};
 
-use super::Loss;
+use crate::train::Loss;
 
 /// A family of models and its shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -248,7 +249,7 @@ pub(crate) enum Template {
 impl Family {
     pub(crate) fn template(&self, dataset: &Dataset, config: &FitConfig) -> Result<Template> {
         let n = dataset.coordinates.dof();
-        crate::Error::check_dof(n, super::lnn::MAX_DOF)?;
+        crate::Error::check_dof(n, crate::train::MAX_DOF)?;
         let nominal = config.nominal(dataset, self)?;
         let left = nominal.as_ref().map(|nominal| remainder(nominal, dataset));
         let dataset = left.as_ref().unwrap_or(dataset);
@@ -434,7 +435,7 @@ impl Template {
 
     /// As [`Template::with_f64`], its residuals the rates themselves: errors of accelerations of weight 1.
     pub(crate) fn with_flow<R>(&self, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
-        let ones = vec![1.0; 2 * super::lnn::MAX_DOF];
+        let ones = vec![1.0; 2 * crate::train::MAX_DOF];
         let learner = self.learner();
         let weights = |weights: &[f64]| &ones[..weights.len()];
         match learner {
