@@ -1,7 +1,9 @@
 //! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted, `cargo xtask
-//! race` times it beside its peers, `cargo xtask bench` against the limits of the machine.
+//! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
+//! bits of what it computes with a record.
 
 mod bench;
+mod bits;
 mod page;
 mod race;
 
@@ -13,6 +15,7 @@ const USAGE: &str = "\
 usage: cargo xtask test
        cargo xtask race …
        cargo xtask bench …
+       cargo xtask bits …
 
   test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, a small race; stops at the first failure";
 
@@ -119,8 +122,14 @@ fn main() -> ExitCode {
         ["test"] => run(&TEST).map(Some).map_err(Failure::from),
         ["race", ref flags @ ..] => race::main(flags).map(|()| None),
         ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
+        ["bits", ref flags @ ..] => bits::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
-            println!("{USAGE}\n  {}\n  {}", race::usage(), bench::USAGE);
+            println!(
+                "{USAGE}\n  {}\n  {}\n  {}",
+                race::usage(),
+                bench::USAGE,
+                bits::USAGE
+            );
             return ExitCode::SUCCESS;
         }
         ref other => Err(Failure::Usage {
