@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::Result;
 use clap::Args;
-use lagrangian::conserved::Physics;
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::train::Learned;
 use lagrangian::{Coordinates, Lagrangian};
+use lagrangian_analysis::conserved::Physics;
 
 use crate::data;
 use crate::failure::{Advise, mistake};

@@ -82,22 +82,16 @@
 
 #![forbid(unsafe_code)]
 
-pub mod action;
-pub mod chaos;
 pub mod check;
-pub mod conserved;
-pub mod control;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
-pub mod existence;
 pub mod experiment;
 pub mod field;
 pub mod hamiltonian;
 pub mod integrate;
 pub mod lagrangian;
 pub mod models;
-pub mod online;
 pub mod report;
 pub mod rigid;
 pub mod rollout;

@@ -1,14 +1,17 @@
 //! How good a model is on trajectories that it has not seen.
 
+mod valid_time;
+
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::chaos::{ValidTime, valid_prediction_time};
 use crate::dynamics::Model;
 use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
 use crate::{Coordinates, Error, Result, Trajectory};
+
+pub use valid_time::{ValidTime, normalised_error, valid_prediction_time};
 
 /// The normalised error at which a prediction is no longer valid.
 pub const THRESHOLD: f64 = 0.5;

@@ -85,7 +85,7 @@ impl SymmetricSolver {
     }
 
     /// Writes M⁻¹ to `inverse` `[n, n]`, one column per row, with the rules of [`SymmetricSolver::solve`].
-    pub(crate) fn invert(&mut self, m: &[f64], inverse: &mut [f64]) -> Regularity {
+    pub fn invert(&mut self, m: &[f64], inverse: &mut [f64]) -> Regularity {
         let n = self.n;
         if let Some(regularity) = invert_directly(m, inverse) {
             return regularity;
@@ -263,7 +263,7 @@ fn invert_directly(m: &[f64], inverse: &mut [f64]) -> Option<Regularity> {
 }
 
 /// Jacobi's method: rotates symmetric `a` to diagonal form; row i of `vectors` is the i-th eigenvector.
-pub(crate) fn diagonalise(a: &mut [f64], vectors: &mut [f64], n: usize) {
+pub fn diagonalise(a: &mut [f64], vectors: &mut [f64], n: usize) {
     vectors.fill(0.0);
     (0..n).for_each(|i| vectors[i * n + i] = 1.0);
     for _ in 0..MAX_SWEEPS {
@@ -307,7 +307,8 @@ fn rotate(a: &mut [f64], vectors: &mut [f64], n: usize, i: usize, j: usize) {
 }
 
 /// B^(−1/2) of a symmetric `[n, n]`; `None` where an eigenvalue is not above `cutoff` of the largest.
-pub(crate) fn inverse_root(b: &[f64], n: usize, cutoff: f64) -> Option<Vec<f64>> {
+#[must_use]
+pub fn inverse_root(b: &[f64], n: usize, cutoff: f64) -> Option<Vec<f64>> {
     let (mut a, mut vectors) = (b.to_vec(), vec![0.0; n * n]);
     diagonalise(&mut a, &mut vectors, n);
     let values: Vec<f64> = (0..n).map(|i| a[i * n + i]).collect();
@@ -323,13 +324,15 @@ pub(crate) fn inverse_root(b: &[f64], n: usize, cutoff: f64) -> Option<Vec<f64>>
 }
 
 /// A B of two `[n, n]`.
-pub(crate) fn product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
+#[must_use]
+pub fn product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
     let entry = |i: usize, j: usize| (0..n).map(|k| a[i * n + k] * b[k * n + j]).sum::<f64>();
     (0..n * n).map(|ij| entry(ij / n, ij % n)).collect()
 }
 
 /// Σ aᵢ bᵢ.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+#[must_use]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

@@ -1,8 +1,7 @@
 //! Rollouts: conserved energy, honest endings, refused input, the same bits on any number of threads; and how long
-//! a prediction of chaos can be right.
+//! a prediction stays valid.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::chaos::{Motion, largest_lyapunov_exponent, valid_prediction_time};
 use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::integrate::{Control, Dop853, Dopri5, EmbeddedPair, Failure, Method, adaptive};
 use lagrangian::lagrangian::analytic::by_name;
@@ -10,6 +9,7 @@ use lagrangian::lagrangian::{Dissipation, Lnn, LnnConfig, Scaling};
 use lagrangian::rollout::{
     Hold, Outcome, RolloutOptions, free, recorded, rollout, rollout_many, rollout_recorded, times,
 };
+use lagrangian::score::valid_prediction_time;
 use lagrangian::{Coordinates, State, Trajectory};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -440,49 +440,6 @@ fn recorded_forces_drive_a_rollout_held_or_interpolated() {
         }
     }
     assert!(recorded(&recording, &Coordinates::lines(2), Hold::Linear).is_err());
-}
-
-#[test]
-fn the_double_pendulum_is_chaotic_where_it_falls_and_regular_where_it_swings_gently() {
-    let model = by_name("double-pendulum", &[]).unwrap();
-    let options = RolloutOptions {
-        rtol: 1e-12,
-        atol: 1e-12,
-        ..RolloutOptions::default()
-    };
-    let chaotic = State::new(vec![2.0, 2.5], vec![0.0, 0.1]);
-    let estimate = largest_lyapunov_exponent(&*model, &chaotic, 200.0, &options).unwrap();
-    println!("chaotic: {:.3} 1/s", estimate.exponent);
-    assert_eq!(estimate.motion, Motion::Chaotic);
-    assert!(
-        (0.3..3.0).contains(&estimate.exponent),
-        "{}",
-        estimate.exponent
-    );
-    assert!((estimate.time().unwrap() * estimate.exponent - 1.0).abs() < 1e-12);
-    let gentle = State::new(vec![0.1, -0.05], vec![0.0, 0.1]);
-    let estimate = largest_lyapunov_exponent(&*model, &gentle, 200.0, &options).unwrap();
-    println!("regular: {:.3} 1/s", estimate.exponent);
-    assert_eq!((estimate.motion, estimate.time()), (Motion::Regular, None));
-    assert!(largest_lyapunov_exponent(&*model, &gentle, 0.0, &options).is_err());
-}
-
-#[test]
-fn an_unstable_equilibrium_has_the_exponent_of_its_linearisation() {
-    // θ̈ = g θ/l about the top: λ = √(g/l).
-    let model = by_name("pendulum", &[]).unwrap();
-    let top = State::new(vec![std::f64::consts::PI], vec![0.0]);
-    let options = RolloutOptions {
-        rtol: 1e-13,
-        atol: 1e-13,
-        ..RolloutOptions::default()
-    };
-    let estimate = largest_lyapunov_exponent(&*model, &top, 4.0, &options).unwrap();
-    assert!(
-        (estimate.exponent / 9.8_f64.sqrt() - 1.0).abs() < 0.05,
-        "{}",
-        estimate.exponent
-    );
 }
 
 /// θ = ωt, sampled on [0, 10].

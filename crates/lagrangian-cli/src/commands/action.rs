@@ -3,12 +3,14 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::action::{
+use lagrangian::report::{
+    Figure, Report, Role, Table, VariedAction, VariedPath, action_of_families, varied_paths,
+};
+use lagrangian::{Coordinates, Lagrangian};
+use lagrangian_analysis::action::{
     Boundary, DiscreteAction, Family, Path, Search, SearchOptions, StationaryPath, Verdict, family,
     stationary_paths,
 };
-use lagrangian::report::{Figure, Report, Role, Table, action_of_families, varied_paths};
-use lagrangian::{Coordinates, Lagrangian};
 use serde_json::json;
 
 use super::Manner;
@@ -117,9 +119,16 @@ fn write(
 fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
     let (path, coordinates) = (&found.path, lagrangian.coordinates());
     let sine = |i: usize| Family::sine(path, i, 1);
-    let mut all: Vec<Figure> = (0..path.dof)
-        .map(|i| varied_paths(coordinates, i, path, &sine(i), &SIZES))
-        .collect();
+    let drawn = |i: usize| {
+        let path = VariedPath {
+            t: &path.times(),
+            q: &path.q,
+            eta: &sine(i),
+            epsilon: &SIZES,
+        };
+        varied_paths(coordinates, i, &path)
+    };
+    let mut all: Vec<Figure> = (0..path.dof).map(drawn).collect();
     let mut action = DiscreteAction::new(lagrangian);
     let mut of = |eta: &[f64], path: &Path| family(&mut action, path, eta, &SIZES);
     let mut families: Vec<(String, Role, Family)> = (0..path.dof)
@@ -133,11 +142,14 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
         Role::Truth,
         of(&found.second_variation.mode, path),
     ));
-    let drawn: Vec<(&str, Role, &Family)> = families
-        .iter()
-        .map(|(name, role, f)| (name.as_str(), *role, f))
-        .collect();
-    all.push(action_of_families(&drawn));
+    let curve = |(name, role, family): &'_ (String, Role, Family)| VariedAction {
+        name,
+        role: *role,
+        epsilon: &family.epsilon,
+        change: &family.change,
+    };
+    let curves: Vec<VariedAction> = families.iter().map(curve).collect();
+    all.push(action_of_families(&curves));
     all
 }
 

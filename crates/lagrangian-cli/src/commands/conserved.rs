@@ -3,11 +3,11 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::conserved::{
-    Conserved, ConservedOptions, Drift, Gauge, Quantity, candidates, conserved, points_by_name,
-};
 use lagrangian::rollout::{RolloutOptions, free, rollout_many, times};
 use lagrangian::{Coordinates, Trajectory};
+use lagrangian_analysis::conserved::{
+    Conserved, ConservedOptions, Drift, Gauge, Quantity, candidates, conserved, points_by_name,
+};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde_json::json;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, bail};
-use lagrangian::check::{CheckReport, Item, existence};
-use lagrangian::existence::{SurveyConfig, survey};
+use lagrangian::check::{CheckReport, Item};
 use lagrangian::train::{self, Budget, Observer};
 use lagrangian::trajectory::{EstimateOptions, Recording};
+use lagrangian_analysis::existence::{SurveyConfig, check_item, survey};
 
 use super::Manner;
 use crate::cli::CheckArgs;
@@ -54,7 +54,7 @@ pub(super) fn item(
         bail!("interrupted while looking for a Lagrangian");
     }
     watch.bar.finish("done");
-    Ok(existence(&found))
+    Ok(check_item(&found))
 }
 
 struct Watch {

@@ -5,7 +5,6 @@
 
 mod coverage;
 mod drive;
-mod existence;
 mod regression;
 mod signals;
 mod time;
@@ -16,8 +15,6 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::trajectory::Recording;
-
-pub use existence::existence;
 
 /// Fewer samples than this in all cannot carry a fit.
 const FEWEST_SAMPLES: usize = 20;
@@ -54,7 +51,9 @@ pub struct Item {
 }
 
 impl Item {
-    fn pass(name: &'static str, finding: impl Into<String>) -> Self {
+    /// An item that passes.
+    #[must_use]
+    pub fn pass(name: &'static str, finding: impl Into<String>) -> Self {
         Self {
             name,
             trajectory: None,
@@ -65,7 +64,9 @@ impl Item {
         }
     }
 
-    fn warn(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
+    /// An item that warns and says what to do.
+    #[must_use]
+    pub fn warn(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             verdict: Verdict::Warn,
             remedy: Some(remedy.into()),
@@ -81,7 +82,9 @@ impl Item {
         }
     }
 
-    fn value(mut self, name: impl Into<String>, value: f64) -> Self {
+    /// Adds a figure under a stable name.
+    #[must_use]
+    pub fn value(mut self, name: impl Into<String>, value: f64) -> Self {
         self.values.insert(name.into(), value);
         self
     }

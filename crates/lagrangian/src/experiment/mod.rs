@@ -1,9 +1,7 @@
 //! Measurements that models are compared by, as plain data; the command's experiments are made of them.
 
-pub mod action;
 pub mod chains;
 mod chunks;
-pub mod existence;
 mod expressible;
 pub mod hamiltonian;
 mod hermite;
@@ -15,10 +13,8 @@ pub mod magnetic;
 pub mod noisy;
 pub mod premises;
 pub mod relativistic;
-pub mod swing_up;
 pub mod table;
 mod torque;
-pub mod tracking;
 pub mod vin;
 pub mod wave;
 
@@ -28,7 +24,6 @@ pub use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub use history::{History, Moment, fit_with_history};
 pub use laws::{Laws, laws};
 pub use long_rollouts::{
-    EnergyTest, Predictability, ValidTimes, energy_error, energy_test, predictability,
-    random_starts, random_states, restarted, valid_times,
+    EnergyTest, energy_error, energy_test, random_starts, random_states, restarted,
 };
 pub use torque::{TorqueError, TorqueParts, torque_error};

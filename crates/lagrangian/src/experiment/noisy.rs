@@ -8,11 +8,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::chaos::valid_prediction_time;
 use crate::dataset::Dataset;
 use crate::dynamics::Model;
 use crate::lagrangian::analytic::AnalyticModel;
 use crate::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
+use crate::score::valid_prediction_time;
 use crate::trajectory::{Columns, EstimateOptions, Recording};
 use crate::{Coordinates, Error, Result, Trajectory};
 use nets::normal;

@@ -2,40 +2,57 @@
 
 use super::{Axis, Figure, Role, Series};
 use crate::Coordinates;
-use crate::action::{Family, Path, varied};
+
+/// A path q(t) on a grid of times and the neighbours q + ε η that are drawn beside it.
+#[derive(Debug, Clone, Copy)]
+pub struct VariedPath<'a> {
+    /// Times of the nodes, s, `[N + 1]`.
+    pub t: &'a [f64],
+    /// The nodes of the path, `[N + 1, n]`.
+    pub q: &'a [f64],
+    /// The variation η at the nodes, `[N + 1, n]`.
+    pub eta: &'a [f64],
+    /// The sizes ε of the variations, one for each neighbour.
+    pub epsilon: &'a [f64],
+}
+
+/// How the action changes along one variation, and how it is drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct VariedAction<'a> {
+    /// Its name in the legend.
+    pub name: &'a str,
+    /// Its colour.
+    pub role: Role,
+    /// The sizes ε of the variation.
+    pub epsilon: &'a [f64],
+    /// S(q + ε η) − S(q) at each of them, J·s.
+    pub change: &'a [f64],
+}
+
+/// Coordinate `i` of rows of `n` values.
+fn column(rows: &[f64], i: usize, n: usize) -> impl Iterator<Item = f64> {
+    rows.iter().skip(i).step_by(n.max(1)).copied()
+}
 
 /// Coordinate `i` of a path and of its neighbours q + ε η.
 #[must_use]
-pub fn varied_paths(
-    coordinates: &Coordinates,
-    i: usize,
-    path: &Path,
-    eta: &[f64],
-    epsilon: &[f64],
-) -> Figure {
-    let column = |path: &Path| {
-        path.q
-            .iter()
-            .skip(i)
-            .step_by(path.dof.max(1))
-            .copied()
-            .collect()
-    };
+pub fn varied_paths(coordinates: &Coordinates, i: usize, path: &VariedPath) -> Figure {
+    let n = coordinates.dof();
+    let line = |name, role, q| Series::line(name, role, path.t.to_vec(), q);
     let neighbour = |(k, e): (usize, &f64)| {
         let name = if k == 0 { "varied paths" } else { "" };
-        Series::line(
+        let pairs = column(path.q, i, n).zip(column(path.eta, i, n));
+        line(
             name,
             Role::Other(0),
-            path.times(),
-            column(&varied(path, eta, *e)),
+            pairs.map(|(q, eta)| q + e * eta).collect(),
         )
     };
-    let mut series: Vec<Series> = epsilon.iter().enumerate().map(neighbour).collect();
-    series.push(Series::line(
+    let mut series: Vec<Series> = path.epsilon.iter().enumerate().map(neighbour).collect();
+    series.push(line(
         "stationary",
         Role::Truth,
-        path.times(),
-        column(path),
+        column(path.q, i, n).collect(),
     ));
     let coordinate = coordinates.0.get(i);
     let (name, unit) = coordinate.map_or(("", ""), |c| (&c.name, &c.unit));
@@ -49,11 +66,12 @@ pub fn varied_paths(
     }
 }
 
-/// S(ε) − S(0) of several families over ε.
+/// S(ε) − S(0) along several variations over ε.
 #[must_use]
-pub fn action_of_families(families: &[(&str, Role, &Family)]) -> Figure {
-    let line = |(name, role, family): &(&str, Role, &Family)| {
-        Series::line(name, *role, family.epsilon.clone(), family.change.clone())
+pub fn action_of_families(families: &[VariedAction]) -> Figure {
+    let line = |family: &VariedAction| {
+        let (epsilon, change) = (family.epsilon.to_vec(), family.change.to_vec());
+        Series::line(family.name, family.role, epsilon, change)
     };
     Figure {
         id: "families".into(),

@@ -13,7 +13,7 @@ mod tracking;
 
 use serde::{Deserialize, Serialize};
 
-pub use action::{action_of_families, varied_paths};
+pub use action::{VariedAction, VariedPath, action_of_families, varied_paths};
 pub use animation::{Animation, Panel};
 pub use decimate::decimate;
 pub use figure::{Axis, Figure, Kind, Role, Scale, Series};

@@ -1,10 +1,9 @@
 //! Figures of a reference and the motions that followed it.
 
 use super::{Axis, Figure, Role, Series};
-use crate::control::{Followed, Reference};
 use crate::{Coordinates, Trajectory};
 
-/// A motion that followed a reference, and whose it is.
+/// A motion that followed a reference, and how it is drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct Follower<'a> {
     /// Its name in the legend.
@@ -12,7 +11,9 @@ pub struct Follower<'a> {
     /// Its colour.
     pub role: Role,
     /// The motion.
-    pub followed: &'a Followed,
+    pub motion: &'a Trajectory,
+    /// Reference minus motion at the samples of the motion, `[samples, n]`.
+    pub error: &'a [f64],
 }
 
 fn column(values: &[f64], i: usize, n: usize, factor: f64) -> Vec<f64> {
@@ -30,13 +31,13 @@ fn line(name: &str, role: Role, motion: &Trajectory, i: usize) -> Series {
 pub fn followed_motion(
     coordinates: &Coordinates,
     i: usize,
-    reference: &Reference,
+    reference: &Trajectory,
     followers: &[Follower],
 ) -> Figure {
     let (name, unit) = label(coordinates, i);
-    let mut series = vec![line("reference", Role::Other(3), reference.samples(), i)];
+    let mut series = vec![line("reference", Role::Other(3), reference, i)];
     let motions = followers.iter();
-    series.extend(motions.map(|f| line(f.name, f.role, &f.followed.driven.trajectory, i)));
+    series.extend(motions.map(|f| line(f.name, f.role, f.motion, i)));
     Figure {
         id: format!("motion-{}", i + 1),
         title: format!("Motion of {name}"),
@@ -52,8 +53,8 @@ pub fn followed_motion(
 pub fn tracking_error(coordinates: &Coordinates, i: usize, followers: &[Follower]) -> Figure {
     let (name, unit) = label(coordinates, i);
     let error = |f: &Follower| {
-        let t = f.followed.driven.trajectory.t.clone();
-        let error = column(&f.followed.error, i, coordinates.dof(), 1e3);
+        let t = f.motion.t.clone();
+        let error = column(f.error, i, coordinates.dof(), 1e3);
         Series::line(f.name, f.role, t, error)
     };
     Figure {

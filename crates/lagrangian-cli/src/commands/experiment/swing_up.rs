@@ -1,12 +1,12 @@
 //! Pendulums that are swung up through a learned energy, against the true one.
 
 use anyhow::Result;
-use lagrangian::control::Machine;
+use experiments::swing_up::{Attempt, HELD, SECONDS, attempts, excitation, machine};
 use lagrangian::dynamics::Model;
-use lagrangian::experiment::swing_up::{Attempt, HELD, SECONDS, attempts, excitation, machine};
 use lagrangian::lagrangian::DelanConfig;
 use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 use lagrangian::train::{Budget, Family, FitConfig, Loss, fit};
+use lagrangian_control::Machine;
 use serde_json::{Map, Value, json};
 
 use super::spread::{cell, scientific};

@@ -7,10 +7,10 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::Model;
-use lagrangian::control::{
+use lagrangian::train::Learned;
+use lagrangian_control::{
     Ending, Followed, Gains, Law, LoopConfig, Reference, Sensors, follow, inertia_along,
 };
-use lagrangian::train::Learned;
 use serde_json::json;
 
 use super::Manner;

@@ -1,10 +1,10 @@
 //! What came of it: as text, and as a page.
 
 use lagrangian::Coordinates;
-use lagrangian::control::{Quantiles, Reference};
 use lagrangian::report::{
     Command, Figure, Follower, Report, Role, Table, followed_motion, tracking_error,
 };
+use lagrangian_control::{Quantiles, Reference};
 
 use super::Run;
 use crate::draw::short;
@@ -43,7 +43,8 @@ fn follower(run: &Run) -> Follower<'_> {
     Follower {
         name: run.name,
         role: role(run),
-        followed: &run.followed,
+        motion: &run.followed.driven.trajectory,
+        error: &run.followed.error,
     }
 }
 
@@ -89,7 +90,12 @@ impl Story<'_> {
 
     /// Reference and motions of one joint.
     pub(super) fn motion(&self, i: usize) -> Figure {
-        followed_motion(self.coordinates, i, self.reference, &self.followers())
+        followed_motion(
+            self.coordinates,
+            i,
+            self.reference.samples(),
+            &self.followers(),
+        )
     }
 
     fn figures(&self) -> Vec<Figure> {

@@ -3,7 +3,7 @@
 mod page;
 
 use anyhow::Result;
-use lagrangian::experiment::action::{
+use experiments::action::{
     CASES, Case, Comparison, Judged, compare, energy_scale, first_conjugate_time, judge, mass_scale,
 };
 use lagrangian::experiment::random_states;

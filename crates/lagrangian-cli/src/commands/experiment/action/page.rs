@@ -1,9 +1,11 @@
 //! The table and the page of the action.
 
 use anyhow::Result;
-use lagrangian::action::{DiscreteAction, Path, Verdict, family};
-use lagrangian::experiment::action::{Judged, SIZES, directions};
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table, varied_paths};
+use experiments::action::{Judged, SIZES, directions};
+use lagrangian::report::{
+    Axis, Figure, Headline, Report, Role, Series, Table, VariedPath, varied_paths,
+};
+use lagrangian_analysis::action::{DiscreteAction, Path, Verdict, family};
 
 use super::{Found, Paths, Run};
 use crate::commands::experiment::spread::{cell, median, scientific};
@@ -171,7 +173,13 @@ fn of_case(found: &Found) -> Result<Vec<Figure>> {
     let path = &found.truth.short.stationary.path;
     let eta = &directions(path)[0];
     let few: Vec<f64> = SIZES.into_iter().step_by(4).collect();
-    let mut neighbours = varied_paths(coordinates, 0, path, eta, &few);
+    let varied = VariedPath {
+        t: &path.times(),
+        q: &path.q,
+        eta,
+        epsilon: &few,
+    };
+    let mut neighbours = varied_paths(coordinates, 0, &varied);
     neighbours.id = format!("paths-{}", found.case.system);
     neighbours.title = format!("Varied paths, {}", found.case.system);
     if let Some(run) = found.runs().next() {

@@ -3,9 +3,9 @@
 mod page;
 
 use anyhow::Result;
-use lagrangian::existence::{Survey, SurveyConfig, survey};
-use lagrangian::experiment::existence::{System, noisy};
+use experiments::existence::{System, noisy};
 use lagrangian::train::Budget;
+use lagrangian_analysis::existence::{Survey, SurveyConfig, survey};
 use serde_json::{Map, Value, json};
 
 use super::{Course, Experiment, Findings, Setting};

@@ -6,11 +6,11 @@ mod page;
 use std::fs;
 
 use anyhow::Result;
-use lagrangian::Trajectory;
-use lagrangian::experiment::letters::Letters;
-use lagrangian::experiment::tracking::{
+use experiments::tracking::{
     Arm, Condition, Lesson, Outcome, Writing, curves, recovery, run as track,
 };
+use lagrangian::Trajectory;
+use lagrangian::experiment::letters::Letters;
 use serde_json::{Map, Value, json};
 
 use super::spread::median;

@@ -1,6 +1,6 @@
 //! Tables and figures of the tracking experiment.
 
-use lagrangian::experiment::tracking::{Condition, WINDOW};
+use experiments::tracking::{Condition, WINDOW};
 use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::{Found, name, typical};

@@ -1,0 +1,180 @@
+//! The action of a path by the midpoint rule, its gradient and its Hessian.
+
+use super::tridiagonal::BlockTridiagonal;
+use lagrangian::lagrangian::{Curvature, Jet, Jets, Lagrangian};
+
+/// A path on an even grid of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// Degrees of freedom n.
+    pub dof: usize,
+    /// Time from the first node to the last, s.
+    pub duration: f64,
+    /// The nodes, angles unwrapped, `[N + 1, n]`.
+    pub q: Vec<f64>,
+}
+
+impl Path {
+    /// Number of segments N.
+    #[must_use]
+    pub fn segments(&self) -> usize {
+        (self.q.len() / self.dof.max(1)).saturating_sub(1)
+    }
+
+    /// Time of a segment h, s.
+    #[must_use]
+    pub fn step(&self) -> f64 {
+        self.duration / self.segments().max(1) as f64
+    }
+
+    /// Node `k`, `[n]`.
+    #[must_use]
+    pub fn node(&self, k: usize) -> &[f64] {
+        &self.q[k * self.dof..(k + 1) * self.dof]
+    }
+
+    /// Times of the nodes, s, `[N + 1]`.
+    #[must_use]
+    pub fn times(&self) -> Vec<f64> {
+        let step = self.step();
+        (0..=self.segments()).map(|k| k as f64 * step).collect()
+    }
+
+    /// The nodes between the ends.
+    pub(super) fn inner(&self) -> &[f64] {
+        &self.q[self.dof..self.q.len() - self.dof]
+    }
+
+    /// The same path with a node between every two: cubic inside, quadratic at the ends.
+    pub(super) fn refined(&self) -> Self {
+        let (n, last) = (self.dof, self.segments());
+        let mut q = Vec::with_capacity((2 * last + 1) * n);
+        for k in 0..last {
+            q.extend_from_slice(self.node(k));
+            for i in 0..n {
+                let at = |k: usize| self.q[k * n + i];
+                let between = 0.5 * (at(k) + at(k + 1));
+                let bend = |k: usize| at(k - 1) - 2.0 * at(k) + at(k + 1);
+                let bends: Vec<f64> = [k, k + 1]
+                    .into_iter()
+                    .filter(|&k| k > 0 && k < last)
+                    .map(bend)
+                    .collect();
+                let mean = bends.iter().sum::<f64>() / bends.len().max(1) as f64;
+                q.push(between - 0.125 * mean);
+            }
+        }
+        q.extend_from_slice(self.node(last));
+        Self { q, ..*self }
+    }
+}
+
+/// Evaluates S = Σ h L((qₖ + qₖ₊₁)/2, (qₖ₊₁ − qₖ)/h) and its derivatives by the nodes (theory.md, equation 73);
+/// owns its memory.
+pub struct DiscreteAction<'a> {
+    jets: Box<dyn Jets + 'a>,
+    jet: Jet,
+    curvature: Curvature,
+    middle: Vec<f64>,
+    speed: Vec<f64>,
+}
+
+impl<'a> DiscreteAction<'a> {
+    /// Of this Lagrangian.
+    #[must_use]
+    pub fn new(lagrangian: &'a dyn Lagrangian) -> Self {
+        Self {
+            jets: lagrangian.jets(),
+            jet: Jet::default(),
+            curvature: Curvature::default(),
+            middle: Vec::new(),
+            speed: Vec::new(),
+        }
+    }
+
+    /// S, J·s, of a path with the coordinates of the Lagrangian and at least one segment; NaN where L is undefined on
+    /// the way.
+    pub fn action(&mut self, path: &Path) -> f64 {
+        self.evaluate(path);
+        path.step() * self.jet.lagrangian.iter().sum::<f64>()
+    }
+
+    /// Writes ∂S/∂q over the inner nodes, `[N − 1, n]`: 0 along a motion.
+    pub fn gradient(&mut self, path: &Path, gradient: &mut Vec<f64>) {
+        self.evaluate(path);
+        let n = path.dof;
+        gradient.clear();
+        for k in 1..path.segments() {
+            gradient.extend((0..n).map(|i| {
+                self.slope(path, k - 1, i, Side::Last) + self.slope(path, k, i, Side::First)
+            }));
+        }
+    }
+
+    /// The momenta at the ends of a stationary path, −∂S/∂q₀ and ∂S/∂q₁ (theory.md, equation 74).
+    pub fn end_momenta(&mut self, path: &Path) -> [Vec<f64>; 2] {
+        self.evaluate(path);
+        let last = path.segments() - 1;
+        let first = (0..path.dof).map(|i| -self.slope(path, 0, i, Side::First));
+        let end = (0..path.dof).map(|i| self.slope(path, last, i, Side::Last));
+        [first.collect(), end.collect()]
+    }
+
+    /// H over the inner nodes, and the mass matrices at the middles of the segments, `[N, n, n]`.
+    pub(super) fn hessian(&mut self, path: &Path) -> (BlockTridiagonal, &[f64]) {
+        self.evaluate(path);
+        self.jets
+            .curvature(&self.middle, &self.speed, &mut self.curvature);
+        let (n, h) = (path.dof, path.step());
+        let mut hessian = BlockTridiagonal::zeros(n, path.segments() - 1);
+        for s in 0..path.segments() {
+            for i in 0..n {
+                for j in 0..n {
+                    let at = |i: usize, j: usize| (s * n + i) * n + j;
+                    let quarter = 0.25 * h * self.curvature.dl_dqdq[at(i, j)];
+                    let mass = self.jet.mass_matrix[at(i, j)] / h;
+                    let (pq, qp) = (
+                        self.curvature.dp_dq[at(i, j)],
+                        self.curvature.dp_dq[at(j, i)],
+                    );
+                    let mixed = 0.5 * (pq + qp);
+                    if s > 0 {
+                        hessian.add_diagonal(s - 1, i, j, quarter - mixed + mass);
+                        hessian.set_upper(s - 1, i, j, quarter + 0.5 * (qp - pq) - mass);
+                    }
+                    if s + 1 < path.segments() {
+                        hessian.add_diagonal(s, i, j, quarter + mixed + mass);
+                    }
+                }
+            }
+        }
+        (hessian, &self.jet.mass_matrix)
+    }
+
+    fn evaluate(&mut self, path: &Path) {
+        let (n, h) = (path.dof, path.step());
+        let pairs = || path.q.iter().zip(&path.q[n..]);
+        self.middle.clear();
+        self.middle.extend(pairs().map(|(a, b)| 0.5 * (a + b)));
+        self.speed.clear();
+        self.speed.extend(pairs().map(|(a, b)| (b - a) / h));
+        self.jets.jet(&self.middle, &self.speed, &mut self.jet);
+    }
+
+    /// ∂Lᵈ/∂qᵢ of segment `s` by its first or last node: h/2 ∂L/∂q ∓ p.
+    fn slope(&self, path: &Path, s: usize, i: usize, side: Side) -> f64 {
+        let at = s * path.dof + i;
+        let force = 0.5 * path.step() * self.jet.dl_dq[at];
+        match side {
+            Side::First => force - self.jet.momentum[at],
+            Side::Last => force + self.jet.momentum[at],
+        }
+    }
+}
+
+/// Which node of a segment.
+#[derive(Clone, Copy)]
+enum Side {
+    First,
+    Last,
+}

@@ -1,0 +1,58 @@
+//! First paths: where the search begins.
+
+use std::f64::consts::PI;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::boundary::Boundary;
+use super::discrete::Path;
+use super::search::SearchOptions;
+use lagrangian::Coordinates;
+
+/// First path `k`, on the coarse grid: straight, or with bulges of three waves.
+pub(super) fn guess(
+    coordinates: &Coordinates,
+    ends: &Boundary,
+    options: &SearchOptions,
+    k: usize,
+) -> Path {
+    let n = ends.dof();
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    rng.set_stream(k as u64);
+    let pairs = || (0..n).filter(|&i| !coordinates.is_circle(i));
+    let far = pairs().flat_map(|i| [ends.from[i], ends.to[i], ends.to[i] - ends.from[i]]);
+    let line = far.fold(0.0, |far: f64, x| far.max(x.abs()));
+    let size = |i: usize| match coordinates.is_circle(i) {
+        true => PI,
+        // A parameter does not move.
+        false if coordinates.is_parameter(i) => 0.0,
+        false if line > 0.0 => line,
+        false => 1.0,
+    };
+    let wave = |i: usize, m: usize| size(i) / m as f64;
+    let bulges: Vec<[f64; 3]> = (0..n)
+        .map(|i| [1, 2, 3].map(|m| wave(i, m) * rng.random_range(-1.0..1.0)))
+        .collect();
+    let segments = options.segments / 2;
+    let mut q = Vec::with_capacity((segments + 1) * n);
+    for node in 0..=segments {
+        let share = node as f64 / segments as f64;
+        for (i, bulges) in bulges.iter().enumerate() {
+            let straight = ends.from[i] + share * (ends.to[i] - ends.from[i]);
+            let waves = bulges.iter().enumerate();
+            let bulge: f64 = waves
+                .map(|(m, size)| size * (PI * (m + 1) as f64 * share).sin())
+                .sum();
+            let inner = node > 0 && node < segments && k > 0;
+            q.push(if inner { straight + bulge } else { straight });
+        }
+    }
+    // The ends themselves, not rounded.
+    q[segments * n..].copy_from_slice(&ends.to);
+    Path {
+        dof: n,
+        duration: ends.duration,
+        q,
+    }
+}

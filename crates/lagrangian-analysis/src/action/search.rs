@@ -1,0 +1,216 @@
+//! The stationary paths between two ends: from several first paths, on two grids.
+
+use std::fmt;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::boundary::Boundary;
+use super::discrete::{DiscreteAction, Path};
+use super::guess::guess;
+use super::newton::{End, newton};
+use super::stationary::{StationaryPath, extent};
+use lagrangian::lagrangian::Lagrangian;
+use lagrangian::{Error, Result};
+
+/// How stationary paths are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SearchOptions {
+    /// Segments of a path N, even.
+    pub segments: usize,
+    /// First paths: the straight one, and others with random bulges.
+    pub guesses: usize,
+    /// Seed of the bulges.
+    pub seed: u64,
+}
+
+impl Default for SearchOptions {
+    fn default() -> Self {
+        Self {
+            segments: 200,
+            guesses: 16,
+            seed: 0,
+        }
+    }
+}
+
+impl SearchOptions {
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first that is outside its domain.
+    pub fn validate(&self) -> Result<()> {
+        let argument = |name, value: usize, must| {
+            let value = value.to_string();
+            Err(Error::Argument { name, value, must })
+        };
+        if !(4..=100_000).contains(&self.segments) || !self.segments.is_multiple_of(2) {
+            return argument(
+                "steps of the path",
+                self.segments,
+                "an even number from 4 to 100000",
+            );
+        }
+        if !(1..=1000).contains(&self.guesses) {
+            return argument("number of first paths", self.guesses, "from 1 to 1000");
+        }
+        Ok(())
+    }
+}
+
+/// Why a first path led to no stationary one, the nearest miss last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Failure {
+    /// L has no finite value along it.
+    Undefined,
+    /// Newton's method did not converge.
+    NotConverged,
+    /// The stationary paths of two grids are far apart.
+    Unresolved,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Undefined => {
+                "L has no finite value along any first path: the ends are too far apart for the time, or a path meets a singularity; allow more time or move the ends"
+            }
+            Self::NotConverged => {
+                "no stationary path was found from any first path: it may be that none connects the ends in this time; try more first paths, more or less time, or other turns"
+            }
+            Self::Unresolved => {
+                "what was found changes with the grid: the end is conjugate to the start, so that no path connects them, or the steps are too long; change the time a little, or take more steps"
+            }
+        })
+    }
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Search {
+    /// Distinct stationary paths, the one of least action first. There may be more than were found.
+    pub paths: Vec<StationaryPath>,
+    /// First paths tried.
+    pub tried: usize,
+    /// Why others led nowhere.
+    pub failures: Vec<Failure>,
+}
+
+impl Search {
+    /// Why nothing was found, where nothing was.
+    #[must_use]
+    pub fn failure(&self) -> Option<Failure> {
+        match self.paths.is_empty() {
+            true => self.failures.iter().copied().max(),
+            false => None,
+        }
+    }
+}
+
+/// Looks for the stationary paths between two ends; that none is found is an outcome, not an error. The same options
+/// give the same paths whatever the number of threads.
+///
+/// # Errors
+/// As [`SearchOptions::validate`]; [`Error::Shape`] where the ends have another number of coordinates than `lagrangian`.
+pub fn stationary_paths(
+    lagrangian: &dyn Lagrangian,
+    ends: &Boundary,
+    options: &SearchOptions,
+) -> Result<Search> {
+    options.validate()?;
+    let n = lagrangian.coordinates().dof();
+    if ends.dof() != n {
+        return Err(Error::Shape {
+            what: "an end of the path".into(),
+            found: ends.dof(),
+            expected: n,
+            remedy: "give one value per coordinate of the Lagrangian".into(),
+        });
+    }
+    let results: Vec<_> = (0..options.guesses)
+        .into_par_iter()
+        .map(|k| {
+            let first = guess(lagrangian.coordinates(), ends, options, k);
+            improve(lagrangian, first)
+        })
+        .collect();
+    let mut search = Search {
+        paths: Vec::new(),
+        tried: options.guesses,
+        failures: Vec::new(),
+    };
+    for result in results {
+        match result {
+            Err(failure) => search.failures.push(failure),
+            Ok(found) if search.paths.iter().any(|known| known.is_same(&found)) => {}
+            Ok(found) => search.paths.push(found),
+        }
+    }
+    search.paths.sort_by(|a, b| a.action.total_cmp(&b.action));
+    Ok(search)
+}
+
+/// The stationary path that Newton's method finds from a first path; it has twice as many segments.
+///
+/// # Errors
+/// [`Error::Shape`] for a path of other coordinates than `lagrangian`; [`Error::Argument`] for fewer than two segments.
+/// That none is found is an outcome.
+pub fn stationary_path_from(
+    lagrangian: &dyn Lagrangian,
+    first: &Path,
+) -> Result<std::result::Result<StationaryPath, Failure>> {
+    let n = lagrangian.coordinates().dof();
+    if first.dof != n || !first.q.len().is_multiple_of(n.max(1)) {
+        return Err(Error::Shape {
+            what: "a node of the path".into(),
+            found: first.dof,
+            expected: n,
+            remedy: "give one value per coordinate of the Lagrangian".into(),
+        });
+    }
+    if first.segments() < 2 {
+        return Err(Error::Argument {
+            name: "segments of the path",
+            value: first.segments().to_string(),
+            must: "2 or more",
+        });
+    }
+    Ok(improve(lagrangian, first.clone()))
+}
+
+fn improve(
+    lagrangian: &dyn Lagrangian,
+    first: Path,
+) -> std::result::Result<StationaryPath, Failure> {
+    let mut action = DiscreteAction::new(lagrangian);
+    let mut coarse = first;
+    converge(&mut action, &mut coarse)?;
+    let mut path = coarse.refined();
+    converge(&mut action, &mut path)?;
+    let n = path.dof;
+    let error = coarse
+        .q
+        .chunks_exact(n)
+        .zip(path.q.chunks_exact(n).step_by(2))
+        .flat_map(|(a, b)| a.iter().zip(b))
+        .fold(0.0, |error: f64, (a, b)| error.max((a - b).abs() / 3.0));
+    if error > 0.05 * extent(&path) {
+        return Err(Failure::Unresolved);
+    }
+    Ok(StationaryPath::of(
+        lagrangian,
+        &mut action,
+        (coarse, path),
+        error,
+    ))
+}
+
+fn converge(action: &mut DiscreteAction<'_>, path: &mut Path) -> std::result::Result<(), Failure> {
+    match newton(action, path) {
+        End::Converged => Ok(()),
+        End::Undefined => Err(Failure::Undefined),
+        End::Stuck => Err(Failure::NotConverged),
+    }
+}

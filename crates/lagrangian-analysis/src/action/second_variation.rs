@@ -1,0 +1,135 @@
+//! The second variation of the action: is a stationary path a minimum, and where are its conjugate points?
+
+use super::discrete::{DiscreteAction, Path};
+use super::tridiagonal::{BlockTridiagonal, Factored};
+use lagrangian::solve::{diagonalise, inverse_root, product};
+
+/// Halvings of an interval that holds an eigenvalue.
+const BISECTIONS: usize = 60;
+
+/// What the second variation says of a stationary path.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct SecondVariation {
+    /// Morse index: dimensions of the variations that lower the action.
+    pub morse_index: usize,
+    /// Times at which neighbouring motions from the same start meet the path again, s, each as often as directions
+    /// meet there. As many lie before the end as the Morse index says (Morse 1934).
+    pub conjugate_times: Vec<f64>,
+    /// Whether M ≻ 0 all along (Legendre's condition); without that no path is a minimum.
+    pub convex: bool,
+    /// Least eigenvalue λ of −d/dt(∂²L δq̇…) on variations that vanish at the ends, H v = λ h v; it changes its sign
+    /// when the end passes the first conjugate point.
+    pub least_eigenvalue: f64,
+    /// Its variation v at all nodes, largest entry 1, `[N + 1, n]`.
+    #[serde(skip)]
+    pub mode: Vec<f64>,
+}
+
+impl DiscreteAction<'_> {
+    /// The second variation at a path, which must have two segments at least.
+    pub fn second_variation(&mut self, path: &Path) -> SecondVariation {
+        SecondVariation::of(self, path)
+    }
+}
+
+impl SecondVariation {
+    fn of(action: &mut DiscreteAction<'_>, path: &Path) -> Self {
+        let (hessian, masses) = action.hessian(path);
+        let n = path.dof;
+        let convex = masses.chunks_exact(n * n).all(|m| is_positive(m, n));
+        let factored = hessian.factor();
+        let least = least_eigenvalue(&hessian);
+        Self {
+            morse_index: factored.inertia(),
+            conjugate_times: crossings(&hessian, &factored, path.step()),
+            convex,
+            least_eigenvalue: least / path.step(),
+            mode: mode(&hessian, least),
+        }
+    }
+}
+
+/// Conjugate times of a path, s: the zeros of the Jacobi fields that vanish at its start (theory.md, equation 77).
+/// Empty for a path of fewer than two segments.
+pub fn conjugate_times(action: &mut DiscreteAction<'_>, path: &Path) -> Vec<f64> {
+    if path.segments() < 2 {
+        return Vec::new();
+    }
+    let (hessian, _) = action.hessian(path);
+    let factored = hessian.factor();
+    crossings(&hessian, &factored, path.step())
+}
+
+/// Dₖ = −Uₖ Jₖ₊₁ Jₖ⁻¹ for the Jacobi fields J that vanish at the start: an eigenvalue μ < 0 of (Dₖ, −Uₖ)
+/// is the ratio of a field at two neighbouring nodes, with a zero 1/(1 − μ) of the way from one to the other.
+fn crossings(hessian: &BlockTridiagonal, factored: &Factored<'_>, step: f64) -> Vec<f64> {
+    let mut times = Vec::new();
+    for k in (0..hessian.blocks()).filter(|&k| factored.negative(k) > 0) {
+        let ratios = ratios(factored.block(k), hessian.upper(k), hessian.n());
+        let known = ratios.into_iter().filter(|mu| *mu < 0.0);
+        let node = (k + 1) as f64 * step;
+        let mut here: Vec<f64> = known.map(|mu| node + step / (1.0 - mu)).collect();
+        here.resize(factored.negative(k), node);
+        here.sort_by(f64::total_cmp);
+        times.extend(here);
+    }
+    times
+}
+
+/// Eigenvalues μ of D v = μ B v with B the symmetric part of −U; none where B is not positive definite.
+fn ratios(d: &[f64], upper: &[f64], n: usize) -> Vec<f64> {
+    let b = |i: usize, j: usize| -0.5 * (upper[i * n + j] + upper[j * n + i]);
+    let symmetric: Vec<f64> = (0..n * n).map(|ij| b(ij / n, ij % n)).collect();
+    let Some(root) = inverse_root(&symmetric, n, 0.0) else {
+        return Vec::new();
+    };
+    let mut scaled = product(&product(&root, d, n), &root, n);
+    let mut vectors = vec![0.0; n * n];
+    diagonalise(&mut scaled, &mut vectors, n);
+    (0..n).map(|i| scaled[i * n + i]).collect()
+}
+
+fn is_positive(m: &[f64], n: usize) -> bool {
+    let (mut a, mut vectors) = (m.to_vec(), vec![0.0; n * n]);
+    diagonalise(&mut a, &mut vectors, n);
+    (0..n).all(|i| a[i * n + i] > 0.0)
+}
+
+/// The least eigenvalue of H by bisection: H − σ has as many negative eigenvalues as H has below σ.
+fn least_eigenvalue(hessian: &BlockTridiagonal) -> f64 {
+    let (mut low, mut high) = hessian.bounds();
+    if !(low.is_finite() && high.is_finite()) {
+        return f64::NAN;
+    }
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        match hessian.shifted(middle).factor().inertia() {
+            0 => low = middle,
+            _ => high = middle,
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// Its eigenvector by inverse iteration, with the fixed ends, its largest entry 1.
+fn mode(hessian: &BlockTridiagonal, least: f64) -> Vec<f64> {
+    let n = hessian.n();
+    let shifted = hessian.shifted(least);
+    let factored = shifted.factor();
+    let count = hessian.blocks() * n;
+    // A start that is orthogonal to no mode in particular.
+    let mut v: Vec<f64> = (0..count).map(|i| 1.0 + 0.3 * (i as f64).sin()).collect();
+    for _ in 0..4 {
+        factored.solve(&mut v);
+        let largest = v
+            .iter()
+            .copied()
+            .fold(0.0, |l: f64, x| if x.abs() > l.abs() { x } else { l });
+        if !largest.is_finite() || largest == 0.0 {
+            return vec![0.0; count + 2 * n];
+        }
+        v.iter_mut().for_each(|x| *x /= largest);
+    }
+    let end = vec![0.0; n];
+    [end.clone(), v, end].concat()
+}

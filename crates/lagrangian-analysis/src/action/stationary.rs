@@ -1,0 +1,160 @@
+//! A stationary path with all that is asked of it: action, momenta, energy, kind.
+
+use serde::Serialize;
+
+use super::discrete::{DiscreteAction, Path};
+use super::second_variation::SecondVariation;
+use lagrangian::Trajectory;
+use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
+use lagrangian::solve::SymmetricSolver;
+
+/// What kind of stationary path it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// All neighbours with the same ends have more action.
+    Minimum,
+    /// Behind a conjugate point: some neighbours have less.
+    Saddle,
+    /// The end is conjugate to the start as exactly as the grid can tell: some neighbours have as much.
+    Conjugate,
+    /// M is not positive definite along the path: no path is a minimum.
+    Irregular,
+}
+
+/// A path along which the action is stationary.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StationaryPath {
+    /// The nodes.
+    #[serde(skip)]
+    pub path: Path,
+    /// S, J·s.
+    pub action: f64,
+    /// Its error, estimated from a grid half as fine.
+    pub action_error: f64,
+    /// Error of the nodes, estimated likewise, in the units of the coordinates.
+    pub path_error: f64,
+    /// Largest |∂S/∂q| / h of a node: the force that is missing, in the units of the forces.
+    pub residual: f64,
+    /// Momenta at both ends, −∂S/∂q₀ and ∂S/∂q₁, `[n]` each.
+    pub momenta: [Vec<f64>; 2],
+    /// Velocities at both ends, from the momenta, `[n]` each.
+    pub velocities: [Vec<f64>; 2],
+    /// Energy at both ends, J; ∂S/∂T = −H.
+    pub energies: [f64; 2],
+    /// Minimum or saddle.
+    pub verdict: Verdict,
+    /// Morse index, conjugate points, the mode of least curvature.
+    pub second_variation: SecondVariation,
+}
+
+/// The longest way from the first node along any coordinate.
+pub(super) fn extent(path: &Path) -> f64 {
+    let first = path.node(0);
+    let rows = path.q.chunks_exact(path.dof);
+    rows.flat_map(|q| q.iter().zip(first))
+        .fold(0.0, |far: f64, (a, b)| far.max((a - b).abs()))
+}
+
+impl StationaryPath {
+    pub(super) fn of(
+        lagrangian: &dyn Lagrangian,
+        action: &mut DiscreteAction<'_>,
+        (coarse, path): (Path, Path),
+        path_error: f64,
+    ) -> Self {
+        let fine = action.action(&path);
+        let action_error = (fine - action.action(&coarse)).abs() / 3.0;
+        let coarse_index = action.second_variation(&coarse).morse_index;
+        let second_variation = action.second_variation(&path);
+        let mut gradient = Vec::new();
+        action.gradient(&path, &mut gradient);
+        let residual = gradient.iter().fold(0.0, |r: f64, g| r.max(g.abs())) / path.step();
+        let momenta = action.end_momenta(&path);
+        let last = path.segments();
+        let ends = [(0, 0, 1), (last, last - 1, last)];
+        let mut jets = lagrangian.jets();
+        let states = [0, 1].map(|k| {
+            let (node, before, after) = ends[k];
+            let pairs = path.node(before).iter().zip(path.node(after));
+            let start: Vec<f64> = pairs.map(|(a, b)| (b - a) / path.step()).collect();
+            velocity(&mut *jets, path.node(node), &momenta[k], start)
+        });
+        let verdict = match second_variation.morse_index {
+            _ if !second_variation.convex => Verdict::Irregular,
+            index if index != coarse_index => Verdict::Conjugate,
+            0 => Verdict::Minimum,
+            _ => Verdict::Saddle,
+        };
+        let [(first, e0), (end, e1)] = states;
+        Self {
+            path,
+            action: fine,
+            action_error,
+            path_error,
+            residual,
+            momenta,
+            velocities: [first, end],
+            energies: [e0, e1],
+            verdict,
+            second_variation,
+        }
+    }
+
+    /// The path as a motion: velocities inside by central differences, at the ends from the momenta.
+    #[must_use]
+    pub fn trajectory(&self, name: &str) -> Trajectory {
+        let (path, last) = (&self.path, self.path.segments());
+        let mut qd = self.velocities[0].clone();
+        for k in 1..last {
+            let pairs = path.node(k - 1).iter().zip(path.node(k + 1));
+            qd.extend(pairs.map(|(a, b)| (b - a) / (2.0 * path.step())));
+        }
+        qd.extend(&self.velocities[1]);
+        Trajectory {
+            name: name.into(),
+            t: path.times(),
+            q: path.q.clone(),
+            qd,
+            qdd: None,
+            tau: None,
+            p: None,
+            pd: None,
+        }
+    }
+
+    /// Whether it is the same path but for the error of the grid.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let apart = self.path.q.iter().zip(&other.path.q);
+        let far = apart.fold(0.0, |far: f64, (a, b)| far.max((a - b).abs()));
+        far <= 1e-6 * extent(&self.path) + 1e-12
+    }
+}
+
+/// q̇ with ∂L/∂q̇ = p at q, by Newton's method from `qd`, and the energy there.
+fn velocity(jets: &mut dyn Jets, q: &[f64], p: &[f64], mut qd: Vec<f64>) -> (Vec<f64>, f64) {
+    let mut jet = Jet::default();
+    let mut solver = SymmetricSolver::new(q.len());
+    let mut step = vec![0.0; q.len()];
+    for _ in 0..30 {
+        jets.jet(q, &qd, &mut jet);
+        let missing: Vec<f64> = p
+            .iter()
+            .zip(&jet.momentum)
+            .map(|(p, own)| p - own)
+            .collect();
+        solver.solve(&jet.mass_matrix, &missing, &mut step);
+        qd.iter_mut().zip(&step).for_each(|(v, d)| *v += d);
+        let small = step
+            .iter()
+            .zip(&qd)
+            .all(|(d, v)| d.abs() <= 1e-13 * v.abs());
+        if small {
+            break;
+        }
+    }
+    jets.jet(q, &qd, &mut jet);
+    let product: f64 = p.iter().zip(&qd).map(|(p, v)| p * v).sum();
+    let energy = product - jet.lagrangian[0];
+    (qd, energy)
+}

@@ -1,0 +1,217 @@
+//! The largest Lyapunov exponent of a motion.
+
+use lagrangian::dynamics::{Evaluator, Model};
+use lagrangian::integrate::{Control, Dop853, Ending, adaptive};
+use lagrangian::rollout::{RolloutOptions, free, rollout};
+use lagrangian::{Error, Result, State};
+
+/// Distance of the neighbour in the state space, in SI units.
+const SEPARATION: f64 = 1e-8;
+/// The neighbour is brought back this often in a run.
+const RESTARTS: usize = 400;
+/// A neighbour that moves away e³ = 20 times in the second half of a run shows chaos: in regular motion the
+/// distance grows like t, twice.
+const CHAOTIC_GROWTH: f64 = 3.0;
+
+/// The kind of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// Neighbours move apart linearly in time.
+    Regular,
+    /// Neighbours move apart exponentially.
+    Chaotic,
+}
+
+/// The largest Lyapunov exponent of one motion, as far as a run of finite length shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lyapunov {
+    /// The mean rate λ at which a neighbour moves away, 1/s.
+    pub exponent: f64,
+    /// Regular or chaotic, judged by the growth in the second half of the run.
+    pub motion: Motion,
+    /// The time that was run, s; less than was asked where the motion diverged.
+    pub duration: f64,
+    /// Running estimates: (t, λ up to t).
+    pub convergence: Vec<(f64, f64)>,
+}
+
+impl Lyapunov {
+    /// The Lyapunov time 1/λ, s, of a chaotic motion.
+    #[must_use]
+    pub fn time(&self) -> Option<f64> {
+        (self.motion == Motion::Chaotic).then(|| 1.0 / self.exponent)
+    }
+}
+
+/// The largest Lyapunov exponent of the free motion from `start`, by Benettin's method: a neighbour 10⁻⁸ away
+/// runs along and is brought back to that distance along its direction 400 times,
+///
+///   λ = 1/T Σ ln(dₖ/d₀)
+///
+/// (Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15, 1980). Both run as one system, so that both take the
+/// same steps; `options` gives the tolerances of the 8th-order method.
+///
+/// # Errors
+/// As [`rollout`]; [`Error::Argument`] where the duration is not positive.
+pub fn largest_lyapunov_exponent(
+    model: &dyn Model,
+    start: &State,
+    duration: f64,
+    options: &RolloutOptions,
+) -> Result<Lyapunov> {
+    if !(duration.is_finite() && duration > 0.0) {
+        let must = "a finite number of seconds above 0";
+        return Err(Error::Argument {
+            name: "duration",
+            value: duration.to_string(),
+            must,
+        });
+    }
+    // Its checks are those needed here.
+    rollout(model, &start.q, &start.qd, &[0.0], &free, options)?;
+    let mut pair = Pair::new(model, start, options.control());
+    let interval = duration / RESTARTS as f64;
+    let (mut growth, mut half) = (0.0, 0.0);
+    let mut convergence = Vec::with_capacity(RESTARTS);
+    for k in 1..=RESTARTS {
+        let Some(distance) = pair.run(interval) else {
+            break;
+        };
+        growth += (distance / SEPARATION).ln();
+        pair.restart(distance);
+        let t = k as f64 * interval;
+        convergence.push((t, growth / t));
+        if k == RESTARTS / 2 {
+            half = growth;
+        }
+    }
+    let &(duration, exponent) = convergence.last().unwrap_or(&(0.0, 0.0));
+    let chaotic = convergence.len() == RESTARTS && growth - half > CHAOTIC_GROWTH;
+    let motion = if chaotic {
+        Motion::Chaotic
+    } else {
+        Motion::Regular
+    };
+    Ok(Lyapunov {
+        exponent,
+        motion,
+        duration,
+        convergence,
+    })
+}
+
+/// A motion and its neighbour as one state: (q, q' of both; q̇, q̇' of both).
+struct Pair<'a> {
+    evaluator: Box<dyn Evaluator + 'a>,
+    x: Vec<f64>,
+    n: usize,
+    control: Control,
+}
+
+impl<'a> Pair<'a> {
+    fn new(model: &'a dyn Model, start: &State, control: Control) -> Self {
+        let n = start.q.len();
+        let mut x = [&start.q[..], &start.q, &start.qd, &start.qd].concat();
+        // A direction without symmetry: not along any eigenvector.
+        let direction = |i: usize| 1.0 + 0.618 * i as f64;
+        let norm = (0..2 * n).map(|i| direction(i).powi(2)).sum::<f64>().sqrt();
+        for i in 0..n {
+            x[n + i] += SEPARATION * direction(i) / norm;
+            x[3 * n + i] += SEPARATION * direction(n + i) / norm;
+        }
+        Self {
+            evaluator: model.evaluator(),
+            x,
+            n,
+            control,
+        }
+    }
+
+    /// Runs both for a while; their distance then, or `None` where they cannot go on.
+    fn run(&mut self, interval: f64) -> Option<f64> {
+        let both = 2 * self.n;
+        let still = vec![0.0; both];
+        let (evaluator, x0) = (&mut self.evaluator, self.x.clone());
+        let mut f = |_: f64, x: &[f64], dx: &mut [f64]| {
+            let ((q, qd), (dq, dqd)) = (x.split_at(both), dx.split_at_mut(both));
+            dq.copy_from_slice(qd);
+            let _ = evaluator.forward_dynamics(q, qd, &still, dqd);
+        };
+        let (x, control) = (&mut self.x, self.control);
+        let mut sink = |k: usize, state: &[f64]| {
+            if k == 1 {
+                x.copy_from_slice(state);
+            }
+        };
+        let times = [0.0, interval];
+        let solution = adaptive::solve::<Dop853>(&mut f, &x0, &times, &control, &mut sink);
+        // The step limit is for the whole run.
+        self.control.max_steps -= solution.steps + solution.rejected;
+        let distance = self
+            .differences()
+            .map(|(i, j)| (self.x[j] - self.x[i]).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        (solution.ending == Ending::Finished && distance > 0.0).then_some(distance)
+    }
+
+    fn restart(&mut self, distance: f64) {
+        for (i, j) in self.differences() {
+            self.x[j] = self.x[i] + (self.x[j] - self.x[i]) * SEPARATION / distance;
+        }
+    }
+
+    /// Indices of each component and of the neighbour's.
+    fn differences(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let n = self.n;
+        (0..n).chain(2 * n..3 * n).map(move |i| (i, i + n))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use lagrangian::lagrangian::analytic::by_name;
+
+    #[test]
+    fn the_double_pendulum_is_chaotic_where_it_falls_and_regular_where_it_swings_gently() {
+        let model = by_name("double-pendulum", &[]).unwrap();
+        let options = RolloutOptions {
+            rtol: 1e-12,
+            atol: 1e-12,
+            ..RolloutOptions::default()
+        };
+        let chaotic = State::new(vec![2.0, 2.5], vec![0.0, 0.1]);
+        let estimate = largest_lyapunov_exponent(&*model, &chaotic, 200.0, &options).unwrap();
+        assert_eq!(estimate.motion, Motion::Chaotic);
+        assert!(
+            (0.3..3.0).contains(&estimate.exponent),
+            "{}",
+            estimate.exponent
+        );
+        assert!((estimate.time().unwrap() * estimate.exponent - 1.0).abs() < 1e-12);
+        let gentle = State::new(vec![0.1, -0.05], vec![0.0, 0.1]);
+        let estimate = largest_lyapunov_exponent(&*model, &gentle, 200.0, &options).unwrap();
+        assert_eq!((estimate.motion, estimate.time()), (Motion::Regular, None));
+        assert!(largest_lyapunov_exponent(&*model, &gentle, 0.0, &options).is_err());
+    }
+
+    #[test]
+    fn an_unstable_equilibrium_has_the_exponent_of_its_linearisation() {
+        // θ̈ = g θ/l about the top: λ = √(g/l).
+        let model = by_name("pendulum", &[]).unwrap();
+        let top = State::new(vec![std::f64::consts::PI], vec![0.0]);
+        let options = RolloutOptions {
+            rtol: 1e-13,
+            atol: 1e-13,
+            ..RolloutOptions::default()
+        };
+        let estimate = largest_lyapunov_exponent(&*model, &top, 4.0, &options).unwrap();
+        assert!(
+            (estimate.exponent / 9.8_f64.sqrt() - 1.0).abs() < 0.05,
+            "{}",
+            estimate.exponent
+        );
+    }
+}

@@ -1,0 +1,240 @@
+//! A charge: how well its direction is a symmetry, and the total derivative that it needs.
+
+use serde::Serialize;
+
+use super::states::States;
+use super::symmetry::Symmetry;
+use lagrangian::Coordinates;
+use lagrangian::lagrangian::Jet;
+use lagrangian::solve::{SymmetricSolver, dot};
+
+/// The part F of a charge Q = ξ·p − F (theory.md, equation 79).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gauge {
+    /// Whether ξ·p(q, 0) is in it: the gauge of the model.
+    pub at_rest: bool,
+    /// The other terms of F, e.g. 1.0 `y`: a magnetic field.
+    pub terms: Vec<(String, f64)>,
+}
+
+/// ξ·p − F, or the energy where there is no ξ.
+pub(super) struct Charge {
+    pub(super) name: String,
+    pub(super) violation: f64,
+    pub(super) gauge: Gauge,
+    pub(super) scale: f64,
+    pub(super) symmetry: Option<Symmetry>,
+    /// f of all functions of [`functions`]; empty for 0.
+    pub(super) fitted: Vec<f64>,
+}
+
+/// Terms of F below this part of the largest are not named.
+const NEGLIGIBLE: f64 = 1e-3;
+
+impl Charge {
+    pub(super) fn energy(states: &States) -> Self {
+        Self {
+            name: "energy".into(),
+            violation: 0.0,
+            gauge: Gauge::none(),
+            scale: states.rms(|k| states.norm(k, states.speed(k)).powi(2)),
+            symmetry: None,
+            fitted: Vec::new(),
+        }
+    }
+
+    /// The simplest F with which the direction is a symmetry; where none is, that which leaves least.
+    pub(super) fn of(symmetry: &Symmetry, states: &States, tolerance: f64) -> Self {
+        let along = |k: usize| states.norm(k, &symmetry.at(states.position(k)));
+        let size = states.rms(along) * states.inertial;
+        let scale = states.rms(|k| along(k) * states.norm(k, states.speed(k)));
+        let mut best = Self {
+            name: symmetry.name.clone(),
+            violation: f64::INFINITY,
+            gauge: Gauge::none(),
+            scale,
+            symmetry: Some(symmetry.clone()),
+            fitted: Vec::new(),
+        };
+        let ways = [(false, false), (true, false), (false, true), (true, true)];
+        // Without a magnetic part the gauge at rest is all that there can be.
+        for (at_rest, fit) in ways.into_iter().take(if states.magnetic { 4 } else { 2 }) {
+            let rate: Vec<f64> = (0..states.len())
+                .map(|k| rate(symmetry, states, k, at_rest))
+                .collect();
+            let (fitted, left) = match fit {
+                true => fit_functions(states, &rate),
+                false => (Vec::new(), rms(&rate)),
+            };
+            let violation = if size > 0.0 {
+                left / size
+            } else {
+                f64::INFINITY
+            };
+            if violation < best.violation {
+                best.violation = violation;
+                best.gauge = Gauge::of(&states.coordinates, at_rest, &fitted);
+                best.fitted = fitted;
+            }
+            if best.violation <= tolerance {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Its value at the states of a jet, `[m]`; `rest` is p(q, 0) there.
+    pub(super) fn values(
+        &self,
+        (q, qd): (&[f64], &[f64]),
+        jet: &Jet,
+        rest: &[f64],
+        coordinates: &Coordinates,
+    ) -> Vec<f64> {
+        let n = coordinates.dof();
+        let Some(symmetry) = &self.symmetry else {
+            let mut energy = vec![0.0; jet.lagrangian.len()];
+            lagrangian::dynamics::energy(jet, n, qd, &mut energy);
+            return energy;
+        };
+        let momenta = jet.momentum.chunks_exact(n).zip(rest.chunks_exact(n));
+        let value = |(q, (p, a)): (&[f64], (&[f64], &[f64]))| {
+            let xi = symmetry.at(q);
+            let mut charge = dot(&xi, p);
+            if self.gauge.at_rest {
+                charge -= dot(&xi, a);
+            }
+            if !self.fitted.is_empty() {
+                charge -= dot(&self.fitted, &functions(coordinates, q));
+            }
+            charge
+        };
+        q.chunks_exact(n).zip(momenta).map(value).collect()
+    }
+}
+
+impl Gauge {
+    fn none() -> Self {
+        Self {
+            at_rest: false,
+            terms: Vec::new(),
+        }
+    }
+
+    fn of(coordinates: &Coordinates, at_rest: bool, fitted: &[f64]) -> Self {
+        let largest = fitted.iter().fold(0.0, |l: f64, f| l.max(f.abs()));
+        let named = names(coordinates).into_iter().zip(fitted.iter().copied());
+        Self {
+            at_rest,
+            terms: named
+                .filter(|(_, f)| f.abs() > NEGLIGIBLE * largest)
+                .collect(),
+        }
+    }
+}
+
+/// δL, less the rate of ξ·a where that is in F, at state `k`.
+pub(super) fn rate(symmetry: &Symmetry, states: &States, k: usize, at_rest: bool) -> f64 {
+    let (n, jet) = (states.n(), &states.jet);
+    let row = |signal: &'_ [f64]| -> Vec<f64> { signal[k * n..(k + 1) * n].to_vec() };
+    let xi = symmetry.at(states.position(k));
+    let turned: Vec<f64> = symmetry.turned(states.speed(k)).collect();
+    let change = dot(&xi, &row(&jet.dl_dq)) + dot(&turned, &row(&jet.momentum));
+    if !at_rest {
+        return change;
+    }
+    change - dot(&turned, &row(&states.rest)) - dot(&xi, &row(&states.rest_rate))
+}
+
+/// φ(q): coordinates on the line, their products, cos and sin of angles.
+pub(super) fn functions(coordinates: &Coordinates, q: &[f64]) -> Vec<f64> {
+    over_functions(
+        coordinates,
+        |i| q[i],
+        |i, j| q[i] * q[j],
+        |i| [q[i].cos(), q[i].sin()],
+    )
+}
+
+/// dφ/dt.
+pub(super) fn function_rates(coordinates: &Coordinates, q: &[f64], qd: &[f64]) -> Vec<f64> {
+    over_functions(
+        coordinates,
+        |i| qd[i],
+        |i, j| q[i] * qd[j] + qd[i] * q[j],
+        |i| [-q[i].sin() * qd[i], q[i].cos() * qd[i]],
+    )
+}
+
+fn names(coordinates: &Coordinates) -> Vec<String> {
+    let name = |i: usize| coordinates.0[i].name.clone();
+    over_functions(
+        coordinates,
+        name,
+        |i, j| format!("{} {}", name(i), name(j)),
+        |i| [format!("cos {}", name(i)), format!("sin {}", name(i))],
+    )
+}
+
+fn over_functions<T>(
+    coordinates: &Coordinates,
+    line: impl Fn(usize) -> T,
+    product: impl Fn(usize, usize) -> T,
+    circle: impl Fn(usize) -> [T; 2],
+) -> Vec<T> {
+    let n = coordinates.dof();
+    let mut all = Vec::new();
+    for i in 0..n {
+        if coordinates.is_circle(i) {
+            all.extend(circle(i));
+            continue;
+        }
+        all.push(line(i));
+        let lines = (i..n).filter(|&j| !coordinates.is_circle(j));
+        all.extend(lines.map(|j| product(i, j)));
+    }
+    all
+}
+
+/// f that makes `rate` − f·φ′ least, from every other state, and the root mean square that is left at the others.
+fn fit_functions(states: &States, rate: &[f64]) -> (Vec<f64>, f64) {
+    let of = |k: usize| function_rates(&states.coordinates, states.position(k), states.speed(k));
+    let rows: Vec<Vec<f64>> = (0..states.len()).map(of).collect();
+    let Some(width) = rows.first().map(Vec::len) else {
+        return (Vec::new(), f64::INFINITY);
+    };
+    let fitted: Vec<usize> = (0..rows.len()).step_by(2).collect();
+    if fitted.len() < 2 * width {
+        return (Vec::new(), rms(rate));
+    }
+    let column = |c: usize| fitted.iter().map(move |&r| (r, c));
+    let norm = |c: usize| {
+        column(c)
+            .map(|(r, c)| rows[r][c].powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let sizes: Vec<f64> = (0..width).map(|c| norm(c).max(f64::MIN_POSITIVE)).collect();
+    let entry = |a: usize, b: usize| {
+        let products = fitted.iter().map(|&r| rows[r][a] * rows[r][b]);
+        products.sum::<f64>() / (sizes[a] * sizes[b])
+    };
+    let normal: Vec<f64> = (0..width * width)
+        .map(|ab| entry(ab / width, ab % width))
+        .collect();
+    let against = |c: usize| fitted.iter().map(|&r| rows[r][c] * rate[r]).sum::<f64>() / sizes[c];
+    let right: Vec<f64> = (0..width).map(against).collect();
+    let mut f = vec![0.0; width];
+    SymmetricSolver::new(width).solve(&normal, &right, &mut f);
+    f.iter_mut().zip(&sizes).for_each(|(f, size)| *f /= size);
+    if !f.iter().all(|f| f.is_finite()) {
+        return (Vec::new(), rms(rate));
+    }
+    let left = rows.iter().zip(rate).skip(1).step_by(2);
+    let left: Vec<f64> = left.map(|(row, rate)| rate - dot(row, &f)).collect();
+    (f, rms(&left))
+}
+
+fn rms(x: &[f64]) -> f64 {
+    (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+}

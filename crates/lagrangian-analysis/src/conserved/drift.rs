@@ -1,0 +1,114 @@
+//! How far charges drift along motions, the work of forces and friction taken off.
+
+use serde::Serialize;
+
+use super::Physics;
+use super::charge::Charge;
+use lagrangian::lagrangian::Jet;
+use lagrangian::solve::dot;
+use lagrangian::{Result, Trajectory};
+
+/// Change of a quantity along motions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Drift {
+    /// Its value at the start of each motion, in its unit.
+    pub start: Vec<f64>,
+    /// Largest change from the start, over all motions.
+    pub largest: f64,
+    /// Root mean square of the change at the end of a motion.
+    pub at_end: f64,
+    /// The largest over the scale of the quantity.
+    pub relative: f64,
+    /// Length of the longest motion, s.
+    pub seconds: f64,
+}
+
+/// The drift of each charge. `driven` motions move under their recorded forces, the others under none.
+pub(super) fn along(
+    physics: &Physics<'_>,
+    charges: &[Charge],
+    motions: &[Trajectory],
+    driven: bool,
+) -> Result<Vec<Drift>> {
+    let mut drifts: Vec<Drift> = charges.iter().map(|_| Drift::none()).collect();
+    let coordinates = physics.lagrangian.coordinates();
+    let mut jets = physics.lagrangian.jets();
+    let (mut jet, mut at_rest) = (Jet::default(), Jet::default());
+    for motion in motions.iter().filter(|motion| motion.len() > 1) {
+        jets.jet(&motion.q, &motion.qd, &mut jet);
+        jets.jet(&motion.q, &vec![0.0; motion.qd.len()], &mut at_rest);
+        let force = forces(physics, motion, driven);
+        for (charge, drift) in charges.iter().zip(&mut drifts) {
+            let state = (&motion.q[..], &motion.qd[..]);
+            let mut values = charge.values(state, &jet, &at_rest.momentum, coordinates);
+            take_off_work(charge, motion, &force, &mut values);
+            drift.add(&values, motion.t[motion.len() - 1] - motion.t[0]);
+        }
+    }
+    for (charge, drift) in charges.iter().zip(&mut drifts) {
+        drift.finish(charge.scale);
+    }
+    Ok(drifts)
+}
+
+/// τ − d at every sample, `[len, n]`.
+fn forces(physics: &Physics<'_>, motion: &Trajectory, driven: bool) -> Vec<f64> {
+    let zeros = vec![0.0; motion.q.len()];
+    let recorded = motion.tau.as_ref().filter(|_| driven).unwrap_or(&zeros);
+    let mut force = recorded.clone();
+    if let Some(actuation) = physics.actuation {
+        actuation.forces(recorded, &mut force);
+    }
+    if let Some(dissipation) = physics.dissipation {
+        let mut friction = zeros;
+        dissipation.force(&motion.qd, &mut friction);
+        force.iter_mut().zip(&friction).for_each(|(f, d)| *f -= d);
+    }
+    force
+}
+
+/// Takes ∫ ξ·(τ − d) dt off the values, by the trapezoidal rule; ξ is q̇ for the energy.
+fn take_off_work(charge: &Charge, motion: &Trajectory, force: &[f64], values: &mut [f64]) {
+    let n = motion.dof();
+    let row = |x: &[f64], k: usize| -> Vec<f64> { x[k * n..(k + 1) * n].to_vec() };
+    let power = |k: usize| match &charge.symmetry {
+        None => dot(&row(&motion.qd, k), &row(force, k)),
+        Some(symmetry) => dot(&symmetry.at(&row(&motion.q, k)), &row(force, k)),
+    };
+    let (mut work, mut before) = (0.0, power(0));
+    for (k, value) in values.iter_mut().enumerate().skip(1) {
+        let now = power(k);
+        work += 0.5 * (motion.t[k] - motion.t[k - 1]) * (before + now);
+        before = now;
+        *value -= work;
+    }
+}
+
+impl Drift {
+    fn none() -> Self {
+        Self {
+            start: Vec::new(),
+            largest: 0.0,
+            at_end: 0.0,
+            relative: 0.0,
+            seconds: 0.0,
+        }
+    }
+
+    fn add(&mut self, values: &[f64], seconds: f64) {
+        let (Some(&first), Some(&last)) = (values.first(), values.last()) else {
+            return;
+        };
+        self.start.push(first);
+        let change = values.iter().map(|x| (x - first).abs());
+        // NaN counts as a change without bounds.
+        self.largest = change.fold(self.largest, |l, x| if x <= l { l } else { x });
+        self.at_end += (last - first).powi(2);
+        self.seconds = self.seconds.max(seconds);
+    }
+
+    fn finish(&mut self, scale: f64) {
+        self.at_end = (self.at_end / self.start.len().max(1) as f64).sqrt();
+        self.relative = self.largest / scale;
+    }
+}

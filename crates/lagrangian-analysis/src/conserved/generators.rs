@@ -1,0 +1,196 @@
+//! The search for symmetries that nobody named: all linear directions ξ = A q + b at once.
+
+use serde::Serialize;
+
+use super::charge::{function_rates, rate};
+use super::states::States;
+use super::symmetry::Symmetry;
+use lagrangian::Topology;
+use lagrangian::solve::{diagonalise, dot, inverse_root, product};
+
+/// A direction that is a symmetry.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Generator {
+    /// A and b; one of a reduced basis of all such directions.
+    pub symmetry: Symmetry,
+    /// Its entries that are not negligible, in words: `x ← −y`.
+    pub text: String,
+}
+
+/// Directions tried together at most.
+const MOST: usize = 90;
+/// Entries below this part of the largest are not named.
+const NEGLIGIBLE: f64 = 0.02;
+
+/// How far apart the states must hold the directions, each of unit size: least eigenvalue of their products over the
+/// largest. Closer ones differ by a motion that is hardly there, of which nothing can be said.
+const APART: f64 = 1e-2;
+
+/// A basis of all directions with r ≤ `tolerance`; `None` where there are too many coordinates, or the states are too
+/// few or too much alike.
+///
+/// R is linear in (A, b), so that r² of theory.md (80), with the functions φ projected out, is a quotient of two
+/// quadratic forms: the directions are the eigenvectors of small eigenvalue. A turns coordinates on the line only: the
+/// product A q means nothing for an angle. Where the model has a magnetic part, F may be up to quadratic.
+pub(super) fn search(states: &States, tolerance: f64) -> Option<Vec<Generator>> {
+    let directions = directions(states);
+    let count = directions.len();
+    let functions = match states.magnetic {
+        true => functions(states),
+        false => Vec::new(),
+    };
+    if count > MOST || states.len() < 4 * (count + functions.len()) {
+        return None;
+    }
+    let sizes = sizes(&directions, states);
+    let lengths: Vec<f64> = (0..count).map(|a| sizes[a * count + a].sqrt()).collect();
+    let unit = |form: Vec<f64>| -> Vec<f64> {
+        let entry = |(ab, x): (usize, f64)| x / (lengths[ab / count] * lengths[ab % count]);
+        form.into_iter().enumerate().map(entry).collect()
+    };
+    let root = inverse_root(&unit(sizes), count, APART)?;
+    let forces = unit(forces(&directions, &functions, states));
+    let mut scaled = product(&product(&root, &forces, count), &root, count);
+    let mut vectors = vec![0.0; count * count];
+    diagonalise(&mut scaled, &mut vectors, count);
+    let small = |i: &usize| scaled[i * count + i] <= tolerance * tolerance;
+    let rows = (0..count).filter(small).map(|i| {
+        let v = &vectors[i * count..(i + 1) * count];
+        let weight = |a: usize| dot(&root[a * count..(a + 1) * count], v) / lengths[a];
+        (0..count).map(weight).collect()
+    });
+    let reduced = reduce(rows.collect());
+    let generator = |row: &Vec<f64>| Generator::of(row, &directions, states);
+    Some(reduced.iter().map(generator).collect())
+}
+
+/// mean ξᵢ·M ξⱼ times the square of the inertial forces, `[count, count]`.
+fn sizes(directions: &[Symmetry], states: &States) -> Vec<f64> {
+    let count = directions.len();
+    let mut sizes = vec![0.0; count * count];
+    for k in 0..states.len() {
+        let at = |d: &Symmetry| d.at(states.position(k));
+        let xi: Vec<Vec<f64>> = directions.iter().map(at).collect();
+        for (ab, size) in sizes.iter_mut().enumerate() {
+            *size += states.product(k, &xi[ab / count], &xi[ab % count]);
+        }
+    }
+    let factor = states.inertial.powi(2) / states.len() as f64;
+    sizes.iter_mut().for_each(|size| *size *= factor);
+    sizes
+}
+
+/// mean Rᵢ Rⱼ, the functions projected out, `[count, count]`.
+fn forces(directions: &[Symmetry], functions: &[Vec<f64>], states: &States) -> Vec<f64> {
+    let count = directions.len();
+    let column = |d: &Symmetry| {
+        let rates = (0..states.len()).map(|k| rate(d, states, k, true));
+        without(rates.collect(), functions)
+    };
+    let left: Vec<Vec<f64>> = directions.iter().map(column).collect();
+    let mean = |ab: usize| dot(&left[ab / count], &left[ab % count]) / states.len() as f64;
+    (0..count * count).map(mean).collect()
+}
+
+/// One direction for each entry of b, and of A where both coordinates are on the line.
+fn directions(states: &States) -> Vec<Symmetry> {
+    let n = states.n();
+    let line = |i: usize| states.coordinates.0[i].topology == Topology::Line;
+    let moving = (0..n).filter(|&i| !states.coordinates.is_parameter(i));
+    let mut all: Vec<Symmetry> = moving.map(|i| Symmetry::translation("", n, &[i])).collect();
+    for i in (0..n).filter(|&i| line(i)) {
+        for j in (0..n).filter(|&j| line(j)) {
+            let mut one = Symmetry::translation("", n, &[]);
+            one.matrix[i * n + j] = 1.0;
+            all.push(one);
+        }
+    }
+    all
+}
+
+/// An orthonormal basis of the rates of the functions φ over the states.
+fn functions(states: &States) -> Vec<Vec<f64>> {
+    let of = |k: usize| function_rates(&states.coordinates, states.position(k), states.speed(k));
+    let rows: Vec<Vec<f64>> = (0..states.len()).map(of).collect();
+    let width = rows.first().map_or(0, Vec::len);
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for c in 0..width {
+        let column: Vec<f64> = rows.iter().map(|row| row[c]).collect();
+        let size = dot(&column, &column).sqrt();
+        // Twice is enough (Kahan, Parlett).
+        let column = without(without(column, &basis), &basis);
+        let left = dot(&column, &column).sqrt();
+        if left > 1e-8 * size {
+            basis.push(column.iter().map(|x| x / left).collect());
+        }
+    }
+    basis
+}
+
+fn without(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Vec<f64> {
+    for b in basis {
+        let part = dot(&column, b);
+        column.iter_mut().zip(b).for_each(|(x, b)| *x -= part * b);
+    }
+    column
+}
+
+/// Reduced row echelon form with the largest pivots: a basis that is easy to read.
+fn reduce(mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    for k in 0..rows.len() {
+        let entries = rows.iter().enumerate().skip(k);
+        let entries =
+            entries.flat_map(|(r, row)| row.iter().enumerate().map(move |(c, x)| (r, c, x.abs())));
+        let Some((r, c, _)) = entries.max_by(|a, b| a.2.total_cmp(&b.2)) else {
+            return rows;
+        };
+        rows.swap(k, r);
+        let pivot = rows[k][c];
+        rows[k].iter_mut().for_each(|x| *x /= pivot);
+        let head = rows[k].clone();
+        for row in rows
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| *i != k)
+            .map(|(_, row)| row)
+        {
+            let factor = row[c];
+            row.iter_mut()
+                .zip(&head)
+                .for_each(|(x, h)| *x -= factor * h);
+        }
+    }
+    rows
+}
+
+impl Generator {
+    fn of(row: &[f64], directions: &[Symmetry], states: &States) -> Self {
+        let n = states.n();
+        let mut symmetry = Symmetry::translation("generator", n, &[]);
+        for (weight, direction) in row.iter().zip(directions) {
+            let matrix = symmetry.matrix.iter_mut().zip(&direction.matrix);
+            matrix.for_each(|(x, d)| *x += weight * d);
+            let shift = symmetry.shift.iter_mut().zip(&direction.shift);
+            shift.for_each(|(x, d)| *x += weight * d);
+        }
+        let text = text(&symmetry, &states.coordinates);
+        Self { symmetry, text }
+    }
+}
+
+fn text(symmetry: &Symmetry, coordinates: &lagrangian::Coordinates) -> String {
+    let n = coordinates.dof();
+    let entries = symmetry.matrix.iter().chain(&symmetry.shift);
+    let largest = entries.fold(0.0, |l: f64, x| l.max(x.abs()));
+    let name = |i: usize| coordinates.0[i].name.as_str();
+    let line = |i: usize| {
+        let turned = (0..n).map(|j| (symmetry.matrix[i * n + j], name(j)));
+        let terms = turned.chain([(symmetry.shift[i], "")]);
+        let terms = terms.filter(|(x, _)| x.abs() > NEGLIGIBLE * largest);
+        let terms: Vec<String> = terms
+            .map(|(x, of)| format!("{x:+.2} {of}").trim().to_string())
+            .collect();
+        (!terms.is_empty()).then(|| format!("δ{} = {}", name(i), terms.join(" ")))
+    };
+    (0..n).filter_map(line).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,176 @@
+//! Directions in which a configuration can move: shifts and turns.
+
+use serde::Serialize;
+
+use lagrangian::{Coordinates, Error, Result, Topology};
+
+/// A direction ξ(q) = A q + b in the space of configurations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Symmetry {
+    /// Name of its charge, e.g. `angular momentum`.
+    pub name: String,
+    /// A, row-major `[n, n]`.
+    pub matrix: Vec<f64>,
+    /// b, `[n]`.
+    pub shift: Vec<f64>,
+}
+
+impl Symmetry {
+    /// A shift of these coordinates together.
+    #[must_use]
+    pub fn translation(name: &str, n: usize, of: &[usize]) -> Self {
+        let shift = (0..n).map(|i| f64::from(u8::from(of.contains(&i))));
+        Self {
+            name: name.into(),
+            matrix: vec![0.0; n * n],
+            shift: shift.collect(),
+        }
+    }
+
+    /// A turn of these pairs (x, y) together about the origin: δx = −y, δy = x.
+    #[must_use]
+    pub fn rotation(name: &str, n: usize, of: &[(usize, usize)]) -> Self {
+        let mut matrix = vec![0.0; n * n];
+        for &(x, y) in of {
+            (matrix[x * n + y], matrix[y * n + x]) = (-1.0, 1.0);
+        }
+        Self {
+            name: name.into(),
+            matrix,
+            shift: vec![0.0; n],
+        }
+    }
+
+    pub(super) fn validate(&self, n: usize) -> Result<()> {
+        let sizes = [(self.matrix.len(), n * n), (self.shift.len(), n)];
+        match sizes
+            .into_iter()
+            .find(|(found, expected)| found != expected)
+        {
+            None => Ok(()),
+            Some((found, expected)) => Err(Error::Shape {
+                what: format!("the direction of '{}'", self.name),
+                found,
+                expected,
+                remedy: "give A for each pair of coordinates, and b for each".into(),
+            }),
+        }
+    }
+
+    /// A q, `[n]`.
+    pub(super) fn turned(&self, q: &[f64]) -> impl Iterator<Item = f64> {
+        self.matrix
+            .chunks_exact(q.len().max(1))
+            .map(move |row| row.iter().zip(q).map(|(a, q)| a * q).sum())
+    }
+
+    /// ξ(q), `[n]`.
+    pub(super) fn at(&self, q: &[f64]) -> Vec<f64> {
+        let turned = self.turned(q);
+        turned.zip(&self.shift).map(|(a, b)| a + b).collect()
+    }
+}
+
+/// The momentum of each coordinate, and those of the points together: shifts along each axis where there are several
+/// points, and turns of all of them.
+///
+/// A point is the list of its two or three Cartesian coordinates.
+///
+/// # Errors
+/// [`Error::Argument`] for points of other sizes, of different sizes, that share coordinates, or with coordinates that
+/// are angles or not there.
+pub fn candidates(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<Vec<Symmetry>> {
+    let n = coordinates.dof();
+    check(coordinates, points)?;
+    let one = |i: usize| {
+        let name = format!("momentum of {}", coordinates.0[i].name);
+        Symmetry::translation(&name, n, &[i])
+    };
+    let moving = (0..n).filter(|&i| !coordinates.is_parameter(i));
+    let mut all: Vec<Symmetry> = moving.map(one).collect();
+    let axes = points.first().map_or(0, Vec::len);
+    const NAMES: [&str; 3] = ["x", "y", "z"];
+    if points.len() > 1 {
+        for (axis, name) in NAMES[..axes].iter().enumerate() {
+            let of: Vec<usize> = points.iter().map(|point| point[axis]).collect();
+            let name = format!("total momentum along {name}");
+            all.push(Symmetry::translation(&name, n, &of));
+        }
+    }
+    let turns: &[(usize, usize, &str)] = match axes {
+        2 => &[(0, 1, "angular momentum")],
+        3 => &[
+            (1, 2, "angular momentum about x"),
+            (2, 0, "angular momentum about y"),
+            (0, 1, "angular momentum about z"),
+        ],
+        _ => &[],
+    };
+    for &(x, y, name) in turns {
+        let of: Vec<_> = points.iter().map(|point| (point[x], point[y])).collect();
+        all.push(Symmetry::rotation(name, n, &of));
+    }
+    Ok(all)
+}
+
+fn check(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<()> {
+    let wrong = |value: String, must| {
+        Err(Error::Argument {
+            name: "points",
+            value,
+            must,
+        })
+    };
+    let n = coordinates.dof();
+    let mut seen = vec![false; n];
+    for point in points {
+        if !(2..=3).contains(&point.len()) || point.len() != points[0].len() {
+            let value = format!("one of {} coordinates", point.len());
+            return wrong(
+                value,
+                "two or three Cartesian coordinates each, of all points as many",
+            );
+        }
+        for &i in point {
+            if i >= n || coordinates.0[i].topology != Topology::Line {
+                let name = coordinates.0.get(i).map_or("?", |c| &c.name);
+                return wrong(
+                    format!("'{name}'"),
+                    "Cartesian coordinates of the model, no angles",
+                );
+            }
+            if std::mem::replace(&mut seen[i], true) {
+                let value = format!("'{}' twice", coordinates.0[i].name);
+                return wrong(value, "points that share no coordinate");
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Points that the names of the coordinates tell: `x1, y1, x2, y2` or `x, y, z`. None where a name is no such, or a
+/// point would have one coordinate.
+#[must_use]
+pub fn points_by_name(coordinates: &Coordinates) -> Vec<Vec<usize>> {
+    let mut points: Vec<(String, Vec<usize>)> = Vec::new();
+    for axis in ["x", "y", "z"] {
+        for (i, coordinate) in coordinates.0.iter().enumerate() {
+            let label = coordinate.name.strip_prefix(axis);
+            let Some(label) = label.filter(|_| coordinate.topology == Topology::Line) else {
+                continue;
+            };
+            match points.iter_mut().find(|(known, _)| known == label) {
+                Some((_, point)) => point.push(i),
+                None => points.push((label.into(), vec![i])),
+            }
+        }
+    }
+    let points: Vec<Vec<usize>> = points.into_iter().map(|(_, point)| point).collect();
+    match points
+        .iter()
+        .all(|p| (2..=3).contains(&p.len()) && p.len() == points[0].len())
+    {
+        true => points,
+        false => Vec::new(),
+    }
+}

@@ -1,0 +1,135 @@
+//! Errors of fits on what they have not seen, compared recording by recording.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+use lagrangian::Trajectory;
+use lagrangian::dynamics::Model;
+
+/// Fewer recordings than this are cut into pieces, so that there is something to resample.
+const FEWEST: usize = 8;
+/// Errors beyond this many times the size of the accelerations are all the same.
+const WORST: f64 = 1e3;
+/// Resamplings.
+const RESAMPLED: usize = 2000;
+
+/// The errors of one fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// Root mean square of the error of q̈ over held-out samples and coordinates, each coordinate in units of its root mean
+    /// square.
+    pub relative: f64,
+    /// The mean square of each piece, in the order of the held-out recordings.
+    pub squares: Vec<f64>,
+    /// The error of each coordinate, m/s² or rad/s², `[n]`.
+    pub accelerations: Vec<f64>,
+}
+
+/// Held-out recordings as pieces: whole, or where there are few, equal parts of each.
+pub(super) fn pieces(recordings: Vec<Trajectory>) -> Vec<Trajectory> {
+    let parts = FEWEST.div_ceil(recordings.len().max(1));
+    let cut = |r: &Trajectory| -> Vec<Trajectory> {
+        let at = |k: usize| r.len() * k / parts;
+        (0..parts)
+            .map(|k| r.part(at(k)..at(k + 1)))
+            .filter(|p| !p.is_empty())
+            .collect()
+    };
+    match parts {
+        1 => recordings,
+        _ => recordings.iter().flat_map(cut).collect(),
+    }
+}
+
+impl HeldOut {
+    /// Of `model` on these pieces; `scale` is the root mean square of each acceleration, `[n]`.
+    pub(super) fn of(model: &dyn Model, pieces: &[Trajectory], scale: &[f64]) -> Self {
+        let n = scale.len();
+        let mut evaluator = model.evaluator();
+        let (mut squares, mut sums, mut count) = (Vec::new(), vec![0.0; n], 0.0);
+        for piece in pieces {
+            let still = vec![0.0; piece.q.len()];
+            let tau = piece.tau.as_ref().unwrap_or(&still);
+            let mut own = vec![0.0; piece.q.len()];
+            evaluator.forward_dynamics(&piece.q, &piece.qd, tau, &mut own);
+            let qdd = piece.qdd.as_ref().unwrap_or(&still);
+            let mut sum = 0.0;
+            for (at, (a, b)) in own.iter().zip(qdd).enumerate() {
+                let e = ((a - b) / scale[at % n]).abs();
+                let square = if e < WORST { e * e } else { WORST * WORST };
+                sums[at % n] += square;
+                sum += square;
+            }
+            squares.push(sum / own.len().max(1) as f64);
+            count += (own.len() / n) as f64;
+        }
+        let mean = |sum: &f64| sum / f64::max(count, 1.0);
+        Self {
+            relative: (sums.iter().map(mean).sum::<f64>() / n as f64).sqrt(),
+            accelerations: sums
+                .iter()
+                .zip(scale)
+                .map(|(sum, s)| mean(sum).sqrt() * s)
+                .collect(),
+            squares,
+        }
+    }
+}
+
+/// The share of resamplings of the pieces, with replacement (Efron 1979), that `judge` puts into each of `classes`; it is
+/// given the relative error of each fit over the same pieces, so that what makes a piece hard is in all of them.
+pub(super) fn shares<const FITS: usize>(
+    fits: [&HeldOut; FITS],
+    classes: usize,
+    judge: impl Fn([f64; FITS]) -> usize,
+    seed: u64,
+) -> Vec<f64> {
+    let count = fits[0].squares.len();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut votes = vec![0.0; classes];
+    for _ in 0..RESAMPLED {
+        let mut sums = [0.0; FITS];
+        for _ in 0..count {
+            let piece = rng.random_range(0..count);
+            for (sum, fit) in sums.iter_mut().zip(fits) {
+                *sum += fit.squares[piece];
+            }
+        }
+        votes[judge(sums.map(|s| (s / count as f64).sqrt()))] += 1.0 / RESAMPLED as f64;
+    }
+    votes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn held_out(squares: &[f64]) -> HeldOut {
+        HeldOut {
+            relative: 0.0,
+            squares: squares.to_vec(),
+            accelerations: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn pieces_that_are_hard_for_all_fits_do_not_blur_which_fit_is_better() {
+        let (one, other) = (
+            held_out(&[1.0, 100.0, 1.0, 1e4]),
+            held_out(&[4.0, 400.0, 4.0, 4e4]),
+        );
+        let better = shares([&one, &other], 2, |[a, b]| usize::from(b > 1.9 * a), 1);
+        assert!((better[1] - 1.0).abs() < 1e-9, "{better:?}");
+    }
+
+    #[test]
+    fn one_piece_of_four_decides_as_often_as_it_is_drawn() {
+        let (one, other) = (held_out(&[1.0; 4]), held_out(&[1.0, 1.0, 1.0, 100.0]));
+        let better = shares([&one, &other], 2, |[a, b]| usize::from(b > 1.5 * a), 1);
+        assert!(
+            (better[1] - (1.0 - 0.75_f64.powi(4))).abs() < 0.03,
+            "{better:?}"
+        );
+    }
+}

@@ -1,0 +1,84 @@
+//! Laws of motion that are not written as a Lagrangian.
+
+use lagrangian::Coordinates;
+use lagrangian::dynamics::{Evaluator, Model};
+
+/// Accelerations of unit masses, a(q, q̇) + τ.
+#[derive(Debug, Clone)]
+pub struct Law {
+    coordinates: Coordinates,
+    accelerations: fn(&[f64], &[f64], &mut [f64]),
+}
+
+impl Law {
+    /// The law q̈ = a(q, q̇) of these coordinates; `accelerations` writes `[n]` values.
+    #[must_use]
+    pub fn new(coordinates: Coordinates, accelerations: fn(&[f64], &[f64], &mut [f64])) -> Self {
+        Self {
+            coordinates,
+            accelerations,
+        }
+    }
+}
+
+impl Model for Law {
+    fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+        Box::new(self.clone())
+    }
+}
+
+impl Evaluator for Law {
+    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+        let n = self.coordinates.dof().max(1);
+        let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
+        for ((q, qd), qdd) in states.zip(qdd.chunks_exact_mut(n)) {
+            (self.accelerations)(q, qd, qdd);
+        }
+        qdd.iter_mut().zip(tau).for_each(|(a, tau)| *a += tau);
+        0
+    }
+
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
+        let still = vec![0.0; tau.len()];
+        self.forward_dynamics(q, qd, &still, tau);
+        tau.iter_mut().zip(qdd).for_each(|(tau, a)| *tau = a - *tau);
+        true
+    }
+
+    fn energy(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
+        false
+    }
+}
+
+/// q̈ = 2 (1 − q²) q̇ − q (van der Pol 1926): every motion ends in one cycle.
+#[must_use]
+pub fn van_der_pol() -> Law {
+    Law::new(Coordinates::lines(1), |q, qd, qdd| {
+        qdd[0] = 2.0 * (1.0 - q[0] * q[0]) * qd[0] - q[0];
+    })
+}
+
+/// q̈ = −∇V + (1 − v²) v with V = ½ (x² + 1.5 y²): a body that drives itself, to a speed of its own.
+#[must_use]
+pub fn active_particle() -> Law {
+    Law::new(Coordinates::lines(2), |q, qd, qdd| {
+        let drive = 1.0 - (qd[0] * qd[0] + qd[1] * qd[1]);
+        qdd[0] = -q[0] + drive * qd[0];
+        qdd[1] = -1.5 * q[1] + drive * qd[1];
+    })
+}
+
+/// q̈ = −q + k r² (−y, x), k = 0.1: a force of positions alone that is not the gradient of a potential. A multiplier g would
+/// have to make g ∂f/∂q symmetric at all q, and only g = 0 does.
+#[must_use]
+pub fn curl_force() -> Law {
+    Law::new(Coordinates::lines(2), |q, _, qdd| {
+        let k = 0.1 * (q[0] * q[0] + q[1] * q[1]);
+        qdd[0] = -q[0] - k * q[1];
+        qdd[1] = -q[1] + k * q[0];
+    })
+}

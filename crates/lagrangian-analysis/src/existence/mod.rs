@@ -1,0 +1,31 @@
+//! Does any Lagrangian exist for recorded motions (the inverse problem of the calculus of variations: Helmholtz 1887,
+//! Darboux 1894, Douglas 1941)?
+//!
+//! [`survey()`] compares fits with and without the restriction to a Lagrangian, looks at the conditions of Helmholtz on
+//! the learned field and at its divergence along motions that come back, and says what follows and how sure that is.
+
+mod damping;
+mod divergence;
+mod errors;
+mod field;
+mod fits;
+mod helmholtz;
+mod item;
+mod laws;
+mod matrices;
+mod parts;
+mod reasons;
+mod survey;
+#[cfg(test)]
+mod tests;
+mod verdict;
+
+pub use damping::Damping;
+pub use divergence::Divergence;
+pub use errors::HeldOut;
+pub use field::FieldScale;
+pub use helmholtz::{Violation, helmholtz};
+pub use item::check_item;
+pub use laws::{Law, active_particle, curl_force, van_der_pol};
+pub use survey::{Asymmetry, Contraction, Survey, SurveyConfig, survey};
+pub use verdict::{Existence, Verdict};

@@ -1,0 +1,238 @@
+//! Three fits, the conditions of Helmholtz and the divergence of one data set, and what follows.
+
+use serde::{Deserialize, Serialize};
+
+use super::damping::{Damping, damping};
+use super::divergence::{Divergence, divergence};
+use super::errors::HeldOut;
+use super::field::FieldScale;
+use super::fits::Fits;
+use super::helmholtz::{Violation, helmholtz, helmholtz_between};
+use super::parts::Parts;
+use super::verdict::{Verdict, hidden, unsupported, verdict};
+use lagrangian::dynamics::Model;
+use lagrangian::lagrangian::LnnConfig;
+use lagrangian::train::{Budget, Observer};
+use lagrangian::{Coordinates, Result, State, Trajectory};
+
+/// How a survey learns; the same for all fits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SurveyConfig {
+    /// The Lagrangian network; the plain one has its width, layers and activation.
+    pub network: LnnConfig,
+    /// Of each of the fits: five, or nine where the first Lagrangians are not enough.
+    pub budget: Budget,
+    /// Samples of one step.
+    pub batch: usize,
+    /// Of weights, batches and the split.
+    pub seed: u64,
+}
+
+impl Default for SurveyConfig {
+    fn default() -> Self {
+        Self {
+            network: LnnConfig {
+                width: 32,
+                ..LnnConfig::default()
+            },
+            budget: Budget::Steps(300),
+            batch: 128,
+            seed: 0,
+        }
+    }
+}
+
+/// What the conditions of Helmholtz leave of the learned field.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Asymmetry {
+    /// The middle one of all motions; see [`Violation::asymmetry`].
+    pub median: f64,
+    /// What errors of learning and noise can make of it, the less of two: the middle one of a field that was learned
+    /// alike from the accelerations of the Lagrangian fit, and the middle difference of Φ to a field that was learned alike
+    /// from recordings drawn with replacement.
+    pub chance: f64,
+    /// The middle one of [`Violation::regularity`].
+    pub regularity: f64,
+    /// Motions that did not end early.
+    pub motions: usize,
+    /// Of each motion.
+    pub all: Vec<f64>,
+    /// What errors can make of each.
+    pub all_by_chance: Vec<f64>,
+}
+
+/// The mean divergence of the learned field.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Contraction {
+    /// Of the field.
+    pub found: Divergence,
+    /// Its difference to that of a field that was learned alike from recordings drawn with replacement, 1/s.
+    pub chance: f64,
+    /// What an error of q̈ of the size of the unrestricted fit's makes where it goes with q̇, 1/s.
+    pub floor: f64,
+}
+
+impl Contraction {
+    /// The error of the rate, 1/s: from motion to motion, of learning, and what the held-out errors allow.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.found.error.hypot(self.chance).hypot(self.floor)
+    }
+}
+
+/// Everything that a survey found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Survey {
+    /// Whether a Lagrangian exists, how sure that is, and why.
+    pub verdict: Verdict,
+    /// The fit of a Lagrangian alone.
+    pub conservative: HeldOut,
+    /// With viscous and dry friction of each coordinate.
+    pub friction: HeldOut,
+    /// Of any force: a plain network.
+    pub unrestricted: HeldOut,
+    /// None for one coordinate, and where no motion of the learned field lasts.
+    pub asymmetry: Option<Asymmetry>,
+    /// None where too few motions come back.
+    pub contraction: Option<Contraction>,
+    /// None for free motions.
+    pub damping: Option<Damping>,
+    /// Accelerations that a force outside the verdict could still make without being seen, m/s² or rad/s², `[n]`.
+    pub hidden: Vec<f64>,
+    /// Held-out recordings and samples.
+    pub recordings: usize,
+    /// Held-out samples.
+    pub samples: usize,
+}
+
+/// Does a Lagrangian exist for these recordings? They need accelerations.
+///
+/// 1. Three fits of the same size, optimiser and budget: a Lagrangian alone, one with friction of each coordinate, and a
+///    plain network, which any force fits. A restriction that costs nothing on held-out recordings holds.
+/// 2. The conditions of Helmholtz on the plain network's field: is there a multiplier that makes it a Lagrangian's? They
+///    do not depend on whether a Lagrangian network learns well. The fourth fit, a plain network of recordings
+///    drawn with replacement, measures what errors of learning can make of them.
+///    Driven motions show the multiplier itself, M: there the damping D is measured, and where it couples coordinates no
+///    friction of single coordinates is enough.
+/// 3. The mean divergence along motions that come back, which a Lagrangian keeps at 0.
+///
+/// The confidence is the share of resamplings of the held-out recordings with the same verdict, at most 1 − 2⁻ᵏ for k of
+/// them, and less where the other two tests do not support it.
+///
+/// # Errors
+/// As [`Dataset::new`](lagrangian::Dataset::new) and [`fit`](lagrangian::fit()); [`Error::TooShort`](lagrangian::Error::TooShort) where too little is left to hold out.
+pub fn survey(
+    coordinates: &Coordinates,
+    recordings: &[Trajectory],
+    config: &SurveyConfig,
+    observer: &mut dyn Observer,
+) -> Result<Survey> {
+    let parts = Parts::new(coordinates, recordings, config.seed)?;
+    let scale = parts.scale()?;
+    let (qdd, tau) = (
+        parts.dataset.acceleration_scale(),
+        parts.dataset.force_scale(),
+    );
+    let mut fits = Fits::new(&parts, config, observer);
+    let held_out = |model: &dyn Model| HeldOut::of(model, &parts.test, &qdd);
+    let plain = fits.plain()?;
+    let models: [&dyn Model; 2] = [&plain, &fits.plain_drawn()?];
+    let mut lagrangians = fits.lagrangians()?;
+    let null = fits.plain_of(&lagrangians[0].model, &held_out(&plain).accelerations)?;
+    let mut found = Survey {
+        verdict: Verdict::none(),
+        hidden: Vec::new(),
+        asymmetry: asymmetry(models, &null, &parts.starts(), &scale)?,
+        contraction: contraction(models, recordings, &scale, held_out(&plain).relative),
+        damping: damping_of(models, &parts, &scale, &tau),
+        conservative: held_out(&lagrangians[0].model),
+        friction: held_out(&lagrangians[1].model),
+        unrestricted: held_out(&plain),
+        recordings: parts.recordings,
+        samples: parts.test.iter().map(Trajectory::len).sum(),
+    };
+    if unsupported(&found) {
+        lagrangians = fits.otherwise(lagrangians)?;
+        found.conservative = held_out(&lagrangians[0].model);
+        found.friction = held_out(&lagrangians[1].model);
+    }
+    found.hidden = hidden(&found);
+    found.verdict = verdict(&found, coordinates.dof(), config.seed);
+    Ok(found)
+}
+
+fn damping_of(
+    models: [&dyn Model; 2],
+    parts: &Parts,
+    scale: &FieldScale,
+    tau: &[f64],
+) -> Option<Damping> {
+    parts
+        .dataset
+        .forced
+        .then(|| damping(models, &parts.test, scale, tau))
+        .flatten()
+}
+
+fn asymmetry(
+    models: [&dyn Model; 2],
+    null: &dyn Model,
+    starts: &[State],
+    scale: &FieldScale,
+) -> Result<Option<Asymmetry>> {
+    if scale.q.len() == 1 {
+        return Ok(None);
+    }
+    let found = helmholtz_between(models, starts, scale)?;
+    let values = |of: &dyn Fn(&(Violation, f64)) -> f64| -> Vec<f64> {
+        found.iter().map(of).filter(|x| x.is_finite()).collect()
+    };
+    let all = values(&|(v, _)| v.asymmetry);
+    let all_by_chance = values(&|(_, chance)| *chance);
+    let of_null = helmholtz(null, starts, scale)?;
+    let of_null: Vec<f64> = of_null.iter().map(|v| v.asymmetry).collect();
+    // Both are more rather than less than what errors do: the one is a bound, the other that of a field that may be harder.
+    let all_by_chance = match (median(&all_by_chance), median(&of_null)) {
+        (Some(bound), Some(null)) if null < bound => of_null,
+        _ => all_by_chance,
+    };
+    let middle = (
+        median(&all),
+        median(&all_by_chance),
+        median(&values(&|(v, _)| v.regularity)),
+    );
+    let (Some(median), Some(chance), Some(regularity)) = middle else {
+        return Ok(None);
+    };
+    let motions = all.len();
+    Ok(Some(Asymmetry {
+        median,
+        chance,
+        regularity,
+        motions,
+        all,
+        all_by_chance,
+    }))
+}
+
+fn contraction(
+    [own, second]: [&dyn Model; 2],
+    recordings: &[Trajectory],
+    scale: &FieldScale,
+    error: f64,
+) -> Option<Contraction> {
+    let found = divergence(own, recordings, scale)?;
+    let chance = (divergence(second, recordings, scale)?.rate - found.rate).abs();
+    Some(Contraction {
+        found,
+        chance,
+        floor: error / scale.time,
+    })
+}
+
+fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}

@@ -1,0 +1,62 @@
+//! Feedback that the model makes linear.
+
+use super::gains::{no_inverse, same_dof};
+use super::{Controller, Desired, Gains, Reference};
+use lagrangian::Result;
+use lagrangian::dynamics::{Evaluator, Model};
+
+/// τ = M̂(q) (`q̈_d` + `K_p` e + `K_d` ė) + ĉ(q, q̇), theory.md (52): with a perfect model ë + `K_d` ė + `K_p` e = 0.
+///
+/// Gains are in s⁻² and s⁻¹ here, the same for heavy and light joints.
+pub struct ComputedTorque<'a> {
+    gains: Gains,
+    reference: &'a Reference,
+    evaluator: Box<dyn Evaluator + 'a>,
+    desired: Desired,
+    acceleration: Vec<f64>,
+}
+
+impl<'a> ComputedTorque<'a> {
+    /// With these gains and this model along this reference.
+    ///
+    /// # Errors
+    /// As [`Gains::validate`]; [`lagrangian::Error::Shape`] for a model of other degrees of freedom, [`lagrangian::Error::Argument`]
+    /// for one without inverse dynamics.
+    pub fn new(model: &'a dyn Model, gains: Gains, reference: &'a Reference) -> Result<Self> {
+        let n = reference.dof();
+        gains.validate(n)?;
+        same_dof(model, n)?;
+        let mut evaluator = model.evaluator();
+        let start = &reference.samples().q[..n];
+        let (rest, mut tau) = (vec![0.0; n], vec![0.0; n]);
+        // Warms the evaluator up, so that the first tick allocates nothing.
+        if !evaluator.inverse_dynamics(start, &rest, &rest, &mut tau) {
+            return Err(no_inverse());
+        }
+        Ok(Self {
+            gains,
+            reference,
+            evaluator,
+            desired: Desired::new(n),
+            acceleration: vec![0.0; n],
+        })
+    }
+}
+
+impl Controller for ComputedTorque<'_> {
+    fn torque(&mut self, t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]) {
+        self.reference.at(t, &mut self.desired);
+        self.gains
+            .correction(&self.desired, q, qd, &mut self.acceleration);
+        self.acceleration
+            .iter_mut()
+            .zip(&self.desired.qdd)
+            .for_each(|(a, d)| *a += d);
+        if !self
+            .evaluator
+            .inverse_dynamics(q, qd, &self.acceleration, tau)
+        {
+            tau.fill(0.0);
+        }
+    }
+}

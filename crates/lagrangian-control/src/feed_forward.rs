@@ -1,0 +1,82 @@
+//! Feedback with the torque that the model asks for along the reference.
+
+use super::gains::{no_inverse, same_dof};
+use super::{Controller, Desired, Gains, Reference};
+use lagrangian::Result;
+use lagrangian::dynamics::{Evaluator, Model};
+
+/// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
+///
+/// Inverse dynamics at the reference, not at the measured state: noise of the sensors never passes through the model.
+/// Where the model is not finite the feed-forward is left out and counted; the feedback stays.
+pub struct FeedForward<'a> {
+    gains: &'a Gains,
+    reference: &'a Reference,
+    evaluator: Box<dyn Evaluator + 'a>,
+    desired: Desired,
+    lead: f64,
+    correction: Vec<f64>,
+    dropped: u64,
+}
+
+impl<'a> FeedForward<'a> {
+    /// With these gains and this model along this reference. `lead`, s, is how far ahead of the measurement the
+    /// torque acts on average: half a tick, and the delay of the drive.
+    ///
+    /// # Errors
+    /// As [`Gains::validate`]; [`lagrangian::Error::Shape`] for a model of other degrees of freedom, [`lagrangian::Error::Argument`] for one
+    /// without inverse dynamics.
+    pub fn new(
+        model: &'a dyn Model,
+        gains: &'a Gains,
+        reference: &'a Reference,
+        lead: f64,
+    ) -> Result<Self> {
+        let n = reference.dof();
+        gains.validate(n)?;
+        same_dof(model, n)?;
+        let mut new = Self {
+            gains,
+            reference,
+            evaluator: model.evaluator(),
+            desired: Desired::new(n),
+            lead,
+            correction: vec![0.0; n],
+            dropped: 0,
+        };
+        // Warms the evaluator up, so that the first tick allocates nothing.
+        let mut tau = vec![0.0; n];
+        if new.feed_forward(reference.start(), &mut tau) {
+            return Ok(new);
+        }
+        Err(no_inverse())
+    }
+
+    /// Ticks at which the model was not finite, so that feedback worked alone.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    fn feed_forward(&mut self, t: f64, tau: &mut [f64]) -> bool {
+        self.reference.at(t + self.lead, &mut self.desired);
+        let Desired { q, qd, qdd } = &self.desired;
+        self.evaluator.inverse_dynamics(q, qd, qdd, tau)
+    }
+}
+
+impl Controller for FeedForward<'_> {
+    fn torque(&mut self, t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]) {
+        let known = self.feed_forward(t, tau);
+        if !(known && tau.iter().all(|x| x.is_finite())) {
+            tau.fill(0.0);
+            self.dropped += 1;
+        }
+        self.reference.at(t, &mut self.desired);
+        self.gains
+            .correction(&self.desired, q, qd, &mut self.correction);
+        tau.iter_mut()
+            .zip(&self.correction)
+            .for_each(|(tau, x)| *tau += x);
+    }
+}

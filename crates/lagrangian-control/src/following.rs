@@ -1,0 +1,195 @@
+//! A robot follows a reference from end to end, and how well.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    ComputedTorque, Controller, Desired, Driven, FeedForward, Gains, LoopConfig, Pd, Reference,
+    Simulation,
+};
+use lagrangian::dynamics::Model;
+use lagrangian::{Error, Result, State};
+
+/// Who decides the torques; gains as in [`Pd`], [`FeedForward`] and [`ComputedTorque`].
+#[derive(Clone, Copy)]
+pub enum Law<'a> {
+    /// Feedback alone.
+    Feedback(&'a Gains),
+    /// Feedback, and the torque that a model asks for along the reference.
+    FeedForward(&'a dyn Model, &'a Gains),
+    /// Feedback that a model makes linear.
+    ComputedTorque(&'a dyn Model, &'a Gains),
+}
+
+/// How well a reference was followed; `[n]` each.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Following {
+    /// Root mean square of e = `q_d` − q over all ticks, rad (m).
+    pub rmse: Vec<f64>,
+    /// Largest |e|, rad (m).
+    pub largest: Vec<f64>,
+    /// Part of the ticks at which the torque was at its limit; 0 where there is none.
+    pub at_limit: Vec<f64>,
+}
+
+/// A reference that was followed.
+#[derive(Debug, Clone)]
+pub struct Followed {
+    /// What the robot did, at the times of the reference.
+    pub driven: Driven,
+    /// e = `q_d` − q at the ticks, `[ticks, n]`.
+    pub error: Vec<f64>,
+    /// Its figures.
+    pub following: Following,
+    /// Ticks at which the feed-forward was not finite, so that feedback worked alone.
+    pub without: u64,
+}
+
+/// A reference lasts so many ticks at least: below, there is no motion to follow.
+const FEWEST_TICKS: f64 = 10.0;
+/// And so many at most: they are held in memory.
+const MOST_TICKS: f64 = 5e6;
+/// The longest delay, as a part of the reference.
+const LONGEST_DELAY: f64 = 0.5;
+
+/// `robot` follows `reference` from its first sample, where it begins without error, to its last.
+///
+/// # Errors
+/// As [`Simulation::new`] and the controllers' own; [`Error::Shape`] for a robot of other degrees of freedom,
+/// [`Error::Argument`] for one without forward dynamics, for a reference of too few or too many ticks, and for delays of
+/// more than half of it.
+pub fn follow(
+    robot: &dyn Model,
+    reference: &Reference,
+    law: Law,
+    control: &LoopConfig,
+) -> Result<Followed> {
+    control.validate(reference.dof())?;
+    refuse_robot(robot, reference)?;
+    refuse_length(reference, control)?;
+    let drive = |controller: &mut dyn Controller| run(robot, reference, controller, control);
+    let (driven, without) = match law {
+        Law::Feedback(gains) => (drive(&mut Pd::new(gains.clone(), reference)?)?, 0),
+        Law::FeedForward(model, gains) => {
+            let mut controller = FeedForward::new(model, gains, reference, control.lead())?;
+            (drive(&mut controller)?, controller.dropped())
+        }
+        Law::ComputedTorque(model, gains) => {
+            let mut controller = ComputedTorque::new(model, gains.clone(), reference)?;
+            (drive(&mut controller)?, 0)
+        }
+    };
+    let error = errors(&driven, reference);
+    Ok(Followed {
+        following: Following::of(&driven, &error, &control.limit),
+        driven,
+        error,
+        without,
+    })
+}
+
+fn refuse_robot(robot: &dyn Model, reference: &Reference) -> Result<()> {
+    let (found, expected) = (reference.dof(), robot.coordinates().dof());
+    if found != expected {
+        return Err(Error::Shape {
+            what: "reference".into(),
+            found,
+            expected,
+            remedy: "give a column of q for each joint of the robot, or the robot of the reference"
+                .into(),
+        });
+    }
+    if robot.moves() {
+        return Ok(());
+    }
+    Err(Error::Argument {
+        name: "robot",
+        value: "a model without forward dynamics".into(),
+        must: "a Lagrangian, a known system, or rigid bodies",
+    })
+}
+
+fn refuse_length(reference: &Reference, control: &LoopConfig) -> Result<()> {
+    let seconds = reference.end() - reference.start();
+    let ticks = seconds * control.rate;
+    if !(FEWEST_TICKS..=MOST_TICKS).contains(&ticks) {
+        return Err(Error::Argument {
+            name: "length of the reference",
+            value: format!("{seconds} s, {ticks:.0} ticks"),
+            must: "10 to 5000000 ticks of the loop: change the rate, or the reference",
+        });
+    }
+    let delay = (control.actuation_delay + control.sensor_delay) as f64;
+    if delay <= LONGEST_DELAY * ticks {
+        return Ok(());
+    }
+    Err(Error::Argument {
+        name: "delay",
+        value: format!("{delay} of {ticks:.0} ticks"),
+        must: "at most half of the reference: loops of robots have 0 to some 10 ticks",
+    })
+}
+
+fn run(
+    robot: &dyn Model,
+    reference: &Reference,
+    controller: &mut dyn Controller,
+    control: &LoopConfig,
+) -> Result<Driven> {
+    let (n, begin, samples) = (reference.dof(), reference.start(), reference.samples());
+    let start = State::new(samples.q[..n].to_vec(), samples.qd[..n].to_vec());
+    let mut simulation = Simulation::new(robot, &start, control.clone())?;
+    let mut shifted = |t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]| {
+        controller.torque(t + begin, q, qd, tau);
+    };
+    simulation.run(&mut shifted, reference.end() - begin);
+    let mut driven = simulation.finish();
+    for trajectory in [&mut driven.trajectory, &mut driven.measured] {
+        trajectory.t.iter_mut().for_each(|t| *t += begin);
+    }
+    Ok(driven)
+}
+
+fn errors(driven: &Driven, reference: &Reference) -> Vec<f64> {
+    let n = reference.dof();
+    let mut desired = Desired::new(n);
+    let rows = driven
+        .trajectory
+        .t
+        .iter()
+        .zip(driven.trajectory.q.chunks_exact(n));
+    let mut error = Vec::with_capacity(driven.trajectory.q.len());
+    for (&t, q) in rows {
+        reference.at(t, &mut desired);
+        error.extend(desired.q.iter().zip(q).map(|(wanted, q)| wanted - q));
+    }
+    error
+}
+
+impl Following {
+    fn of(driven: &Driven, error: &[f64], limit: &[f64]) -> Self {
+        let (n, ticks) = (driven.trajectory.dof(), driven.trajectory.len() as f64);
+        let tau = driven.trajectory.tau.as_deref().unwrap_or(&[]);
+        let column = |x: &'_ [f64], i: usize| x.iter().skip(i).step_by(n).copied().collect();
+        let each = |figure: &dyn Fn(usize) -> f64| (0..n).map(figure).collect();
+        let rmse = |i| {
+            let e: Vec<f64> = column(error, i);
+            (e.iter().map(|e| e * e).sum::<f64>() / ticks).sqrt()
+        };
+        let largest = |i| {
+            let e: Vec<f64> = column(error, i);
+            e.iter().fold(0.0, |most: f64, e| most.max(e.abs()))
+        };
+        let at_limit = |i| {
+            let Some(&limit) = limit.get(i).filter(|limit| **limit > 0.0) else {
+                return 0.0;
+            };
+            let tau: Vec<f64> = column(tau, i);
+            tau.iter().filter(|tau| tau.abs() >= limit).count() as f64 / ticks
+        };
+        Self {
+            rmse: each(&rmse),
+            largest: each(&largest),
+            at_limit: each(&at_limit),
+        }
+    }
+}

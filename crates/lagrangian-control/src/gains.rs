@@ -1,0 +1,136 @@
+//! Gains of a feedback, given or made for a robot.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Desired, Reference};
+use lagrangian::dynamics::Model;
+use lagrangian::{Error, Result};
+
+/// Gains of a proportional-derivative law: the forces for a unit of error.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Gains {
+    /// `K_p`, N·m/rad (N/m), `[n]`.
+    pub kp: Vec<f64>,
+    /// `K_d`, N·m·s/rad (N·s/m), `[n]`.
+    pub kd: Vec<f64>,
+}
+
+/// Samples of a reference at which an inertia is taken, at most.
+const INERTIA_SAMPLES: usize = 200;
+
+impl Gains {
+    /// The same two gains for each of `n` coordinates.
+    #[must_use]
+    pub fn uniform(n: usize, kp: f64, kd: f64) -> Self {
+        Self {
+            kp: vec![kp; n],
+            kd: vec![kd; n],
+        }
+    }
+
+    /// `K_p` = ω² m and `K_d` = 2 ω m for each inertia m, kg·m² (kg): critically damped at the bandwidth ω, rad/s.
+    #[must_use]
+    pub fn critical(inertia: &[f64], bandwidth: f64) -> Self {
+        let each = |factor: f64| inertia.iter().map(|m| factor * m).collect();
+        Self {
+            kp: each(bandwidth * bandwidth),
+            kd: each(2.0 * bandwidth),
+        }
+    }
+
+    /// The same gains for accelerations, s⁻² and s⁻¹, as forces of joints of these inertias.
+    #[must_use]
+    pub fn of_inertia(&self, inertia: &[f64]) -> Self {
+        let scaled = |gains: &[f64]| gains.iter().zip(inertia).map(|(k, m)| k * m).collect();
+        Self {
+            kp: scaled(&self.kp),
+            kd: scaled(&self.kd),
+        }
+    }
+
+    /// Checks that there are `n` of each, finite and not negative.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] or [`Error::Argument`].
+    pub fn validate(&self, n: usize) -> Result<()> {
+        for (name, list) in [("kp", &self.kp), ("kd", &self.kd)] {
+            if list.len() != n {
+                return Err(Error::Shape {
+                    what: name.into(),
+                    found: list.len(),
+                    expected: n,
+                    remedy: "give one gain for each coordinate".into(),
+                });
+            }
+            if let Some(gain) = list
+                .iter()
+                .find(|gain| !(gain.is_finite() && **gain >= 0.0))
+            {
+                return Err(Error::Argument {
+                    name,
+                    value: gain.to_string(),
+                    must: "finite, and 0 or above: a negative gain drives the robot away",
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes `K_p (q_d − q) + K_d (q̇_d − q̇)`.
+    pub(crate) fn correction(&self, desired: &Desired, q: &[f64], qd: &[f64], out: &mut [f64]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = self.kp[i] * (desired.q[i] - q[i]) + self.kd[i] * (desired.qd[i] - qd[i]);
+        }
+    }
+}
+
+/// What each joint of `model` weighs along a reference: the mean of `M_ii(q_d)`, kg·m² (kg), `[n]`.
+///
+/// # Errors
+/// [`Error::Shape`] for a model of other degrees of freedom, [`Error::Argument`] for one without inverse dynamics.
+pub fn inertia_along(model: &dyn Model, reference: &Reference) -> Result<Vec<f64>> {
+    let n = reference.dof();
+    same_dof(model, n)?;
+    let samples = reference.samples();
+    let step = samples.len().div_ceil(INERTIA_SAMPLES);
+    let rows = || samples.q.chunks_exact(n).step_by(step);
+    let mut evaluator = model.evaluator();
+    let (rest, mut unit) = (vec![0.0; n], vec![0.0; n]);
+    let (mut still, mut pushed) = (vec![0.0; n], vec![0.0; n]);
+    let mut inertia = vec![0.0; n];
+    for q in rows() {
+        if !evaluator.inverse_dynamics(q, &rest, &rest, &mut still) {
+            return Err(no_inverse());
+        }
+        for i in 0..n {
+            unit[i] = 1.0;
+            evaluator.inverse_dynamics(q, &rest, &unit, &mut pushed);
+            unit[i] = 0.0;
+            inertia[i] += (pushed[i] - still[i]) / rows().len() as f64;
+        }
+    }
+    Ok(inertia)
+}
+
+/// Refuses a model of other degrees of freedom than the reference's.
+pub(super) fn same_dof(model: &dyn Model, n: usize) -> Result<()> {
+    let found = model.coordinates().dof();
+    if found == n {
+        return Ok(());
+    }
+    Err(Error::Shape {
+        what: "model".into(),
+        found,
+        expected: n,
+        remedy: "give a reference and a model of the same coordinates".into(),
+    })
+}
+
+/// What a controller says of a model that cannot tell torques.
+pub(super) fn no_inverse() -> Error {
+    Error::Argument {
+        name: "model",
+        value: "one without inverse dynamics".into(),
+        must: "a Lagrangian, or a plain network that was fitted with --loss torque",
+    }
+}

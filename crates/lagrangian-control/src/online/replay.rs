@@ -1,0 +1,190 @@
+//! What is trained on: the newest samples in full, and a fair choice of all older ones.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::Sample;
+use lagrangian::train::Samples;
+use lagrangian::{Error, Result};
+
+/// How much is remembered.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ReplayConfig {
+    /// Newest samples, all of them kept.
+    pub newest: usize,
+    /// Older samples, a fair choice of all that were seen.
+    pub reservoir: usize,
+    /// Share of a batch that is drawn from the newest.
+    pub share: f64,
+}
+
+impl Default for ReplayConfig {
+    fn default() -> Self {
+        Self {
+            newest: 256,
+            reservoir: 8192,
+            share: 0.25,
+        }
+    }
+}
+
+/// Samples that are remembered; the newest overwrite each other in a ring, and what they push out enters a reservoir
+/// (algorithm R, Vitter 1985).
+#[derive(Debug, Clone)]
+pub struct Replay {
+    config: ReplayConfig,
+    /// The ring of the newest, then the reservoir.
+    samples: Samples,
+    /// Samples in the ring, and where its oldest stands.
+    filled: usize,
+    oldest: usize,
+    /// Samples that were offered to the reservoir, and those in it.
+    offered: u64,
+    stored: usize,
+    rng: ChaCha8Rng,
+}
+
+impl Replay {
+    /// For samples of `n` coordinates.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for settings outside their domain.
+    pub fn new(n: usize, config: ReplayConfig, seed: u64) -> Result<Self> {
+        let size = config.newest.saturating_add(config.reservoir);
+        if config.newest == 0 || size > 1 << 22 || !(0.0..=1.0).contains(&config.share) {
+            return Err(Error::Argument {
+                name: "replay",
+                value: format!("{config:?}"),
+                must: "at least one newest sample, at most 4194304 in all, and a share between 0 and 1",
+            });
+        }
+        let column = || vec![0.0; size * n];
+        Ok(Self {
+            samples: Samples {
+                n,
+                q: column(),
+                qd: column(),
+                qdd: column(),
+                tau: column(),
+                ..Samples::default()
+            },
+            config,
+            filled: 0,
+            oldest: 0,
+            offered: 0,
+            stored: 0,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+        })
+    }
+
+    /// Remembers a sample.
+    pub fn push(&mut self, sample: &Sample) {
+        let place = if self.filled < self.config.newest {
+            self.filled += 1;
+            self.filled - 1
+        } else {
+            let place = self.oldest;
+            self.keep(place);
+            self.oldest = (self.oldest + 1) % self.config.newest;
+            place
+        };
+        let n = self.samples.n;
+        let row = place * n..(place + 1) * n;
+        self.samples.q[row.clone()].copy_from_slice(&sample.q);
+        self.samples.qd[row.clone()].copy_from_slice(&sample.qd);
+        self.samples.qdd[row.clone()].copy_from_slice(&sample.qdd);
+        self.samples.tau[row].copy_from_slice(&sample.tau);
+    }
+
+    /// Offers the sample at `place` to the reservoir.
+    fn keep(&mut self, place: usize) {
+        self.offered += 1;
+        if self.config.reservoir == 0 {
+            return;
+        }
+        let target = if self.stored < self.config.reservoir {
+            self.stored += 1;
+            self.stored - 1
+        } else {
+            let drawn = self.rng.random_range(0..self.offered);
+            match usize::try_from(drawn) {
+                Ok(drawn) if drawn < self.config.reservoir => drawn,
+                _ => return,
+            }
+        };
+        let n = self.samples.n;
+        let to = (self.config.newest + target) * n;
+        let Samples {
+            q, qd, qdd, tau, ..
+        } = &mut self.samples;
+        for signal in [q, qd, qdd, tau] {
+            signal.copy_within(place * n..(place + 1) * n, to);
+        }
+    }
+
+    /// Forgets all but the last `keep` samples: what came before is no longer true.
+    pub fn forget(&mut self, keep: usize) {
+        let keep = keep.min(self.filled);
+        let ring = self.config.newest;
+        let n = self.samples.n;
+        // The newest stands before the oldest.
+        let first = (self.oldest + self.filled - keep) % ring.max(1);
+        let order: Vec<usize> = (0..keep).map(|k| (first + k) % ring).collect();
+        let Samples {
+            q, qd, qdd, tau, ..
+        } = &mut self.samples;
+        for signal in [q, qd, qdd, tau] {
+            let kept: Vec<f64> = order
+                .iter()
+                .flat_map(|&k| signal[k * n..(k + 1) * n].to_vec())
+                .collect();
+            signal[..kept.len()].copy_from_slice(&kept);
+        }
+        (self.filled, self.oldest, self.offered, self.stored) = (keep, 0, 0, 0);
+    }
+
+    /// All that is remembered, with places that hold nothing yet: only the numbers of [`Replay::draw`] and
+    /// [`Replay::newest`] are samples.
+    #[must_use]
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// Number of samples that are remembered.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.filled + self.stored
+    }
+
+    /// Whether nothing is remembered.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.filled == 0
+    }
+
+    /// Draws the numbers of a batch: a share from the newest, the others from the reservoir.
+    pub fn draw(&mut self, batch: usize, numbers: &mut Vec<usize>) {
+        numbers.clear();
+        if self.is_empty() {
+            return;
+        }
+        for k in 0..batch.min(self.len()) {
+            let newest = self.stored == 0 || (k as f64) < self.config.share * batch as f64;
+            numbers.push(if newest {
+                self.rng.random_range(0..self.filled)
+            } else {
+                self.config.newest + self.rng.random_range(0..self.stored)
+            });
+        }
+    }
+
+    /// The numbers of the last `count` samples, oldest first.
+    pub fn newest(&self, count: usize, numbers: &mut Vec<usize>) {
+        numbers.clear();
+        let count = count.min(self.filled);
+        let first = self.oldest + self.filled - count;
+        numbers.extend((0..count).map(|k| (first + k) % self.config.newest));
+    }
+}

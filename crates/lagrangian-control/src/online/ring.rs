@@ -1,0 +1,175 @@
+//! A bounded buffer between one writer that never waits and one reader.
+//!
+//! Every slot carries the number of the row that it holds, set to an odd number while it is written (a sequence lock).
+//! The writer overwrites the oldest row without asking; the reader sees that from the number, and counts what it lost.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering, fence};
+
+use lagrangian::{Error, Result};
+
+struct Shared {
+    width: usize,
+    /// Number of rows written.
+    head: AtomicU64,
+    /// 2 (row + 1) for a slot that holds a row, 2 row + 1 while it is written.
+    numbers: Vec<AtomicU64>,
+    /// The bits of the values, `[slots, width]`.
+    values: Vec<AtomicU64>,
+}
+
+/// The end of the control loop.
+pub struct Writer {
+    shared: Arc<Shared>,
+}
+
+/// The end of the learner.
+pub struct Reader {
+    shared: Arc<Shared>,
+    next: u64,
+    lost: u64,
+}
+
+/// Largest buffer, in numbers.
+const LARGEST: usize = 1 << 26;
+
+/// A buffer of `slots` rows of `width` numbers each.
+///
+/// # Errors
+/// [`Error::Argument`] for none, or more than 2²⁶ numbers.
+pub fn ring(slots: usize, width: usize) -> Result<(Writer, Reader)> {
+    let size = slots.saturating_mul(width);
+    if size == 0 || size > LARGEST {
+        return Err(Error::Argument {
+            name: "ring buffer",
+            value: format!("{slots} × {width}"),
+            must: "at least one row, and at most 67108864 numbers",
+        });
+    }
+    let zeros = |count| (0..count).map(|_| AtomicU64::new(0)).collect();
+    let shared = Arc::new(Shared {
+        width,
+        head: AtomicU64::new(0),
+        numbers: zeros(slots),
+        values: zeros(size),
+    });
+    let reader = Reader {
+        shared: shared.clone(),
+        next: 0,
+        lost: 0,
+    };
+    Ok((Writer { shared }, reader))
+}
+
+impl Shared {
+    fn slot(&self, row: u64) -> usize {
+        (row % self.numbers.len() as u64) as usize
+    }
+
+    fn values(&self, slot: usize) -> &[AtomicU64] {
+        &self.values[slot * self.width..(slot + 1) * self.width]
+    }
+}
+
+impl Writer {
+    /// Writes a row, over the oldest one if the buffer is full; never waits and allocates nothing. A row of another
+    /// width is cut or filled with what stood there.
+    pub fn push(&mut self, row: &[f64]) {
+        let shared = &*self.shared;
+        // OK because there is one writer.
+        let number = shared.head.load(Ordering::Relaxed);
+        let slot = shared.slot(number);
+        shared.numbers[slot].store(2 * number + 1, Ordering::Relaxed);
+        fence(Ordering::Release);
+        for (to, from) in shared.values(slot).iter().zip(row) {
+            to.store(from.to_bits(), Ordering::Relaxed);
+        }
+        shared.numbers[slot].store(2 * (number + 1), Ordering::Release);
+        shared.head.store(number + 1, Ordering::Release);
+    }
+}
+
+impl Reader {
+    /// Copies the oldest row that is left to `row`; `false` if there is none.
+    pub fn pop(&mut self, row: &mut [f64]) -> bool {
+        loop {
+            let shared = &*self.shared;
+            let head = shared.head.load(Ordering::Acquire);
+            let oldest = head.saturating_sub(shared.numbers.len() as u64);
+            if self.next < oldest {
+                self.lost += oldest - self.next;
+                self.next = oldest;
+            }
+            if self.next >= head {
+                return false;
+            }
+            let (number, slot) = (self.next, shared.slot(self.next));
+            let before = shared.numbers[slot].load(Ordering::Acquire);
+            for (to, from) in row.iter_mut().zip(shared.values(slot)) {
+                *to = f64::from_bits(from.load(Ordering::Relaxed));
+            }
+            fence(Ordering::Acquire);
+            let after = shared.numbers[slot].load(Ordering::Relaxed);
+            self.next += 1;
+            if before == after && before == 2 * (number + 1) {
+                return true;
+            }
+            // It was overwritten while we read it.
+            self.lost += 1;
+        }
+    }
+
+    /// Rows that were overwritten before they were read.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn the_oldest_rows_are_dropped_and_counted() {
+        let (mut writer, mut reader) = ring(4, 2).unwrap();
+        (0..10).for_each(|k| writer.push(&[f64::from(k), -f64::from(k)]));
+        let mut row = [0.0; 2];
+        let mut seen = Vec::new();
+        while reader.pop(&mut row) {
+            seen.push(row[0]);
+            assert!((row[0] + row[1]).abs() < 1e-300);
+        }
+        assert_eq!(seen, [6.0, 7.0, 8.0, 9.0]);
+        assert_eq!(reader.lost(), 6);
+    }
+
+    #[test]
+    fn no_row_is_torn_by_a_writer_that_overtakes() {
+        let (mut writer, mut reader) = ring(8, 16).unwrap();
+        let rows = 200_000u32;
+        let (mut seen, mut last) = (0, -1.0);
+        std::thread::scope(|scope| {
+            scope.spawn(move || (0..rows).for_each(|k| writer.push(&[f64::from(k); 16])));
+            let mut row = [0.0; 16];
+            while last < f64::from(rows - 1) {
+                if reader.pop(&mut row) {
+                    assert!(
+                        row.iter().all(|x| x.to_bits() == row[0].to_bits()),
+                        "{row:?}"
+                    );
+                    assert!(row[0] > last);
+                    last = row[0];
+                    seen += 1;
+                }
+            }
+        });
+        assert_eq!(seen + reader.lost(), u64::from(rows));
+    }
+
+    #[test]
+    fn a_buffer_without_room_is_refused() {
+        assert!(ring(0, 3).is_err() && ring(3, 0).is_err() && ring(usize::MAX, 2).is_err());
+    }
+}

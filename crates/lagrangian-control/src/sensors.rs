@@ -1,0 +1,129 @@
+//! What a robot's sensors say: noise, steps of an encoder, velocities from differences.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use lagrangian::{Error, Result};
+
+/// Where measured velocities come from.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VelocitySource {
+    /// A tachometer: the velocity with noise.
+    #[default]
+    Measured,
+    /// Differences of the measured position through a first-order low-pass with this time constant, s.
+    Differences(f64),
+}
+
+/// The sensors of all coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sensors {
+    /// Standard deviation of the noise of q, rad (m).
+    pub position_noise: f64,
+    /// Standard deviation of the noise of q̇, rad/s (m/s).
+    pub velocity_noise: f64,
+    /// Step of the encoder, rad (m); 0: none.
+    pub quantisation: f64,
+    /// Where velocities come from.
+    pub velocity: VelocitySource,
+}
+
+impl Sensors {
+    /// Checks that all are finite and not negative.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first that is not.
+    pub fn validate(&self) -> Result<()> {
+        let constant = match self.velocity {
+            VelocitySource::Measured => 0.0,
+            VelocitySource::Differences(constant) => constant,
+        };
+        let all = [
+            ("position noise", self.position_noise),
+            ("velocity noise", self.velocity_noise),
+            ("quantisation", self.quantisation),
+            ("time constant of the velocity filter", constant),
+        ];
+        match all.iter().find(|(_, x)| !(x.is_finite() && *x >= 0.0)) {
+            None => Ok(()),
+            Some(&(name, value)) => Err(Error::Argument {
+                name,
+                value: value.to_string(),
+                must: "finite, and 0 or above",
+            }),
+        }
+    }
+}
+
+/// Sensors at work: they remember the last reading and draw noise from a seed.
+#[derive(Debug, Clone)]
+pub(crate) struct Readout {
+    sensors: Sensors,
+    rng: ChaCha8Rng,
+    last: Vec<f64>,
+    filtered: Vec<f64>,
+    fresh: bool,
+}
+
+impl Readout {
+    pub(crate) fn new(sensors: Sensors, n: usize, seed: u64) -> Self {
+        Self {
+            sensors,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            last: vec![0.0; n],
+            filtered: vec![0.0; n],
+            fresh: true,
+        }
+    }
+
+    /// Reads the true state (q, q̇) a period `h` after the last reading.
+    pub(crate) fn read(
+        &mut self,
+        h: f64,
+        (q, qd): (&[f64], &[f64]),
+        (measured_q, measured_qd): (&mut [f64], &mut [f64]),
+    ) {
+        let sensors = self.sensors;
+        for i in 0..q.len() {
+            let position = self.noisy(q[i], sensors.position_noise);
+            measured_q[i] = if sensors.quantisation > 0.0 {
+                (position / sensors.quantisation).round() * sensors.quantisation
+            } else {
+                position
+            };
+            measured_qd[i] = match sensors.velocity {
+                VelocitySource::Measured => self.noisy(qd[i], sensors.velocity_noise),
+                // The first reading has no other to differ from.
+                VelocitySource::Differences(_) if self.fresh => {
+                    self.filtered[i] = qd[i];
+                    qd[i]
+                }
+                VelocitySource::Differences(constant) => {
+                    let difference = (measured_q[i] - self.last[i]) / h;
+                    self.filtered[i] += (difference - self.filtered[i]) * h / (constant + h);
+                    self.filtered[i]
+                }
+            };
+            self.last[i] = measured_q[i];
+        }
+        self.fresh = false;
+    }
+
+    /// A normal deviate (Box and Muller 1958).
+    pub(crate) fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.rng.random::<f64>()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.rng.random::<f64>()).cos()
+    }
+
+    /// `x` with noise of this deviation; none is drawn where there is none.
+    fn noisy(&mut self, x: f64, deviation: f64) -> f64 {
+        if deviation > 0.0 {
+            x + deviation * self.normal()
+        } else {
+            x
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! A controller allocates nothing in the loop.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+#[path = "../../lagrangian/tests/counting/mod.rs"]
+mod counting;
+
+use lagrangian::dynamics::Mechanical;
+use lagrangian::lagrangian::{Delan, DelanConfig, Scaling};
+use lagrangian::{Coordinates, Trajectory};
+use lagrangian_control::{
+    ComputedTorque, Controller, FeedForward, Gains, GravityCompensation, Pd, Reference,
+};
+
+use counting::allocations_of;
+
+/// A slow motion of `n` joints.
+fn reference(n: usize) -> Reference {
+    let t: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.02).collect();
+    let each = |wave: fn(f64) -> f64| t.iter().flat_map(|&t| vec![wave(t); n]).collect();
+    Reference::new(Trajectory {
+        name: "slow".into(),
+        q: each(f64::sin),
+        qd: each(f64::cos),
+        qdd: None,
+        tau: None,
+        t: t.clone(),
+        p: None,
+        pd: None,
+    })
+    .unwrap()
+}
+
+/// Allocations of the first thousand ticks, the very first among them.
+fn ticks(controller: &mut dyn Controller, n: usize) -> usize {
+    let (q, mut tau) = (vec![0.2; n], vec![0.0; n]);
+    allocations_of(|| {
+        for k in 0..1000 {
+            controller.torque(f64::from(k) * 1e-3, &q, &q, &mut tau);
+        }
+    })
+}
+
+#[test]
+fn a_controller_allocates_nothing_from_its_first_tick_on() {
+    for n in [1, 2, 7] {
+        let (reference, gains) = (reference(n), Gains::uniform(n, 5.0, 0.5));
+        let (config, scaling) = (DelanConfig::default(), Scaling::identity(n));
+        let delan = Delan::random(Coordinates::angles(n), config, scaling, 0).unwrap();
+        let model = Mechanical::conservative(delan);
+        let mut pd = Pd::new(gains.clone(), &reference).unwrap();
+        let mut forward = FeedForward::new(&model, &gains, &reference, 1e-3).unwrap();
+        let mut computed = ComputedTorque::new(&model, gains.clone(), &reference).unwrap();
+        assert_eq!(ticks(&mut pd, n), 0, "n {n}, feedback");
+        assert_eq!(ticks(&mut forward, n), 0, "n {n}, feed-forward");
+        assert_eq!(ticks(&mut computed, n), 0, "n {n}, computed torque");
+        let mut floating = GravityCompensation::new(&model, 0.1);
+        ticks(&mut floating, n);
+        assert_eq!(ticks(&mut floating, n), 0, "n {n}, gravity compensation");
+    }
+}

@@ -1,0 +1,176 @@
+//! How long a prediction stayed valid (theory.md, equation 26).
+
+use crate::{Coordinates, Error, Result, Trajectory};
+
+/// How long a prediction stayed valid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValidTime {
+    /// Time from the first sample to the first at which the error exceeds the threshold, s; the duration where
+    /// none does.
+    pub seconds: f64,
+    /// Whether the error exceeded the threshold at all; otherwise the true value is longer.
+    pub exceeded: bool,
+}
+
+/// Valid prediction time: the first t at which the normalised error of (q, q̇)
+///
+///   ε(t) = √( 1/(2n) Σᵢ ((x̂ᵢ(t) − xᵢ(t)) / σᵢ)² )
+///
+/// exceeds `threshold` (0.5 is usual), with σᵢ the standard deviation of component i of the truth over time
+/// (Vlachas et al., Neural Networks 126, 2020, equation 17). Angles are compared on the circle, and their σ is at
+/// most that of the uniform distribution there, π/√3; a component that does not move has σ = 1.
+///
+/// A prediction that ends before the truth is invalid from there on.
+///
+/// # Errors
+/// [`Error::Shape`] where the degrees of freedom differ or the prediction is longer, [`Error::Argument`] where
+/// the threshold is not positive or the time stamps differ, and the errors of [`Trajectory::validate`].
+pub fn valid_prediction_time(
+    truth: &Trajectory,
+    prediction: &Trajectory,
+    coordinates: &Coordinates,
+    threshold: f64,
+) -> Result<ValidTime> {
+    if !(threshold.is_finite() && threshold > 0.0) {
+        let must = "a finite number above 0, usually 0.5";
+        return Err(Error::Argument {
+            name: "threshold",
+            value: threshold.to_string(),
+            must,
+        });
+    }
+    comparable(truth, prediction, coordinates)?;
+    let error = NormalisedError::new(truth, coordinates);
+    let since = |k: usize| truth.t[k] - truth.t[0];
+    let invalid = |&k: &usize| error.at(truth, prediction, k) > threshold;
+    let bad = (0..prediction.len()).find(invalid);
+    Ok(match bad {
+        Some(k) => ValidTime {
+            seconds: since(k),
+            exceeded: true,
+        },
+        None if prediction.len() < truth.len() => ValidTime {
+            seconds: since(prediction.len()),
+            exceeded: true,
+        },
+        None => ValidTime {
+            seconds: since(truth.len() - 1),
+            exceeded: false,
+        },
+    })
+}
+
+/// The normalised error ε of [`valid_prediction_time`] at each sample of the prediction.
+///
+/// # Errors
+/// As [`valid_prediction_time`].
+pub fn normalised_error(
+    truth: &Trajectory,
+    prediction: &Trajectory,
+    coordinates: &Coordinates,
+) -> Result<Vec<f64>> {
+    comparable(truth, prediction, coordinates)?;
+    let error = NormalisedError::new(truth, coordinates);
+    Ok((0..prediction.len())
+        .map(|k| error.at(truth, prediction, k))
+        .collect())
+}
+
+fn comparable(
+    truth: &Trajectory,
+    prediction: &Trajectory,
+    coordinates: &Coordinates,
+) -> Result<()> {
+    truth.validate()?;
+    prediction.validate()?;
+    let shape = |what: &str, found, expected, remedy: &str| Error::Shape {
+        what: what.into(),
+        found,
+        expected,
+        remedy: remedy.into(),
+    };
+    let n = coordinates.dof();
+    for (what, trajectory) in [
+        ("a state of the truth", truth),
+        ("a state of the prediction", prediction),
+    ] {
+        if trajectory.dof() != n {
+            let remedy = "compare trajectories of the same system, with at least one sample";
+            return Err(shape(what, trajectory.dof(), n, remedy));
+        }
+    }
+    if prediction.len() > truth.len() {
+        let remedy = "cut the prediction where the truth ends";
+        return Err(shape(
+            "the prediction",
+            prediction.len(),
+            truth.len(),
+            remedy,
+        ));
+    }
+    let differs = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-9 * a.abs().max(1.0);
+    if let Some(k) = truth.t.iter().zip(&prediction.t).position(differs) {
+        let value = format!("{} where the truth has {}", prediction.t[k], truth.t[k]);
+        let must = "the same in both: roll out at the time stamps of the truth";
+        return Err(Error::Argument {
+            name: "t",
+            value,
+            must,
+        });
+    }
+    Ok(())
+}
+
+struct NormalisedError<'a> {
+    coordinates: &'a Coordinates,
+    sigma_q: Vec<f64>,
+    sigma_qd: Vec<f64>,
+}
+
+impl<'a> NormalisedError<'a> {
+    fn new(truth: &Trajectory, coordinates: &'a Coordinates) -> Self {
+        let n = coordinates.dof();
+        let on_circle = std::f64::consts::PI / 3.0_f64.sqrt();
+        let sigma_q = (0..n).map(|i| {
+            let most = if coordinates.is_circle(i) {
+                on_circle
+            } else {
+                f64::INFINITY
+            };
+            deviation(&truth.q, n, i).min(most)
+        });
+        let sigma_qd = (0..n).map(|i| deviation(&truth.qd, n, i));
+        Self {
+            coordinates,
+            sigma_q: sigma_q.collect(),
+            sigma_qd: sigma_qd.collect(),
+        }
+    }
+
+    fn at(&self, truth: &Trajectory, prediction: &Trajectory, k: usize) -> f64 {
+        let n = self.sigma_q.len();
+        let component = |i: usize| {
+            let j = k * n + i;
+            let mut dq = prediction.q[j] - truth.q[j];
+            if self.coordinates.is_circle(i) {
+                dq -= std::f64::consts::TAU * (dq / std::f64::consts::TAU).round();
+            }
+            let dqd = prediction.qd[j] - truth.qd[j];
+            (dq / self.sigma_q[i]).powi(2) + (dqd / self.sigma_qd[i]).powi(2)
+        };
+        ((0..n).map(component).sum::<f64>() / (2 * n) as f64).sqrt()
+    }
+}
+
+/// Standard deviation of component i of `[len, n]` values, 1 where it does not vary.
+fn deviation(values: &[f64], n: usize, i: usize) -> f64 {
+    let component = || values.iter().skip(i).step_by(n);
+    let count = (values.len() / n) as f64;
+    let mean = component().sum::<f64>() / count;
+    let variance = component().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+    if variance > 1e-24 * (1.0 + mean * mean) {
+        variance.sqrt()
+    } else {
+        1.0
+    }
+}
