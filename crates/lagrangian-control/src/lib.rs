@@ -16,6 +16,7 @@ mod gains;
 mod gravity_compensation;
 mod latency;
 mod lqr;
+pub mod online;
 mod pd;
 mod reference;
 mod sensors;

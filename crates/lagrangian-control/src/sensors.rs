@@ -1,9 +1,10 @@
 //! What a robot's sensors say: noise, steps of an encoder, velocities from differences.
 
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use lagrangian::lagrangian::analytic::normal;
 use lagrangian::{Error, Result};
 
 /// Where measured velocities come from.
@@ -112,10 +113,9 @@ impl Readout {
         self.fresh = false;
     }
 
-    /// A normal deviate (Box and Muller 1958).
+    /// A normal deviate of variance 1.
     pub(crate) fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.rng.random::<f64>()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.rng.random::<f64>()).cos()
+        normal(&mut self.rng)
     }
 
     /// `x` with noise of this deviation; none is drawn where there is none.

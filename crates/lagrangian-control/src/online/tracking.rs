@@ -4,9 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::{OnlineLearner, Record, spawn};
-use crate::{
-    Controller, Driven, FeedForward, Gains, LoopConfig, Pd, Reference, Simulation,
-};
+use crate::{Controller, Driven, FeedForward, Gains, LoopConfig, Pd, Reference, Simulation};
 use lagrangian::dynamics::Model;
 use lagrangian::train::Learned;
 use lagrangian::{Error, Result, State};

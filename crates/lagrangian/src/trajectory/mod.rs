@@ -81,7 +81,7 @@ impl Trajectory {
 
     /// The samples of a range, which must lie within it.
     #[must_use]
-    pub(crate) fn part(&self, range: std::ops::Range<usize>) -> Self {
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
         let n = self.dof();
         let rows = range.start * n..range.end * n;
         let optional =

@@ -166,7 +166,7 @@ fn unknown<'a>(kind: &'static str, name: &str, known: impl Iterator<Item = &'a s
 }
 
 /// A normal deviate of variance 1 (Box and Muller 1958).
-pub(crate) fn normal(rng: &mut dyn Rng) -> f64 {
+pub fn normal(rng: &mut dyn Rng) -> f64 {
     use rand::RngExt;
     let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
     radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
