@@ -142,13 +142,13 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
         Role::Truth,
         of(&found.second_variation.mode, path),
     ));
-    let curve = |(name, role, family): &'_ (String, Role, Family)| VariedAction {
+    let curves = families.iter().map(|(name, role, family)| VariedAction {
         name,
         role: *role,
         epsilon: &family.epsilon,
         change: &family.change,
-    };
-    let curves: Vec<VariedAction> = families.iter().map(curve).collect();
+    });
+    let curves: Vec<VariedAction> = curves.collect();
     all.push(action_of_families(&curves));
     all
 }

@@ -3,13 +3,11 @@
 use anyhow::Result;
 use lagrangian::State;
 use lagrangian::dynamics::Model;
-use lagrangian::experiment::{
-    self, EnergyTest, Predictability, ValidTimes, energy_test, predictability, restarted,
-    valid_times,
-};
+use lagrangian::experiment::{self, EnergyTest, energy_test, restarted};
 use lagrangian::integrate::Method;
 use lagrangian::lagrangian::analytic::AnalyticModel;
 use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
+use lagrangian_analysis::chaos::{Predictability, ValidTimes, predictability, valid_times};
 
 use super::{Manner, REFERENCE_ENERGY};
 use crate::cli::DemoArgs;

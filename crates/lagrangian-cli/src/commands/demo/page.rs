@@ -3,7 +3,7 @@
 use anyhow::Result;
 use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::Model;
-use lagrangian::experiment::{ValidTimes, energy_error};
+use lagrangian::experiment::energy_error;
 use lagrangian::lagrangian::analytic::AnalyticModel;
 use lagrangian::report::{
     Animation, Axis, Command, Curve, Figure, Headline, Motion, Pairs, Panel, Report, Role, Series,
@@ -11,6 +11,7 @@ use lagrangian::report::{
 };
 use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
 use lagrangian::train::{Family, FitConfig};
+use lagrangian_analysis::chaos::ValidTimes;
 
 use super::judge::{DURATION, Judged, Judgement, RESTART, options};
 use super::{REFERENCE_ENERGY, Trained};
