@@ -35,7 +35,7 @@ pub struct Derivatives<V> {
 }
 
 impl Activation {
-    /// Whether it is convex and nondecreasing, as a convex network needs.
+    /// Whether the activation is convex and nondecreasing, as a convex network needs.
     #[must_use]
     pub fn is_convex_nondecreasing(self) -> bool {
         matches!(self, Self::Softplus | Self::Exp)

@@ -1,5 +1,5 @@
-//! One state on its way through a chain of dense layers: what [`Pass`](super::Pass) does for blocks of samples, in one go
-//! and without what one state does not need.
+//! One state through a chain of dense layers: the derivatives that [`Pass`](super::Pass) computes for blocks of samples,
+//! in one kernel that reads the weights of a layer once.
 //!
 //! Row 0 of a layer is the value, row 1 the tangent ′, then one row for each direction. A direction moves one feature, so
 //! that the first layer costs it a column of the weights and no product.
@@ -11,7 +11,7 @@ use super::simd::{
     Buffer, Isa, Pair, Rows, Task, Vector, Weights, collect, contract, dispatch, product, pull,
 };
 
-/// Numbers in a vector of f64.
+/// The number of values in a vector of f64.
 const LANES: usize = 8;
 
 /// The rows of one state in one layer, `[rows, stride]`.
@@ -29,13 +29,14 @@ struct Units {
     weight: Buffer<f64>,
 }
 
-/// The buffers of one state; see the module.
+/// One state in a network whose layers form a chain: its value, gradient and second derivatives in double precision.
 #[derive(Debug)]
 pub struct Chain {
-    /// The first feature that a direction moves, and how much each moves its own.
+    /// The feature that direction 0 moves; direction d moves feature `moved` + d.
     moved: usize,
+    /// The change of its feature along each direction.
     slopes: Vec<f64>,
-    /// Value and ′ of the features.
+    /// The value and the tangent ′ of the features.
     x: Buffer<f64>,
     x_stride: usize,
     layers: Vec<Units>,
@@ -48,8 +49,9 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// For networks whose layers read one another in order, ending in one that is linear; `None` for others. The
-    /// directions move one feature each, from feature `moved` on.
+    /// Buffers for a network whose layers read one another in order and end in one without activation; `None` for other
+    /// networks. Direction d moves feature `moved` + d.
+    #[must_use]
     pub fn new(net: &Net, moved: usize, directions: usize) -> Option<Self> {
         let last = net.layers.len().checked_sub(1).filter(|last| *last > 0)?;
         let chained = net.layers.iter().enumerate().all(|(l, layer)| {
@@ -98,20 +100,21 @@ impl Chain {
         })
     }
 
-    /// Sets feature `i` and its change along ′.
+    /// Sets the value of feature `i` and its tangent ′.
     #[inline]
     pub fn set_feature(&mut self, i: usize, value: f64, prime: f64) {
         self.x[i] = value;
         self.x[self.x_stride + i] = prime;
     }
 
-    /// Sets how much direction `d` moves its feature.
+    /// Sets the change of its feature along direction `d`.
     #[inline]
     pub fn set_slope(&mut self, d: usize, slope: f64) {
         self.slopes[d] = slope;
     }
 
-    /// Value, gradient by the features and second derivatives along ′ and the directions, of a network with one output.
+    /// Computes the value, the gradient by the features and the second derivatives along ′ and the directions, for a
+    /// network with one output.
     pub fn second_order(&mut self, net: &Net, packed: &Packed<f64>) {
         dispatch(SecondOrder {
             chain: self,
@@ -120,7 +123,7 @@ impl Chain {
         });
     }
 
-    /// All outputs and their change along ′.
+    /// Computes all outputs and their tangents ′.
     pub fn forward(&mut self, net: &Net, packed: &Packed<f64>) {
         dispatch(Forward {
             chain: self,
@@ -129,7 +132,7 @@ impl Chain {
         });
     }
 
-    /// The gradient of Σ `seeds` output by the features, after [`Chain::forward`].
+    /// Computes the gradient of `Σ_o seeds[o]` · output o by the features, after [`Chain::forward`].
     pub fn reverse(&mut self, net: &Net, packed: &Packed<f64>, seeds: &[f64]) {
         if let Some(last) = self.layers.last_mut() {
             last.y[..seeds.len()].copy_from_slice(seeds);
@@ -141,27 +144,32 @@ impl Chain {
         });
     }
 
-    /// The only output, after [`Chain::second_order`].
+    /// The value of the only output, after [`Chain::second_order`].
     #[inline]
+    #[must_use]
     pub fn value(&self) -> f64 {
         self.value
     }
 
-    /// Output `o` (c = 0) or its change along ′ (c = 1), after [`Chain::forward`].
+    /// The value (c = 0) or the tangent ′ (c = 1) of output `o`, after [`Chain::forward`].
     #[inline]
+    #[must_use]
     pub fn output(&self, c: usize, o: usize) -> f64 {
         let last = &self.layers[self.layers.len() - 1];
         last.z[c * last.stride + o]
     }
 
-    /// The gradient by feature `i`.
+    /// The gradient by feature `i`, after [`Chain::second_order`] or [`Chain::reverse`].
     #[inline]
+    #[must_use]
     pub fn feature_gradient(&self, i: usize) -> f64 {
         self.yx[i]
     }
 
-    /// The second derivative along directions i and j, or i and ′, after [`Chain::second_order`].
+    /// The second derivative along directions i and j, or along i and ′ where `j` is `None`, after
+    /// [`Chain::second_order`].
     #[inline]
+    #[must_use]
     pub fn second_derivative(&self, i: usize, j: Option<usize>) -> f64 {
         // ′ stands before the directions.
         let (r, q) = j.map_or((i + 1, 0), |j| (i.max(j) + 1, i.min(j) + 1));
@@ -174,15 +182,15 @@ impl Chain {
         let w = weights(net, packed, l);
         let (before, rest) = self.layers.split_at_mut(l);
         let own = &mut rest[0];
-        let (numbers, stride, multiplied) = match before.last() {
+        let (values, stride, multiplied) = match before.last() {
             Some(before) => (&before.a[..], before.stride, rows),
             None => (&self.x[..], self.x_stride, rows.min(2)),
         };
         let mut z = Rows {
-            numbers: &mut own.z[..],
+            values: &mut own.z[..],
             stride: own.stride,
         };
-        let a = Rows { numbers, stride };
+        let a = Rows { values, stride };
         product::<I>(&a, w, packed.bias(l), &mut z, multiplied);
         for (d, slope) in (multiplied..rows).zip(&self.slopes) {
             let slope = I::F64::splat(*slope);
@@ -214,7 +222,7 @@ impl Chain {
                 own.sensitivity::<I>();
                 if let Some(directions) = directions {
                     let z = Rows {
-                        numbers: &own.z[own.stride..],
+                        values: &own.z[own.stride..],
                         stride: own.stride,
                     };
                     contract::<I>(&own.weight, &z, directions + 1, &mut self.vectors);

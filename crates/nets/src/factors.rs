@@ -1,9 +1,9 @@
-//! The Jacobian of a batch by the parameters, kept as factors: never formed, only used.
+//! Products with the residual Jacobian of a batch by the parameters, which is kept as factors and never formed.
 //!
-//! The raw output `S_i` of a sample depends on a weight matrix W through `dS_i` = Σ_(c, k) `y_c` ⊗ `a_k`, a few pairs of
-//! components (`terms[i]`) of the sensitivity y and of the input a of its layer. Hence
-//! J Jᵀ = `Σ_layers` `Σ_pairs` `Σ_pairs`' (`y_c` · `y_c`') (`a_k` · `a_k`'), two products of the width of the layer instead of one
-//! of its square, and nothing of the size (batch × parameters) exists (theory.md, equations 18 and 20).
+//! The raw output `S_i` of a sample depends on a matrix of weights W through `∂S_i/∂W` = Σ_(c, k) `y_c` ⊗ `a_k`, over a few
+//! pairs of a component c of the sensitivities y to its layer and a component k of the input a of its layer. Hence
+//! J Jᵀ = `Σ_layers` `Σ_pairs` `Σ_pairs`' (`y_c` · `y_c`') (`a_k` · `a_k`'): two products of the width of the layer instead of one
+//! of its square. Nothing of the size (batch × parameters) is stored (theory.md, equations 18 and 20).
 
 use std::ops::Range;
 
@@ -12,7 +12,8 @@ use super::packed::{Gradient, Packed, panels};
 use super::pass::Pass;
 use super::simd::{Buffer, Gemm, Init, Real, RowDots, Shape, WeighRows, dispatch};
 
-/// Pairs (component of y, component of a) for each raw output of a sample.
+/// The factors of the Jacobian of each raw output of a sample: pairs of a component of the sensitivities to a layer and a
+/// component of the input of that layer, whose outer products it sums (theory.md, equation 18).
 #[derive(Debug, Clone)]
 pub struct Terms {
     hidden: Vec<Vec<(usize, usize)>>,
@@ -20,7 +21,8 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// The same pairs in all layers.
+    /// The given `pairs` of every raw output, the same in all layers.
+    #[must_use]
     pub fn new(pairs: Vec<Vec<(usize, usize)>>) -> Self {
         Self {
             output: pairs.clone(),
@@ -28,8 +30,9 @@ impl Terms {
         }
     }
 
-    /// Pairs of a network with one output whose value alone is asked for: at the output y is 1 in its first component and
-    /// 0 in all others, so that these pairs drop out.
+    /// The given `pairs` of every raw output of a network with one output of which only the value counts: the sensitivity
+    /// to it is 1 in its value and 0 in all other components, so that the output layer keeps the pairs of the value.
+    #[must_use]
     pub fn of_value(pairs: Vec<Vec<(usize, usize)>>) -> Self {
         let first =
             |pairs: &Vec<(usize, usize)>| pairs.iter().copied().filter(|p| p.0 == 0).collect();
@@ -39,17 +42,19 @@ impl Terms {
         }
     }
 
-    /// Raw outputs of a sample.
+    /// The number of raw outputs of a sample.
+    #[must_use]
     pub fn outputs(&self) -> usize {
         self.hidden.len()
     }
 
-    /// The components of y and of a that any layer uses.
+    /// The components of sensitivities and of inputs that any layer uses.
     pub(super) fn used(&self) -> (Range<usize>, Range<usize>) {
         used(&self.hidden)
     }
 
-    /// Those of layer `l`.
+    /// The pairs of every raw output in layer `l`.
+    #[must_use]
     pub fn at(&self, net: &Net, l: usize) -> &[Vec<(usize, usize)>] {
         match net.outputs.contains(&l) {
             true => &self.output,
@@ -58,7 +63,7 @@ impl Terms {
     }
 }
 
-/// The components of y and of a that pairs use: all between the first and the last.
+/// The components of sensitivities and of inputs that pairs use: all from the first to the last.
 pub(super) fn used(pairs: &[Vec<(usize, usize)>]) -> (Range<usize>, Range<usize>) {
     let range = |of: fn(&(usize, usize)) -> usize| {
         let all = || pairs.iter().flatten().map(of);
@@ -68,7 +73,8 @@ pub(super) fn used(pairs: &[Vec<(usize, usize)>]) -> (Range<usize>, Range<usize>
 }
 
 impl<T: Real> Pass<T> {
-    /// Adds S-space J φ, for φ packed as parameters, to `out[s, i]`; `scratch` is as large as the widest layer.
+    /// Adds (J φ)`[s, i]`, with φ packed as parameters, to `out`, `[samples, raw outputs]`; `scratch` has
+    /// [`widest`](Pass::widest) values (theory.md, section 7).
     pub fn push_forward(
         &self,
         net: &Net,
@@ -107,7 +113,7 @@ impl<T: Real> Pass<T> {
             let shape = Shape {
                 samples,
                 components: rows / samples,
-                room: 0,
+                capacity: 0,
                 panels: width,
             };
             dispatch(RowDots {
@@ -120,7 +126,8 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Adds Σ x[s, i] ∂`S_i/∂parameters` to `gradient`; `scratch` is as large as the widest layer.
+    /// Adds Jᵀx = Σ `x[s, i]` ∂`S_i`/∂θ to `gradient`, with x `[samples, raw outputs]`; `scratch` has
+    /// [`widest`](Pass::widest) values (theory.md, section 7).
     pub fn pull_back_factors(
         &self,
         net: &Net,
@@ -138,7 +145,7 @@ impl<T: Real> Pass<T> {
             let shape = Shape {
                 samples: self.samples(),
                 components: self.rows() / self.samples(),
-                room: 0,
+                capacity: 0,
                 panels: panels::<T>(layer.width),
             };
             let pairs = terms.at(net, l);

@@ -1,7 +1,7 @@
-//! J Jᵀ between two blocks of samples, by their factors (theory.md, equation 20).
+//! Tiles of J Jᵀ between two blocks of samples, from the factors of their Jacobians (theory.md, equation 20).
 //!
-//! The factors may be rounded to single precision: the products of two blocks are then twice as fast, and their sum over
-//! the layers is still in double.
+//! The factors may be rounded to single precision: the products of two blocks then take half the time, and their sum over
+//! the layers is still in double precision.
 
 use std::ops::Range;
 
@@ -11,15 +11,15 @@ use super::packed::panels;
 use super::pass::Pass;
 use super::simd::{Buffer, Gemm, GramTile, Init, Real, dispatch};
 
-/// The factors of the Jacobian of one block, so that they can stand on either side of a product.
+/// The factors of the Jacobian of one block of samples, for products with those of other blocks.
 #[derive(Debug)]
 pub struct Factors<S: Real> {
     samples: usize,
-    /// Components times samples.
+    /// The number of components times samples.
     rows: usize,
-    /// Per layer: sensitivities y.
+    /// The sensitivities y to each layer.
     y: Vec<Sides<S>>,
-    /// Per source, features first: its numbers a.
+    /// The values a of each source, features first.
     a: Vec<Sides<S>>,
 }
 
@@ -58,7 +58,8 @@ fn slot(source: Source) -> usize {
 }
 
 impl<S: Real> Factors<S> {
-    /// Room for the factors of such a pass; its blocks hold a multiple of LANES samples.
+    /// Buffers for the factors of a pass like `pass`, whose blocks hold a multiple of [`Real::LANES`] samples.
+    #[must_use]
     pub fn new<T: Real>(net: &Net, pass: &Pass<T>) -> Self {
         let rows = pass.rows();
         let sides = |width: usize| Sides {
@@ -75,7 +76,7 @@ impl<S: Real> Factors<S> {
         }
     }
 
-    /// Copies the factors of a linearised pass.
+    /// Copies the factors of a pass after its last reverse pass.
     pub fn set<T: Real>(&mut self, net: &Net, pass: &Pass<T>, terms: &Terms) {
         let (ys, as_) = terms.used();
         let rows = |components: Range<usize>| components.end * pass.samples();
@@ -92,8 +93,8 @@ impl<S: Real> Factors<S> {
         }
     }
 
-    /// Writes the tile of S-space J Jᵀ between this block and another to `tile`, `[n · samples, n · samples]` with
-    /// row i · samples + s.
+    /// Writes the tile of J Jᵀ between this block and another to `tile`, `[n · samples, n · samples]` for n raw outputs,
+    /// with row i · samples + s for raw output i of sample s.
     pub fn tile(
         &self,
         net: &Net,

@@ -1,11 +1,11 @@
-//! The parameters of a network on their way down by Adam: in double precision, in the order in which the kernels leave
-//! the gradient, so that a step neither packs nor unpacks.
+//! Steps of Adam on parameters that stay in panels: in double precision and in the order in which the kernels leave the
+//! gradient, so that a step neither packs nor unpacks.
 
 use super::net::{Kind, Net};
 use super::packed::{Gradient, Packed, places};
 use super::simd::{AdamRule, AdamStep, Buffer, Real, dispatch};
 
-/// Weights and the moments of their gradient, in panels.
+/// The parameters of a network and the moments of their gradient, in panels, for steps of Adam.
 #[derive(Debug)]
 pub struct Moments<T: Real> {
     layers: Vec<Vec<Matrix<T>>>,
@@ -29,9 +29,9 @@ impl<T: Real> Moments<T> {
                 Kind::Gate { .. } => &[],
             };
             let matrix = |(k, place): (usize, super::packed::Place)| Matrix {
-                weights: vec![0.0; place.room::<T>()],
-                first: Buffer::new(place.room::<T>()),
-                second: Buffer::new(place.room::<T>()),
+                weights: vec![0.0; place.size::<T>()],
+                first: Buffer::new(place.size::<T>()),
+                second: Buffer::new(place.size::<T>()),
                 non_negative: inputs.get(k).is_some_and(|i| i.non_negative),
             };
             places(layer).enumerate().map(matrix).collect()
@@ -41,7 +41,7 @@ impl<T: Real> Moments<T> {
         }
     }
 
-    /// Takes parameters and moments as [`Net`] lays them out, and packs the parameters.
+    /// Sets the parameters and the first and second moments, `[parameters]` each, and packs the parameters.
     pub fn load(
         &mut self,
         net: &Net,
@@ -59,7 +59,7 @@ impl<T: Real> Moments<T> {
         packed.set(net, parameters);
     }
 
-    /// Gives them back.
+    /// Writes the parameters and the first and second moments, `[parameters]` each.
     pub fn save(&self, net: &Net, parameters: &mut [f64], [first, second]: [&mut [f64]; 2]) {
         for (layer, matrices) in net.layers.iter().zip(&self.layers) {
             for (place, matrix) in places(layer).zip(matrices) {
@@ -70,7 +70,7 @@ impl<T: Real> Moments<T> {
         }
     }
 
-    /// A step of Adam against a gradient that was [settled](Gradient::settle); packs the new parameters.
+    /// Takes a step of Adam along a gradient that was [completed](Gradient::settle), and packs the new parameters.
     pub fn step(
         &mut self,
         net: &Net,
@@ -95,6 +95,6 @@ impl<T: Real> Moments<T> {
                 });
             }
         }
-        packed.turn(net);
+        packed.transpose(net);
     }
 }

@@ -6,26 +6,28 @@ use super::Activation;
 use super::simd::Real;
 use crate::{Error, Result};
 
-/// What a layer reads.
+/// What a layer reads: the features or an earlier layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// The features of the state.
+    /// The features of the sample.
     Features,
-    /// An earlier layer.
+    /// The layer of this index.
     Layer(usize),
 }
 
-/// One matrix of weights, `[width of the layer, width of the source]`, row-major in the parameters.
+/// One source of a dense layer and its weights W, `[width of the layer, width of the source]`, row-major among the
+/// parameters.
 #[derive(Debug, Clone)]
 pub struct Input {
+    /// What the weights multiply.
     pub source: Source,
-    /// Width of the source.
+    /// The width of the source.
     pub width: usize,
-    /// Where its weights begin in the parameters.
+    /// The index of the first weight among the parameters.
     pub at: usize,
-    /// Whether its weights must not be negative, so that convexity passes through.
+    /// Whether the weights must not be negative, so that the layer is convex in its source.
     pub non_negative: bool,
-    /// Whether no later layer reads the source: the first to write its sensitivity on the way back.
+    /// Whether no later layer reads the source, so that a reverse pass reaches it here first.
     pub last_reader: bool,
 }
 
@@ -57,7 +59,7 @@ pub struct Layer {
     pub activation: Option<Activation>,
 }
 
-/// A feed-forward network.
+/// The layers of a feed-forward network, without its parameters.
 #[derive(Debug, Clone)]
 pub struct Net {
     /// The number of features of a sample that the network reads.
@@ -77,7 +79,7 @@ pub struct Net {
 pub struct Build(Net);
 
 impl Build {
-    /// A network without layers that reads `features` numbers, and whose gates multiply `velocities` velocities.
+    /// A network without layers that reads `features` features, and whose gates multiply `velocities` velocities.
     #[must_use]
     pub fn new(features: usize, velocities: usize) -> Self {
         Self(Net {
@@ -89,7 +91,8 @@ impl Build {
         })
     }
 
-    /// Adds a dense layer and returns its number. Each source says whether its weights must not be negative.
+    /// Adds a dense layer of `width` units and returns its index. Each source comes with whether its weights must not be
+    /// negative.
     pub fn dense(
         &mut self,
         width: usize,
@@ -121,7 +124,7 @@ impl Build {
         })
     }
 
-    /// Adds a layer of `width` numbers that depend on nothing, and returns its number.
+    /// Adds a layer of `width` biases that reads nothing, and returns its index.
     pub fn constant(&mut self, width: usize) -> usize {
         let features = std::mem::take(&mut self.0.features);
         let layer = self.dense(width, &[(Source::Features, false)], true, None);
@@ -129,7 +132,8 @@ impl Build {
         layer
     }
 
-    /// Adds gates of `width` units (a multiple of 16) that read `source`, and the gated layer; returns its number.
+    /// Adds gates that read the layer `source`, and a layer of `width` units (a multiple of 16) gated by them; returns the
+    /// index of the gated layer.
     pub fn gate(&mut self, width: usize, source: usize, activation: Option<Activation>) -> usize {
         assert_eq!(width % f32::LANES, 0, "gated units fill whole panels");
         let gates = self.dense(
@@ -150,13 +154,13 @@ impl Build {
         self.0.layers.len() - 1
     }
 
-    /// A network whose output is its last layer.
+    /// Returns the network, whose output is its last layer.
     pub fn finish(self) -> Net {
         let last = self.0.layers.len().saturating_sub(1);
         self.finish_with(vec![last])
     }
 
-    /// A network whose output are these layers.
+    /// Returns the network, whose output is these layers one after the other.
     pub fn finish_with(mut self, outputs: Vec<usize>) -> Net {
         self.0.outputs = outputs;
         let mut seen = vec![false; self.0.layers.len() + 1];
@@ -178,7 +182,7 @@ impl Build {
 }
 
 impl Net {
-    /// The layer that output `o` stands in, and its unit there.
+    /// The index of the layer that has output `o`, and the index of its unit there.
     #[inline]
     #[must_use]
     pub fn output_at(&self, mut o: usize) -> (usize, usize) {
@@ -192,8 +196,8 @@ impl Net {
         (self.layers.len().saturating_sub(1), o)
     }
 
-    /// Random parameters: weights normal with variance 1 / width of the source (those that must not be negative:
-    /// their absolute values, scaled to keep the sum), biases zero.
+    /// Random parameters: weights are normal with variance 1 / (width of the source), those that must not be negative
+    /// the absolute values of such, scaled to keep their sum; biases are zero.
     pub fn initialise(&self, rng: &mut impl Rng) -> Vec<f64> {
         let mut parameters = vec![0.0; self.parameters];
         for layer in &self.layers {
@@ -215,7 +219,8 @@ impl Net {
         parameters
     }
 
-    /// The first weight that must not be negative and is.
+    /// The index of the first parameter that must not be negative and is.
+    #[must_use]
     pub fn negative(&self, parameters: &[f64]) -> Option<usize> {
         let inputs = self.layers.iter().filter_map(|layer| match &layer.kind {
             Kind::Dense { inputs, .. } => Some(inputs.iter().map(|i| (layer.width, i))),
@@ -228,7 +233,10 @@ impl Net {
             .find(|&at| parameters[at] < 0.0)
     }
 
-    /// Checks that these are weights of this network: as many as it has, all finite.
+    /// Checks that `parameters` has the length that the network needs and is finite.
+    ///
+    /// # Errors
+    /// [`Error::Count`] and [`Error::NotFinite`].
     pub fn check(&self, parameters: &[f64]) -> Result<()> {
         if parameters.len() != self.parameters {
             return Err(Error::Count {
@@ -242,7 +250,7 @@ impl Net {
         Ok(())
     }
 
-    /// Moves the weights that must not be negative back to zero where they are.
+    /// Sets weights that must not be negative to zero where they are.
     pub fn project(&self, parameters: &mut [f64]) {
         for layer in &self.layers {
             let Kind::Dense { inputs, .. } = &layer.kind else {
@@ -257,7 +265,7 @@ impl Net {
     }
 }
 
-/// A standard normal number (Box, Muller 1958).
+/// A sample of the standard normal distribution (Box, Muller 1958).
 pub fn normal(rng: &mut impl Rng) -> f64 {
     let (u, v): (f64, f64) = (rng.random(), rng.random());
     (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()

@@ -1,11 +1,12 @@
-//! The same network over a generic scalar: slow, obviously right, and the oracle of the kernels.
+//! A network over a generic scalar: slow, simple, and the reference that tests compare the kernels with.
 
 use num_dual::DualNum;
 
 use super::net::{Kind, Net, Source};
 
 impl Net {
-    /// The output at features `x` and velocities `v`, over any scalar.
+    /// The outputs at features `x` and velocities `v` over any scalar, dual numbers for derivatives.
+    #[must_use]
     pub fn evaluate<D: DualNum<Primitive = f64> + Copy>(
         &self,
         parameters: &[f64],

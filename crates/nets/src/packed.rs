@@ -36,7 +36,7 @@ impl Place {
         }
     }
 
-    pub(super) fn room<T: Real>(&self) -> usize {
+    pub(super) fn size<T: Real>(&self) -> usize {
         panels::<T>(self.columns) * self.rows * T::LANES
     }
 
@@ -67,7 +67,7 @@ impl Place {
         });
     }
 
-    /// Hands it from panels of T to numbers among the parameters.
+    /// Applies `take` to each of the parameters and its value in panels of T.
     pub(super) fn copy_out<T: Real, E: Copy>(
         &self,
         panels: &[E],
@@ -105,7 +105,7 @@ pub(super) fn places(layer: &Layer) -> impl Iterator<Item = Place> {
     inputs.iter().map(|i| Place::of(layer, i)).chain(bias)
 }
 
-/// The parameters of a network as the kernels read them: every matrix in panels, both ways round.
+/// The parameters of a network as the kernels read them: every matrix and its transpose in panels.
 #[derive(Debug, Clone)]
 pub struct Packed<T: Real> {
     layers: Vec<PackedLayer<T>>,
@@ -117,7 +117,7 @@ struct PackedLayer<T: Real> {
     forward: Vec<Buffer<T>>,
     /// Per input: W in panels of inputs; then the bias.
     reverse: Vec<Buffer<T>>,
-    /// Where the layer has no bias.
+    /// The bias of a layer that has none.
     zero: Buffer<T>,
 }
 
@@ -133,7 +133,7 @@ impl<T: Real> Packed<T> {
             let row = panels::<T>(layer.width) * T::LANES;
             PackedLayer {
                 forward: inputs.iter().map(|i| Buffer::new(row * i.width)).collect(),
-                reverse: places(layer).map(|p| Buffer::new(p.room::<T>())).collect(),
+                reverse: places(layer).map(|p| Buffer::new(p.size::<T>())).collect(),
                 zero: Buffer::new(row),
             }
         };
@@ -142,10 +142,10 @@ impl<T: Real> Packed<T> {
         }
     }
 
-    /// The panels of given weights.
+    /// The panels of the given `parameters` of `net`.
     ///
     /// # Errors
-    /// As [`Net::check`].
+    /// The errors of [`Net::check`].
     pub fn of(net: &Net, parameters: &[f64]) -> crate::Result<Self> {
         net.check(parameters)?;
         let mut packed = Self::new(net);
@@ -184,11 +184,11 @@ impl<T: Real> Packed<T> {
                 place.copy_in::<T, T>(parameters, self.matrix_mut(l, k), T::of);
             }
         }
-        self.turn(net);
+        self.transpose(net);
     }
 
-    /// Makes Wᵀ from W.
-    pub(super) fn turn(&mut self, net: &Net) {
+    /// Computes Wᵀ from W.
+    pub(super) fn transpose(&mut self, net: &Net) {
         for (layer, packed) in net.layers.iter().zip(&mut self.layers) {
             let pairs = packed.forward.iter_mut().zip(&packed.reverse);
             for (place, (forward, reverse)) in places(layer).zip(pairs) {
@@ -215,7 +215,7 @@ fn transpose<T: Real>(from: &[T], (rows, columns): (usize, usize), to: &mut [T])
     }
 }
 
-/// The gradient by the parameters, summed over blocks, in panels.
+/// The gradient by the parameters of a network, summed over blocks of samples, in panels.
 #[derive(Debug, Clone)]
 pub struct Gradient<T: Real> {
     /// Of each layer: its matrices, then its bias, as in [`Packed::matrix_mut`].
@@ -227,7 +227,7 @@ impl<T: Real> Gradient<T> {
     /// A gradient of the parameters of `net` that sums nothing yet.
     #[must_use]
     pub fn new(net: &Net) -> Self {
-        let layer = |layer| places(layer).map(|p| Buffer::new(p.room::<T>())).collect();
+        let layer = |layer| places(layer).map(|p| Buffer::new(p.size::<T>())).collect();
         Self {
             layers: net.layers.iter().map(layer).collect(),
             fresh: true,
@@ -243,7 +243,7 @@ impl<T: Real> Gradient<T> {
         }
     }
 
-    /// Those of the inputs of layer `l`, and that of its bias where it has one.
+    /// The matrices of the inputs of layer `l`, and the gradient by its bias, empty where it has none.
     pub(super) fn layer(&mut self, l: usize, inputs: usize) -> (&mut [Buffer<T>], &mut [T]) {
         let (matrices, bias) = self.layers[l].split_at_mut(inputs);
         (matrices, bias.first_mut().map_or(&mut [], |b| &mut b[..]))
@@ -254,12 +254,12 @@ impl<T: Real> Gradient<T> {
         &self.layers[l][k]
     }
 
-    /// Forgets what was summed.
+    /// Starts a new sum.
     pub fn clear(&mut self) {
         self.fresh = true;
     }
 
-    /// Adds what another summed.
+    /// Adds the sum of another gradient.
     pub fn add(&mut self, other: &Self) {
         if other.fresh {
             return;
@@ -278,7 +278,8 @@ impl<T: Real> Gradient<T> {
         }
     }
 
-    /// The sum of its squares; zeros where nothing was summed, and beyond the last columns.
+    /// Completes the sum (zero where nothing was added, and in the padding of the panels) and returns the sum of its
+    /// squares.
     pub fn settle(&mut self, net: &Net) -> f64 {
         let mut sum = 0.0;
         for (layer, matrices) in net.layers.iter().zip(&mut self.layers) {
@@ -297,7 +298,7 @@ impl<T: Real> Gradient<T> {
         sum
     }
 
-    /// Adds it to `out`, in the order of the parameters.
+    /// Adds the gradient to `out`, `[parameters]`.
     pub fn add_to(&self, net: &Net, out: &mut [f64]) {
         if self.fresh {
             return;

@@ -174,7 +174,7 @@ fn product_error<T: Real>(
         Init::Add,
     );
     dispatch_on(level, gemm);
-    // The same numbers by columns: Aᵀ stored, in two pieces of rows.
+    // The same values by columns: Aᵀ is stored, in two pieces of rows.
     let (at, _) = panelled::<T>(terms, rows, 0.0);
     let mut at = at;
     for k in 0..terms {

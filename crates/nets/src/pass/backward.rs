@@ -1,8 +1,8 @@
-//! The way back: sensitivities of the output to all before it.
+//! Reverse passes: the sensitivities of the output to every layer and to the features.
 
 use std::ops::Range;
 
-use super::super::net::{Kind, Net, Source};
+use super::super::net::{Input, Kind, Net, Source};
 use super::super::packed::{Packed, panels};
 use super::super::simd::{
     Contract, GateReverse, Gates, Gemm, Init, PointReverse2, PointReverseTangents, PointTangent,
@@ -10,22 +10,33 @@ use super::super::simd::{
 };
 use super::{LayerBuffers, Pass};
 
-/// What goes backward.
+/// The sensitivities that a reverse pass computes.
 #[derive(Clone, Copy)]
 enum Backward {
-    /// The value's sensitivity, with second derivatives along pairs of so many tangents.
+    /// The value component, with second derivatives along pairs of this number of directions.
     Value { directions: usize },
-    /// Those of so many outputs, one a component.
+    /// The sensitivities of this number of outputs, each in a component of its own.
     Outputs(usize),
-    /// The components ′, i and i′ of one output's.
+    /// The components ′, i and i′ of the sensitivities of one output.
     Mixed { directions: usize },
-    /// Those of so many scalars of the value and its tangents.
+    /// The sensitivities of this number of scalars that depend on the value and its tangents.
     Tangents { directions: usize },
 }
 
+impl Backward {
+    /// The number of directions of the second derivatives that the pass computes, where it does.
+    fn curvature(self) -> Option<usize> {
+        match self {
+            Self::Value { directions } if directions > 0 => Some(directions),
+            _ => None,
+        }
+    }
+}
+
 impl<T: Real> Pass<T> {
-    /// Backward: the value component of the sensitivities of the (only) output, its gradient by features and
-    /// velocities, and its second derivatives along pairs of the first `directions` tangents and ′.
+    /// Computes, for a network with one output, the value component of its sensitivities, its gradient by features and
+    /// velocities, and its second derivatives along pairs of ′ and the first `directions` tangents (theory.md,
+    /// equation 14).
     pub fn reverse(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         self.seed(net, 0..1, |_, _, _| T::of(1.0));
         self.hessian.fill(T::default());
@@ -33,20 +44,20 @@ impl<T: Real> Pass<T> {
         self.back(net, packed, Backward::Value { directions });
     }
 
-    /// Backward: the value component of the sensitivities of Σ `seed(s, o)` output o, and its gradient by the
-    /// features.
+    /// Computes the value component of the sensitivities of `Σ_o seed(s, o)` · output o, and its gradient by the features.
     pub fn reverse_sum(&mut self, net: &Net, packed: &Packed<T>, seed: impl Fn(usize, usize) -> T) {
         self.seed(net, 0..1, |_, s, o| seed(s, o));
         self.reverse_seeded(net, packed);
     }
 
-    /// The same from seeds that stand in component 0 of the sensitivities of the outputs.
+    /// Computes what [`Pass::reverse_sum`] does from the seeds in component 0 of the sensitivities of the outputs
+    /// ([`Pass::set_seeds`]).
     pub fn reverse_seeded(&mut self, net: &Net, packed: &Packed<T>) {
         self.back(net, packed, Backward::Value { directions: 0 });
     }
 
-    /// Backward: the components ′, i and i′ of the sensitivities, after [`Pass::reverse`] and
-    /// [`Pass::forward_mixed`].
+    /// Computes the components ′, i and i′ of the sensitivities, for i < `directions`, after [`Pass::reverse`] and
+    /// [`Pass::forward_mixed`] (theory.md, equation 17).
     pub fn reverse_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let mixed = self.mixed(0)..self.mixed(directions);
         let rows = self.rows();
@@ -60,9 +71,10 @@ impl<T: Real> Pass<T> {
         self.back(net, packed, Backward::Mixed { directions });
     }
 
-    /// Backward: `directions` scalars that depend on the outputs, their tangents ′ and one tangent i each. `seed(c,
-    /// s, o)` is the sensitivity to component ′ of output o for c < directions, to its value for the others; those
-    /// to the tangents i are what [`Pass::reverse_sum`] left.
+    /// Computes the sensitivities of scalars i < `directions` that depend on the values of the outputs, their tangents ′
+    /// and their tangent along i (theory.md, equation 32). `seed(c, s, o)` is, for c = i, the sensitivity of scalar i to
+    /// the tangent ′ of output o in sample s and, for c = `directions` + i, that to its value; the sensitivities to the
+    /// tangents i are those that [`Pass::reverse_sum`] computed.
     pub fn reverse_tangents(
         &mut self,
         net: &Net,
@@ -74,19 +86,20 @@ impl<T: Real> Pass<T> {
         self.reverse_tangents_seeded(net, packed, directions);
     }
 
-    /// The same from seeds that stand in the components from 1 on of the sensitivities of the outputs.
+    /// Computes what [`Pass::reverse_tangents`] does from the seeds in components 1 to 2 · `directions` of the
+    /// sensitivities of the outputs ([`Pass::set_seeds`]).
     pub fn reverse_tangents_seeded(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         self.back(net, packed, Backward::Tangents { directions });
     }
 
-    /// Backward, one component per output: component c holds the sensitivities of output c (plain networks).
+    /// Computes the sensitivities of each of the first outputs, those of output c in component c.
     pub fn reverse_outputs(&mut self, net: &Net, packed: &Packed<T>, outputs: usize) {
         let unit = |c, _, o| if c == o { T::of(1.0) } else { T::default() };
         self.seed(net, 0..outputs, unit);
         self.back(net, packed, Backward::Outputs(outputs));
     }
 
-    /// Backward: component 0 holds the sensitivities of Σ `weights[s, o]` output o (plain networks).
+    /// Computes the sensitivities of `Σ_o weights[s, o]` · output o in component 0, without the gradient by the features.
     pub fn reverse_weighted(
         &mut self,
         net: &Net,
@@ -125,141 +138,156 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Carries sensitivities from the outputs down, to the features where the value's are carried.
-    fn back(&mut self, net: &Net, packed: &Packed<T>, way: Backward) {
-        let mixed = |directions| self.mixed(0)..self.mixed(directions);
-        let parts = match way {
-            Backward::Value { .. } => [0..1, 0..0],
-            Backward::Outputs(outputs) => [0..outputs, 0..0],
-            Backward::Mixed { directions } => [1..2 + directions, mixed(directions)],
-            Backward::Tangents { directions } => [1..1 + 2 * directions, 0..0],
-        };
-        let curved = match way {
-            Backward::Value { directions } if directions > 0 => Some(directions),
-            _ => None,
-        };
-        let value = matches!(way, Backward::Value { .. });
-        let mixed = matches!(way, Backward::Mixed { .. });
-        self.heard.fill(false);
+    /// Carries sensitivities from the outputs down, and to the features where they are those of the value.
+    fn back(&mut self, net: &Net, packed: &Packed<T>, pass: Backward) {
+        self.written.fill(false);
         for (l, layer) in net.layers.iter().enumerate().rev() {
-            let (before, rest) = self.layers.split_at_mut(l);
-            let buffers = &mut rest[0];
-            let shape = buffers.shape;
             if layer.activation.is_some() {
-                let LayerBuffers {
-                    z,
-                    ya,
-                    yz,
-                    slopes: [s1, s2, s3],
-                    ..
-                } = buffers;
-                match way {
-                    Backward::Value { .. } | Backward::Outputs(_) => {
-                        dispatch(PointTangent {
-                            shape,
-                            components: parts[0].clone(),
-                            first: s1,
-                            input: ya,
-                            output: yz,
-                        });
-                        if let Some(directions) = curved {
-                            dispatch(Contract {
-                                shape,
-                                directions,
-                                second: s2,
-                                z,
-                                ya,
-                                hessian: &mut self.hessian[..],
-                            });
-                        }
-                    }
-                    Backward::Mixed { directions } => dispatch(PointReverse2 {
-                        shape,
-                        directions,
-                        slopes: [s1, s2, s3],
-                        z,
-                        ya,
-                        yz,
-                        value_only: !self.heard[l + 1],
-                    }),
-                    Backward::Tangents { directions } => dispatch(PointReverseTangents {
-                        shape,
-                        directions,
-                        slopes: [s1, s2],
-                        z,
-                        ya,
-                        yz,
-                    }),
-                }
+                self.reverse_activation(l, pass);
             }
             match &layer.kind {
-                Kind::Dense { inputs, .. } => {
-                    let rows = self.components * self.samples;
-                    for (k, input) in inputs.iter().enumerate() {
-                        let w = packed.reverse(l, k);
-                        let (slot, bent) = match input.source {
-                            Source::Features => (0, false),
-                            Source::Layer(l) => (l + 1, net.layers[l].activation.is_some()),
-                        };
-                        // Only the value's sensitivity to the features is ever read; and of mixed components the
-                        // outputs have none, which an activation below them knows.
-                        let silent = mixed && bent && net.outputs.contains(&l);
-                        if (slot == 0 && !value) || silent || input.width == 0 {
-                            continue;
-                        }
-                        let target = match input.source {
-                            Source::Features => &mut self.yx,
-                            Source::Layer(l) => before[l].sensitivity_mut(),
-                        };
-                        let init = match std::mem::replace(&mut self.heard[slot], true) {
-                            true => Init::Add,
-                            false => Init::Zero,
-                        };
-                        for c in parts.clone() {
-                            let part = c.start * self.samples..c.end * self.samples;
-                            if !part.is_empty() {
-                                dispatch(Gemm::along_rows(
-                                    &buffers.yz,
-                                    rows,
-                                    w,
-                                    layer.width,
-                                    target,
-                                    rows,
-                                    part,
-                                    panels::<T>(input.width),
-                                    init,
-                                ));
-                            }
-                        }
-                    }
-                }
-                Kind::Gate { gates } => {
-                    let (g, yg) = before[*gates].output_and_sensitivity();
-                    for components in parts.clone() {
-                        if components.is_empty() {
-                            continue;
-                        }
-                        dispatch(GateReverse {
-                            gates: Gates {
-                                shape,
-                                n: net.velocities,
-                                g,
-                                v: &self.v,
-                            },
-                            components,
-                            yz: &buffers.yz,
-                            yg: &mut yg[..],
-                            yv: value.then_some(&mut self.yv[..]),
-                            hessian: curved.map(|d| (&mut self.hessian[..], d)),
-                        });
-                    }
-                }
+                Kind::Dense { inputs, .. } => self.reverse_dense(net, packed, (l, inputs), pass),
+                Kind::Gate { gates } => self.reverse_gate(net, l, *gates, pass),
             }
         }
     }
 
-    /// Carries the sensitivities of these components of the samples from the layers down to the features, after a
-    /// reverse pass that left them there.
+    /// The components that a pass carries.
+    fn parts(&self, pass: Backward) -> [Range<usize>; 2] {
+        match pass {
+            Backward::Value { .. } => [0..1, 0..0],
+            Backward::Outputs(outputs) => [0..outputs, 0..0],
+            Backward::Mixed { directions } => {
+                [1..2 + directions, self.mixed(0)..self.mixed(directions)]
+            }
+            Backward::Tangents { directions } => [1..1 + 2 * directions, 0..0],
+        }
+    }
+
+    /// From the sensitivities to a = σ(z) of layer `l` to those to z.
+    fn reverse_activation(&mut self, l: usize, pass: Backward) {
+        let [components, _] = self.parts(pass);
+        let LayerBuffers {
+            shape,
+            z,
+            ya,
+            yz,
+            slopes: [s1, s2, s3],
+            ..
+        } = &mut self.layers[l];
+        let shape = *shape;
+        match pass {
+            Backward::Value { .. } | Backward::Outputs(_) => {
+                dispatch(PointTangent {
+                    shape,
+                    components,
+                    first: s1,
+                    input: ya,
+                    output: yz,
+                });
+                if let Some(directions) = pass.curvature() {
+                    dispatch(Contract {
+                        shape,
+                        directions,
+                        second: s2,
+                        z,
+                        ya,
+                        hessian: &mut self.hessian[..],
+                    });
+                }
+            }
+            Backward::Mixed { directions } => dispatch(PointReverse2 {
+                shape,
+                directions,
+                slopes: [s1, s2, s3],
+                z,
+                ya,
+                yz,
+                value_only: !self.written[l + 1],
+            }),
+            Backward::Tangents { directions } => dispatch(PointReverseTangents {
+                shape,
+                directions,
+                slopes: [s1, s2],
+                z,
+                ya,
+                yz,
+            }),
+        }
+    }
+
+    /// From the sensitivities to z of the dense layer `l` to those to what it reads.
+    fn reverse_dense(
+        &mut self,
+        net: &Net,
+        packed: &Packed<T>,
+        (l, inputs): (usize, &[Input]),
+        pass: Backward,
+    ) {
+        let (parts, rows) = (self.parts(pass), self.rows());
+        let (before, rest) = self.layers.split_at_mut(l);
+        let value = matches!(pass, Backward::Value { .. });
+        for (k, input) in inputs.iter().enumerate() {
+            let (slot, bent) = match input.source {
+                Source::Features => (0, false),
+                Source::Layer(l) => (l + 1, net.layers[l].activation.is_some()),
+            };
+            // Only the value's sensitivity to the features is ever read; and of mixed components the outputs have none,
+            // which an activation below them knows.
+            let mixed = matches!(pass, Backward::Mixed { .. });
+            let vanishing = mixed && bent && net.outputs.contains(&l);
+            if (slot == 0 && !value) || vanishing || input.width == 0 {
+                continue;
+            }
+            let target = match input.source {
+                Source::Features => &mut self.yx,
+                Source::Layer(l) => before[l].sensitivity_mut(),
+            };
+            let init = match std::mem::replace(&mut self.written[slot], true) {
+                true => Init::Add,
+                false => Init::Zero,
+            };
+            for c in parts.iter().filter(|c| !c.is_empty()) {
+                dispatch(Gemm::along_rows(
+                    &rest[0].yz,
+                    rows,
+                    packed.reverse(l, k),
+                    net.layers[l].width,
+                    target,
+                    rows,
+                    c.start * self.samples..c.end * self.samples,
+                    panels::<T>(input.width),
+                    init,
+                ));
+            }
+        }
+    }
+
+    /// From the sensitivities to z of the gated layer `l` to those to its `gates` and, of the value, to the velocities.
+    fn reverse_gate(&mut self, net: &Net, l: usize, gates: usize, pass: Backward) {
+        let value = matches!(pass, Backward::Value { .. });
+        let parts = self.parts(pass);
+        let (before, rest) = self.layers.split_at_mut(l);
+        let (g, yg) = before[gates].output_and_sensitivity();
+        for components in parts.into_iter().filter(|c| !c.is_empty()) {
+            dispatch(GateReverse {
+                gates: Gates {
+                    shape: rest[0].shape,
+                    n: net.velocities,
+                    g,
+                    v: &self.v,
+                },
+                components,
+                yz: &rest[0].yz,
+                yg: &mut yg[..],
+                yv: value.then_some(&mut self.yv[..]),
+                hessian: pass.curvature().map(|d| (&mut self.hessian[..], d)),
+            });
+        }
+    }
+
+    /// Computes these components of the sensitivities to the features from those to the layers, after the reverse pass
+    /// that computed them.
     pub fn reverse_features(&mut self, net: &Net, packed: &Packed<T>, components: Range<usize>) {
         let rows = self.components * self.samples;
         let part = components.start * self.samples..components.end * self.samples;

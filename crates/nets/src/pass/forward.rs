@@ -1,18 +1,19 @@
-//! The way forward: values, tangents and mixed second derivatives.
+//! Forward passes: values, tangents and mixed second derivatives (theory.md, equation 10).
 
 use std::ops::Range;
 
-use super::super::net::{Kind, Net, Source};
+use super::super::Activation;
+use super::super::net::{Input, Kind, Net, Source};
 use super::super::packed::Packed;
 use super::super::simd::{
     GateForward, Gates, Gemm, Init, PointForward, PointSecond, PointTangent, Real, dispatch,
 };
 use super::{LayerBuffers, Pass};
 
-/// What goes forward.
+/// The components that a forward pass computes.
 #[derive(Clone, Copy, PartialEq)]
 enum Forward {
-    /// The value, and tangents with it.
+    /// The value, with or without tangents.
     Value,
     /// Tangents alone.
     Tangents,
@@ -21,13 +22,15 @@ enum Forward {
 }
 
 impl<T: Real> Pass<T> {
-    /// Forward: the value and the tangents ′ and i < `directions` (only the value if `directions` is `None`).
+    /// Computes the value and the tangents ′ and i < `directions` of all layers; the value alone where `directions` is
+    /// `None`.
     pub fn forward(&mut self, net: &Net, packed: &Packed<T>, directions: Option<usize>) {
         let components = 0..directions.map_or(1, |d| 2 + d);
         self.propagate(net, packed, components, (Forward::Value, usize::MAX));
     }
 
-    /// Forward, where [`Pass::reverse`] tells the rest: of the output only its first `components`, the value or nothing.
+    /// Computes what [`Pass::forward`] does, but of the output only the first `components` (0 or 1): for passes whose
+    /// [`Pass::reverse`] gives the derivatives of the output.
     pub fn forward_for_reverse(
         &mut self,
         net: &Net,
@@ -38,14 +41,14 @@ impl<T: Real> Pass<T> {
         self.propagate(net, packed, 0..2 + directions, (Forward::Value, components));
     }
 
-    /// Forward: the mixed second derivatives i′ for i < `directions`, after [`Pass::forward`]; not those of the output,
-    /// which the sensitivities do not need.
+    /// Computes the mixed second derivatives i′ for i < `directions` of all layers but the output, after
+    /// [`Pass::forward`]; sensitivities do not need those of the output.
     pub fn forward_mixed(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         let components = self.mixed(0)..self.mixed(directions);
         self.propagate(net, packed, components, (Forward::Mixed, 0));
     }
 
-    /// Forward: the tangents i < `directions` alone, after a [`Pass::forward`] without them.
+    /// Computes the tangents i < `directions` alone, after a [`Pass::forward`] without them.
     pub fn forward_tangents(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         self.propagate(
             net,
@@ -55,6 +58,7 @@ impl<T: Real> Pass<T> {
         );
     }
 
+    /// Computes `components` of all layers, but of the output only those below `outputs`.
     fn propagate(
         &mut self,
         net: &Net,
@@ -62,7 +66,6 @@ impl<T: Real> Pass<T> {
         components: Range<usize>,
         (stage, outputs): (Forward, usize),
     ) {
-        let rows = self.components * self.samples;
         for (l, layer) in net.layers.iter().enumerate() {
             let components = match net.outputs.contains(&l) {
                 true => components.start..components.end.min(outputs),
@@ -71,83 +74,102 @@ impl<T: Real> Pass<T> {
             if components.is_empty() {
                 continue;
             }
-            let (before, rest) = self.layers.split_at_mut(l);
-            let buffers = &mut rest[0];
-            let shape = buffers.shape;
             match &layer.kind {
                 Kind::Dense { inputs, .. } => {
-                    for (k, input) in inputs.iter().enumerate() {
-                        let a: &[T] = match input.source {
-                            Source::Features => &self.x,
-                            Source::Layer(l) => before[l].output(),
-                        };
-                        // The bias belongs to the value alone.
-                        let init = match (k, stage) {
-                            (0, Forward::Value) => Init::Rows(packed.bias(l), self.samples),
-                            (0, _) => Init::Zero,
-                            _ => Init::Add,
-                        };
-                        let part = components.start * self.samples..components.end * self.samples;
-                        dispatch(Gemm::along_rows(
-                            a,
-                            rows,
-                            packed.forward(l, k),
-                            input.width,
-                            &mut buffers.z,
-                            rows,
-                            part,
-                            shape.panels,
-                            init,
-                        ));
-                    }
+                    self.forward_dense(packed, (l, inputs), &components, stage);
                 }
-                Kind::Gate { gates } => dispatch(GateForward {
-                    gates: Gates {
-                        shape,
-                        n: net.velocities,
-                        g: before[*gates].output(),
-                        v: &self.v,
-                    },
-                    components: components.clone(),
-                    z: &mut buffers.z,
-                }),
+                Kind::Gate { gates } => {
+                    let (before, rest) = self.layers.split_at_mut(l);
+                    dispatch(GateForward {
+                        gates: Gates {
+                            shape: rest[0].shape,
+                            n: net.velocities,
+                            g: before[*gates].output(),
+                            v: &self.v,
+                        },
+                        components: components.clone(),
+                        z: &mut rest[0].z,
+                    });
+                }
             }
-            let Some(activation) = layer.activation else {
-                continue;
+            if let Some(activation) = layer.activation {
+                self.layers[l].activate(activation, components, stage);
+            }
+        }
+    }
+
+    /// The product of the dense layer `l` with what it reads.
+    fn forward_dense(
+        &mut self,
+        packed: &Packed<T>,
+        (l, inputs): (usize, &[Input]),
+        components: &Range<usize>,
+        stage: Forward,
+    ) {
+        let rows = self.rows();
+        let (before, rest) = self.layers.split_at_mut(l);
+        for (k, input) in inputs.iter().enumerate() {
+            let a: &[T] = match input.source {
+                Source::Features => &self.x,
+                Source::Layer(l) => before[l].output(),
             };
-            let LayerBuffers {
+            // The bias belongs to the value alone.
+            let init = match (k, stage) {
+                (0, Forward::Value) => Init::Rows(packed.bias(l), self.samples),
+                (0, _) => Init::Zero,
+                _ => Init::Add,
+            };
+            let panels = rest[0].shape.panels;
+            dispatch(Gemm::along_rows(
+                a,
+                rows,
+                packed.forward(l, k),
+                input.width,
+                &mut rest[0].z,
+                rows,
+                components.start * self.samples..components.end * self.samples,
+                panels,
+                init,
+            ));
+        }
+    }
+}
+
+impl<T: Real> LayerBuffers<T> {
+    /// From z to a = σ(z), by components.
+    fn activate(&mut self, activation: Activation, components: Range<usize>, stage: Forward) {
+        let shape = self.shape;
+        let Self {
+            z,
+            a,
+            slopes: [s1, s2, s3],
+            ..
+        } = self;
+        if stage == Forward::Mixed {
+            dispatch(PointSecond {
+                shape,
+                directions: components.len(),
+                slopes: [&s1[..], &s2[..]],
+                z,
+                a,
+            });
+            return;
+        }
+        if stage == Forward::Value {
+            dispatch(PointForward {
+                shape,
+                activation,
                 z,
                 a,
                 slopes: [s1, s2, s3],
-                ..
-            } = buffers;
-            if stage == Forward::Mixed {
-                let (directions, slopes) = (components.len(), [&s1[..], &s2[..]]);
-                dispatch(PointSecond {
-                    shape,
-                    directions,
-                    slopes,
-                    z,
-                    a,
-                });
-                continue;
-            }
-            if stage == Forward::Value {
-                dispatch(PointForward {
-                    shape,
-                    activation,
-                    z,
-                    a,
-                    slopes: [s1, s2, s3],
-                });
-            }
-            dispatch(PointTangent {
-                shape,
-                components: components.start.max(1)..components.end,
-                first: s1,
-                input: z,
-                output: a,
             });
         }
+        dispatch(PointTangent {
+            shape,
+            components: components.start.max(1)..components.end,
+            first: s1,
+            input: z,
+            output: a,
+        });
     }
 }

@@ -1,48 +1,62 @@
-//! A block of samples on its way through a network, forward and backward over the truncated algebra.
+//! A block of samples through a network, forward and backward over the truncated algebra {1, ′, i, i′} of theory.md,
+//! section 5.
+//!
+//! Every matrix of a block has a row for each component of each sample. For n directions, component 0 is the
+//! value, 1 the tangent ′, 2 + i the tangent along direction i and 2 + n + i the mixed second derivative along i and ′.
 
 mod backward;
 mod forward;
 mod planes;
 mod products;
 
+use super::component;
 use super::net::{Kind, Net, Source};
 use super::packed::panels;
 use super::simd::{Buffer, Real, Shape};
 
+/// The matrices of one layer, a row for each component of each sample.
 #[derive(Debug)]
 struct LayerBuffers<T: Real> {
     shape: Shape,
+    /// The pre-activations z.
     z: Buffer<T>,
-    /// Empty where the layer has no activation: then a is z, ya is yz.
+    /// The activations a = σ(z), empty where the layer has no activation: then a is z, and ya is yz.
     a: Buffer<T>,
+    /// The sensitivities to a.
     ya: Buffer<T>,
+    /// The sensitivities to z.
     yz: Buffer<T>,
+    /// σ′, σ″ and σ‴ at the value of z.
     slopes: [Buffer<T>; 3],
 }
 
-/// The buffers of one block of samples; see the module for the components.
+/// A block of samples in a network: features, layers, outputs and the sensitivities to all of them.
 ///
-/// The caller writes [`Pass::features_mut`] and [`Pass::velocities_mut`], then calls the passes in order.
+/// Component 0 of a quantity is its value, 1 its tangent ′, 2 + i its tangent along direction i, and
+/// [`mixed(i)`](Pass::mixed) its mixed second derivative along i and ′ (theory.md, equation 9). The caller sets the
+/// components of the features ([`Pass::set_feature`]) and then calls, in this order, [`Pass::forward`],
+/// [`Pass::reverse`], [`Pass::forward_mixed`] and [`Pass::reverse_mixed`], as far as the derivatives are needed.
 #[derive(Debug)]
 pub struct Pass<T: Real> {
     samples: usize,
     components: usize,
-    room: usize,
+    capacity: usize,
     x: Buffer<T>,
     x_width: usize,
     yx: Buffer<T>,
     v: Vec<T>,
     yv: Vec<T>,
     hessian: Vec<T>,
-    /// Features first, then layers: whether sensitivities to them have been written on the way back.
-    heard: Vec<bool>,
+    /// Whether the running reverse pass has written the sensitivities to the features, then those to each layer.
+    written: Vec<bool>,
     layers: Vec<LayerBuffers<T>>,
 }
 
 impl<T: Real> Pass<T> {
-    /// Room for blocks of `samples` samples and `room` directions.
-    pub fn new(net: &Net, samples: usize, room: usize) -> Self {
-        let components = 2 + 2 * room;
+    /// Buffers for blocks of `samples` samples with up to `capacity` directions.
+    #[must_use]
+    pub fn new(net: &Net, samples: usize, capacity: usize) -> Self {
+        let components = 2 + 2 * capacity;
         let rows = components * samples;
         let layer = |layer: &super::net::Layer| {
             let panels = panels::<T>(layer.width);
@@ -59,7 +73,7 @@ impl<T: Real> Pass<T> {
                 shape: Shape {
                     samples,
                     components,
-                    room,
+                    capacity,
                     panels,
                 },
                 z: Buffer::new(full),
@@ -73,14 +87,14 @@ impl<T: Real> Pass<T> {
         Self {
             samples,
             components,
-            room,
+            capacity,
             x: Buffer::new(x_size),
             x_width: net.features,
             yx: Buffer::new(x_size),
             v: vec![T::default(); rows * net.velocities],
             yv: vec![T::default(); samples * net.velocities],
-            hessian: vec![T::default(); samples * room * (room + 1)],
-            heard: vec![false; net.layers.len() + 1],
+            hessian: vec![T::default(); samples * capacity * (capacity + 1)],
+            written: vec![false; net.layers.len() + 1],
             layers: net.layers.iter().map(layer).collect(),
         }
     }
@@ -92,7 +106,7 @@ impl<T: Real> Pass<T> {
         self.samples
     }
 
-    /// Rows of every matrix: components times samples.
+    /// The number of rows of every matrix: components times samples.
     pub(super) fn rows(&self) -> usize {
         self.components * self.samples
     }
@@ -102,7 +116,7 @@ impl<T: Real> Pass<T> {
         &self.layers[l].yz
     }
 
-    /// What a source offers to the layers that read it.
+    /// The matrix of a source, as the layers read it.
     pub(super) fn input(&self, source: Source) -> &[T] {
         match source {
             Source::Features => &self.x,
@@ -110,7 +124,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Adds `weight` times component `c` of the sensitivity to the pre-activations of layer `l` in sample `s`.
+    /// Adds `weight` times component `c` of the sensitivities to the pre-activations of layer `l` in sample `s` to `to`.
     pub fn add_sensitivity(&self, l: usize, (c, s): (usize, usize), weight: f64, to: &mut [f64]) {
         let (row, lanes, rows) = (c * self.samples + s, T::LANES, self.rows());
         let from = self.sensitivity(l);
@@ -119,7 +133,8 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Numbers in the matrix of the widest layer.
+    /// The number of values in the matrix of the widest layer, which scratch buffers must hold.
+    #[must_use]
     pub fn widest(&self) -> usize {
         self.layers.iter().map(|l| l.yz.len()).max().unwrap_or(0)
     }
@@ -128,7 +143,7 @@ impl<T: Real> Pass<T> {
     #[inline]
     #[must_use]
     pub fn mixed(&self, i: usize) -> usize {
-        2 + self.room + i
+        component::tangent(self.capacity) + i
     }
 
     /// Sets feature `i` of component `c` of sample `s`.
@@ -139,6 +154,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Feature `i` of component `c` of sample `s`.
+    #[must_use]
     #[inline]
     pub fn feature(&self, c: usize, s: usize, i: usize) -> T {
         self.x[self.feature_at(c, s, i)]
@@ -169,6 +185,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Component `c` of output `o` of sample `s`.
+    #[must_use]
     pub fn output(&self, net: &Net, c: usize, s: usize, o: usize) -> T {
         let rows = self.components * self.samples;
         let (layer, o) = net.output_at(o);
@@ -177,27 +194,33 @@ impl<T: Real> Pass<T> {
     }
 
     /// ∂output/∂(feature i) of sample `s`, after [`Pass::reverse`].
+    #[must_use]
     pub fn feature_gradient(&self, s: usize, i: usize) -> T {
         self.yx[self.feature_at(0, s, i)]
     }
 
     /// ∂output/∂(velocity j) of sample `s` through the gates, after [`Pass::reverse`].
+    #[must_use]
     pub fn velocity_gradient(&self, s: usize, j: usize) -> T {
         self.yv[s * (self.yv.len() / self.samples) + j]
     }
 
     /// Component `c` of the sensitivity to feature `i` of sample `s`, after [`Pass::reverse_features`].
+    #[must_use]
     pub fn feature_sensitivity(&self, c: usize, s: usize, i: usize) -> T {
         self.yx[self.feature_at(c, s, i)]
     }
 
-    /// The same of the mixed component of direction `d`.
+    /// The mixed component of direction `d` of the sensitivity to feature `i` of sample `s`, after
+    /// [`Pass::reverse_features`].
+    #[must_use]
     pub fn mixed_feature_sensitivity(&self, d: usize, s: usize, i: usize) -> T {
         self.feature_sensitivity(self.mixed(d), s, i)
     }
 
-    /// Mixed component of direction `d` of the sensitivity to velocity `j` of sample `s` through the gates: the
+    /// The mixed component of direction `d` of the sensitivity to velocity `j` of sample `s` through the gates: the
     /// product y g of the truncated algebra, after [`Pass::reverse_mixed`].
+    #[must_use]
     pub fn mixed_velocity_sensitivity(&self, net: &Net, d: usize, s: usize, j: usize) -> T {
         let pairs = [
             (0, self.mixed(d)),
@@ -224,8 +247,9 @@ impl<T: Real> Pass<T> {
         sum
     }
 
-    /// Second derivative of the output along tangents i and j (or i and ′ where `j` is `None`), after
-    /// [`Pass::reverse`] with `directions` of them.
+    /// The second derivative of the output of sample `s` along directions i and j, or along i and ′ where `j` is `None`,
+    /// after [`Pass::reverse`] with this number of `directions` (theory.md, equation 14).
+    #[must_use]
     pub fn second_derivative(&self, s: usize, i: usize, j: Option<usize>, directions: usize) -> T {
         let (i, j) = j.map_or((i, directions), |j| (i.max(j), i.min(j)));
         self.hessian[(s * directions + i) * (directions + 1) + j]

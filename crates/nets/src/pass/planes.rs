@@ -1,4 +1,4 @@
-//! Features, outputs and their sensitivities between a pass and planes, one component at a time.
+//! Features, outputs and their sensitivities as [`Planes`], one component at a time.
 
 use super::Pass;
 use crate::net::Net;
@@ -10,12 +10,12 @@ impl<T: Real> Pass<T> {
         Shape {
             samples: self.samples,
             components: self.components,
-            room: self.room,
+            capacity: self.capacity,
             panels: panels::<T>(self.x_width),
         }
     }
 
-    /// Sets component `component` of all features.
+    /// Sets one component of all features: feature i from value i of the planes.
     pub fn set_features(&mut self, component: usize, planes: &Planes<T>) {
         dispatch(FromPlanes {
             shape: self.feature_shape(),
@@ -27,7 +27,7 @@ impl<T: Real> Pass<T> {
         });
     }
 
-    /// The gradient by the features, after [`Pass::reverse_seeded`].
+    /// Writes the gradient by the features to `planes`, after [`Pass::reverse_seeded`].
     pub fn read_feature_gradient(&self, planes: &mut Planes<T>) {
         dispatch(ToPlanes {
             shape: self.feature_shape(),
@@ -39,7 +39,7 @@ impl<T: Real> Pass<T> {
         });
     }
 
-    /// Component `component` of all outputs.
+    /// Writes one component of all outputs to `planes`.
     pub fn read_outputs(&self, net: &Net, component: usize, planes: &mut Planes<T>) {
         let mut first = 0;
         for &l in &net.outputs {
@@ -56,7 +56,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Sets component `component` of the sensitivities of all outputs, which have no activation.
+    /// Sets one component of the sensitivities of all outputs, from which a reverse pass starts.
     pub fn set_seeds(&mut self, net: &Net, component: usize, planes: &Planes<T>) {
         let mut first = 0;
         for &l in &net.outputs {

@@ -1,4 +1,4 @@
-//! Tangents that are combined, and the gradient by the weights.
+//! Linear combinations of tangents, and the gradient by the weights.
 
 use super::super::net::{Kind, Net};
 use super::super::packed::{Gradient, panels};
@@ -28,7 +28,7 @@ impl<T: Real> Pass<T> {
         let shape = Shape {
             samples: self.samples,
             components: self.components,
-            room: self.room,
+            capacity: self.capacity,
             panels: panels::<T>(self.x_width),
         };
         dispatch(Combine {
@@ -60,7 +60,8 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Adds the gradient by the parameters of `Σ_samples` (mixed component of direction 0) to `gradient`.
+    /// Adds the gradient by the parameters of `Σ_samples` (mixed component of direction 0 of the output) to `gradient`,
+    /// after [`Pass::reverse_mixed`] (theory.md, equation 18).
     pub fn add_gradient(&self, net: &Net, gradient: &mut Gradient<T>) {
         let mixed = self.mixed(0);
         // At the outputs only the value is not zero.
@@ -68,12 +69,13 @@ impl<T: Real> Pass<T> {
         self.add_products_at(net, |output| &pairs[..if output { 1 } else { 4 }], gradient);
     }
 
-    /// Adds Σ over `pairs` of (component of yz) ⊗ (component of a), summed over the samples, to `gradient`.
+    /// Adds `Σ_samples Σ_(c, k)` `y_c` ⊗ `a_k` to `gradient`, for the given `pairs` (c, k) of a component of the
+    /// sensitivities y to a layer and a component of the input a of that layer.
     pub fn add_products(&self, net: &Net, pairs: &[(usize, usize)], gradient: &mut Gradient<T>) {
         self.add_products_at(net, |_| pairs, gradient);
     }
 
-    /// The same with pairs that depend on whether a layer is an output.
+    /// Adds the outer products of pairs of components that depend on whether a layer is an output.
     fn add_products_at<'p>(
         &self,
         net: &Net,

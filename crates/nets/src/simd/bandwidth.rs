@@ -1,4 +1,4 @@
-//! How fast this CPU reads memory: the other limit that benches compare with.
+//! How fast this CPU reads memory: the other limit that benches are compared with.
 
 use std::time::Instant;
 
@@ -6,15 +6,15 @@ use super::{Buffer, Isa, Task, Vector, dispatch};
 
 /// Vectors that are added to sums of their own, so that no addition waits for another.
 const CHAINS: usize = 12;
-/// Numbers of one vector.
+/// The number of values in a vector.
 const LANES: usize = 8;
-/// Numbers read between two looks at the clock, at least.
+/// The least number of values read between two readings of the clock.
 const LAP: usize = 1 << 17;
-/// Laps at least: the first one fills the cache, and others may have the CPU in the middle of one.
+/// The least number of laps: the first one fills the cache, and other programs may interrupt some.
 const LAPS: usize = 4;
 
 struct Read<'a> {
-    numbers: &'a [f64],
+    values: &'a [f64],
     seconds: f64,
     rate: &'a mut f64,
     sink: &'a mut f64,
@@ -26,13 +26,13 @@ impl Task for Read<'_> {
         let start = Instant::now();
         let (mut best, mut laps) = (f64::INFINITY, 0);
         let mut sums = [I::F64::of(0.0); CHAINS];
-        let passes = LAP.div_ceil(self.numbers.len());
+        let passes = LAP.div_ceil(self.values.len());
         while laps < LAPS || start.elapsed().as_secs_f64() < self.seconds {
             let lap = Instant::now();
             for _ in 0..passes {
-                // Opaque at every pass, so that none is left out.
-                let numbers = std::hint::black_box(self.numbers);
-                for block in numbers.chunks_exact(CHAINS * LANES) {
+                // Opaque at every pass, so that none is optimised away.
+                let values = std::hint::black_box(self.values);
+                for block in values.chunks_exact(CHAINS * LANES) {
                     for (sum, x) in sums.iter_mut().zip(block.chunks_exact(LANES)) {
                         *sum = sum.add(I::F64::load(x));
                     }
@@ -42,7 +42,7 @@ impl Task for Read<'_> {
             laps += 1;
         }
         *self.sink = sums.into_iter().map(Vector::sum).sum();
-        *self.rate = (passes * size_of_val(self.numbers)) as f64 / best;
+        *self.rate = (passes * size_of_val(self.values)) as f64 / best;
     }
 }
 
@@ -52,10 +52,10 @@ impl Task for Read<'_> {
 pub fn read_rate(bytes: usize, seconds: f64) -> f64 {
     let block = CHAINS * LANES;
     let blocks = (bytes / (block * size_of::<f64>())).max(1);
-    let numbers = Buffer::<f64>::new(blocks * block);
+    let values = Buffer::<f64>::new(blocks * block);
     let (mut rate, mut sink) = (0.0, 0.0);
     dispatch(Read {
-        numbers: &numbers,
+        values: &values,
         seconds,
         rate: &mut rate,
         sink: &mut sink,

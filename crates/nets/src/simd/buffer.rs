@@ -6,11 +6,12 @@ use std::ops::{Deref, DerefMut};
 
 use super::Real;
 
+/// One cache line.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Line([u64; 8]);
 
-/// A slice of numbers, aligned to 64 bytes and zero at first.
+/// A slice of values, aligned to 64 bytes and zero when it is created.
 #[derive(Clone)]
 pub struct Buffer<T> {
     lines: Vec<Line>,

@@ -1,11 +1,10 @@
-//! Lane-wise parts of the products with a factored Jacobian.
+//! The products with a factored Jacobian that are not matrix products.
 
 use std::ops::Range;
 
-use super::elementwise::Shape;
-use super::{Isa, Real, Task, Vector};
+use super::{Isa, Real, Shape, Task, Vector};
 
-/// Pairs (component of y, component of a), for each raw output of a sample.
+/// The pairs (component of the sensitivities y, component of the input a) of each raw output of a sample.
 type Pairs = [Vec<(usize, usize)>];
 
 /// tile[(i, s), (j, s')] += Σ_(c, k) ∈ pairs i Σ_(c', k') ∈ pairs j  Y[c s, c' s'] A[k s, k' s'].
@@ -60,7 +59,7 @@ impl<T: Real> Task for GramTile<'_, T> {
     }
 }
 
-/// Products of a pair of raw outputs, at most: four pairs of components each.
+/// The largest number of products of two raw outputs: four pairs of components each.
 const MOST_PRODUCTS: usize = 16;
 
 /// out[s, i] += Σ_(c, k) ∈ pairs i  `y_c`[s] · `a_k`[s], over the units of a layer.

@@ -71,7 +71,7 @@ impl Segments<'_> {
 }
 
 impl<'a, T: Real> Gemm<'a, T> {
-    /// C = init + A · B with A in panels of `a_rows` rows, for some `rows` of it: the way through a layer.
+    /// C = init + A · B with A in panels of `a_rows` rows, for some `rows` of it: a dense layer, forward or backward.
     /// `b` holds a matrix of `terms` rows in panels.
     #[expect(
         clippy::too_many_arguments,
@@ -177,7 +177,7 @@ impl<'a, T: Real> Gemm<'a, T> {
     }
 }
 
-/// Terms of a sum that are added in one go: two panels of B, so many rows high, stay in the first-level cache.
+/// The number of terms of a sum that are added at a time: two panels of B, of this height, stay in the first-level cache.
 const DEPTH: usize = 256;
 
 impl<T: Real> Task for Gemm<'_, T> {
@@ -202,7 +202,7 @@ impl<T: Real> Task for Gemm<'_, T> {
 }
 
 impl<T: Real> Gemm<'_, T> {
-    /// Adds some terms to all of C. Few rows are taken with many panels, so that enough sums are under way at a time.
+    /// Adds some terms to all of C. Few rows are taken with many panels, so that enough sums are computed at a time.
     #[inline(always)]
     fn go<I: Isa>(&mut self, terms: Range<usize>) {
         let rows = self.rows.len();
@@ -229,7 +229,7 @@ fn column<I: Isa, T: Real, const P: usize>(
 ) -> usize {
     let mut r = g.rows.start;
     let end = g.rows.end;
-    // Where rows are not one behind the other throughout, a tile begins at a multiple of its height, so that none crosses a
+    // Where rows do not follow each other evenly throughout, a tile begins at a multiple of its height, so that none crosses a
     // group of LANES rows.
     let even = g.a_group == T::LANES * g.a_row;
     let wide = I::TILE_PANELS == 2;

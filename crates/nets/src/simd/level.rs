@@ -1,8 +1,7 @@
-//! Which instruction set the kernels are compiled for that run: the best of this CPU, or the one that the program asks
-//! for when it starts.
+//! The instruction set that kernels run with: the fastest of this CPU, or the one that the program sets when it starts.
 //!
-//! The choice is the one thing that the library keeps for the whole process, as the CPU is: it changes results by
-//! rounding alone (docs/adr/0051).
+//! The choice is the only state that the crate keeps for the whole process; it changes results by rounding alone
+//! (docs/adr/0051).
 
 use std::fmt;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -25,7 +24,7 @@ pub enum Level {
     Neon,
 }
 
-/// All that there are on this architecture, the fastest first.
+/// All levels of this architecture, the fastest first.
 const ALL: &[Level] = &[
     #[cfg(target_arch = "x86_64")]
     Level::Avx512,
@@ -36,11 +35,11 @@ const ALL: &[Level] = &[
     Level::Portable,
 ];
 
-/// The place in [`ALL`] of the level in use, plus one; 0 before the first kernel has asked.
+/// The index in [`ALL`] of the level in use, plus one; 0 before the first kernel runs.
 static CHOSEN: AtomicU8 = AtomicU8::new(0);
 
 impl Level {
-    /// Its name on the command line and in files.
+    /// The name of the level in settings and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -57,13 +56,13 @@ impl Level {
     /// The level of this name that this CPU has.
     ///
     /// # Errors
-    /// [`Error::UnknownLevel`] where there is none, or where the CPU lacks it; with the names of those that it has.
+    /// [`Error::UnknownLevel`] where no level has this name or the CPU lacks it, with the names of those that it has.
     pub fn from_name(name: &str) -> Result<Self> {
         let own = levels().into_iter().find(|level| level.name() == name);
         own.ok_or_else(|| missing(name))
     }
 
-    /// Whether this CPU has its instructions.
+    /// Whether this CPU has the instructions of the level.
     fn is_there(self) -> bool {
         match self {
             Self::Portable => true,
@@ -112,25 +111,25 @@ pub fn level() -> Level {
     }
 }
 
-/// The fastest level, noted for the calls to come.
+/// The fastest level, stored for later calls.
 #[cold]
 fn first() -> Level {
     let best = ALL.iter().position(|level| level.is_there());
-    // OK because the last of them needs nothing; another thread finds the same, and `set_level` wins over both.
+    // OK because the last level needs no instructions; another thread stores the same, and `set_level` wins over both.
     let place = best.unwrap_or(ALL.len() - 1);
     let _ = CHOSEN.compare_exchange(0, code(place), Ordering::Relaxed, Ordering::Relaxed);
     level()
 }
 
 fn code(place: usize) -> u8 {
-    // OK because there are fewer levels than numbers of a byte.
+    // OK because there are fewer levels than values of a byte.
     u8::try_from(place + 1).unwrap_or(u8::MAX)
 }
 
 /// Runs all kernels of this process with `level` from now on, whichever thread they run on.
 ///
-/// For the start of a program: a computation that is under way goes on with other roundings, so that its bits are
-/// not those of either level.
+/// Call it when the program starts: a computation that is running continues with other roundings, so that its bits are
+/// those of neither level.
 ///
 /// # Errors
 /// [`Error::UnknownLevel`] for a level that this CPU lacks.

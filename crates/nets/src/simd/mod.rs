@@ -1,44 +1,54 @@
-//! The one module with `unsafe`: vectors of 64 bytes on whatever the CPU offers, chosen when the program runs.
+//! Kernels over vectors of 64 bytes, compiled for each instruction set and chosen when the program runs.
 //!
-//! A kernel is written once over [`Isa`] and entered through `dispatch`, which compiles it for AVX-512, AVX2
-//! with FMA, NEON and a portable fallback. Everything below an entry is `#[inline(always)]`, so that it is
-//! compiled with the features of the entry; without them a fused multiply-add is a library call, thirty times
-//! slower.
+//! A kernel is a [`Task`], written once over an instruction set [`Isa`]; [`dispatch`] runs it with AVX-512, AVX2 with
+//! FMA, NEON or portable code. Everything below this entry is `#[inline(always)]`, so that it is compiled with the
+//! instructions of the entry; without them a fused multiply-add is a library call, thirty times slower.
+//!
+//! This is the only module with `unsafe` code: loads and stores of vectors, buffers aligned to 64 bytes, and calls of
+//! functions compiled for CPU features that have been detected. Every kernel checks the lengths of its slices before
+//! the first load. The traits are sealed, and the types of vectors private, so that code outside can have a vector only
+//! inside a [`Task`] that `dispatch` runs.
 #![allow(
     unsafe_code,
     reason = "CPU vector instructions; every other module is safe"
 )]
 
+mod activate;
 mod bandwidth;
 mod buffer;
 mod circle;
-mod elementwise;
+mod combine;
+mod contract;
 mod factors;
+mod gates;
 mod gemm;
 mod level;
 mod peak;
 mod planes;
 mod rows;
-mod single;
+mod sensitivity;
+mod shape;
 #[cfg(test)]
 mod tests;
 mod update;
 mod vector;
 
+pub(crate) use activate::{PointForward, PointSecond, PointTangent};
 pub use bandwidth::read_rate;
 pub use buffer::Buffer;
 pub use circle::{LARGEST_ANGLE, sin_cos};
-pub(crate) use elementwise::{
-    Combine, Contract, GateForward, GateReverse, Gates, PointForward, PointReverse2,
-    PointReverseTangents, PointSecond, PointTangent, Shape,
-};
+pub(crate) use combine::Combine;
+pub(crate) use contract::Contract;
 pub(crate) use factors::{GramTile, RowDots, WeighRows};
+pub(crate) use gates::{GateForward, GateReverse, Gates};
 pub(crate) use gemm::{Gemm, Init};
 pub use level::{Level, level, levels, set_level};
 pub use peak::fma_peak;
 pub(crate) use planes::{FromPlanes, ToPlanes};
 pub use planes::{Planes, set_vector, vector};
 pub(crate) use rows::{Rows, Weights, collect, contract, product, pull};
+pub(crate) use sensitivity::{PointReverse2, PointReverseTangents};
+pub(crate) use shape::Shape;
 pub use update::{AdamRule, AdamStep};
 pub(crate) use update::{AddTo, SumOfSquares, SumRows};
 pub use vector::{Real, Vector};
@@ -46,24 +56,30 @@ pub use vector::{Real, Vector};
 use vector::Lanes;
 pub(crate) use vector::Pair;
 
+/// Keeps the traits of this module from being implemented elsewhere: kernels rely on them for their safety.
+mod sealed {
+    /// Implemented in this crate only.
+    pub trait Sealed {}
+}
+
 /// One set of CPU instructions: its vectors of 64 bytes, and the tile of the matrix product that fits its registers.
-pub trait Isa: Copy {
-    /// 16 × f32.
+pub trait Isa: Copy + sealed::Sealed {
+    /// The vector of 16 values in single precision.
     type F32: Vector<Elem = f32>;
-    /// 8 × f64.
+    /// The vector of 8 values in double precision.
     type F64: Vector<Elem = f64>;
-    /// Panels (64 bytes wide) of one register tile.
+    /// The number of panels, each 64 bytes wide, that one register tile of the matrix product spans.
     const TILE_PANELS: usize;
-    /// The sums of the lanes of eight vectors.
+    /// The sums of the lanes of eight vectors, sum i in lane i.
     #[inline(always)]
     fn sums(vectors: [Self::F64; 8]) -> Self::F64 {
         Self::F64::load(&vectors.map(Vector::sum))
     }
 }
 
-/// A kernel that can be compiled for every [`Isa`].
+/// A kernel that can be compiled for every instruction set.
 pub trait Task {
-    /// Runs it with one instruction set; implementations are `#[inline(always)]`.
+    /// Runs the kernel with one instruction set. Implementations must be `#[inline(always)]` to use it.
     fn run<I: Isa>(self);
 }
 
@@ -101,32 +117,39 @@ unsafe fn enter_avx512<K: Task>(task: K) {
     task.run::<Avx512>();
 }
 
-/// Plain arrays that the compiler may vectorise as it can.
+/// Portable code, which the compiler vectorises as it can.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Portable;
+impl sealed::Sealed for Portable {}
 impl Isa for Portable {
     type F32 = Lanes<f32, 16>;
     type F64 = Lanes<f64, 8>;
     const TILE_PANELS: usize = 1;
 }
 
+/// AVX2 with FMA.
 #[cfg(target_arch = "x86_64")]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Avx2;
 #[cfg(target_arch = "x86_64")]
+impl sealed::Sealed for Avx2 {}
+#[cfg(target_arch = "x86_64")]
 impl Isa for Avx2 {
-    type F32 = vector::Pair<std::arch::x86_64::__m256>;
-    type F64 = vector::Pair<std::arch::x86_64::__m256d>;
+    type F32 = vector::Pair<vector::F32x8>;
+    type F64 = vector::Pair<vector::F64x4>;
     const TILE_PANELS: usize = 1;
 }
 
+/// AVX-512 F and DQ.
 #[cfg(target_arch = "x86_64")]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Avx512;
 #[cfg(target_arch = "x86_64")]
+impl sealed::Sealed for Avx512 {}
+#[cfg(target_arch = "x86_64")]
 impl Isa for Avx512 {
-    type F32 = std::arch::x86_64::__m512;
-    type F64 = std::arch::x86_64::__m512d;
+    type F32 = vector::F32x16;
+    type F64 = vector::F64x8;
     const TILE_PANELS: usize = 2;
     #[inline(always)]
     fn sums(vectors: [Self::F64; 8]) -> Self::F64 {
@@ -134,12 +157,15 @@ impl Isa for Avx512 {
     }
 }
 
+/// NEON.
 #[cfg(target_arch = "aarch64")]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Neon;
 #[cfg(target_arch = "aarch64")]
+impl sealed::Sealed for Neon {}
+#[cfg(target_arch = "aarch64")]
 impl Isa for Neon {
-    type F32 = vector::Pair<vector::Pair<std::arch::aarch64::float32x4_t>>;
-    type F64 = vector::Pair<vector::Pair<std::arch::aarch64::float64x2_t>>;
+    type F32 = vector::Pair<vector::Pair<vector::F32x4>>;
+    type F64 = vector::Pair<vector::Pair<vector::F64x2>>;
     const TILE_PANELS: usize = 1;
 }

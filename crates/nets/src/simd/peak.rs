@@ -1,4 +1,4 @@
-//! How fast this CPU can multiply and add: the limit that benches compare with.
+//! How fast this CPU can multiply and add: the limit that benches are compared with.
 
 use std::time::Instant;
 

@@ -1,40 +1,40 @@
-//! Numbers of samples with the samples in the lanes: what is computed sample by sample then takes a vector of them at
-//! a time.
+//! Values of samples with the samples in the lanes, so that what is computed sample by sample takes a vector of samples
+//! at a time.
 //!
-//! A layer keeps the units of one sample side by side, planes keep one number of many samples side by side; square
-//! blocks are transposed between the two by log₂ LANES rounds of [`Vector::zip`].
+//! A layer keeps the units of one sample side by side, planes keep one value of many samples side by side; square blocks
+//! are transposed between the two by log₂ LANES rounds of [`Vector::zip`].
 
 use super::{Buffer, Isa, Real, Shape, Task, Vector};
 
-/// `numbers` numbers of every sample: number k of sample s stands in lane s mod LANES of vector k of group s / LANES.
+/// The same number of values of every sample: value k of sample s is lane s mod LANES of vector k of group s / LANES.
 #[derive(Debug, Clone)]
 pub struct Planes<T> {
-    numbers: usize,
+    values: usize,
     buffer: Buffer<T>,
 }
 
 impl<T: Real> Planes<T> {
-    /// Zeros for `numbers` numbers of each of `samples` samples.
+    /// Zeros for `values` values of each of `samples` samples.
     #[must_use]
-    pub fn new(numbers: usize, samples: usize) -> Self {
+    pub fn new(values: usize, samples: usize) -> Self {
         Self {
-            numbers,
-            buffer: Buffer::new(samples.div_ceil(T::LANES) * numbers * T::LANES),
+            values,
+            buffer: Buffer::new(samples.div_ceil(T::LANES) * values * T::LANES),
         }
     }
 
     #[inline(always)]
     fn at(&self, k: usize, s: usize) -> usize {
-        (s / T::LANES * self.numbers + k) * T::LANES + s % T::LANES
+        (s / T::LANES * self.values + k) * T::LANES + s % T::LANES
     }
 
-    /// Number `k` of sample `s`.
+    /// Value `k` of sample `s`.
     #[inline(always)]
     pub fn number(&self, k: usize, s: usize) -> T {
         self.buffer[self.at(k, s)]
     }
 
-    /// Sets number `k` of sample `s`.
+    /// Sets value `k` of sample `s`.
     #[inline(always)]
     pub fn set(&mut self, k: usize, s: usize, x: T) {
         let at = self.at(k, s);
@@ -44,16 +44,16 @@ impl<T: Real> Planes<T> {
     /// The vectors of group `g`, one after the other.
     #[inline(always)]
     pub fn group(&self, g: usize) -> &[T] {
-        &self.buffer[g * self.numbers * T::LANES..][..self.numbers * T::LANES]
+        &self.buffer[g * self.values * T::LANES..][..self.values * T::LANES]
     }
 
-    /// The vectors of group `g`, one after the other, for writing.
+    /// The vectors of group `g`, one after the other, to be written.
     #[inline(always)]
     pub fn group_mut(&mut self, g: usize) -> &mut [T] {
-        &mut self.buffer[g * self.numbers * T::LANES..][..self.numbers * T::LANES]
+        &mut self.buffer[g * self.values * T::LANES..][..self.values * T::LANES]
     }
 
-    /// Stores eight doubles, rounded, as number `k` of the samples from `s` on, a multiple of eight.
+    /// Sets value `k` of the eight samples from `s` on, a multiple of eight, rounding from double precision.
     #[inline(always)]
     pub fn set_eight<V: Vector<Elem = f64>>(&mut self, k: usize, s: usize, x: V) {
         let mut lanes = [0.0; 8];
@@ -78,7 +78,7 @@ pub fn set_vector<V: Vector>(group: &mut [V::Elem], k: usize, x: V) {
     x.store(&mut group[k * V::LANES..]);
 }
 
-/// The transpose of the first LANES rows, LANES numbers each.
+/// The transpose of the first LANES rows of LANES values each.
 #[inline(always)]
 fn transpose<V: Vector>(mut rows: [V; 16]) -> [V; 16] {
     let half = V::LANES / 2;
@@ -93,7 +93,7 @@ fn transpose<V: Vector>(mut rows: [V; 16]) -> [V; 16] {
     rows
 }
 
-/// Units of one component of a layer to planes: unit u becomes number `first` + u.
+/// Copies the units of one component of a layer to planes: unit u becomes value `first` + u.
 pub(crate) struct ToPlanes<'a, T> {
     pub shape: Shape,
     pub component: usize,
@@ -126,7 +126,8 @@ impl<T: Real> Task for ToPlanes<'_, T> {
     }
 }
 
-/// The other way round; what pads the last panel becomes 0.
+/// Copies values of planes to the units of one component of a layer: value `first` + u becomes unit u, and the padding of
+/// the last panel 0.
 pub(crate) struct FromPlanes<'a, T> {
     pub shape: Shape,
     pub component: usize,

@@ -1,13 +1,13 @@
-//! A few rows through a dense layer: what one state costs.
+//! The products of one state with the weights of a dense layer, in double precision.
 //!
-//! A state brings its value and some tangents, one row each, in double precision; rows lie one behind the other. The weights
-//! are read once for all of them, and both ways round from the same panels, `[panels, terms, 8]`: forward, a term at a time
-//! for eight units; backward, eight terms at a time summed over the units. So the weights of a layer of 64 stay in the
-//! first-level cache, which the two copies that [`Gemm`](super::Gemm) reads do not.
+//! A state brings a few rows, its value and some tangents. The weights are read once for all of them, and for forward and
+//! reverse passes from the same panels, `[panels, terms, 8]`: forward, a term at a time for eight units; backward, eight
+//! terms at a time summed over the units. So the weights of a layer of 64 units stay in the first-level cache, which the
+//! two copies that [`Gemm`](super::Gemm) reads do not.
 
 use super::{Isa, Vector};
 
-/// Numbers in a vector of f64.
+/// The number of values in a vector of f64.
 const LANES: usize = 8;
 
 /// The weights of a layer in panels of its units.
@@ -15,7 +15,7 @@ const LANES: usize = 8;
 pub(crate) struct Weights<'a> {
     /// Panel p, term k, unit u of the panel at `(p · terms + k) · 8 + u`.
     pub panels: &'a [f64],
-    /// Numbers that a unit reads.
+    /// The number of values that a unit reads.
     pub terms: usize,
 }
 
@@ -33,9 +33,9 @@ impl Weights<'_> {
     }
 }
 
-/// Rows that lie `stride` numbers apart.
+/// Rows that lie `stride` values apart.
 pub(crate) struct Rows<S> {
-    pub numbers: S,
+    pub values: S,
     pub stride: usize,
 }
 
@@ -52,10 +52,10 @@ pub(crate) fn product<I: Isa>(
     if count == 0 || panels == 0 {
         return;
     }
-    assert!((count - 1) * a.stride + w.terms <= a.numbers.len());
-    assert!((count - 1) * z.stride + panels * LANES <= z.numbers.len());
+    assert!((count - 1) * a.stride + w.terms <= a.values.len());
+    assert!((count - 1) * z.stride + panels * LANES <= z.values.len());
     assert!(panels * w.terms * LANES <= w.panels.len() && panels * LANES <= bias.len());
-    // As many sums as registers hold, and few enough rows that several panels go abreast.
+    // As many sums as registers hold, and few enough rows that several panels are summed at a time.
     let chunk = count.div_ceil(count.div_ceil(5));
     let mut r = 0;
     while r < count {
@@ -104,7 +104,7 @@ unsafe fn tile<I: Isa, const R: usize, const P: usize>(
                 *sum = I::F64::load_ptr(bias.as_ptr().add((p + j) * LANES));
             }
         }
-        let mut x = a.numbers.as_ptr().add(r * a.stride);
+        let mut x = a.values.as_ptr().add(r * a.stride);
         let mut y = w.panels.as_ptr().add(p * panel);
         for _ in 0..w.terms {
             let mut weight = [I::F64::splat(0.0); P];
@@ -120,7 +120,7 @@ unsafe fn tile<I: Isa, const R: usize, const P: usize>(
             x = x.add(1);
             y = y.add(LANES);
         }
-        let out = z.numbers.as_mut_ptr().add(r * z.stride + p * LANES);
+        let out = z.values.as_mut_ptr().add(r * z.stride + p * LANES);
         for (i, row) in sum.iter().enumerate() {
             for (j, sum) in row.iter().enumerate() {
                 sum.store_ptr(out.add(i * z.stride + j * LANES));
@@ -130,8 +130,8 @@ unsafe fn tile<I: Isa, const R: usize, const P: usize>(
     P
 }
 
-/// x = W y: what `y`, a number for each unit, is to the terms. `x` has room for the terms, filled up to whole
-/// vectors, whose other numbers mean nothing.
+/// x = W y, for `y` with a value for each unit. `x` has a value for each term, padded to whole vectors; the padding is
+/// overwritten with arbitrary values.
 #[inline(always)]
 pub(crate) fn pull<I: Isa>(w: Weights<'_>, y: &[f64], x: &mut [f64]) {
     let panels = w.count();
@@ -160,7 +160,7 @@ pub(crate) fn pull<I: Isa>(w: Weights<'_>, y: &[f64], x: &mut [f64]) {
 #[inline(always)]
 pub(crate) fn contract<I: Isa>(weight: &[f64], z: &Rows<&[f64]>, count: usize, sums: &mut [f64]) {
     let panels = weight.len() / LANES;
-    assert!(count == 0 || (count - 1) * z.stride + panels * LANES <= z.numbers.len());
+    assert!(count == 0 || (count - 1) * z.stride + panels * LANES <= z.values.len());
     assert!(count * (count + 1) / 2 * LANES <= sums.len());
     for r in (0..count).step_by(4) {
         for q in (0..r).step_by(4) {
@@ -198,7 +198,7 @@ unsafe fn block<I: Isa, const R: usize, const Q: usize>(
     let mut sum = [[I::F64::splat(0.0); Q]; R];
     // SAFETY: the caller's, for every pointer below.
     unsafe {
-        let row = |r: usize, at: usize| I::F64::load_ptr(z.numbers.as_ptr().add(r * z.stride + at));
+        let row = |r: usize, at: usize| I::F64::load_ptr(z.values.as_ptr().add(r * z.stride + at));
         for at in (0..weight.len() / LANES).map(|p| p * LANES) {
             let weight = I::F64::load_ptr(weight.as_ptr().add(at));
             let mut other = [I::F64::splat(0.0); Q];
@@ -230,7 +230,7 @@ unsafe fn block<I: Isa, const R: usize, const Q: usize>(
     }
 }
 
-/// The sums of vectors, eight at a time; `out` has room for whole vectors.
+/// The sums of vectors, eight at a time, in `out`, which holds whole vectors.
 #[inline(always)]
 pub(crate) fn collect<I: Isa>(vectors: &[f64], out: &mut [f64]) {
     let groups = vectors.chunks_exact(LANES * LANES);

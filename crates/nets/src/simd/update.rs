@@ -60,12 +60,12 @@ impl<T: Real> Task for SumOfSquares<'_, T> {
     }
 }
 
-/// The numbers of a step of Adam(W); see `train/adam.rs` for the symbols.
+/// The constants of a step of AdamW.
 #[derive(Debug, Clone, Copy)]
 pub struct AdamRule {
-    /// Memories β₁ and β₂.
+    /// The decay rates β₁ and β₂ of the moments.
     pub memory: [f64; 2],
-    /// 1 / (1 − β₁ᵗ) and 1 / (1 − β₂ᵗ).
+    /// The corrections 1 / (1 − β₁ᵗ) and 1 / (1 − β₂ᵗ) of the moments at step t.
     pub corrections: [f64; 2],
     /// What is added to the square root of the second moment, ε.
     pub epsilon: f64,
@@ -73,11 +73,11 @@ pub struct AdamRule {
     pub rate: f64,
     /// The weight decay of AdamW.
     pub decay: f64,
-    /// Multiplies the gradient.
+    /// The factor on the gradient, which bounds its norm.
     pub shorten: f64,
 }
 
-/// One step of Adam(W): moments in the precision of the gradient, weights in double.
+/// One step of AdamW, with moments in the precision of the gradient and weights in double precision.
 pub struct AdamStep<'a, T> {
     /// The gradient by the weights.
     pub gradient: &'a [T],
@@ -91,7 +91,7 @@ pub struct AdamStep<'a, T> {
     pub rounded: Option<&'a mut [T]>,
     /// The constants of the step.
     pub rule: AdamRule,
-    /// No weight becomes smaller.
+    /// The lower bound of all weights.
     pub lowest: f64,
 }
 

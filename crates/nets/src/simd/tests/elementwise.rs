@@ -49,7 +49,7 @@ fn tangents<T: Real>(draw: &mut Draw) {
         draw.layer::<T>(&shape),
     );
     let [first, second, third] = draw.slopes::<T, 3>(&shape);
-    let directions = draw.size(1..shape.room + 1);
+    let directions = draw.size(1..shape.capacity + 1);
     agree("tangents through an activation", |level| {
         let mut output = out.clone();
         dispatch_on(
@@ -151,10 +151,10 @@ fn tangents_and_sensitivities_agree_on_every_instruction_set() {
 
 fn contractions<T: Real>(draw: &mut Draw) {
     let shape = draw.shape();
-    let (n, samples) = (shape.room, shape.samples);
+    let (n, samples) = (shape.capacity, shape.samples);
     let (z, ya) = (draw.layer::<T>(&shape), draw.layer::<T>(&shape));
     let [second] = draw.slopes::<T, 1>(&shape);
-    let sums = draw.numbers::<T>(samples * n * (n + 1));
+    let sums = draw.values::<T>(samples * n * (n + 1));
     agree("second derivatives along tangents", |level| {
         let mut hessian = sums.clone();
         dispatch_on(
@@ -170,10 +170,7 @@ fn contractions<T: Real>(draw: &mut Draw) {
         );
         hessian.to_vec()
     });
-    let (along, onto) = (
-        draw.numbers::<T>(samples * n),
-        draw.numbers::<T>(samples * n),
-    );
+    let (along, onto) = (draw.values::<T>(samples * n), draw.values::<T>(samples * n));
     for onto in [None, Some(&onto[..])] {
         agree("combinations of tangents", |level| {
             let mut buffer = z.clone();
@@ -206,7 +203,7 @@ fn gates<T: Real>(draw: &mut Draw) {
         ..shape
     };
     let g = draw.layer::<T>(&wide);
-    let v = draw.numbers::<T>(shape.components * samples * n);
+    let v = draw.values::<T>(shape.components * samples * n);
     let (z, yg) = (draw.layer::<T>(&shape), draw.layer::<T>(&wide));
     let gates = || Gates {
         shape,
@@ -226,9 +223,9 @@ fn gates<T: Real>(draw: &mut Draw) {
         );
         out.to_vec()
     });
-    let directions = shape.room;
-    let yv = draw.numbers::<T>(samples * n);
-    let sums = draw.numbers::<T>(samples * directions * (directions + 1));
+    let directions = shape.capacity;
+    let yv = draw.values::<T>(samples * n);
+    let sums = draw.values::<T>(samples * directions * (directions + 1));
     agree("gates backward", |level| {
         let (mut yg, mut yv, mut sums) = (yg.clone(), yv.clone(), sums.clone());
         dispatch_on(

@@ -1,4 +1,4 @@
-//! Every kernel on every instruction set of this machine against the portable one, over random shapes and numbers.
+//! Every kernel on every instruction set of this machine against the portable one, over random shapes and values.
 
 mod elementwise;
 mod planes;
@@ -16,7 +16,7 @@ use super::{Buffer, Level, Real, Shape, levels};
 /// Random shapes of each kernel.
 const SHAPES: u64 = 12;
 
-/// Shapes and numbers from a seed.
+/// Shapes and values from a seed.
 struct Draw(ChaCha8Rng);
 
 impl Draw {
@@ -24,7 +24,7 @@ impl Draw {
         self.0.random_range(range)
     }
 
-    fn numbers<T: Real>(&mut self, len: usize) -> Buffer<T> {
+    fn values<T: Real>(&mut self, len: usize) -> Buffer<T> {
         let mut buffer = Buffer::new(len);
         for x in buffer.iter_mut() {
             *x = T::of(self.0.random_range(-1.5..1.5));
@@ -39,26 +39,26 @@ impl Draw {
     }
 
     fn shape_of(&mut self, samples: usize) -> Shape {
-        let room = self.size(1..6);
+        let capacity = self.size(1..6);
         Shape {
             samples,
-            components: 2 + 2 * room,
-            room,
+            components: 2 + 2 * capacity,
+            capacity,
             panels: self.size(1..5),
         }
     }
 
     fn layer<T: Real>(&mut self, shape: &Shape) -> Buffer<T> {
-        self.numbers(shape.panels * shape.components * shape.samples * T::LANES)
+        self.values(shape.panels * shape.components * shape.samples * T::LANES)
     }
 
     fn slopes<T: Real, const N: usize>(&mut self, shape: &Shape) -> [Buffer<T>; N] {
-        std::array::from_fn(|_| self.numbers(shape.panels * shape.samples * T::LANES))
+        std::array::from_fn(|_| self.values(shape.panels * shape.samples * T::LANES))
     }
 
     /// Pairs of components for some raw outputs, as a factored Jacobian has them.
     fn terms(&mut self, shape: &Shape) -> Vec<Vec<(usize, usize)>> {
-        let n = shape.room;
+        let n = shape.capacity;
         (0..n)
             .map(|i| vec![(0, 2 + n + i), (1, 2 + i), (2 + i, 1), (2 + n + i, 0)])
             .collect()
@@ -89,7 +89,7 @@ fn each(test: impl Fn(&mut Draw)) {
     }
 }
 
-/// All numbers of some buffers behind each other.
+/// All values of some buffers, one buffer after the other.
 trait ConcatAll<T> {
     fn concat_all(&self) -> Vec<T>;
 }

@@ -8,10 +8,10 @@ fn products<T: Real>(draw: &mut Draw) {
     // Long sums are made in several goes.
     let terms = draw.size(1..600);
     let panels = columns.div_ceil(T::LANES);
-    let a = draw.numbers::<T>(terms.div_ceil(T::LANES) * rows * T::LANES);
-    let b = draw.numbers::<T>(panels * terms * T::LANES);
-    let c = draw.numbers::<T>(panels * rows * T::LANES);
-    let bias = draw.numbers::<T>(panels * T::LANES);
+    let a = draw.values::<T>(terms.div_ceil(T::LANES) * rows * T::LANES);
+    let b = draw.values::<T>(panels * terms * T::LANES);
+    let c = draw.values::<T>(panels * rows * T::LANES);
+    let bias = draw.values::<T>(panels * T::LANES);
     let part = draw.size(0..rows)..rows;
     for init in [Init::Zero, Init::Add, Init::Rows(&bias, rows / 2)] {
         agree("product along rows", |level| {
@@ -23,8 +23,8 @@ fn products<T: Real>(draw: &mut Draw) {
     }
     // Aᵀ B in two pieces, `terms` rows of each.
     let (left, right) = (2 * terms, 3 * terms);
-    let a = draw.numbers::<T>(rows.div_ceil(T::LANES) * left * T::LANES);
-    let b = draw.numbers::<T>(panels * right * T::LANES);
+    let a = draw.values::<T>(rows.div_ceil(T::LANES) * left * T::LANES);
+    let b = draw.values::<T>(panels * right * T::LANES);
     let pieces = [(0, terms * T::LANES), (terms * T::LANES, 0)];
     agree("product along columns", |level| {
         let mut c = c.clone();
@@ -58,7 +58,7 @@ fn factors<T: Real>(draw: &mut Draw) {
     let shape = draw.shape_of(samples);
     let terms = draw.terms(&shape);
     let (y, a) = (draw.layer::<T>(&shape), draw.layer::<T>(&shape));
-    let raw = draw.numbers::<f64>(samples * terms.len());
+    let raw = draw.values::<f64>(samples * terms.len());
     agree("rows of the Jacobian times a step", |level| {
         let mut out = raw.to_vec();
         dispatch_on(
@@ -89,8 +89,8 @@ fn factors<T: Real>(draw: &mut Draw) {
         out.to_vec()
     });
     let rows = samples * shape.components;
-    let [left, right] = [0; 2].map(|_| draw.numbers::<T>(rows * rows));
-    let tile = draw.numbers::<f64>((terms.len() * samples).pow(2));
+    let [left, right] = [0; 2].map(|_| draw.values::<T>(rows * rows));
+    let tile = draw.values::<f64>((terms.len() * samples).pow(2));
     agree("a tile of J Jᵀ", |level| {
         let mut tile = tile.to_vec();
         dispatch_on(

@@ -21,10 +21,10 @@ impl Task for Through<'_> {
     fn run<I: Isa>(mut self) {
         product::<I>(&self.a, self.w, self.bias, &mut self.z, self.count);
         let z = Rows {
-            numbers: &self.z.numbers[..],
+            values: &self.z.values[..],
             stride: self.z.stride,
         };
-        let first = &z.numbers[..z.stride];
+        let first = &z.values[..z.stride];
         pull::<I>(self.w, first, self.x);
         contract::<I>(first, &z, self.count, self.sums);
         collect::<I>(self.sums, self.hessian);
@@ -35,8 +35,8 @@ impl Task for Through<'_> {
 fn through(draw: &mut Draw) {
     let [terms, panels, count] = [1..40, 1..20, 1..12].map(|range| draw.size(range));
     let (a_stride, z_stride) = (terms + draw.size(0..9), panels * 8);
-    let (w, bias) = (draw.numbers(panels * terms * 8), draw.numbers(z_stride));
-    let a = draw.numbers::<f64>(count * a_stride);
+    let (w, bias) = (draw.values(panels * terms * 8), draw.values(z_stride));
+    let a = draw.values::<f64>(count * a_stride);
     let pairs = (count * (count + 1) / 2).next_multiple_of(8);
     let run = |level| {
         let mut z = vec![0.0; count * z_stride];
@@ -45,12 +45,12 @@ fn through(draw: &mut Draw) {
         let through = Through {
             w: Weights { panels: &w, terms },
             a: Rows {
-                numbers: &a,
+                values: &a,
                 stride: a_stride,
             },
             bias: &bias,
             z: Rows {
-                numbers: &mut z,
+                values: &mut z,
                 stride: z_stride,
             },
             count,

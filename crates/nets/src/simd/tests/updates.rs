@@ -5,7 +5,7 @@ use super::{Draw, agree, each};
 
 fn sums<T: Real>(draw: &mut Draw) {
     let len = draw.size(0..70);
-    let (from, to) = (draw.numbers::<T>(len), draw.numbers::<T>(len));
+    let (from, to) = (draw.values::<T>(len), draw.values::<T>(len));
     agree("a sum of gradients", |level| {
         let mut to = to.clone();
         dispatch_on(
@@ -21,7 +21,7 @@ fn sums<T: Real>(draw: &mut Draw) {
 
 fn rows<T: Real>(draw: &mut Draw) {
     let len = T::LANES * draw.size(0..40);
-    let (numbers, start) = (draw.numbers::<T>(len), draw.numbers::<T>(T::LANES));
+    let (numbers, start) = (draw.values::<T>(len), draw.values::<T>(T::LANES));
     agree("a sum of rows", |level| {
         let mut sums = start.clone();
         dispatch_on(
@@ -49,9 +49,9 @@ fn rows<T: Real>(draw: &mut Draw) {
 /// A step with positive second moments, of weights that may not fall below a bound.
 fn adam<T: Real>(draw: &mut Draw) {
     let len = draw.size(0..70);
-    let [gradient, first] = [0; 2].map(|_| draw.numbers::<T>(len));
+    let [gradient, first] = [0; 2].map(|_| draw.values::<T>(len));
     let second: Vec<T> = first.iter().map(|&x| x * x).collect();
-    let weights = draw.numbers::<f64>(len);
+    let weights = draw.values::<f64>(len);
     agree("a step of Adam", |level| {
         let (mut first, mut second) = (first.to_vec(), second.clone());
         let (mut weights, mut rounded) = (weights.to_vec(), first.clone());

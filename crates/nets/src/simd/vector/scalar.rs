@@ -1,5 +1,5 @@
-//! A single number as a vector of one lane, so that an algebra written over vectors serves one state too. It needs
-//! no instructions in particular, and may be used outside of a kernel.
+//! A single value as a vector of one lane, so that algebra written over vectors serves one state too. It needs no
+//! particular instructions and may be used outside of kernels.
 
 use super::Vector;
 

@@ -1,0 +1,105 @@
+//! Vectors as plain arrays, for CPUs whose instructions are not known.
+
+use super::Vector;
+use crate::simd::sealed::Sealed;
+
+/// An array of lanes, which the compiler vectorises as it can.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lanes<T, const N: usize>([T; N]);
+
+impl<T, const N: usize> Sealed for Lanes<T, N> {}
+
+macro_rules! portable {
+    ($elem:ty, $n:literal, $bits:ty, $bias:literal, $shift:literal) => {
+        impl Vector for Lanes<$elem, $n> {
+            type Elem = $elem;
+            const LANES: usize = $n;
+            #[inline(always)]
+            unsafe fn load_ptr(p: *const $elem) -> Self {
+                // SAFETY: the caller's.
+                Self(unsafe { p.cast::<[$elem; $n]>().read_unaligned() })
+            }
+            #[inline(always)]
+            unsafe fn store_ptr(self, p: *mut $elem) {
+                // SAFETY: the caller's.
+                unsafe { p.cast::<[$elem; $n]>().write_unaligned(self.0) }
+            }
+            #[inline(always)]
+            fn splat(x: $elem) -> Self {
+                Self([x; $n])
+            }
+            #[inline(always)]
+            fn add(self, b: Self) -> Self {
+                Self(std::array::from_fn(|i| self.0[i] + b.0[i]))
+            }
+            #[inline(always)]
+            fn sub(self, b: Self) -> Self {
+                Self(std::array::from_fn(|i| self.0[i] - b.0[i]))
+            }
+            #[inline(always)]
+            fn mul(self, b: Self) -> Self {
+                Self(std::array::from_fn(|i| self.0[i] * b.0[i]))
+            }
+            #[inline(always)]
+            fn div(self, b: Self) -> Self {
+                Self(std::array::from_fn(|i| self.0[i] / b.0[i]))
+            }
+            #[inline(always)]
+            fn fma(self, b: Self, c: Self) -> Self {
+                // Two roundings: without the instruction, `mul_add` is a slow library call.
+                Self(std::array::from_fn(|i| self.0[i] * b.0[i] + c.0[i]))
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(std::array::from_fn(|i| num_traits::Float::sqrt(self.0[i])))
+            }
+            #[inline(always)]
+            fn max(self, b: Self) -> Self {
+                Self(std::array::from_fn(|i| {
+                    if self.0[i] > b.0[i] {
+                        self.0[i]
+                    } else {
+                        b.0[i]
+                    }
+                }))
+            }
+            #[inline(always)]
+            fn min(self, b: Self) -> Self {
+                Self(std::array::from_fn(|i| {
+                    if self.0[i] < b.0[i] {
+                        self.0[i]
+                    } else {
+                        b.0[i]
+                    }
+                }))
+            }
+            #[inline(always)]
+            fn if_non_negative(self, yes: Self, no: Self) -> Self {
+                Self(std::array::from_fn(|i| {
+                    if self.0[i] >= 0.0 { yes.0[i] } else { no.0[i] }
+                }))
+            }
+            #[inline(always)]
+            fn pow2_of_shifted(self) -> Self {
+                Self(
+                    self.0
+                        .map(|x| <$elem>::from_bits(x.to_bits().wrapping_add($bias) << $shift)),
+                )
+            }
+            #[inline(always)]
+            fn zip(self, b: Self) -> (Self, Self) {
+                let of = |i: usize| {
+                    if i % 2 == 0 {
+                        self.0[i / 2]
+                    } else {
+                        b.0[i / 2]
+                    }
+                };
+                let half = |first: usize| Self(std::array::from_fn(|i| of(first + i)));
+                (half(0), half($n))
+            }
+        }
+    };
+}
+portable!(f32, 16, u32, 127, 23);
+portable!(f64, 8, u64, 1023, 52);
