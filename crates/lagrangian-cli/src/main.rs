@@ -3,12 +3,6 @@
 mod cli;
 mod commands;
 mod data;
-#[allow(
-    dead_code,
-    unused_imports,
-    reason = "not every picture has a command yet"
-)]
-mod draw;
 mod failure;
 mod fit_args;
 mod fit_config;

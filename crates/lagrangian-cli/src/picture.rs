@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use anyhow::Result;
-use lagrangian::report::{Figure, Report};
+use lagrangian_report::draw;
+use lagrangian_report::{Figure, Report};
 
-use crate::draw;
 use crate::failure::mistake;
 use crate::output::{self, Existing};
 

@@ -40,7 +40,7 @@
 //! ```
 //!
 //! [`trajectory`] reads files, [`mod@check`] judges them, [`dataset`] divides and scales them, [`train`] fits,
-//! [`saved`] stores, [`mod@rollout`] predicts, [`mod@score`] and [`report`] compare. An analytic Lagrangian
+//! [`saved`] stores, [`mod@rollout`] predicts, [`mod@score`] compares. An analytic Lagrangian
 //! ([`analytic`]) that is rolled out is where test data come from: there is no separate simulator. The names that
 //! most programs need stand at the root of the library.
 //!
@@ -92,7 +92,6 @@ pub mod hamiltonian;
 pub mod integrate;
 pub mod lagrangian;
 pub mod models;
-pub mod report;
 pub mod rigid;
 pub mod rollout;
 pub mod saved;

@@ -3,13 +3,13 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::report::{
-    Figure, Report, Role, Table, VariedAction, VariedPath, action_of_families, varied_paths,
-};
 use lagrangian::{Coordinates, Lagrangian};
 use lagrangian_analysis::action::{
     Boundary, DiscreteAction, Family, Path, Search, SearchOptions, StationaryPath, Verdict, family,
     stationary_paths,
+};
+use lagrangian_report::{
+    Figure, Report, Role, Table, VariedAction, VariedPath, action_of_families, varied_paths,
 };
 use serde_json::json;
 
@@ -159,7 +159,7 @@ fn page(args: &ActionArgs, search: &Search, figures: Vec<Figure>) -> Report {
         subtitle: format!("In {} s between two ends, {} steps", args.time, args.steps),
         tables: vec![table(search)],
         figures,
-        commands: vec![lagrangian::report::Command {
+        commands: vec![lagrangian_report::Command {
             makes: "This page".into(),
             line: command_line(),
         }],

@@ -11,12 +11,12 @@ use lagrangian::saved::Provenance;
 use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned, Parameter};
 use lagrangian::trajectory::{Estimate, EstimateOptions, Recording, Sampling, Source};
 use lagrangian::{Coordinates, Trajectory};
+use lagrangian_report::draw;
 use serde_json::json;
 
 use super::{Manner, report};
 use crate::cli::Links;
 use crate::data;
-use crate::draw;
 use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::{Family, FitArgs};
 use crate::interrupt;

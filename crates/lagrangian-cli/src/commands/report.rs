@@ -5,13 +5,13 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::report::Report;
+use lagrangian_report::Report;
+use lagrangian_report::draw;
 use serde_json::json;
 
 use super::{Manner, fit};
 use crate::cli::{Links, ReportArgs};
 use crate::data;
-use crate::draw;
 use crate::failure::{Advise, mistake};
 use crate::output::{self, Existing};
 use crate::run_folder::{FIGURES, MODEL, REPORT, RunFolder};

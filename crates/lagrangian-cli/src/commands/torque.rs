@@ -4,15 +4,15 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::dynamics::Model;
-use lagrangian::report::{Report, Table, torque_parts};
 use lagrangian::torque::{TorquePrediction, TorqueSummary, predict_torque, summarise, table};
 use lagrangian::{Coordinates, Trajectory};
+use lagrangian_report::draw;
+use lagrangian_report::{Report, Table, torque_parts};
 use serde_json::json;
 
 use super::Manner;
 use crate::cli::TorqueArgs;
 use crate::data;
-use crate::draw;
 use crate::failure::Advise;
 use crate::output::{self, Existing};
 use crate::picture::{self, Drawing};
@@ -151,7 +151,7 @@ fn page(
             header: std::iter::once("signal".to_string()).chain(names).collect(),
             rows: rows(summary).into_iter().map(cells).collect(),
         }],
-        commands: vec![lagrangian::report::Command {
+        commands: vec![lagrangian_report::Command {
             line: command_line(),
             makes: "this page".into(),
         }],

@@ -2,12 +2,12 @@
 
 use anyhow::Result;
 use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::report::{
+use lagrangian::score::predict;
+use lagrangian::{Coordinates, Trajectory};
+use lagrangian_report::{
     Animation, Curve, Figure, Motion, Pairs, Panel, Role, energy_error_over_time, loss_curves,
     parity, phase_portrait, trajectories,
 };
-use lagrangian::score::predict;
-use lagrangian::{Coordinates, Trajectory};
 
 use super::Run;
 use crate::cli::Links;

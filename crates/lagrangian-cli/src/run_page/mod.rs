@@ -6,19 +6,19 @@ mod tables;
 use std::path::Path;
 
 use anyhow::Result;
+use figures::Followed;
 use lagrangian::Trajectory;
 use lagrangian::dynamics::Model;
 use lagrangian::hamiltonian::HnnStructure;
 use lagrangian::lagrangian::Inertia;
-use lagrangian::report::{Command, Headline, Report, Role};
 use lagrangian::score::{Score, SignalError, score};
 use lagrangian::train::Learned;
+use lagrangian_report::draw::short;
+use lagrangian_report::{Command, Headline, Report, Role};
 
 use crate::cli::Links;
-use crate::draw::short;
 use crate::motion;
 use crate::run_folder::{MODEL, Metric, RunRecord};
-use figures::Followed;
 
 /// What a page is made of.
 pub(crate) struct Run<'a> {

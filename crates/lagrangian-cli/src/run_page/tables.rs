@@ -1,12 +1,12 @@
 //! The tables of a run's page.
 
 use lagrangian::dynamics::Model;
-use lagrangian::report::Table;
 use lagrangian::rollout::Outcome;
 use lagrangian::score::{Score, SignalError};
+use lagrangian_report::Table;
+use lagrangian_report::draw::short;
 
 use super::Run;
-use crate::draw::short;
 use crate::run_folder::RunRecord;
 
 /// Motions that are listed one by one, at most.

@@ -76,7 +76,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
     write_rollouts(&folder, &*system, &judgement)?;
     let seconds = start.elapsed().as_secs_f64();
     let report = page::report(args, &*system, &data, [&lnn, &mlp], &judgement, seconds)?;
-    folder.write(REPORT, crate::draw::html(&report).as_bytes())?;
+    folder.write(REPORT, lagrangian_report::draw::html(&report).as_bytes())?;
     folder.write(FIGURES, &serde_json::to_vec(&report)?)?;
     let page = folder.file(REPORT);
     if manner.json {

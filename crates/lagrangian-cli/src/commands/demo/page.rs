@@ -5,18 +5,18 @@ use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::Model;
 use lagrangian::experiment::energy_error;
 use lagrangian::lagrangian::analytic::AnalyticModel;
-use lagrangian::report::{
-    Animation, Axis, Command, Curve, Figure, Headline, Motion, Pairs, Panel, Report, Role, Series,
-    Table, loss_curves, parity, phase_portrait, trajectories,
-};
 use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
 use lagrangian::train::{Family, FitConfig};
 use lagrangian_analysis::chaos::ValidTimes;
+use lagrangian_report::draw::short;
+use lagrangian_report::{
+    Animation, Axis, Command, Curve, Figure, Headline, Motion, Pairs, Panel, Report, Role, Series,
+    Table, loss_curves, parity, phase_portrait, trajectories,
+};
 
 use super::judge::{DURATION, Judged, Judgement, RESTART, options};
 use super::{REFERENCE_ENERGY, Trained};
 use crate::cli::DemoArgs;
-use crate::draw::short;
 use crate::run_folder::Metric;
 
 const NAMES: [(&str, Role); 3] = [

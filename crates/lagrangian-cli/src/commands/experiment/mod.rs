@@ -23,12 +23,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::report::{Command, Report, Table};
+use lagrangian_report::draw;
+use lagrangian_report::{Command, Report, Table};
 use serde_json::{Value, json};
 
 use super::Manner;
 use crate::cli::ExperimentArgs;
-use crate::draw;
 use crate::failure::mistake;
 use crate::output;
 use crate::run_folder::{self, FIGURES as PAGE, Occupied, REPORT, RunFolder, RunRecord};

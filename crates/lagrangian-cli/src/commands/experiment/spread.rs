@@ -1,6 +1,6 @@
 //! Figures of several seeds in one cell of a table.
 
-use crate::draw::short;
+use lagrangian_report::draw::short;
 
 /// The middle one; NaN of nothing.
 pub(crate) fn median(values: &[f64]) -> f64 {

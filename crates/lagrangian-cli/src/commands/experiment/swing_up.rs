@@ -4,9 +4,9 @@ use anyhow::Result;
 use experiments::swing_up::{Attempt, HELD, SECONDS, attempts, excitation, machine};
 use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::DelanConfig;
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 use lagrangian::train::{Budget, Family, FitConfig, Loss, fit};
 use lagrangian_control::Machine;
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 use serde_json::{Map, Value, json};
 
 use super::spread::{cell, scientific};

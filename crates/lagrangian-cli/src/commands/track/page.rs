@@ -1,13 +1,13 @@
 //! What came of it: as text, and as a page.
 
 use lagrangian::Coordinates;
-use lagrangian::report::{
+use lagrangian_control::{Quantiles, Reference};
+use lagrangian_report::draw::short;
+use lagrangian_report::{
     Command, Figure, Follower, Report, Role, Table, followed_motion, tracking_error,
 };
-use lagrangian_control::{Quantiles, Reference};
 
 use super::Run;
-use crate::draw::short;
 use crate::run_folder::command_line;
 
 /// Everything that is told.

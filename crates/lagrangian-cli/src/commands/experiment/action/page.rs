@@ -2,10 +2,10 @@
 
 use anyhow::Result;
 use experiments::action::{Judged, SIZES, directions};
-use lagrangian::report::{
+use lagrangian_analysis::action::{DiscreteAction, Path, Verdict, family};
+use lagrangian_report::{
     Axis, Figure, Headline, Report, Role, Series, Table, VariedPath, varied_paths,
 };
-use lagrangian_analysis::action::{DiscreteAction, Path, Verdict, family};
 
 use super::{Found, Paths, Run};
 use crate::commands::experiment::spread::{cell, median, scientific};

@@ -5,8 +5,8 @@ use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::lagrangian::analytic::Chart;
 use lagrangian::lagrangian::{Angles, DelanConfig, Form, LnnConfig};
 use lagrangian::neural_ode::NeuralOdeConfig;
-use lagrangian::report::Role;
 use lagrangian::train::{Family, Loss};
+use lagrangian_report::Role;
 
 use super::learning::Teaching;
 

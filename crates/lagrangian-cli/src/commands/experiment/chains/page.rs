@@ -1,8 +1,8 @@
 //! The table and the page of the chains.
 
 use lagrangian::experiment::chains::INTERVAL;
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 use lagrangian::train::Budget;
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 use serde_json::{Value, json};
 
 use super::contestants::{PUBLISHED, PUBLISHED_LINKS};

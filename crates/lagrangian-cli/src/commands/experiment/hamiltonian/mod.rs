@@ -5,8 +5,8 @@ mod page;
 use anyhow::Result;
 use lagrangian::experiment::hamiltonian::{PhaseTest, Task};
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
-use lagrangian::report::{Role, Table};
 use lagrangian::train::{Budget, Family, FitConfig, Loss, NaturalConfig, Optimizer, fit};
+use lagrangian_report::{Role, Table};
 use nets::Activation;
 use serde_json::{Map, Value, json};
 

@@ -1,7 +1,7 @@
 //! The page of the comparison.
 
 use lagrangian::experiment::hamiltonian::{PhaseTest, Task};
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::super::spread::scientific;
 use super::{CONTESTANTS, Found};

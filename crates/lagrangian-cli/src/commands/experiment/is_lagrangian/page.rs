@@ -1,7 +1,7 @@
 //! The table and the page: is there a Lagrangian?
 
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 use lagrangian_analysis::existence::{HeldOut, Survey};
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::Found;
 use crate::commands::experiment::spread::{cell, median, scientific};

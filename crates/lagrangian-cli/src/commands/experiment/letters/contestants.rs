@@ -3,8 +3,8 @@
 use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{DelanConfig, LnnConfig};
-use lagrangian::report::Role;
 use lagrangian::train::{Family, Loss};
+use lagrangian_report::Role;
 
 /// A family of models in the comparison.
 pub(super) struct Contestant {

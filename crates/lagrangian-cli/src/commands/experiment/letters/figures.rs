@@ -1,6 +1,6 @@
 //! The curves of the letters.
 
-use lagrangian::report::{Axis, Figure, Series};
+use lagrangian_report::{Axis, Figure, Series};
 
 use super::Plan;
 use super::SPEEDS;

@@ -1,6 +1,6 @@
 //! The tables and the page of the letters.
 
-use lagrangian::report::{Headline, Report, Table};
+use lagrangian_report::{Headline, Report, Table};
 
 use super::curve::Curve;
 use super::main_fit::Found;

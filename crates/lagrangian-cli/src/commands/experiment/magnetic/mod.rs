@@ -11,9 +11,9 @@ use lagrangian::experiment::magnetic::{
 use lagrangian::experiment::{beyond_delan, random_starts};
 use lagrangian::lagrangian::analytic::AnalyticModel;
 use lagrangian::lagrangian::{DelanConfig, LnnConfig};
-use lagrangian::report::Role;
 use lagrangian::saved::Provenance;
 use lagrangian::train::{Budget, Family, FitConfig, Learned, Loss};
+use lagrangian_report::Role;
 use serde_json::{Map, Value, json};
 
 use super::spread::median;

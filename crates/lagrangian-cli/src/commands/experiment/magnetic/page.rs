@@ -1,7 +1,7 @@
 //! The page of the magnetic fields.
 
 use lagrangian::experiment::magnetic::{CIRCLE, Field, Orbit};
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::{Fitted, Found, Measured};
 use crate::commands::experiment::spread::{cell, median, scientific};

@@ -7,10 +7,10 @@ use lagrangian::experiment::noisy::{Judgement, Protocol, judge, record};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::neural_ode::{NeuralOdeConfig, Order};
-use lagrangian::report::Role;
 use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, Loss, NaturalConfig, Optimizer, RolloutLoss, Start, fit,
 };
+use lagrangian_report::Role;
 use serde_json::{Value, json};
 
 use super::{Course, Experiment, Findings, Setting};

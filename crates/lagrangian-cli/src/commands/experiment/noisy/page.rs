@@ -1,7 +1,7 @@
 //! The page of the experiment on noisy recordings.
 
 use lagrangian::experiment::noisy::Judgement;
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::{Found, NOISE, STEP, SYSTEMS, WAYS};
 use crate::commands::experiment::spread::{self, cell, median, scientific};

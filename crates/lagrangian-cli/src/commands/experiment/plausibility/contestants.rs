@@ -3,8 +3,8 @@
 use lagrangian::baseline::MlpConfig;
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
-use lagrangian::report::Role;
 use lagrangian::train::{Family, ForceTerms, Loss};
+use lagrangian_report::Role;
 
 /// A family of models with what it is fitted to.
 pub(super) struct Contestant {

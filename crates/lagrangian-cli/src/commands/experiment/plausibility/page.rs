@@ -1,7 +1,7 @@
 //! The tables and the page of the claims.
 
 use lagrangian::experiment::Laws;
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::Plan;
 use super::broken::{Broken, Errors};

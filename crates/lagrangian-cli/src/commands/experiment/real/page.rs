@@ -1,6 +1,6 @@
 //! The tables and the page of the real machines.
 
-use lagrangian::report::{Report, Table};
+use lagrangian_report::{Report, Table};
 
 use super::{Found, Judged, Measured};
 use crate::commands::experiment::spread::cell;

@@ -3,8 +3,8 @@
 use lagrangian::baseline::MlpConfig;
 use lagrangian::hamiltonian::{HnnConfig, Momenta};
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig, SpeedChart};
-use lagrangian::report::Role;
 use lagrangian::train::{Budget, Family, FitConfig, Learned, Loss, NaturalConfig, Optimizer};
+use lagrangian_report::Role;
 
 /// Where a fit starts from.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! The page of the relativistic particles.
 
 use lagrangian::experiment::relativistic::{Particle, Sweep, recovered};
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::contestants::{BATCH, WIDTH};
 use super::{FIELD, Found, Measured, TRAIN};

@@ -1,7 +1,7 @@
 //! The table that can be read at a glance, and what stands behind its cells.
 
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
 use lagrangian::train::Budget;
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::columns::{Column, OWN_ENERGY};
 use super::hopeless::{FAR, GAIN, GRACE, WITHIN};

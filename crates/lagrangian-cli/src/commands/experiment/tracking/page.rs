@@ -1,7 +1,7 @@
 //! Tables and figures of the tracking experiment.
 
 use experiments::tracking::{Condition, WINDOW};
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::{Found, name, typical};
 use crate::commands::experiment::spread::{cell, median, scientific};

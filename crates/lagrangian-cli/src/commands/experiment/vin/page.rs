@@ -3,7 +3,7 @@
 use anyhow::Result;
 use lagrangian::experiment::vin::{Contestant, HORIZON, STEP, System, drift, predict};
 use lagrangian::integrate::Method;
-use lagrangian::report::{Axis, Figure, Headline, Report, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, Headline, Report, Role, Series, Table};
 
 use super::{DURATION, Found, Line, Plan, SAMPLES, START_SEED, name};
 use crate::commands::experiment::spread::{self, median, scientific};

@@ -12,9 +12,9 @@ use lagrangian::experiment::wave::{
 use lagrangian::field::{
     DensityConfig, Field, FieldFamily, FieldFitConfig, LearnedField, Symmetry, fit, ring_states,
 };
-use lagrangian::report::Role;
 use lagrangian::saved::Provenance;
 use lagrangian::train::Budget;
+use lagrangian_report::Role;
 use serde_json::{Map, Value, json};
 
 use super::{Course, Experiment, Findings, Setting};

@@ -2,7 +2,7 @@
 
 use lagrangian::Trajectory;
 use lagrangian::experiment::wave::StepCost;
-use lagrangian::report::{Axis, Figure, Headline, HeatMap, Report, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, Headline, HeatMap, Report, Role, Series, Table};
 
 use super::super::spread::{cell, median, scientific};
 use super::{Contestant, Found, Measured, Measurements, Plan, RINGS, TEST, exponents, largest};

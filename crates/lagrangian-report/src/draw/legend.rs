@@ -1,7 +1,6 @@
 //! The legend of a figure: a swatch and a name for each series.
 
 use anyhow::Result;
-use lagrangian::report::{Figure, Kind, Series};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -10,6 +9,7 @@ use super::chart::{SMALL, plain, units, write};
 use super::curve::Point;
 use super::series::stroke;
 use super::text;
+use crate::{Figure, Kind, Series};
 
 const ROW: f64 = 19.0;
 const SWATCH: f64 = 20.0;

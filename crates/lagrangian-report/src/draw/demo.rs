@@ -2,14 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::Model as _;
 use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::report::{
+use lagrangian::rollout::{RolloutOptions, rollout, times};
+use lagrangian::{Coordinates, Trajectory};
+
+use crate::{
     Animation, Command, Curve, Figure, Headline, Motion, Pairs, Panel, Report, Role, Series, Table,
     energy_error_over_time, loss_curves, parity, phase_portrait, trajectories,
 };
-use lagrangian::rollout::{RolloutOptions, rollout, times};
-use lagrangian::{Coordinates, Trajectory};
 
 /// A double pendulum that is pushed along or against its motion with a torque of `push` N·m·s times its velocity, at
 /// 100 Hz.

@@ -1,7 +1,8 @@
 //! Every colour of a report, once: charts, pages, SVG files and bitmaps take it from here.
 
-use lagrangian::report::Role;
 use plotters::style::RGBColor;
+
+use crate::Role;
 
 /// A colour by its purpose, on a light and on a dark ground.
 pub(super) struct Ink {

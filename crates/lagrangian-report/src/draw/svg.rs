@@ -1,16 +1,16 @@
 //! Figures as SVG: inside a page, or as a file of their own.
 
 use anyhow::Result;
-use lagrangian::report::{Figure, HeatMap};
 
 use super::canvas_svg::SvgCanvas;
 use super::{UNIT, chart, escaped, heat_map, theme};
+use crate::{Figure, HeatMap};
 
 /// The figure as an SVG file that follows the reader's light or dark setting.
 ///
 /// # Errors
 /// Where the plotting library refuses.
-pub(crate) fn svg(figure: &Figure) -> Result<String> {
+pub fn svg(figure: &Figure) -> Result<String> {
     let (width, height) = (640, 420);
     let body = body(figure, (width, height), true)?;
     let style = format!(

@@ -3,10 +3,10 @@
 use std::io::Write;
 
 use anyhow::{Context, Result, ensure};
-use lagrangian::report::Figure;
 
 use super::canvas_bitmap::{Bitmap, BitmapCanvas};
 use super::chart;
+use crate::Figure;
 
 /// Pixels a px: sharp on today's screens and in print.
 const DENSITY: u32 = 2;
@@ -15,7 +15,7 @@ const DENSITY: u32 = 2;
 ///
 /// # Errors
 /// Where it is smaller than 200 × 150 or larger than 10 000 pixels, or cannot be written.
-pub(crate) fn png(figure: &Figure, width: u32, height: u32, out: impl Write) -> Result<()> {
+pub fn png(figure: &Figure, width: u32, height: u32, out: impl Write) -> Result<()> {
     let sized = (200..=10_000).contains(&width) && (150..=10_000).contains(&height);
     ensure!(
         sized,

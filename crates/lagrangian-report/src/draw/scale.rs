@@ -1,6 +1,6 @@
 //! An axis laid out: its ends, its ticks and what is written at them.
 
-use lagrangian::report::{Axis, Scale};
+use crate::{Axis, Scale};
 
 /// A laid-out axis: values to the unit interval.
 pub(super) struct Laid {
@@ -212,7 +212,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// A number with two or three digits, e.g. `1200`, `0.41`, `0.0021` or `3.2×10⁻⁶`.
-pub(crate) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     if !value.is_finite() {
         return "–".into();
     }

@@ -2,8 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
+use lagrangian::{Coordinates, Trajectory};
+
 use super::{Axis, Figure, Role, Series};
-use crate::{Coordinates, Trajectory};
 
 /// A curve with a name and a role; the shorter of `x` and `y` counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +46,7 @@ pub struct Pairs<'a> {
 /// Loss over training steps (or seconds, as `progress` says with its unit) on a log axis.
 ///
 /// ```
-/// use lagrangian::report::{Curve, Role, loss_curves};
+/// use lagrangian_report::{Curve, Role, loss_curves};
 /// let (step, loss) = ([0.0, 1.0, 2.0], [1.0, 1e-2, 1e-4]);
 /// let lnn = Curve { name: "Lagrangian, training", role: Role::Lnn, x: &step, y: &loss };
 /// assert_eq!(loss_curves("step", "", &[lnn]).series[0].y, loss);
@@ -192,7 +193,7 @@ pub fn parity(quantity: &str, unit: &str, models: &[Pairs]) -> Figure {
     }
 }
 
-fn lines(curves: &[Curve]) -> Vec<Series> {
+pub(super) fn lines(curves: &[Curve]) -> Vec<Series> {
     let line = |curve: &Curve| {
         let len = curve.x.len().min(curve.y.len());
         Series::line(
@@ -259,7 +260,7 @@ fn spoken(window: Option<f64>) -> String {
     })
 }
 
-fn label(coordinates: &Coordinates, i: usize) -> (String, String) {
+pub(super) fn label(coordinates: &Coordinates, i: usize) -> (String, String) {
     let known = coordinates
         .0
         .get(i)

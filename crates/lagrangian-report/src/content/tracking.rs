@@ -1,7 +1,8 @@
 //! Figures of a reference and the motions that followed it.
 
+use lagrangian::{Coordinates, Trajectory};
+
 use super::{Axis, Figure, Role, Series};
-use crate::{Coordinates, Trajectory};
 
 /// A motion that followed a reference, and how it is drawn.
 #[derive(Debug, Clone, Copy)]

@@ -1,18 +1,18 @@
 //! A quantity over two axes: cells in two inks, one a sign, the stronger the larger.
 
 use anyhow::Result;
-use lagrangian::report::{Figure, HeatMap, Role, Series};
 use plotters::prelude::*;
 
 use super::chart::{Plot, plain};
 use super::theme;
+use crate::{Figure, HeatMap, Role, Series};
 
 /// Shades of each ink.
 const LEVELS: i32 = 10;
 
 /// The axes of a map.
 pub(super) fn frame(map: &HeatMap) -> Figure {
-    let ends = |axis: &lagrangian::report::Axis| axis.range.map_or([0.0, 1.0], |(a, b)| [a, b]);
+    let ends = |axis: &crate::Axis| axis.range.map_or([0.0, 1.0], |(a, b)| [a, b]);
     let corners = Series::line(
         "",
         Role::Truth,

@@ -4,12 +4,10 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use lagrangian::Trajectory;
-use lagrangian::report::{
-    Animation, Axis, Command, Figure, HeatMap, Panel, Report, Role, Series, Table,
-};
 
 use super::demo::{demo, headline, swing};
 use super::*;
+use crate::{Animation, Axis, Command, Figure, HeatMap, Panel, Report, Role, Series, Table};
 
 fn target(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

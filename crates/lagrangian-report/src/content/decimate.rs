@@ -10,7 +10,7 @@
 /// let t: Vec<f64> = (0..100_000).map(|k| f64::from(k) * 1e-3).collect();
 /// let mut y: Vec<f64> = t.iter().map(|t| t.sin()).collect();
 /// y[54_321] = 7.0; // one sample, far narrower than a pixel
-/// let (_, thin) = lagrangian::report::decimate(&t, &y, 500);
+/// let (_, thin) = lagrangian_report::decimate(&t, &y, 500);
 /// assert!(thin.len() <= 2_000);
 /// assert!(thin.contains(&7.0));
 /// ```

@@ -1,7 +1,6 @@
 //! One figure on any canvas: legend, axes, grid, series.
 
 use anyhow::{Result, anyhow};
-use lagrangian::report::{Figure, HeatMap, Kind, Series};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -10,6 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::curve::Point;
 use super::scale::{Laid, Tick};
 use super::{UNIT, heat_map, legend, series, text, theme};
+use crate::{Figure, HeatMap, Kind, Series};
 
 pub(super) type Plot<DB> = DrawingArea<DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 

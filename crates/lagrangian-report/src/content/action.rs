@@ -1,7 +1,8 @@
 //! Figures of the action: varied paths, and what they do to S.
 
+use lagrangian::Coordinates;
+
 use super::{Axis, Figure, Role, Series};
-use crate::Coordinates;
 
 /// A path q(t) on a grid of times and the neighbours q + ε η that are drawn beside it.
 #[derive(Debug, Clone, Copy)]

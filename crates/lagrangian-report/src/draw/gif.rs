@@ -5,10 +5,10 @@ use std::io::Write;
 
 use ::gif::{Encoder, Frame, Repeat};
 use anyhow::{Context, Result, ensure};
-use lagrangian::report::Animation;
 
 use super::canvas_bitmap::Bitmap;
 use super::pendulum;
+use crate::Animation;
 
 /// Frames a second, and points of a trail between two of them.
 const RATE: f64 = 20.0;
@@ -20,7 +20,7 @@ const MOST_SECONDS: f64 = 9.0;
 ///
 /// # Errors
 /// Where it has no panel or more than eight, or cannot be written.
-pub(crate) fn gif(animation: &Animation, out: impl Write) -> Result<()> {
+pub fn gif(animation: &Animation, out: impl Write) -> Result<()> {
     let count = animation.panels.len();
     ensure!(
         (1..=8).contains(&count),

@@ -6,8 +6,9 @@
 
 use std::f64::consts::PI;
 
+use lagrangian::{Coordinates, Trajectory};
+
 use super::*;
-use crate::{Coordinates, Trajectory};
 
 fn rotation() -> Trajectory {
     let t: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.01).collect();

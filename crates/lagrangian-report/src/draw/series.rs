@@ -1,12 +1,12 @@
 //! The series of a figure: lines, dots and bands.
 
 use anyhow::Result;
-use lagrangian::report::{Kind, Role, Series, decimate};
 use plotters::prelude::*;
 
 use super::chart::{Axes, Plot, plain, units};
 use super::curve::{self, Point};
 use super::theme;
+use crate::{Kind, Role, Series, decimate};
 
 /// A cloud of more dots than this shows no more, and makes pages heavy.
 const MOST_DOTS: usize = 1500;

@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
-use lagrangian::report::{Animation, Command, Figure, Headline, HeatMap, Panel, Report, Table};
 use serde::Serialize;
 
 use super::{escaped, svg, theme};
+use crate::{Animation, Command, Figure, Headline, HeatMap, Panel, Report, Table};
 
-const STYLE: &str = include_str!("../page/style.css");
-const THEME: &str = include_str!("../page/theme.js");
-const PLAYER: &str = include_str!("../page/player.js");
+const STYLE: &str = include_str!("page/style.css");
+const THEME: &str = include_str!("page/theme.js");
+const PLAYER: &str = include_str!("page/player.js");
 
 /// Frames of an animation: 30 a second are smooth, and 4 000 hold two minutes of them.
 const RATE: f64 = 30.0;
@@ -21,7 +21,7 @@ const WIDE: (u32, u32) = (524, 350);
 const NARROW: (u32, u32) = (306, 288);
 
 /// A self-contained page with everything that the report holds.
-pub(crate) fn html(report: &Report) -> String {
+pub fn html(report: &Report) -> String {
     let mut body = String::new();
     head(&mut body, report);
     section(&mut body, "In motion", &report.animations, |body, all| {

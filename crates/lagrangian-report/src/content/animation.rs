@@ -1,9 +1,9 @@
 //! Pendulum chains in motion: truth and models side by side.
 
+use lagrangian::Trajectory;
 use serde::{Deserialize, Serialize};
 
 use super::Role;
-use crate::Trajectory;
 
 /// Several motions of one pendulum chain, played together.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

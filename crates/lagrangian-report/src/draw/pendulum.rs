@@ -1,7 +1,6 @@
 //! One frame of an animation as a bitmap: panels side by side, the truth pale behind each model.
 
 use anyhow::Result;
-use lagrangian::report::{Animation, Panel};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -9,6 +8,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::canvas_bitmap::{Bitmap, BitmapCanvas};
 use super::chart::{plain, units, write};
 use super::{scale, theme};
+use crate::{Animation, Panel};
 
 /// Size of a panel, px.
 const WIDE: f64 = 260.0;

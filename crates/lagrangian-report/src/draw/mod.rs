@@ -16,11 +16,11 @@ mod svg;
 mod text;
 mod theme;
 
-pub(crate) use gif::gif;
-pub(crate) use page::html;
-pub(crate) use png::png;
-pub(crate) use scale::short;
-pub(crate) use svg::svg;
+pub use gif::gif;
+pub use page::html;
+pub use png::png;
+pub use scale::short;
+pub use svg::svg;
 
 /// Canvas units a px: plotters counts in whole units, and a curve needs finer steps than a px.
 const UNIT: i32 = 8;

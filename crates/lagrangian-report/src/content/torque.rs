@@ -1,8 +1,9 @@
 //! The figure of a torque and its parts.
 
+use lagrangian::Coordinates;
+use lagrangian::torque::TorquePrediction;
+
 use super::{Axis, Figure, Role, Series};
-use crate::Coordinates;
-use crate::torque::TorquePrediction;
 
 /// Samples of a motion that are drawn, at most: about a minute of a slow log, some seconds of a fast one.
 const DRAWN: usize = 4000;
