@@ -7,7 +7,7 @@ use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::{Result, Trajectory};
-use lagrangian_control::{Ending, LoopConfig, Machine, Simulation, SwingUp};
+use lagrangian_control::{LoopConfig, LoopOutcome, Machine, Simulation, SwingUp};
 
 /// Time that a swing-up may take, s.
 pub const SECONDS: f64 = 20.0;
@@ -111,7 +111,7 @@ pub fn attempts(kind: Machine, model: &dyn Model, count: usize, seed: u64) -> Re
         let motion = driven.trajectory;
         let up = up_since(&motion, &settings.up, settings.pendulum);
         out.push(Attempt {
-            up_since: up.filter(|t| driven.ending == Ending::Finished && SECONDS - t >= HELD),
+            up_since: up.filter(|t| driven.outcome == LoopOutcome::Finished && SECONDS - t >= HELD),
             motion,
         });
     }

@@ -11,7 +11,7 @@ use lagrangian::rigid::{RigidBodies, example};
 use lagrangian::train::Family;
 use lagrangian::{Error, Result, Trajectory};
 use lagrangian_control::online::{
-    Feed, OnlineConfig, OnlineLearner, Record, TrackingConfig, track,
+    FeedForwardSource, OnlineConfig, OnlineLearner, Record, RobotChange, TrackingConfig, track,
 };
 use lagrangian_control::{
     Desired, Gains, LoopConfig, Quantiles, Reference, Sensors, VelocitySource,
@@ -468,7 +468,10 @@ pub fn run(
     let robot = if aware { &arm.loaded } else { &arm.robot };
     let config = TrackingConfig {
         robot: &**robot,
-        change: change.filter(|_| !aware).map(|t| (t, &*arm.loaded)),
+        change: change.filter(|_| !aware).map(|at| RobotChange {
+            at,
+            robot: &*arm.loaded,
+        }),
         gains: arm.gains.clone(),
         control: LoopConfig {
             seed,
@@ -488,14 +491,14 @@ pub fn run(
         })),
     };
     let feed = match family {
-        None if condition == Condition::Pd => Feed::None,
-        None => Feed::Model(&**robot),
+        None if condition == Condition::Pd => FeedForwardSource::None,
+        None => FeedForwardSource::Model(&**robot),
         Some(family) => {
             let online = OnlineConfig {
                 family,
                 seed,
-                surprise: if arm.forgets {
-                    lesson.online.surprise
+                change_factor: if arm.forgets {
+                    lesson.online.change_factor
                 } else {
                     f64::MAX
                 },
@@ -504,9 +507,9 @@ pub fn run(
             let coordinates = arm.robot.coordinates().clone();
             let learner = Box::new(OnlineLearner::new(coordinates, online)?);
             if thread {
-                Feed::Thread(learner)
+                FeedForwardSource::Thread(learner)
             } else {
-                Feed::LockStep {
+                FeedForwardSource::LockStep {
                     learner,
                     steps: lesson.steps,
                     hand_overs: lesson.hand_overs,
@@ -515,6 +518,7 @@ pub fn run(
         }
     };
     let tracked = track(&config, &writing.reference, feed)?;
+    let bins = tracked.driven.latency.bins().into_iter();
     let motion = tracked.driven.trajectory;
     let after = match change {
         Some(change) => {
@@ -528,8 +532,8 @@ pub fn run(
         after,
         record: tracked.record,
         latency: tracked.driven.latency.quantiles(),
-        histogram: tracked.driven.latency.bins(),
-        finished: tracked.driven.ending == lagrangian_control::Ending::Finished,
+        histogram: bins.map(|bin| (bin.seconds, bin.ticks)).collect(),
+        finished: !tracked.driven.outcome.is_diverged(),
         motion,
     })
 }

@@ -1,4 +1,4 @@
-//! Feedback that the model makes linear.
+//! Computed torque: feedback that a model makes linear.
 
 use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Reference};
@@ -7,7 +7,7 @@ use lagrangian::dynamics::{Evaluator, Model};
 
 /// τ = M̂(q) (`q̈_d` + `K_p` e + `K_d` ė) + ĉ(q, q̇), theory.md (52): with a perfect model ë + `K_d` ė + `K_p` e = 0.
 ///
-/// Gains are in s⁻² and s⁻¹ here, the same for heavy and light joints.
+/// The gains are in s⁻² and s⁻¹, the same for heavy and light joints.
 pub struct ComputedTorque<'a> {
     gains: Gains,
     reference: &'a Reference,
@@ -17,7 +17,7 @@ pub struct ComputedTorque<'a> {
 }
 
 impl<'a> ComputedTorque<'a> {
-    /// With these gains and this model along this reference.
+    /// A controller with these gains and this model along this reference.
     ///
     /// # Errors
     /// As [`Gains::validate`]; [`lagrangian::Error::Shape`] for a model of other degrees of freedom, [`lagrangian::Error::Argument`]

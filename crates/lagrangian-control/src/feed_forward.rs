@@ -1,4 +1,4 @@
-//! Feedback with the torque that the model asks for along the reference.
+//! Feedback beside the torque that a model predicts along the reference.
 
 use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Reference};
@@ -7,8 +7,8 @@ use lagrangian::dynamics::{Evaluator, Model};
 
 /// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
 ///
-/// Inverse dynamics at the reference, not at the measured state: noise of the sensors never passes through the model.
-/// Where the model is not finite the feed-forward is left out and counted; the feedback stays.
+/// The inverse dynamics are those of the reference, not of the measured state: noise of the sensors never passes through
+/// the model. At ticks where the model is not finite, feedback acts alone, and [`FeedForward::dropped`] counts them.
 pub struct FeedForward<'a> {
     gains: &'a Gains,
     reference: &'a Reference,
@@ -20,8 +20,8 @@ pub struct FeedForward<'a> {
 }
 
 impl<'a> FeedForward<'a> {
-    /// With these gains and this model along this reference. `lead`, s, is how far ahead of the measurement the
-    /// torque acts on average: half a tick, and the delay of the drive.
+    /// A controller with these gains and this model along this reference. `lead`, s, is the mean time from the
+    /// measurement to the action of its torque: half a tick, and the delay of the drive.
     ///
     /// # Errors
     /// As [`Gains::validate`]; [`lagrangian::Error::Shape`] for a model of other degrees of freedom, [`lagrangian::Error::Argument`] for one
@@ -52,7 +52,7 @@ impl<'a> FeedForward<'a> {
         Err(no_inverse())
     }
 
-    /// Ticks at which the model was not finite, so that feedback worked alone.
+    /// The number of ticks at which the model was not finite, so that feedback acted alone.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped

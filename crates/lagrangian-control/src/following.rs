@@ -1,4 +1,4 @@
-//! A robot follows a reference from end to end, and how well.
+//! A robot that follows a whole reference, and the errors that it makes.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,49 +9,49 @@ use super::{
 use lagrangian::dynamics::Model;
 use lagrangian::{Error, Result, State};
 
-/// Who decides the torques; gains as in [`Pd`], [`FeedForward`] and [`ComputedTorque`].
+/// The control law, with the gains of [`Pd`], [`FeedForward`] or [`ComputedTorque`].
 #[derive(Clone, Copy)]
-pub enum Law<'a> {
-    /// Feedback alone.
+pub enum ControlLaw<'a> {
+    /// Feedback alone, [`Pd`].
     Feedback(&'a Gains),
-    /// Feedback, and the torque that a model asks for along the reference.
+    /// Feedback beside the torque that a model predicts along the reference, [`FeedForward`].
     FeedForward(&'a dyn Model, &'a Gains),
-    /// Feedback that a model makes linear.
+    /// Feedback that a model makes linear, [`ComputedTorque`].
     ComputedTorque(&'a dyn Model, &'a Gains),
 }
 
-/// How well a reference was followed; `[n]` each.
+/// The errors of a robot that followed a reference, `[n]` each.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Following {
     /// Root mean square of e = `q_d` − q over all ticks, rad (m).
     pub rmse: Vec<f64>,
     /// Largest |e|, rad (m).
     pub largest: Vec<f64>,
-    /// Part of the ticks at which the torque was at its limit; 0 where there is none.
+    /// The part of the ticks at which the torque was at its limit; 0 where there is no limit.
     pub at_limit: Vec<f64>,
 }
 
-/// A reference that was followed.
+/// The motion of a robot that followed a reference.
 #[derive(Debug, Clone)]
 pub struct Followed {
-    /// What the robot did, at the times of the reference.
+    /// The simulated motion, at the times of the reference.
     pub driven: Driven,
-    /// e = `q_d` − q at the ticks, `[ticks, n]`.
+    /// The tracking error e = `q_d` − q at the ticks, `[ticks, n]`.
     pub error: Vec<f64>,
-    /// Its figures.
+    /// The errors in figures.
     pub following: Following,
-    /// Ticks at which the feed-forward was not finite, so that feedback worked alone.
-    pub without: u64,
+    /// The number of ticks at which the feed-forward was not finite, so that feedback acted alone.
+    pub without_model: u64,
 }
 
-/// A reference lasts so many ticks at least: below, there is no motion to follow.
+/// The smallest number of ticks of a reference: with fewer there is no motion to follow.
 const FEWEST_TICKS: f64 = 10.0;
-/// And so many at most: they are held in memory.
+/// The largest number of ticks of a reference: all are held in memory.
 const MOST_TICKS: f64 = 5e6;
 /// The longest delay, as a part of the reference.
 const LONGEST_DELAY: f64 = 0.5;
 
-/// `robot` follows `reference` from its first sample, where it begins without error, to its last.
+/// Lets `robot` follow `reference` from its first sample, where it begins without error, to its last.
 ///
 /// # Errors
 /// As [`Simulation::new`] and the controllers' own; [`Error::Shape`] for a robot of other degrees of freedom,
@@ -60,20 +60,20 @@ const LONGEST_DELAY: f64 = 0.5;
 pub fn follow(
     robot: &dyn Model,
     reference: &Reference,
-    law: Law,
+    law: ControlLaw,
     control: &LoopConfig,
 ) -> Result<Followed> {
     control.validate(reference.dof())?;
     refuse_robot(robot, reference)?;
     refuse_length(reference, control)?;
     let drive = |controller: &mut dyn Controller| run(robot, reference, controller, control);
-    let (driven, without) = match law {
-        Law::Feedback(gains) => (drive(&mut Pd::new(gains.clone(), reference)?)?, 0),
-        Law::FeedForward(model, gains) => {
+    let (driven, without_model) = match law {
+        ControlLaw::Feedback(gains) => (drive(&mut Pd::new(gains.clone(), reference)?)?, 0),
+        ControlLaw::FeedForward(model, gains) => {
             let mut controller = FeedForward::new(model, gains, reference, control.lead())?;
             (drive(&mut controller)?, controller.dropped())
         }
-        Law::ComputedTorque(model, gains) => {
+        ControlLaw::ComputedTorque(model, gains) => {
             let mut controller = ComputedTorque::new(model, gains.clone(), reference)?;
             (drive(&mut controller)?, 0)
         }
@@ -83,7 +83,7 @@ pub fn follow(
         following: Following::of(&driven, &error, &control.limit),
         driven,
         error,
-        without,
+        without_model,
     })
 }
 

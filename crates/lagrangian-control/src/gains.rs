@@ -1,4 +1,4 @@
-//! Gains of a feedback, given or made for a robot.
+//! Gains of the feedback.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use super::{Desired, Reference};
 use lagrangian::dynamics::Model;
 use lagrangian::{Error, Result};
 
-/// Gains of a proportional-derivative law: the forces for a unit of error.
+/// Gains of a proportional-derivative law: the force for a unit of error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gains {
     /// `K_p`, N·m/rad (N/m), `[n]`.
@@ -15,7 +15,7 @@ pub struct Gains {
     pub kd: Vec<f64>,
 }
 
-/// Samples of a reference at which an inertia is taken, at most.
+/// The largest number of samples of a reference over which inertias are averaged.
 const INERTIA_SAMPLES: usize = 200;
 
 impl Gains {
@@ -38,7 +38,7 @@ impl Gains {
         }
     }
 
-    /// The same gains for accelerations, s⁻² and s⁻¹, as forces of joints of these inertias.
+    /// Converts gains of accelerations, s⁻² and s⁻¹, to gains of forces, for joints of these inertias.
     #[must_use]
     pub fn of_inertia(&self, inertia: &[f64]) -> Self {
         let scaled = |gains: &[f64]| gains.iter().zip(inertia).map(|(k, m)| k * m).collect();
@@ -84,7 +84,7 @@ impl Gains {
     }
 }
 
-/// What each joint of `model` weighs along a reference: the mean of `M_ii(q_d)`, kg·m² (kg), `[n]`.
+/// The inertia of each joint of `model` along a reference: the mean of `M_ii(q_d)`, kg·m² (kg), `[n]`.
 ///
 /// # Errors
 /// [`Error::Shape`] for a model of other degrees of freedom, [`Error::Argument`] for one without inverse dynamics.
@@ -112,7 +112,7 @@ pub fn inertia_along(model: &dyn Model, reference: &Reference) -> Result<Vec<f64
     Ok(inertia)
 }
 
-/// Refuses a model of other degrees of freedom than the reference's.
+/// Checks that a model has `n` degrees of freedom.
 pub(super) fn same_dof(model: &dyn Model, n: usize) -> Result<()> {
     let found = model.coordinates().dof();
     if found == n {
@@ -126,11 +126,11 @@ pub(super) fn same_dof(model: &dyn Model, n: usize) -> Result<()> {
     })
 }
 
-/// What a controller says of a model that cannot tell torques.
+/// The error for a model without inverse dynamics.
 pub(super) fn no_inverse() -> Error {
     Error::Argument {
         name: "model",
         value: "one without inverse dynamics".into(),
-        must: "a Lagrangian, or a plain network that was fitted with --loss torque",
+        must: "a Lagrangian, or a plain network that was fitted to torques",
     }
 }

@@ -1,9 +1,9 @@
-//! The torque that holds a robot up.
+//! Gravity compensation.
 
 use super::Controller;
 use lagrangian::dynamics::{Evaluator, Model};
 
-/// τ = ĝ(q) − D q̇ with ĝ(q) = ĉ(q, 0), theory.md (53): the robot floats where it is put, damped by D.
+/// τ = ĝ(q) − D q̇ with ĝ(q) = ĉ(q, 0), theory.md (53): the robot stays where it is placed, damped by D.
 pub struct GravityCompensation<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
     damping: f64,
@@ -11,7 +11,7 @@ pub struct GravityCompensation<'a> {
 }
 
 impl<'a> GravityCompensation<'a> {
-    /// Through this model; `damping` D, N·m·s/rad.
+    /// A controller with this model and the damping D, N·m·s/rad (N·s/m).
     #[must_use]
     pub fn new(model: &'a dyn Model, damping: f64) -> Self {
         Self {

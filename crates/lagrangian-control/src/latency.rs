@@ -1,15 +1,15 @@
-//! How long each tick of a control loop took.
+//! The times that the ticks of a control loop took.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// Bins for each doubling of the time: quantiles are known to 2⁻⁴, some 4 % either way.
+/// Bins for each doubling of the time: quantiles are exact to about 4 %.
 const BINS_PER_OCTAVE: usize = 16;
-/// Octaves from one nanosecond: up to some minutes.
+/// Doublings, beginning at one nanosecond: the last bin holds some minutes.
 const OCTAVES: usize = 38;
 
-/// A histogram of times in logarithmic bins, of fixed size: recording allocates nothing and never waits.
+/// A histogram of times in logarithmic bins. It has a fixed size, so that recording allocates nothing and never waits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Latency {
     counts: Vec<u64>,
@@ -17,16 +17,25 @@ pub struct Latency {
     longest: u64,
 }
 
-/// What a histogram says, s.
+/// Quantiles of a [`Latency`], s.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Quantiles {
-    /// Median.
+    /// The median.
     pub p50: f64,
     /// The time that 99 % of the ticks stay below.
     pub p99: f64,
-    /// The longest.
+    /// The longest time.
     pub max: f64,
-    /// Ticks.
+    /// The number of ticks.
+    pub ticks: u64,
+}
+
+/// One bin of a [`Latency`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LatencyBin {
+    /// The middle of the bin, s.
+    pub seconds: f64,
+    /// The number of ticks in it.
     pub ticks: u64,
 }
 
@@ -61,15 +70,20 @@ impl Latency {
         }
     }
 
-    /// The bins that hold anything: (middle of the bin, s, ticks in it).
+    /// The bins that are not empty, shortest times first.
     #[must_use]
-    pub fn bins(&self) -> Vec<(f64, u64)> {
+    pub fn bins(&self) -> Vec<LatencyBin> {
         let filled = self.counts.iter().enumerate().filter(|(_, c)| **c > 0);
-        filled.map(|(k, &count)| (middle(k), count)).collect()
+        filled
+            .map(|(k, &ticks)| LatencyBin {
+                seconds: middle(k),
+                ticks,
+            })
+            .collect()
     }
 
-    fn quantile(&self, share: f64) -> f64 {
-        let wanted = (share * self.total as f64).ceil() as u64;
+    fn quantile(&self, part: f64) -> f64 {
+        let wanted = (part * self.total as f64).ceil() as u64;
         let mut seen = 0;
         for (k, count) in self.counts.iter().enumerate() {
             seen += count;

@@ -13,7 +13,7 @@ use lagrangian::dynamics::Model;
 use lagrangian::solve::dot;
 use lagrangian::{Error, Result};
 
-/// A model near an equilibrium.
+/// A model near an equilibrium: x′ = A x + B u.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linearisation {
     /// A, `[2n, 2n]`.
@@ -26,7 +26,7 @@ pub struct Linearisation {
 const STEP: f64 = 1e-5;
 
 impl Linearisation {
-    /// Of `model` about (`q`, 0) without force, with coordinate `actuated` as input.
+    /// Linearises `model` about (`q`, 0) without force, with the force on coordinate `actuated` as input.
     ///
     /// # Errors
     /// [`Error::NotFinite`] where the model is not finite there.
@@ -65,8 +65,8 @@ impl Linearisation {
         Ok(Self { a, b })
     }
 
-    /// (F, G) over a tick of `h` seconds: the power series of the exponential.
-    fn over(&self, h: f64) -> (Vec<f64>, Vec<f64>) {
+    /// F and G over a tick of `h` seconds, by the power series of the exponential.
+    fn over(&self, h: f64) -> Discrete {
         let size = self.b.len();
         let (mut f, mut g) = (identity(size), vec![0.0; size]);
         // term = (A h)ᵏ / k!, and Σ Aᵏ hᵏ⁺¹ / (k + 1)! B.
@@ -79,16 +79,22 @@ impl Linearisation {
             term = times(&scaled, &self.a, size);
             f.iter_mut().zip(&term).for_each(|(f, x)| *f += x);
         }
-        (f, g)
+        Discrete { f, g }
     }
+}
+
+/// The linearised model over one tick: x ← F x + G u.
+struct Discrete {
+    f: Vec<f64>,
+    g: Vec<f64>,
 }
 
 /// Terms of the exponential: exact to rounding where ‖A‖ h < 1.
 const TERMS: usize = 18;
-/// Ticks that the cost to go looks ahead at most.
+/// The largest number of ticks of the recursion.
 const HORIZON: usize = 200_000;
 
-/// u = −K (q − q*, q̇).
+/// A linear-quadratic regulator, u = −K (q − q*, q̇).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lqr {
     /// K, `[2n]`.
@@ -98,7 +104,7 @@ pub struct Lqr {
 }
 
 impl Lqr {
-    /// For a tick of `h` seconds, the costs `state` of x² (`[2n]`) and `input` of u².
+    /// The regulator for a tick of `h` seconds, the costs `state` of x² (`[2n]`) and the cost `input` of u².
     ///
     /// # Errors
     /// [`Error::Argument`] for costs or a tick outside their domain, or where the input cannot stabilise the state.
@@ -113,10 +119,13 @@ impl Lqr {
             let must = "one for each of q and q̇, 0 or above, and above 0 for the input";
             return argument("costs", format!("{state:?} and {input}"), must);
         }
-        let (f, g) = linear.over(h);
+        let tick = linear.over(h);
         let mut p = diagonal(state);
         for _ in 0..HORIZON {
-            let (gain, next) = backward(&f, &g, &p, state, input);
+            let Lqr {
+                gain,
+                cost_to_go: next,
+            } = tick.backward(&p, state, input);
             let change = next
                 .iter()
                 .zip(&p)
@@ -137,28 +146,34 @@ impl Lqr {
         argument("linearised model", "not stabilisable".into(), must)
     }
 
-    /// u for a deviation x from the equilibrium, `[2n]`.
+    /// The input u for a deviation x from the equilibrium, `[2n]`.
     #[must_use]
     pub fn input(&self, x: &[f64]) -> f64 {
         -self.gain.iter().zip(x).map(|(k, x)| k * x).sum::<f64>()
     }
 }
 
-/// One tick of the Riccati recursion: (K, the P of a tick before).
-fn backward(f: &[f64], g: &[f64], p: &[f64], state: &[f64], input: f64) -> (Vec<f64>, Vec<f64>) {
-    let size = g.len();
-    let pf = times(p, f, size);
-    let pg = times(p, g, 1);
-    let stiffness = input + dot(g, &pg);
-    let gain: Vec<f64> = times(g, &pf, size).iter().map(|x| x / stiffness).collect();
-    let mut next = diagonal(state);
-    for i in 0..size {
-        for j in 0..size {
-            let carried: f64 = (0..size).map(|k| f[k * size + i] * pf[k * size + j]).sum();
-            next[i * size + j] += carried - stiffness * gain[i] * gain[j];
+impl Discrete {
+    /// One tick of the Riccati recursion, from the cost to go `p` after the tick to that before it.
+    fn backward(&self, p: &[f64], state: &[f64], input: f64) -> Lqr {
+        let Self { f, g } = self;
+        let size = g.len();
+        let pf = times(p, f, size);
+        let pg = times(p, g, 1);
+        let stiffness = input + dot(g, &pg);
+        let gain: Vec<f64> = times(g, &pf, size).iter().map(|x| x / stiffness).collect();
+        let mut next = diagonal(state);
+        for i in 0..size {
+            for j in 0..size {
+                let carried: f64 = (0..size).map(|k| f[k * size + i] * pf[k * size + j]).sum();
+                next[i * size + j] += carried - stiffness * gain[i] * gain[j];
+            }
+        }
+        Lqr {
+            gain,
+            cost_to_go: next,
         }
     }
-    (gain, next)
 }
 
 /// The product of a row-major matrix (or a row) with one of `columns` columns.

@@ -3,7 +3,7 @@
 use super::{Controller, Desired, Gains, Reference};
 use lagrangian::Result;
 
-/// τ = `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (50): it knows no model.
+/// τ = `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (50); it needs no model.
 #[derive(Debug, Clone)]
 pub struct Pd<'a> {
     gains: Gains,
@@ -12,7 +12,7 @@ pub struct Pd<'a> {
 }
 
 impl<'a> Pd<'a> {
-    /// With these gains along this reference.
+    /// A controller with these gains along this reference.
     ///
     /// # Errors
     /// As [`Gains::validate`].

@@ -1,8 +1,8 @@
-//! The motion that is wanted: a trajectory between whose samples one can ask.
+//! The desired motion: a trajectory that is interpolated between its samples.
 
 use lagrangian::{Error, Result, Trajectory};
 
-/// What is wanted at one instant; all `[n]`.
+/// The desired position, velocity and acceleration at one instant, `[n]` each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Desired {
     /// `q_d`.
@@ -14,7 +14,7 @@ pub struct Desired {
 }
 
 impl Desired {
-    /// Room for `n` coordinates.
+    /// Zeros for `n` coordinates.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {
@@ -25,7 +25,7 @@ impl Desired {
     }
 }
 
-/// A reference: quintic Hermite polynomials through samples of q, q̇, q̈, so that q̈ is continuous, theory.md (54).
+/// The desired motion: quintic Hermite polynomials through samples of q, q̇, q̈, so that q̈ is continuous, theory.md (54).
 ///
 /// Before its first and after its last sample it rests there.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,11 +34,12 @@ pub struct Reference {
     qdd: Vec<f64>,
 }
 
-/// A reference has at least so many samples.
+/// The smallest number of samples of a reference.
 const FEWEST: usize = 2;
 
 impl Reference {
-    /// Through the samples of a trajectory; accelerations that it does not have follow from its velocities.
+    /// The reference through the samples of a trajectory. Where it has no accelerations, they are differences of its
+    /// velocities.
     ///
     /// # Errors
     /// As [`Trajectory::validate`]; [`Error::TooShort`] for fewer than two samples.
@@ -64,25 +65,25 @@ impl Reference {
         self.trajectory.dof()
     }
 
-    /// Its first instant, s.
+    /// The time of the first sample, s.
     #[must_use]
     pub fn start(&self) -> f64 {
         self.trajectory.t[0]
     }
 
-    /// Its last instant, s.
+    /// The time of the last sample, s.
     #[must_use]
     pub fn end(&self) -> f64 {
         self.trajectory.t[self.trajectory.len() - 1]
     }
 
-    /// The samples that it goes through.
+    /// The samples that the reference passes through.
     #[must_use]
     pub fn samples(&self) -> &Trajectory {
         &self.trajectory
     }
 
-    /// Writes what is wanted at time `t`; allocates nothing.
+    /// Writes the desired motion at time `t`; allocates nothing.
     pub fn at(&self, t: f64, desired: &mut Desired) {
         let knots = &self.trajectory.t;
         let n = self.dof();
@@ -111,8 +112,9 @@ impl Reference {
     }
 }
 
-/// Value and two derivatives at s ∈ [0, 1] of the quintic that has the value, slope and curvature of both ends.
-pub(crate) fn quintic([a, b]: [[f64; 3]; 2], s: f64) -> [f64; 3] {
+/// The value and the first two derivatives, at s ∈ [0, 1], of the quintic through two ends, each given by its value,
+/// slope and curvature.
+fn quintic([a, b]: [[f64; 3]; 2], s: f64) -> [f64; 3] {
     let rest = [
         b[0] - a[0] - a[1] - 0.5 * a[2],
         b[1] - a[1] - a[2],

@@ -1,20 +1,20 @@
-//! What a robot's sensors say: noise, steps of an encoder, velocities from differences.
+//! Simulated sensors: noise, the steps of an encoder, and velocities from differences of positions.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use lagrangian::lagrangian::analytic::normal;
-use lagrangian::{Error, Result};
+use lagrangian::{Error, Result, State};
 
-/// Where measured velocities come from.
+/// The source of measured velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocitySource {
-    /// A tachometer: the velocity with noise.
+    /// A tachometer measures the velocity with noise.
     #[default]
     Measured,
-    /// Differences of the measured position through a first-order low-pass with this time constant, s.
+    /// Differences of measured positions pass a first-order low-pass filter with this time constant, s.
     Differences(f64),
 }
 
@@ -26,9 +26,9 @@ pub struct Sensors {
     pub position_noise: f64,
     /// Standard deviation of the noise of q̇, rad/s (m/s).
     pub velocity_noise: f64,
-    /// Step of the encoder, rad (m); 0: none.
+    /// Resolution of the encoder, rad (m); 0 for none.
     pub quantisation: f64,
-    /// Where velocities come from.
+    /// The source of measured velocities.
     pub velocity: VelocitySource,
 }
 
@@ -59,7 +59,7 @@ impl Sensors {
     }
 }
 
-/// Sensors at work: they remember the last reading and draw noise from a seed.
+/// The state of simulated sensors: the last reading and the generator of noise.
 #[derive(Debug, Clone)]
 pub(crate) struct Readout {
     sensors: Sensors,
@@ -80,14 +80,14 @@ impl Readout {
         }
     }
 
-    /// Reads the true state (q, q̇) a period `h` after the last reading.
-    pub(crate) fn read(
-        &mut self,
-        h: f64,
-        (q, qd): (&[f64], &[f64]),
-        (measured_q, measured_qd): (&mut [f64], &mut [f64]),
-    ) {
+    /// Measures the true state (q, q̇), `[2 n]`, one period `h` after the last reading.
+    pub(crate) fn read(&mut self, h: f64, state: &[f64], measured: &mut State) {
         let sensors = self.sensors;
+        let (q, qd) = state.split_at(state.len() / 2);
+        let State {
+            q: measured_q,
+            qd: measured_qd,
+        } = measured;
         for i in 0..q.len() {
             let position = self.noisy(q[i], sensors.position_noise);
             measured_q[i] = if sensors.quantisation > 0.0 {
@@ -97,7 +97,7 @@ impl Readout {
             };
             measured_qd[i] = match sensors.velocity {
                 VelocitySource::Measured => self.noisy(qd[i], sensors.velocity_noise),
-                // The first reading has no other to differ from.
+                // The first reading has no reading before it.
                 VelocitySource::Differences(_) if self.fresh => {
                     self.filtered[i] = qd[i];
                     qd[i]
@@ -118,7 +118,7 @@ impl Readout {
         normal(&mut self.rng)
     }
 
-    /// `x` with noise of this deviation; none is drawn where there is none.
+    /// `x` with noise of this standard deviation; draws no number where it is 0.
     fn noisy(&mut self, x: f64, deviation: f64) -> f64 {
         if deviation > 0.0 {
             x + deviation * self.normal()

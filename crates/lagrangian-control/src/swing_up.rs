@@ -5,7 +5,7 @@
 //! | a, p | the driven coordinate and the pendulum, the same where a motor sits on the pendulum |
 //! | Ẽ = H(q, `q̇_p`) − H(up) | energy that the pendulum lacks (below 0) or has too much, with `q̇_a` = 0 |
 //! | q̈ = α + β u | forward dynamics, affine in the one input |
-//! | v | acceleration wanted of a |
+//! | v | demanded acceleration of a |
 //!
 //! v = `v_max` sat(−k Ẽ `q̇_p` `β_p/β_a)` − `k_q` `q_a` − `k_d` `q̇_a`, u = (v − `α_a`)/`β_a` (theory.md, 57 and 58): a collocated
 //! partial feedback linearisation (Spong 1995) with the energy law of Åström and Furuta (2000). Near the top an
@@ -13,114 +13,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use serde::{Deserialize, Serialize};
-
-use super::{Controller, Linearisation, Lqr};
+use super::{Controller, Linearisation, Lqr, SwingUpConfig};
 use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::{Error, Result};
 
-/// The machines that there are settings for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Machine {
-    /// A pendulum whose motor is too weak to lift it at once.
-    Pendulum,
-    /// A pendulum on a cart.
-    CartPole,
-    /// A pendulum on a turning arm.
-    FurutaPendulum,
-}
-
-impl Machine {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Pendulum, Self::CartPole, Self::FurutaPendulum];
-
-    /// The name of its analytic system.
-    #[must_use]
-    pub fn system(self) -> &'static str {
-        match self {
-            Self::Pendulum => "pendulum",
-            Self::CartPole => "cart-pole",
-            Self::FurutaPendulum => "furuta-pendulum",
-        }
-    }
-
-    /// Settings for the default parameters of that system.
-    #[must_use]
-    pub fn config(self) -> SwingUpConfig {
-        let shared = SwingUpConfig {
-            actuated: 0,
-            pendulum: 1,
-            up: vec![0.0, PI],
-            limit: 10.0,
-            energy_gain: 50.0,
-            acceleration: 0.0,
-            home_gain: 0.0,
-            home_damping: 0.0,
-            catch: 0.35,
-            state_cost: vec![1.0, 10.0, 0.1, 0.1],
-            input_cost: 0.1,
-        };
-        match self {
-            Self::Pendulum => SwingUpConfig {
-                pendulum: 0,
-                up: vec![PI],
-                limit: 3.0,
-                energy_gain: 10.0,
-                state_cost: vec![10.0, 1.0],
-                input_cost: 1.0,
-                ..shared
-            },
-            Self::CartPole => SwingUpConfig {
-                acceleration: 8.0,
-                home_gain: 4.0,
-                home_damping: 2.0,
-                ..shared
-            },
-            Self::FurutaPendulum => SwingUpConfig {
-                limit: 1.0,
-                acceleration: 40.0,
-                home_gain: 10.0,
-                home_damping: 4.0,
-                input_cost: 10.0,
-                ..shared
-            },
-        }
-    }
-}
-
-/// Settings of a swing-up.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SwingUpConfig {
-    /// The driven coordinate a.
-    pub actuated: usize,
-    /// The coordinate p of the pendulum.
-    pub pendulum: usize,
-    /// q at the top, with a at home, `[n]`.
-    pub up: Vec<f64>,
-    /// Largest input, N·m (N).
-    pub limit: f64,
-    /// k, in units of the energy between bottom and top: how soon the pumping is at its full strength.
-    pub energy_gain: f64,
-    /// `v_max`, rad/s² (m/s²); not used where a = p.
-    pub acceleration: f64,
-    /// `k_q`, s⁻², and
-    pub home_gain: f64,
-    /// `k_d`, s⁻¹, which keep a near home.
-    pub home_damping: f64,
-    /// Angle from the top within which the regulator may take over, rad.
-    pub catch: f64,
-    /// Costs of the regulator: of (q − up)², q̇², `[2n]`,
-    pub state_cost: Vec<f64>,
-    /// and of u².
-    pub input_cost: f64,
-}
-
-/// The regulator lets go where the pendulum is this many times `catch` from the top.
+/// The regulator gives up where the pendulum is this many times `catch` from the top.
 const LET_GO: f64 = 2.0;
 
-/// Pumps energy through a model, then balances.
+/// Swings a pendulum up by its energy, then balances it.
 pub struct SwingUp<'a> {
     config: SwingUpConfig,
     evaluator: Box<dyn Evaluator + 'a>,
@@ -144,7 +44,7 @@ struct Scratch {
 }
 
 impl<'a> SwingUp<'a> {
-    /// Through this model, for a loop with a tick of `h` seconds.
+    /// A controller with this model, for a loop with a tick of `h` seconds.
     ///
     /// # Errors
     /// [`Error::Argument`] for settings outside their domain or a model without energy; as [`Linearisation::about`]
@@ -168,7 +68,7 @@ impl<'a> SwingUp<'a> {
         Ok(new)
     }
 
-    /// Whether the regulator holds the pendulum.
+    /// Whether the regulator balances the pendulum.
     #[must_use]
     pub fn balancing(&self) -> bool {
         self.balancing
@@ -226,7 +126,7 @@ impl<'a> SwingUp<'a> {
         x[n..].copy_from_slice(qd);
     }
 
-    /// Whether the regulator is in charge; it takes over where it can afford to, and lets go late.
+    /// Whether the regulator acts: it takes over where its input is within the limit, and gives up late.
     fn decide(&mut self) -> bool {
         let angle = self.scratch.deviation[self.config.pendulum].abs();
         self.balancing = if self.balancing {
@@ -238,7 +138,7 @@ impl<'a> SwingUp<'a> {
         self.balancing
     }
 
-    /// Ẽ over the lift, about −1 at the bottom and 0 on the way that just reaches the top.
+    /// Ẽ over the lift, about −1 at the bottom and 0 on the motion that just reaches the top.
     fn missing(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         let (a, p) = (self.config.actuated, self.config.pendulum);
         let Scratch {
@@ -288,7 +188,7 @@ impl<'a> SwingUp<'a> {
     }
 }
 
-/// Speeds below this share of a full swing count as rest.
+/// Speeds below this part of that of a full swing count as rest.
 const STILL: f64 = 1e-3;
 
 impl Controller for SwingUp<'_> {
@@ -317,37 +217,6 @@ impl Scratch {
             drift: column(),
             pushed: column(),
             deviation: vec![0.0; 2 * n],
-        }
-    }
-}
-
-impl SwingUpConfig {
-    /// Checks all settings for `n` coordinates.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] for the first that is outside its domain.
-    pub fn validate(&self, n: usize) -> Result<()> {
-        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
-        if self.actuated >= n || self.pendulum >= n || self.up.len() != n {
-            let found = format!("{} and {} of {n}", self.actuated, self.pendulum);
-            return argument(
-                "driven coordinate and pendulum",
-                found,
-                "among the coordinates",
-            );
-        }
-        let positive = [
-            ("limit", self.limit),
-            ("energy gain", self.energy_gain),
-            ("catch", self.catch),
-        ];
-        if let Some((name, x)) = positive.iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
-            return argument(name, x.to_string(), "finite and above 0");
-        }
-        let gains = [self.acceleration, self.home_gain, self.home_damping];
-        match gains.iter().find(|x| !(x.is_finite() && **x >= 0.0)) {
-            Some(x) => argument("gain", x.to_string(), "finite, and 0 or above"),
-            None => Ok(()),
         }
     }
 }

@@ -70,7 +70,7 @@ fn drive(
     let mut simulation = Simulation::new(robot, &start(reference), config).unwrap();
     simulation.run(controller, reference.end());
     let driven = simulation.finish();
-    assert_eq!(driven.ending, Ending::Finished);
+    assert_eq!(driven.outcome, LoopOutcome::Finished);
     driven
 }
 
@@ -210,7 +210,10 @@ fn a_controller_that_loses_its_mind_is_replaced_by_no_torque() {
     let mut mad = |_: f64, _: &[f64], _: &[f64], tau: &mut [f64]| tau.fill(f64::NAN);
     simulation.run(&mut mad, 0.1);
     let driven = simulation.finish();
-    assert_eq!((driven.ending, driven.not_finite), (Ending::Finished, 50));
+    assert_eq!(
+        (driven.outcome, driven.not_finite),
+        (LoopOutcome::Finished, 50)
+    );
 }
 
 #[test]

@@ -1,29 +1,29 @@
-//! From the readings of a control loop to samples (q, q̇, q̈, τ).
+//! Samples (q, q̇, q̈, τ) from the readings of a control loop.
 //!
 //! Over a tick the torque is constant and the mean of q̈ is the difference of q̇. Both pass the same filter: the
-//! parabolic weights of a straight line fitted to w + 1 velocities, so that the estimate of q̈ and the τ beside it
-//! belong to the same instants (theory.md, equation 59). Nothing is estimated from differences of positions.
+//! parabolic weights of a straight line fitted to w + 1 velocities, so that the estimate of q̈ and that of τ
+//! belong to the same instants (theory.md, equation 59). Positions are not differentiated.
 
 use std::collections::VecDeque;
 
 use lagrangian::{Error, Result};
 
-/// One sample of a motion; all `[n]`.
+/// One sample of a motion, `[n]` each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sample {
-    /// Its instant, s.
+    /// The time, s.
     pub t: f64,
-    /// q.
+    /// The position q.
     pub q: Vec<f64>,
-    /// q̇.
+    /// The velocity q̇.
     pub qd: Vec<f64>,
-    /// q̈.
+    /// The acceleration q̈.
     pub qdd: Vec<f64>,
-    /// τ.
+    /// The force τ.
     pub tau: Vec<f64>,
 }
 
-/// Turns rows (t, q, q̇, τ) of the ticks into samples.
+/// Estimates samples from the rows (t, q, q̇, τ) of the ticks.
 #[derive(Debug, Clone)]
 pub struct Differentiator {
     n: usize,
@@ -34,7 +34,7 @@ pub struct Differentiator {
 }
 
 impl Differentiator {
-    /// For `n` coordinates, over windows of `ticks` ticks (1: plain differences).
+    /// A differentiator of `n` coordinates over windows of `ticks` ticks; 1 gives plain differences.
     ///
     /// # Errors
     /// [`Error::Argument`] for a window outside 1…1000.
@@ -56,27 +56,27 @@ impl Differentiator {
         })
     }
 
-    /// Numbers in a row: t, then q, q̇ and τ.
+    /// The length of a row: t, then q, q̇ and τ.
     #[must_use]
     pub fn width(n: usize) -> usize {
         1 + 3 * n
     }
 
-    /// Rows that were dropped because they were not finite.
+    /// The number of rows that were dropped because they were not finite.
     #[must_use]
     pub fn not_finite(&self) -> u64 {
         self.not_finite
     }
 
-    /// Takes the row of a tick; the sample in the middle of the window, where the window is whole. `tau` of a row is
-    /// the torque that acted from its tick to the next. A row that is not finite breaks the window.
+    /// Takes the row of a tick and returns the sample in the middle of the window, once the window is full. τ of a row is
+    /// the torque that acted from its tick to the next. A row that is not finite begins a new window.
     pub fn push(&mut self, row: &[f64]) -> Option<Sample> {
         if row.len() != Self::width(self.n) || !row.iter().all(|x| x.is_finite()) {
             self.not_finite += 1;
             self.rows.clear();
             return None;
         }
-        // A gap in time (rows were lost) or a step back (another run) breaks it too.
+        // So does a gap in time (rows were lost) or a step back (another run).
         let gap = |last: &Vec<f64>| row[0] <= last[0] || self.is_gap(last[0], row[0]);
         if self.rows.back().is_some_and(gap) {
             self.rows.clear();

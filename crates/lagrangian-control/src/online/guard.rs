@@ -1,9 +1,9 @@
-//! What a model must be before a controller may have it.
+//! The test that a model must pass before a controller uses it.
 
 use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::solve::{Regularity, SymmetricSolver};
 
-/// Probe states at which a model is looked at: finite torques and, for a Lagrangian, M ≻ 0.
+/// Tests models at probe states: torques must be finite and, for a Lagrangian, M positive definite.
 #[derive(Debug, Clone, Default)]
 pub struct Guard {
     n: usize,
@@ -12,13 +12,13 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// With probe states `[m, n]`.
+    /// A guard with the probe states `q` and `qd`, `[m, n]` each.
     #[must_use]
     pub fn new(n: usize, q: Vec<f64>, qd: Vec<f64>) -> Self {
         Self { n, q, qd }
     }
 
-    /// `None` for a model that may pass, else the reason.
+    /// The reason to refuse a model; none where it passes.
     #[must_use]
     pub fn objection(&self, model: &dyn Model) -> Option<String> {
         let (n, m) = (self.n, self.q.len() / self.n.max(1));

@@ -1,150 +1,27 @@
 //! A model that learns from rows as they come.
 
-use serde::{Deserialize, Serialize};
-
-use super::{Differentiator, Guard, Record, Replay, ReplayConfig, Sample, What};
+use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
 use lagrangian::dataset::Dataset;
-use lagrangian::lagrangian::DelanConfig;
-use lagrangian::train::{
-    Family, FitConfig, ForceTerms, Learned, Loss, NaturalConfig, Optimizer, Samples, Stepper,
-};
-use lagrangian::{Coordinates, Error, Result};
+use lagrangian::train::{Learned, Samples, Stepper};
+use lagrangian::{Coordinates, Result};
 
-/// Settings of an online learner.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct OnlineConfig {
-    /// What is learned, by its torque.
-    pub family: Family,
-    /// Friction and actuation that are learned too.
-    pub forces: ForceTerms,
-    /// Samples of a step.
-    pub batch: usize,
-    /// Rate of the first step, and of the first after old samples were forgotten,
-    pub rate: f64,
-    /// which falls by this factor with each step,
-    pub rate_decay: f64,
-    /// down to this: a slow learner averages noise out.
-    pub rate_last: f64,
-    /// Damping of the first step,
-    pub damping_first: f64,
-    /// which falls by this factor with each step,
-    pub damping_decay: f64,
-    /// down to this.
-    pub damping_last: f64,
-    /// Samples before the first step: they set the scales.
-    pub warm_up: usize,
-    /// Ticks of the window that accelerations are estimated over.
-    pub window: usize,
-    /// What is remembered.
-    pub replay: ReplayConfig,
-    /// New samples whose loss exceeds the usual one by this factor make it forget the old ones.
-    pub surprise: f64,
-    /// But only where it also exceeds this, in units of the mean square of the first torques: a region that is new is
-    /// learned beside the old ones, a load that is new contradicts them.
-    pub surprise_least: f64,
-    /// Newest samples that are looked at for this, and kept.
-    pub look: usize,
-    /// The first model is handed over once it misses samples that it has not seen by less than this, in units of the
-    /// mean square of the first torques: a feed-forward that is wrong is worse than none. From then on the newest model is
-    /// the best that there is.
-    pub trust: f64,
-    /// Of weights and batches.
-    pub seed: u64,
-}
-
-impl Default for OnlineConfig {
-    fn default() -> Self {
-        Self {
-            family: Family::Delan(DelanConfig {
-                width: 24,
-                ..DelanConfig::default()
-            }),
-            forces: ForceTerms::default(),
-            batch: 64,
-            rate: 0.2,
-            rate_decay: 0.999,
-            rate_last: 0.05,
-            damping_first: 1e-1,
-            damping_decay: 0.99,
-            damping_last: 1e-3,
-            warm_up: 500,
-            window: 40,
-            replay: ReplayConfig::default(),
-            surprise: 300.0,
-            surprise_least: 0.03,
-            look: 32,
-            trust: 0.1,
-            seed: 0,
-        }
-    }
-}
-
-impl OnlineConfig {
-    /// Checks what is not checked elsewhere.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] for the first setting outside its domain.
-    pub fn validate(&self) -> Result<()> {
-        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
-        let positive = [
-            ("rate", self.rate),
-            ("rate_last", self.rate_last),
-            ("damping_first", self.damping_first),
-            ("damping_last", self.damping_last),
-            ("surprise", self.surprise),
-            ("surprise_least", self.surprise_least),
-            ("trust", self.trust),
-        ];
-        if let Some((name, x)) = positive.iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
-            return argument(name, x.to_string(), "finite and above 0");
-        }
-        if !(self.damping_decay > 0.0 && self.damping_decay <= 1.0) {
-            return argument(
-                "damping_decay",
-                self.damping_decay.to_string(),
-                "above 0, at most 1",
-            );
-        }
-        if !(1..=1 << 20).contains(&self.warm_up) {
-            return argument("warm_up", self.warm_up.to_string(), "between 1 and 1048576");
-        }
-        if self.look == 0 || self.look > self.batch {
-            return argument("look", self.look.to_string(), "at least 1, at most a batch");
-        }
-        Ok(())
-    }
-
-    fn fit(&self) -> FitConfig {
-        FitConfig {
-            family: self.family.clone(),
-            loss: Loss::Torque,
-            optimizer: Optimizer::Natural(NaturalConfig::default()),
-            batch: self.batch,
-            forces: self.forces,
-            seed: self.seed,
-            ..FitConfig::default()
-        }
-    }
-}
-
-/// Learns from rows (t, q, q̇, τ); rows in, models out. It holds no thread and no clock: the same rows and steps give
-/// the same bits.
+/// Learns a model from rows (t, q, q̇, τ). It holds no thread and no clock: the same rows and steps give the same bits.
 pub struct OnlineLearner {
     config: OnlineConfig,
     coordinates: Coordinates,
     differentiator: Differentiator,
     replay: Replay,
-    /// Samples before the first step.
+    /// The samples before the first step.
     first: Samples,
-    work: Option<Work>,
+    training: Option<Training>,
     record: Record,
     now: f64,
 }
 
-/// A learner past its warm-up.
-struct Work {
+/// The state of a learner after its warm-up.
+struct Training {
     stepper: Stepper,
+    /// The parameters of the last model that passed the guard.
     good: Vec<f64>,
     guard: Guard,
     damping: f64,
@@ -154,24 +31,25 @@ struct Work {
     usual: Option<f64>,
     /// The loss of the newest samples before they were learned from, once there is one.
     newest: Option<f64>,
-    /// Looks in a row that made it forget.
-    forgotten: usize,
-    /// New samples since the last look.
+    /// The number of successive comparisons that discarded old samples.
+    discarded: usize,
+    /// The number of new samples since the last comparison.
     fresh: usize,
-    numbers: Vec<usize>,
+    indices: Vec<usize>,
 }
 
-/// Every so many samples of the warm-up one is a probe of the guard.
+/// The number of samples of the warm-up that become probe states of the guard.
 const PROBES: usize = 32;
 /// Training diverged where the loss of a batch exceeds that of random weights, or 1, by this factor.
 const DIVERGED: f64 = 1e4;
-/// How fast the usual loss follows the loss.
-const HABIT: f64 = 0.05;
-/// Looks in a row that may make it forget: the first still sees samples from before the change.
-const PATIENCE: usize = 2;
+/// The weight of a new loss in the logarithm of the usual loss.
+const FOLLOW: f64 = 0.05;
+/// The largest number of successive comparisons that discard samples: the first still contains samples from before the
+/// change.
+const MOST_DISCARDS: usize = 2;
 
 impl OnlineLearner {
-    /// Random weights are drawn once the warm-up is over.
+    /// A learner without a model: random weights are drawn when the warm-up is over.
     ///
     /// # Errors
     /// As [`OnlineConfig::validate`], [`Differentiator::new`] and [`Replay::new`].
@@ -187,7 +65,7 @@ impl OnlineLearner {
             },
             coordinates,
             config,
-            work: None,
+            training: None,
             record: Record::default(),
             now: 0.0,
         })
@@ -199,13 +77,13 @@ impl OnlineLearner {
         self.coordinates.dof()
     }
 
-    /// Its settings.
+    /// The settings.
     #[must_use]
     pub fn config(&self) -> &OnlineConfig {
         &self.config
     }
 
-    /// What happened so far.
+    /// The record so far.
     #[must_use]
     pub fn record(&self) -> Record {
         Record {
@@ -214,7 +92,7 @@ impl OnlineLearner {
         }
     }
 
-    /// Rows that a ring dropped on the way here, all of them so far.
+    /// Sets the number of rows that a ring dropped so far.
     pub(crate) fn set_lost(&mut self, lost: u64) {
         self.record.lost = lost;
     }
@@ -230,8 +108,8 @@ impl OnlineLearner {
         self.now = sample.t;
         self.record.samples += 1;
         self.replay.push(&sample);
-        match &mut self.work {
-            Some(work) => work.fresh += 1,
+        match &mut self.training {
+            Some(training) => training.fresh += 1,
             None => self.warm_up(&sample)?,
         }
         Ok(())
@@ -260,7 +138,7 @@ impl OnlineLearner {
         };
         let data = Dataset::from_samples(self.coordinates.clone(), first, nothing)?;
         let stepper = Stepper::new(&data, &self.config.fit())?;
-        self.work = Some(Work {
+        self.training = Some(Training {
             good: stepper.parameters().to_vec(),
             stepper,
             guard,
@@ -269,123 +147,124 @@ impl OnlineLearner {
             first_loss: None,
             usual: None,
             newest: None,
-            forgotten: 0,
+            discarded: 0,
             fresh: 0,
-            numbers: Vec::new(),
+            indices: Vec::new(),
         });
         Ok(())
     }
 
-    /// So many training steps, after a look at whether new samples contradict the model. Nothing before the end of
-    /// the warm-up.
+    /// Discards old samples where new ones contradict the model, then takes `steps` training steps. Does nothing before
+    /// the end of the warm-up.
     ///
     /// # Errors
-    /// None that input can cause: the numbers of samples are its own.
+    /// None that input can cause: the sample indices are its own.
     pub fn train(&mut self, steps: usize) -> Result<()> {
-        let Some(work) = &mut self.work else {
+        let Some(training) = &mut self.training else {
             return Ok(());
         };
-        if work.surprised(&self.config, &self.replay)? {
-            self.replay.forget(self.config.look);
-            work.damping = self.config.damping_first.min(RETURN * work.damping);
-            work.rate = self.config.rate;
-            work.stepper.forget_momentum();
-            self.record.note(self.now, What::Forgot);
+        if training.contradicted(&self.config, &self.replay)? {
+            self.replay.keep_last(self.config.change_samples);
+            training.damping = self.config.damping_first.min(RETURN * training.damping);
+            training.rate = self.config.rate;
+            training.stepper.forget_momentum();
+            self.record.note(self.now, EventKind::DiscardedSamples);
         }
         for _ in 0..steps {
-            self.replay.draw(self.config.batch, &mut work.numbers);
-            let schedule = (work.rate, work.damping);
-            let found = work
-                .stepper
-                .step(self.replay.samples(), &work.numbers, schedule)?;
+            self.replay.draw(self.config.batch, &mut training.indices);
+            let schedule = (training.rate, training.damping);
+            let found =
+                training
+                    .stepper
+                    .step(self.replay.samples(), &training.indices, schedule)?;
             self.record.steps += 1;
-            let first = *work.first_loss.get_or_insert(found.loss);
-            let finite = work.stepper.parameters().iter().all(|x| x.is_finite());
+            let first = *training.first_loss.get_or_insert(found.loss);
+            let finite = training.stepper.parameters().iter().all(|x| x.is_finite());
             if finite && found.loss < DIVERGED * first.max(1.0) {
-                let damping = work.damping * self.config.damping_decay;
-                work.damping = damping.max(self.config.damping_last);
-                work.rate = (work.rate * self.config.rate_decay).max(self.config.rate_last);
+                let damping = training.damping * self.config.damping_decay;
+                training.damping = damping.max(self.config.damping_last);
+                training.rate = (training.rate * self.config.rate_decay).max(self.config.rate_last);
             } else {
-                let good = std::mem::take(&mut work.good);
-                work.stepper.set_parameters(&good)?;
-                work.good = good;
-                work.damping = self.config.damping_first.min(RETURN * work.damping);
-                self.record.fell_back += 1;
-                self.record.note(self.now, What::FellBack);
+                let good = std::mem::take(&mut training.good);
+                training.stepper.set_parameters(&good)?;
+                training.good = good;
+                training.damping = self.config.damping_first.min(RETURN * training.damping);
+                self.record.rollbacks += 1;
+                self.record.note(self.now, EventKind::RolledBack);
             }
         }
         Ok(())
     }
 
-    /// The model of now, if the guard lets it pass; otherwise the loop keeps the last good one, and the record says
-    /// so.
+    /// The newest model, if it passes the guard. Otherwise the loop keeps its last model, and the record has the reason.
     pub fn hand_over(&mut self) -> Option<Learned> {
-        let work = self.work.as_mut().filter(|w| w.stepper.steps() > 0)?;
-        let missed = work.newest.unwrap_or(f64::INFINITY);
-        let reason = match work.stepper.model() {
+        let training = self.training.as_mut();
+        let training = training.filter(|training| training.stepper.steps() > 0)?;
+        let missed = training.newest.unwrap_or(f64::INFINITY);
+        let reason = match training.stepper.model() {
             _ if self.record.handed_over == 0
-                && (missed.is_nan() || missed > self.config.trust) =>
+                && (missed.is_nan() || missed > self.config.first_model_loss) =>
             {
                 "it does not predict new samples yet".to_string()
             }
             Err(error) => error.to_string(),
-            Ok(model) => match work.guard.objection(&model) {
+            Ok(model) => match training.guard.objection(&model) {
                 Some(reason) => reason,
                 None => {
-                    work.good.copy_from_slice(work.stepper.parameters());
+                    training.good.copy_from_slice(training.stepper.parameters());
                     self.record.handed_over += 1;
                     if self.record.handed_over == 1 {
-                        self.record.note(self.now, What::FirstModel);
+                        self.record.note(self.now, EventKind::FirstModel);
                     }
                     return Some(model);
                 }
             },
         };
         self.record.refused += 1;
-        self.record.note(self.now, What::Refused { reason });
+        self.record.note(self.now, EventKind::Refused { reason });
         None
     }
 
-    /// Puts NaN in the place of the weights: what a learner does that has diverged.
+    /// Replaces the weights by NaN, as in a learner that has diverged.
     #[cfg(test)]
     pub(crate) fn spoil(&mut self) -> Result<()> {
-        match &mut self.work {
-            Some(work) => {
-                let broken = vec![f64::NAN; work.good.len()];
-                work.stepper.set_parameters(&broken)
+        match &mut self.training {
+            Some(training) => {
+                let broken = vec![f64::NAN; training.good.len()];
+                training.stepper.set_parameters(&broken)
             }
             None => Ok(()),
         }
     }
 }
 
-/// Damping after a surprise or a fall, over that before.
+/// The factor of the damping after samples were discarded or weights rolled back.
 const RETURN: f64 = 100.0;
 
-impl Work {
-    /// Whether the newest samples lie far outside what the model usually misses them by.
-    fn surprised(&mut self, config: &OnlineConfig, replay: &Replay) -> Result<bool> {
-        if self.fresh < config.look || self.stepper.steps() == 0 {
+impl Training {
+    /// Whether the loss of the newest samples is far above its usual value.
+    fn contradicted(&mut self, config: &OnlineConfig, replay: &Replay) -> Result<bool> {
+        if self.fresh < config.change_samples || self.stepper.steps() == 0 {
             return Ok(false);
         }
         self.fresh = 0;
-        replay.newest(config.look, &mut self.numbers);
-        let found = self.stepper.loss(replay.samples(), &self.numbers)?;
+        replay.newest(config.change_samples, &mut self.indices);
+        let found = self.stepper.loss(replay.samples(), &self.indices)?;
         self.newest = Some(found);
         let Some(usual) = self.usual else {
             self.usual = Some(found);
             return Ok(false);
         };
-        let surprised = found > (config.surprise * usual).max(config.surprise_least);
-        if surprised && self.forgotten < PATIENCE {
-            self.forgotten += 1;
+        let contradicted = found > (config.change_factor * usual).max(config.change_threshold);
+        if contradicted && self.discarded < MOST_DISCARDS {
+            self.discarded += 1;
             return Ok(true);
         }
-        // In the logarithm: one bad look does not make a habit.
-        let follow = (found.max(f64::MIN_POSITIVE) / usual).powf(HABIT);
+        // In the logarithm, so that one large loss does not change it much.
+        let follow = (found.max(f64::MIN_POSITIVE) / usual).powf(FOLLOW);
         self.usual = Some(usual * follow);
-        if !surprised {
-            self.forgotten = 0;
+        if !contradicted {
+            self.discarded = 0;
         }
         Ok(false)
     }

@@ -4,10 +4,11 @@
 //! control loop ──(q, q̇, τ)──► [`ring`] ──► [`Differentiator`] ──► [`Replay`] ──► steps ──► guard ──► [`slot`] ──► control loop
 //! ```
 //!
-//! The loop neither waits nor locks: it writes into a ring that drops the oldest sample, and looks into a slot for a
-//! new model. [`OnlineLearner`] does the rest, on a thread of its own ([`spawn`]) or in lock step with the motion, so
-//! many steps a second, where a run must be repeatable (theory.md, equations 50 to 59).
+//! The loop neither waits nor locks: it writes into a ring that drops the oldest sample, and takes new models from a
+//! slot. [`OnlineLearner`] does the rest: on a thread of its own ([`spawn`]), or in lock step with the motion, with a
+//! fixed number of steps a second, where a run must be repeatable (theory.md, equations 50 to 59).
 
+mod config;
 mod differentiator;
 mod guard;
 mod learner;
@@ -18,13 +19,14 @@ pub mod slot;
 mod thread;
 mod tracking;
 
+pub use config::OnlineConfig;
 pub use differentiator::{Differentiator, Sample};
 pub use guard::Guard;
-pub use learner::{OnlineConfig, OnlineLearner};
-pub use record::{Event, Record, What};
+pub use learner::OnlineLearner;
+pub use record::{Event, EventKind, Record};
 pub use replay::{Replay, ReplayConfig};
 pub use thread::{OnlineThread, spawn};
-pub use tracking::{Feed, Tracked, TrackingConfig, track};
+pub use tracking::{FeedForwardSource, RobotChange, Tracked, TrackingConfig, track};
 
 #[cfg(test)]
 mod tests;

@@ -1,65 +1,65 @@
-//! What happened while a model was learned online.
+//! The record of a run of online learning.
 
 use serde::{Deserialize, Serialize};
 
-/// Something that a reader of the run wants to know.
+/// One event of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// When, s of motion.
+    /// The time in the motion, s.
     pub t: f64,
-    /// Training steps up to there.
+    /// The number of training steps before the event.
     pub step: usize,
-    /// What.
-    pub what: What,
+    /// The kind of event.
+    pub kind: EventKind,
 }
 
-/// The kinds of events.
+/// The kind of an [`Event`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum What {
+pub enum EventKind {
     /// The first model was handed over.
     FirstModel,
-    /// A model was held back.
+    /// The guard refused a model.
     Refused {
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// Training diverged; it went back to the last good model, which the loop has kept.
-    FellBack,
-    /// New samples contradict the model: older ones were forgotten.
-    Forgot,
+    /// Training diverged and was rolled back to the last model that passed the guard, which the loop still uses.
+    RolledBack,
+    /// New samples contradicted the model, so that older samples were discarded.
+    DiscardedSamples,
 }
 
-/// All counts of a run, and its events.
+/// The counts and events of a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
-    /// Samples that were learned from.
+    /// The number of samples that were learned from.
     pub samples: u64,
-    /// Rows that were dropped because they were not finite.
+    /// The number of rows that were dropped because they were not finite.
     pub not_finite: u64,
-    /// Rows that the ring dropped because the learner was too slow.
+    /// The number of rows that the ring dropped because the learner was too slow.
     pub lost: u64,
-    /// Training steps.
+    /// The number of training steps.
     pub steps: usize,
-    /// Models handed over.
+    /// The number of models that were handed over.
     pub handed_over: u64,
-    /// Models held back by the guard.
+    /// The number of models that the guard refused.
     pub refused: u64,
-    /// Times that training diverged.
-    pub fell_back: u64,
-    /// Events, the first of them: a run that goes wrong at every step does not fill the memory.
+    /// The number of times that training diverged and was rolled back.
+    pub rollbacks: u64,
+    /// The first thousand events: a run that fails at every step does not fill the memory.
     pub events: Vec<Event>,
 }
 
-/// Events that are kept.
+/// The largest number of events that are kept.
 const KEPT: usize = 1000;
 
 impl Record {
     /// Adds an event, unless there are too many.
-    pub(crate) fn note(&mut self, t: f64, what: What) {
+    pub(crate) fn note(&mut self, t: f64, kind: EventKind) {
         if self.events.len() < KEPT {
             let step = self.steps;
-            self.events.push(Event { t, step, what });
+            self.events.push(Event { t, step, kind });
         }
     }
 }

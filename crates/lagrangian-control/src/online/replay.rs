@@ -1,4 +1,4 @@
-//! What is trained on: the newest samples in full, and a fair choice of all older ones.
+//! The memory of a learner: all of the newest samples, and a random choice of the older ones.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -8,16 +8,16 @@ use super::Sample;
 use lagrangian::train::Samples;
 use lagrangian::{Error, Result};
 
-/// How much is remembered.
+/// Settings of a [`Replay`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ReplayConfig {
-    /// Newest samples, all of them kept.
+    /// The number of newest samples, all of which are kept.
     pub newest: usize,
-    /// Older samples, a fair choice of all that were seen.
+    /// The number of older samples that are kept; each older sample is kept with the same probability.
     pub reservoir: usize,
-    /// Share of a batch that is drawn from the newest.
-    pub share: f64,
+    /// The part of a batch that is drawn from the newest samples.
+    pub newest_part: f64,
 }
 
 impl Default for ReplayConfig {
@@ -25,39 +25,39 @@ impl Default for ReplayConfig {
         Self {
             newest: 256,
             reservoir: 8192,
-            share: 0.25,
+            newest_part: 0.25,
         }
     }
 }
 
-/// Samples that are remembered; the newest overwrite each other in a ring, and what they push out enters a reservoir
+/// The samples that a learner keeps. The newest are held in a ring, and those that leave the ring enter a reservoir
 /// (algorithm R, Vitter 1985).
 #[derive(Debug, Clone)]
 pub struct Replay {
     config: ReplayConfig,
     /// The ring of the newest, then the reservoir.
     samples: Samples,
-    /// Samples in the ring, and where its oldest stands.
+    /// The number of samples in the ring, and the index of the oldest.
     filled: usize,
     oldest: usize,
-    /// Samples that were offered to the reservoir, and those in it.
+    /// The number of samples that were offered to the reservoir, and of those in it.
     offered: u64,
     stored: usize,
     rng: ChaCha8Rng,
 }
 
 impl Replay {
-    /// For samples of `n` coordinates.
+    /// An empty memory for samples of `n` coordinates.
     ///
     /// # Errors
     /// [`Error::Argument`] for settings outside their domain.
     pub fn new(n: usize, config: ReplayConfig, seed: u64) -> Result<Self> {
         let size = config.newest.saturating_add(config.reservoir);
-        if config.newest == 0 || size > 1 << 22 || !(0.0..=1.0).contains(&config.share) {
+        if config.newest == 0 || size > 1 << 22 || !(0.0..=1.0).contains(&config.newest_part) {
             return Err(Error::Argument {
                 name: "replay",
                 value: format!("{config:?}"),
-                must: "at least one newest sample, at most 4194304 in all, and a share between 0 and 1",
+                must: "at least one newest sample, at most 4194304 in all, and a part of the newest between 0 and 1",
             });
         }
         let column = || vec![0.0; size * n];
@@ -79,7 +79,7 @@ impl Replay {
         })
     }
 
-    /// Remembers a sample.
+    /// Adds a sample.
     pub fn push(&mut self, sample: &Sample) {
         let place = if self.filled < self.config.newest {
             self.filled += 1;
@@ -124,8 +124,8 @@ impl Replay {
         }
     }
 
-    /// Forgets all but the last `keep` samples: what came before is no longer true.
-    pub fn forget(&mut self, keep: usize) {
+    /// Discards all but the last `keep` samples.
+    pub fn keep_last(&mut self, keep: usize) {
         let keep = keep.min(self.filled);
         let ring = self.config.newest;
         let n = self.samples.n;
@@ -145,34 +145,34 @@ impl Replay {
         (self.filled, self.oldest, self.offered, self.stored) = (keep, 0, 0, 0);
     }
 
-    /// All that is remembered, with places that hold nothing yet: only the numbers of [`Replay::draw`] and
+    /// All rows of the memory, some of which are still empty: only the indices of [`Replay::draw`] and
     /// [`Replay::newest`] are samples.
     #[must_use]
     pub fn samples(&self) -> &Samples {
         &self.samples
     }
 
-    /// Number of samples that are remembered.
+    /// The number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.filled + self.stored
     }
 
-    /// Whether nothing is remembered.
+    /// Whether there is no sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.filled == 0
     }
 
-    /// Draws the numbers of a batch: a share from the newest, the others from the reservoir.
-    pub fn draw(&mut self, batch: usize, numbers: &mut Vec<usize>) {
-        numbers.clear();
+    /// Draws the indices of a batch: some from the newest samples, the others from the reservoir.
+    pub fn draw(&mut self, batch: usize, indices: &mut Vec<usize>) {
+        indices.clear();
         if self.is_empty() {
             return;
         }
         for k in 0..batch.min(self.len()) {
-            let newest = self.stored == 0 || (k as f64) < self.config.share * batch as f64;
-            numbers.push(if newest {
+            let newest = self.stored == 0 || (k as f64) < self.config.newest_part * batch as f64;
+            indices.push(if newest {
                 self.rng.random_range(0..self.filled)
             } else {
                 self.config.newest + self.rng.random_range(0..self.stored)
@@ -180,11 +180,11 @@ impl Replay {
         }
     }
 
-    /// The numbers of the last `count` samples, oldest first.
-    pub fn newest(&self, count: usize, numbers: &mut Vec<usize>) {
-        numbers.clear();
+    /// Writes the indices of the last `count` samples, oldest first.
+    pub fn newest(&self, count: usize, indices: &mut Vec<usize>) {
+        indices.clear();
         let count = count.min(self.filled);
         let first = self.oldest + self.filled - count;
-        numbers.extend((0..count).map(|k| (first + k) % self.config.newest));
+        indices.extend((0..count).map(|k| (first + k) % self.config.newest));
     }
 }

@@ -1,7 +1,7 @@
 //! A bounded buffer between one writer that never waits and one reader.
 //!
-//! Every slot carries the number of the row that it holds, set to an odd number while it is written (a sequence lock).
-//! The writer overwrites the oldest row without asking; the reader sees that from the number, and counts what it lost.
+//! Every slot carries the number of the row that it holds, and an odd number while it is written (a sequence lock).
+//! The writer overwrites the oldest row without waiting; the reader notices that by the number, and counts lost rows.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
@@ -10,7 +10,7 @@ use lagrangian::{Error, Result};
 
 struct Shared {
     width: usize,
-    /// Number of rows written.
+    /// The number of rows written.
     head: AtomicU64,
     /// 2 (row + 1) for a slot that holds a row, 2 row + 1 while it is written.
     numbers: Vec<AtomicU64>,
@@ -18,32 +18,32 @@ struct Shared {
     values: Vec<AtomicU64>,
 }
 
-/// The end of the control loop.
+/// The writing end, for the control loop.
 pub struct Writer {
     shared: Arc<Shared>,
 }
 
-/// The end of the learner.
+/// The reading end, for the learner.
 pub struct Reader {
     shared: Arc<Shared>,
     next: u64,
     lost: u64,
 }
 
-/// Largest buffer, in numbers.
+/// The size of the largest buffer, in values.
 const LARGEST: usize = 1 << 26;
 
-/// A buffer of `slots` rows of `width` numbers each.
+/// A buffer of `slots` rows of `width` values each.
 ///
 /// # Errors
-/// [`Error::Argument`] for none, or more than 2²⁶ numbers.
+/// [`Error::Argument`] for an empty buffer or more than 2²⁶ values.
 pub fn ring(slots: usize, width: usize) -> Result<(Writer, Reader)> {
     let size = slots.saturating_mul(width);
     if size == 0 || size > LARGEST {
         return Err(Error::Argument {
             name: "ring buffer",
             value: format!("{slots} × {width}"),
-            must: "at least one row, and at most 67108864 numbers",
+            must: "at least one row, and at most 67108864 values",
         });
     }
     let zeros = |count| (0..count).map(|_| AtomicU64::new(0)).collect();
@@ -72,8 +72,8 @@ impl Shared {
 }
 
 impl Writer {
-    /// Writes a row, over the oldest one if the buffer is full; never waits and allocates nothing. A row of another
-    /// width is cut or filled with what stood there.
+    /// Writes a row, over the oldest one if the buffer is full; never waits and allocates nothing. Of a row that is too
+    /// long only the first `width` values are written; a row that is too short leaves old values in place.
     pub fn push(&mut self, row: &[f64]) {
         let shared = &*self.shared;
         // OK because there is one writer.
@@ -90,8 +90,8 @@ impl Writer {
 }
 
 impl Reader {
-    /// Copies the oldest row that is left to `row`; `false` if there is none.
-    pub fn pop(&mut self, row: &mut [f64]) -> bool {
+    /// Copies the oldest unread row to `row` and returns it; none if all were read.
+    pub fn pop<'r>(&mut self, row: &'r mut [f64]) -> Option<&'r [f64]> {
         loop {
             let shared = &*self.shared;
             let head = shared.head.load(Ordering::Acquire);
@@ -101,7 +101,7 @@ impl Reader {
                 self.next = oldest;
             }
             if self.next >= head {
-                return false;
+                return None;
             }
             let (number, slot) = (self.next, shared.slot(self.next));
             let before = shared.numbers[slot].load(Ordering::Acquire);
@@ -112,14 +112,14 @@ impl Reader {
             let after = shared.numbers[slot].load(Ordering::Relaxed);
             self.next += 1;
             if before == after && before == 2 * (number + 1) {
-                return true;
+                return Some(row);
             }
-            // It was overwritten while we read it.
+            // It was overwritten during the read.
             self.lost += 1;
         }
     }
 
-    /// Rows that were overwritten before they were read.
+    /// The number of rows that were overwritten before they were read.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost
@@ -137,7 +137,7 @@ mod tests {
         (0..10).for_each(|k| writer.push(&[f64::from(k), -f64::from(k)]));
         let mut row = [0.0; 2];
         let mut seen = Vec::new();
-        while reader.pop(&mut row) {
+        while let Some(row) = reader.pop(&mut row) {
             seen.push(row[0]);
             assert!((row[0] + row[1]).abs() < 1e-300);
         }
@@ -154,7 +154,7 @@ mod tests {
             scope.spawn(move || (0..rows).for_each(|k| writer.push(&[f64::from(k); 16])));
             let mut row = [0.0; 16];
             while last < f64::from(rows - 1) {
-                if reader.pop(&mut row) {
+                if let Some(row) = reader.pop(&mut row) {
                     assert!(
                         row.iter().all(|x| x.to_bits() == row[0].to_bits()),
                         "{row:?}"
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_buffer_without_room_is_refused() {
+    fn an_empty_or_endless_buffer_is_refused() {
         assert!(ring(0, 3).is_err() && ring(3, 0).is_err() && ring(usize::MAX, 2).is_err());
     }
 }

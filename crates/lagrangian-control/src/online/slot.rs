@@ -1,7 +1,7 @@
-//! Hands the newest value to a reader that never waits.
+//! Passes the newest value to a reader that never waits.
 //!
-//! A counter says that there is something new; only then the reader tries the lock, and if the writer holds it at that
-//! instant, the reader goes on with what it has and looks again at its next tick.
+//! A counter shows whether there is a new value; only then the reader tries the lock. If the writer holds the lock at
+//! that instant, the reader keeps its old value and tries again at its next tick.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
@@ -11,34 +11,34 @@ struct Shared<X> {
     value: Mutex<Option<Arc<X>>>,
 }
 
-/// The end of the learner.
-pub struct Giver<X> {
+/// The writing end, for the learner.
+pub struct Publisher<X> {
     shared: Arc<Shared<X>>,
 }
 
-/// The end of the control loop.
-pub struct Taker<X> {
+/// The reading end, for the control loop.
+pub struct Subscriber<X> {
     shared: Arc<Shared<X>>,
     seen: u64,
 }
 
 /// An empty slot.
 #[must_use]
-pub fn slot<X>() -> (Giver<X>, Taker<X>) {
+pub fn slot<X>() -> (Publisher<X>, Subscriber<X>) {
     let shared = Arc::new(Shared {
         version: AtomicU64::new(0),
         value: Mutex::new(None),
     });
-    let taker = Taker {
+    let subscriber = Subscriber {
         shared: shared.clone(),
         seen: 0,
     };
-    (Giver { shared }, taker)
+    (Publisher { shared }, subscriber)
 }
 
-impl<X> Giver<X> {
-    /// Puts a value in the place of the last.
-    pub fn give(&mut self, value: Arc<X>) {
+impl<X> Publisher<X> {
+    /// Replaces the last value.
+    pub fn publish(&mut self, value: Arc<X>) {
         let old = {
             let lock = self.shared.value.lock();
             lock.unwrap_or_else(PoisonError::into_inner).replace(value)
@@ -49,14 +49,14 @@ impl<X> Giver<X> {
     }
 }
 
-impl<X> Taker<X> {
-    /// Whether something was given since the last [`Taker::take`]: one load.
+impl<X> Subscriber<X> {
+    /// Whether a value was published since the last [`Subscriber::take`]: one load.
     #[must_use]
-    pub fn news(&self) -> bool {
+    pub fn has_new(&self) -> bool {
         self.shared.version.load(Ordering::Acquire) != self.seen
     }
 
-    /// The newest value, if there is one that was not taken before; never waits.
+    /// The newest value, unless it was taken before; never waits.
     pub fn take(&mut self) -> Option<Arc<X>> {
         let version = self.shared.version.load(Ordering::Acquire);
         if version == self.seen {
@@ -78,12 +78,12 @@ mod tests {
 
     #[test]
     fn a_value_is_taken_once_and_the_newest_wins() {
-        let (mut giver, mut taker) = slot();
-        assert!(taker.take().is_none() && !taker.news());
-        giver.give(Arc::new(1));
-        giver.give(Arc::new(2));
-        assert!(taker.news());
-        assert_eq!(taker.take().as_deref(), Some(&2));
-        assert!(taker.take().is_none());
+        let (mut publisher, mut subscriber) = slot();
+        assert!(subscriber.take().is_none() && !subscriber.has_new());
+        publisher.publish(Arc::new(1));
+        publisher.publish(Arc::new(2));
+        assert!(subscriber.has_new());
+        assert_eq!(subscriber.take().as_deref(), Some(&2));
+        assert!(subscriber.take().is_none());
     }
 }

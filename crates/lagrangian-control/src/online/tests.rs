@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::*;
-use crate::{Desired, Ending, Gains, LoopConfig, Reference};
+use crate::{Desired, Gains, LoopConfig, LoopOutcome, Reference};
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rollout::times;
 use lagrangian::{Coordinates, Trajectory};
@@ -79,8 +79,8 @@ fn config<'a>(robot: &'a dyn lagrangian::Model) -> TrackingConfig<'a> {
     }
 }
 
-fn lock_step(seed: u64) -> Feed<'static> {
-    Feed::LockStep {
+fn lock_step(seed: u64) -> FeedForwardSource<'static> {
+    FeedForwardSource::LockStep {
         learner: learner(seed),
         steps: 100.0,
         hand_overs: 20.0,
@@ -90,8 +90,8 @@ fn lock_step(seed: u64) -> Feed<'static> {
 #[test]
 fn a_model_learned_in_lock_step_tracks_nearly_as_the_true_one_and_repeats_to_the_bit() {
     let (arm, reference) = (arm(0.0), loops(12.0));
-    let perfect = track(&config(&*arm), &reference, Feed::Model(&*arm)).unwrap();
-    let alone = track(&config(&*arm), &reference, Feed::None).unwrap();
+    let perfect = track(&config(&*arm), &reference, FeedForwardSource::Model(&*arm)).unwrap();
+    let alone = track(&config(&*arm), &reference, FeedForwardSource::None).unwrap();
     let learned = track(&config(&*arm), &reference, lock_step(1)).unwrap();
     let again = track(&config(&*arm), &reference, lock_step(1)).unwrap();
     assert_eq!(learned.driven.trajectory, again.driven.trajectory);
@@ -106,9 +106,14 @@ fn a_model_learned_in_lock_step_tracks_nearly_as_the_true_one_and_repeats_to_the
 #[test]
 fn a_learner_on_its_own_thread_keeps_a_real_time_loop_supplied() {
     let (arm, reference) = (arm(0.0), loops(4.0));
-    let tracked = track(&config(&*arm), &reference, Feed::Thread(learner(2))).unwrap();
+    let tracked = track(
+        &config(&*arm),
+        &reference,
+        FeedForwardSource::Thread(learner(2)),
+    )
+    .unwrap();
     let record = tracked.record.unwrap();
-    assert_eq!(tracked.driven.ending, Ending::Finished);
+    assert_eq!(tracked.driven.outcome, LoopOutcome::Finished);
     assert!(record.handed_over > 0 && record.steps > 0, "{record:?}");
     assert_eq!(tracked.driven.latency.quantiles().ticks, 2001);
 }
@@ -116,7 +121,7 @@ fn a_learner_on_its_own_thread_keeps_a_real_time_loop_supplied() {
 #[test]
 fn rows_that_are_not_finite_are_dropped_counted_and_do_not_reach_the_model() {
     let (arm, reference) = (arm(0.0), loops(3.0));
-    let tracked = track(&config(&*arm), &reference, Feed::Model(&*arm)).unwrap();
+    let tracked = track(&config(&*arm), &reference, FeedForwardSource::Model(&*arm)).unwrap();
     let motion = &tracked.driven.trajectory;
     let mut learner = learner(3);
     for (k, &t) in motion.t.iter().enumerate() {
@@ -138,14 +143,14 @@ fn rows_that_are_not_finite_are_dropped_counted_and_do_not_reach_the_model() {
     }
     let record = learner.record();
     assert_eq!(record.not_finite, 15);
-    assert_eq!((record.fell_back, record.refused), (0, 0));
+    assert_eq!((record.rollbacks, record.refused), (0, 0));
     assert!(learner.hand_over().is_some());
 }
 
 #[test]
 fn a_learner_that_diverges_goes_back_to_the_last_good_model_and_says_so() {
     let (arm, reference) = (arm(0.0), loops(3.0));
-    let tracked = track(&config(&*arm), &reference, Feed::Model(&*arm)).unwrap();
+    let tracked = track(&config(&*arm), &reference, FeedForwardSource::Model(&*arm)).unwrap();
     let motion = &tracked.driven.trajectory;
     let mut learner = learner(4);
     for (k, &t) in motion.t.iter().enumerate() {
@@ -174,8 +179,13 @@ fn a_learner_that_diverges_goes_back_to_the_last_good_model_and_says_so() {
         "it goes on from the last good one"
     );
     let record = learner.record();
-    assert_eq!((record.fell_back, record.refused), (1, 1));
-    assert!(record.events.iter().any(|e| e.what == What::FellBack));
+    assert_eq!((record.rollbacks, record.refused), (1, 1));
+    assert!(
+        record
+            .events
+            .iter()
+            .any(|e| e.kind == EventKind::RolledBack)
+    );
 }
 
 #[test]
@@ -195,7 +205,7 @@ fn the_guard_lets_no_indefinite_mass_matrix_pass() {
 #[test]
 fn the_torque_and_the_acceleration_of_a_sample_belong_together() {
     let (arm, reference) = (arm(0.3), loops(3.0));
-    let tracked = track(&config(&*arm), &reference, Feed::None).unwrap();
+    let tracked = track(&config(&*arm), &reference, FeedForwardSource::None).unwrap();
     let motion = &tracked.driven.trajectory;
     for (window, tolerance) in [(1, 1e-3), (10, 3e-2)] {
         let mut differentiator = Differentiator::new(2, window).unwrap();
@@ -231,7 +241,7 @@ fn a_reservoir_holds_a_fair_choice_and_forgetting_keeps_the_newest() {
     let config = ReplayConfig {
         newest: 10,
         reservoir: 100,
-        share: 0.5,
+        newest_part: 0.5,
     };
     let mut replay = Replay::new(1, config, 0).unwrap();
     for k in 0..2010 {
@@ -244,18 +254,18 @@ fn a_reservoir_holds_a_fair_choice_and_forgetting_keeps_the_newest() {
             tau: x,
         });
     }
-    let mut numbers = Vec::new();
-    replay.newest(10, &mut numbers);
-    let newest: Vec<f64> = numbers.iter().map(|&k| replay.samples().q[k]).collect();
+    let mut indices = Vec::new();
+    replay.newest(10, &mut indices);
+    let newest: Vec<f64> = indices.iter().map(|&k| replay.samples().q[k]).collect();
     assert_eq!(newest, (2000..2010).map(f64::from).collect::<Vec<_>>());
     let old = &replay.samples().q[10..110];
     let mean = old.iter().sum::<f64>() / 100.0;
     // 1000 ± 577/√100, five deviations.
     assert!((mean - 1000.0).abs() < 290.0, "{mean}");
-    replay.forget(3);
+    replay.keep_last(3);
     assert_eq!(replay.len(), 3);
-    replay.newest(5, &mut numbers);
-    let kept: Vec<f64> = numbers.iter().map(|&k| replay.samples().q[k]).collect();
+    replay.newest(5, &mut indices);
+    let kept: Vec<f64> = indices.iter().map(|&k| replay.samples().q[k]).collect();
     assert_eq!(kept, [2007.0, 2008.0, 2009.0]);
 }
 
@@ -267,7 +277,7 @@ fn settings_outside_their_domain_are_refused() {
             ..OnlineConfig::default()
         },
         OnlineConfig {
-            look: 0,
+            change_samples: 0,
             ..OnlineConfig::default()
         },
         OnlineConfig {
@@ -292,14 +302,20 @@ fn settings_outside_their_domain_are_refused() {
 fn a_payload_is_noticed_within_a_second() {
     let (empty, full, reference) = (arm(0.0), arm(0.4), loops(16.0));
     let changing = TrackingConfig {
-        change: Some((15.0, &*full as &dyn lagrangian::Model)),
+        change: Some(RobotChange {
+            at: 15.0,
+            robot: &*full,
+        }),
         ..config(&*empty)
     };
     let record = track(&changing, &reference, lock_step(5))
         .unwrap()
         .record
         .unwrap();
-    let noticed = record.events.iter().find(|e| e.what == What::Forgot);
+    let noticed = record
+        .events
+        .iter()
+        .find(|e| e.kind == EventKind::DiscardedSamples);
     assert!(
         noticed.is_some_and(|e| (15.0..16.0).contains(&e.t)),
         "{:?}",

@@ -6,40 +6,40 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::ring::{Reader, Writer, ring};
-use super::slot::{Giver, Taker, slot};
+use super::slot::{Publisher, Subscriber, slot};
 use super::{Differentiator, OnlineLearner, Record};
 use lagrangian::train::Learned;
 use lagrangian::{Error, Result};
 
-/// A learner at work, and the two ends that the control loop holds.
+/// A learner on its thread, and the two ends that the control loop holds.
 pub struct OnlineThread {
-    /// Takes the rows of the loop.
+    /// Takes the rows (t, q, q̇, τ) of the loop.
     pub rows: Writer,
-    /// Gives it models.
-    pub models: Taker<Learned>,
+    /// Receives the models.
+    pub models: Subscriber<Learned>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<Record>>>,
 }
 
-/// Rows that wait for the learner, at most.
+/// The largest number of rows that wait for the learner.
 const ROWS: usize = 8192;
-/// Steps between two hand-overs.
+/// The number of training steps between two hand-overs.
 const STEPS: usize = 4;
-/// How long it sleeps where there is nothing to learn from.
+/// The time that the thread sleeps where there is nothing to learn from.
 const IDLE: Duration = Duration::from_millis(2);
 
-/// Starts a thread for this learner.
+/// Starts a thread for a learner.
 ///
 /// # Errors
 /// As [`ring`]; [`Error::Io`] where the system gives no thread.
 pub fn spawn(mut learner: OnlineLearner) -> Result<OnlineThread> {
     let (rows, mut reader) = ring(ROWS, Differentiator::width(learner.dof()))?;
-    let (mut giver, models) = slot();
+    let (mut publisher, models) = slot();
     let stop = Arc::new(AtomicBool::new(false));
     let signal = stop.clone();
     let work = move || -> Result<Record> {
         while !signal.load(Ordering::Relaxed) {
-            turn(&mut learner, &mut reader, &mut giver)?;
+            turn(&mut learner, &mut reader, &mut publisher)?;
         }
         Ok(learner.record())
     };
@@ -54,15 +54,15 @@ pub fn spawn(mut learner: OnlineLearner) -> Result<OnlineThread> {
     })
 }
 
-/// Takes what has come, learns, hands over.
+/// Takes the rows that have arrived, trains, and hands a model over.
 fn turn(
     learner: &mut OnlineLearner,
     reader: &mut Reader,
-    giver: &mut Giver<Learned>,
+    publisher: &mut Publisher<Learned>,
 ) -> Result<()> {
     let mut row = vec![0.0; Differentiator::width(learner.dof())];
-    while reader.pop(&mut row) {
-        learner.observe(&row)?;
+    while let Some(row) = reader.pop(&mut row) {
+        learner.observe(row)?;
     }
     learner.set_lost(reader.lost());
     let before = learner.record().steps;
@@ -72,23 +72,22 @@ fn turn(
         return Ok(());
     }
     if let Some(model) = learner.hand_over() {
-        giver.give(Arc::new(model));
+        publisher.publish(Arc::new(model));
     }
     Ok(())
 }
 
 impl OnlineThread {
-    /// Whether the learner is still at work: one that met an error has ended, and the loop goes on with its last
-    /// model.
+    /// Whether the learner still runs. A learner ends at its first error; the loop then keeps its last model.
     #[must_use]
     pub fn is_alive(&self) -> bool {
         self.thread.as_ref().is_some_and(|t| !t.is_finished())
     }
 
-    /// Ends the thread; what it did.
+    /// Ends the thread and returns its record.
     ///
     /// # Errors
-    /// What ended it before, if it was an error.
+    /// The error that ended the learner before, if there was one.
     pub fn finish(mut self) -> Result<Record> {
         self.stop.store(true, Ordering::Relaxed);
         match self.thread.take().map(JoinHandle::join) {
@@ -104,7 +103,7 @@ impl Drop for OnlineThread {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // Its record is lost with it.
+            // The record is lost.
             let _ = thread.join();
         }
     }

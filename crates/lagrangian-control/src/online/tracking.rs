@@ -1,60 +1,76 @@
-//! A robot that follows a reference with a feed-forward that may be learned on the way.
+//! A robot that follows a reference with a feed-forward that may be learned during the motion.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::{OnlineLearner, Record, spawn};
-use crate::{Controller, Driven, FeedForward, Gains, LoopConfig, Pd, Reference, Simulation};
+use crate::{
+    Controller, Driven, FeedForward, Gains, LoopConfig, LoopOutcome, Pd, Reference, Simulation,
+};
 use lagrangian::dynamics::Model;
 use lagrangian::train::Learned;
 use lagrangian::{Error, Result, State};
 
-/// Where the torque of the feed-forward comes from.
-pub enum Feed<'a> {
-    /// Nowhere: feedback alone.
+/// The source of the feed-forward torque.
+pub enum FeedForwardSource<'a> {
+    /// No feed-forward: feedback acts alone.
     None,
-    /// A model that stays as it is.
+    /// A fixed model.
     Model(&'a dyn Model),
-    /// A model that is learned in lock step with the motion: so many steps a second, and a hand-over so often.
+    /// A model that is learned in lock step with the motion, with fixed rates of steps and hand-overs.
     LockStep {
         /// The learner.
         learner: Box<OnlineLearner>,
-        /// Training steps in a second of motion.
+        /// The number of training steps in a second of motion.
         steps: f64,
-        /// Hand-overs in a second of motion.
+        /// The number of hand-overs in a second of motion.
         hand_overs: f64,
     },
-    /// A model that is learned on a thread of its own, while the loop keeps real time.
+    /// A model that is learned on a thread of its own while the loop runs in real time.
     Thread(Box<OnlineLearner>),
 }
 
-/// A robot, and what changes on its way.
+/// A robot, its loop, and a change of the robot during the motion.
 pub struct TrackingConfig<'a> {
     /// The robot.
     pub robot: &'a dyn Model,
-    /// What takes its place from an instant on, s.
-    pub change: Option<(f64, &'a dyn Model)>,
-    /// Gains of the feedback.
+    /// A robot that replaces the first one during the motion, if any.
+    pub change: Option<RobotChange<'a>>,
+    /// The gains of the feedback.
     pub gains: Gains,
-    /// The loop.
+    /// The settings of the loop.
     pub control: LoopConfig,
 }
 
-/// What came of it.
-pub struct Tracked {
-    /// The motion.
-    pub driven: Driven,
-    /// What the learner did, where there was one.
-    pub record: Option<Record>,
-    /// Ticks without feed-forward: before the first model, or where one was not finite.
-    pub without: u64,
+/// A robot that is replaced during the motion, for example by one with a payload.
+#[derive(Clone, Copy)]
+pub struct RobotChange<'a> {
+    /// The time of the change, s from the start of the motion.
+    pub at: f64,
+    /// The new robot, in the state of the old one.
+    pub robot: &'a dyn Model,
 }
 
-/// Follows `reference` from its first sample to its last.
+/// The motion of a robot that followed a reference, and the record of its learner.
+pub struct Tracked {
+    /// The simulated motion.
+    pub driven: Driven,
+    /// The record of the learner, where there was one.
+    pub record: Option<Record>,
+    /// The number of ticks without feed-forward: before the first model, or where a model was not finite.
+    pub without_model: u64,
+}
+
+/// Lets a robot follow `reference` from its first sample to its last.
 ///
 /// # Errors
 /// As [`Simulation::new`], [`FeedForward::new`] and the learner's own.
-pub fn track(config: &TrackingConfig, reference: &Reference, feed: Feed) -> Result<Tracked> {
+pub fn track(
+    config: &TrackingConfig,
+    reference: &Reference,
+    feed_forward: FeedForwardSource,
+) -> Result<Tracked> {
     let n = reference.dof();
     if config.robot.coordinates().dof() != n {
         return Err(Error::Shape {
@@ -73,22 +89,22 @@ pub fn track(config: &TrackingConfig, reference: &Reference, feed: Feed) -> Resu
         changed: false,
         row: vec![0.0; super::Differentiator::width(n)],
         begin: reference.start(),
-        without: 0,
+        without_model: 0,
     };
-    let record = match feed {
-        Feed::None => run.alone().map(|()| None),
-        Feed::Model(model) => run.with(model, &mut |_| false).map(|()| None),
-        Feed::LockStep {
+    let record = match feed_forward {
+        FeedForwardSource::None => run.alone().map(|()| None),
+        FeedForwardSource::Model(model) => run.with(model, &mut |_| false).map(|()| None),
+        FeedForwardSource::LockStep {
             learner,
             steps,
             hand_overs,
         } => run.lock_step(*learner, steps, hand_overs).map(Some),
-        Feed::Thread(learner) => run.beside(*learner).map(Some),
+        FeedForwardSource::Thread(learner) => run.beside(*learner).map(Some),
     }?;
     Ok(Tracked {
         driven: run.simulation.finish(),
         record,
-        without: run.without,
+        without_model: run.without_model,
     })
 }
 
@@ -100,17 +116,17 @@ struct Run<'a> {
     /// (t, q, q̇, τ) of the last tick.
     row: Vec<f64>,
     begin: f64,
-    without: u64,
+    without_model: u64,
 }
 
 impl<'a> Run<'a> {
-    /// One tick; `false` at the end.
-    fn tick(&mut self, controller: &mut dyn Controller) -> bool {
+    /// One tick; breaks at the end of the reference, or where the robot diverged.
+    fn tick(&mut self, controller: &mut dyn Controller) -> ControlFlow<()> {
         let t = self.simulation.time();
         if t > self.reference.end() - self.begin {
-            return false;
+            return ControlFlow::Break(());
         }
-        if let Some((at, robot)) = self.config.change
+        if let Some(RobotChange { at, robot }) = self.config.change
             && !self.changed
             && t >= at
         {
@@ -121,41 +137,44 @@ impl<'a> Run<'a> {
         let mut shifted = |t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]| {
             controller.torque(t + begin, q, qd, tau);
         };
-        let goes_on = self.simulation.tick(&mut shifted);
+        let outcome = self.simulation.tick(&mut shifted);
         let n = self.reference.dof();
         let measured = self.simulation.measured();
         self.row[0] = t;
         self.row[1..=n].copy_from_slice(&measured.q);
         self.row[1 + n..=2 * n].copy_from_slice(&measured.qd);
         self.row[1 + 2 * n..].copy_from_slice(self.simulation.torque());
-        goes_on
+        match outcome {
+            LoopOutcome::Finished => ControlFlow::Continue(()),
+            LoopOutcome::Diverged { .. } => ControlFlow::Break(()),
+        }
     }
 
     fn alone(&mut self) -> Result<()> {
         let mut pd = Pd::new(self.config.gains.clone(), self.reference)?;
-        while self.tick(&mut pd) {
-            self.without += 1;
+        while self.tick(&mut pd).is_continue() {
+            self.without_model += 1;
         }
         Ok(())
     }
 
-    /// With this model until `after` says that there is another, or to the end.
+    /// Runs with this model until `after` returns true, because there is another, or to the end.
     fn with(&mut self, model: &dyn Model, after: &mut dyn FnMut(&[f64]) -> bool) -> Result<()> {
         let (config, reference) = (self.config, self.reference);
         let lead = config.control.lead();
         let mut controller = FeedForward::new(model, &config.gains, reference, lead)?;
-        while self.tick(&mut controller) {
+        while self.tick(&mut controller).is_continue() {
             if after(&self.row) {
                 break;
             }
         }
-        self.without += controller.dropped();
+        self.without_model += controller.dropped();
         Ok(())
     }
 
     fn is_over(&self) -> bool {
-        let ended = self.simulation.so_far().ending != crate::Ending::Finished;
-        ended || self.simulation.time() > self.reference.end() - self.begin
+        let diverged = self.simulation.so_far().outcome.is_diverged();
+        diverged || self.simulation.time() > self.reference.end() - self.begin
     }
 
     fn lock_step(&mut self, learner: OnlineLearner, steps: f64, hand_overs: f64) -> Result<Record> {
@@ -200,8 +219,8 @@ impl<'a> Run<'a> {
 
     fn until_first(&mut self, after: &mut dyn FnMut(&[f64]) -> bool) -> Result<()> {
         let mut pd = Pd::new(self.config.gains.clone(), self.reference)?;
-        while self.tick(&mut pd) {
-            self.without += 1;
+        while self.tick(&mut pd).is_continue() {
+            self.without_model += 1;
             if after(&self.row) {
                 break;
             }
@@ -209,7 +228,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// The learner beside the loop, the loop in real time.
+    /// Runs the learner on its thread and the loop in real time.
     fn beside(&mut self, learner: OnlineLearner) -> Result<Record> {
         let mut thread = spawn(learner)?;
         let (period, clock) = (self.config.control.period(), Instant::now());
@@ -221,7 +240,7 @@ impl<'a> Run<'a> {
                 ticks += 1;
                 let due = Duration::from_secs_f64(f64::from(ticks) * period);
                 std::thread::sleep(due.saturating_sub(clock.elapsed()));
-                thread.models.news()
+                thread.models.has_new()
             };
             match &model {
                 Some(model) => self.with(&**model, &mut after)?,

@@ -9,7 +9,7 @@ use anyhow::Result;
 use lagrangian::Model;
 use lagrangian::train::Learned;
 use lagrangian_control::{
-    Ending, Followed, Gains, Law, LoopConfig, Reference, Sensors, follow, inertia_along,
+    ControlLaw, Followed, Gains, LoopConfig, LoopOutcome, Reference, Sensors, follow, inertia_along,
 };
 use serde_json::json;
 
@@ -205,16 +205,20 @@ fn contestants<'a>(
     truth: Option<&'a dyn Model>,
     controller: ControllerName,
     gains: &'a AllGains,
-) -> Vec<(&'static str, &'static str, Law<'a>)> {
+) -> Vec<(&'static str, &'static str, ControlLaw<'a>)> {
     let through = |model| match controller {
-        ControllerName::ComputedTorque => Law::ComputedTorque(model, &gains.own),
-        _ => Law::FeedForward(model, &gains.forces),
+        ControllerName::ComputedTorque => ControlLaw::ComputedTorque(model, &gains.own),
+        _ => ControlLaw::FeedForward(model, &gains.forces),
     };
     let mut all = Vec::new();
     if controller != ControllerName::Pd {
         all.push(("model", "this model", through(model)));
     }
-    all.push(("feedback", "feedback alone", Law::Feedback(&gains.forces)));
+    all.push((
+        "feedback",
+        "feedback alone",
+        ControlLaw::Feedback(&gains.forces),
+    ));
     all.extend(truth.map(|truth| ("perfect", "the true model", through(truth))));
     all
 }
@@ -230,13 +234,13 @@ impl Run {
     /// Says what went wrong on the way.
     fn warn(&self) {
         let driven = &self.followed.driven;
-        if let Ending::Diverged { t } = driven.ending {
+        if let LoopOutcome::Diverged { t } = driven.outcome {
             let name = self.name;
             eprintln!(
                 "note: with {name} the robot diverged after {t} s; lower the gains, or raise --rate"
             );
         }
-        let lost = self.followed.without + driven.not_finite;
+        let lost = self.followed.without_model + driven.not_finite;
         if lost > 0 {
             let name = self.name;
             eprintln!("note: with {name}, {lost} torques were not finite and left out");
@@ -250,8 +254,8 @@ impl Run {
             "largest": self.followed.following.largest,
             "at_limit": self.followed.following.at_limit,
             "latency": driven.latency.quantiles(),
-            "ending": driven.ending,
-            "without_model": self.followed.without,
+            "ending": driven.outcome,
+            "without_model": self.followed.without_model,
             "not_finite": driven.not_finite,
         })
     }

@@ -1,0 +1,104 @@
+//! The simulated motion of a robot under control, and how it ended.
+
+use serde::{Deserialize, Serialize};
+
+use super::Latency;
+use lagrangian::{State, Trajectory};
+
+/// How a simulated loop ended.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoopOutcome {
+    /// All ticks so far ended in a finite state.
+    Finished,
+    /// The state is no longer finite; the loop stops.
+    Diverged {
+        /// The time of the tick at which it diverged, s.
+        t: f64,
+    },
+}
+
+/// The simulated motion of a robot under control.
+#[derive(Debug, Clone)]
+pub struct Driven {
+    /// The true states at the ticks, with the torque that acted until the next tick; it has no accelerations.
+    pub trajectory: Trajectory,
+    /// The measured states, with the torque that the controller demanded.
+    pub measured: Trajectory,
+    /// How the loop ended.
+    pub outcome: LoopOutcome,
+    /// The number of ticks at which a limit reduced a torque.
+    pub saturated: u64,
+    /// The number of ticks at which the controller returned a torque that was not finite; it was replaced by 0.
+    pub not_finite: u64,
+    /// The times that the controller took.
+    pub latency: Latency,
+}
+
+impl LoopOutcome {
+    /// Whether the loop has diverged.
+    #[must_use]
+    pub fn is_diverged(self) -> bool {
+        matches!(self, Self::Diverged { .. })
+    }
+}
+
+/// One tick of a simulated loop.
+pub(crate) struct Tick<'a> {
+    /// The time of the tick, s.
+    pub(crate) t: f64,
+    /// The true state (q, q̇), `[2 n]`.
+    pub(crate) state: &'a [f64],
+    /// The measured state.
+    pub(crate) measured: &'a State,
+    /// The torque that acts, `[n]`.
+    pub(crate) acting: &'a [f64],
+    /// The torque that the controller demands, `[n]`.
+    pub(crate) demanded: &'a [f64],
+}
+
+impl Driven {
+    pub(crate) fn new() -> Self {
+        let empty = |name: &str| Trajectory {
+            name: name.into(),
+            t: Vec::new(),
+            q: Vec::new(),
+            qd: Vec::new(),
+            qdd: None,
+            tau: Some(Vec::new()),
+            p: None,
+            pd: None,
+        };
+        Self {
+            trajectory: empty("robot"),
+            measured: empty("sensors"),
+            outcome: LoopOutcome::Finished,
+            saturated: 0,
+            not_finite: 0,
+            latency: Latency::default(),
+        }
+    }
+
+    /// Adds one tick.
+    pub(crate) fn record(&mut self, tick: &Tick) {
+        let (q, qd) = tick.state.split_at(tick.demanded.len());
+        let measured = tick.measured;
+        let both = [
+            (&mut self.trajectory, q, qd, tick.acting),
+            (
+                &mut self.measured,
+                &measured.q[..],
+                &measured.qd[..],
+                tick.demanded,
+            ),
+        ];
+        for (trajectory, q, qd, tau) in both {
+            trajectory.t.push(tick.t);
+            trajectory.q.extend_from_slice(q);
+            trajectory.qd.extend_from_slice(qd);
+            if let Some(signal) = &mut trajectory.tau {
+                signal.extend_from_slice(tau);
+            }
+        }
+    }
+}
