@@ -7,8 +7,8 @@ use serde_json::{Map, Value, json};
 
 use super::line::{Bench, Line, hash};
 
-/// Figures that depend on the clock, names of files, units, and how a fit ended.
-const LEFT_OUT: [&str; 14] = [
+/// Figures that depend on the clock, names of files, units, and how a fit began and ended.
+const LEFT_OUT: [&str; 15] = [
     "seconds",
     "train_seconds",
     "out",
@@ -19,9 +19,10 @@ const LEFT_OUT: [&str; 14] = [
     "pictures",
     "files",
     "command",
-    "loop_seconds",
+    "latency",
     "path",
     "unit",
+    "estimates",
     "ending",
 ];
 

@@ -3,7 +3,7 @@
 use super::line::Line;
 
 /// What all fits share, but for those that say otherwise.
-const SHORT: &str = "--steps 12 --width 12";
+const SHORT: &str = "--steps 12 --width 16";
 
 /// Fits whose models other commands read.
 const NAMED: &[&str] = &[
@@ -180,7 +180,7 @@ const FURTHER: &[&str] = &[
     "fit arm.csv --model delan --damping adaptive",
     "fit arm.csv --model mlp --damping adaptive",
     "fit canonical.csv --model hnn --damping adaptive",
-    "fit positions.csv --model vin --damping loss",
+    "fit positions.csv --model vin --optimizer natural --damping loss",
     "fit double.csv --batch 32",
     "fit double.csv --batch 100 --batch-first 20",
     "fit arm.csv --model delan --batch 100 --batch-first 20",
@@ -202,7 +202,7 @@ const FURTHER: &[&str] = &[
     "fit noisy.csv --smooth --model delan",
     "fit noisy.csv --filter 0.1",
     "fit noisy.csv --loss rollout --starts free --horizon 8",
-    "fit noisy.csv --model hnn",
+    "fit noisy.csv --model hnn --momenta velocities",
     "fit log.csv --model delan --filter 0.1 --dissipation",
     "fit log.csv --model delan --smooth --delay 10",
     "fit log.csv --model lnn --filter 0.1 --loss torque --forces offset",
@@ -214,10 +214,10 @@ const FURTHER: &[&str] = &[
     "fit cart.csv --model delan --actuated q1 --tau tau1",
     "fit fast.csv --speed-limit 1 --speed-chart arcsin",
     "fit fast.csv --form convex --speed-limit 1 --exponential",
-    "fit fast.csv --model hnn --speed-limit 1",
+    "fit fast.csv --model hnn --speed-limit 1 --masses 1",
     "fit pendulum.csv",
     "fit pendulum.csv --model delan",
-    "fit pendulum.csv double.csv",
+    "fit double.csv unseen.csv",
     "fit stiff1.csv stiff2.csv stiff3.csv --parameters k --model delan --validate-fraction 0.4",
     "fit stiff1.csv stiff2.csv stiff3.csv --parameters k --model mlp --validate-fraction 0.4",
     "fit robot.csv --model delan --nominal two_link_arm --forces viscous,rotor --loss torque-acceleration",
@@ -240,11 +240,11 @@ const THREADED: &[&str] = &[
 
 /// Fits that end by time after one step, whose settings are those of fits by time, and fits of no model.
 const ENDINGS: &[&str] = &[
-    "fit double.csv --width 12 --seconds 1e-9",
-    "fit arm.csv --model delan --width 12 --seconds 1e-9",
-    "fit arm.csv --model mlp --optimizer adam --width 12 --seconds 1e-9",
-    "fit double.csv --width 12 --steps 80 --patience 1 --learning-rate 2",
-    "fit double.csv --width 12 --steps 120 --optimizer adam --learning-rate 1e6",
+    "fit double.csv --width 16 --seconds 1e-9",
+    "fit arm.csv --model delan --width 16 --seconds 1e-9",
+    "fit arm.csv --model mlp --optimizer adam --width 16 --seconds 1e-9",
+    "fit double.csv --width 16 --steps 80 --patience 1 --learning-rate 2",
+    "fit double.csv --width 16 --steps 120 --optimizer adam --learning-rate 1e6",
     "fit --resume --out lnn",
     "fit --resume --out delan",
     "fit --resume --out hnn",
