@@ -1,11 +1,12 @@
 //! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted, `cargo xtask
 //! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
-//! bits of what it computes with a record.
+//! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer.
 
 mod bench;
 mod bits;
 mod page;
 mod race;
+mod sanitize;
 
 use std::env;
 use std::process::{Command, ExitCode};
@@ -16,8 +17,9 @@ usage: cargo xtask test
        cargo xtask race …
        cargo xtask bench …
        cargo xtask bits …
+       cargo xtask sanitize
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the sanitizer, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -30,7 +32,7 @@ struct Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 7] = [
+const TEST: [Step; 8] = [
     Step {
         name: "format",
         arguments: &["fmt", "--all", "--check"],
@@ -72,6 +74,20 @@ const TEST: [Step; 7] = [
     Step {
         name: "benches",
         arguments: &["test", "--workspace", "--all-features", "--benches"],
+        variable: None,
+        component: None,
+    },
+    Step {
+        name: "sanitizer",
+        arguments: &[
+            "run",
+            "--quiet",
+            "--package",
+            "xtask",
+            "--",
+            "sanitize",
+            "--where-possible",
+        ],
         variable: None,
         component: None,
     },
@@ -123,12 +139,14 @@ fn main() -> ExitCode {
         ["race", ref flags @ ..] => race::main(flags).map(|()| None),
         ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
         ["bits", ref flags @ ..] => bits::main(flags).map(|()| None),
+        ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
-                bits::USAGE
+                bits::USAGE,
+                sanitize::USAGE
             );
             return ExitCode::SUCCESS;
         }
