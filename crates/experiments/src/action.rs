@@ -97,7 +97,7 @@ impl Case {
         Ok(Path {
             dof: self.q.len(),
             duration: seconds,
-            q: motion.trajectory.q,
+            q: motion.trajectory.signals.q,
         })
     }
 }

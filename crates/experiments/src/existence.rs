@@ -173,7 +173,7 @@ fn damped<S: Known>(dissipation: Dissipation) -> Result<Box<dyn Model>> {
 pub fn noisy(mut recordings: Vec<Trajectory>, part: f64, seed: u64) -> Vec<Trajectory> {
     let n = recordings.first().map_or(1, Trajectory::dof).max(1);
     let (mut squares, mut count) = (vec![0.0; n], 0.0);
-    for qdd in recordings.iter().filter_map(|r| r.qdd.as_ref()) {
+    for qdd in recordings.iter().map(|r| &r.qdd) {
         count += (qdd.len() / n) as f64;
         qdd.iter()
             .enumerate()
@@ -184,7 +184,7 @@ pub fn noisy(mut recordings: Vec<Trajectory>, part: f64, seed: u64) -> Vec<Traje
         .map(|s| part * (s / f64::max(count, 1.0)).sqrt())
         .collect();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    for qdd in recordings.iter_mut().filter_map(|r| r.qdd.as_mut()) {
+    for qdd in recordings.iter_mut().map(|r| &mut r.qdd) {
         for (at, x) in qdd.iter_mut().enumerate() {
             *x += deviation[at % n] * normal(&mut rng);
         }

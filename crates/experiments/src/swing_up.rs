@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::trajectory::Signals;
 use lagrangian::{Result, Trajectory};
 use lagrangian_control::{LoopConfig, LoopOutcome, Machine, Simulation, SwingUp};
 
@@ -75,15 +76,18 @@ fn thinned(motion: Trajectory, n: usize, system: &dyn Model) -> Trajectory {
         rows.flatten().copied().collect()
     };
     let (q, qd) = (rows(&motion.q, n), rows(&motion.qd, n));
-    let tau = rows(motion.tau.as_deref().unwrap_or(&[]), n);
+    let tau = rows(motion.tau.as_slice(), n);
     let mut qdd = vec![0.0; q.len()];
     let _ = system.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
     Trajectory {
         t: rows(&motion.t, 1),
-        qdd: Some(qdd),
-        tau: Some(tau),
-        q,
-        qd,
+        signals: Signals {
+            qdd,
+            tau,
+            q,
+            qd,
+            ..motion.signals
+        },
         ..motion
     }
 }

@@ -9,6 +9,7 @@ use lagrangian::lagrangian::DelanConfig;
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::rigid::{RigidBodies, example};
 use lagrangian::train::Family;
+use lagrangian::trajectory::Signals;
 use lagrangian::{Error, Result, Trajectory};
 use lagrangian_control::online::{
     FeedForwardSource, OnlineConfig, OnlineLearner, Record, RobotChange, TrackingConfig, track,
@@ -117,16 +118,16 @@ struct Path {
 impl Path {
     fn new() -> Self {
         Self {
-            trajectory: Trajectory {
-                name: "writing".into(),
-                t: Vec::new(),
-                q: Vec::new(),
-                qd: Vec::new(),
-                qdd: Some(Vec::new()),
-                tau: None,
-                p: None,
-                pd: None,
-            },
+            trajectory: Trajectory::new(
+                "writing",
+                Vec::new(),
+                Signals {
+                    q: Vec::new(),
+                    qd: Vec::new(),
+                    qdd: Vec::new(),
+                    ..Signals::default()
+                },
+            ),
         }
     }
 
@@ -153,17 +154,17 @@ impl Path {
     fn way_to(&self, start: &Desired, n: usize) -> Result<Reference> {
         let last = |x: &[f64]| x[x.len() - n..].to_vec();
         let t = &self.trajectory;
-        let qdd = t.qdd.as_deref().unwrap_or(&[]);
-        Reference::new(Trajectory {
-            name: "way".into(),
-            t: vec![0.0, WAY],
-            q: [last(&t.q), start.q.clone()].concat(),
-            qd: [last(&t.qd), start.qd.clone()].concat(),
-            qdd: Some([last(qdd), start.qdd.clone()].concat()),
-            tau: None,
-            p: None,
-            pd: None,
-        })
+        let qdd = t.qdd.as_slice();
+        Reference::new(Trajectory::new(
+            "way",
+            vec![0.0, WAY],
+            Signals {
+                q: [last(&t.q), start.q.clone()].concat(),
+                qd: [last(&t.qd), start.qd.clone()].concat(),
+                qdd: [last(qdd), start.qdd.clone()].concat(),
+                ..Signals::default()
+            },
+        ))
     }
 
     /// Samples `piece` from its time `from` to its end.
@@ -179,9 +180,7 @@ impl Path {
             trajectory.t.push(offset + from + k as f64 / RATE);
             trajectory.q.extend(&desired.q);
             trajectory.qd.extend(&desired.qd);
-            if let Some(qdd) = &mut trajectory.qdd {
-                qdd.extend(&desired.qdd);
-            }
+            trajectory.qdd.extend(&desired.qdd);
         }
     }
 }
@@ -210,18 +209,17 @@ fn curve(index: usize) -> Trajectory {
         ]
     };
     let steps = (SECONDS * RATE) as usize;
-    let mut out = Trajectory {
-        name: format!("curve {}", index + 1),
-        t: (0..=steps).map(|k| k as f64 / RATE).collect(),
-        q: Vec::new(),
-        qd: Vec::new(),
-        qdd: None,
-        tau: None,
-        p: None,
-        pd: None,
-    };
+    let mut out = Trajectory::new(
+        format!("curve {}", index + 1),
+        (0..=steps).map(|k| k as f64 / RATE).collect(),
+        Signals {
+            q: Vec::new(),
+            qd: Vec::new(),
+            ..Signals::default()
+        },
+    );
     let mut qdd = Vec::new();
-    for t in &out.t {
+    for t in out.t.clone() {
         let x = t / SECONDS;
         let [s, v, w] = [
             x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x),
@@ -235,7 +233,7 @@ fn curve(index: usize) -> Trajectory {
             qdd.push(bend * v * v + slope * w);
         }
     }
-    out.qdd = Some(qdd);
+    out.qdd = qdd;
     out
 }
 
@@ -333,16 +331,16 @@ impl Arm {
             };
             x.chunks_exact(2).flat_map(of).collect()
         };
-        Trajectory {
-            name: letter.name.clone(),
-            t: letter.t.clone(),
-            q: carry(&letter.q, true),
-            qd: carry(&letter.qd, false),
-            qdd: letter.qdd.as_ref().map(|x| carry(x, false)),
-            tau: None,
-            p: None,
-            pd: None,
-        }
+        Trajectory::new(
+            letter.name.clone(),
+            letter.t.clone(),
+            Signals {
+                q: carry(&letter.q, true),
+                qd: carry(&letter.qd, false),
+                qdd: carry(&letter.qdd, false),
+                ..Signals::default()
+            },
+        )
     }
 }
 

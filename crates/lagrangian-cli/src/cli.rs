@@ -6,6 +6,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use lagrangian::trajectory::Sampling;
 
+use crate::column_args::ColumnArgs;
 use crate::fit_args::FitArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::track_args::TrackArgs;
@@ -75,26 +76,9 @@ pub(crate) enum Command {
 #[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
 #[command(next_help_heading = "Columns of the data")]
 pub(crate) struct DataArgs {
-    /// Columns of the coordinates q [default: q1,q2,…]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub(crate) q: Vec<String>,
-
-    /// Columns of the velocities q̇; estimated from q if there are none [default: qd1,qd2,…]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub(crate) qd: Vec<String>,
-
-    /// Columns of the accelerations q̈; estimated if there are none [default: qdd1,qdd2,…]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub(crate) qdd: Vec<String>,
-
-    /// Columns of the momenta p = ∂L/∂q̇, in SI units, where they are known [default: p1,p2,…]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    #[serde(default)]
-    pub(crate) p: Vec<String>,
-
-    /// Columns of the forces and torques τ; none means a free motion [default: tau1,tau2,…]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub(crate) tau: Vec<String>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) columns: ColumnArgs,
 
     /// Coordinates that the forces act on, in the order of --tau, where they are fewer than the coordinates; the
     /// forces on the others are 0 [default: all, or by the names of the columns]
@@ -130,7 +114,7 @@ pub(crate) struct DataArgs {
     #[arg(long)]
     pub(crate) degrees: bool,
 
-    /// Keep every so manyth row
+    /// Keep every Nth row
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) every: Option<u32>,
 

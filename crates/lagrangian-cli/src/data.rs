@@ -47,11 +47,7 @@ impl DataArgs {
         Layout {
             trajectory: self.trajectory.clone(),
             t: self.time.clone(),
-            q: self.q.clone(),
-            qd: self.qd.clone(),
-            qdd: self.qdd.clone(),
-            p: self.p.clone(),
-            tau: self.tau.clone(),
+            columns: self.columns.0.clone(),
             actuated: self.actuated.clone(),
             angles: self.angle.clone(),
             parameters: self.parameters.clone(),
@@ -177,7 +173,8 @@ fn delayed(recordings: Vec<Recording>, args: &DataArgs) -> Result<Vec<Recording>
 
 /// Says which forces are taken as 0 for want of a column.
 fn note_passive(path: &Path, readings: &Readings) {
-    let forces = readings.columns.tau.iter().zip(&readings.columns.q);
+    let columns = &readings.columns.signals;
+    let forces = columns.tau.iter().zip(&columns.q);
     let passive: Vec<&str> = forces
         .filter(|(force, _)| force.is_empty())
         .map(|(_, q)| q.as_str())

@@ -1,6 +1,7 @@
 //! The command `lagrangian`: reads files, calls the library, shows what comes back. It holds no formula.
 
 mod cli;
+mod column_args;
 mod commands;
 mod data;
 mod failure;

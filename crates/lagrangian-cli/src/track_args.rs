@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use lagrangian::trajectory::Signals;
+
 use crate::cli::{DataArgs, EstimateArgs};
+use crate::column_args::ColumnArgs;
 use crate::values::{assignment, non_negative, positive, seed};
 
 #[derive(Debug, Args)]
@@ -173,9 +176,12 @@ impl ReferenceArgs {
     pub(crate) fn data(&self) -> DataArgs {
         let own = self.clone();
         DataArgs {
-            q: own.q,
-            qd: own.qd,
-            qdd: own.qdd,
+            columns: ColumnArgs(Signals {
+                q: own.q,
+                qd: own.qd,
+                qdd: own.qdd,
+                ..Signals::default()
+            }),
             time: own.time,
             trajectory: own.trajectory,
             angle: own.angle,

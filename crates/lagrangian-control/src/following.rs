@@ -168,7 +168,7 @@ fn errors(driven: &Driven, reference: &Reference) -> Vec<f64> {
 impl Following {
     fn of(driven: &Driven, error: &[f64], limit: &[f64]) -> Self {
         let (n, ticks) = (driven.trajectory.dof(), driven.trajectory.len() as f64);
-        let tau = driven.trajectory.tau.as_deref().unwrap_or(&[]);
+        let tau = driven.trajectory.tau.as_slice();
         let column = |x: &'_ [f64], i: usize| x.iter().skip(i).step_by(n).copied().collect();
         let each = |figure: &dyn Fn(usize) -> f64| (0..n).map(figure).collect();
         let rmse = |i| {

@@ -52,9 +52,10 @@ impl Reference {
                 needed: FEWEST,
             });
         }
-        let qdd = match &trajectory.qdd {
-            Some(qdd) => qdd.clone(),
-            None => differences(&trajectory),
+        let qdd = if trajectory.qdd.is_empty() {
+            differences(&trajectory)
+        } else {
+            trajectory.qdd.clone()
         };
         Ok(Self { trajectory, qdd })
     }

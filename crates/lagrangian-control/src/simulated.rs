@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Latency;
+use lagrangian::trajectory::Signals;
 use lagrangian::{State, Trajectory};
 
 /// How a simulated loop ended.
@@ -59,16 +60,7 @@ pub(crate) struct Tick<'a> {
 
 impl Driven {
     pub(crate) fn new() -> Self {
-        let empty = |name: &str| Trajectory {
-            name: name.into(),
-            t: Vec::new(),
-            q: Vec::new(),
-            qd: Vec::new(),
-            qdd: None,
-            tau: Some(Vec::new()),
-            p: None,
-            pd: None,
-        };
+        let empty = |name: &str| Trajectory::new(name, Vec::new(), Signals::default());
         Self {
             trajectory: empty("robot"),
             measured: empty("sensors"),
@@ -96,9 +88,7 @@ impl Driven {
             trajectory.t.push(tick.t);
             trajectory.q.extend_from_slice(q);
             trajectory.qd.extend_from_slice(qd);
-            if let Some(signal) = &mut trajectory.tau {
-                signal.extend_from_slice(tau);
-            }
+            trajectory.tau.extend_from_slice(tau);
         }
     }
 }

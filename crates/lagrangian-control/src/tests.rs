@@ -5,6 +5,7 @@ use super::*;
 use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rollout::times;
+use lagrangian::trajectory::Signals;
 use lagrangian::{State, Trajectory};
 
 /// A smooth motion of the arm, known in closed form.
@@ -24,17 +25,13 @@ fn swing(seconds: f64) -> Reference {
             .flat_map(|&t| (0..2).map(move |i| wave(i, t)[d]))
             .collect()
     };
-    Reference::new(Trajectory {
-        name: "swing".into(),
+    let signals = Signals {
         q: signal(0),
         qd: signal(1),
-        qdd: Some(signal(2)),
-        tau: None,
-        t,
-        p: None,
-        pd: None,
-    })
-    .unwrap()
+        qdd: signal(2),
+        ..Signals::default()
+    };
+    Reference::new(Trajectory::new("swing", t, signals)).unwrap()
 }
 
 fn start(reference: &Reference) -> State {
@@ -182,7 +179,7 @@ fn a_delayed_torque_acts_so_many_ticks_later_and_limits_hold() {
     let mut step = |_: f64, _: &[f64], _: &[f64], tau: &mut [f64]| tau.fill(5.0);
     simulation.run(&mut step, 0.02);
     let driven = simulation.finish();
-    let tau = driven.trajectory.tau.unwrap();
+    let tau = driven.trajectory.signals.tau;
     assert_eq!(&tau[..8], &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0]);
     assert_eq!(driven.saturated, 7);
 }
@@ -255,7 +252,7 @@ fn bad_settings_are_refused_with_their_name() {
     short.t.truncate(1);
     short.q.truncate(2);
     short.qd.truncate(2);
-    short.qdd = None;
+    short.qdd = Vec::new();
     assert!(
         Reference::new(short)
             .unwrap_err()

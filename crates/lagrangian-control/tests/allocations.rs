@@ -6,6 +6,7 @@ mod counting;
 
 use lagrangian::dynamics::Mechanical;
 use lagrangian::lagrangian::{Delan, DelanConfig, Scaling};
+use lagrangian::trajectory::Signals;
 use lagrangian::{Coordinates, Trajectory};
 use lagrangian_control::{
     ComputedTorque, Controller, FeedForward, Gains, GravityCompensation, Pd, Reference,
@@ -17,16 +18,15 @@ use counting::allocations_of;
 fn reference(n: usize) -> Reference {
     let t: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.02).collect();
     let each = |wave: fn(f64) -> f64| t.iter().flat_map(|&t| vec![wave(t); n]).collect();
-    Reference::new(Trajectory {
-        name: "slow".into(),
-        q: each(f64::sin),
-        qd: each(f64::cos),
-        qdd: None,
-        tau: None,
-        t: t.clone(),
-        p: None,
-        pd: None,
-    })
+    Reference::new(Trajectory::new(
+        "slow",
+        t.clone(),
+        Signals {
+            q: each(f64::sin),
+            qd: each(f64::cos),
+            ..Signals::default()
+        },
+    ))
     .unwrap()
 }
 

@@ -11,7 +11,7 @@ mod meter;
 use std::hint::black_box;
 use std::io::Cursor;
 
-use lagrangian::trajectory::{EstimateOptions, Recording};
+use lagrangian::trajectory::{EstimateOptions, Recording, Signals};
 use lagrangian::{Coordinates, Dataset, Format, Layout, Trajectory};
 use meter::{Case, Meter, expect};
 
@@ -67,16 +67,15 @@ fn prepare(meter: &Meter, rows: usize, n: usize) {
 fn positions(rows: usize, n: usize) -> Recording {
     let noise = |k: usize| 1e-4 * (1e3 * (k as f64).sin()).sin();
     let q = |k: usize| (0.01 * (k / n) as f64 * (1.0 + (k % n) as f64)).sin() + noise(k);
-    let trajectory = Trajectory {
-        name: "bench".into(),
-        t: (0..rows).map(|k| 0.01 * k as f64).collect(),
-        q: (0..rows * n).map(q).collect(),
-        qd: vec![0.0; rows * n],
-        qdd: None,
-        tau: None,
-        p: None,
-        pd: None,
-    };
+    let trajectory = Trajectory::new(
+        "bench",
+        (0..rows).map(|k| 0.01 * k as f64).collect(),
+        Signals {
+            q: (0..rows * n).map(q).collect(),
+            qd: vec![0.0; rows * n],
+            ..Signals::default()
+        },
+    );
     let mut bytes = Cursor::new(Vec::new());
     expect(Format::Npz.write(&mut bytes, &[trajectory]));
     bytes.set_position(0);
@@ -84,7 +83,7 @@ fn positions(rows: usize, n: usize) -> Recording {
     let recording = readings.recordings.into_iter().next();
     let recording = expect(recording.ok_or("no recording"));
     Recording {
-        qd: None,
+        signals: recording.signals,
         ..recording
     }
 }

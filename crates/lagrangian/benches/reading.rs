@@ -9,6 +9,7 @@ mod meter;
 use std::hint::black_box;
 use std::io::Cursor;
 
+use lagrangian::trajectory::Signals;
 use lagrangian::{Format, Layout, Trajectory};
 use meter::data::wave;
 use meter::{Case, Meter, expect};
@@ -48,14 +49,15 @@ fn file(meter: &Meter, format: Format, name: &str, rows: usize) -> lagrangian::R
 
 fn recording(rows: usize) -> Trajectory {
     let column = |f: f64| wave(rows * N, f, 1.0);
-    Trajectory {
-        name: "bench".into(),
-        t: (0..rows).map(|k| 0.01 * k as f64).collect(),
-        q: column(0.01),
-        qd: column(0.02),
-        qdd: Some(column(0.03)),
-        tau: Some(column(0.05)),
-        p: None,
-        pd: None,
-    }
+    Trajectory::new(
+        "bench",
+        (0..rows).map(|k| 0.01 * k as f64).collect(),
+        Signals {
+            q: column(0.01),
+            qd: column(0.02),
+            qdd: column(0.03),
+            tau: column(0.05),
+            ..Signals::default()
+        },
+    )
 }

@@ -6,6 +6,7 @@ use crate::hamiltonian::{HnnConfig, Momenta};
 use crate::lagrangian::Scaling;
 use crate::solve::SymmetricSolver;
 use crate::train::Samples;
+use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Trajectory};
 
 /// Samples to fit and samples to judge by, of the same system.
@@ -335,8 +336,7 @@ impl Dataset {
 
 /// Whether any force of these motions is not 0.
 fn is_forced(trajectories: &[Trajectory]) -> bool {
-    let forces = trajectories.iter().filter_map(|t| t.tau.as_ref());
-    forces.flatten().any(|&x| x != 0.0)
+    trajectories.iter().flat_map(|t| &t.tau).any(|&x| x != 0.0)
 }
 
 /// Samples that inertias are guessed from, at most.
@@ -424,29 +424,25 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
                 remedy: "give data of the coordinates that the model has".into(),
             });
         }
-        let Some(qdd) = &trajectory.qdd else {
+        if trajectory.qdd.is_empty() {
             return Err(Error::Shape {
                 what: format!("qdd of trajectory '{}'", trajectory.name),
                 found: 0,
                 expected: trajectory.q.len(),
                 remedy: "estimate the accelerations first".into(),
             });
-        };
-        out.q.extend(&trajectory.q);
-        out.qd.extend(&trajectory.qd);
-        out.qdd.extend(qdd);
-        match &trajectory.tau {
-            Some(tau) => out.tau.extend(tau),
-            None => out.tau.resize(out.q.len(), 0.0),
         }
-        out.p.extend(trajectory.p.iter().flatten());
-        out.pd.extend(trajectory.pd.iter().flatten());
+        for ((_, all), (_, own)) in out.iter_mut().zip(trajectory.iter()) {
+            all.extend(own);
+        }
+        // A motion whose forces are not known is free.
+        let size = out.q.len();
+        out.tau.resize(size, 0.0);
     }
-    for signal in [&mut out.p, &mut out.pd] {
-        if signal.len() != out.q.len() {
-            // Not known for all of them.
-            signal.clear();
-        }
+    let size = out.q.len();
+    for (_, signal) in out.iter_mut().filter(|(_, x)| x.len() != size) {
+        // Not known for all of them.
+        signal.clear();
     }
     Ok(out)
 }
@@ -459,19 +455,11 @@ fn check_parameters(coordinates: &Coordinates, samples: &Samples) -> Result<()> 
 
 fn validate(n: usize, samples: &Samples) -> Result<()> {
     let size = samples.q.len();
-    let fields = [
-        ("q", &samples.q),
-        ("qd", &samples.qd),
-        ("qdd", &samples.qdd),
-        ("tau", &samples.tau),
-        ("p", &samples.p),
-        ("pd", &samples.pd),
-    ];
-    for (name, x) in fields {
-        let unknown = matches!(name, "p" | "pd") && x.is_empty();
+    for (signal, x) in samples.iter() {
+        let unknown = matches!(signal, Signal::P | Signal::Pd) && x.is_empty();
         if samples.n != n || x.len() != size && !unknown || !size.is_multiple_of(n.max(1)) {
             return Err(Error::Shape {
-                what: format!("{name} of the samples"),
+                what: format!("{} of the samples", signal.name()),
                 found: x.len(),
                 expected: size,
                 remedy: format!("give {n} numbers for each sample"),
@@ -479,7 +467,7 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
         }
         if let Some(index) = x.iter().position(|x| !x.is_finite()) {
             return Err(Error::NotFinite {
-                what: format!("{name} of the samples"),
+                what: format!("{} of the samples", signal.name()),
                 index,
             });
         }
@@ -551,18 +539,18 @@ fn positive(x: f64) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use crate::trajectory::Signals;
 
     fn recording(name: &str, len: usize) -> Trajectory {
-        Trajectory {
-            name: name.into(),
-            t: (0..len).map(|k| k as f64).collect(),
-            q: vec![0.0; len],
-            qd: vec![0.0; len],
-            qdd: None,
-            tau: None,
-            p: None,
-            pd: None,
-        }
+        Trajectory::new(
+            name,
+            (0..len).map(|k| k as f64).collect(),
+            Signals {
+                q: vec![0.0; len],
+                qd: vec![0.0; len],
+                ..Signals::default()
+            },
+        )
     }
 
     #[test]

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
 use crate::integrate::{Control, Ending, Failure, Method};
+use crate::trajectory::Signals;
 use crate::{Error, Result, Trajectory};
 
 use known::Known;
@@ -174,7 +175,7 @@ pub fn rollout_phase(
     let z = run.rollout.trajectory.qd.clone();
     let mut rollout = run.finish(ending, tau);
     let reached = rollout.trajectory.qd.len();
-    rollout.trajectory.p = z.get(..reached).map(<[f64]>::to_vec);
+    rollout.trajectory.p = z.get(..reached).unwrap_or_default().to_vec();
     Ok(rollout)
 }
 
@@ -403,16 +404,15 @@ impl<'a> Run<'a> {
 
 impl Rollout {
     fn begin(len: usize, n: usize) -> Self {
-        let trajectory = Trajectory {
-            name: "rollout".into(),
-            t: Vec::with_capacity(len),
-            q: Vec::with_capacity(len * n),
-            qd: Vec::with_capacity(len * n),
-            qdd: None,
-            tau: None,
-            p: None,
-            pd: None,
-        };
+        let trajectory = Trajectory::new(
+            "rollout",
+            Vec::with_capacity(len),
+            Signals {
+                q: Vec::with_capacity(len * n),
+                qd: Vec::with_capacity(len * n),
+                ..Signals::default()
+            },
+        );
         let outcome = Outcome::Finished;
         Self {
             trajectory,
@@ -432,8 +432,8 @@ impl Rollout {
         known: &Known,
     ) {
         if !evaluator.second_order() {
-            let (q, z) = (&self.trajectory.q, self.trajectory.qd.clone());
-            evaluator.velocity(q, &z, &mut self.trajectory.qd);
+            let Signals { q, qd, .. } = &mut self.trajectory.signals;
+            evaluator.velocity(q, &qd.clone(), qd);
         }
         let ending = keep_finite(&mut self.trajectory).map_or(ending, |t| Ending::Failed {
             t,
@@ -504,8 +504,12 @@ fn complete(
         let (q, qd) = (&trajectory.q[first..], &trajectory.qd[first..]);
         let _ = evaluator.forward_dynamics(q, qd, &forces[first..], &mut qdd[first..]);
     }
-    trajectory.qdd = Some(qdd).filter(|qdd| qdd.iter().all(|a| a.is_finite()));
-    trajectory.tau = Some(forces).filter(|forces| forces.iter().any(|f| *f != 0.0));
+    if qdd.iter().all(|a| a.is_finite()) {
+        trajectory.qdd = qdd;
+    }
+    if forces.iter().any(|f| *f != 0.0) {
+        trajectory.tau = forces;
+    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::dynamics::Model;
 use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
+use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Trajectory};
 
 pub use valid_time::{ValidTime, normalised_error, valid_prediction_time};
@@ -245,17 +246,11 @@ pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) 
             remedy: "give data of the coordinates that the model has".into(),
         });
     }
-    match truth.tau {
-        Some(_) => rollout_recorded(model, truth, Hold::Previous, options),
-        None => rollout(
-            model,
-            &truth.q[..n],
-            &truth.qd[..n],
-            &truth.t,
-            &free,
-            options,
-        ),
+    if !truth.tau.is_empty() {
+        return rollout_recorded(model, truth, Hold::Previous, options);
     }
+    let (q, qd) = (&truth.q[..n], &truth.qd[..n]);
+    rollout(model, q, qd, &truth.t, &free, options)
 }
 
 fn follow(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<RolloutScore> {
@@ -291,9 +286,11 @@ fn one_step(
     acceleration: &mut Errors,
     torque: &mut Errors,
 ) -> usize {
-    let Some(qdd) = &t.qdd else { return 0 };
+    let Some(qdd) = t.values(Signal::Qdd) else {
+        return 0;
+    };
     let free = vec![0.0; t.q.len()];
-    let tau = t.tau.as_ref().unwrap_or(&free);
+    let tau = t.values(Signal::Tau).unwrap_or(&free);
     let mut evaluator = model.evaluator();
     let mut predicted = vec![0.0; t.q.len()];
     let mut singular = 0;
@@ -301,7 +298,7 @@ fn one_step(
         singular = evaluator.forward_dynamics(&t.q, &t.qd, tau, &mut predicted);
         acceleration.add(qdd, &predicted);
     }
-    if t.tau.is_some() && evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted) {
+    if !t.tau.is_empty() && evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted) {
         torque.add(tau, &predicted);
     }
     singular

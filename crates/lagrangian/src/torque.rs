@@ -27,7 +27,7 @@ use serde::Serialize;
 
 use crate::dynamics::{Evaluator, Model};
 use crate::score::{Errors, SignalError};
-use crate::trajectory::Table;
+use crate::trajectory::{Signal, Table};
 use crate::{Error, Result, Trajectory};
 
 /// The parts of the torques at `m` states, each `[m, n]`, in the unit of the forces.
@@ -127,7 +127,7 @@ pub fn predict_torque(model: &dyn Model, motion: &Trajectory) -> Result<TorquePr
             remedy: "give data of the coordinates that the model has".into(),
         });
     }
-    let Some(qdd) = &motion.qdd else {
+    let Some(qdd) = motion.values(Signal::Qdd) else {
         return Err(Error::Shape {
             what: format!("qdd of trajectory '{}'", motion.name),
             found: 0,
@@ -145,7 +145,7 @@ pub fn predict_torque(model: &dyn Model, motion: &Trajectory) -> Result<TorquePr
         name: motion.name.clone(),
         t: motion.t.clone(),
         parts,
-        measured: motion.tau.clone(),
+        measured: motion.values(Signal::Tau).map(<[f64]>::to_vec),
     })
 }
 
@@ -253,6 +253,7 @@ mod tests {
     use crate::dynamics::Mechanical;
     use crate::lagrangian::analytic::by_name;
     use crate::lagrangian::{Actuation, Dissipation};
+    use crate::trajectory::Signals;
 
     /// States of a double pendulum, `[3, 2]` each.
     const Q: [f64; 6] = [0.3, -1.0, 2.0, 0.4, -0.7, 0.1];
@@ -354,16 +355,17 @@ mod tests {
         with_damped(|model| {
             let mut tau = vec![0.0; 6];
             model.evaluator().inverse_dynamics(&Q, &QD, &QDD, &mut tau);
-            let motion = Trajectory {
-                name: "a".into(),
-                t: vec![0.0, 0.1, 0.2],
-                q: Q.to_vec(),
-                qd: QD.to_vec(),
-                qdd: Some(QDD.to_vec()),
-                tau: Some(tau.clone()),
-                p: None,
-                pd: None,
-            };
+            let motion = Trajectory::new(
+                "a",
+                vec![0.0, 0.1, 0.2],
+                Signals {
+                    q: Q.to_vec(),
+                    qd: QD.to_vec(),
+                    qdd: QDD.to_vec(),
+                    tau: tau.clone(),
+                    ..Signals::default()
+                },
+            );
             let predictions = vec![predict_torque(model, &motion).unwrap(); 2];
             let summary = summarise(&predictions, 2);
             assert!(summary.error.unwrap().nmse_mean < 1e-28);
@@ -380,16 +382,15 @@ mod tests {
     #[test]
     fn a_motion_without_accelerations_is_refused() {
         with_damped(|model| {
-            let motion = Trajectory {
-                name: "a".into(),
-                t: vec![0.0, 0.1, 0.2],
-                q: Q.to_vec(),
-                qd: QD.to_vec(),
-                qdd: None,
-                tau: None,
-                p: None,
-                pd: None,
-            };
+            let motion = Trajectory::new(
+                "a",
+                vec![0.0, 0.1, 0.2],
+                Signals {
+                    q: Q.to_vec(),
+                    qd: QD.to_vec(),
+                    ..Signals::default()
+                },
+            );
             assert!(predict_torque(model, &motion).is_err());
         });
     }

@@ -3,7 +3,7 @@
 
 use std::io::{Cursor, Read, Seek, SeekFrom, Write};
 
-use lagrangian::trajectory::{EstimateOptions, Format, Layout, Readings, csv};
+use lagrangian::trajectory::{EstimateOptions, Format, Layout, Readings, Signals, csv};
 use lagrangian::{Error, Result, Trajectory};
 use proptest::prelude::*;
 
@@ -50,21 +50,24 @@ fn a_row_without_end_is_refused_before_it_fills_the_memory() {
 fn a_missing_column_lists_those_that_are_there_and_the_flag() {
     assert_says(
         &refusal("time,q1\n0,0\n"),
-        &["no column 't'", "time, q1", "--time"],
+        &["no column 't'", "time, q1", "`t`"],
     );
     assert_says(
         &refusal("t,theta\n0,0\n"),
-        &["no column 'q1'", "t, theta", "--q"],
+        &["no column 'q1'", "t, theta", "`q`"],
     );
     let named = Layout {
-        qd: vec!["w".into()],
+        columns: Signals {
+            qd: vec!["w".into()],
+            ..Signals::default()
+        },
         ..Layout::default()
     };
     assert_says(
         &read_with("t,q1,v\n0,0,0\n", &named)
             .unwrap_err()
             .to_string(),
-        &["no column 'w'", "t, q1, v", "--qd"],
+        &["no column 'w'", "t, q1, v", "`qd`"],
     );
 }
 
@@ -72,18 +75,21 @@ fn a_missing_column_lists_those_that_are_there_and_the_flag() {
 fn an_unknown_column_is_ignored_but_listed() {
     let readings = read("t,q1,temperature,qd1\n0,1,20,2\n1,2,20,3\n").unwrap();
     assert_eq!(readings.columns.ignored, ["temperature"]);
-    assert_eq!(readings.recordings[0].qd.as_deref(), Some(&[2.0, 3.0][..]));
+    assert_eq!(readings.recordings[0].qd, [2.0, 3.0]);
 }
 
 #[test]
 fn a_doubled_column_is_refused() {
     assert_says(
         &refusal("t,q1,q1\n0,0,0\n"),
-        &["'q1' stands there twice", "--q"],
+        &["'q1' stands there twice", "`q`"],
     );
     let twice = Layout {
-        q: vec!["a".into()],
-        qd: vec!["a".into()],
+        columns: Signals {
+            q: vec!["a".into()],
+            qd: vec!["a".into()],
+            ..Signals::default()
+        },
         ..Layout::default()
     };
     assert_says(
@@ -96,19 +102,19 @@ fn a_doubled_column_is_refused() {
 fn signals_of_another_number_of_columns_are_refused() {
     assert_says(
         &refusal("t,q1,q2,qd1\n0,0,0,0\n"),
-        &["1 columns for qd", "2 for q", "--qd"],
+        &["1 columns for qd", "2 for q", "`qd`"],
     );
     assert_says(
         &refusal("t,q1,tau1,tau2\n0,0,0,0\n"),
-        &["2 columns for tau", "1 for q", "--tau"],
+        &["2 columns for tau", "1 for q", "`tau`"],
     );
     assert_says(
         &refusal("t,q1,q3\n0,0,0\n"),
-        &["'q3' is there but 'q2' is not", "--q"],
+        &["'q3' is there but 'q2' is not", "`q`"],
     );
     assert_says(
         &refusal("t,q1,qd2\n0,0,0\n"),
-        &["'qd2' is there but 'qd1' is not", "--qd"],
+        &["'qd2' is there but 'qd1' is not", "`qd`"],
     );
 }
 
@@ -120,7 +126,7 @@ fn an_angle_that_is_no_coordinate_and_degrees_without_an_angle_are_refused() {
     };
     assert_says(
         &read_with("t,q1\n0,0\n", &angle).unwrap_err().to_string(),
-        &["'q7'", "--angle"],
+        &["'q7'", "`angles`"],
     );
     let degrees = Layout {
         degrees: true,
@@ -128,7 +134,7 @@ fn an_angle_that_is_no_coordinate_and_degrees_without_an_angle_are_refused() {
     };
     assert_says(
         &read_with("t,q1\n0,0\n", &degrees).unwrap_err().to_string(),
-        &["degrees", "--angle"],
+        &["degrees", "`angles`"],
     );
 }
 
@@ -161,7 +167,7 @@ fn values_that_are_not_finite_are_kept_for_the_check_and_refused_for_a_fit() {
         ("1e999", "inf"),
     ] {
         let text = format!("t,q1,qd1\n0,0,0\n1,1,{cell}\n2,2,2\n");
-        assert!(!read(&text).unwrap().recordings[0].qd.as_ref().unwrap()[1].is_finite());
+        assert!(!read(&text).unwrap().recordings[0].qd[1].is_finite());
         assert_says(
             &conversion_refusal(&text),
             &["sample 2", "'qd1'", shown, "remove"],
@@ -210,7 +216,7 @@ fn a_column_that_names_a_trajectory_a_row_is_refused_before_memory_is_gone() {
     };
     let rows: String = (0..5000).map(|k| format!("{k},{k},{k}.5\n")).collect();
     let error = read_with(&format!("t,q1,x\n{rows}"), &layout).unwrap_err();
-    assert_says(&error.to_string(), &["'x'", "--trajectory"]);
+    assert_says(&error.to_string(), &["'x'", "`trajectory`"]);
 }
 
 #[test]
@@ -286,15 +292,16 @@ fn ten_million_rows_stream_through_and_only_the_kept_ones_stay() {
 
 fn written(format: Format) -> Vec<u8> {
     let t: Vec<f64> = (0..20).map(f64::from).collect();
-    let trajectory = |name: &str| Trajectory {
-        name: name.into(),
-        q: t.clone(),
-        qd: t.clone(),
-        t: t.clone(),
-        qdd: None,
-        tau: None,
-        p: None,
-        pd: None,
+    let trajectory = |name: &str| {
+        Trajectory::new(
+            name,
+            t.clone(),
+            Signals {
+                q: t.clone(),
+                qd: t.clone(),
+                ..Signals::default()
+            },
+        )
     };
     let mut bytes = Cursor::new(Vec::new());
     format
@@ -335,16 +342,15 @@ impl Seek for Disk {
 #[test]
 fn a_full_disk_is_an_error_in_every_format() {
     let t: Vec<f64> = (0..2000).map(f64::from).collect();
-    let whole = Trajectory {
-        name: "a".into(),
-        q: t.clone(),
-        qd: t.clone(),
-        t,
-        qdd: None,
-        tau: None,
-        p: None,
-        pd: None,
-    };
+    let whole = Trajectory::new(
+        "a",
+        t.clone(),
+        Signals {
+            q: t.clone(),
+            qd: t.clone(),
+            ..Signals::default()
+        },
+    );
     let parquet = cfg!(feature = "parquet").then_some(Format::Parquet);
     for format in [Format::Csv, Format::Npz].into_iter().chain(parquet) {
         for room in [0, 10, 100, 3_000] {

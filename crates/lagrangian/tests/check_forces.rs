@@ -6,7 +6,7 @@ use std::io::Cursor;
 use lagrangian::check::{CheckReport, Item, Verdict, check};
 use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::lagrangian::{Dissipation, Lagrangian, analytic::by_name};
-use lagrangian::trajectory::{Format, Layout, Recording};
+use lagrangian::trajectory::{Format, Layout, Recording, Signals};
 
 /// Sums of sines of incommensurate frequencies: (amplitude, frequency, phase).
 type Waves = [(f64, f64, f64)];
@@ -342,11 +342,14 @@ fn forces_of_some_joints_alone_find_their_joints() {
                 "x",
                 &layout,
             )
-            .map(|r| r.recordings[0].tau.clone().unwrap())
+            .map(|r| r.recordings[0].tau.clone())
     };
     let named = |q: [&str; 2], tau: &str, actuated: &[&str]| Layout {
-        q: q.map(String::from).to_vec(),
-        tau: vec![tau.into()],
+        columns: Signals {
+            q: q.map(String::from).to_vec(),
+            tau: vec![tau.into()],
+            ..Signals::default()
+        },
         actuated: actuated.iter().map(|s| s.to_string()).collect(),
         ..Layout::default()
     };
@@ -367,7 +370,7 @@ fn forces_of_some_joints_alone_find_their_joints() {
     assert_eq!(cart("u", &["x"]).unwrap(), [7.0, 0.0, 8.0, 0.0]);
     assert_eq!(cart("theta_torque", &[]).unwrap(), [0.0, 7.0, 0.0, 8.0]);
     let message = cart("u", &[]).unwrap_err().to_string();
-    assert!(message.contains("--actuated"), "{message}");
+    assert!(message.contains("`actuated`"), "{message}");
     assert!(
         cart("u", &["phi"])
             .unwrap_err()

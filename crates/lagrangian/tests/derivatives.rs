@@ -1,7 +1,7 @@
 //! Estimated velocities and accelerations against closed forms, and the error that they claim against the true one.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::trajectory::{Columns, Estimate, EstimateOptions, Recording, Source};
+use lagrangian::trajectory::{Columns, Estimate, EstimateOptions, Recording, Signals, Source};
 use lagrangian::{Coordinates, Error, Trajectory};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -38,7 +38,10 @@ impl Swing {
 fn recording(t: Vec<f64>, q: Vec<f64>, qd: Option<Vec<f64>>) -> Recording {
     let columns = Columns {
         t: "t".into(),
-        q: vec!["q1".into()],
+        signals: Signals {
+            q: vec!["q1".into()],
+            ..Signals::default()
+        },
         ..Columns::default()
     };
     let coordinates = Coordinates::angles(1);
@@ -46,14 +49,14 @@ fn recording(t: Vec<f64>, q: Vec<f64>, qd: Option<Vec<f64>>) -> Recording {
         name: "swing".into(),
         coordinates,
         t,
-        q,
-        qd,
-        qdd: None,
-        p: None,
-        tau: None,
         columns,
         unwrapped: vec![0],
         sampled: None,
+        signals: Signals {
+            q,
+            qd: qd.unwrap_or_default(),
+            ..Signals::default()
+        },
     }
 }
 
@@ -106,7 +109,7 @@ fn the_claimed_error_is_within_a_factor_of_two_of_the_true_one() {
             let mut swing = Swing::new(seed);
             let t = swing.times(len, dt);
             let (trajectory, e) = estimate(swing.recording(t, noise, None));
-            let acceleration = trajectory.qdd.as_ref().unwrap();
+            let acceleration = &trajectory.qdd;
             let inside = |e: &Estimate| e.window / 2..trajectory.len() - e.window / 2;
             let error = |e: &Estimate, x: &[f64], truth| {
                 rms(&trajectory.t[inside(e)], &x[inside(e)], truth)
@@ -152,7 +155,7 @@ fn the_chosen_window_is_nearly_as_good_as_the_best_one() {
                 .recording(t, noise, None)
                 .into_trajectory(&options)
                 .unwrap();
-            rms(&trajectory.t, trajectory.qdd.as_ref().unwrap(), qdd)
+            rms(&trajectory.t, &trajectory.qdd, qdd)
         };
         let best = (7..300)
             .step_by(12)
@@ -171,14 +174,14 @@ fn accelerations_come_from_the_less_noisy_of_q_and_qd() {
     assert_eq!(from_qd[0].source, Source::Qd);
     within_a_factor_of_two(
         from_qd[0].standard_error,
-        rms(&t, &trajectory.qdd.unwrap(), qdd),
+        rms(&t, &trajectory.signals.qdd, qdd),
         "from qd",
     );
     let (trajectory, from_q) = estimate(swing.recording(t.clone(), 1e-6, Some(1.0)));
     assert_eq!(from_q[0].source, Source::Q);
     within_a_factor_of_two(
         from_q[0].standard_error,
-        rms(&t, &trajectory.qdd.unwrap(), qdd),
+        rms(&t, &trajectory.signals.qdd, qdd),
         "from q",
     );
 }
@@ -196,7 +199,7 @@ fn without_noise_the_estimate_is_exact_to_the_order_of_its_window() {
         "{}",
         rms(&t, &trajectory.qd, qd)
     );
-    assert!(rms(&t, &trajectory.qdd.unwrap(), qdd) < 5e-3);
+    assert!(rms(&t, &trajectory.signals.qdd, qdd) < 5e-3);
     assert!(estimates.iter().all(|e| e.window <= 9), "{estimates:?}");
 }
 
@@ -215,7 +218,7 @@ fn no_window_crosses_a_gap_and_lone_samples_are_left_out() {
     assert_eq!(estimates[0].left_out, 1);
     assert!(trajectory.qd[..200].iter().all(|v| (v - 1.0).abs() < 1e-9));
     assert!(trajectory.qd[200..].iter().all(|v| (v + 2.0).abs() < 1e-9));
-    assert!(trajectory.qdd.unwrap().iter().all(|a| a.abs() < 1e-5));
+    assert!(trajectory.signals.qdd.iter().all(|a| a.abs() < 1e-5));
     assert!(trajectory.t.windows(2).all(|w| w[1] > w[0]));
 }
 
@@ -230,7 +233,7 @@ fn smoothing_brings_q_and_qd_closer_to_the_truth() {
     };
     let (smooth, _) = noisy.clone().into_trajectory(&options).unwrap();
     assert!(rms(&t, &smooth.q, q) < 0.4 * rms(&t, &noisy.q, q));
-    assert!(rms(&t, &smooth.qd, qd) < 0.4 * rms(&t, &noisy.qd.unwrap(), qd));
+    assert!(rms(&t, &smooth.qd, qd) < 0.4 * rms(&t, &noisy.signals.qd, qd));
 }
 
 #[test]
@@ -238,13 +241,10 @@ fn measured_signals_are_passed_on_to_the_bit() {
     let mut swing = Swing::new(10);
     let t = swing.times(50, 0.01);
     let mut measured = swing.recording(t, 0.1, Some(0.1));
-    measured.qdd = Some(measured.t.iter().map(|t| qdd(*t)).collect());
+    measured.qdd = measured.t.iter().map(|t| qdd(*t)).collect();
     let (trajectory, estimates) = estimate(measured.clone());
     assert!(estimates.is_empty());
-    assert_eq!(
-        (Some(trajectory.qd), trajectory.qdd, trajectory.q),
-        (measured.qd, measured.qdd, measured.q)
-    );
+    assert_eq!(trajectory.signals, measured.signals);
 }
 
 #[test]
@@ -271,7 +271,7 @@ fn the_rate_of_recorded_momenta_is_estimated_from_them() {
     let mut swing = Swing::new(9);
     let t = swing.times(2000, 0.005);
     let mut recording = swing.recording(t.clone(), 1e-1, Some(1e-1));
-    recording.p = Some(t.iter().map(|t| 3.0 * qd(*t)).collect());
+    recording.p = t.iter().map(|t| 3.0 * qd(*t)).collect();
     let (trajectory, estimates) = estimate(recording);
     assert!(
         estimates
@@ -279,6 +279,6 @@ fn the_rate_of_recorded_momenta_is_estimated_from_them() {
             .any(|e| e.signal == "pd" && e.source == Source::P)
     );
     let rate = |t: f64| 3.0 * qdd(t);
-    assert!(rms(&t, &trajectory.pd.unwrap(), rate) < 1e-3);
-    assert!(trajectory.p.is_some());
+    assert!(rms(&t, &trajectory.signals.pd, rate) < 1e-3);
+    assert!(!trajectory.p.is_empty());
 }

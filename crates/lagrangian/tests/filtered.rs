@@ -4,7 +4,7 @@
 use lagrangian::dataset::Dataset;
 use lagrangian::identify::{RigidConfig, identify};
 use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::trajectory::{Columns, EstimateOptions, Recording};
+use lagrangian::trajectory::{Columns, EstimateOptions, Recording, Signals};
 use lagrangian::{Coordinates, Error};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -31,12 +31,12 @@ fn recording(noise: [f64; 2]) -> Recording {
         unwrapped: vec![0],
         sampled: None,
         columns: Columns::default(),
-        qd: None,
-        qdd: None,
-        p: None,
-        tau: Some(tau),
         t,
-        q,
+        signals: Signals {
+            tau,
+            q,
+            ..Signals::default()
+        },
     }
 }
 
@@ -72,8 +72,8 @@ fn a_filter_keeps_a_motion_that_is_slower_than_its_window() {
     let exact = recording([0.0, 0.0]);
     let (filtered, _) = exact.clone().into_trajectory(&options(0.1)).unwrap();
     assert!((filtered.t[0] - exact.t[25]).abs() < 1e-12);
-    let (tau, n) = (exact.tau.unwrap(), filtered.len());
-    let filtered = filtered.tau.unwrap();
+    let (tau, n) = (exact.signals.tau, filtered.len());
+    let filtered = filtered.signals.tau;
     assert!((0..n).all(|k| (filtered[k] - tau[25 + k]).abs() < 2e-3));
 }
 

@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 use std::io::Cursor;
 
-use lagrangian::trajectory::{EstimateOptions, Format, Layout, Readings};
+use lagrangian::trajectory::{EstimateOptions, Format, Layout, Readings, Signals};
 use lagrangian::{Coordinates, Topology, Trajectory};
 use proptest::prelude::*;
 
@@ -45,16 +45,18 @@ fn trajectory(name: &str, len: usize, n: usize, seed: f64) -> Trajectory {
             .collect()
     };
     let t = (0..len).map(|k| 0.1 * k as f64 + seed).collect();
-    Trajectory {
-        name: name.into(),
+    Trajectory::new(
+        name,
         t,
-        q: signal(1.0),
-        qd: signal(-7.0),
-        qdd: Some(signal(17.0)),
-        tau: Some(signal(-300.0)),
-        p: Some(signal(40.0)),
-        pd: None,
-    }
+        Signals {
+            q: signal(1.0),
+            qd: signal(-7.0),
+            qdd: signal(17.0),
+            tau: signal(-300.0),
+            p: signal(40.0),
+            ..Signals::default()
+        },
+    )
 }
 
 #[test]
@@ -96,7 +98,7 @@ proptest! {
     fn any_finite_number_reads_back_to_the_same_bits(values in prop::collection::vec(any::<f64>(), 2..20)) {
         let q: Vec<f64> = values.into_iter().filter(|x| x.is_finite()).chain([0.0, -0.0]).collect();
         let t = (0..q.len()).map(|k| k as f64).collect();
-        let written = Trajectory { name: "file".into(), t, qd: q.clone(), q, qdd: None, tau: None, p: None, pd: None, };
+        let written = Trajectory::new("file", t, Signals { qd: q.clone(), q, ..Signals::default() });
         for format in formats() {
             let read = round_trip(format, std::slice::from_ref(&written)).remove(0);
             let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
@@ -110,16 +112,19 @@ proptest! {
 fn columns_named_by_the_user_are_taken_in_that_order() {
     let layout = Layout {
         t: Some("time".into()),
-        q: vec!["b".into(), "a".into()],
-        tau: vec!["m2".into(), "m1".into()],
+        columns: Signals {
+            q: vec!["b".into(), "a".into()],
+            tau: vec!["m2".into(), "m1".into()],
+            ..Signals::default()
+        },
         angles: vec!["a".into()],
         ..Layout::default()
     };
     let readings = csv("a,b,m1,m2,time\n1,2,3,4,0\n2,6,7,8,1\n", &layout);
     let r = &readings.recordings[0];
     assert_eq!(
-        (r.q.as_slice(), r.tau.as_deref()),
-        (&[2.0, 1.0, 6.0, 2.0][..], Some(&[4.0, 3.0, 8.0, 7.0][..]))
+        (r.q.as_slice(), r.tau.as_slice()),
+        (&[2.0, 1.0, 6.0, 2.0][..], &[4.0, 3.0, 8.0, 7.0][..])
     );
     assert_eq!(r.coordinates.0[0].topology, Topology::Line);
     assert_eq!(
@@ -193,8 +198,8 @@ fn degrees_are_converted_where_declared_and_only_for_angles() {
     );
     let r = &readings.recordings[0];
     assert_eq!(r.q[..2], [PI / 2.0, 90.0]);
-    assert_eq!(r.qd.as_ref().unwrap()[..2], [PI, 180.0]);
-    assert_eq!(r.tau.as_ref().unwrap()[..2], [5.0, 5.0]);
+    assert_eq!(r.qd[..2], [PI, 180.0]);
+    assert_eq!(r.tau[..2], [5.0, 5.0]);
 }
 
 #[test]
@@ -208,12 +213,15 @@ fn the_description_beside_the_data_survives_writing_and_flags_win_over_it() {
         beside
     );
     let flags = Layout {
-        q: vec!["c".into()],
+        columns: Signals {
+            q: vec!["c".into()],
+            ..Signals::default()
+        },
         ..Layout::default()
     };
     let both = flags.or(beside);
     assert_eq!(
-        (both.q, both.t.as_deref(), both.degrees),
+        (both.columns.q, both.t.as_deref(), both.degrees),
         (vec!["c".into()], Some("time"), true)
     );
     let written = Layout::written(&Coordinates::angles(2));
@@ -253,10 +261,7 @@ fn an_archive_of_numpy_is_read_whatever_its_order_types_and_packing() {
         approx::assert_abs_diff_eq!(*t, 0.1 * (k + 3) as f64, epsilon = 1e-12);
         approx::assert_abs_diff_eq!(r.q[2 * k], t.sin(), epsilon = 1e-12);
         approx::assert_abs_diff_eq!(r.q[2 * k + 1], t.cos(), epsilon = 1e-12);
-        approx::assert_abs_diff_eq!(r.qd.as_ref().unwrap()[2 * k], t.cos(), epsilon = 1e-6);
+        approx::assert_abs_diff_eq!(r.qd[2 * k], t.cos(), epsilon = 1e-6);
     }
-    assert_eq!(
-        r.tau.as_deref(),
-        Some(&[6.0, 7.0, 8.0, 9.0, 10.0, 11.0][..])
-    );
+    assert_eq!(r.tau, [6.0, 7.0, 8.0, 9.0, 10.0, 11.0]);
 }

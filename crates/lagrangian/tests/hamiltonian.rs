@@ -90,7 +90,7 @@ fn motions_in_phase_space_are_those_of_the_lagrangian() {
         assert!(found.outcome.is_finished());
         close(&truth.trajectory.q, &found.trajectory.q, steps, name);
         close(&truth.trajectory.qd, &found.trajectory.qd, steps, name);
-        let (a, b) = (truth.trajectory.qdd.unwrap(), found.trajectory.qdd.unwrap());
+        let (a, b) = (truth.trajectory.signals.qdd, found.trajectory.signals.qdd);
         close(&a, &b, 1e-6, name);
     }
 }
@@ -392,7 +392,7 @@ fn a_plain_flow_of_momenta_moves_from_a_momentum_but_not_from_a_velocity() {
     assert!(!refused.outcome.is_finished() && refused.trajectory.is_empty());
     let motion = rollout_phase(&model, &[0.1; 2], &[0.2; 2], &at, &free, &options).unwrap();
     assert!(motion.outcome.is_finished());
-    let p = motion.trajectory.p.unwrap();
+    let p = motion.trajectory.signals.p;
     close(&p[..2], &[0.2; 2], 1e-15, "first momentum");
 }
 

@@ -7,6 +7,7 @@ use lagrangian::identify::{Identified, RigidConfig, identify};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{Angles, Dissipation, RigidChain};
 use lagrangian::train::Samples;
+use lagrangian::trajectory::Signals;
 use lagrangian::{Coordinates, Error};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -39,14 +40,16 @@ fn samples(model: &dyn Model, count: usize, noise: f64, seed: u64) -> Samples {
     tau.iter_mut()
         .zip(scatter)
         .for_each(|(tau, s)| *tau += noise * s);
-    Samples {
+    Samples::new(
         n,
-        q,
-        qd,
-        qdd,
-        tau,
-        ..Samples::default()
-    }
+        Signals {
+            q,
+            qd,
+            qdd,
+            tau,
+            ..Signals::default()
+        },
+    )
 }
 
 fn identified(truth: &dyn Model, noise: f64, config: &RigidConfig) -> Identified {
@@ -200,11 +203,9 @@ fn the_speed_at_which_friction_turns_is_chosen_from_the_data() {
 fn friction_that_would_put_energy_in_is_left_out() {
     let system = by_name("pendulum", &[]).unwrap();
     let mut train = samples(&*system, 500, 0.0, 1);
-    train
-        .tau
-        .iter_mut()
-        .zip(&train.qd)
-        .for_each(|(tau, v)| *tau -= 0.2 * v);
+    let Signals { qd, tau, .. } = &mut train.signals;
+    let pairs = tau.iter_mut().zip(qd);
+    pairs.for_each(|(tau, v)| *tau -= 0.2 * *v);
     let dataset = Dataset::from_samples(
         Coordinates::angles(1),
         train,
@@ -237,13 +238,15 @@ fn data_that_cannot_tell_a_chain_are_refused() {
     let mut free = driven;
     free.tau.fill(0.0);
     assert!(refused(Coordinates::angles(1), free).contains("--tau"));
-    let eight = Samples {
-        n: 8,
-        q: vec![0.1; 8],
-        qd: vec![0.1; 8],
-        qdd: vec![0.1; 8],
-        tau: vec![0.1; 8],
-        ..Samples::default()
-    };
+    let eight = Samples::new(
+        8,
+        Signals {
+            q: vec![0.1; 8],
+            qd: vec![0.1; 8],
+            qdd: vec![0.1; 8],
+            tau: vec![0.1; 8],
+            ..Signals::default()
+        },
+    );
     assert!(refused(Coordinates::angles(8), eight).contains("1 to 7"));
 }

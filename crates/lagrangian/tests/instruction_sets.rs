@@ -184,7 +184,7 @@ fn a_rollout_ends_in_the_same_state_on_every_instruction_set() {
         let run = || {
             let options = RolloutOptions::default();
             let found = rollout(&*model, &[0.4, -0.2], &[0.3, 0.1], &times, &free, &options);
-            found.unwrap().trajectory.q
+            found.unwrap().trajectory.signals.q
         };
         on_each_level(run, |level, found, portable| {
             let error = difference(found, portable);

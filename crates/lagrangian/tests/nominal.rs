@@ -8,6 +8,7 @@ use lagrangian::rigid::{self, RigidBodies, RobotConfig};
 use lagrangian::rollout::{free, times};
 use lagrangian::saved::{Provenance, SavedModel};
 use lagrangian::train::{ForceTerms, Samples};
+use lagrangian::trajectory::Signals;
 use lagrangian::{
     Budget, Dataset, Family, FitConfig, Learned, Lnn, LnnConfig, Loss, RolloutOptions, fit, rollout,
 };
@@ -35,14 +36,16 @@ fn samples(truth: &dyn Model, m: usize, seed: u64) -> Samples {
     let (q, qd, tau) = (column(3.0), column(3.0), column(8.0));
     let mut qdd = vec![0.0; m * n];
     truth.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
-    Samples {
+    Samples::new(
         n,
-        q,
-        qd,
-        qdd,
-        tau,
-        ..Samples::default()
-    }
+        Signals {
+            q,
+            qd,
+            qdd,
+            tau,
+            ..Signals::default()
+        },
+    )
 }
 
 fn dataset(truth: &dyn Model, m: usize) -> Dataset {
@@ -182,10 +185,11 @@ fn free_motions_teach_the_accelerations_upon_a_robot() {
     let truth = loaded();
     let mut data = dataset(&truth, 800);
     for part in [&mut data.train, &mut data.validation] {
-        part.tau.fill(0.0);
-        let _ = truth
-            .evaluator()
-            .forward_dynamics(&part.q, &part.qd, &part.tau, &mut part.qdd);
+        let Signals {
+            q, qd, qdd, tau, ..
+        } = &mut part.signals;
+        tau.fill(0.0);
+        let _ = truth.evaluator().forward_dynamics(q, qd, tau, qdd);
     }
     data.forced = false;
     let error = |model: &dyn Model| {
@@ -261,7 +265,7 @@ fn a_model_upon_a_robot_is_saved_with_it() {
                 &options,
             )
             .unwrap();
-            motion.trajectory.q
+            motion.trajectory.signals.q
         };
         assert_eq!(motion(&found), motion(&again), "to the bit");
         // Damage is found: no robot, another one, a family that does not exist.

@@ -7,6 +7,7 @@ use lagrangian::lagrangian::analytic::{Analytic, AnalyticModel, Parameter, Syste
 use lagrangian::lagrangian::{Delan, DelanConfig, Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling};
 use lagrangian::rollout::{RolloutOptions, free, rollout, times};
 use lagrangian::train::Samples;
+use lagrangian::trajectory::Signals;
 use lagrangian::{Coordinates, Dataset, Error, State, Topology};
 use num_dual::DualNum;
 use rand::{Rng, RngExt, SeedableRng};
@@ -196,14 +197,16 @@ fn a_plain_network_holds_a_parameter() {
 }
 
 fn samples(qd: f64, qdd: f64) -> Samples {
-    Samples {
-        n: 2,
-        q: vec![0.1, 5.0, 0.4, 5.0],
-        qd: vec![1.0, 0.0, 2.0, qd],
-        qdd: vec![3.0, 0.0, 1.0, qdd],
-        tau: vec![0.0; 4],
-        ..Samples::default()
-    }
+    Samples::new(
+        2,
+        Signals {
+            q: vec![0.1, 5.0, 0.4, 5.0],
+            qd: vec![1.0, 0.0, 2.0, qd],
+            qdd: vec![3.0, 0.0, 1.0, qdd],
+            tau: vec![0.0; 4],
+            ..Signals::default()
+        },
+    )
 }
 
 #[test]

@@ -105,11 +105,11 @@ fn the_simulated_arm_passes_the_check_and_its_own_accelerations_are_found_again(
     assert_eq!(recordings.len(), 20);
     assert_eq!(recordings.iter().map(Recording::len).sum::<usize>(), 2913);
     for mut recording in recordings {
-        let measured = recording.qdd.take().unwrap();
+        let measured = std::mem::take(&mut recording.qdd);
         let (trajectory, estimates) = recording
             .into_trajectory(&EstimateOptions::default())
             .unwrap();
-        let estimated = trajectory.qdd.unwrap();
+        let estimated = trajectory.signals.qdd;
         let rms = |x: Vec<f64>| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
         let error = rms(measured
             .iter()

@@ -8,6 +8,7 @@ use lagrangian::lagrangian::Dissipation;
 use lagrangian::rigid::{self, RigidBodies, RobotConfig};
 use lagrangian::saved::{Provenance, SavedModel};
 use lagrangian::train::{ForceTerms, Samples};
+use lagrangian::trajectory::Signals;
 use lagrangian::{Coordinates, Dataset, Error, Family, FitConfig, Learned, Loss, fit};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -37,14 +38,16 @@ fn samples(truth: &dyn Model, m: usize, noise: f64, seed: u64) -> Samples {
             .step_by(n)
             .for_each(|t| *t += size * (rng.random::<f64>() - 0.5));
     }
-    Samples {
+    Samples::new(
         n,
-        q,
-        qd,
-        qdd,
-        tau,
-        ..Samples::default()
-    }
+        Signals {
+            q,
+            qd,
+            qdd,
+            tau,
+            ..Signals::default()
+        },
+    )
 }
 
 fn dataset(truth: &dyn Model, m: usize, noise: f64) -> Dataset {
@@ -282,14 +285,16 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
                 .map(|k| (k as f64 * f).sin())
                 .collect::<Vec<f64>>()
         };
-        let samples = Samples {
+        let samples = Samples::new(
             n,
-            q: wave(0.3),
-            qd: wave(0.7),
-            qdd: wave(1.1),
-            tau: wave(0.2),
-            ..Samples::default()
-        };
+            Signals {
+                q: wave(0.3),
+                qd: wave(0.7),
+                qdd: wave(1.1),
+                tau: wave(0.2),
+                ..Signals::default()
+            },
+        );
         Dataset::from_samples(coordinates, samples.clone(), samples).unwrap()
     };
     let refusal = |coordinates: Coordinates, joints: &[&str]| {

@@ -10,6 +10,7 @@ use lagrangian::rollout::{
     Hold, Outcome, RolloutOptions, free, recorded, rollout, rollout_many, rollout_recorded, times,
 };
 use lagrangian::score::valid_prediction_time;
+use lagrangian::trajectory::Signals;
 use lagrangian::{Coordinates, State, Trajectory};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -374,11 +375,14 @@ fn every_sample_carries_the_acceleration_of_its_state_and_force() {
         let alone = rollout(&model, &start.q, &start.qd, &t, &tau, &options).unwrap();
         let mut all = rollout_many(&model, &starts, &t, &tau, &options).unwrap();
         all.push(alone);
-        for Trajectory {
-            q, qd, qdd, tau, ..
-        } in all.into_iter().map(|r| r.trajectory)
+        for Signals {
+            q,
+            qd,
+            qdd: found,
+            tau,
+            ..
+        } in all.into_iter().map(|r| r.trajectory.signals)
         {
-            let (found, tau) = (qdd.unwrap(), tau.unwrap());
             let mut qdd = vec![0.0; found.len()];
             let _ = model.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
             let pairs = found.iter().zip(&qdd);
@@ -396,16 +400,16 @@ fn recorded_forces_drive_a_rollout_held_or_interpolated() {
     // A free mass under a force that rises from 0 to 1 N in 1 s and then stays.
     let model = by_name("mass-spring", &[("stiffness", 1e-12)]).unwrap();
     let t: Vec<f64> = (0..=10).map(|k| f64::from(k) * 0.1).collect();
-    let recording = Trajectory {
-        name: "ramp".into(),
-        q: vec![0.0; t.len()],
-        qd: vec![0.0; t.len()],
-        qdd: None,
-        tau: Some(t.clone()),
-        t,
-        p: None,
-        pd: None,
-    };
+    let recording = Trajectory::new(
+        "ramp",
+        t.clone(),
+        Signals {
+            q: vec![0.0; t.len()],
+            qd: vec![0.0; t.len()],
+            tau: t.clone(),
+            ..Signals::default()
+        },
+    );
     let speed_at = |time: f64, hold: Hold| {
         let tau = recorded(&recording, model.coordinates(), hold).unwrap();
         let options = RolloutOptions {
@@ -446,16 +450,15 @@ fn recorded_forces_drive_a_rollout_held_or_interpolated() {
 fn turning(omega: f64, offset: f64) -> Trajectory {
     let t = times(10.0, 0.01).unwrap();
     let q = t.iter().map(|t| omega * t + offset).collect();
-    Trajectory {
-        name: String::new(),
-        qd: vec![omega; t.len()],
-        q,
-        t,
-        qdd: None,
-        tau: None,
-        p: None,
-        pd: None,
-    }
+    Trajectory::new(
+        String::new(),
+        t.clone(),
+        Signals {
+            qd: vec![omega; t.len()],
+            q,
+            ..Signals::default()
+        },
+    )
 }
 
 #[test]

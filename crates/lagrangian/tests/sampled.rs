@@ -9,7 +9,7 @@ use std::io::{Cursor, Read};
 
 use lagrangian::check::{Verdict, check};
 use lagrangian::trajectory::{
-    EstimateOptions, Format, Layout, Readings, Recording, Sampling, csv, thin,
+    EstimateOptions, Format, Layout, Readings, Recording, Sampling, Signals, csv, thin,
 };
 use lagrangian::{Error, Trajectory};
 
@@ -125,16 +125,15 @@ fn of_a_longer_log_whole_stretches_are_kept_and_never_more_rows_than_asked_for()
 
 #[test]
 fn the_sample_depends_on_the_seed_alone_whatever_the_format() {
-    let truth = Trajectory {
-        name: "log".into(),
-        t: (0..20_000).map(|k| STEP * f64::from(k)).collect(),
-        q: (0..20_000).map(|k| (STEP * f64::from(k)).sin()).collect(),
-        qd: (0..20_000).map(|k| (STEP * f64::from(k)).cos()).collect(),
-        qdd: None,
-        tau: None,
-        p: None,
-        pd: None,
-    };
+    let truth = Trajectory::new(
+        "log",
+        (0..20_000).map(|k| STEP * f64::from(k)).collect(),
+        Signals {
+            q: (0..20_000).map(|k| (STEP * f64::from(k)).sin()).collect(),
+            qd: (0..20_000).map(|k| (STEP * f64::from(k)).cos()).collect(),
+            ..Signals::default()
+        },
+    );
     let drawn = |format: Format, seed: u64| {
         let mut file = Cursor::new(Vec::new());
         format
@@ -273,7 +272,7 @@ fn pieces_become_trajectories_whose_estimates_are_as_good_as_they_say() {
     // The ends of the log itself are kept, with what a window on one side alone can tell.
     let inside = |t: f64| (1.0..STEP * 39_900.0).contains(&t);
     let worst = |motion: &Trajectory| -> f64 {
-        let pairs = motion.t.iter().zip(motion.qdd.as_ref().unwrap());
+        let pairs = motion.t.iter().zip(&motion.qdd);
         let errors = pairs.filter(|(t, _)| inside(**t));
         errors.fold(0.0, |most, (t, a)| most.max((a + t.sin()).abs()))
     };
@@ -295,7 +294,7 @@ fn no_force_is_shifted_across_a_cut() {
     let log = one(&rows(30_000), &sampled(LIMIT, 3))
         .delayed(&[0.055])
         .unwrap();
-    let tau = log.tau.as_ref().unwrap();
+    let tau = &log.tau;
     assert!(log.len() > LIMIT * 3 / 4);
     for (t, tau) in log.t.iter().zip(tau) {
         assert!((tau - (0.7 * (t - 0.055)).cos()).abs() < 1e-4, "at {t}");

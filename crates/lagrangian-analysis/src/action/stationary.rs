@@ -7,6 +7,7 @@ use super::second_variation::SecondVariation;
 use lagrangian::Trajectory;
 use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
 use lagrangian::solve::SymmetricSolver;
+use lagrangian::trajectory::Signals;
 
 /// What kind of stationary path it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -111,16 +112,15 @@ impl StationaryPath {
             qd.extend(pairs.map(|(a, b)| (b - a) / (2.0 * path.step())));
         }
         qd.extend(&self.velocities[1]);
-        Trajectory {
-            name: name.into(),
-            t: path.times(),
-            q: path.q.clone(),
-            qd,
-            qdd: None,
-            tau: None,
-            p: None,
-            pd: None,
-        }
+        Trajectory::new(
+            name,
+            path.times(),
+            Signals {
+                q: path.q.clone(),
+                qd,
+                ..Signals::default()
+            },
+        )
     }
 
     /// Whether it is the same path but for the error of the grid.

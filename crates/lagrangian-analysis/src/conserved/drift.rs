@@ -6,6 +6,7 @@ use super::Physics;
 use super::charge::Charge;
 use lagrangian::lagrangian::Jet;
 use lagrangian::solve::dot;
+use lagrangian::trajectory::Signal;
 use lagrangian::{Result, Trajectory};
 
 /// Change of a quantity along motions.
@@ -54,8 +55,9 @@ pub(super) fn along(
 /// τ − d at every sample, `[len, n]`.
 fn forces(physics: &Physics<'_>, motion: &Trajectory, driven: bool) -> Vec<f64> {
     let zeros = vec![0.0; motion.q.len()];
-    let recorded = motion.tau.as_ref().filter(|_| driven).unwrap_or(&zeros);
-    let mut force = recorded.clone();
+    let recorded = motion.values(Signal::Tau).filter(|_| driven);
+    let recorded = recorded.unwrap_or(&zeros);
+    let mut force = recorded.to_vec();
     if let Some(actuation) = physics.actuation {
         actuation.forces(recorded, &mut force);
     }

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::field::{Field, FieldScale, States};
 use lagrangian::Trajectory;
 use lagrangian::dynamics::Model;
+use lagrangian::trajectory::Signal;
 
 /// States that are looked at.
 const LOOKED_AT: usize = 200;
@@ -124,10 +125,10 @@ fn thinned(recordings: &[Trajectory], n: usize) -> [Vec<f64>; 3] {
     for (r, at) in rows.step_by(every) {
         states[0].extend_from_slice(&r.q[at..at + n]);
         states[1].extend_from_slice(&r.qd[at..at + n]);
-        match &r.tau {
-            Some(tau) => states[2].extend_from_slice(&tau[at..at + n]),
-            None => states[2].resize(states[0].len(), 0.0),
-        }
+        let tau = r.values(Signal::Tau).map(|tau| &tau[at..at + n]);
+        states[2].extend_from_slice(tau.unwrap_or_default());
+        let size = states[0].len();
+        states[2].resize(size, 0.0);
     }
     states
 }

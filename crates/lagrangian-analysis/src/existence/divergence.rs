@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::field::{Field, FieldScale, States};
 use lagrangian::dynamics::Model;
+use lagrangian::trajectory::Signal;
 use lagrangian::{Coordinates, Trajectory};
 
 /// A state is back where each of its numbers is, in the mean, within this part of its scale.
@@ -119,7 +120,7 @@ fn distance(
 fn mean_trace(field: &mut Field, part: &Trajectory) -> f64 {
     let n = part.dof();
     let still = vec![0.0; part.q.len()];
-    let tau = part.tau.as_deref().unwrap_or(&still);
+    let tau = part.values(Signal::Tau).unwrap_or(&still);
     let by_qd = field
         .jacobians(States {
             q: &part.q,

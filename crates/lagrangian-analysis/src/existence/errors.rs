@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use lagrangian::Trajectory;
 use lagrangian::dynamics::Model;
+use lagrangian::trajectory::Signal;
 
 /// Fewer recordings than this are cut into pieces, so that there is something to resample.
 const FEWEST: usize = 8;
@@ -50,10 +51,10 @@ impl HeldOut {
         let (mut squares, mut sums, mut count) = (Vec::new(), vec![0.0; n], 0.0);
         for piece in pieces {
             let still = vec![0.0; piece.q.len()];
-            let tau = piece.tau.as_ref().unwrap_or(&still);
+            let tau = piece.values(Signal::Tau).unwrap_or(&still);
             let mut own = vec![0.0; piece.q.len()];
             evaluator.forward_dynamics(&piece.q, &piece.qd, tau, &mut own);
-            let qdd = piece.qdd.as_ref().unwrap_or(&still);
+            let qdd = piece.values(Signal::Qdd).unwrap_or(&still);
             let mut sum = 0.0;
             for (at, (a, b)) in own.iter().zip(qdd).enumerate() {
                 let e = ((a - b) / scale[at % n]).abs();

@@ -14,6 +14,7 @@ use lagrangian::lagrangian::{Form, LnnConfig};
 use lagrangian::train::{
     Family, Fit, FitConfig, ForceTerms, Learned, Loss, Observer, Progress, fit,
 };
+use lagrangian::trajectory::Signals;
 use lagrangian::{Dataset, MlpConfig, Result};
 
 /// Fits of a survey at most.
@@ -122,10 +123,10 @@ impl<'a> Fits<'a> {
         let mut made = self.parts.dataset.clone();
         for samples in [&mut made.train, &mut made.validation] {
             let measured = samples.qdd.clone();
-            let (q, qd, tau) = (&samples.q, &samples.qd, &samples.tau);
-            model
-                .evaluator()
-                .forward_dynamics(q, qd, tau, &mut samples.qdd);
+            let Signals {
+                q, qd, qdd, tau, ..
+            } = &mut samples.signals;
+            model.evaluator().forward_dynamics(q, qd, tau, qdd);
             for (at, (own, measured)) in samples.qdd.iter_mut().zip(&measured).enumerate() {
                 // Where it fails it is not worth imitating.
                 let failed = !own.is_finite() || own.abs() > 100.0 * measured.abs().max(1.0);

@@ -68,7 +68,7 @@ fn pendulums(coulomb: f64, count: usize) -> Vec<Trajectory> {
 fn noisy(mut recordings: Vec<Trajectory>, part: f64) -> Vec<Trajectory> {
     let deviation = part * acceleration(&recordings);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    for x in recordings.iter_mut().flat_map(|r| r.qdd.as_mut().unwrap()) {
+    for x in recordings.iter_mut().flat_map(|r| &mut r.qdd) {
         *x += deviation * normal(&mut rng);
     }
     recordings
@@ -76,10 +76,7 @@ fn noisy(mut recordings: Vec<Trajectory>, part: f64) -> Vec<Trajectory> {
 
 /// Root mean square of all accelerations.
 fn acceleration(recordings: &[Trajectory]) -> f64 {
-    let qdd: Vec<f64> = recordings
-        .iter()
-        .flat_map(|r| r.qdd.clone().unwrap())
-        .collect();
+    let qdd: Vec<f64> = recordings.iter().flat_map(|r| r.qdd.clone()).collect();
     (qdd.iter().map(|x| x * x).sum::<f64>() / qdd.len() as f64).sqrt()
 }
 

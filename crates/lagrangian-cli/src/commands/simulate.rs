@@ -59,7 +59,7 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
     if args.momenta {
         for rollout in &mut rollouts {
             let motion = &mut rollout.trajectory;
-            motion.p = Some(momenta(system.lagrangian(), &motion.q, &motion.qd));
+            motion.p = momenta(system.lagrangian(), &motion.q, &motion.qd);
         }
     }
     let trajectories = recorded(rollouts, args);
@@ -188,9 +188,9 @@ fn recorded(rollouts: Vec<Rollout>, args: &SimulateArgs) -> Vec<Trajectory> {
             trajectory.add_noise(sigma, &mut rng);
         }
     }
-    let all_have_qdd = trajectories.iter().all(|t| t.qdd.is_some());
+    let all_have_qdd = trajectories.iter().all(|t| !t.qdd.is_empty());
     if !all_have_qdd {
-        trajectories.iter_mut().for_each(|t| t.qdd = None);
+        trajectories.iter_mut().for_each(|t| t.qdd = Vec::new());
     }
     trajectories
 }

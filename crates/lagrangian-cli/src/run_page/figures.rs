@@ -3,6 +3,7 @@
 use anyhow::Result;
 use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::score::predict;
+use lagrangian::trajectory::Signal;
 use lagrangian::{Coordinates, Trajectory};
 use lagrangian_report::{
     Animation, Curve, Figure, Motion, Pairs, Panel, Role, energy_error_over_time, loss_curves,
@@ -103,7 +104,7 @@ impl<'a> Followed<'a> {
 
     /// The learned energy along both motions, if neither force nor friction changes it.
     fn energy(&self, run: &Run) -> Option<Figure> {
-        let driven = self.truth.tau.iter().flatten().any(|tau| *tau != 0.0);
+        let driven = self.truth.tau.iter().any(|tau| *tau != 0.0);
         let damped = run.model.dissipation().is_some();
         if driven || damped {
             return None;
@@ -196,9 +197,11 @@ pub(super) fn parities(run: &Run) -> Vec<Figure> {
     let n = coordinates.dof();
     let (mut truth, mut predicted) = (Vec::new(), Vec::new());
     for trajectory in run.judged.iter().filter(|_| run.model.moves()) {
-        let Some(qdd) = &trajectory.qdd else { continue };
+        let Some(qdd) = trajectory.values(Signal::Qdd) else {
+            continue;
+        };
         let free = vec![0.0; qdd.len()];
-        let tau = trajectory.tau.as_ref().unwrap_or(&free);
+        let tau = trajectory.values(Signal::Tau).unwrap_or(&free);
         let mut own = vec![0.0; qdd.len()];
         run.model
             .evaluator()

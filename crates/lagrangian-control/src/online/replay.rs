@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Sample;
 use lagrangian::train::Samples;
+use lagrangian::trajectory::Signals;
 use lagrangian::{Error, Result};
 
 /// Settings of a [`Replay`].
@@ -62,14 +63,16 @@ impl Replay {
         }
         let column = || vec![0.0; size * n];
         Ok(Self {
-            samples: Samples {
+            samples: Samples::new(
                 n,
-                q: column(),
-                qd: column(),
-                qdd: column(),
-                tau: column(),
-                ..Samples::default()
-            },
+                Signals {
+                    q: column(),
+                    qd: column(),
+                    qdd: column(),
+                    tau: column(),
+                    ..Signals::default()
+                },
+            ),
             config,
             filled: 0,
             oldest: 0,
@@ -116,9 +119,9 @@ impl Replay {
         };
         let n = self.samples.n;
         let to = (self.config.newest + target) * n;
-        let Samples {
+        let Signals {
             q, qd, qdd, tau, ..
-        } = &mut self.samples;
+        } = &mut self.samples.signals;
         for signal in [q, qd, qdd, tau] {
             signal.copy_within(place * n..(place + 1) * n, to);
         }
@@ -132,9 +135,9 @@ impl Replay {
         // The newest stands before the oldest.
         let first = (self.oldest + self.filled - keep) % ring.max(1);
         let order: Vec<usize> = (0..keep).map(|k| (first + k) % ring).collect();
-        let Samples {
+        let Signals {
             q, qd, qdd, tau, ..
-        } = &mut self.samples;
+        } = &mut self.samples.signals;
         for signal in [q, qd, qdd, tau] {
             let kept: Vec<f64> = order
                 .iter()

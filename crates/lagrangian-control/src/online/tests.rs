@@ -5,6 +5,7 @@ use super::*;
 use crate::{Desired, Gains, LoopConfig, LoopOutcome, Reference};
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rollout::times;
+use lagrangian::trajectory::Signals;
 use lagrangian::{Coordinates, Trajectory};
 
 fn arm(payload: f64) -> Box<dyn AnalyticModel> {
@@ -30,17 +31,13 @@ fn loops(seconds: f64) -> Reference {
         let at = |t: f64| (0..2).map(move |i| wave(i, t).iter().map(|x| x[d]).sum());
         t.iter().flat_map(|&t| at(t)).collect()
     };
-    Reference::new(Trajectory {
-        name: "loops".into(),
+    let signals = Signals {
         q: signal(0),
         qd: signal(1),
-        qdd: Some(signal(2)),
-        tau: None,
-        t,
-        p: None,
-        pd: None,
-    })
-    .unwrap()
+        qdd: signal(2),
+        ..Signals::default()
+    };
+    Reference::new(Trajectory::new("loops", t, signals)).unwrap()
 }
 
 fn error(tracked: &Tracked, reference: &Reference, (from, to): (f64, f64)) -> f64 {
@@ -125,7 +122,7 @@ fn rows_that_are_not_finite_are_dropped_counted_and_do_not_reach_the_model() {
     let motion = &tracked.driven.trajectory;
     let mut learner = learner(3);
     for (k, &t) in motion.t.iter().enumerate() {
-        let tau = &motion.tau.as_ref().unwrap()[2 * k..2 * k + 2];
+        let tau = &motion.tau[2 * k..2 * k + 2];
         let mut row = [
             &[t],
             &motion.q[2 * k..2 * k + 2],
@@ -154,7 +151,7 @@ fn a_learner_that_diverges_goes_back_to_the_last_good_model_and_says_so() {
     let motion = &tracked.driven.trajectory;
     let mut learner = learner(4);
     for (k, &t) in motion.t.iter().enumerate() {
-        let tau = &motion.tau.as_ref().unwrap()[2 * k..2 * k + 2];
+        let tau = &motion.tau[2 * k..2 * k + 2];
         let row = [
             &[t],
             &motion.q[2 * k..2 * k + 2],
@@ -217,7 +214,7 @@ fn the_torque_and_the_acceleration_of_a_sample_belong_together() {
                 &[t],
                 &motion.q[2 * k..2 * k + 2],
                 &motion.qd[2 * k..2 * k + 2],
-                &motion.tau.as_ref().unwrap()[2 * k..2 * k + 2],
+                &motion.tau[2 * k..2 * k + 2],
             ]
             .concat();
             let Some(sample) = differentiator.push(&row) else {

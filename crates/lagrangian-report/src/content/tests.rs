@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use lagrangian::trajectory::Signals;
 use lagrangian::{Coordinates, Trajectory};
 
 use super::*;
@@ -14,16 +15,15 @@ fn rotation() -> Trajectory {
     let t: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.01).collect();
     let q: Vec<f64> = t.iter().flat_map(|t| [3.0 * t, -t]).collect();
     let qd = t.iter().flat_map(|_| [3.0, -1.0]).collect();
-    Trajectory {
-        name: "turning".into(),
+    Trajectory::new(
+        "turning",
         t,
-        q,
-        qd,
-        qdd: None,
-        tau: None,
-        p: None,
-        pd: None,
-    }
+        Signals {
+            q,
+            qd,
+            ..Signals::default()
+        },
+    )
 }
 
 #[test]

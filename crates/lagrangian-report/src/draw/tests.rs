@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use lagrangian::Trajectory;
+use lagrangian::trajectory::Signals;
 
 use super::demo::{demo, headline, swing};
 use super::*;
@@ -191,8 +192,11 @@ fn a_motion_that_ended_at_once_or_lost_its_angles_is_still_played() {
     lost.q[51] = f64::NAN;
     let nothing = Trajectory {
         t: vec![],
-        q: vec![],
-        qd: vec![],
+        signals: Signals {
+            q: vec![],
+            qd: vec![],
+            ..swing(0.0, 1).signals
+        },
         ..swing(0.0, 1)
     };
     let panel =

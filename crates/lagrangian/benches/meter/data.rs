@@ -2,6 +2,7 @@
 
 use lagrangian::dataset::Dataset;
 use lagrangian::train::Samples;
+use lagrangian::trajectory::Signals;
 use lagrangian::{Coordinates, Result};
 
 /// Numbers between −`size` and `size`, smooth and without structure.
@@ -18,14 +19,16 @@ pub(crate) fn wave(len: usize, frequency: f64, size: f64) -> Vec<f64> {
 pub(crate) fn dataset(coordinates: Coordinates, m: usize) -> Result<Dataset> {
     let n = coordinates.dof();
     let column = |f: f64| wave(m * n, f, 3.0);
-    let samples = Samples {
+    let samples = Samples::new(
         n,
-        q: column(0.37),
-        qd: column(0.73),
-        qdd: column(1.91),
-        tau: column(0.11),
-        ..Samples::default()
-    };
+        Signals {
+            q: column(0.37),
+            qd: column(0.73),
+            qdd: column(1.91),
+            tau: column(0.11),
+            ..Signals::default()
+        },
+    );
     let none = Samples {
         n,
         ..Samples::default()

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::f64::consts::TAU;
 
 use super::Item;
-use crate::trajectory::Recording;
+use crate::trajectory::{Recording, Signal};
 
 /// Below this part of what the number of samples allows, most of the box was never visited.
 const THIN: f64 = 0.05;
@@ -58,7 +58,7 @@ pub(super) fn coverage(recordings: &[Recording]) -> Item {
 /// Finite states (q, q̇), angles on one turn.
 fn states(recording: &Recording) -> Vec<Vec<f64>> {
     let n = recording.dof();
-    let Some(qd) = recording.qd.as_ref().filter(|_| n > 0) else {
+    let Some(qd) = recording.values(Signal::Qd).filter(|_| n > 0) else {
         return Vec::new();
     };
     let turn = |(i, q): (usize, &f64)| {

@@ -32,7 +32,7 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Ite
     };
     let mut items = delays(recordings, &found);
     items.extend(inertias(recordings, &found));
-    let estimated = recordings.iter().any(|r| r.qdd.is_none());
+    let estimated = recordings.iter().any(|r| r.qdd.is_empty());
     if options.filter.is_none() && estimated {
         items.extend(accelerations(recordings, &found));
     }

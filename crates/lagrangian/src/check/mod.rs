@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::trajectory::Recording;
+use crate::trajectory::{Recording, Signal};
 
 /// Fewer samples than this in all cannot carry a fit.
 const FEWEST_SAMPLES: usize = 20;
@@ -262,7 +262,7 @@ fn describe(recording: &Recording, i: usize, name: &str) -> String {
     } else {
         "line"
     };
-    let force = recording.columns.tau.get(i);
+    let force = recording.columns.signals.tau.get(i);
     let free = force.is_some_and(String::is_empty);
     let drive = if free {
         ", no column of its force: 0"
@@ -292,14 +292,14 @@ fn parameters(recording: &Recording) -> Option<Item> {
 /// An item if a signal has another length than the time stamps.
 fn shapes(recording: &Recording) -> Option<Item> {
     let expected = recording.len() * recording.dof();
-    let wrong = recording
-        .signals()
-        .into_iter()
-        .find(|(_, values, _)| values.len() != expected)?;
+    let (signal, values) = recording.iter().find(|(signal, values)| {
+        let measured = *signal == Signal::Q || !values.is_empty();
+        measured && values.len() != expected
+    })?;
     let finding = format!(
         "{} has {} values where {expected} are needed",
-        wrong.0,
-        wrong.1.len()
+        signal.name(),
+        values.len()
     );
     Some(Item::fail(
         "shape",

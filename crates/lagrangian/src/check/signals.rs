@@ -61,13 +61,14 @@ impl Column<'_> {
 
 fn columns(recording: &Recording) -> Vec<Column<'_>> {
     let n = recording.dof();
-    let signals = recording.signals().into_iter();
+    let signals = recording.known();
     signals
-        .flat_map(|(signal, values, names)| {
+        .flat_map(|(signal, values)| {
+            let names = recording.columns.signals.get(signal);
             (0..n).map(move |coordinate| {
-                let name = names.get(coordinate).map_or(signal, String::as_str);
+                let name = names.get(coordinate).map_or(signal.name(), String::as_str);
                 Column {
-                    signal,
+                    signal: signal.name(),
                     name,
                     coordinate,
                     n,
@@ -105,7 +106,7 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
         .filter(still)
         .map(|i| first.coordinates.0[i].name.as_str())
         .collect();
-    let forces = recordings.iter().filter(|r| r.tau.is_some()).count();
+    let forces = recordings.iter().filter(|r| !r.tau.is_empty()).count();
     let moving = first.dof() - first.coordinates.parameters().count();
     let moves = |name: &&str| {
         let same = |i: usize| first.coordinates.0[i].name == *name;
@@ -293,9 +294,8 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
 /// Rows that repeat the one before although the system moves faster than a quantisation step a sample.
 fn repeats(recording: &Recording, steps: &[f64]) -> Item {
     let n = recording.dof();
-    let signals = recording.signals();
     let same = |k: usize| {
-        signals.iter().all(|(_, s, _)| {
+        recording.known().all(|(_, s)| {
             s[k * n..(k + 1) * n]
                 .iter()
                 .zip(&s[(k - 1) * n..k * n])

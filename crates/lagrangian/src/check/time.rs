@@ -17,7 +17,7 @@ const LITTLE_JITTER: f64 = 0.1;
 
 /// An item where the longest piece without a gap is too short for what has to be estimated.
 pub(super) fn too_short(recording: &Recording) -> Option<Item> {
-    let measured = recording.qd.is_some() && recording.qdd.is_some();
+    let measured = !recording.qd.is_empty() && !recording.qdd.is_empty();
     if measured || recording.t.len() < 2 {
         return None;
     }

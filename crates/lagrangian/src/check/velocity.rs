@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::{Item, Verdict, time};
-use crate::trajectory::Recording;
 use crate::trajectory::derivatives::velocity;
 use crate::trajectory::local_polynomial::{Series, median_step, segments};
+use crate::trajectory::{Recording, Signal};
 
 /// A lag is looked for among so many samples either way.
 const LONGEST_LAG: usize = 30;
@@ -31,7 +31,7 @@ struct Relation {
 
 /// One item for each coordinate whose velocity was measured.
 pub(super) fn items(recording: &Recording) -> Vec<Item> {
-    let Some(qd) = &recording.qd else {
+    let Some(qd) = recording.values(Signal::Qd) else {
         return vec![Item::pass(
             "velocity",
             "not measured: it will be estimated from q",
@@ -52,7 +52,12 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
         };
         let (derivative, choice) = velocity(series, &segments);
         let measured: Vec<f64> = qd.iter().skip(i).step_by(n).copied().collect();
-        let name = recording.columns.qd.get(i).map_or("qd", String::as_str);
+        let name = recording
+            .columns
+            .signals
+            .qd
+            .get(i)
+            .map_or("qd", String::as_str);
         let still = rms(&derivative) <= 3.0 * choice.standard_error() || rms(&derivative) <= 0.0;
         if still {
             return Item::pass(
@@ -135,7 +140,7 @@ const DIFFERENCES: &str = "it is the difference of successive positions, half a 
 /// both neighbours, which a true velocity is near.
 fn successive_differences(recording: &Recording, i: usize) -> bool {
     let n = recording.dof();
-    let Some(qd) = &recording.qd else {
+    let Some(qd) = recording.values(Signal::Qd) else {
         return false;
     };
     let slope = |a: usize, b: usize| {

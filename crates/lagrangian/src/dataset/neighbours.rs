@@ -89,9 +89,10 @@ fn difference(coordinates: &Coordinates, i: usize, a: f64, b: f64) -> f64 {
 /// The mean of force `i` over the time of these samples, by the trapezoidal rule; 0 where none is recorded.
 fn mean_force(trajectory: &Trajectory, i: usize, range: std::ops::Range<usize>) -> f64 {
     let (n, t) = (trajectory.dof(), &trajectory.t);
-    let Some(tau) = &trajectory.tau else {
+    let tau = &trajectory.tau;
+    if tau.is_empty() {
         return 0.0;
-    };
+    }
     let pieces = (range.start..range.end - 1).map(|k| {
         let pair = tau[k * n + i] + tau[(k + 1) * n + i];
         0.5 * pair * (t[k + 1] - t[k])
@@ -103,18 +104,15 @@ fn mean_force(trajectory: &Trajectory, i: usize, range: std::ops::Range<usize>) 
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use crate::trajectory::Signals;
 
     fn motion(t: Vec<f64>, q: impl Fn(f64) -> f64) -> Trajectory {
-        Trajectory {
-            name: "motion".into(),
+        let signals = Signals {
             q: t.iter().map(|&t| q(t)).collect(),
             qd: vec![0.0; t.len()],
-            qdd: None,
-            tau: None,
-            p: None,
-            pd: None,
-            t,
-        }
+            ..Signals::default()
+        };
+        Trajectory::new("motion", t, signals)
     }
 
     #[test]

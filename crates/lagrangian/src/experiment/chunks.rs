@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::dynamics::Model;
 use crate::lagrangian::{Jet, Lagrangian};
 use crate::rollout::{RolloutOptions, free, rollout_many};
+use crate::trajectory::Signals;
 use crate::{Error, Result, State, Trajectory};
 
 /// Where motions are cut.
@@ -86,8 +87,11 @@ pub fn with_momenta(lagrangian: &dyn Lagrangian, motions: &[Trajectory]) -> Vec<
     let mut one = |motion: &Trajectory| {
         jets.jet(&motion.q, &motion.qd, &mut jet);
         Trajectory {
-            p: Some(jet.momentum.clone()),
-            pd: Some(jet.dl_dq.clone()),
+            signals: Signals {
+                p: jet.momentum.clone(),
+                pd: jet.dl_dq.clone(),
+                ..motion.clone().signals
+            },
             ..motion.clone()
         }
     };

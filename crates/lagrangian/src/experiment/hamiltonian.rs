@@ -183,15 +183,17 @@ impl Task {
             let motion = self.motion(system, &q0, &p0, &at)?;
             let len = motion.len() * n;
             let mut noisy = |x: &f64| x + protocol.noise * normal(rng);
-            let p = motion.p.as_deref().unwrap_or_default();
+            let p = motion.p.as_slice();
             all.q.extend(motion.q.iter().map(&mut noisy));
             all.p.extend(p.iter().map(&mut noisy));
             // The rates of the true state, as in the published data.
             all.qd.extend(&motion.qd);
-            let qdd = motion.qdd.unwrap_or_else(|| vec![0.0; len]);
+            let mut qdd = motion.signals.qdd;
+            qdd.resize(len, 0.0);
             all.pd.extend(qdd.iter().map(|a| self.mass() * a));
             all.qdd.extend(qdd);
-            all.tau.resize(all.q.len(), 0.0);
+            let size = all.q.len();
+            all.tau.resize(size, 0.0);
         }
         Ok(all)
     }
@@ -207,7 +209,7 @@ impl Task {
         let qd0: Vec<f64> = p0.iter().map(|p| p / self.mass()).collect();
         let truth = RolloutOptions::truth();
         let mut motion = rollout(system, q0, &qd0, at, &free, &truth)?.trajectory;
-        motion.p = Some(momenta(system.lagrangian(), &motion.q, &motion.qd));
+        motion.p = momenta(system.lagrangian(), &motion.q, &motion.qd);
         Ok(motion)
     }
 
@@ -272,14 +274,14 @@ impl PhaseTest {
         let mut jets = hamiltonian.jets();
         let mut energy = |motion: &Trajectory| {
             let mut h = vec![0.0; motion.len()];
-            if let (Some(p), false) = (&motion.p, motion.is_empty()) {
-                jets.value(&motion.q, p, &mut h);
+            if !motion.p.is_empty() {
+                jets.value(&motion.q, &motion.p, &mut h);
             }
             h
         };
         let energies = [energy(&truth), energy(&found)];
         let energy_mse = mean_square(&energies[0], &energies[1]);
-        let [p, found_p] = [&truth, &found].map(|t| t.p.as_deref().unwrap_or_default());
+        let [p, found_p] = [&truth, &found].map(|t| t.p.as_slice());
         let coordinates = mean_square(&truth.q, &found.q) + mean_square(p, found_p);
         Self {
             energy_mse,

@@ -2,6 +2,7 @@
 
 use crate::dynamics::Model;
 use crate::rollout::{RolloutOptions, free, rollout_many};
+use crate::trajectory::Signals;
 use crate::{Result, State, Trajectory};
 
 /// The same motions with accelerations from their coordinates and velocities: of each the polynomial through all of
@@ -10,7 +11,10 @@ use crate::{Result, State, Trajectory};
 #[must_use]
 pub fn with_estimated_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
     let estimated = |motion: &Trajectory| Trajectory {
-        qdd: Some(accelerations(motion)),
+        signals: Signals {
+            qdd: accelerations(motion),
+            ..motion.clone().signals
+        },
         ..motion.clone()
     };
     motions.iter().map(estimated).collect()
@@ -38,21 +42,27 @@ pub fn with_corrected_accelerations(
     let followed = rollout_many(model, &starts, &from_zero, &free, options)?;
     let corrected = motions.iter().zip(followed).map(|(motion, followed)| {
         let own = followed.trajectory;
-        let Some(own_qdd) = own.qdd.as_ref().filter(|_| followed.outcome.is_finished()) else {
+        if own.qdd.is_empty() || !followed.outcome.is_finished() {
             return motion.clone();
-        };
+        }
         let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
         let left = Trajectory {
-            q: minus(&motion.q, &own.q),
-            qd: minus(&motion.qd, &own.qd),
+            signals: Signals {
+                q: minus(&motion.q, &own.q),
+                qd: minus(&motion.qd, &own.qd),
+                ..motion.clone().signals
+            },
             ..motion.clone()
         };
         let qdd = accelerations(&left)
             .into_iter()
-            .zip(own_qdd)
+            .zip(&own.qdd)
             .map(|(a, b)| a + b);
         Trajectory {
-            qdd: Some(qdd.collect()),
+            signals: Signals {
+                qdd: qdd.collect(),
+                ..motion.clone().signals
+            },
             ..motion.clone()
         }
     });
@@ -121,16 +131,15 @@ mod tests {
     use super::*;
 
     fn motion(t: &[f64], q: impl Fn(f64) -> f64, qd: impl Fn(f64) -> f64) -> Trajectory {
-        Trajectory {
-            name: String::new(),
-            t: t.to_vec(),
-            q: t.iter().map(|t| q(*t)).collect(),
-            qd: t.iter().map(|t| qd(*t)).collect(),
-            qdd: None,
-            tau: None,
-            p: None,
-            pd: None,
-        }
+        Trajectory::new(
+            String::new(),
+            t.to_vec(),
+            Signals {
+                q: t.iter().map(|t| q(*t)).collect(),
+                qd: t.iter().map(|t| qd(*t)).collect(),
+                ..Signals::default()
+            },
+        )
     }
 
     #[test]
@@ -143,8 +152,8 @@ mod tests {
         );
         let estimated = with_estimated_accelerations(&[flight])
             .remove(0)
-            .qdd
-            .unwrap();
+            .signals
+            .qdd;
         for (t, found) in t.iter().zip(estimated) {
             assert!((found - (72.0 * t.powi(7) - 2.0)).abs() < 1e-9, "{found}");
         }
@@ -155,10 +164,7 @@ mod tests {
         let worst = |step: f64| {
             let t: Vec<f64> = (0..5).map(|k| step * f64::from(k)).collect();
             let swing = motion(&t, f64::sin, f64::cos);
-            let estimated = with_estimated_accelerations(&[swing])
-                .remove(0)
-                .qdd
-                .unwrap();
+            let estimated = with_estimated_accelerations(&[swing]).remove(0).signals.qdd;
             let errors = t.iter().zip(estimated).map(|(t, a)| (a + t.sin()).abs());
             errors.fold(0.0, f64::max)
         };

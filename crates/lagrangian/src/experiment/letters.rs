@@ -10,7 +10,7 @@ use crate::dataset::shuffle;
 use crate::dynamics::Model;
 use crate::integrate::Method;
 use crate::rollout::{Hold, RolloutOptions, rollout_recorded};
-use crate::trajectory::{EstimateOptions, Layout, csv};
+use crate::trajectory::{EstimateOptions, Layout, Signals, csv};
 use crate::{Coordinates, Error, Result, Trajectory};
 
 /// Letters that no model is trained on.
@@ -37,7 +37,10 @@ impl Letter {
     pub fn faster(&self, alpha: f64) -> Self {
         let parts = self.parts.faster(alpha);
         let motion = Trajectory {
-            tau: Some(parts.total()),
+            signals: Signals {
+                tau: parts.total(),
+                ..self.motion.faster(alpha).signals
+            },
             ..self.motion.faster(alpha)
         };
         Self { motion, parts }
@@ -64,7 +67,7 @@ impl Letters {
         let (coordinates, motions) = column(file, "tau")?;
         let [inertial, coriolis, gravity] = ["inertial", "coriolis", "gravity"].map(|part| {
             let parts = column(file, part)?.1.into_iter();
-            Ok::<_, Error>(parts.map(|motion| motion.tau.unwrap_or_default()))
+            Ok::<_, Error>(parts.map(|motion| motion.signals.tau))
         });
         let parts = inertial?.zip(coriolis?).zip(gravity?);
         let parts = parts.map(|((inertial, coriolis), gravity)| TorqueParts {
@@ -113,7 +116,10 @@ impl Letters {
 fn column(file: &[u8], name: &str) -> Result<(Coordinates, Vec<Trajectory>)> {
     let layout = Layout {
         angles: vec!["all".into()],
-        tau: (1..=2).map(|i| format!("{name}{i}")).collect(),
+        columns: Signals {
+            tau: (1..=2).map(|i| format!("{name}{i}")).collect(),
+            ..Signals::default()
+        },
         ..Layout::default()
     };
     let readings = csv::read(file, "characters", &layout)?.recordings;
@@ -195,11 +201,9 @@ mod tests {
         assert_eq!((letters.train.len(), letters.test.len()), (2, 3));
         let parts = &letters.train[1].parts;
         assert_eq!((parts.coriolis[0], parts.gravity[1]), (2.0, 0.3));
-        assert!(
-            (parts.total()[0] - letters.train[1].motion.tau.as_ref().unwrap()[0]).abs() < 1e-12
-        );
+        assert!((parts.total()[0] - letters.train[1].motion.tau[0]).abs() < 1e-12);
         let fast = letters.test[0].faster(2.0);
-        assert!((fast.motion.tau.unwrap()[0] - (4.0 + 8.0 + 3.0)).abs() < 1e-12);
+        assert!((fast.motion.signals.tau[0] - (4.0 + 8.0 + 3.0)).abs() < 1e-12);
         assert!(Letters::read(file(&["a", "e", "v"], 20).as_bytes()).is_err());
     }
 

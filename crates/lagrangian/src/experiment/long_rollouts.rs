@@ -12,6 +12,7 @@ use crate::dynamics::Model;
 use crate::lagrangian::analytic::AnalyticModel;
 use crate::rollout::{Rollout, RolloutOptions, free, rollout_many};
 use crate::train::Samples;
+use crate::trajectory::Signals;
 use crate::{Result, State, Trajectory};
 
 /// `train` and `validation` random states of a known system with their true accelerations.
@@ -27,20 +28,22 @@ pub fn random_states(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = |m: usize| {
         let n = system.coordinates().dof();
-        let mut samples = Samples {
+        let mut samples = Samples::new(
             n,
-            tau: vec![0.0; m * n],
-            qdd: vec![0.0; m * n],
-            ..Samples::default()
-        };
+            Signals {
+                tau: vec![0.0; m * n],
+                qdd: vec![0.0; m * n],
+                ..Signals::default()
+            },
+        );
         for _ in 0..m {
             let state = system.sample_state(&mut rng);
             samples.q.extend(state.q);
             samples.qd.extend(state.qd);
         }
-        let Samples {
+        let Signals {
             q, qd, qdd, tau, ..
-        } = &mut samples;
+        } = &mut samples.signals;
         system.evaluator().forward_dynamics(q, qd, tau, qdd);
         samples
     };

@@ -8,6 +8,7 @@ use crate::lagrangian::analytic::{AnalyticModel, by_name, uniform};
 use crate::lagrangian::{Curvature, Jet, Lagrangian};
 use crate::rollout::{Outcome, RolloutOptions, free, rollout, times};
 use crate::train::Samples;
+use crate::trajectory::Signals;
 use crate::{Dataset, Result, State};
 
 /// The field that a particle is in.
@@ -73,14 +74,16 @@ fn samples(system: &dyn AnalyticModel, count: usize, seed: u64) -> Samples {
     }
     let mut qdd = vec![0.0; q.len()];
     let _ = system.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
-    Samples {
+    Samples::new(
         n,
-        q,
-        qd,
-        qdd,
-        tau,
-        ..Samples::default()
-    }
+        Signals {
+            q,
+            qd,
+            qdd,
+            tau,
+            ..Signals::default()
+        },
+    )
 }
 
 /// States to learn from and to choose the weights by.
@@ -208,7 +211,7 @@ pub fn orbit(model: &dyn Model, which: Field, circles: f64) -> Result<Orbit> {
         .collect();
     Ok(Orbit {
         t: trajectory.t,
-        q: trajectory.q,
+        q: trajectory.signals.q,
         energy: relative(energy),
         moment: relative(moment),
         outcome: motion.outcome,

@@ -13,7 +13,7 @@ use crate::dynamics::Model;
 use crate::lagrangian::analytic::AnalyticModel;
 use crate::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
 use crate::score::valid_prediction_time;
-use crate::trajectory::{Columns, EstimateOptions, Recording};
+use crate::trajectory::{Columns, EstimateOptions, Recording, Signals};
 use crate::{Coordinates, Error, Result, Trajectory};
 use nets::normal;
 
@@ -60,7 +60,7 @@ pub fn record(system: &dyn AnalyticModel, protocol: &Protocol, seed: u64) -> Res
     let clean = motions(protocol.recordings + held, protocol.duration)?;
     let mut truth = motions(protocol.tests, protocol.test_duration)?;
     for rollout in &mut truth {
-        rollout.trajectory.qdd = Some(accelerations(system, &rollout.trajectory));
+        rollout.trajectory.qdd = accelerations(system, &rollout.trajectory);
     }
     let scales = deviations(&clean, system.coordinates());
     let sigma: Vec<f64> = scales.iter().map(|s| s * protocol.noise).collect();
@@ -71,7 +71,7 @@ pub fn record(system: &dyn AnalyticModel, protocol: &Protocol, seed: u64) -> Res
         let recording = recording(noisy, system.coordinates());
         let (trajectory, _) = recording.into_trajectory(&EstimateOptions::default())?;
         let exact = accelerations(system, &rollout.trajectory);
-        for (a, b) in trajectory.qdd.iter().flatten().zip(&exact) {
+        for (a, b) in trajectory.qdd.iter().zip(&exact) {
             errors += (a - b).powi(2);
             squares += b * b;
         }
@@ -122,7 +122,7 @@ fn deviations(motions: &[Rollout], coordinates: &Coordinates) -> Vec<f64> {
 fn with_noise(trajectory: &Trajectory, sigma: &[f64], rng: &mut ChaCha8Rng) -> Trajectory {
     let mut noisy = trajectory.clone();
     let n = noisy.dof();
-    let (q, qd) = (&mut noisy.q, &mut noisy.qd);
+    let Signals { q, qd, .. } = &mut noisy.signals;
     for (x, sigma) in [(q, &sigma[..n]), (qd, &sigma[n..])] {
         let pairs = x.iter_mut().zip(sigma.iter().cycle());
         pairs.for_each(|(x, s)| *x += s * normal(rng));
@@ -136,14 +136,14 @@ fn recording(trajectory: Trajectory, coordinates: &Coordinates) -> Recording {
         name: trajectory.name,
         coordinates: coordinates.clone(),
         t: trajectory.t,
-        q: trajectory.q,
-        qd: Some(trajectory.qd),
-        qdd: None,
-        p: None,
-        tau: None,
         columns: Columns::default(),
         unwrapped: vec![0; coordinates.dof()],
         sampled: None,
+        signals: Signals {
+            q: trajectory.signals.q,
+            qd: trajectory.signals.qd,
+            ..Signals::default()
+        },
     }
 }
 
@@ -170,7 +170,7 @@ pub fn judge(model: &dyn Model, truth: &[Rollout], step: f64) -> Result<Judgemen
     let (mut errors, mut squares) = (0.0, 0.0);
     for rollout in truth {
         let found = accelerations(model, &rollout.trajectory);
-        let exact = rollout.trajectory.qdd.iter().flatten();
+        let exact = rollout.trajectory.qdd.iter();
         for (a, b) in found.iter().zip(exact) {
             errors += (a - b).powi(2);
             squares += b * b;
@@ -241,16 +241,15 @@ fn thinned(trajectory: &Trajectory, stride: usize) -> Trajectory {
         let rows = x.chunks_exact(n).step_by(stride);
         rows.flatten().copied().collect()
     };
-    Trajectory {
-        name: trajectory.name.clone(),
-        t: trajectory.t.iter().step_by(stride).copied().collect(),
-        q: rows(&trajectory.q),
-        qd: rows(&trajectory.qd),
-        qdd: None,
-        p: None,
-        pd: None,
-        tau: None,
-    }
+    Trajectory::new(
+        trajectory.name.clone(),
+        trajectory.t.iter().step_by(stride).copied().collect(),
+        Signals {
+            q: rows(&trajectory.q),
+            qd: rows(&trajectory.qd),
+            ..Signals::default()
+        },
+    )
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::lagrangian::analytic::{
 };
 use crate::lagrangian::{Jet, Lagrangian};
 use crate::train::Samples;
+use crate::trajectory::Signals;
 use crate::{Coordinate, Coordinates, Dataset, Result, State, Topology};
 
 /// Which particle.
@@ -117,16 +118,17 @@ pub fn samples(particle: Particle, count: usize, seed: u64) -> Samples {
     let mut jet = Jet::default();
     system.lagrangian().jets().jet(&q, &qd, &mut jet);
     (0..count).for_each(|row| jet.hold(system.lagrangian().coordinates(), row));
-    Samples {
-        n: 2,
-        q,
-        qd,
-        qdd,
-        tau,
-        p: jet.momentum,
-        pd: jet.dl_dq,
-        ..Samples::default()
-    }
+    Samples::new(
+        2,
+        Signals {
+            q,
+            qd,
+            qdd,
+            tau,
+            p: jet.momentum,
+            pd: jet.dl_dq,
+        },
+    )
 }
 
 /// Samples to learn from and to choose the weights by.
@@ -270,7 +272,10 @@ mod tests {
     fn predicting_no_acceleration_of_the_published_particle_has_the_error_of_the_plateau() {
         let samples = samples(Particle::Published, 200_000, 2);
         let nothing = Samples {
-            qdd: vec![0.0; samples.qdd.len()],
+            signals: Signals {
+                qdd: vec![0.0; samples.qdd.len()],
+                ..samples.clone().signals
+            },
             ..samples.clone()
         };
         let error = weighted_error(&*Particle::Published.system(), &nothing);

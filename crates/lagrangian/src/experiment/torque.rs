@@ -9,13 +9,14 @@ use crate::Trajectory;
 use crate::dynamics::Model;
 pub use crate::torque::TorqueParts;
 use crate::torque::split;
+use crate::trajectory::Signal;
 
 impl TorqueParts {
     /// The parts that `model` sees in a motion with accelerations; `None` where it has no inverse dynamics, or the
     /// motion no accelerations.
     #[must_use]
     pub fn of(model: &dyn Model, motion: &Trajectory) -> Option<Self> {
-        let qdd = motion.qdd.as_ref()?;
+        let qdd = motion.values(Signal::Qdd)?;
         split(&mut *model.evaluator(), &motion.q, &motion.qd, qdd)
     }
 

@@ -19,7 +19,7 @@ use crate::rollout::{Rollout, RolloutOptions, free, rollout, times};
 use crate::train::{
     Budget, Family, FitConfig, Learned, Loss, NaturalConfig, Observer, Optimizer, fit,
 };
-use crate::trajectory::{Columns, EstimateOptions, Recording};
+use crate::trajectory::{Columns, EstimateOptions, Recording, Signals};
 use crate::{Coordinates, Error, Result, State, Trajectory};
 
 /// Time between samples, s.
@@ -122,7 +122,7 @@ pub fn seen(system: System, (samples, step): (usize, f64), noise: f64, seed: u64
     let mut normal = || nets::normal(&mut rng);
     motion.q.iter_mut().for_each(|q| *q += noise * normal());
     motion.qd.fill(0.0);
-    (motion.qdd, motion.tau) = (None, None);
+    (motion.qdd, motion.tau) = (Vec::new(), Vec::new());
     Ok(Seen {
         system,
         motion,
@@ -137,14 +137,13 @@ impl Seen {
             name: self.motion.name.clone(),
             coordinates: self.coordinates.clone(),
             t: self.motion.t.clone(),
-            q: self.motion.q.clone(),
-            qd: None,
-            qdd: None,
-            tau: None,
-            p: None,
             columns: Columns::default(),
             unwrapped: vec![0],
             sampled: None,
+            signals: Signals {
+                q: self.motion.q.clone(),
+                ..Signals::default()
+            },
         };
         Ok(recording.into_trajectory(&EstimateOptions::default())?.0)
     }

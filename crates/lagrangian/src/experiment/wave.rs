@@ -10,6 +10,7 @@ use crate::field::{
 use crate::lagrangian::Lagrangian;
 use crate::rollout::{Outcome, Rollout, RolloutOptions, free, rollout, times};
 use crate::solve::SymmetricSolver;
+use crate::trajectory::Signals;
 use crate::{Result, Trajectory};
 
 /// A field with a known density, its data, and its test.
@@ -200,7 +201,10 @@ pub fn field_test(system: &WaveSystem, model: &dyn Model, truth: &Trajectory) ->
         all.collect::<Option<Vec<(f64, f64)>>>()
     };
     let known = Trajectory {
-        q: truth.q[..motion.q.len()].to_vec(),
+        signals: Signals {
+            q: truth.q[..motion.q.len()].to_vec(),
+            ..truth.clone().signals
+        },
         ..truth.clone()
     };
     let followed = if system.has_kink() {

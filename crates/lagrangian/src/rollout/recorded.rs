@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Force, Rollout, RolloutOptions, Run, check};
 use crate::dynamics::Model;
 use crate::integrate::Ending;
+use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Trajectory};
 
 /// Repeats a recording: from its first state under its forces, sampled at its times.
@@ -85,7 +86,7 @@ pub fn recorded<'a>(
     }
     Ok(Box::new(
         move |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| {
-            let (Some(recorded), false) = (&trajectory.tau, trajectory.is_empty()) else {
+            let Some(recorded) = trajectory.values(Signal::Tau) else {
                 return tau.fill(0.0);
             };
             let last = trajectory.len() - 1;

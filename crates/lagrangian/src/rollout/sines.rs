@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::lagrangian::Dissipation;
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Signals, Trajectory};
 
 /// Frequencies of the sines, Hz.
 const FREQUENCIES: std::ops::Range<f64> = 0.2..1.5;
@@ -54,15 +54,14 @@ pub fn record_forces(
     drive: impl Fn(f64, &[f64], &[f64], &mut [f64]) + Send + Sync,
 ) {
     let n = motion.dof().max(1);
-    let Some(tau) = &mut motion.tau else { return };
-    let states = motion.q.chunks_exact(n).zip(motion.qd.chunks_exact(n));
+    let Signals { q, qd, tau, .. } = &mut motion.signals;
+    let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
     for ((&t, (q, qd)), tau) in motion.t.iter().zip(states).zip(tau.chunks_exact_mut(n)) {
         drive(t, q, qd, tau);
     }
-    motion.tau = motion
-        .tau
-        .take()
-        .filter(|tau| tau.iter().any(|x| *x != 0.0));
+    if tau.iter().all(|x| *x == 0.0) {
+        tau.clear();
+    }
 }
 
 #[cfg(test)]
@@ -83,18 +82,18 @@ mod tests {
             .unwrap()
             .trajectory;
         record_forces(&mut motion, &drive);
-        let qdd = motion.qdd.as_ref().unwrap();
+        let qdd = &motion.qdd;
         let mut needed = vec![0.0; motion.len()];
         pendulum
             .evaluator()
             .inverse_dynamics(&motion.q, &motion.qd, qdd, &mut needed);
-        let tau = motion.tau.as_ref().unwrap();
+        let tau = &motion.tau;
         for ((tau, needed), v) in tau.iter().zip(&needed).zip(&motion.qd) {
             assert!((tau - needed - 0.4 * v).abs() < 1e-9, "{tau} {needed} {v}");
         }
         // Friction alone leaves nothing that a sensor would read.
         let free = |_: f64, _: &[f64], _: &[f64], tau: &mut [f64]| tau.fill(0.0);
         record_forces(&mut motion, free);
-        assert!(motion.tau.is_none());
+        assert!(motion.tau.is_empty());
     }
 }

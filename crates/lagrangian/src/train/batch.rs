@@ -1,35 +1,61 @@
 //! Samples, and blocks of them on several threads with the same bits whatever their number.
 
+use std::ops::{Deref, DerefMut};
+
 use rayon::prelude::*;
 
 use super::learner::{Learner, Loss, Work};
+use crate::trajectory::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed};
 
 /// What is fitted: states with the accelerations and forces that belong to them, row-major `[m, n]`.
+///
+/// Its [`Signals`] can be used as if they were its own fields: `samples.q` is `samples.signals.q`. Forces are 0 where
+/// the motion is free; momenta and their rates are empty where they are not known.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     /// Degrees of freedom n.
     pub n: usize,
-    /// q.
-    pub q: Vec<f64>,
-    /// q̇.
-    pub qd: Vec<f64>,
-    /// q̈.
-    pub qdd: Vec<f64>,
-    /// τ, zero where the motion is free.
-    pub tau: Vec<f64>,
-    /// Momenta p; empty where they are not known.
-    pub p: Vec<f64>,
-    /// Their rates ṗ; empty where they are not known.
-    pub pd: Vec<f64>,
+    /// q, q̇, q̈, τ, p and ṗ of each sample.
+    pub signals: Signals,
     /// For losses of positions alone, s, `[m, 2]`, else empty: the steps h⁻ to the middle one of three neighbouring
     /// positions and h⁺ from it. Then q is the middle one, q̇ the velocity to it, q̈ the second divided difference, and
     /// τ the mean over both steps.
     pub steps: Vec<f64>,
 }
 
+impl Deref for Samples {
+    type Target = Signals;
+
+    fn deref(&self) -> &Signals {
+        &self.signals
+    }
+}
+
+impl DerefMut for Samples {
+    fn deref_mut(&mut self) -> &mut Signals {
+        &mut self.signals
+    }
+}
+
 impl Samples {
+    /// The samples with these signals of `n` degrees of freedom.
+    #[must_use]
+    pub fn new(n: usize, signals: Signals) -> Self {
+        Self {
+            n,
+            signals,
+            steps: Vec::new(),
+        }
+    }
+
+    /// Sample `s`.
+    #[must_use]
+    pub fn row(&self, s: usize) -> Signals<&[f64]> {
+        self.signals.row(self.n, s)
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {

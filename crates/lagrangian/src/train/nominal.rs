@@ -6,6 +6,7 @@ use crate::dynamics::Model;
 use crate::lagrangian::Lagrangian;
 use crate::rigid::RigidBodies;
 use crate::train::Samples;
+use crate::trajectory::Signals;
 use nets::simd::Real;
 
 impl<T: Real> Work<T> {
@@ -52,9 +53,9 @@ impl<T: Real> Work<T> {
 pub(crate) fn remainder(nominal: &RigidBodies, dataset: &Dataset) -> Dataset {
     let left = |samples: &Samples| {
         let mut left = samples.clone();
-        let Samples {
+        let Signals {
             q, qd, qdd, tau, ..
-        } = samples;
+        } = &samples.signals;
         let mut evaluator = nominal.evaluator();
         let (mut needed, mut found) = (vec![0.0; tau.len()], vec![0.0; qdd.len()]);
         evaluator.inverse_dynamics(q, qd, qdd, &mut needed);

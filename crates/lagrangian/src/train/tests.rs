@@ -17,19 +17,22 @@ use crate::models::lnn::learner::LnnLearner;
 use crate::models::mlp::learner::MlpLearner;
 use crate::models::{delan::points::DelanPoints, lnn::points::LnnPoints};
 use crate::rigid::{self, RigidBodies};
+use crate::trajectory::Signals;
 use crate::{Coordinates, Topology};
 
 pub(crate) fn samples(n: usize, m: usize) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut column = || (0..m * n).map(|_| rng.random_range(-1.5..1.5)).collect();
-    Samples {
+    Samples::new(
         n,
-        q: column(),
-        qd: column(),
-        qdd: column(),
-        tau: column(),
-        ..Samples::default()
-    }
+        Signals {
+            q: column(),
+            qd: column(),
+            qdd: column(),
+            tau: column(),
+            ..Signals::default()
+        },
+    )
 }
 
 /// Three neighbours of positions, at steps that are not even.
@@ -307,7 +310,8 @@ fn with_parameter() -> Coordinates {
 /// Samples of them: the parameter has values, and neither velocity nor acceleration.
 fn held_samples(m: usize) -> Samples {
     let mut held = samples(2, m);
-    for signal in [&mut held.qd, &mut held.qdd] {
+    let Signals { qd, qdd, .. } = &mut held.signals;
+    for signal in [qd, qdd] {
         signal.chunks_exact_mut(2).for_each(|x| x[1] = 0.0);
     }
     held

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Coordinate, Coordinates, Layout, Sampling, Topology};
+use super::{Coordinate, Coordinates, Layout, Sampling, Signal, Signals, Topology};
 use crate::{Error, Result};
 
 /// The names of the columns that were used.
@@ -12,16 +12,9 @@ pub struct Columns {
     pub trajectory: Option<String>,
     /// Column of time.
     pub t: String,
-    /// Columns of the coordinates, `[n]`.
-    pub q: Vec<String>,
-    /// Columns of the velocities, `[n]`, or none; an empty name where a parameter has no column.
-    pub qd: Vec<String>,
-    /// Columns of the accelerations, `[n]`, or none.
-    pub qdd: Vec<String>,
-    /// Columns of the momenta, `[n]`, or none.
-    pub p: Vec<String>,
-    /// Columns of the forces, `[n]`, or none; an empty name where a coordinate has no column and its force is 0.
-    pub tau: Vec<String>,
+    /// Columns of each signal, `[n]`, or none; an empty name where a coordinate has no column: a parameter does not
+    /// move, and no force acts on the coordinate.
+    pub signals: Signals<Vec<String>>,
     /// Columns of the file that were not used.
     pub ignored: Vec<String>,
 }
@@ -33,10 +26,8 @@ pub(super) struct Resolved {
     pub(super) coordinates: Coordinates,
     /// Position of the trajectory column.
     pub(super) trajectory: Option<usize>,
-    /// Positions of t, q, qd, qdd, p, tau, in this order.
+    /// Positions of t and of the signals, in their order.
     pub(super) numbers: Vec<usize>,
-    /// The coordinate of each column of tau.
-    pub(super) driven: Vec<usize>,
     /// Angles, their velocities and accelerations are in degrees.
     pub(super) degrees: bool,
     pub(super) every: usize,
@@ -46,14 +37,18 @@ pub(super) struct Resolved {
 impl Resolved {
     /// The names of the number columns, in the order of `numbers`.
     pub(super) fn names(&self) -> impl Iterator<Item = &String> {
-        let c = &self.columns;
-        std::iter::once(&c.t)
-            .chain(&c.q)
-            .chain(&c.qd)
-            .chain(&c.qdd)
-            .chain(&c.p)
-            .chain(&c.tau)
-            .filter(|name| !name.is_empty())
+        let signals = self.columns.signals.iter().flat_map(|(_, names)| names);
+        let given = signals.filter(|name| !name.is_empty());
+        std::iter::once(&self.columns.t).chain(given)
+    }
+
+    /// Signal and coordinate of each number after t.
+    pub(super) fn places(&self) -> impl Iterator<Item = (Signal, usize)> {
+        let columns = |(signal, names): (Signal, &'_ Vec<String>)| {
+            let given = (0..names.len()).filter(|&i| !names[i].is_empty());
+            given.map(|i| (signal, i)).collect::<Vec<_>>()
+        };
+        self.columns.signals.iter().flat_map(columns)
     }
 }
 
@@ -64,61 +59,36 @@ impl Resolved {
 pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let finder = Finder { headers };
     let t = layout.t.clone().unwrap_or_else(|| "t".into());
-    let t_at = finder.position(&t, "--time")?;
-    let trajectory = match &layout.trajectory {
-        Some(name) => Some((name.clone(), finder.position(name, "--trajectory")?)),
-        None if finder.has("trajectory") => Some((
-            "trajectory".into(),
-            finder.position("trajectory", "--trajectory")?,
-        )),
+    let mut numbers = vec![finder.position(&t, "t")?];
+    let default = || finder.has("trajectory").then(|| "trajectory".to_owned());
+    let trajectory = layout.trajectory.clone().or_else(default);
+    let trajectory_at = match &trajectory {
+        Some(name) => Some(finder.position(name, "trajectory")?),
         None => None,
     };
-    let q = finder.with_parameters(finder.coordinates(&layout.q)?, layout)?;
-    let moving = q.iter().map(|name| !layout.parameters.contains(name));
-    let moving: Vec<bool> = moving.collect();
-    let qd = finder.rates(&layout.qd, "qd", &moving)?;
-    let qdd = finder.rates(&layout.qdd, "qdd", &moving)?;
-    let p = finder.momenta(&layout.p, &moving)?;
-    let tau = finder.forces(layout, &q)?;
-
-    let mut numbers = vec![t_at];
-    for (names, flag) in [
-        (&q, "--q"),
-        (&qd, "--qd"),
-        (&qdd, "--qdd"),
-        (&p, "--p"),
-        (&tau, "--tau"),
-    ] {
+    let signals = finder.signals(layout)?;
+    for (signal, names) in signals.iter() {
         for name in names.iter().filter(|name| !name.is_empty()) {
-            numbers.push(finder.position(name, flag)?);
+            numbers.push(finder.position(name, signal.name())?);
         }
     }
     finder.each_used_once(&numbers)?;
-    let used =
-        |i: &usize| numbers.contains(i) || trajectory.as_ref().is_some_and(|(_, at)| at == i);
+    let used = |i: &usize| numbers.contains(i) || trajectory_at == Some(*i);
     let ignored = (0..headers.len())
         .filter(|i| !used(i))
         .map(|i| headers[i].clone())
         .collect();
-    let coordinates = declare(&q, layout, &finder)?;
-    let (trajectory, trajectory_at) = trajectory.unzip();
-    let estimated = qd.is_empty() || qdd.is_empty();
-    let driven = (0..tau.len()).filter(|&i| !tau[i].is_empty()).collect();
+    let estimated = signals.qd.is_empty() || signals.qdd.is_empty();
     Ok(Resolved {
+        coordinates: declare(&signals.q, layout, &finder)?,
         columns: Columns {
             trajectory,
             t,
-            q,
-            qd,
-            qdd,
-            p,
-            tau,
+            signals,
             ignored,
         },
-        coordinates,
         trajectory: trajectory_at,
         numbers,
-        driven,
         degrees: layout.degrees,
         every: layout.every.max(1),
         sample: layout.sample.map(|s| s.with_room(estimated)),
@@ -133,7 +103,7 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
                 "'{name}' is declared as an angle but is not one of the coordinates {}",
                 q.join(", ")
             );
-            return Err(finder.error(finding, "name coordinates with --angle".into()));
+            return Err(finder.error(finding, "name coordinates with `angles`".into()));
         }
     }
     for name in layout.units.keys() {
@@ -142,15 +112,12 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
                 "'{name}' has a unit but is not one of the coordinates {}",
                 q.join(", ")
             );
-            return Err(finder.error(finding, "name coordinates in [units]".into()));
+            return Err(finder.error(finding, "name coordinates with `units`".into()));
         }
     }
     if layout.degrees && layout.angles.is_empty() {
         let finding = "degrees are declared but no coordinate is an angle".to_owned();
-        return Err(finder.error(
-            finding,
-            "say which are, --angle q1,q2 or --angle all".into(),
-        ));
+        return Err(finder.error(finding, "say which are with `angles`, q1,q2 or all".into()));
     }
     let coordinate = |name: &String| {
         let parameter = layout.parameters.contains(name);
@@ -204,7 +171,7 @@ impl Finder<'_> {
         }
     }
 
-    fn position(&self, name: &str, flag: &str) -> Result<usize> {
+    fn position(&self, name: &str, setting: &str) -> Result<usize> {
         let mut at = self
             .headers
             .iter()
@@ -215,13 +182,29 @@ impl Finder<'_> {
             (Some(i), None) => Ok(i),
             (None, _) => Err(self.error(
                 format!("no column '{name}'"),
-                format!("name the right one with {flag}"),
+                format!("name the right one with `{setting}`"),
             )),
             (Some(_), Some(_)) => Err(self.error(
                 format!("column '{name}' stands there twice"),
-                format!("rename one of them, or name another with {flag}"),
+                format!("rename one of them, or name another with `{setting}`"),
             )),
         }
+    }
+
+    /// The columns of each signal, each by its own rule.
+    fn signals(&self, layout: &Layout) -> Result<Signals<Vec<String>>> {
+        let named = &layout.columns;
+        let q = self.with_parameters(self.coordinates(&named.q)?, layout)?;
+        let moving = q.iter().map(|name| !layout.parameters.contains(name));
+        let moving: Vec<bool> = moving.collect();
+        Ok(Signals {
+            qd: self.rates(&named.qd, "qd", &moving)?,
+            qdd: self.rates(&named.qdd, "qdd", &moving)?,
+            p: self.momenta(&named.p, &moving)?,
+            tau: self.forces(layout, &q)?,
+            pd: Vec::new(),
+            q,
+        })
     }
 
     fn coordinates(&self, named: &[String]) -> Result<Vec<String>> {
@@ -230,7 +213,8 @@ impl Finder<'_> {
         }
         let q = self.numbered("q");
         if q.is_empty() {
-            let remedy = "name the columns of the coordinates, --q theta1,theta2".into();
+            let remedy =
+                "name the columns of the coordinates with `q`, such as theta1,theta2".into();
             return Err(self.error("no column 'q1'".into(), remedy));
         }
         self.unbroken("q", q.len(), q.len())?;
@@ -242,21 +226,22 @@ impl Finder<'_> {
         for (k, name) in layout.parameters.iter().enumerate() {
             if layout.parameters[..k].contains(name) {
                 let finding = format!("'{name}' is named twice as a parameter");
-                return Err(self.error(finding, "name it once with --parameters".into()));
+                return Err(self.error(finding, "name it once with `parameters`".into()));
             }
             if layout.angles.contains(name) {
                 let finding = format!("'{name}' is declared as an angle and as a parameter");
-                let remedy = "a parameter is a number on a line: leave it out of --angle, or out of --parameters";
+                let remedy =
+                    "a parameter is a number on a line: omit it from `angles` or from `parameters`";
                 return Err(self.error(finding, remedy.into()));
             }
             if !q.contains(name) {
-                self.position(name, "--parameters")?;
+                self.position(name, "parameters")?;
                 q.push(name.clone());
             }
         }
         if q.iter().all(|name| layout.parameters.contains(name)) {
             let finding = format!("all coordinates are parameters ({})", q.join(", "));
-            let remedy = "name the coordinates that move with --q".into();
+            let remedy = "name the coordinates that move with `q`".into();
             return Err(self.error(finding, remedy));
         }
         Ok(q)
@@ -298,7 +283,7 @@ impl Finder<'_> {
                 found.join(", ")
             );
             let remedy = format!(
-                "name one for each coordinate with --{prefix}, or the coordinates with --q"
+                "name one for each coordinate with `{prefix}`, or the coordinates with `q`"
             );
             return Err(self.error(finding, remedy));
         }
@@ -320,23 +305,26 @@ impl Finder<'_> {
     fn forces(&self, layout: &Layout, q: &[String]) -> Result<Vec<String>> {
         let standard = |i: usize| format!("tau{}", i + 1);
         let numbered: Vec<usize> = (0..q.len()).filter(|&i| self.has(&standard(i))).collect();
-        let found: Vec<String> = if layout.tau.is_empty() {
+        let found: Vec<String> = if layout.columns.tau.is_empty() {
             numbered.iter().map(|&i| standard(i)).collect()
         } else {
-            layout.tau.clone()
+            layout.columns.tau.clone()
         };
         if layout.actuated.is_empty() && (found.is_empty() || found.len() == q.len()) {
-            if layout.tau.is_empty() && !found.is_empty() && self.numbered("tau").len() > q.len() {
+            if layout.columns.tau.is_empty()
+                && !found.is_empty()
+                && self.numbered("tau").len() > q.len()
+            {
                 return self.signal(&[], "tau", q.len());
             }
-            if layout.tau.is_empty() {
+            if layout.columns.tau.is_empty() {
                 self.unbroken("tau", found.len(), q.len())?;
             }
             return Ok(found);
         }
         let at = if !layout.actuated.is_empty() {
             self.declared_as_actuated(&found, layout, q)?
-        } else if layout.tau.is_empty() {
+        } else if layout.columns.tau.is_empty() {
             numbered
         } else {
             self.named_like(&found, q)?
@@ -345,7 +333,7 @@ impl Finder<'_> {
         for (i, column) in at.into_iter().zip(found) {
             if !tau[i].is_empty() {
                 let finding = format!("'{}' and '{column}' both act on '{}'", tau[i], q[i]);
-                return Err(self.error(finding, "name each coordinate once with --actuated".into()));
+                return Err(self.error(finding, "name each coordinate once with `actuated`".into()));
             }
             tau[i] = column;
         }
@@ -367,7 +355,7 @@ impl Finder<'_> {
                 names.len(),
                 names.join(", ")
             );
-            let remedy = "name one column with --tau for each coordinate of --actuated".into();
+            let remedy = "name one column with `tau` for each coordinate of `actuated`".into();
             return Err(self.error(finding, remedy));
         }
         let position = |name: &String| {
@@ -376,7 +364,7 @@ impl Finder<'_> {
                     "'{name}' is declared as actuated but is not one of the coordinates {}",
                     q.join(", ")
                 );
-                self.error(finding, "name coordinates with --actuated".into())
+                self.error(finding, "name coordinates with `actuated`".into())
             })
         };
         names.iter().map(position).collect()
@@ -410,7 +398,7 @@ impl Finder<'_> {
                 found.join(", "),
                 q.len()
             );
-            let remedy = "name one for each coordinate with --tau, or say with --actuated which coordinates they act on: the forces on the others are then 0";
+            let remedy = "name one for each coordinate with `tau`, or say with `actuated` which coordinates they act on: the forces on the others are then 0";
             self.error(finding, remedy.into())
         })
     }
@@ -439,7 +427,7 @@ impl Finder<'_> {
             found + 1
         );
         let remedy = format!(
-            "name the {} columns to use with --{prefix}",
+            "name the {} columns to use with `{prefix}`",
             if n > 0 { n.to_string() } else { String::new() }
         );
         Err(self.error(finding, remedy.replace("  ", " ")))
@@ -451,7 +439,7 @@ impl Finder<'_> {
                 let finding = format!("column '{}' is used for two signals", self.headers[*i]);
                 return Err(self.error(
                     finding,
-                    "correct --time, --q, --qd, --qdd, --p or --tau".into(),
+                    "correct `t`, `q`, `qd`, `qdd`, `p` or `tau`".into(),
                 ));
             }
         }

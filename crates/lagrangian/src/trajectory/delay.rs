@@ -10,8 +10,8 @@ impl Recording {
     /// A positive δ, s, says that the motion answers the recorded force so much later (a command on its way to the
     /// drive); a negative one that the force was recorded too late (a filtered current). One value for all
     /// coordinates, or one for each. Between samples the force is interpolated linearly; samples at the ends for
-    /// which it was not recorded are left out, and those for which it lies in a gap of time. A recording without forces, or whose time does not increase, stays as
-    /// it is.
+    /// which it was not recorded are omitted, and those for which it lies in a gap of time. A recording without forces,
+    /// or whose time does not increase, stays as it is.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of delays than 1 or n; [`Error::Argument`] for one that is not finite;
@@ -24,21 +24,20 @@ impl Recording {
     /// let file = std::io::Cursor::new(format!("t,q1,tau1\n{rows}"));
     /// let recording = Format::Csv.read(file, "ramp", &Layout::default())?.recordings.remove(0);
     /// let shifted = recording.delayed(&[1.5])?;
-    /// assert_eq!((shifted.t[0], shifted.tau.as_ref().map(|tau| tau[0])), (2.0, Some(5.0)));
+    /// assert_eq!((shifted.t[0], shifted.tau[0]), (2.0, 5.0));
     /// # Ok::<(), lagrangian::Error>(())
     /// ```
     pub fn delayed(mut self, delays: &[f64]) -> Result<Self> {
         let n = self.dof();
         let delays = one_each(delays, n)?;
         let increasing = self.t.windows(2).all(|w| w[1] > w[0]);
-        let (Some(tau), Some(&first), Some(&last), true) =
-            (&self.tau, self.t.first(), self.t.last(), increasing)
+        let whole = !self.t.is_empty() && self.tau.len() == self.t.len() * n;
+        let (Some(&first), Some(&last), true) =
+            (self.t.first(), self.t.last(), increasing && whole)
         else {
             return Ok(self);
         };
-        if tau.len() != self.t.len() * n {
-            return Ok(self);
-        }
+        let tau = &self.tau;
         let gaps = GAP * median_step(&self.t);
         let known = |k: &usize| {
             let times = delays.iter().map(|delay| self.t[*k] - delay);
@@ -60,28 +59,17 @@ impl Recording {
                 |(i, delay): (usize, &f64)| interpolated(&self.t, tau, n, i, self.t[*k] - delay);
             delays.iter().enumerate().map(force).collect()
         };
-        self.tau = Some(rows.iter().flat_map(row).collect());
+        let tau = rows.iter().flat_map(row).collect();
         self.keep(&rows);
+        self.tau = tau;
         Ok(self)
     }
 
-    /// Leaves out all samples but `rows`, of every signal but the forces.
+    /// Omits all samples but `rows`.
     fn keep(&mut self, rows: &[usize]) {
         let (n, len) = (self.dof(), self.len());
-        let pick = |signal: &[f64]| -> Vec<f64> {
-            let row = |k: &usize| signal.get(k * n..(k + 1) * n).unwrap_or_default().to_vec();
-            rows.iter().flat_map(row).collect()
-        };
         self.t = rows.iter().map(|&k| self.t[k]).collect();
-        let signals = [
-            Some(&mut self.q),
-            self.qd.as_mut(),
-            self.qdd.as_mut(),
-            self.p.as_mut(),
-        ];
-        for signal in signals.into_iter().flatten() {
-            *signal = pick(signal);
-        }
+        self.signals.keep(n, rows);
         if let Some(sampled) = &mut self.sampled {
             sampled.follow(rows, len);
         }
@@ -144,7 +132,7 @@ mod tests {
     fn a_shift_by_the_delay_brings_torque_and_motion_together() {
         let early = recorded(|t| (3.0 * (t + 0.0237)).cos());
         let shifted = early.delayed(&[0.0237]).unwrap();
-        let error = |k: usize| shifted.tau.as_ref().unwrap()[2 * k] - (3.0 * shifted.t[k]).cos();
+        let error = |k: usize| shifted.tau[2 * k] - (3.0 * shifted.t[k]).cos();
         assert!((0..shifted.len()).all(|k| error(k).abs() < 1.5e-4));
         assert_eq!(shifted.len(), 397);
         assert_eq!(shifted.q.len(), 2 * 397);
@@ -153,7 +141,7 @@ mod tests {
     #[test]
     fn each_joint_may_have_its_own_delay_of_either_sign() {
         let shifted = recorded(|t| t).delayed(&[0.02, -0.03]).unwrap();
-        let tau = shifted.tau.as_ref().unwrap();
+        let tau = &shifted.tau;
         assert_eq!(shifted.len(), 400 - 5);
         assert!((0..shifted.len()).all(|k| {
             (tau[2 * k] - (shifted.t[k] - 0.02)).abs() < 1e-12

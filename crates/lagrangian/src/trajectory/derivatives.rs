@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::local_polynomial::{Filter, Series, around, median_step, segments};
 use super::window::{Choice, choose};
-use super::{Recording, Trajectory};
+use super::{Recording, Signals, Trajectory};
 use crate::{Error, Result};
 
 /// Fewer consecutive samples than this cannot be differentiated twice.
@@ -128,12 +128,8 @@ pub struct Estimate {
 /// Signals that were estimated for one recording.
 pub(super) struct Fitted {
     segments: Vec<Range<usize>>,
-    q: Option<Vec<f64>>,
-    qd: Option<Vec<f64>>,
-    qdd: Option<Vec<f64>>,
-    p: Option<Vec<f64>>,
-    pd: Option<Vec<f64>>,
-    tau: Option<Vec<f64>>,
+    /// Empty where a signal was not estimated.
+    signals: Signals,
     estimates: Vec<Estimate>,
 }
 
@@ -155,36 +151,27 @@ impl Fitted {
         all.retain(|s| s.len() >= SHORTEST);
         let mut fitted = Self {
             segments: all,
-            q: None,
-            qd: None,
-            qdd: None,
-            p: None,
-            pd: None,
-            tau: None,
+            signals: Signals::default(),
             estimates: Vec::new(),
         };
         if let Some(seconds) = options.filter {
             return fitted.filter(recording, seconds, options);
         }
-        let (q, qd) = (
-            (Source::Q, &recording.q),
-            recording.qd.as_ref().map(|qd| (Source::Qd, qd)),
-        );
+        let q = (Source::Q, &recording.q);
+        let qd = (Source::Qd, &recording.qd);
+        let measured = !recording.qd.is_empty();
         if options.smooth {
-            fitted.q = Some(fitted.signal(recording, "q", &[(q, 0)], options));
+            fitted.signals.q = fitted.signal(recording, "q", &[(q, 0)], options);
         }
-        match qd {
-            None => fitted.qd = Some(fitted.signal(recording, "qd", &[(q, 1)], options)),
-            Some(qd) if options.smooth => {
-                fitted.qd = Some(fitted.signal(recording, "qd", &[(q, 1), (qd, 0)], options));
-            }
-            Some(_) => {}
+        if !measured {
+            fitted.signals.qd = fitted.signal(recording, "qd", &[(q, 1)], options);
+        } else if options.smooth {
+            fitted.signals.qd = fitted.signal(recording, "qd", &[(q, 1), (qd, 0)], options);
         }
-        if recording.qdd.is_none() && options.accelerations {
-            let ways: Vec<_> = std::iter::once((q, 2))
-                .chain(qd.map(|qd| (qd, 1)))
-                .collect();
-            fitted.qdd = Some(fitted.signal(recording, "qdd", &ways, options));
+        if recording.qdd.is_empty() && options.accelerations {
+            let sources = [(q, 2), (qd, 1)];
+            let sources = &sources[..if measured { 2 } else { 1 }];
+            fitted.signals.qdd = fitted.signal(recording, "qdd", sources, options);
         }
         fitted.momenta(recording, options.smooth, options);
         Ok(fitted)
@@ -192,15 +179,15 @@ impl Fitted {
 
     /// The rates of the momenta, and these too where they are smoothed.
     fn momenta(&mut self, recording: &Recording, smooth: bool, options: &EstimateOptions) {
-        let Some(p) = recording.p.as_ref().filter(|_| options.momenta) else {
+        if recording.p.is_empty() || !options.momenta {
             return;
-        };
-        let p = (Source::P, p);
+        }
+        let p = (Source::P, &recording.p);
         if smooth {
-            self.p = Some(self.signal(recording, "p", &[(p, 0)], options));
+            self.signals.p = self.signal(recording, "p", &[(p, 0)], options);
         }
         if options.accelerations {
-            self.pd = Some(self.signal(recording, "pd", &[(p, 1)], options));
+            self.signals.pd = self.signal(recording, "pd", &[(p, 1)], options);
         }
     }
 
@@ -231,16 +218,16 @@ impl Fitted {
             ..options.clone()
         };
         let q = (Source::Q, &recording.q);
-        self.q = Some(self.signal(recording, "q", &[(q, 0)], &options));
-        self.qd = Some(self.signal(recording, "qd", &[(q, 1)], &options));
-        self.qdd = options
-            .accelerations
-            .then(|| self.signal(recording, "qdd", &[(q, 2)], &options));
+        self.signals.q = self.signal(recording, "q", &[(q, 0)], &options);
+        self.signals.qd = self.signal(recording, "qd", &[(q, 1)], &options);
+        if options.accelerations {
+            self.signals.qdd = self.signal(recording, "qdd", &[(q, 2)], &options);
+        }
         self.momenta(recording, true, &options);
-        self.tau = recording
-            .tau
-            .as_ref()
-            .map(|tau| self.signal(recording, "tau", &[((Source::Tau, tau), 0)], &options));
+        if !recording.tau.is_empty() {
+            let tau = (Source::Tau, &recording.tau);
+            self.signals.tau = self.signal(recording, "tau", &[(tau, 0)], &options);
+        }
         for segment in &mut self.segments {
             *segment = segment.start + half..segment.end - half;
         }
@@ -307,7 +294,8 @@ impl Fitted {
     ) -> (Trajectory, Vec<Estimate>) {
         let n = recording.dof();
         let rows = |values: Vec<f64>, width: usize| -> Vec<f64> {
-            if self.segments.len() == 1 && self.segments[0].len() * width == values.len() {
+            let whole = self.segments.len() == 1 && self.segments[0].len() * width == values.len();
+            if whole || values.is_empty() {
                 return values;
             }
             self.segments
@@ -315,19 +303,18 @@ impl Fitted {
                 .flat_map(|s| values[s.start * width..s.end * width].iter().copied())
                 .collect()
         };
-        let measured = recording.qdd.filter(|_| options.filter.is_none());
-        let qdd = measured
-            .or(self.qdd)
-            .filter(|_| options.accelerations || self.estimates.is_empty());
+        let mut measured = recording.signals;
+        if options.filter.is_some() {
+            measured.qdd = Vec::new();
+        }
+        let mut signals = self.signals.or(measured);
+        if !options.accelerations && !self.estimates.is_empty() {
+            signals.qdd = Vec::new();
+        }
         let trajectory = Trajectory {
             name: recording.name,
             t: rows(recording.t, 1),
-            q: rows(self.q.unwrap_or(recording.q), n),
-            qd: rows(self.qd.or(recording.qd).unwrap_or_default(), n),
-            qdd: qdd.map(|s| rows(s, n)),
-            tau: self.tau.or(recording.tau).map(|s| rows(s, n)),
-            p: self.p.or(recording.p).map(|s| rows(s, n)),
-            pd: self.pd.map(|s| rows(s, n)),
+            signals: signals.map(|_, values| rows(values, n)),
         };
         (trajectory, self.estimates)
     }

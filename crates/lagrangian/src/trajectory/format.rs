@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek, Write};
 
-use super::{Layout, Readings, Table, Trajectory};
+use super::{Layout, Readings, Signal, Table, Trajectory};
 use crate::{Error, Result};
 
 /// A file format for trajectories.
@@ -120,93 +120,64 @@ fn without_parquet() -> Error {
 /// Which signals a set of trajectories has, so that every row of a file has the same columns.
 pub(super) struct WrittenColumns {
     pub(super) n: usize,
-    pub(super) qdd: bool,
-    pub(super) p: bool,
-    pub(super) tau: bool,
+    pub(super) signals: Vec<Signal>,
 }
 
 impl WrittenColumns {
     pub(super) fn of(trajectories: &[Trajectory]) -> Result<Self> {
-        let Some(first) = trajectories.first() else {
+        let known = trajectories.iter().find(|t| !t.is_empty());
+        let Some(first) = known.or(trajectories.first()) else {
             return Err(Error::TooShort {
                 what: "the list of trajectories".into(),
                 found: 0,
                 needed: 1,
             });
         };
-        let shape = Self {
-            n: first.dof(),
-            qdd: first.qdd.is_some(),
-            p: first.p.is_some(),
-            tau: first.tau.is_some(),
+        let n = first.dof();
+        let is_written = |signal: &Signal| {
+            matches!(signal, Signal::Q | Signal::Qd) || first.values(*signal).is_some()
         };
-        for t in trajectories {
-            let same = t.dof() == shape.n
-                && t.qdd.is_some() == shape.qdd
-                && t.p.is_some() == shape.p
-                && t.tau.is_some() == shape.tau;
-            let values = t.len() * shape.n;
-            let whole = [
-                Some(&t.q),
-                Some(&t.qd),
-                t.qdd.as_ref(),
-                t.p.as_ref(),
-                t.tau.as_ref(),
-            ];
-            if !same || whole.into_iter().flatten().any(|s| s.len() != values) {
-                return Err(Error::Shape {
-                    what: format!("trajectory '{}'", t.name),
-                    found: t.dof(),
-                    expected: shape.n,
-                    remedy:
-                        "trajectories of one file need the same coordinates and the same signals"
-                            .into(),
-                });
-            }
+        let signals: Vec<Signal> = Signal::IN_FILES.into_iter().filter(is_written).collect();
+        let length = |t: &Trajectory, signal: &Signal| match signals.contains(signal) {
+            true => t.len() * n,
+            false => 0,
+        };
+        let fits = |t: &&Trajectory| {
+            Signal::IN_FILES
+                .iter()
+                .all(|signal| t.get(*signal).len() == length(t, signal))
+        };
+        match trajectories.iter().find(|t| !fits(t)) {
+            None => Ok(Self { n, signals }),
+            Some(other) => Err(Error::Shape {
+                what: format!("trajectory '{}'", other.name),
+                found: other.dof(),
+                expected: n,
+                remedy: "trajectories of one file need the same coordinates and the same signals"
+                    .into(),
+            }),
         }
-        Ok(shape)
-    }
-
-    /// The signals that are there, with the prefix of their columns.
-    pub(super) fn signals<'a>(
-        &self,
-        t: &'a Trajectory,
-    ) -> impl Iterator<Item = (&'static str, &'a [f64])> {
-        let signals: [(_, Option<&Vec<f64>>); 5] = [
-            ("q", Some(&t.q)),
-            ("qd", Some(&t.qd)),
-            ("qdd", t.qdd.as_ref()),
-            ("p", t.p.as_ref()),
-            ("tau", t.tau.as_ref()),
-        ];
-        signals
-            .into_iter()
-            .filter_map(|(name, signal)| Some((name, signal?.as_slice())))
     }
 
     /// `t, q1 …, qd1 …`.
     pub(super) fn headers(&self) -> Vec<String> {
-        let prefixes = [
-            ("q", true),
-            ("qd", true),
-            ("qdd", self.qdd),
-            ("p", self.p),
-            ("tau", self.tau),
-        ];
-        let mut headers = vec!["t".to_owned()];
-        for (prefix, _) in prefixes.iter().filter(|(_, there)| *there) {
-            headers.extend((1..=self.n).map(|i| format!("{prefix}{i}")));
-        }
-        headers
+        let numbered = |signal: &Signal| {
+            let prefix = signal.name();
+            (1..=self.n).map(move |i| format!("{prefix}{i}"))
+        };
+        let t = std::iter::once("t".to_owned());
+        t.chain(self.signals.iter().flat_map(numbered)).collect()
+    }
+
+    /// The values of the columns other than t, in their order, each `[len, n]`.
+    pub(super) fn values<'a>(&self, t: &'a Trajectory) -> impl Iterator<Item = &'a [f64]> {
+        self.signals.iter().map(|signal| t.get(*signal).as_slice())
     }
 
     /// Everything but t of sample `k`.
-    pub(super) fn row<'a>(&self, t: &'a Trajectory, k: usize) -> impl Iterator<Item = f64> + 'a {
-        let n = self.n;
-        self.signals(t)
-            .collect::<Vec<_>>()
-            .into_iter()
-            .flat_map(move |(_, s)| s[k * n..(k + 1) * n].iter().copied())
+    pub(super) fn row(&self, t: &Trajectory, k: usize) -> impl Iterator<Item = f64> {
+        let rows = self.values(t).flat_map(move |x| &x[k * self.n..][..self.n]);
+        rows.copied()
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Coordinates, Sampling, Topology};
+use super::{Coordinates, Sampling, Signal, Signals, Topology};
 use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
@@ -17,29 +17,22 @@ pub struct Layout {
     pub trajectory: Option<String>,
     /// Column of time, s.
     pub t: Option<String>,
-    /// Columns of the coordinates, which give these their names.
-    pub q: Vec<String>,
-    /// Columns of the velocities, in the order of `q`.
-    pub qd: Vec<String>,
-    /// Columns of the accelerations, in the order of `q`.
-    pub qdd: Vec<String>,
-    /// Columns of the momenta p = ∂L/∂q̇, in the order of `q`, in SI units.
-    pub p: Vec<String>,
-    /// Columns of the generalised forces, in the order of `q`.
-    pub tau: Vec<String>,
-    /// Coordinates that these forces act on, in the order of `tau`, where they are fewer than `q`; the forces on
+    /// Columns of each signal: those of `q` give the coordinates their names, the others follow their order. Momenta
+    /// are in SI units.
+    pub columns: Signals<Vec<String>>,
+    /// Coordinates that the forces act on, in the order of their columns, where these are fewer than the coordinates; the forces on
     /// the others are 0. Empty: all of them, or those whose names the columns bear.
     pub actuated: Vec<String>,
     /// Names of the coordinates that are angles; `["all"]` for every one.
     pub angles: Vec<String>,
     /// Names of the coordinates that never move: masses, lengths, strengths of fields. Those that are not in `q`
-    /// are further coordinates behind it; they need no columns of velocities, accelerations and forces.
+    /// are further coordinates after it; they need no columns of velocities, accelerations and forces.
     pub parameters: Vec<String>,
     /// Angles, and their velocities and accelerations, are in degrees. Never guessed.
     pub degrees: bool,
     /// Units of coordinates that are not angles.
     pub units: BTreeMap<String, String>,
-    /// Keep every so manyth row of each trajectory (0 and 1 keep all).
+    /// Keep every Nth row of each trajectory (0 and 1 keep all).
     pub every: usize,
     /// Of a file with more rows than this, keep a sample; [`super::thin`] removes recordings of which nothing was kept.
     /// No file beside the data says so.
@@ -65,24 +58,8 @@ struct LayoutFile {
     units: BTreeMap<String, String>,
 }
 
-#[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-struct ColumnsTable {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    trajectory: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    t: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    q: Option<OneOrMany>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    qd: Option<OneOrMany>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    qdd: Option<OneOrMany>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    p: Option<OneOrMany>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    tau: Option<OneOrMany>,
-}
+/// The columns by the names of the settings: `trajectory`, `t`, and those of the signals.
+type ColumnsTable = BTreeMap<String, OneOrMany>;
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(untagged)]
@@ -96,6 +73,16 @@ fn names(list: Option<OneOrMany>) -> Vec<String> {
         None => Vec::new(),
         Some(OneOrMany::One(name)) => vec![name],
         Some(OneOrMany::Many(names)) => names,
+    }
+}
+
+fn one(list: Option<OneOrMany>) -> Result<Option<String>> {
+    match names(list) {
+        mut one if one.len() < 2 => Ok(one.pop()),
+        several => Err(Error::Layout(format!(
+            "there is one column of time, and one of trajectories, not {}",
+            several.join(", ")
+        ))),
     }
 }
 
@@ -124,15 +111,11 @@ impl Layout {
     /// [`Error::Layout`] with the place, if it is not TOML or has an unknown key.
     pub fn from_toml(text: &str) -> Result<Self> {
         let file: LayoutFile = toml::from_str(text).map_err(|e| Error::Layout(e.to_string()))?;
-        let columns = file.columns;
-        Ok(Self {
-            trajectory: columns.trajectory,
-            t: columns.t,
-            q: names(columns.q),
-            qd: names(columns.qd),
-            qdd: names(columns.qdd),
-            p: names(columns.p),
-            tau: names(columns.tau),
+        let mut columns = file.columns;
+        let mut layout = Self {
+            trajectory: one(columns.remove("trajectory"))?,
+            t: one(columns.remove("t"))?,
+            columns: Signals::default(),
             actuated: names(file.actuated),
             angles: names(file.angle),
             parameters: names(file.parameter),
@@ -140,7 +123,17 @@ impl Layout {
             units: file.units,
             every: file.every.unwrap_or(0),
             sample: None,
-        })
+        };
+        for signal in Signal::IN_FILES {
+            *layout.columns.get_mut(signal) = names(columns.remove(signal.name()));
+        }
+        match columns.keys().next() {
+            None => Ok(layout),
+            Some(unknown) => Err(Error::Layout(format!(
+                "unknown key '{unknown}' in [columns]: it holds trajectory, t, {}",
+                Signal::IN_FILES.map(Signal::name).join(", ")
+            ))),
+        }
     }
 
     /// The text that [`Layout::from_toml`] reads back.
@@ -148,21 +141,23 @@ impl Layout {
     /// # Errors
     /// [`Error::Layout`] if it cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String> {
+        let signals = self.columns.iter();
+        let signals = signals.map(|(signal, names)| (signal.name(), list(names)));
+        let single = |name: &Option<String>| name.clone().map(OneOrMany::One);
+        let columns = [
+            ("trajectory", single(&self.trajectory)),
+            ("t", single(&self.t)),
+        ]
+        .into_iter()
+        .chain(signals)
+        .filter_map(|(name, columns)| Some((name.to_owned(), columns?)));
         let file = LayoutFile {
             angle: list(&self.angles),
             actuated: list(&self.actuated),
             parameter: list(&self.parameters),
             degrees: self.degrees,
             every: (self.every > 1).then_some(self.every),
-            columns: ColumnsTable {
-                trajectory: self.trajectory.clone(),
-                t: self.t.clone(),
-                q: list(&self.q),
-                qd: list(&self.qd),
-                qdd: list(&self.qdd),
-                p: list(&self.p),
-                tau: list(&self.tau),
-            },
+            columns: columns.collect(),
             units: self.units.clone(),
         };
         toml::to_string(&file).map_err(|e| Error::Layout(e.to_string()))
@@ -191,12 +186,8 @@ impl Layout {
     pub fn or(mut self, beside: Self) -> Self {
         self.trajectory = self.trajectory.or(beside.trajectory);
         self.t = self.t.or(beside.t);
+        self.columns = self.columns.or(beside.columns);
         let lists = [
-            (&mut self.q, beside.q),
-            (&mut self.qd, beside.qd),
-            (&mut self.qdd, beside.qdd),
-            (&mut self.p, beside.p),
-            (&mut self.tau, beside.tau),
             (&mut self.actuated, beside.actuated),
             (&mut self.angles, beside.angles),
             (&mut self.parameters, beside.parameters),

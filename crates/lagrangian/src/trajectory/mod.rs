@@ -17,6 +17,7 @@ mod recording;
 mod rows;
 mod sample;
 mod shared;
+mod signals;
 mod state;
 mod table;
 pub(crate) mod window;
@@ -29,38 +30,61 @@ pub use layout::Layout;
 pub(crate) use noise::normal;
 pub use recording::{Readings, Recording};
 pub use sample::{Sampled, Sampling, thin};
-
-use format::{WrittenColumns, unique_names};
+pub use signals::{Signal, Signals};
 pub use state::State;
 pub use table::Table;
+
+use format::{WrittenColumns, unique_names};
+
+use std::ops::{Deref, DerefMut, Range};
 
 use crate::{Error, Result};
 
 /// One motion, recorded or predicted: both are this type, so one function compares them.
 ///
-/// All signals are row-major, `[len, n]`, in SI units; `n` is the number of degrees of freedom. Angles are
-/// unwrapped.
-#[derive(Debug, Clone, PartialEq)]
+/// Its [`Signals`] can be used as if they were its own fields: `motion.q` is `motion.signals.q`.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trajectory {
     /// A name to tell it from others (file, or the value of its `trajectory` column).
     pub name: String,
     /// Time stamps, s, strictly increasing, `[len]`.
     pub t: Vec<f64>,
-    /// Generalised coordinates q, `[len, n]`.
-    pub q: Vec<f64>,
-    /// Generalised velocities q̇, `[len, n]`.
-    pub qd: Vec<f64>,
-    /// Generalised accelerations q̈, `[len, n]`, where known.
-    pub qdd: Option<Vec<f64>>,
-    /// Generalised forces τ, `[len, n]`, where known; otherwise the motion is free.
-    pub tau: Option<Vec<f64>>,
-    /// Momenta p = ∂L/∂q̇, `[len, n]`, where known.
-    pub p: Option<Vec<f64>>,
-    /// Their rates ṗ, `[len, n]`, where known or estimated; no file holds them.
-    pub pd: Option<Vec<f64>>,
+    /// What is known of the motion at these times, `[len, n]` each; q and q̇ always are.
+    pub signals: Signals,
+}
+
+impl Deref for Trajectory {
+    type Target = Signals;
+
+    fn deref(&self) -> &Signals {
+        &self.signals
+    }
+}
+
+impl DerefMut for Trajectory {
+    fn deref_mut(&mut self) -> &mut Signals {
+        &mut self.signals
+    }
 }
 
 impl Trajectory {
+    /// The motion with these signals at the times `t`.
+    ///
+    /// ```
+    /// use lagrangian::trajectory::{Signals, Trajectory};
+    /// let signals = Signals { q: vec![0.0, 0.1], qd: vec![1.0, 1.0], ..Signals::default() };
+    /// let glide = Trajectory::new("glide", vec![0.0, 0.1], signals);
+    /// assert_eq!((glide.len(), glide.dof()), (2, 1));
+    /// ```
+    #[must_use]
+    pub fn new(name: impl Into<String>, t: Vec<f64>, signals: Signals) -> Self {
+        Self {
+            name: name.into(),
+            t,
+            signals,
+        }
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -79,26 +103,23 @@ impl Trajectory {
         self.q.len().checked_div(self.t.len()).unwrap_or(0)
     }
 
+    /// Sample `k`.
+    #[must_use]
+    pub fn row(&self, k: usize) -> Signals<&[f64]> {
+        self.signals.row(self.dof(), k)
+    }
+
     /// The samples of a range, which must lie within it.
     #[must_use]
-    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
-        let n = self.dof();
-        let rows = range.start * n..range.end * n;
-        let optional =
-            |signal: &Option<Vec<f64>>| signal.as_ref().map(|x| x[rows.clone()].to_vec());
+    pub fn part(&self, range: Range<usize>) -> Self {
         Self {
             name: self.name.clone(),
+            signals: self.signals.rows(self.dof(), &range),
             t: self.t[range].to_vec(),
-            q: self.q[rows.clone()].to_vec(),
-            qd: self.qd[rows.clone()].to_vec(),
-            qdd: optional(&self.qdd),
-            tau: optional(&self.tau),
-            p: optional(&self.p),
-            pd: optional(&self.pd),
         }
     }
 
-    /// The samples behind the first `skipped`.
+    /// The samples after the first `skipped`.
     #[must_use]
     pub fn after(&self, skipped: usize) -> Self {
         self.part(skipped.min(self.len())..self.len())
@@ -108,16 +129,14 @@ impl Trajectory {
     /// model can say; nor which momenta, where these are not linear in q̇.
     #[must_use]
     pub fn faster(&self, alpha: f64) -> Self {
-        let scaled = |signal: &[f64], by: f64| signal.iter().map(|x| by * x).collect::<Vec<_>>();
+        let scaled = |signal: Signal, x: &Vec<f64>| {
+            let by = signal.order().map(|order| alpha.powi(order));
+            by.map_or(Vec::new(), |by| x.iter().map(|x| by * x).collect())
+        };
         Self {
             name: self.name.clone(),
-            t: scaled(&self.t, 1.0 / alpha),
-            q: self.q.clone(),
-            qd: scaled(&self.qd, alpha),
-            qdd: self.qdd.as_ref().map(|qdd| scaled(qdd, alpha * alpha)),
-            tau: None,
-            p: None,
-            pd: None,
+            t: self.t.iter().map(|t| t * (1.0 / alpha)).collect(),
+            signals: self.signals.as_ref().map(scaled),
         }
     }
 
@@ -127,44 +146,41 @@ impl Trajectory {
     /// [`Error::Shape`], [`Error::NotFinite`] or [`Error::Argument`], for the first thing that is wrong.
     pub fn validate(&self) -> Result<()> {
         let (len, n) = (self.len(), self.dof());
-        let signals = [
-            ("t", Some(&self.t), len),
-            ("q", Some(&self.q), len * n),
-            ("qd", Some(&self.qd), len * n),
-            ("qdd", self.qdd.as_ref(), len * n),
-            ("tau", self.tau.as_ref(), len * n),
-            ("p", self.p.as_ref(), len * n),
-            ("pd", self.pd.as_ref(), len * n),
-        ];
-        for (name, signal, expected) in signals {
-            let Some(signal) = signal else { continue };
-            if signal.len() != expected {
-                return Err(Error::Shape {
-                    what: format!("{name} of trajectory '{}'", self.name),
-                    found: signal.len(),
-                    expected,
-                    remedy: format!("give one value per sample and coordinate ({len} × {n})"),
-                });
-            }
-            if let Some(index) = signal.iter().position(|x| !x.is_finite()) {
-                return Err(Error::NotFinite {
-                    what: format!("{name} of trajectory '{}'", self.name),
-                    index,
-                });
+        self.check_signal("t", &self.t, len)?;
+        for (signal, values) in self.iter() {
+            let needed = matches!(signal, Signal::Q | Signal::Qd);
+            if needed || !values.is_empty() {
+                self.check_signal(signal.name(), values, len * n)?;
             }
         }
-        if let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) {
-            return Err(Error::Argument {
-                name: "t",
-                value: format!(
-                    "{} after {} in trajectory '{}'",
-                    self.t[k + 1],
-                    self.t[k],
-                    self.name
-                ),
-                must: "strictly increasing: sort the rows and remove repeats",
+        let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) else {
+            return Ok(());
+        };
+        let (before, after) = (self.t[k], self.t[k + 1]);
+        Err(Error::Argument {
+            name: "t",
+            value: format!("{after} after {before} in trajectory '{}'", self.name),
+            must: "strictly increasing: sort the rows and remove repeats",
+        })
+    }
+
+    fn check_signal(&self, name: &str, values: &[f64], expected: usize) -> Result<()> {
+        let what = || format!("{name} of trajectory '{}'", self.name);
+        if values.len() != expected {
+            let (len, n) = (self.len(), self.dof());
+            return Err(Error::Shape {
+                what: what(),
+                found: values.len(),
+                expected,
+                remedy: format!("give one value per sample and coordinate ({len} × {n})"),
             });
         }
-        Ok(())
+        match values.iter().position(|x| !x.is_finite()) {
+            None => Ok(()),
+            Some(index) => Err(Error::NotFinite {
+                what: what(),
+                index,
+            }),
+        }
     }
 }

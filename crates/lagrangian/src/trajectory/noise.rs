@@ -2,23 +2,22 @@
 
 use rand::{Rng, RngExt};
 
-use super::Trajectory;
+use super::{Signals, Trajectory};
 
 impl Trajectory {
     /// Adds Gaussian noise of standard deviation `sigma` to q (in its unit), to q̇ (in its unit per second) and to p
     /// (in its unit) where there is any, and leaves q̈ and ṗ out, since no sensor would have known them.
     pub fn add_noise(&mut self, sigma: f64, rng: &mut dyn Rng) {
-        let momenta = self.p.iter_mut().flatten();
-        for x in self.q.iter_mut().chain(&mut self.qd).chain(momenta) {
+        let Signals { q, qd, p, .. } = &mut self.signals;
+        for x in q.iter_mut().chain(qd).chain(p) {
             *x += sigma * normal(rng);
         }
-        (self.qdd, self.pd) = (None, None);
+        (self.qdd, self.pd) = (Vec::new(), Vec::new());
     }
 
     /// Adds Gaussian noise of these standard deviations, `[n]`, to the forces, where there are any.
     pub fn add_force_noise(&mut self, sigma: &[f64], rng: &mut dyn Rng) {
-        let forces = self.tau.iter_mut().flatten();
-        for (x, sigma) in forces.zip(sigma.iter().cycle()) {
+        for (x, sigma) in self.tau.iter_mut().zip(sigma.iter().cycle()) {
             *x += sigma * normal(rng);
         }
     }
@@ -41,16 +40,16 @@ mod tests {
         let n = 20_000;
         let t = (0..n).map(f64::from).collect();
         let zeros = vec![0.0; n as usize];
-        let mut noisy = Trajectory {
-            name: "still".into(),
+        let mut noisy = Trajectory::new(
+            "still",
             t,
-            q: zeros.clone(),
-            qd: zeros.clone(),
-            qdd: Some(zeros),
-            tau: None,
-            p: None,
-            pd: None,
-        };
+            Signals {
+                q: zeros.clone(),
+                qd: zeros.clone(),
+                qdd: zeros,
+                ..Signals::default()
+            },
+        );
         noisy.add_noise(0.5, &mut ChaCha8Rng::seed_from_u64(1));
         let mean = noisy.q.iter().sum::<f64>() / f64::from(n);
         let variance = noisy.q.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / f64::from(n);
@@ -58,6 +57,6 @@ mod tests {
             mean.abs() < 0.02 && (variance.sqrt() - 0.5).abs() < 0.01,
             "{mean} {variance}"
         );
-        assert!(noisy.qdd.is_none());
+        assert!(noisy.qdd.is_empty());
     }
 }

@@ -189,15 +189,8 @@ fn place(mut column: usize, arrays: &[Array]) -> (usize, usize) {
 /// Names of two-axis arrays in the layout become the names of their columns.
 fn spread(layout: &Layout, arrays: &[Array]) -> Layout {
     let mut layout = layout.clone();
-    let lists = [
-        &mut layout.q,
-        &mut layout.qd,
-        &mut layout.qdd,
-        &mut layout.p,
-        &mut layout.tau,
-        &mut layout.angles,
-    ];
-    for names in lists {
+    let signals = layout.columns.iter_mut().map(|(_, names)| names);
+    for names in signals.chain([&mut layout.angles]) {
         let columns = |name: &String| {
             let matrix = arrays
                 .iter()
@@ -254,13 +247,11 @@ pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()>
         &[rows],
         trajectories.iter().map(|t| t.t.as_slice()),
     )?;
-    for (signal, name) in shape.signals(&trajectories[0]).map(|s| s.0).enumerate() {
+    for signal in &shape.signals {
         archive
-            .start_file(format!("{name}.npy"), options)
+            .start_file(format!("{}.npy", signal.name()), options)
             .map_err(zipped)?;
-        let values = trajectories
-            .iter()
-            .filter_map(|t| shape.signals(t).nth(signal).map(|s| s.1));
+        let values = trajectories.iter().map(|t| t.get(*signal).as_slice());
         write_array(&mut archive, &[rows, shape.n], values)?;
     }
     archive.finish().map_err(zipped)?.sink.flush()?;

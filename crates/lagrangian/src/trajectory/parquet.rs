@@ -249,7 +249,7 @@ pub fn write(sink: impl Write + Send, trajectories: &[Trajectory]) -> Result<()>
             columns.push(Arc::new(Float64Array::from_iter_values(
                 t.t[rows.clone()].iter().copied(),
             )));
-            for (_, signal) in shape.signals(t) {
+            for signal in shape.values(t) {
                 for i in 0..shape.n {
                     let values = rows.clone().map(|k| signal[k * shape.n + i]);
                     columns.push(Arc::new(Float64Array::from_iter_values(values)));

@@ -1,12 +1,14 @@
 //! What a file holds, before anything is estimated.
 
+use std::ops::{Deref, DerefMut};
+
 use super::derivatives::{Estimate, EstimateOptions, Fitted};
-use super::{Columns, Coordinates, Sampled, Trajectory};
+use super::{Columns, Coordinates, Sampled, Signal, Signals, Trajectory};
 use crate::{Error, Result};
 
 /// One motion as it stands in a file: velocities and accelerations may be missing, values may be NaN.
 ///
-/// All signals are row-major, `[len, n]`, in SI units; angles are unwrapped.
+/// Its [`Signals`] can be used as if they were its own fields: `recording.q` is `recording.signals.q`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// The value of the `trajectory` column, or the name of the file.
@@ -15,22 +17,28 @@ pub struct Recording {
     pub coordinates: Coordinates,
     /// Time stamps, s, `[len]`.
     pub t: Vec<f64>,
-    /// Coordinates q, `[len, n]`.
-    pub q: Vec<f64>,
-    /// Velocities q̇, `[len, n]`, where measured.
-    pub qd: Option<Vec<f64>>,
-    /// Accelerations q̈, `[len, n]`, where measured.
-    pub qdd: Option<Vec<f64>>,
-    /// Momenta p, `[len, n]`, where known.
-    pub p: Option<Vec<f64>>,
-    /// Forces τ, `[len, n]`, where measured.
-    pub tau: Option<Vec<f64>>,
+    /// What was measured, `[len, n]` each; q always is.
+    pub signals: Signals,
     /// The names of its columns.
     pub columns: Columns,
     /// How many jumps of each wrapped angle were unwrapped, `[n]`.
     pub unwrapped: Vec<usize>,
     /// Where a sample was asked for: what is known of the whole of it.
     pub sampled: Option<Sampled>,
+}
+
+impl Deref for Recording {
+    type Target = Signals;
+
+    fn deref(&self) -> &Signals {
+        &self.signals
+    }
+}
+
+impl DerefMut for Recording {
+    fn deref_mut(&mut self) -> &mut Signals {
+        &mut self.signals
+    }
 }
 
 /// What one file holds.
@@ -45,9 +53,9 @@ pub struct Readings {
 impl Recording {
     pub(super) const REPAIR: &str = "remove or repair that row";
     pub(super) const SORT: &str =
-        "sort the rows by time, remove repeats, or tell trajectories apart with --trajectory";
+        "sort the rows by time, remove repeats, or tell trajectories apart with `trajectory`";
     pub(super) const CONSTANT: &str =
-        "leave it out of --parameters if it moves, or tell its values apart with --trajectory";
+        "omit it from `parameters` if it moves, or tell its values apart with `trajectory`";
 
     /// Number of samples.
     #[must_use]
@@ -67,24 +75,6 @@ impl Recording {
         self.coordinates.dof()
     }
 
-    /// The signals that are there, each with the names of its columns: (signal, values `[len, n]`, names `[n]`).
-    #[must_use]
-    pub fn signals(&self) -> Vec<(&'static str, &[f64], &[String])> {
-        let c = &self.columns;
-        let mut signals: Vec<(_, &[f64], &[String])> = vec![("q", &self.q, &c.q)];
-        for (signal, values, names) in [
-            ("qd", &self.qd, &c.qd),
-            ("qdd", &self.qdd, &c.qdd),
-            ("p", &self.p, &c.p),
-            ("tau", &self.tau, &c.tau),
-        ] {
-            if let Some(values) = values {
-                signals.push((signal, values, names));
-            }
-        }
-        signals
-    }
-
     /// Checks that it can become a [`Trajectory`]: at least two samples, shapes, finite values, increasing time.
     ///
     /// # Errors
@@ -101,10 +91,11 @@ impl Recording {
             });
         }
         let n = self.dof();
-        for (signal, values, _) in self.signals() {
-            if values.len() != self.len() * n || n == 0 {
+        for (signal, values) in self.iter() {
+            let measured = signal == Signal::Q || !values.is_empty();
+            if measured && values.len() != self.len() * n || n == 0 {
                 return Err(Error::Shape {
-                    what: format!("{signal} of trajectory '{}'", self.name),
+                    what: format!("{} of trajectory '{}'", signal.name(), self.name),
                     found: values.len(),
                     expected: self.len() * n,
                     remedy: format!(
@@ -122,14 +113,20 @@ impl Recording {
     /// Refuses parameters that change along the trajectory.
     pub(crate) fn parameters_are_constant(&self) -> Result<()> {
         let n = self.dof();
-        let sizes = [Some(&self.q), self.qd.as_ref(), self.qdd.as_ref()];
         for i in self.coordinates.parameters() {
-            for (k, values) in sizes.into_iter().enumerate() {
-                let column = || values.into_iter().flatten().skip(i).step_by(n);
-                let first = if k == 0 { column().next() } else { Some(&0.0) };
-                if let Some(row) = column().position(|x| Some(x) != first) {
-                    let name = &self.columns.q[i];
-                    let what = ["value", "velocity", "acceleration"][k];
+            for (what, values) in [
+                ("value", &self.q),
+                ("velocity", &self.qd),
+                ("acceleration", &self.qdd),
+            ] {
+                let column = || values.iter().skip(i).step_by(n);
+                let still = if what == "value" {
+                    column().next()
+                } else {
+                    Some(&0.0)
+                };
+                if let Some(row) = column().position(|x| Some(x) != still) {
+                    let name = &self.columns.signals.q[i];
                     let finding =
                         format!("'{name}' is declared as a parameter, but its {what} changes");
                     return Err(self.sample(row, name, finding, Self::CONSTANT));
@@ -143,8 +140,8 @@ impl Recording {
     fn hold(&self, trajectory: &mut Trajectory, estimates: &mut Vec<Estimate>) {
         let n = self.dof();
         for i in self.coordinates.parameters() {
-            let still = [Some(&mut trajectory.qd), trajectory.qdd.as_mut()];
-            for signal in still.into_iter().flatten() {
+            let Signals { qd, qdd, .. } = &mut trajectory.signals;
+            for signal in [qd, qdd] {
                 signal.iter_mut().skip(i).step_by(n).for_each(|x| *x = 0.0);
             }
             let value = self.q[i];
@@ -174,9 +171,10 @@ impl Recording {
             ));
         }
         let n = self.dof();
-        for (signal, values, names) in self.signals() {
+        for (signal, values) in self.known() {
             if let Some(k) = values.iter().position(|x| !x.is_finite()) {
-                let column = names.get(k % n).map_or(signal, String::as_str);
+                let names = self.columns.signals.get(signal);
+                let column = names.get(k % n).map_or(signal.name(), String::as_str);
                 return Err(self.sample(
                     k / n,
                     column,
@@ -228,10 +226,11 @@ impl Recording {
     pub fn into_trajectory(self, options: &EstimateOptions) -> Result<(Trajectory, Vec<Estimate>)> {
         self.validate()?;
         options.validate()?;
-        let rates = self.qdd.is_some() && self.p.is_none();
-        let complete = self.qd.is_some() && (rates || !options.accelerations);
+        let rates = !self.qdd.is_empty() && self.p.is_empty();
+        let complete = !self.qd.is_empty() && (rates || !options.accelerations);
         if complete && !options.smooth && options.filter.is_none() {
-            return Ok((self.plain(), Vec::new()));
+            let trajectory = Trajectory::new(self.name, self.t, self.signals);
+            return Ok((trajectory, Vec::new()));
         }
         let fitted = Fitted::of(&self, options)?;
         if self.coordinates.parameters().next().is_none() {
@@ -240,19 +239,5 @@ impl Recording {
         let (mut trajectory, mut estimates) = fitted.into_trajectory(self.clone(), options);
         self.hold(&mut trajectory, &mut estimates);
         Ok((trajectory, estimates))
-    }
-
-    fn plain(self) -> Trajectory {
-        let qd = self.qd.unwrap_or_default();
-        Trajectory {
-            name: self.name,
-            t: self.t,
-            q: self.q,
-            qd,
-            qdd: self.qdd,
-            tau: self.tau,
-            p: self.p,
-            pd: None,
-        }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::columns::Resolved;
 use super::sample::{Flaw, Sampled, Stretch, drop_stretches};
-use super::{Readings, Recording};
+use super::{Readings, Recording, Signals};
 use crate::{Error, Result};
 
 /// More trajectories than this, each of hardly more than one row, are a wrong column.
@@ -46,17 +46,12 @@ struct Partial {
 impl Partial {
     fn new(name: String, resolved: &Resolved) -> Self {
         let columns = resolved.columns.clone();
-        let n = columns.q.len();
-        let signal = |names: &[String]| (!names.is_empty()).then(Vec::new);
+        let n = columns.signals.q.len();
         let recording = Recording {
             name,
             coordinates: resolved.coordinates.clone(),
             t: Vec::new(),
-            q: Vec::new(),
-            qd: signal(&columns.qd),
-            qdd: signal(&columns.qdd),
-            p: signal(&columns.p),
-            tau: signal(&columns.tau),
+            signals: Signals::default(),
             columns,
             unwrapped: vec![0; n],
             sampled: Some(Sampled::new()),
@@ -91,7 +86,7 @@ impl Partial {
             self.look_at(values, resolved);
         }
         if keep {
-            self.append(values, resolved);
+            self.append(values);
         }
         keep
     }
@@ -153,35 +148,17 @@ impl Partial {
         }
     }
 
-    fn append(&mut self, values: &[f64], resolved: &Resolved) {
-        let n = self.last.len();
+    fn append(&mut self, values: &[f64]) {
         let r = &mut self.recording;
         r.t.push(values[0]);
-        r.q.extend_from_slice(&values[1..=n]);
-        let mut rest = &values[1 + n..];
-        let signals = [
-            (&mut r.qd, &r.columns.qd),
-            (&mut r.qdd, &r.columns.qdd),
-            (&mut r.p, &r.columns.p),
-        ];
-        for (signal, names) in signals {
-            let Some(signal) = signal else { continue };
-            for name in names {
-                // A parameter without a column has no velocity.
-                let (value, behind) = match rest.split_first() {
-                    Some((value, behind)) if !name.is_empty() => (*value, behind),
-                    _ => (0.0, rest),
-                };
-                signal.push(value);
-                rest = behind;
-            }
-        }
-        if let Some(tau) = &mut r.tau {
-            let row = tau.len();
-            tau.resize(row + n, 0.0);
-            for (&i, force) in resolved.driven.iter().zip(rest) {
-                tau[row + i] = *force;
-            }
+        let mut rest = values[1..].iter();
+        let signals = r.signals.iter_mut().zip(r.columns.signals.iter());
+        for ((_, signal), (_, names)) in signals {
+            // A parameter without a column has no velocity, and a coordinate without one no force.
+            signal.extend(names.iter().map(|name| match name.as_str() {
+                "" => 0.0,
+                _ => rest.next().copied().unwrap_or_default(),
+            }));
         }
     }
 
@@ -222,7 +199,8 @@ impl Partial {
         for (stretch, range) in stretches.zip(ranges) {
             let wraps = std::mem::take(&mut stretch.wraps);
             for &i in &wrapped {
-                unwrap((&mut r.q[range.start * n..range.end * n], n), i, &wraps);
+                let rows = range.start * n..range.end * n;
+                unwrap((&mut r.signals.q[rows], n), i, &wraps);
             }
         }
         if !sampled {
@@ -268,14 +246,8 @@ fn flaw(
 }
 
 fn to_radians(values: &mut [f64], resolved: &Resolved) {
-    let columns = &resolved.columns;
-    let kinematic = [&columns.q, &columns.qd, &columns.qdd];
-    let coordinates = kinematic
-        .into_iter()
-        .flat_map(|names| names.iter().enumerate());
-    let given = coordinates.filter(|(_, name)| !name.is_empty());
-    for ((i, _), value) in given.zip(&mut values[1..]) {
-        if resolved.coordinates.is_circle(i) {
+    for ((signal, i), value) in resolved.places().zip(&mut values[1..]) {
+        if signal.order().is_some() && resolved.coordinates.is_circle(i) {
             *value = value.to_radians();
         }
     }
@@ -295,7 +267,7 @@ impl Rows {
         }
     }
 
-    /// Takes one row: the numbers t, q, qd, qdd, p, tau (which it may change) of `trajectory`, if there are several.
+    /// Takes one row: the numbers t and those of the signals (which it may change) of `trajectory`, if there are several.
     pub(super) fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
         let name = trajectory.unwrap_or(&self.file);
         self.rows += 1;
@@ -349,7 +321,7 @@ impl Rows {
                 .cloned()
                 .collect::<Vec<_>>()
                 .join(", "),
-            remedy: "name the column that tells trajectories apart with --trajectory".into(),
+            remedy: "name the column that tells trajectories apart with `trajectory`".into(),
         })
     }
 

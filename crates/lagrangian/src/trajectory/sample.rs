@@ -202,14 +202,7 @@ impl Recording {
             signal.truncate(write);
         };
         compact(&mut self.t, 1);
-        let signals = [
-            Some(&mut self.q),
-            self.qd.as_mut(),
-            self.qdd.as_mut(),
-            self.p.as_mut(),
-            self.tau.as_mut(),
-        ];
-        signals.into_iter().flatten().for_each(|s| compact(s, n));
+        self.iter_mut().for_each(|(_, signal)| compact(signal, n));
     }
 }
 

@@ -128,11 +128,10 @@ impl Found {
 
 fn usable(recording: &Recording) -> bool {
     let values = recording.len() * recording.dof();
-    let signals = recording.signals();
     time::usable(recording)
-        && signals
-            .iter()
-            .all(|(_, s, _)| s.len() == values && s.iter().all(|x| x.is_finite()))
+        && recording
+            .known()
+            .all(|(_, s)| s.len() == values && s.iter().all(|x| x.is_finite()))
 }
 
 /// One estimate for each joint, with a window that is `window` times the chosen one.

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use super::super::{CheckOptions, time};
 use super::Certainty;
-use crate::trajectory::Recording;
 use crate::trajectory::derivatives::acceleration_window;
 use crate::trajectory::local_polynomial::{Filter, Series, around, median_step, segments};
+use crate::trajectory::{Recording, Signal};
 
 /// Stretches that are left out one after the other.
 const STRETCHES: usize = 24;
@@ -29,7 +29,7 @@ impl<'a> Source<'a> {
         recording: &'a Recording,
         options: &CheckOptions,
     ) -> Option<(Self, Vec<Certainty>)> {
-        let tau = recording.tau.as_ref()?;
+        let tau = recording.values(Signal::Tau)?;
         let n = recording.dof();
         let all = segments(&recording.t, time::GAP);
         let column = |i| Series {

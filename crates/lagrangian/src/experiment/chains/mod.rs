@@ -121,11 +121,7 @@ mod tests {
             let estimated = with_estimated_accelerations(&exact);
             let mut errors = Vec::new();
             for (exact, estimated) in exact.iter().zip(&estimated) {
-                let pairs = exact
-                    .qdd
-                    .iter()
-                    .flatten()
-                    .zip(estimated.qdd.iter().flatten());
+                let pairs = exact.qdd.iter().zip(&estimated.qdd);
                 errors.extend(pairs.map(|(a, b)| (a - b).abs()));
             }
             errors.sort_by(f64::total_cmp);

@@ -121,7 +121,7 @@ impl States {
         Self {
             q: each(|t| &t.q),
             qd: each(|t| &t.qd),
-            tau: each(|t| t.tau.as_deref().unwrap_or(&[])),
+            tau: each(|t| t.tau.as_slice()),
         }
     }
 

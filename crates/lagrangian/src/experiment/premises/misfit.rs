@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use crate::dynamics::Model;
 use crate::integrate::Method;
 use crate::rollout::{Hold, RolloutOptions, rollout_recorded};
+use crate::trajectory::Signal;
 use crate::{Result, Trajectory};
 
 /// Root mean square over samples and coordinates of the recorded torque less the model's, N·m; `None` where it has no
@@ -14,7 +15,10 @@ pub fn torque_misfit(model: &dyn Model, recordings: &[Trajectory]) -> Option<f64
     let mut evaluator = model.evaluator();
     let (mut sum, mut count) = (0.0, 0);
     for recording in recordings {
-        let (qdd, tau) = (recording.qdd.as_ref()?, recording.tau.as_ref()?);
+        let (qdd, tau) = (
+            recording.values(Signal::Qdd)?,
+            recording.values(Signal::Tau)?,
+        );
         let mut own = vec![0.0; tau.len()];
         if !evaluator.inverse_dynamics(&recording.q, &recording.qd, qdd, &mut own) {
             return None;

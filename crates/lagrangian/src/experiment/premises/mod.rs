@@ -23,6 +23,7 @@ use crate::dynamics::Model;
 use crate::integrate::Method;
 use crate::lagrangian::analytic::Analytic;
 use crate::rollout::{Force, RolloutOptions, rollout, times};
+use crate::trajectory::Signals;
 use crate::{Coordinates, Result, Trajectory};
 
 pub use arm::Arm;
@@ -210,16 +211,17 @@ fn motors(motion: &Trajectory, n: usize, drive: &Excitation) -> Trajectory {
     for (t, tau) in motion.t.iter().zip(tau.chunks_exact_mut(n)) {
         drive.torque(*t, 0.0, tau);
     }
-    Trajectory {
-        name: motion.name.clone(),
-        t: motion.t.clone(),
-        q: first(&motion.q),
-        qd: first(&motion.qd),
-        qdd: motion.qdd.as_deref().map(first),
-        tau: Some(tau),
-        p: None,
-        pd: None,
-    }
+    Trajectory::new(
+        motion.name.clone(),
+        motion.t.clone(),
+        Signals {
+            q: first(&motion.q),
+            qd: first(&motion.qd),
+            qdd: first(&motion.qdd),
+            tau,
+            ..Signals::default()
+        },
+    )
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use crate::dataset::Dataset;
 use crate::dynamics::Model;
 use crate::experiment::with_estimated_accelerations;
 use crate::lagrangian::analytic::{AnalyticModel, Chart, Rng, normal};
+use crate::trajectory::{Signal, Signals};
 use crate::{Coordinates, Result, Trajectory};
 
 /// How many chunks.
@@ -135,12 +136,9 @@ impl Lesson {
             }
         }
         let qd = sizes(n, motions.iter().map(|m| &m.qd[..]));
-        let others: [Signal; 3] = [|m| &mut m.qdd, |m| &mut m.p, |m| &mut m.pd];
-        let size_of = |of: Signal, motions: &mut [Trajectory]| {
-            let known = motions.iter_mut().filter_map(|m| of(m).clone());
-            sizes(n, known.collect::<Vec<_>>().iter().map(|x| &x[..]))
-        };
-        let others = others.map(|of| (of, size_of(of, motions)));
+        let others = [Signal::Qdd, Signal::P, Signal::Pd];
+        let size_of = |signal| sizes(n, motions.iter().filter_map(|m| m.values(signal)));
+        let others = others.map(|signal| (signal, size_of(signal)));
         let mut add = |x: &mut [f64], size: &[f64]| {
             let places = x.iter_mut().enumerate();
             places.for_each(|(k, x)| *x += self.noise * size[k % n] * normal(rng));
@@ -148,10 +146,8 @@ impl Lesson {
         for motion in motions {
             add(&mut motion.q, &q);
             add(&mut motion.qd, &qd);
-            for (of, size) in &others {
-                if let Some(signal) = of(motion) {
-                    add(signal, size);
-                }
+            for (signal, size) in &others {
+                add(motion.get_mut(*signal), size);
             }
         }
     }
@@ -163,18 +159,17 @@ impl Lesson {
         rng.set_stream(3);
         let mut evaluator = self.truth.evaluator();
         let mut under = |motion: &Trajectory| {
-            let size = motion
-                .qdd
-                .iter()
-                .flatten()
-                .fold(0.0, |m: f64, a| m.max(a.abs()));
+            let size = motion.qdd.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
             let tau: Vec<f64> = motion.q.iter().map(|_| size * normal(&mut rng)).collect();
             let mut qdd = vec![0.0; tau.len()];
             evaluator.forward_dynamics(&motion.q, &motion.qd, &tau, &mut qdd);
             Trajectory {
-                qdd: Some(qdd),
-                tau: Some(tau),
-                pd: None,
+                signals: Signals {
+                    qdd,
+                    tau,
+                    pd: Vec::new(),
+                    ..motion.clone().signals
+                },
                 ..motion.clone()
             }
         };
@@ -202,14 +197,14 @@ fn with_mean_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
         slope.repeat(motion.len())
     };
     let estimated = |motion: &Trajectory| Trajectory {
-        qdd: Some(slopes(motion)),
+        signals: Signals {
+            qdd: slopes(motion),
+            ..motion.clone().signals
+        },
         ..motion.clone()
     };
     motions.iter().map(estimated).collect()
 }
-
-/// A signal that motions may have.
-type Signal = fn(&mut Trajectory) -> &mut Option<Vec<f64>>;
 
 /// Root mean square of each of the `n` columns of some signals.
 fn sizes<'a>(n: usize, signals: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
@@ -230,9 +225,9 @@ fn strip(motions: &[Trajectory], hidden: Hidden) -> Vec<Trajectory> {
     let one = |motion: &Trajectory| {
         let mut motion = motion.clone();
         match hidden {
-            Hidden::Accelerations => (motion.qdd, motion.pd) = (None, None),
-            Hidden::Torques => motion.tau = None,
-            Hidden::Momenta => (motion.p, motion.pd) = (None, None),
+            Hidden::Accelerations => (motion.qdd, motion.pd) = (Vec::new(), Vec::new()),
+            Hidden::Torques => motion.tau = Vec::new(),
+            Hidden::Momenta => (motion.p, motion.pd) = (Vec::new(), Vec::new()),
         }
         motion
     };

@@ -10,6 +10,7 @@ use crate::Result;
 use crate::dynamics::Model;
 use crate::integrate::Method;
 use crate::rollout::{RolloutOptions, free, rollout_many, times};
+use crate::trajectory::Signal;
 use crate::{State, Trajectory};
 
 /// Root mean square of the error of q̈ at the test states over that of q̈ itself, both in the system's own coordinates:
@@ -51,7 +52,7 @@ pub fn flow_acceleration_error(model: &dyn Model, lesson: &Lesson) -> f64 {
     }
     let (mut wrong, mut all) = (0.0, 0.0);
     for motion in &lesson.test {
-        let Some(momenta) = &motion.p else {
+        let Some(momenta) = motion.values(Signal::P) else {
             return f64::NAN;
         };
         let states = motion.q.chunks_exact(n).zip(motion.qd.chunks_exact(n));
@@ -357,11 +358,11 @@ mod tests {
         assert!(drift.own.unwrap() < 1e-8 && drift.exact < 1e-8 && drift.unfinished == 0);
         let motion = &lesson.train[0];
         // p = q̇ + ½ B × q with B = 1.
-        let p = motion.p.as_ref().unwrap();
+        let p = &motion.p;
         assert!((p[0] - (motion.qd[0] - 0.5 * motion.q[1])).abs() < 1e-12);
         // ṗ is the rate of p along the motion.
         let rate = (p[4] - p[0]) / (motion.t[2] - motion.t[0]);
-        assert!((rate - motion.pd.as_ref().unwrap()[2]).abs() < 1e-2);
+        assert!((rate - motion.pd[2]).abs() < 1e-2);
     }
 
     #[test]

@@ -260,6 +260,7 @@ mod tests {
     use crate::train::ForceTerms;
     use crate::train::Samples;
     use crate::train::tests::{assert_step_solves, forces, gradient_error, samples};
+    use crate::trajectory::Signals;
 
     fn shape(
         n: usize,
@@ -285,8 +286,11 @@ mod tests {
     fn recorded(n: usize, m: usize) -> Samples {
         let other = samples(n, 2 * m);
         Samples {
-            p: other.qd[..m * n].to_vec(),
-            pd: other.qdd[..m * n].to_vec(),
+            signals: Signals {
+                p: other.qd[..m * n].to_vec(),
+                pd: other.qdd[..m * n].to_vec(),
+                ..samples(n, m).signals
+            },
             ..samples(n, m)
         }
     }

@@ -14,6 +14,7 @@ use crate::lagrangian::{DelanConfig, Form, LnnConfig};
 use crate::models::Template;
 use crate::neural_ode::{NeuralOdeConfig, Order};
 use crate::train::{Family, FitConfig, ForceTerms, Loss};
+use crate::trajectory::Signals;
 use crate::{Coordinates, Trajectory};
 use nets::Packed;
 
@@ -38,28 +39,25 @@ pub(super) fn dataset() -> Dataset {
         let each = |f: &dyn Fn(f64) -> f64, g: &dyn Fn(f64) -> f64| -> Vec<f64> {
             t.iter().flat_map(|t| [f(*t), g(*t)]).collect()
         };
-        Trajectory {
-            name: "test".into(),
+        let signals = Signals {
             q: each(&|t| 3.0 + (2.0 * t + shift).sin(), &|t| {
                 (1.3 * t - shift).cos()
             }),
             qd: each(&|t| 2.0 * (2.0 * t + shift).cos(), &|t| {
                 -1.3 * (1.3 * t - shift).sin()
             }),
-            qdd: Some(each(&|t| -4.0 * (2.0 * t + shift).sin(), &|t| {
+            qdd: each(&|t| -4.0 * (2.0 * t + shift).sin(), &|t| {
                 -1.69 * (1.3 * t).cos()
-            })),
-            tau: Some(each(&|t| (5.0 * t).sin(), &|t| {
-                0.3 * (3.0 * t + shift).cos()
-            })),
-            p: Some(each(&|t| 1.7 * (2.0 * t + shift).cos(), &|t| {
+            }),
+            tau: each(&|t| (5.0 * t).sin(), &|t| 0.3 * (3.0 * t + shift).cos()),
+            p: each(&|t| 1.7 * (2.0 * t + shift).cos(), &|t| {
                 (1.1 * t - shift).sin()
-            })),
-            pd: Some(each(&|t| -3.4 * (2.0 * t + shift).sin(), &|t| {
+            }),
+            pd: each(&|t| -3.4 * (2.0 * t + shift).sin(), &|t| {
                 1.1 * (1.1 * t - shift).cos()
-            })),
-            t,
-        }
+            }),
+        };
+        Trajectory::new("test", t, signals)
     };
     let mut coordinates = Coordinates::angles(2);
     coordinates.0[1].topology = crate::trajectory::Topology::Line;

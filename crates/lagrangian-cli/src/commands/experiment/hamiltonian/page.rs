@@ -92,7 +92,7 @@ fn motion(found: &Found) -> Figure {
     let curve = |motion: &lagrangian::Trajectory| {
         let n = motion.dof().max(1);
         let column = |x: &[f64], i: usize| x.iter().skip(i).step_by(n).copied().collect::<Vec<_>>();
-        let p = motion.p.as_deref().unwrap_or_default();
+        let p = motion.p.as_slice();
         match bodies {
             true => (column(&motion.q, 0), column(&motion.q, 1)),
             false => (column(&motion.q, 0), column(p, 0)),

@@ -62,7 +62,11 @@ fn motions(found: &Found, energy: bool) -> Result<Figure> {
     let mut series = Vec::new();
     for (name, role, prediction) in all {
         let t = prediction.trajectory;
-        let y = if energy { drift(system, &t)? } else { t.q };
+        let y = if energy {
+            drift(system, &t)?
+        } else {
+            t.signals.q
+        };
         // A model that is lost has left the picture.
         let y = y
             .into_iter()

@@ -1,0 +1,50 @@
+//! The flags that name the columns of signals: one for each signal that a file may hold.
+
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
+use lagrangian::trajectory::{Signal, Signals};
+use serde::{Deserialize, Serialize};
+
+/// The columns of each signal, as they were named.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(crate) struct ColumnArgs(pub(crate) Signals<Vec<String>>);
+
+impl Args for ColumnArgs {
+    fn augment_args(command: Command) -> Command {
+        Signal::IN_FILES
+            .into_iter()
+            .fold(command, |command, signal| command.arg(flag(signal)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+fn flag(signal: Signal) -> Arg {
+    let (name, description) = (signal.name(), signal.description());
+    Arg::new(name)
+        .long(name)
+        .value_name("NAMES")
+        .value_delimiter(',')
+        .action(ArgAction::Append)
+        .help(format!(
+            "Columns of the {description} [default: {name}1,{name}2,…]"
+        ))
+}
+
+impl FromArgMatches for ColumnArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        let mut columns = Self::default();
+        columns.update_from_arg_matches(matches)?;
+        Ok(columns)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        for signal in Signal::IN_FILES {
+            let names = matches.get_many(signal.name()).into_iter().flatten();
+            *self.0.get_mut(signal) = names.cloned().collect();
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,245 @@
+//! The signals of a motion, listed once: whatever holds, reads or writes them goes through this table.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+/// One value for each signal of a motion.
+///
+/// `Signals` alone holds the values of a whole motion, row-major `[rows, n]`, in SI units, where n is the number of
+/// degrees of freedom; a signal that is not known is empty. `Signals<&[f64]>` is one row of it, and
+/// `Signals<Vec<String>>` the names of its columns in a file.
+///
+/// ```
+/// use lagrangian::trajectory::{Signal, Signals};
+/// let swing = Signals { q: vec![0.1, 0.2], qd: vec![1.0, 1.1], ..Signals::default() };
+/// assert_eq!(swing.row(1, 1).qd, [1.1]);
+/// assert!(swing.known().map(|(signal, _)| signal).eq([Signal::Q, Signal::Qd]));
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Signals<T = Vec<f64>> {
+    /// Generalised coordinates q; angles are unwrapped.
+    pub q: T,
+    /// Generalised velocities q̇.
+    pub qd: T,
+    /// Generalised accelerations q̈.
+    pub qdd: T,
+    /// Generalised forces τ, non-conservative and applied; a motion for which they are not known is free.
+    pub tau: T,
+    /// Momenta p = ∂L/∂q̇.
+    pub p: T,
+    /// Rates of the momenta ṗ; no file holds them.
+    #[serde(skip)]
+    pub pd: T,
+}
+
+/// The name of one of [`Signals`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signal {
+    /// Generalised coordinates q.
+    Q,
+    /// Generalised velocities q̇.
+    Qd,
+    /// Generalised accelerations q̈.
+    Qdd,
+    /// Momenta p.
+    P,
+    /// Generalised forces τ.
+    Tau,
+    /// Rates of the momenta ṗ.
+    Pd,
+}
+
+impl Signal {
+    /// The signals that files hold, in the order of their columns.
+    pub const IN_FILES: [Self; 5] = [Self::Q, Self::Qd, Self::Qdd, Self::P, Self::Tau];
+
+    /// The prefix of its columns: `qd` of `qd1 … qdn`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Q => "q",
+            Self::Qd => "qd",
+            Self::Qdd => "qdd",
+            Self::P => "p",
+            Self::Tau => "tau",
+            Self::Pd => "pd",
+        }
+    }
+
+    /// What its columns hold, in a few words.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Q => "coordinates q",
+            Self::Qd => "velocities q̇; estimated from q if there are none",
+            Self::Qdd => "accelerations q̈; estimated if there are none",
+            Self::P => "momenta p = ∂L/∂q̇, in SI units, where they are known",
+            Self::Tau => "forces and torques τ; none means a free motion",
+            Self::Pd => "rates of the momenta ṗ; estimated where momenta are known",
+        }
+    }
+
+    /// How many times it is the coordinate differentiated by time; none for momenta and forces.
+    #[must_use]
+    pub fn order(self) -> Option<i32> {
+        match self {
+            Self::Q => Some(0),
+            Self::Qd => Some(1),
+            Self::Qdd => Some(2),
+            Self::P | Self::Tau | Self::Pd => None,
+        }
+    }
+}
+
+impl<T> Signals<T> {
+    /// The value of one signal.
+    #[must_use]
+    pub fn get(&self, signal: Signal) -> &T {
+        match signal {
+            Signal::Q => &self.q,
+            Signal::Qd => &self.qd,
+            Signal::Qdd => &self.qdd,
+            Signal::P => &self.p,
+            Signal::Tau => &self.tau,
+            Signal::Pd => &self.pd,
+        }
+    }
+
+    /// The value of one signal, to change it.
+    pub fn get_mut(&mut self, signal: Signal) -> &mut T {
+        match signal {
+            Signal::Q => &mut self.q,
+            Signal::Qd => &mut self.qd,
+            Signal::Qdd => &mut self.qdd,
+            Signal::P => &mut self.p,
+            Signal::Tau => &mut self.tau,
+            Signal::Pd => &mut self.pd,
+        }
+    }
+
+    /// All signals with their values.
+    pub fn iter(&self) -> impl Iterator<Item = (Signal, &T)> {
+        self.as_ref().into_iter()
+    }
+
+    /// All signals with their values, to change these.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = (Signal, &mut T)> {
+        self.as_mut().into_iter()
+    }
+
+    /// What `f` makes of each.
+    #[must_use]
+    pub fn map<U>(self, mut f: impl FnMut(Signal, T) -> U) -> Signals<U> {
+        Signals {
+            q: f(Signal::Q, self.q),
+            qd: f(Signal::Qd, self.qd),
+            qdd: f(Signal::Qdd, self.qdd),
+            p: f(Signal::P, self.p),
+            tau: f(Signal::Tau, self.tau),
+            pd: f(Signal::Pd, self.pd),
+        }
+    }
+
+    /// References to all of them.
+    #[must_use]
+    pub fn as_ref(&self) -> Signals<&T> {
+        Signals {
+            q: &self.q,
+            qd: &self.qd,
+            qdd: &self.qdd,
+            p: &self.p,
+            tau: &self.tau,
+            pd: &self.pd,
+        }
+    }
+
+    /// References to all of them, to change them.
+    #[must_use]
+    pub fn as_mut(&mut self) -> Signals<&mut T> {
+        Signals {
+            q: &mut self.q,
+            qd: &mut self.qd,
+            qdd: &mut self.qdd,
+            p: &mut self.p,
+            tau: &mut self.tau,
+            pd: &mut self.pd,
+        }
+    }
+}
+
+impl<T> IntoIterator for Signals<T> {
+    type Item = (Signal, T);
+    type IntoIter = std::array::IntoIter<Self::Item, 6>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        [
+            (Signal::Q, self.q),
+            (Signal::Qd, self.qd),
+            (Signal::Qdd, self.qdd),
+            (Signal::P, self.p),
+            (Signal::Tau, self.tau),
+            (Signal::Pd, self.pd),
+        ]
+        .into_iter()
+    }
+}
+
+impl<X> Signals<Vec<X>> {
+    /// Fills what is empty here from `other`.
+    #[must_use]
+    pub(crate) fn or(self, other: Self) -> Self {
+        let mut others = other.into_iter();
+        self.map(|_, own| match others.next() {
+            Some((_, other)) if own.is_empty() => other,
+            _ => own,
+        })
+    }
+}
+
+impl Signals {
+    /// The signals that are known.
+    pub fn known(&self) -> impl Iterator<Item = (Signal, &[f64])> {
+        let values = self.iter().map(|(signal, x)| (signal, x.as_slice()));
+        values.filter(|(_, x)| !x.is_empty())
+    }
+
+    /// The values of one signal, if it is known.
+    #[must_use]
+    pub fn values(&self, signal: Signal) -> Option<&[f64]> {
+        Some(self.get(signal).as_slice()).filter(|x| !x.is_empty())
+    }
+
+    /// Row `k` of a motion of `n` degrees of freedom; empty where a signal is not known.
+    ///
+    /// ```
+    /// # use lagrangian::trajectory::Signals;
+    /// let plane = Signals { q: vec![1.0, 2.0, 3.0, 4.0], ..Signals::default() };
+    /// assert_eq!(plane.row(2, 1).q, [3.0, 4.0]);
+    /// assert!(plane.row(2, 1).tau.is_empty());
+    /// ```
+    #[must_use]
+    pub fn row(&self, n: usize, k: usize) -> Signals<&[f64]> {
+        self.as_ref()
+            .map(|_, x| x.get(k * n..(k + 1) * n).unwrap_or_default())
+    }
+
+    /// The rows of a range, which must lie within the motion, of `n` degrees of freedom.
+    #[must_use]
+    pub(crate) fn rows(&self, n: usize, range: &Range<usize>) -> Self {
+        let rows = range.start * n..range.end * n;
+        self.as_ref()
+            .map(|_, x| x.get(rows.clone()).unwrap_or_default().to_vec())
+    }
+
+    /// Keeps these rows, ascending, and drops the others.
+    pub(crate) fn keep(&mut self, n: usize, rows: &[usize]) {
+        for (_, values) in self.iter_mut().filter(|(_, x)| !x.is_empty()) {
+            for (to, from) in rows.iter().enumerate() {
+                values.copy_within(from * n..(from + 1) * n, to * n);
+            }
+            values.truncate(rows.len() * n);
+        }
+    }
+}
