@@ -17,7 +17,7 @@
 //! ∂²L/∂s∂t = Σ_layers Σ_units σ″(z) y_a z_s z_t ,
 //! ```
 //!
-//! with y the sensitivity of the output to the activations a = σ(z), and z_s, z_t the tangents of the pre-activations.
+//! with y the sensitivity of the output to the activations a = σ(z), and `z_s`, `z_t` the tangents of the pre-activations.
 //! The equations are numbered in `docs/theory.md`, sections 5 to 7; the code cites the numbers.
 //!
 //! # Notation

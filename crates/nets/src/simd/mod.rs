@@ -83,7 +83,7 @@ pub trait Task {
     fn run<I: Isa>(self);
 }
 
-/// Runs a kernel with the instructions of [`level`]: the best that the CPU has, unless the program chose others.
+/// Runs a kernel with the instructions of [`level()`]: the fastest that the CPU has, unless the program chose others.
 #[inline]
 pub fn dispatch<K: Task>(task: K) {
     dispatch_on(level(), task);

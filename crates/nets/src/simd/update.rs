@@ -60,7 +60,7 @@ impl<T: Real> Task for SumOfSquares<'_, T> {
     }
 }
 
-/// The constants of a step of AdamW.
+/// The constants of a step of `AdamW`.
 #[derive(Debug, Clone, Copy)]
 pub struct AdamRule {
     /// The decay rates β₁ and β₂ of the moments.
@@ -71,13 +71,13 @@ pub struct AdamRule {
     pub epsilon: f64,
     /// The learning rate.
     pub rate: f64,
-    /// The weight decay of AdamW.
+    /// The weight decay of `AdamW`.
     pub decay: f64,
     /// The factor on the gradient, which bounds its norm.
     pub shorten: f64,
 }
 
-/// One step of AdamW, with moments in the precision of the gradient and weights in double precision.
+/// One step of `AdamW`, with moments in the precision of the gradient and weights in double precision.
 pub struct AdamStep<'a, T> {
     /// The gradient by the weights.
     pub gradient: &'a [T],
