@@ -479,11 +479,11 @@ pub fn run(
     let family = match condition {
         Condition::Pd => None,
         Condition::Perfect | Condition::PerfectLoaded => None,
-        Condition::Plain => Some(Family::Mlp(MlpConfig {
+        Condition::Plain => Some(Box::<dyn Family>::from(MlpConfig {
             width: lesson.width,
             ..MlpConfig::default()
         })),
-        Condition::Learned => Some(Family::Delan(DelanConfig {
+        Condition::Learned => Some(Box::<dyn Family>::from(DelanConfig {
             width: lesson.width,
             ..DelanConfig::default()
         })),

@@ -5,7 +5,8 @@ use clap::ValueEnum;
 use lagrangian::baseline::MlpConfig;
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::{self as mechanics, DelanConfig, Inertia, LnnConfig, SpeedChart};
+use lagrangian::lagrangian::{self as mechanics, DelanConfig, LnnConfig, SpeedChart};
+use lagrangian::models::vin::VinConfig;
 use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{
     self, AdamConfig, Budget, FitConfig, ForceTerms, Input, Loss, NaturalConfig, Optimizer,
@@ -86,7 +87,7 @@ impl ModelArgs {
         self.width.unwrap_or(if narrow { NARROW } else { WIDTH }) as usize
     }
 
-    fn family(&self, uncertainty: f64) -> train::Family {
+    fn family(&self, uncertainty: f64) -> Box<dyn train::Family> {
         let (width, layers, activation) = (
             self.width(uncertainty),
             self.layers as usize,
@@ -98,7 +99,7 @@ impl ModelArgs {
                     .form
                     .unwrap_or_else(|| form_by_noise(uncertainty))
                     .into();
-                train::Family::Lnn(LnnConfig {
+                Box::new(LnnConfig {
                     form,
                     width,
                     layers,
@@ -112,11 +113,14 @@ impl ModelArgs {
                     ..LnnConfig::default()
                 })
             }
-            Family::Delan | Family::Vin => train::Family::Delan(DelanConfig {
-                inertia: match self.model {
-                    Family::Vin => Inertia::Constant,
-                    _ => Inertia::Configuration,
-                },
+            Family::Vin => Box::new(VinConfig {
+                width,
+                layers,
+                activation,
+                vector_potential: self.vector_potential,
+                ..VinConfig::default()
+            }),
+            Family::Delan => Box::new(DelanConfig {
                 width,
                 layers,
                 activation,
@@ -127,7 +131,7 @@ impl ModelArgs {
                 vector_potential: self.vector_potential,
                 ..DelanConfig::default()
             }),
-            Family::Hnn => train::Family::Hnn(HnnConfig {
+            Family::Hnn => Box::new(HnnConfig {
                 structure: match self.structure.unwrap_or(Structure::Free) {
                     Structure::Free => HnnStructure::Free,
                     Structure::Mass => HnnStructure::Mass,
@@ -143,13 +147,13 @@ impl ModelArgs {
                 activation,
                 speed_limit: self.speed_limit,
             }),
-            Family::Mlp => train::Family::Mlp(MlpConfig {
+            Family::Mlp => Box::new(MlpConfig {
                 width,
                 layers,
                 activation,
                 ..MlpConfig::default()
             }),
-            Family::NeuralOde => train::Family::NeuralOde(NeuralOdeConfig {
+            Family::NeuralOde => Box::new(NeuralOdeConfig {
                 order: match self.order {
                     Some(OrderName::First) => Order::First,
                     Some(OrderName::Second) | None => Order::Second,
@@ -158,7 +162,7 @@ impl ModelArgs {
                 layers,
                 activation,
             }),
-            Family::Rigid => train::Family::Rigid(RigidConfig::default()),
+            Family::Rigid => Box::new(RigidConfig::default()),
         }
     }
 }

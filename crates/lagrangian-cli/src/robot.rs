@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
+use lagrangian::LnnConfig;
+use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::Form;
 use lagrangian::rigid::{self, RobotConfig};
-use lagrangian::train::{Family, FitConfig};
+use lagrangian::train::FitConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};
@@ -52,12 +54,10 @@ impl RobotArgs {
             ));
         }
         if let Some(path) = &self.urdf {
-            let Family::Rigid(rigid) = &mut config.family else {
+            let name = config.family.name();
+            let Some(rigid) = config.family.downcast_mut::<RigidConfig>() else {
                 return Err(mistake(
-                    format!(
-                        "--urdf is for --model rigid, not for {}",
-                        config.family.name()
-                    ),
+                    format!("--urdf is for --model rigid, not for {name}"),
                     "give the robot as --nominal, or --model rigid",
                 ));
             };
@@ -65,7 +65,7 @@ impl RobotArgs {
         }
         if let Some(path) = &self.nominal {
             config.nominal = Some(read(path, &self.joints)?);
-            if let Family::Lnn(lnn) = &mut config.family {
+            if let Some(lnn) = config.family.downcast_mut::<LnnConfig>() {
                 if !form_was_chosen {
                     lnn.form = Form::Free;
                 }

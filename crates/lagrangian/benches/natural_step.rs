@@ -164,7 +164,7 @@ impl Sizes {
         let data = expect(dataset(Coordinates::lines(self.n), self.batch));
         let samples = data.train.clone();
         let config = FitConfig {
-            family: Family::Lnn(LnnConfig {
+            family: Box::new(LnnConfig {
                 width: self.width,
                 ..LnnConfig::default()
             }),

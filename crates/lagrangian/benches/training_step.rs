@@ -18,12 +18,13 @@ mod meter;
 
 use std::ops::ControlFlow;
 
+use lagrangian::Coordinates;
 use lagrangian::hamiltonian::{HnnConfig, Momenta};
 use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
+use lagrangian::saved::Provenance;
 use lagrangian::train::{
     AdamConfig, Budget, Family, FitConfig, Loss, Observer, Optimizer, Precision, Progress, fit,
 };
-use lagrangian::{Coordinates, Learned};
 use meter::data::dataset;
 use meter::networks::{convex_weights, delan_weights, lnn_weights};
 use meter::{Case, Laps, Meter, expect, on_threads, threads};
@@ -172,7 +173,7 @@ impl Sizes {
         }
     }
 
-    fn family(&self) -> Family {
+    fn family(&self) -> Box<dyn Family> {
         let width = self.width;
         let lnn = |form| LnnConfig {
             form,
@@ -180,13 +181,13 @@ impl Sizes {
             ..LnnConfig::default()
         };
         match self.kind {
-            Kind::Lnn => Family::Lnn(lnn(Form::Free)),
-            Kind::Convex => Family::Lnn(lnn(Form::Convex)),
-            Kind::Delan => Family::Delan(DelanConfig {
+            Kind::Lnn => Box::<dyn Family>::from(lnn(Form::Free)),
+            Kind::Convex => Box::<dyn Family>::from(lnn(Form::Convex)),
+            Kind::Delan => Box::<dyn Family>::from(DelanConfig {
                 width,
                 ..DelanConfig::default()
             }),
-            Kind::Hnn => Family::Hnn(HnnConfig {
+            Kind::Hnn => Box::<dyn Family>::from(HnnConfig {
                 width,
                 momenta: Momenta::Masses(vec![1.0; self.n]),
                 ..HnnConfig::default()
@@ -215,12 +216,8 @@ impl Sizes {
             None,
             &mut clock,
         ));
-        let parameters = match &found.model {
-            Learned::Lnn(model) => model.lagrangian.parameters().len(),
-            Learned::Delan(model) => model.lagrangian.parameters().len(),
-            Learned::Hnn(model) => model.hamiltonian().parameters().len(),
-            _ => 0,
-        };
+        let saved = expect(found.model.save(Provenance::default()));
+        let parameters = saved.tensors["parameters"].data().len();
         (clock.laps.seconds, parameters)
     }
 }

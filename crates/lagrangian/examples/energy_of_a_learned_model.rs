@@ -18,8 +18,8 @@ fn main() -> Result<()> {
         ..RolloutOptions::default()
     };
     for family in [
-        Family::Lnn(LnnConfig::default()),
-        Family::Mlp(MlpConfig::default()),
+        Box::<dyn Family>::from(LnnConfig::default()),
+        Box::<dyn Family>::from(MlpConfig::default()),
     ] {
         let name = family.name();
         let config = FitConfig {

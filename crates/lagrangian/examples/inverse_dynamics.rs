@@ -26,7 +26,7 @@ fn main() -> Result<()> {
     let data = Dataset::new(truth.coordinates().clone(), &motions[..5], &motions[5..])?;
 
     let config = FitConfig {
-        family: Family::Lnn(LnnConfig {
+        family: Box::new(LnnConfig {
             width: 32,
             ..LnnConfig::default()
         }),

@@ -379,12 +379,23 @@ impl<L: Lagrangian> Mechanical<L> {
     /// # Errors
     /// That of `make`; [`Error::Shape`](crate::Error::Shape) for another number of coordinates.
     pub fn with<M: Lagrangian>(self, make: impl FnOnce(L) -> Result<M>) -> Result<Mechanical<M>> {
-        let lagrangian = make(self.lagrangian)?;
-        let model = match self.dissipation {
-            None => Mechanical::conservative(lagrangian),
-            Some(dissipation) => Mechanical::dissipative(lagrangian, dissipation)?,
+        Mechanical::with_forces(make(self.lagrangian)?, self.dissipation, self.actuation)
+    }
+
+    /// With whatever forces there are beside those of the Lagrangian.
+    ///
+    /// # Errors
+    /// As [`Mechanical::dissipative`] and [`Mechanical::driven`].
+    pub fn with_forces(
+        lagrangian: L,
+        dissipation: Option<Dissipation>,
+        actuation: Option<Actuation>,
+    ) -> Result<Self> {
+        let model = match dissipation {
+            None => Self::conservative(lagrangian),
+            Some(dissipation) => Self::dissipative(lagrangian, dissipation)?,
         };
-        match self.actuation {
+        match actuation {
             None => Ok(model),
             Some(actuation) => model.driven(actuation),
         }

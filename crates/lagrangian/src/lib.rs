@@ -65,7 +65,7 @@
 //!
 //! // A Lagrangian, learned from them.
 //! let config = FitConfig {
-//!     family: Family::Lnn(LnnConfig { width: 16, ..LnnConfig::default() }),
+//!     family: Box::new(LnnConfig { width: 16, ..LnnConfig::default() }),
 //!     budget: Budget::Steps(200),
 //!     batch: 64,
 //!     ..FitConfig::default()
@@ -101,7 +101,7 @@ pub mod torque;
 pub mod train;
 pub mod trajectory;
 
-pub use models::{mlp as baseline, neural_ode, rigid_chain as identify};
+pub use models::{mlp as baseline, neural_ode, rigid::chain as identify};
 
 pub use baseline::{Mlp, MlpConfig};
 pub use dataset::Dataset;

@@ -183,8 +183,8 @@ fn the_errors_of_noisy_torques_are_of_the_size_that_is_reported() {
         .iter()
         .zip(&noisy)
         // Terms that were left out have no error.
-        .filter(|(_, n)| n.standard_error > 0.0)
-        .map(|(e, n)| (n.value - e.value) / n.standard_error)
+        .filter(|(_, n)| n.standard_error > Some(0.0))
+        .map(|(e, n)| (n.value - e.value) / n.standard_error.unwrap())
         .collect();
     let rms = (scores.iter().map(|s| s * s).sum::<f64>() / scores.len() as f64).sqrt();
     assert!((0.3..2.0).contains(&rms), "{scores:?}");

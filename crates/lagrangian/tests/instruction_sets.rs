@@ -42,7 +42,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     worst.fold(0.0, f64::max) / size
 }
 
-fn families() -> Vec<(&'static str, Family)> {
+fn families() -> Vec<(&'static str, Box<dyn Family>)> {
     let lnn = |form| LnnConfig {
         form,
         width: 16,
@@ -59,10 +59,10 @@ fn families() -> Vec<(&'static str, Family)> {
         ..HnnConfig::default()
     };
     vec![
-        ("lnn", Family::Lnn(lnn(Form::Free))),
-        ("convex lnn", Family::Lnn(lnn(Form::Convex))),
-        ("delan", Family::Delan(delan)),
-        ("hnn", Family::Hnn(hnn)),
+        ("lnn", Box::<dyn Family>::from(lnn(Form::Free))),
+        ("convex lnn", Box::<dyn Family>::from(lnn(Form::Convex))),
+        ("delan", Box::<dyn Family>::from(delan)),
+        ("hnn", Box::<dyn Family>::from(hnn)),
     ]
 }
 
@@ -76,9 +76,14 @@ impl Observer for Losses {
     }
 }
 
-fn losses(data: &Dataset, family: &Family, optimizer: Optimizer, precision: Precision) -> Vec<f64> {
+fn losses(
+    data: &Dataset,
+    family: &dyn Family,
+    optimizer: Optimizer,
+    precision: Precision,
+) -> Vec<f64> {
     let config = FitConfig {
-        family: family.clone(),
+        family: family.boxed(),
         optimizer,
         budget: Budget::Steps(20),
         batch: 40,
@@ -110,7 +115,7 @@ fn twenty_steps_of_a_fit_have_the_same_losses_on_every_instruction_set() {
             (&adam, Precision::F64, 1e-8),
             (&adam, Precision::F32, 1e-3),
         ] {
-            let run = || losses(&data, &family, optimizer.clone(), precision);
+            let run = || losses(&data, &*family, optimizer.clone(), precision);
             on_each_level(run, |level, found, portable| {
                 let error = difference(found, portable);
                 assert!(

@@ -60,7 +60,7 @@ fn robot() -> RobotConfig {
     }
 }
 
-fn config(family: Family, loss: Loss) -> FitConfig {
+fn config(family: Box<dyn Family>, loss: Loss) -> FitConfig {
     FitConfig {
         family,
         loss,
@@ -71,16 +71,16 @@ fn config(family: Family, loss: Loss) -> FitConfig {
     }
 }
 
-fn lnn() -> Family {
-    Family::Lnn(LnnConfig {
+fn lnn() -> Box<dyn Family> {
+    Box::<dyn Family>::from(LnnConfig {
         width: 16,
         kinetic: 0.0,
         ..LnnConfig::default()
     })
 }
 
-fn delan() -> Family {
-    Family::Delan(DelanConfig {
+fn delan() -> Box<dyn Family> {
+    Box::<dyn Family>::from(DelanConfig {
         width: 16,
         ..DelanConfig::default()
     })
@@ -285,8 +285,8 @@ fn a_model_upon_a_robot_is_saved_with_it() {
 fn a_family_that_cannot_stand_on_a_robot_says_so() {
     let data = dataset(&loaded(), 50);
     for family in [
-        Family::Mlp(lagrangian::MlpConfig::default()),
-        Family::Rigid(lagrangian::identify::RigidConfig::default()),
+        Box::<dyn Family>::from(lagrangian::MlpConfig::default()),
+        Box::<dyn Family>::from(lagrangian::identify::RigidConfig::default()),
     ] {
         let settings = FitConfig {
             loss: Loss::Acceleration,

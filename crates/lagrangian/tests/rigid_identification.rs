@@ -5,7 +5,7 @@
 use lagrangian::dynamics::{Mechanical, Model};
 use lagrangian::identify::RigidConfig;
 use lagrangian::lagrangian::Dissipation;
-use lagrangian::rigid::{self, RigidBodies, RobotConfig};
+use lagrangian::rigid::{self, IdentifiedRobot, RigidBodies, RobotConfig};
 use lagrangian::saved::{Provenance, SavedModel};
 use lagrangian::train::{ForceTerms, Samples};
 use lagrangian::trajectory::Signals;
@@ -65,7 +65,7 @@ fn config(urdf: &str, friction: bool) -> FitConfig {
         joints: Vec::new(),
     };
     FitConfig {
-        family: Family::Rigid(RigidConfig {
+        family: Box::new(RigidConfig {
             robot: Some(robot),
             ..RigidConfig::default()
         }),
@@ -176,7 +176,7 @@ fn rotors_offsets_and_friction_are_found_with_the_masses() {
     };
     let truth = Mechanical::dissipative(bodies, friction).unwrap();
     let config = FitConfig {
-        family: Family::Rigid(RigidConfig {
+        family: Box::new(RigidConfig {
             smoothing: Some(0.05),
             robot: Some(RobotConfig {
                 urdf: rigid::example("iiwa7").unwrap().into(),
@@ -188,9 +188,7 @@ fn rotors_offsets_and_friction_are_found_with_the_masses() {
     };
     let found = fit(&dataset(&truth, 1500, 0.0), &config, None, &mut ()).unwrap();
     assert!(torque_nmse(&found.model, &truth) < 1e-12);
-    let Learned::Robot(model) = &found.model else {
-        panic!("not a robot")
-    };
+    let model = found.model.downcast_ref::<IdentifiedRobot>().unwrap();
     let motion = model.motion();
     let friction = motion.dissipation().unwrap();
     let near = |x: &[f64], value: f64| x.iter().all(|x| (x - value).abs() < 1e-5);
@@ -302,7 +300,7 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
             urdf: rigid::example("ur5").unwrap().into(),
             joints: joints.iter().map(|j| (*j).to_string()).collect(),
         };
-        let family = Family::Rigid(RigidConfig {
+        let family = Box::<dyn Family>::from(RigidConfig {
             robot: Some(robot),
             ..RigidConfig::default()
         });

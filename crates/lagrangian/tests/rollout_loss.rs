@@ -11,7 +11,7 @@ use lagrangian::train::{
     AdamConfig, Budget, Checkpoint, Family, FitConfig, Learned, Loss, NaturalConfig, Observer,
     Optimizer, Progress, RolloutLoss, Start, fit,
 };
-use lagrangian::{Method, Model};
+use lagrangian::{Delan, Method, Model};
 
 fn pendulum(noise: f64) -> Noisy {
     let protocol = Protocol {
@@ -25,14 +25,14 @@ fn pendulum(noise: f64) -> Noisy {
     record(&*by_name("pendulum", &[]).unwrap(), &protocol, 3).unwrap()
 }
 
-fn delan() -> Family {
-    Family::Delan(DelanConfig {
+fn delan() -> Box<dyn Family> {
+    Box::<dyn Family>::from(DelanConfig {
         width: 16,
         ..DelanConfig::default()
     })
 }
 
-fn config(family: Family, steps: usize) -> FitConfig {
+fn config(family: Box<dyn Family>, steps: usize) -> FitConfig {
     FitConfig {
         family,
         loss: Loss::Rollout,
@@ -63,7 +63,7 @@ fn rollouts_of_exact_data_find_the_accelerations_that_were_never_shown() {
         (delan(), Method::Rk4, 3e-3),
         (delan(), Method::StormerVerlet, 1e-2),
         (delan(), Method::ImplicitMidpoint, 1e-2),
-        (Family::NeuralOde(first), Method::Rk4, 3e-2),
+        (Box::<dyn Family>::from(first), Method::Rk4, 3e-2),
     ] {
         let mut config = config(family, 100);
         config.rollout.integrator = method;
@@ -102,10 +102,7 @@ impl Observer for Killed {
 }
 
 fn weights(model: &Learned) -> Vec<u64> {
-    let Learned::Delan(model) = model else {
-        panic!("a deep Lagrangian network was fitted");
-    };
-    let parameters = model.lagrangian.parameters();
+    let parameters = model.lagrangian_as::<Delan>().unwrap().parameters();
     parameters.iter().map(|x| x.to_bits()).collect()
 }
 
@@ -164,12 +161,12 @@ fn settings_of_rollouts_outside_their_domain_are_refused_with_their_name() {
         ..NeuralOdeConfig::default()
     };
     let leapfrog = refused(&|c| {
-        c.family = Family::NeuralOde(first.clone());
+        c.family = Box::<dyn Family>::from(first.clone());
         c.rollout.integrator = Method::StormerVerlet;
     });
     assert!(leapfrog.contains("integrator"), "{leapfrog}");
     let torque = refused(&|c| {
-        c.family = Family::NeuralOde(first.clone());
+        c.family = Box::<dyn Family>::from(first.clone());
         c.loss = Loss::AccelerationL1;
     });
     assert!(torque.contains("neural ODE"), "{torque}");
@@ -179,7 +176,7 @@ fn settings_of_rollouts_outside_their_domain_are_refused_with_their_name() {
 fn a_saved_neural_ode_moves_as_before() {
     let data = pendulum(0.0);
     for order in [Order::First, Order::Second] {
-        let family = Family::NeuralOde(NeuralOdeConfig {
+        let family = Box::<dyn Family>::from(NeuralOdeConfig {
             order,
             width: 16,
             ..NeuralOdeConfig::default()

@@ -9,6 +9,7 @@ use lagrangian::experiment::{energy_test, random_starts, random_states};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{Form, LnnConfig};
 use lagrangian::rollout::{RolloutOptions, free, rollout, rollout_many, times};
+use lagrangian::saved::Provenance;
 use lagrangian::train::{
     AdamConfig, Budget, Checkpoint, Family, FitConfig, Learned, NaturalConfig, Observer, Optimizer,
     Progress, fit,
@@ -21,7 +22,7 @@ fn pendulum(samples: usize) -> Dataset {
 
 fn config(optimizer: Optimizer, steps: usize) -> FitConfig {
     FitConfig {
-        family: Family::Lnn(LnnConfig {
+        family: Box::new(LnnConfig {
             width: 16,
             ..LnnConfig::default()
         }),
@@ -42,12 +43,12 @@ fn optimizers() -> [Optimizer; 3] {
 }
 
 fn weights(model: &Learned) -> Vec<u64> {
-    let parameters = match model {
-        Learned::Lnn(model) => model.lagrangian.parameters(),
-        Learned::Mlp(model) => model.parameters(),
-        _ => panic!("a network was fitted"),
-    };
-    parameters.iter().map(|x| x.to_bits()).collect()
+    let saved = model.save(Provenance::default()).unwrap();
+    saved.tensors["parameters"]
+        .data()
+        .iter()
+        .map(|x| x.to_bits())
+        .collect()
 }
 
 /// Stops after some steps and keeps the last checkpoint as bytes, as a killed run leaves it on disk.
@@ -129,7 +130,7 @@ fn a_fitted_lagrangian_keeps_the_true_energy_of_the_pendulum_for_ten_seconds() {
     let data = pendulum(2000);
     for form in [Form::Free, Form::Convex] {
         let mut config = config(Optimizer::default(), 200);
-        config.family = Family::Lnn(LnnConfig {
+        config.family = Box::<dyn Family>::from(LnnConfig {
             width: 16,
             form,
             ..LnnConfig::default()
@@ -154,7 +155,7 @@ fn a_fitted_lagrangian_keeps_the_true_energy_of_the_pendulum_for_ten_seconds() {
 #[test]
 fn a_plain_network_fits_the_same_data_with_the_same_optimiser() {
     let mut config = config(Optimizer::default(), 200);
-    config.family = Family::Mlp(MlpConfig {
+    config.family = Box::<dyn Family>::from(MlpConfig {
         width: 16,
         ..MlpConfig::default()
     });
@@ -177,7 +178,7 @@ fn a_plain_network_of_torques_has_inverse_dynamics_and_does_not_move() {
     let data = Dataset::from_samples(coordinates, train, held).unwrap();
     let mut config = config(Optimizer::default(), 200);
     config.loss = lagrangian::train::Loss::Torque;
-    config.family = Family::Mlp(MlpConfig {
+    config.family = Box::<dyn Family>::from(MlpConfig {
         width: 16,
         ..MlpConfig::default()
     });
@@ -209,7 +210,7 @@ fn settings_outside_their_domain_are_refused_with_their_name() {
         fit(&data, &config, None, &mut ()).unwrap_err().to_string()
     };
     let lnn = |width, layers| {
-        Family::Lnn(LnnConfig {
+        Box::<dyn Family>::from(LnnConfig {
             width,
             layers,
             ..LnnConfig::default()
@@ -249,7 +250,7 @@ fn a_checkpoint_of_another_run_cut_short_or_damaged_is_refused() {
     }
     let checkpoint = Checkpoint::from_bytes(&bytes).unwrap();
     let mut other = config.clone();
-    other.family = Family::Lnn(LnnConfig {
+    other.family = Box::<dyn Family>::from(LnnConfig {
         width: 32,
         ..LnnConfig::default()
     });

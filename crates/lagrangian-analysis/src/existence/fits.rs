@@ -15,7 +15,7 @@ use lagrangian::train::{
     Family, Fit, FitConfig, ForceTerms, Learned, Loss, Observer, Progress, fit,
 };
 use lagrangian::trajectory::Signals;
-use lagrangian::{Dataset, MlpConfig, Result};
+use lagrangian::{Dataset, Lnn, MlpConfig, Result};
 
 /// Fits of a survey at most.
 const MOST: usize = 9;
@@ -82,8 +82,8 @@ impl<'a> Fits<'a> {
             let found = HeldOut::of(model, &self.parts.validation, &scale);
             found.relative
         };
-        if let Learned::Lnn(model) = &friction.model {
-            let bare = Learned::Lnn(Mechanical::conservative(model.lagrangian.clone()));
+        if let Some(lnn) = friction.model.lagrangian_as::<Lnn>() {
+            let bare = Learned::from(Mechanical::conservative(lnn.clone()));
             if error(&bare) < error(&conservative.model) {
                 conservative.best = error(&bare).powi(2);
                 conservative.model = bare;
@@ -141,12 +141,16 @@ impl<'a> Fits<'a> {
 
     fn lagrangian(&mut self, network: LnnConfig, forces: ForceTerms, seed: u64) -> Result<Fit> {
         let parts = self.parts;
-        self.fit(&parts.dataset, (Family::Lnn(network), forces), seed)
+        self.fit(
+            &parts.dataset,
+            (Box::<dyn Family>::from(network), forces),
+            seed,
+        )
     }
 
-    fn mlp(&self) -> Family {
+    fn mlp(&self) -> Box<dyn Family> {
         let network = &self.config.network;
-        Family::Mlp(MlpConfig {
+        Box::<dyn Family>::from(MlpConfig {
             width: network.width,
             layers: network.layers,
             activation: network.activation,
@@ -157,7 +161,7 @@ impl<'a> Fits<'a> {
     fn fit(
         &mut self,
         dataset: &Dataset,
-        (family, forces): (Family, ForceTerms),
+        (family, forces): (Box<dyn Family>, ForceTerms),
         seed: u64,
     ) -> Result<Fit> {
         let config = FitConfig {

@@ -143,7 +143,7 @@ fn improved(fit: &Fit, config: &FitConfig, args: &FitArgs) -> bool {
 /// Ten inertial parameters of each link are for `--json`: most mean something only together.
 fn shown(model: &Learned, parameter: &Parameter) -> bool {
     let of_a_body = ["mass_", "inertia_"];
-    !(matches!(model, Learned::Robot(_))
+    !(model.family() == "rigid"
         && of_a_body
             .iter()
             .any(|kind| parameter.name.starts_with(kind)))

@@ -46,7 +46,7 @@ impl Run<'_> {
         figures.extend(figures::parities(self));
         let animation = followed.and_then(|motion| motion.animation(self, links));
         Ok(Report {
-            title: format!("{}, learned from recordings", self.family()),
+            title: format!("{}, learned from recordings", self.model.description().what),
             subtitle: self.subtitle(),
             headlines: self.headlines(&score),
             summary: self.summary(&score),
@@ -59,33 +59,10 @@ impl Run<'_> {
         })
     }
 
-    fn family(&self) -> &'static str {
-        match self.model {
-            Learned::Lnn(_) => "A Lagrangian",
-            Learned::Delan(model) => match model.lagrangian.config().inertia {
-                Inertia::Configuration => "A Lagrangian with a mass matrix",
-                Inertia::Constant => "A Lagrangian with a constant mass matrix",
-            },
-            Learned::NeuralOde(_) => "A neural ODE",
-            Learned::Hnn(model) => match model.hamiltonian().config().structure {
-                HnnStructure::Free => "A Hamiltonian",
-                HnnStructure::Mass => "A Hamiltonian with a mass matrix",
-                HnnStructure::None => "A plain flow",
-            },
-            Learned::Rigid(_) => "A chain of rigid links",
-            Learned::Robot(_) => "A robot of rigid bodies",
-            Learned::Nominal(_) => "A robot and a Lagrangian of what its description leaves",
-            _ => "A plain network",
-        }
-    }
-
     fn role(&self) -> Role {
-        match self.model {
-            Learned::Lnn(_) | Learned::Delan(_) | Learned::Nominal(_) => Role::Lnn,
-            Learned::Hnn(model) if model.hamiltonian().config().structure != HnnStructure::None => {
-                Role::Lnn
-            }
-            _ => Role::Baseline,
+        match self.model.description().mechanical {
+            true => Role::Lnn,
+            false => Role::Baseline,
         }
     }
 

@@ -11,7 +11,7 @@ use lagrangian::{DelanConfig, Error, Result};
 #[serde(default, deny_unknown_fields)]
 pub struct OnlineConfig {
     /// The family of the model, which is fitted to torques.
-    pub family: Family,
+    pub family: Box<dyn Family>,
     /// The friction and actuation that are learned beside the model.
     pub forces: ForceTerms,
     /// The number of samples of a step.
@@ -51,7 +51,7 @@ pub struct OnlineConfig {
 impl Default for OnlineConfig {
     fn default() -> Self {
         Self {
-            family: Family::Delan(DelanConfig {
+            family: Box::new(DelanConfig {
                 width: 24,
                 ..DelanConfig::default()
             }),

@@ -54,7 +54,7 @@ impl Case {
         let letters = Letters::read(&file)?;
         let motions: Vec<Trajectory> = letters.train.iter().map(|l| l.motion.clone()).collect();
         let data = Dataset::new(letters.coordinates.clone(), &motions, &[])?;
-        let family = Family::Delan(DelanConfig {
+        let family = Box::<dyn Family>::from(DelanConfig {
             width: task.width,
             ..DelanConfig::default()
         });
@@ -71,7 +71,7 @@ impl Case {
     fn pendulum(task: &Task) -> lagrangian::Result<Self> {
         let truth = analytic::by_name("double-pendulum", &[])?;
         let data = random_states(&*truth, STATES, 0, 0)?;
-        let family = Family::Lnn(LnnConfig {
+        let family = Box::<dyn Family>::from(LnnConfig {
             width: task.width,
             ..LnnConfig::default()
         });
@@ -110,7 +110,7 @@ impl Case {
     }
 }
 
-fn config(family: Family, loss: Loss, steps: usize) -> FitConfig {
+fn config(family: Box<dyn Family>, loss: Loss, steps: usize) -> FitConfig {
     FitConfig {
         family,
         loss,
@@ -151,7 +151,7 @@ pub(crate) fn pendulum(task: &Task, talk: &Talk) -> Outcome {
 pub(crate) fn judge_letters(task: &Task, talk: &Talk) -> Outcome {
     let (case, letters) = Case::letters(task)?;
     judge(task, talk, |parameters| {
-        let Family::Delan(config) = &case.config.family else {
+        let Some(config) = case.config.family.downcast_ref::<DelanConfig>() else {
             return Ok(f64::NAN);
         };
         let (coordinates, scaling) = (case.data.coordinates.clone(), case.scaling.clone());
@@ -175,7 +175,7 @@ pub(crate) fn judge_pendulum(task: &Task, talk: &Talk) -> Outcome {
         ..RolloutOptions::default()
     };
     judge(task, talk, |parameters| {
-        let Family::Lnn(config) = &case.config.family else {
+        let Some(config) = case.config.family.downcast_ref::<LnnConfig>() else {
             return Ok(f64::NAN);
         };
         let (coordinates, scaling) = (case.data.coordinates.clone(), case.scaling.clone());

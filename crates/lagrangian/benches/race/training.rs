@@ -34,7 +34,7 @@ pub(crate) fn lnn_step(task: &Task, talk: &Talk) -> Outcome {
 /// A step of a deep Lagrangian network on squares of torques, under Adam.
 pub(crate) fn delan_step(task: &Task, talk: &Talk) -> Outcome {
     let config = FitConfig {
-        family: Family::Delan(DelanConfig {
+        family: Box::new(DelanConfig {
             width: task.width,
             ..DelanConfig::default()
         }),
@@ -80,7 +80,7 @@ pub(crate) fn adam() -> Optimizer {
 
 pub(crate) fn lnn(task: &Task) -> FitConfig {
     FitConfig {
-        family: Family::Lnn(LnnConfig {
+        family: Box::new(LnnConfig {
             width: task.width,
             ..LnnConfig::default()
         }),

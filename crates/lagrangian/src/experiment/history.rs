@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::Result;
 use crate::dataset::Dataset;
-use crate::train::{Checkpoint, Family, Fit, FitConfig, Learned, Observer, Progress, fit};
+use crate::train::{Checkpoint, Fit, FitConfig, Learned, Observer, Progress, fit};
 
 /// What was measured on the best model so far at one time of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -52,7 +52,7 @@ pub fn fit_with_history(
     };
     let fitted = fit(dataset, config, None, &mut keeper)?;
     let kept = keeper.kept;
-    if matches!(config.family, Family::Rigid(_)) {
+    let Ok(template) = config.trainable(dataset) else {
         let moment = Moment {
             step: fitted.steps,
             seconds: fitted.seconds,
@@ -64,8 +64,7 @@ pub fn fit_with_history(
                 moments: vec![moment],
             },
         ));
-    }
-    let template = config.family.template(dataset, config)?;
+    };
     let moment = |kept: Kept| -> Result<Moment> {
         Ok(Moment {
             step: kept.step,
@@ -110,6 +109,7 @@ impl Observer for Keeper<'_> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use crate::Lnn;
     use crate::experiment::random_states;
     use crate::lagrangian::LnnConfig;
     use crate::lagrangian::analytic::by_name;
@@ -119,7 +119,7 @@ mod tests {
     fn a_measured_fit_ends_with_the_same_bits_and_its_last_moment_is_its_model() {
         let data = random_states(&*by_name("pendulum", &[]).unwrap(), 200, 40, 1).unwrap();
         let config = FitConfig {
-            family: Family::Lnn(LnnConfig {
+            family: Box::new(LnnConfig {
                 width: 8,
                 ..LnnConfig::default()
             }),
@@ -128,9 +128,9 @@ mod tests {
             validate_every: 10,
             ..FitConfig::default()
         };
-        let weight = |model: &Learned| match model {
-            Learned::Lnn(lnn) => lnn.lagrangian.parameters()[3],
-            _ => f64::NAN,
+        let weight = |model: &Learned| {
+            let lnn = model.lagrangian_as::<Lnn>();
+            lnn.map_or(f64::NAN, |lnn| lnn.parameters()[3])
         };
         let (fitted, history) = fit_with_history(&data, &config, &mut (), &weight).unwrap();
         let plain = fit(&data, &config, None, &mut ()).unwrap();

@@ -14,7 +14,8 @@ use crate::dataset::{Dataset, split};
 use crate::dynamics::{Model, Slopes};
 use crate::integrate::{Method, Rule, Variational};
 use crate::lagrangian::analytic::{AnalyticModel, by_name};
-use crate::lagrangian::{DelanConfig, Inertia, LnnConfig};
+use crate::lagrangian::{DelanConfig, LnnConfig};
+use crate::models::vin::VinConfig;
 use crate::rollout::{Rollout, RolloutOptions, free, rollout, times};
 use crate::train::{
     Budget, Family, FitConfig, Learned, Loss, NaturalConfig, Observer, Optimizer, fit,
@@ -198,22 +199,21 @@ impl Contestant {
         }
     }
 
-    fn family(self, width: usize) -> Family {
-        let delan = |inertia| {
-            Family::Delan(DelanConfig {
-                width,
-                inertia,
-                ..DelanConfig::default()
-            })
-        };
+    fn family(self, width: usize) -> Box<dyn Family> {
         match self {
-            Self::VinTrapezoidal | Self::VinMidpoint => delan(Inertia::Constant),
-            Self::Delan => delan(Inertia::Configuration),
-            Self::Lnn | Self::LnnEstimates => Family::Lnn(LnnConfig {
+            Self::VinTrapezoidal | Self::VinMidpoint => Box::new(VinConfig {
+                width,
+                ..VinConfig::default()
+            }),
+            Self::Delan => Box::new(DelanConfig {
+                width,
+                ..DelanConfig::default()
+            }),
+            Self::Lnn | Self::LnnEstimates => Box::new(LnnConfig {
                 width,
                 ..LnnConfig::default()
             }),
-            Self::Mlp => Family::Mlp(MlpConfig {
+            Self::Mlp => Box::new(MlpConfig {
                 width,
                 ..MlpConfig::default()
             }),

@@ -13,7 +13,7 @@ pub(crate) use crate::models::delan::{Block, DelanShape, Factor};
 pub use crate::models::delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub(crate) use crate::models::lnn::LnnShape;
 pub use crate::models::lnn::{Form, Lnn, LnnConfig};
-pub use crate::models::rigid_chain::{Angles, RigidChain};
+pub use crate::models::rigid::{Angles, RigidChain};
 pub use actuation::Actuation;
 pub use curvature::Curvature;
 pub use dissipation::{Dissipation, Stribeck};
@@ -21,7 +21,7 @@ pub(crate) use scaled::Features;
 pub use scaled::Scaling;
 pub(crate) use seen::Seen;
 pub use seen::SpeedChart;
-pub use sum::{Rest, Sum};
+pub use sum::Sum;
 
 use crate::Coordinates;
 

@@ -1,6 +1,6 @@
 //! The sum of two Lagrangians: what is known of a system, and what was learned of the rest.
 
-use super::{Curvature, Delan, Jet, Jets, Lagrangian, Lnn};
+use super::{Curvature, Jet, Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
 
 /// `L = L_known + L_rest`, of the same coordinates (theory.md, 48). All derivatives of L that the Euler–Lagrange
@@ -73,31 +73,5 @@ impl Jets for SumJets<'_> {
         self.rest.curvature(q, qd, curvature);
         self.known.curvature(q, qd, &mut self.curvature);
         curvature.add(&self.curvature);
-    }
-}
-
-/// A network that learned what a known Lagrangian left over.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub enum Rest {
-    /// Any function of q and q̇; it may take inertia away.
-    Lnn(Lnn),
-    /// One with a mass matrix of its own, which can only add inertia.
-    Delan(Delan),
-}
-
-impl Lagrangian for Rest {
-    fn coordinates(&self) -> &Coordinates {
-        match self {
-            Self::Lnn(lnn) => lnn.coordinates(),
-            Self::Delan(delan) => Lagrangian::coordinates(delan),
-        }
-    }
-
-    fn jets(&self) -> Box<dyn Jets + '_> {
-        match self {
-            Self::Lnn(lnn) => lnn.jets(),
-            Self::Delan(delan) => delan.jets(),
-        }
     }
 }

@@ -31,11 +31,11 @@ mod starts;
 mod tree;
 mod urdf;
 
-pub use crate::models::robot::IdentifiedRobot;
-pub(crate) use crate::models::robot::identify;
+pub use crate::models::rigid::robot::IdentifiedRobot;
 pub use bodies::{GRAVITY, RigidBodies};
 pub use dynamics::RigidDynamics;
 pub use robot_config::RobotConfig;
+pub(crate) use robot_config::RobotShape;
 pub use robots::{EXAMPLES, example};
 pub use tree::MAX_JOINTS;
 pub use urdf::JointKind;

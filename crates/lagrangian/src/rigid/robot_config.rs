@@ -63,3 +63,26 @@ impl RigidBodies {
         }
     }
 }
+
+/// A robot in the header of a saved model.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RobotShape {
+    robot: RobotConfig,
+    gravity: [f64; 3],
+}
+
+impl RobotShape {
+    pub(crate) fn of(bodies: &RigidBodies) -> Self {
+        Self {
+            robot: bodies.config(),
+            gravity: bodies.gravity(),
+        }
+    }
+
+    pub(crate) fn bodies(&self, coordinates: &Coordinates) -> Result<RigidBodies> {
+        RigidBodies::with_joints(&self.robot.urdf, &self.robot.joints)?
+            .with_coordinates(coordinates.clone())?
+            .with_gravity(self.gravity)
+    }
+}

@@ -2,8 +2,7 @@
 
 use serde_json::Value;
 
-use super::family::{describe, read, saved, weights};
-use super::{Header, Provenance, SavedModel, damaged};
+use super::{Header, Provenance, SavedModel, Tensor, damaged, describe, read};
 use crate::field::DensityNet;
 use crate::{Error, Lagrangian, Result};
 
@@ -28,7 +27,12 @@ impl DensityNet {
             actuation: Value::Null,
             provenance,
         };
-        saved(header, self.parameters())
+        let weights = self.parameters().to_vec();
+        let weights = Tensor::new(vec![weights.len()], weights)?;
+        Ok(SavedModel {
+            header,
+            tensors: [(crate::models::WEIGHTS.to_string(), weights)].into(),
+        })
     }
 
     /// The density that was saved.
@@ -48,7 +52,7 @@ impl DensityNet {
         let density = Self::with_parameters(
             read("architecture", &header.architecture)?,
             read("scaling", &header.scaling)?,
-            weights(saved)?,
+            saved.weights()?,
         )?;
         if *density.coordinates() == header.coordinates {
             return Ok(density);

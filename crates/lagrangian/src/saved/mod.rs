@@ -7,7 +7,6 @@
 //! A file may come from anywhere. Nothing is allocated on the word of its header, and whatever is not a complete,
 //! finite model of a known version is refused.
 
-mod family;
 mod field;
 mod read;
 mod tensor;
@@ -20,6 +19,9 @@ use std::io::{Read, Write};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::dynamics::Mechanical;
+use crate::lagrangian::Lagrangian;
+use crate::models::WEIGHTS;
 use crate::{Coordinates, Error, Result};
 
 /// Name of the format, in the header of every file.
@@ -220,6 +222,44 @@ impl SavedModel {
     }
 }
 
+impl SavedModel {
+    /// The tensors of these names, each a list of any length; there must be no others.
+    pub(crate) fn vectors<const N: usize>(&self, names: [&str; N]) -> Result<[Vec<f64>; N]> {
+        let length = |name: &str| self.tensors.get(name).map_or(0, |t| t.data().len());
+        let expected = names.map(|name| (name.to_string(), vec![length(name)]));
+        self.expect_tensors(&expected)?;
+        let empty = Vec::new;
+        let mut lists = [(); N].map(|()| empty());
+        for (list, (name, shape)) in lists.iter_mut().zip(&expected) {
+            *list = self.tensor(name, shape)?.to_vec();
+        }
+        Ok(lists)
+    }
+
+    /// The weights of a network that has nothing else.
+    pub(crate) fn weights(&self) -> Result<Vec<f64>> {
+        let [weights] = self.vectors([WEIGHTS])?;
+        Ok(weights)
+    }
+
+    /// A Lagrangian with the forces of the header.
+    pub(crate) fn moving<L: Lagrangian>(&self, lagrangian: L) -> Result<Mechanical<L>> {
+        let dissipation = read("dissipation", &self.header.dissipation)?;
+        let actuation = read("actuation", &self.header.actuation)?;
+        Mechanical::with_forces(lagrangian, dissipation, actuation)
+    }
+}
+
+/// A part of a header as JSON.
+pub(crate) fn describe(part: &impl Serialize) -> Result<Value> {
+    serde_json::to_value(part).map_err(|e| damaged(e.to_string()))
+}
+
+/// A part of a header from JSON.
+pub(crate) fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) -> Result<T> {
+    serde_json::from_value(value.clone()).map_err(|e| damaged(format!("its {part}: {e}")))
+}
+
 fn wrong_tensor(name: &str, problem: String) -> Error {
     Error::Tensor {
         name: name.into(),
@@ -227,6 +267,6 @@ fn wrong_tensor(name: &str, problem: String) -> Error {
     }
 }
 
-fn damaged(reason: String) -> Error {
+pub(crate) fn damaged(reason: String) -> Error {
     Error::DamagedModel { reason }
 }

@@ -12,11 +12,10 @@ use super::natural::NaturalConfig;
 use super::observer::{Ending, Observer, Progress};
 use super::rollout::{RolloutLoss, Rollouts};
 use super::run::Run;
+use crate::Result;
 use crate::dataset::Dataset;
-use crate::identify::{RigidConfig, identify};
-use crate::models::{Family, Learned};
+use crate::models::{Family, Learned, LnnConfig, Plan, Residuals, Solve, Trainable};
 use crate::rigid::RobotConfig;
-use crate::{Result, rigid};
 
 /// How weights are improved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,7 +59,7 @@ pub enum Precision {
 #[serde(default, deny_unknown_fields)]
 pub struct FitConfig {
     /// What is fitted.
-    pub family: Family,
+    pub family: Box<dyn Family>,
     /// What is minimised.
     pub loss: Loss,
     /// Settings of that loss, where it is a rollout's.
@@ -95,7 +94,7 @@ pub struct FitConfig {
 impl Default for FitConfig {
     fn default() -> Self {
         Self {
-            family: Family::default(),
+            family: Box::new(LnnConfig::default()),
             loss: Loss::default(),
             rollout: RolloutLoss::default(),
             optimizer: Optimizer::default(),
@@ -140,43 +139,41 @@ pub fn fit(
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
-    if let Family::Rigid(rigid) = &config.family {
-        config.validate(dataset)?;
-        return solve(
-            dataset,
-            rigid,
-            config.forces.viscous || config.forces.coulomb,
-            observer,
-        );
+    match config.plan(dataset)? {
+        Plan::Solve(solve) => solve_at_once(dataset, &*solve, observer),
+        Plan::Train(model) => {
+            // Once inside the pool, its threads need not be woken for every step.
+            rayon::scope(|_| descend(dataset, config, &*model.0, resume, observer))
+        }
     }
-    // Once inside the pool, its threads need not be woken for every step.
-    rayon::scope(|_| descend(dataset, config, resume, observer))
 }
 
 /// The fit of a family without a closed form.
 fn descend(
     dataset: &Dataset,
     config: &FitConfig,
+    model: &dyn Trainable,
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
-    let template = config.template(dataset)?;
-    let mut fresh = template.initialise(config.seed);
+    let mut fresh = model.initialise(config.seed);
     let weights = fresh.len();
     if config.loss == Loss::Rollout {
-        fresh.extend(template.with_flow(|l| Rollouts::new(dataset, config, l).free_starts()));
+        let flow = model.learner(Residuals::OfRates);
+        fresh.extend(Rollouts::new(dataset, config, &*flow).free_starts());
     }
     let mut run = Run::new(dataset, config, resume, fresh)?;
     let (ending, progress) = match config.precision {
-        _ if config.loss == Loss::Rollout => template.with_flow(|flow| {
-            template.with_f64(|learner| run.in_rollouts(flow, learner, observer))
-        }),
-        Precision::F32 => template.with_f32(|learner| run.by_adam::<f32>(learner, observer)),
-        Precision::F64 => template.with_f64(|learner| run.in_double(learner, observer)),
+        _ if config.loss == Loss::Rollout => {
+            let flow = model.learner(Residuals::OfRates);
+            run.in_rollouts(&*flow, &*model.learner(Residuals::OfLoss), observer)
+        }
+        Precision::F32 => run.by_adam::<f32>(&*model.single(), observer),
+        Precision::F64 => run.in_double(&*model.learner(Residuals::OfLoss), observer),
     }?;
     let state = run.state;
     Ok(Fit {
-        model: template.assemble(&state.best_parameters[..weights])?,
+        model: model.assemble(&state.best_parameters[..weights])?,
         ending,
         best: state.best,
         best_step: state.best_step,
@@ -186,39 +183,24 @@ fn descend(
 }
 
 /// The fit of a family that has a closed form: one step.
-fn solve(
-    dataset: &Dataset,
-    config: &RigidConfig,
-    dissipation: bool,
-    observer: &mut dyn Observer,
-) -> Result<Fit> {
+fn solve_at_once(dataset: &Dataset, solve: &Solve, observer: &mut dyn Observer) -> Result<Fit> {
     let clock = Instant::now();
-    let found = match &config.robot {
-        None => {
-            let found = identify(dataset, config, dissipation)?;
-            (Learned::Rigid(found.model), found.loss, found.validation)
-        }
-        Some(robot) => {
-            let found = rigid::identify(dataset, robot, config.smoothing, dissipation)?;
-            (Learned::Robot(found.model), found.loss, found.validation)
-        }
-    };
-    let (model, loss, validation) = found;
+    let solution = solve(dataset)?;
     let progress = Progress {
         step: 1,
         share: 1.0,
         seconds: clock.elapsed().as_secs_f64(),
-        loss,
-        validation,
+        loss: solution.loss,
+        validation: solution.validation,
         rate: 1.0,
         singular: 0,
     };
     // It has ended whatever the observer says.
     let _ = observer.progress(&progress);
     Ok(Fit {
-        model,
+        best: solution.validation.unwrap_or(solution.loss),
+        model: solution.model,
         ending: Ending::Finished,
-        best: validation.unwrap_or(loss),
         best_step: 1,
         steps: 1,
         seconds: progress.seconds,

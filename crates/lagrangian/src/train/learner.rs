@@ -4,6 +4,9 @@
 //! each coordinate at one or at two accelerations, so that `S_j` belongs to coordinate j mod n; r = D S + … with D a
 //! small matrix per sample; λ = Dᵀ ∂loss/∂r.
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
 use super::forces::{Drive, Forces};
 use super::positions::Points;
 use crate::Coordinates;
@@ -356,6 +359,12 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
         if let Some(forces) = self.forces() {
             forces.project(extra);
         }
+    }
+    /// Random weights; friction begins small.
+    fn initialise(&self, seed: u64) -> Vec<f64> {
+        let mut parameters = self.net().initialise(&mut ChaCha8Rng::seed_from_u64(seed));
+        parameters.extend(self.forces().map(Forces::initial).unwrap_or_default());
+        parameters
     }
     /// Number of all parameters.
     fn parameters(&self) -> usize {

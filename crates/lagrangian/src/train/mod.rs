@@ -6,7 +6,6 @@ mod batch;
 mod checkpoint;
 mod damping;
 mod descent;
-mod described;
 mod engine;
 mod fit;
 mod forces;
@@ -24,12 +23,12 @@ mod stepper;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use crate::models::Parameter;
 pub use crate::models::{Family, Learned};
 pub use adam::AdamConfig;
 pub use batch::Samples;
 pub use checkpoint::Checkpoint;
 pub use damping::DampingRule;
-pub use described::Parameter;
 pub use fit::{Budget, Fit, FitConfig, Optimizer, Precision, fit};
 pub(crate) use forces::Forces;
 pub use forces::{ForceTerms, Input};

@@ -6,14 +6,14 @@ use super::fit::{FitConfig, Optimizer};
 use super::natural::Natural;
 use super::part::Part;
 use crate::dataset::Dataset;
-use crate::models::{Learned, Template};
+use crate::models::{Learned, Residuals, Trainable};
 use crate::{Error, Result};
 
 /// A model in training, without a schedule: the caller says the rate and the damping of each step.
 ///
 /// Scales are those of the dataset that it is made with; samples may come from anywhere after that.
 pub struct Stepper {
-    template: Template,
+    model: Box<dyn Trainable>,
     config: FitConfig,
     engine: Engine,
     judges: Batches<f64>,
@@ -45,11 +45,11 @@ impl Stepper {
     /// # Errors
     /// As [`FitConfig::validate`].
     pub fn new(dataset: &Dataset, config: &FitConfig) -> Result<Self> {
-        config.validate(dataset)?;
-        let template = config.family.template(dataset, config)?;
-        let parameters = template.initialise(config.seed);
+        let model = config.trainable(dataset)?.0;
+        let parameters = model.initialise(config.seed);
         let batch = config.batch;
-        let (engine, judges) = template.with_f64(|learner| {
+        let (engine, judges) = {
+            let learner = &*model.learner(Residuals::OfLoss);
             let engine = match config.optimizer {
                 Optimizer::Natural(_) => Engine::Natural(Box::new(Natural::new(learner, batch))),
                 Optimizer::Adam(_) => Engine::Adam {
@@ -62,9 +62,9 @@ impl Stepper {
                 },
             };
             (engine, Batches::new(learner, batch))
-        });
+        };
         Ok(Self {
-            template,
+            model,
             config: config.clone(),
             engine,
             judges,
@@ -100,14 +100,15 @@ impl Stepper {
     ) -> Result<StepLoss> {
         self.check(samples, numbers)?;
         let Self {
-            template,
+            model,
             config,
             engine,
             parameters,
             steps,
             ..
         } = self;
-        let value = template.with_f64(|learner| match (engine, &config.optimizer) {
+        let learner = &*model.learner(Residuals::OfLoss);
+        let value = match (engine, &config.optimizer) {
             (Engine::Natural(natural), Optimizer::Natural(settings)) => natural.step_in_parts(
                 learner,
                 (settings, config.loss),
@@ -137,7 +138,7 @@ impl Stepper {
             }
             // The engine was made for this optimiser.
             (_, _) => super::batch::Value::default(),
-        });
+        };
         *steps += 1;
         Ok(StepLoss {
             loss: value.mean(),
@@ -152,9 +153,8 @@ impl Stepper {
     pub fn loss(&mut self, samples: &Samples, numbers: &[usize]) -> Result<f64> {
         self.check(samples, numbers)?;
         let (judges, parameters, loss) = (&mut self.judges, &self.parameters, self.config.loss);
-        let value = self.template.with_f64(|learner| {
-            judges.evaluate(learner, loss, parameters, (samples, numbers), None)
-        });
+        let learner = &*self.model.learner(Residuals::OfLoss);
+        let value = judges.evaluate(learner, loss, parameters, (samples, numbers), None);
         Ok(value.mean())
     }
 
@@ -198,7 +198,7 @@ impl Stepper {
     /// # Errors
     /// [`Error::NotFinite`] where training has diverged.
     pub fn model(&self) -> Result<Learned> {
-        self.template.assemble(&self.parameters)
+        self.model.assemble(&self.parameters)
     }
 
     /// Samples of a step, at most.

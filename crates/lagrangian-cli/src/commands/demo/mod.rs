@@ -60,7 +60,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
         args,
         &interrupted,
         "lnn",
-        Family::Lnn(LnnConfig::default()),
+        Box::<dyn Family>::from(LnnConfig::default()),
         &data,
         manner,
     )?;
@@ -68,7 +68,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
         args,
         &interrupted,
         "mlp",
-        Family::Mlp(MlpConfig::default()),
+        Box::<dyn Family>::from(MlpConfig::default()),
         &data,
         manner,
     )?;
@@ -113,7 +113,7 @@ fn train(
     args: &DemoArgs,
     interrupted: &Arc<AtomicBool>,
     name: &str,
-    family: Family,
+    family: Box<dyn Family>,
     data: &Dataset,
     manner: Manner,
 ) -> Result<Trained> {

@@ -347,18 +347,10 @@ fn table(judgement: &Judgement) -> Table {
 }
 
 fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
-    let size = |config: &FitConfig| match &config.family {
-        Family::Lnn(lnn) => format!(
-            "{:?} form, {} × {}, {:?}",
-            lnn.form, lnn.layers, lnn.width, lnn.activation
-        ),
-        Family::Mlp(mlp) => format!("{} × {}, {:?}", mlp.layers, mlp.width, mlp.activation),
-        other => other.name().into(),
-    };
     let steps = |t: &Trained| format!("{} steps in {:.1} s", t.fit.steps, t.fit.seconds);
     [
-        ("Lagrangian network", size(&trained[0].config)),
-        ("Plain network", size(&trained[1].config)),
+        ("Lagrangian network", trained[0].config.family.summary()),
+        ("Plain network", trained[1].config.family.summary()),
         (
             "Optimiser of both",
             "natural gradient, batches of 256 states, squared errors, double precision".to_string(),

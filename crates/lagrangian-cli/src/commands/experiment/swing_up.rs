@@ -96,7 +96,7 @@ fn measure(kind: Machine, setting: &Setting, seeds: &[u64], course: &mut Course)
     for &seed in seeds {
         course.begin(format!("{}, seed {seed}", kind.system()), 1.0)?;
         let config = FitConfig {
-            family: Family::Delan(DelanConfig::default()),
+            family: Box::new(DelanConfig::default()),
             loss: Loss::Torque,
             budget: setting.args.seconds.map_or(
                 Budget::Steps(if quick { 100 } else { 300 }),

@@ -5,6 +5,7 @@ mod block;
 #[cfg(test)]
 mod block_tests;
 mod factor;
+pub(crate) mod family;
 mod jets;
 mod kernels;
 pub(crate) mod learner;
@@ -49,17 +50,6 @@ pub enum Inertia {
     /// Nothing: M is a learned constant, as in variational integrator networks (Saemundsson et al. 2020, arXiv
     /// 1910.09349).
     Constant,
-}
-
-impl Inertia {
-    /// The name of the family that has such a mass matrix, on the command line and in files.
-    #[must_use]
-    pub fn family(self) -> &'static str {
-        match self {
-            Self::Configuration => "delan",
-            Self::Constant => "vin",
-        }
-    }
 }
 
 /// The shape of a deep Lagrangian network.

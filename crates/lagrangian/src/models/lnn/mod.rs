@@ -1,6 +1,7 @@
 //! Lagrangian neural networks: any L(q, q̇), free or convex in q̇.
 
 mod curvature;
+pub(crate) mod family;
 pub(crate) mod learner;
 mod one;
 pub(crate) mod points;

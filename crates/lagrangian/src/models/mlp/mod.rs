@@ -1,6 +1,7 @@
 //! The fair opponent: a plain network with the same inputs, size and optimiser, (q, q̇, τ) → q̈ where accelerations are
 //! compared and (q, q̇, q̈) → τ where torques are.
 
+pub(crate) mod family;
 pub(crate) mod learner;
 
 use rand::SeedableRng;

@@ -4,6 +4,8 @@
 //! Second order: q̈ = f(q, q̇, τ), so that dq/dt = q̇ holds by construction. First order: d(q, z)/dt = f(q, z, τ) for
 //! z = q̇ at the start; what the network calls velocity need not be the rate of its positions.
 
+pub(crate) mod family;
+
 use serde::{Deserialize, Serialize};
 
 use crate::baseline::{Direction, Mlp, MlpConfig};

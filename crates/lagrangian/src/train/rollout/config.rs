@@ -5,8 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::step::evaluations;
 use crate::dataset::Dataset;
 use crate::integrate::Method;
-use crate::neural_ode::Order;
-use crate::train::{Family, Optimizer, learner::Loss};
+use crate::train::{Optimizer, learner::Loss};
 use crate::{Error, Result};
 
 /// What of a rollout is compared with the recording.
@@ -102,12 +101,7 @@ impl RolloutLoss {
     ///
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
-    pub fn validate(
-        &self,
-        dataset: &Dataset,
-        optimizer: &Optimizer,
-        family: &Family,
-    ) -> Result<()> {
+    pub fn validate(&self, dataset: &Dataset, optimizer: &Optimizer) -> Result<()> {
         let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
         let longest = dataset.train_times.longest();
         if longest == 0 {
@@ -116,15 +110,6 @@ impl RolloutLoss {
         }
         if dataset.coordinates.parameters().next().is_some() {
             let must = "acceleration or torque where a coordinate is a parameter: a rollout does not hold it";
-            return argument("loss", Loss::Rollout.name().into(), must);
-        }
-        let limited = match family {
-            Family::Lnn(lnn) => lnn.speed_limit.is_some(),
-            Family::Hnn(hnn) => hnn.speed_limit.is_some(),
-            _ => false,
-        };
-        if limited {
-            let must = "acceleration under a speed limit: a rollout has no gradient through it";
             return argument("loss", Loss::Rollout.name().into(), must);
         }
         if self.horizon == 0 {
@@ -148,15 +133,6 @@ impl RolloutLoss {
         ) {
             let must = "rk4, stormer-verlet or implicit-midpoint";
             return argument("integrator", self.integrator.name().into(), must);
-        }
-        let first = match family {
-            Family::NeuralOde(ode) => ode.order == Order::First,
-            Family::Hnn(_) => true,
-            _ => false,
-        };
-        if self.integrator == Method::StormerVerlet && first {
-            let must = "rk4 or implicit-midpoint (symplectic as well) for an equation of first order: the leapfrog needs dq/dt = q̇";
-            return argument("integrator", "stormer-verlet".into(), must);
         }
         for (name, part) in [("growth", self.growth), ("warm_start", self.warm_start)] {
             if !(0.0..=0.9).contains(&part) {

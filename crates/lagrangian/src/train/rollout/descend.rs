@@ -43,8 +43,8 @@ impl<'a> Rollouts<'a> {
         learner: &dyn Learner<f64>,
     ) -> Self {
         let (rollout, seed) = (&config.rollout, config.seed);
-        let train = Recorded::train(dataset, &config.family);
-        let validation = Recorded::validation(dataset, &config.family);
+        let train = Recorded::train(dataset, &*config.family);
+        let validation = Recorded::validation(dataset, &*config.family);
         let most = segments(rollout, config, rollout.horizon.min(1));
         let natural = matches!(config.optimizer, Optimizer::Natural(_)).then(|| {
             let least = match rollout.growth > 0.0 {

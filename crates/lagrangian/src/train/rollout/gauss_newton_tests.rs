@@ -82,10 +82,10 @@ fn see(
 fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the_kernel() {
     let dataset = dataset();
     for (family, forces) in families() {
-        let recorded = Recorded::train(&dataset, &family);
-        let template = template(&dataset, &family, forces);
+        let recorded = Recorded::train(&dataset, &*family);
+        let template = template(&dataset, &*family, forces);
         let parameters = template.initialise(4);
-        for method in methods(&family) {
+        for method in methods(&*family) {
             let config = settings(method);
             let weights = recorded.weights(config.horizon);
             let rows = Rows::new(&config, config.horizon, 2);
@@ -141,8 +141,8 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
 fn free_starts_add_their_own_part_to_the_kernel() {
     let dataset = dataset();
     let (family, forces) = &families()[5];
-    let recorded = Recorded::train(&dataset, family);
-    let template = template(&dataset, family, *forces);
+    let recorded = Recorded::train(&dataset, &**family);
+    let template = template(&dataset, &**family, *forces);
     let parameters = template.initialise(4);
     let config = RolloutLoss {
         start: Start::Free,

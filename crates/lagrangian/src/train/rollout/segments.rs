@@ -3,8 +3,8 @@
 use super::config::{Observe, RolloutLoss, Start};
 use crate::Coordinates;
 use crate::dataset::{Dataset, Timeline};
-use crate::hamiltonian::Momenta;
-use crate::train::{Family, Samples};
+use crate::models::{Family, Momenta};
+use crate::train::Samples;
 
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]
@@ -17,29 +17,25 @@ pub(super) struct Recorded<'a> {
 }
 
 impl<'a> Recorded<'a> {
-    pub(super) fn train(dataset: &'a Dataset, family: &'a Family) -> Self {
+    pub(super) fn train(dataset: &'a Dataset, family: &'a dyn Family) -> Self {
         Self::of(dataset, family, (&dataset.train, &dataset.train_times))
     }
 
-    pub(super) fn validation(dataset: &'a Dataset, family: &'a Family) -> Self {
+    pub(super) fn validation(dataset: &'a Dataset, family: &'a dyn Family) -> Self {
         let held = (&dataset.validation, &dataset.validation_times);
         Self::of(dataset, family, held)
     }
 
     fn of(
         dataset: &'a Dataset,
-        family: &'a Family,
+        family: &'a dyn Family,
         (samples, times): (&'a Samples, &'a Timeline),
     ) -> Self {
-        let momenta = match family {
-            Family::Hnn(hnn) => Some(&hnn.momenta),
-            _ => None,
-        };
         Self {
             coordinates: &dataset.coordinates,
             samples,
             times,
-            momenta,
+            momenta: family.momenta(),
         }
     }
 

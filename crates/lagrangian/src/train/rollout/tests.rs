@@ -11,7 +11,7 @@ use crate::dynamics::Model;
 use crate::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use crate::integrate::Method;
 use crate::lagrangian::{DelanConfig, Form, LnnConfig};
-use crate::models::Template;
+use crate::models::Trainable;
 use crate::neural_ode::{NeuralOdeConfig, Order};
 use crate::train::{Family, FitConfig, ForceTerms, Loss};
 use crate::trajectory::Signals;
@@ -22,8 +22,8 @@ pub(super) const METHODS: [Method; 3] =
     [Method::Rk4, Method::StormerVerlet, Method::ImplicitMidpoint];
 
 /// Those that a family can be trained through.
-pub(super) fn methods(family: &Family) -> Vec<Method> {
-    let first = matches!(family, Family::NeuralOde(_) | Family::Hnn(_));
+pub(super) fn methods(family: &dyn Family) -> Vec<Method> {
+    let first = ["hnn", "neural-ode"].contains(&family.name());
     let known = METHODS.into_iter();
     known
         .filter(|m| !(first && *m == Method::StormerVerlet))
@@ -65,14 +65,14 @@ pub(super) fn dataset() -> Dataset {
     Dataset::new(coordinates, &train, &[]).unwrap()
 }
 
-pub(super) fn families() -> Vec<(Family, ForceTerms)> {
+pub(super) fn families() -> Vec<(Box<dyn Family>, ForceTerms)> {
     let lnn = |form| {
         let lnn = LnnConfig {
             form,
             width: 16,
             ..LnnConfig::default()
         };
-        Family::Lnn(lnn)
+        Box::<dyn Family>::from(lnn)
     };
     let delan = DelanConfig {
         width: 16,
@@ -104,7 +104,7 @@ pub(super) fn families() -> Vec<(Family, ForceTerms)> {
             width: 16,
             ..HnnConfig::default()
         };
-        (Family::Hnn(hnn), ForceTerms::default())
+        (Box::<dyn Family>::from(hnn), ForceTerms::default())
     };
     vec![
         hnn(HnnStructure::Free, Momenta::Masses(vec![0.7, 1.3])),
@@ -112,20 +112,24 @@ pub(super) fn families() -> Vec<(Family, ForceTerms)> {
         hnn(HnnStructure::None, Momenta::Masses(vec![0.7, 1.3])),
         (lnn(Form::Free), forces),
         (lnn(Form::Convex), ForceTerms::default()),
-        (Family::Delan(delan), rotors),
-        (Family::Mlp(mlp), ForceTerms::default()),
-        (Family::NeuralOde(first), ForceTerms::default()),
+        (Box::<dyn Family>::from(delan), rotors),
+        (Box::<dyn Family>::from(mlp), ForceTerms::default()),
+        (Box::<dyn Family>::from(first), ForceTerms::default()),
     ]
 }
 
-pub(super) fn template(dataset: &Dataset, family: &Family, forces: ForceTerms) -> Template {
+pub(super) fn template(
+    dataset: &Dataset,
+    family: &dyn Family,
+    forces: ForceTerms,
+) -> Box<dyn Trainable> {
     let config = FitConfig {
         loss: Loss::Rollout,
-        family: family.clone(),
+        family: family.boxed(),
         forces,
         ..FitConfig::default()
     };
-    family.template(dataset, &config).unwrap()
+    config.trainable(dataset).unwrap().0
 }
 
 pub(super) fn settings(integrator: Method) -> RolloutLoss {
@@ -149,7 +153,7 @@ pub(super) fn moved(x: &[f64], along: &[f64], step: f64) -> Vec<f64> {
 /// The loss and its gradient on a few segments.
 fn loss(
     config: &RolloutLoss,
-    (family, template): (&Family, &Template),
+    (family, template): (&dyn Family, &dyn Trainable),
     dataset: &Dataset,
     parameters: &[f64],
 ) -> (f64, Vec<f64>) {
@@ -164,7 +168,8 @@ fn loss(
         rows: &rows,
     };
     let mut gradient = vec![0.0; parameters.len()];
-    let value = template.with_flow(|learner| {
+    let value = {
+        let learner = &*template.learner(crate::models::Residuals::OfRates);
         let wanted = Wanted {
             gradient: &mut gradient,
             moves: &mut Vec::new(),
@@ -172,7 +177,7 @@ fn loss(
         let mut shooting = Shooting::new(learner, config, 16);
         let task = (&task, &recorded.starts(config.horizon, 2)[..]);
         shooting.evaluate(learner, parameters, task, Some(wanted))
-    });
+    };
     assert_eq!(value.singular, 0);
     (value.mean(), gradient)
 }
@@ -181,7 +186,7 @@ fn loss(
 fn slopes(
     config: &RolloutLoss,
     dataset: &Dataset,
-    fitted: (&Family, &Template),
+    fitted: (&dyn Family, &dyn Trainable),
 ) -> Vec<(f64, f64)> {
     let parameters = fitted.1.initialise(3);
     let (_, gradient) = loss(config, fitted, dataset, &parameters);
@@ -203,14 +208,15 @@ fn slopes(
 fn the_gradient_back_through_the_steps_agrees_with_differences() {
     let dataset = dataset();
     for (family, forces) in families() {
-        let template = template(&dataset, &family, forces);
-        for method in methods(&family) {
+        let template = template(&dataset, &*family, forces);
+        for method in methods(&*family) {
             for observe in [Observe::States, Observe::Positions] {
                 let config = RolloutLoss {
                     observe,
                     ..settings(method)
                 };
-                for (by_gradient, by_differences) in slopes(&config, &dataset, (&family, &template))
+                for (by_gradient, by_differences) in
+                    slopes(&config, &dataset, (&*family, &*template))
                 {
                     assert!(
                         (by_gradient - by_differences).abs() < 1e-7 * by_differences.abs(),
@@ -228,7 +234,7 @@ fn the_gradient_back_through_the_steps_agrees_with_differences() {
 fn the_adjoint_tends_to_the_gradient_with_the_fourth_power_of_the_step() {
     let dataset = dataset();
     for (family, forces) in families() {
-        let template = template(&dataset, &family, forces);
+        let template = template(&dataset, &*family, forces);
         let parameters = template.initialise(3);
         let error = |substeps| {
             let gradient = |gradients| {
@@ -237,7 +243,7 @@ fn the_adjoint_tends_to_the_gradient_with_the_fourth_power_of_the_step() {
                     gradients,
                     ..settings(Method::Rk4)
                 };
-                loss(&config, (&family, &template), &dataset, &parameters).1
+                loss(&config, (&*family, &*template), &dataset, &parameters).1
             };
             let (back, adjoint) = (
                 gradient(Gradients::BackPropagation),
@@ -260,12 +266,12 @@ fn the_adjoint_tends_to_the_gradient_with_the_fourth_power_of_the_step() {
 fn a_rollout_in_training_is_that_of_the_model() {
     let dataset = dataset();
     for (family, forces) in families() {
-        let template = template(&dataset, &family, forces);
+        let template = template(&dataset, &*family, forces);
         let parameters = template.initialise(5);
         let model = template.assemble(&parameters).unwrap();
-        for method in methods(&family) {
+        for method in methods(&*family) {
             let config = settings(method);
-            let recorded = Recorded::train(&dataset, &family);
+            let recorded = Recorded::train(&dataset, &*family);
             let weights = recorded.weights(config.horizon);
             let rows = Rows::new(&config, config.horizon, 2);
             let task = Task {
@@ -333,9 +339,9 @@ fn a_rollout_in_training_is_that_of_the_model() {
 fn free_starts_and_their_gaps_have_the_slopes_of_differences() {
     let dataset = dataset();
     let (family, forces) = &families()[3];
-    let template = template(&dataset, family, *forces);
+    let template = template(&dataset, &**family, *forces);
     let parameters = template.initialise(5);
-    let recorded = Recorded::train(&dataset, family);
+    let recorded = Recorded::train(&dataset, &**family);
     for method in METHODS {
         let config = RolloutLoss {
             start: Start::Free,

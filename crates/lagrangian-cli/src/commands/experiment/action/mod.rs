@@ -160,7 +160,7 @@ fn fitted(
     let data = random_states(system, samples, samples / 10, seed)?;
     let steps = if quick { SHORT } else { STEPS };
     let config = FitConfig {
-        family: Family::Lnn(LnnConfig {
+        family: Box::new(LnnConfig {
             form: Form::Free,
             width: if quick { 32 } else { 64 },
             ..LnnConfig::default()

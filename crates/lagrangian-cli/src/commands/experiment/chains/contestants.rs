@@ -19,7 +19,7 @@ pub(super) struct Contestant {
     pub(super) role: Role,
     /// Against what the angles are measured that it sees.
     pub(super) angles: Angles,
-    pub(super) family: fn(usize) -> Family,
+    pub(super) family: fn(usize) -> Box<dyn Family>,
     /// What it can learn from.
     pub(super) teachings: &'static [Teaching],
     pub(super) loss: Loss,
@@ -29,7 +29,7 @@ const fn absolute(
     key: &'static str,
     name: &'static str,
     role: Role,
-    family: fn(usize) -> Family,
+    family: fn(usize) -> Box<dyn Family>,
 ) -> Contestant {
     Contestant {
         key,
@@ -47,30 +47,30 @@ fn width(links: usize) -> usize {
     if links < 5 { 64 } else { 96 }
 }
 
-fn delan(links: usize) -> Family {
-    Family::Delan(DelanConfig {
+fn delan(links: usize) -> Box<dyn Family> {
+    Box::<dyn Family>::from(DelanConfig {
         width: width(links),
         ..DelanConfig::default()
     })
 }
 
-fn lnn(links: usize) -> Family {
-    Family::Lnn(LnnConfig {
+fn lnn(links: usize) -> Box<dyn Family> {
+    Box::<dyn Family>::from(LnnConfig {
         width: width(links),
         ..LnnConfig::default()
     })
 }
 
-fn convex(links: usize) -> Family {
-    Family::Lnn(LnnConfig {
+fn convex(links: usize) -> Box<dyn Family> {
+    Box::<dyn Family>::from(LnnConfig {
         form: Form::Convex,
         width: width(links),
         ..LnnConfig::default()
     })
 }
 
-fn hnn(links: usize) -> Family {
-    Family::Hnn(HnnConfig {
+fn hnn(links: usize) -> Box<dyn Family> {
+    Box::<dyn Family>::from(HnnConfig {
         structure: HnnStructure::Mass,
         momenta: Momenta::Recorded,
         width: width(links),
@@ -78,15 +78,15 @@ fn hnn(links: usize) -> Family {
     })
 }
 
-fn neural_ode(links: usize) -> Family {
-    Family::NeuralOde(NeuralOdeConfig {
+fn neural_ode(links: usize) -> Box<dyn Family> {
+    Box::<dyn Family>::from(NeuralOdeConfig {
         width: width(links),
         ..NeuralOdeConfig::default()
     })
 }
 
-fn mlp(links: usize) -> Family {
-    Family::Mlp(MlpConfig {
+fn mlp(links: usize) -> Box<dyn Family> {
+    Box::<dyn Family>::from(MlpConfig {
         width: width(links),
         ..MlpConfig::default()
     })

@@ -188,7 +188,7 @@ fn measure(task: Task, setting: &Setting, seeds: &[u64], course: &mut Course) ->
                 training.steps
             };
             let config = FitConfig {
-                family: Family::Hnn(HnnConfig {
+                family: Box::new(HnnConfig {
                     structure: contestant.structure,
                     momenta: Momenta::Recorded,
                     width: training.width,

@@ -14,7 +14,7 @@ pub(super) struct Contestant {
     pub(super) name: &'static str,
     pub(super) role: Role,
     pub(super) loss: Loss,
-    pub(super) family: fn() -> Family,
+    pub(super) family: fn() -> Box<dyn Family>,
 }
 
 /// All of them, in the order of the tables.
@@ -24,55 +24,39 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         name: "deep Lagrangian network",
         role: Role::Lnn,
         loss: Loss::Torque,
-        family: || Family::Delan(DelanConfig::default()),
+        family: || Box::<dyn Family>::from(DelanConfig::default()),
     },
     Contestant {
         key: "lnn",
         name: "black-box Lagrangian",
         role: Role::Other(0),
         loss: Loss::Torque,
-        family: || Family::Lnn(LnnConfig::default()),
+        family: || Box::<dyn Family>::from(LnnConfig::default()),
     },
     Contestant {
         key: "mlp",
         name: "plain network",
         role: Role::Baseline,
         loss: Loss::Torque,
-        family: || Family::Mlp(MlpConfig::default()),
+        family: || Box::<dyn Family>::from(MlpConfig::default()),
     },
     Contestant {
         key: "rigid",
         name: "identified chain",
         role: Role::Other(1),
         loss: Loss::Torque,
-        family: || Family::Rigid(RigidConfig::default()),
+        family: || Box::<dyn Family>::from(RigidConfig::default()),
     },
 ];
 
 impl Contestant {
     /// Whether it takes time to train; the identified chain is solved for.
     pub(super) fn is_trained(&self) -> bool {
-        !matches!((self.family)(), Family::Rigid(_))
+        (self.family)().name() != "rigid"
     }
 
     /// Its size in words.
     pub(super) fn size(&self) -> String {
-        match (self.family)() {
-            Family::Lnn(c) => format!(
-                "{:?} form, {} × {}, {:?}",
-                c.form, c.layers, c.width, c.activation
-            ),
-            Family::Delan(c) => format!(
-                "{:?} trunk, {} × {}, {:?}",
-                c.trunks, c.layers, c.width, c.activation
-            ),
-            Family::Mlp(c) => format!("{} × {}, {:?}", c.layers, c.width, c.activation),
-            Family::NeuralOde(c) => format!("{} × {}, {:?}", c.layers, c.width, c.activation),
-            Family::Hnn(c) => format!(
-                "{:?}, {} × {}, {:?}",
-                c.structure, c.layers, c.width, c.activation
-            ),
-            Family::Rigid(_) => "the structure of a planar chain is given to it".into(),
-        }
+        (self.family)().summary()
     }
 }

@@ -74,7 +74,7 @@ const NARROW: usize = 16;
 const WIDTH: usize = 32;
 
 /// The families that are compared.
-fn families() -> [(&'static str, Family); 4] {
+fn families() -> [(&'static str, Box<dyn Family>); 4] {
     let lnn = LnnConfig {
         form: Form::Convex,
         width: NARROW,
@@ -90,10 +90,13 @@ fn families() -> [(&'static str, Family); 4] {
         ..NeuralOdeConfig::default()
     };
     [
-        ("LNN", Family::Lnn(lnn)),
-        ("DeLaN", Family::Delan(delan)),
-        ("neural ODE", Family::NeuralOde(ode(Order::Second))),
-        ("neural ODE, order 1", Family::NeuralOde(ode(Order::First))),
+        ("LNN", Box::<dyn Family>::from(lnn)),
+        ("DeLaN", Box::<dyn Family>::from(delan)),
+        ("neural ODE", Box::<dyn Family>::from(ode(Order::Second))),
+        (
+            "neural ODE, order 1",
+            Box::<dyn Family>::from(ode(Order::First)),
+        ),
     ]
 }
 
@@ -120,7 +123,7 @@ impl Found {
     }
 }
 
-fn config(family: Family, way: &Way, setting: &Setting, seed: u64) -> FitConfig {
+fn config(family: Box<dyn Family>, way: &Way, setting: &Setting, seed: u64) -> FitConfig {
     let quick = setting.args.quick;
     let rollout = way.loss.is_some();
     let (horizon, start) = way.loss.unwrap_or((1, Start::Recorded));

@@ -19,7 +19,7 @@ pub(super) struct Candidate {
     /// Weight decay of Adam.
     pub(super) decay: f64,
     pub(super) forces: fn() -> ForceTerms,
-    pub(super) family: fn() -> Family,
+    pub(super) family: fn() -> Box<dyn Family>,
 }
 
 impl Candidate {
@@ -32,15 +32,15 @@ impl Candidate {
     }
 }
 
-fn delan() -> Family {
-    Family::Delan(DelanConfig {
+fn delan() -> Box<dyn Family> {
+    Box::<dyn Family>::from(DelanConfig {
         width: 16,
         ..DelanConfig::default()
     })
 }
 
-fn lnn() -> Family {
-    Family::Lnn(LnnConfig {
+fn lnn() -> Box<dyn Family> {
+    Box::<dyn Family>::from(LnnConfig {
         form: Form::Convex,
         width: 16,
         ..LnnConfig::default()
@@ -102,8 +102,8 @@ const LNN: &[Candidate] = &[
     },
 ];
 
-fn mlp() -> Family {
-    Family::Mlp(MlpConfig {
+fn mlp() -> Box<dyn Family> {
+    Box::<dyn Family>::from(MlpConfig {
         width: 32,
         ..MlpConfig::default()
     })
@@ -130,7 +130,7 @@ const RIGID: &[Candidate] = &[Candidate {
     loss: Loss::Torque,
     decay: 0.0,
     forces: ForceTerms::friction,
-    family: || Family::Rigid(RigidConfig::default()),
+    family: || Box::<dyn Family>::from(RigidConfig::default()),
 }];
 
 /// All of them, in the order of the tables.

@@ -34,7 +34,7 @@ pub(super) struct Contestant {
     /// Its name on the page.
     pub(super) name: &'static str,
     pub(super) role: Role,
-    family: fn(&Start) -> Family,
+    family: fn(&Start) -> Box<dyn Family>,
     starts: &'static [Start],
     pub(super) loss: Loss,
     /// Steps of the fit from the best start.
@@ -82,7 +82,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         name: "Lagrangian network, free, below the limit c",
         role: Role::Lnn,
         family: |start| {
-            Family::Lnn(LnnConfig {
+            Box::<dyn Family>::from(LnnConfig {
                 speed_limit: Some(1.0),
                 speed_chart: start.chart,
                 ..lnn(Form::Free, start)
@@ -97,7 +97,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         key: "lnn_free",
         name: "Lagrangian network, free, sees q̇",
         role: Role::Other(0),
-        family: |start| Family::Lnn(lnn(Form::Free, start)),
+        family: |start| Box::<dyn Family>::from(lnn(Form::Free, start)),
         starts: STARTS,
         loss: Loss::AccelerationRelative,
         steps: STEPS,
@@ -108,7 +108,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         name: "Lagrangian network, convex, exponential units",
         role: Role::Other(1),
         family: |start| {
-            Family::Lnn(LnnConfig {
+            Box::<dyn Family>::from(LnnConfig {
                 exponential: true,
                 ..lnn(Form::Convex, start)
             })
@@ -122,7 +122,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         key: "hnn_noncanonical",
         name: "Hamiltonian network on (q, q̇)",
         role: Role::Other(3),
-        family: |_| Family::Hnn(hnn(Momenta::Velocities, None)),
+        family: |_| Box::<dyn Family>::from(hnn(Momenta::Velocities, None)),
         starts: PLAIN,
         loss: Loss::AccelerationL1,
         steps: STEPS,
@@ -132,7 +132,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         key: "hnn_canonical",
         name: "Hamiltonian network on (q, p), below the limit c",
         role: Role::Other(4),
-        family: |_| Family::Hnn(hnn(Momenta::Recorded, Some(1.0))),
+        family: |_| Box::<dyn Family>::from(hnn(Momenta::Recorded, Some(1.0))),
         starts: PLAIN,
         loss: Loss::AccelerationL1,
         steps: STEPS,
@@ -143,7 +143,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         name: "deep Lagrangian network",
         role: Role::Other(2),
         family: |_| {
-            Family::Delan(DelanConfig {
+            Box::<dyn Family>::from(DelanConfig {
                 width: WIDTH,
                 ..DelanConfig::default()
             })
@@ -158,7 +158,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         name: "plain network",
         role: Role::Baseline,
         family: |_| {
-            Family::Mlp(MlpConfig {
+            Box::<dyn Family>::from(MlpConfig {
                 width: WIDTH,
                 ..MlpConfig::default()
             })
@@ -224,12 +224,12 @@ impl Contestant {
     pub(super) fn describe(&self, start: usize) -> String {
         let found = &self.starts[start.min(self.starts.len() - 1)];
         let (kinetic, damping) = (found.kinetic, found.damping);
-        match (self.family)(found) {
-            Family::Lnn(lnn) if lnn.speed_limit.is_some() => {
+        match (self.family)(found).downcast_ref::<LnnConfig>() {
+            Some(lnn) if lnn.speed_limit.is_some() => {
                 format!("{:?}, κ = {kinetic}, λ = {damping:e}", found.chart).to_lowercase()
             }
-            Family::Lnn(_) => format!("κ = {kinetic}, λ = {damping:e}"),
-            _ => format!("λ = {damping:e}"),
+            Some(_) => format!("κ = {kinetic}, λ = {damping:e}"),
+            None => format!("λ = {damping:e}"),
         }
     }
 
@@ -256,10 +256,7 @@ impl Contestant {
 
     /// The Lagrangian of a fitted model, where it has one.
     pub(super) fn lagrangian(model: &Learned) -> Option<&dyn lagrangian::Lagrangian> {
-        match model {
-            Learned::Lnn(model) => Some(&model.lagrangian),
-            Learned::Delan(model) => Some(&model.lagrangian),
-            _ => None,
-        }
+        let own = ["lnn", "delan"].contains(&model.family());
+        model.lagrangian().filter(|_| own)
     }
 }

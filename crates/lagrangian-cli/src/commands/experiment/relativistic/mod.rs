@@ -192,12 +192,10 @@ fn one(
         lagrangian.map_or(f64::NAN, |_| recovered(&own.momentum, &truth.momentum).0)
     };
     Ok(Fitted {
-        error: match model {
-            // That on (q, q̇) has no momenta.
-            Learned::Hnn(hnn) if hnn.hamiltonian().canonical() => {
-                weighted_flow_error(model, particle, test)
-            }
-            _ => weighted_error(model, test),
+        // A network on (q, q̇) has no momenta.
+        error: match model.family() == "hnn" && model.lagrangian().is_some() {
+            true => weighted_flow_error(model, particle, test),
+            false => weighted_error(model, test),
         },
         momentum: [r2(FAST), r2(FASTEST)],
         sweep: sweep(model, lagrangian, (FASTEST, FIELD)),

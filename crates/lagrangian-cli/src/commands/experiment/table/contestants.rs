@@ -7,6 +7,7 @@ use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::integrate::Method;
 use lagrangian::lagrangian::{Angles, DelanConfig, Form, Inertia, LnnConfig};
+use lagrangian::models::vin::VinConfig;
 use lagrangian::neural_ode::{NeuralOdeConfig, Order};
 use lagrangian::train::{Family, Loss};
 
@@ -16,7 +17,7 @@ pub(super) struct Contestant {
     pub(super) key: &'static str,
     /// Its name on the page.
     pub(super) name: &'static str,
-    pub(super) family: fn() -> Family,
+    pub(super) family: fn() -> Box<dyn Family>,
     pub(super) loss: Loss,
     /// The steps that it is made for.
     pub(super) method: Method,
@@ -90,7 +91,11 @@ static LNN: Published = Published {
 };
 
 /// A family that is fitted to the accelerations of free motions and moves continuously.
-const fn free(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+const fn free(
+    key: &'static str,
+    name: &'static str,
+    family: fn() -> Box<dyn Family>,
+) -> Contestant {
     Contestant {
         key,
         name,
@@ -104,23 +109,27 @@ const fn free(key: &'static str, name: &'static str, family: fn() -> Family) -> 
     }
 }
 
-fn hamiltonian(structure: HnnStructure, momenta: Momenta) -> Family {
-    Family::Hnn(HnnConfig {
+fn hamiltonian(structure: HnnStructure, momenta: Momenta) -> Box<dyn Family> {
+    Box::<dyn Family>::from(HnnConfig {
         structure,
         momenta,
         ..HnnConfig::default()
     })
 }
 
-fn neural_ode(order: Order) -> Family {
-    Family::NeuralOde(NeuralOdeConfig {
+fn neural_ode(order: Order) -> Box<dyn Family> {
+    Box::<dyn Family>::from(NeuralOdeConfig {
         order,
         ..NeuralOdeConfig::default()
     })
 }
 
 /// A family that is fitted to q̇ and ṗ, or what stands for them: two equations for each coordinate.
-const fn flowing(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+const fn flowing(
+    key: &'static str,
+    name: &'static str,
+    family: fn() -> Box<dyn Family>,
+) -> Contestant {
     Contestant {
         batch: 64,
         ..free(key, name, family)
@@ -128,7 +137,11 @@ const fn flowing(key: &'static str, name: &'static str, family: fn() -> Family) 
 }
 
 /// The same with momenta, which it is judged at too.
-const fn canonical(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+const fn canonical(
+    key: &'static str,
+    name: &'static str,
+    family: fn() -> Box<dyn Family>,
+) -> Contestant {
     Contestant {
         error: flow_acceleration_error,
         ..flowing(key, name, family)
@@ -136,7 +149,11 @@ const fn canonical(key: &'static str, name: &'static str, family: fn() -> Family
 }
 
 /// A family that is fitted to the motion between the samples, by rollouts.
-const fn rolled(key: &'static str, name: &'static str, family: fn() -> Family) -> Contestant {
+const fn rolled(
+    key: &'static str,
+    name: &'static str,
+    family: fn() -> Box<dyn Family>,
+) -> Contestant {
     Contestant {
         loss: Loss::Rollout,
         reads: Reads::States,
@@ -147,20 +164,24 @@ const fn rolled(key: &'static str, name: &'static str, family: fn() -> Family) -
 pub(super) const CONTESTANTS: &[Contestant] = &[
     Contestant {
         published: Some(&LNN),
-        ..free("lnn", "LNN, free", || Family::Lnn(LnnConfig::default()))
+        ..free("lnn", "LNN, free", || {
+            Box::<dyn Family>::from(LnnConfig::default())
+        })
     },
     free("lnn-convex", "LNN, convex", || {
-        Family::Lnn(LnnConfig {
+        Box::<dyn Family>::from(LnnConfig {
             form: Form::Convex,
             ..LnnConfig::default()
         })
     }),
     Contestant {
         published: Some(&DLN),
-        ..free("delan", "DeLaN", || Family::Delan(DelanConfig::default()))
+        ..free("delan", "DeLaN", || {
+            Box::<dyn Family>::from(DelanConfig::default())
+        })
     },
     free("delan-potential", "DeLaN + A(q)·q̇", || {
-        Family::Delan(DelanConfig {
+        Box::<dyn Family>::from(DelanConfig {
             vector_potential: true,
             ..DelanConfig::default()
         })
@@ -197,10 +218,7 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         loss: Loss::PositionsTrapezoidal,
         method: Method::VariationalTrapezoidal,
         ..free("vin", "VIN", || {
-            Family::Delan(DelanConfig {
-                inertia: Inertia::Constant,
-                ..DelanConfig::default()
-            })
+            Box::<dyn Family>::from(VinConfig::default())
         })
     },
     Contestant {
@@ -208,18 +226,20 @@ pub(super) const CONTESTANTS: &[Contestant] = &[
         loss: Loss::Positions,
         method: Method::VariationalMidpoint,
         ..free("delan-positions", "DeLaN, positions", || {
-            Family::Delan(DelanConfig::default())
+            Box::<dyn Family>::from(DelanConfig::default())
         })
     },
     Contestant {
         published: Some(&NETWORK),
-        ..free("mlp", "plain network", || Family::Mlp(MlpConfig::default()))
+        ..free("mlp", "plain network", || {
+            Box::<dyn Family>::from(MlpConfig::default())
+        })
     },
     Contestant {
         loss: Loss::Torque,
         reads: Reads::Torques,
         ..free("rigid", "rigid chain", || {
-            Family::Rigid(RigidConfig {
+            Box::<dyn Family>::from(RigidConfig {
                 angles: Some(Angles::Absolute),
                 ..RigidConfig::default()
             })

@@ -13,8 +13,9 @@
 use super::IdentifiedRobot;
 use crate::dataset::Dataset;
 use crate::dynamics::Mechanical;
-use crate::identify::{SMOOTHING, Sums};
 use crate::lagrangian::Dissipation;
+use crate::models::Solution;
+use crate::models::rigid::chain::{SMOOTHING, Sums};
 use crate::rigid::RigidBodies;
 use crate::rigid::RobotConfig;
 use crate::rigid::regressor::PER_BODY;
@@ -28,16 +29,6 @@ const RIDGES: [f64; 11] = [
 /// The ridge where there is nothing to choose it by.
 const RIDGE: f64 = 1e-6;
 
-/// An identified robot and how well it explains the torques.
-#[derive(Debug, Clone)]
-pub(crate) struct Identified {
-    pub(crate) model: IdentifiedRobot,
-    /// Mean of the squared weighted torque residuals on the training samples.
-    pub(crate) loss: f64,
-    /// The same on the validation samples, where there are any.
-    pub(crate) validation: Option<f64>,
-}
-
 /// Identifies `robot` from the samples of `dataset`, with friction if `dissipation`; Coulomb friction changes its sign
 /// over `smoothing`, or over what the validation chooses.
 ///
@@ -49,13 +40,13 @@ pub(crate) fn identify(
     robot: &RobotConfig,
     smoothing: Option<f64>,
     dissipation: bool,
-) -> Result<Identified> {
+) -> Result<Solution> {
     let robot = robot.bodies(&dataset.coordinates)?;
     if !dataset.forced || dataset.train.is_empty() {
         return Err(Error::Argument {
             name: "forces",
             value: "none".into(),
-            must: "recorded: a robot is identified from torques (--tau)",
+            must: "recorded: a robot is identified from torques",
         });
     }
     let problem = Problem::new(dataset, &robot, smoothing, dissipation);
@@ -196,7 +187,7 @@ impl<'a> Problem<'a> {
         })
     }
 
-    fn assemble(&self, found: Candidate) -> Result<Identified> {
+    fn assemble(&self, found: Candidate) -> Result<Solution> {
         let n = self.robot.dof();
         let (bodies, rest) = found.values.split_at(PER_BODY * n);
         let (drives, friction) = rest.split_at(2 * n);
@@ -216,8 +207,8 @@ impl<'a> Problem<'a> {
         } else {
             Mechanical::conservative(robot)
         };
-        Ok(Identified {
-            model: IdentifiedRobot::new(motion, found.errors)?,
+        Ok(Solution {
+            model: IdentifiedRobot::new(motion, found.errors)?.into(),
             loss: found.loss,
             validation: found.validation,
         })

@@ -11,46 +11,33 @@
 //! Hollerbach, Int. J. Robotics Research 5, 1986). Friction is kept non-negative by leaving out, one after the
 //! other, the coefficients that come out below 0.
 
-mod chain;
+mod lagrangian;
 mod sums;
 
-pub use chain::{Angles, RigidChain};
+pub use lagrangian::{Angles, RigidChain};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+pub use super::RigidConfig;
+use super::{NAME, check_errors, solved};
 
 use crate::dataset::Dataset;
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
 use crate::lagrangian::{Dissipation, Lagrangian};
-use crate::rigid::RobotConfig;
+use crate::models::learned::{Description, FittedForces, FittedModel, Stored, WEIGHTS};
+use crate::models::{Parameter, Solution};
+use crate::saved::{self, SavedModel};
 use crate::train::Samples;
 use crate::{Coordinates, Error, Result};
 
+/// The name under which a chain is saved.
+pub(crate) const SAVED_AS: &str = "rigid";
+
+/// The tensor of the standard errors of all parameters.
+const ERRORS: &str = "standard_errors";
+
 pub(crate) use sums::Sums;
-
-/// What is known of a chain before it is identified.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RigidConfig {
-    /// What its angles are measured against; `None`: whichever explains the torques better.
-    pub angles: Option<Angles>,
-    /// Speed vₛ over which Coulomb friction changes its sign; `None`: whichever explains them best.
-    pub smoothing: Option<f64>,
-    /// The robot, where its kinematics are known: then all its inertial parameters are identified.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub robot: Option<RobotConfig>,
-}
-
-/// A parameter that was identified.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Parameter {
-    /// Its name, see [`RigidChain::names`]; friction is `viscous_i` and `coulomb_i`.
-    pub name: String,
-    /// Its value, SI units.
-    pub value: f64,
-    /// Its standard error, from the scatter of the torques as if the errors of the samples were independent. Errors
-    /// that last (an unmodelled belt) make it too small, and noise in q̈ shrinks inertias by more than it says.
-    pub standard_error: f64,
-}
 
 /// An identified chain.
 #[derive(Debug, Clone)]
@@ -93,34 +80,10 @@ impl Rigid {
             names.extend(friction_names(friction.viscous.len()));
             values.extend(friction.viscous.iter().chain(&friction.coulomb));
         }
-        let parameter = |((name, value), standard_error)| Parameter {
-            name,
-            value,
-            standard_error,
-        };
-        names
-            .into_iter()
-            .zip(values)
-            .zip(self.errors.iter().copied())
-            .map(parameter)
+        let named = names.into_iter().zip(values).zip(&self.errors);
+        named
+            .map(|((name, value), error)| solved(name, value, *error))
             .collect()
-    }
-}
-
-/// Checks that there is one finite standard error for each of `expected` parameters.
-pub(crate) fn check_errors(errors: &[f64], expected: usize) -> Result<()> {
-    let what = "standard errors".to_string();
-    if errors.len() != expected {
-        return Err(Error::Shape {
-            what,
-            found: errors.len(),
-            expected,
-            remedy: "give one for each parameter".into(),
-        });
-    }
-    match errors.iter().position(|e| !e.is_finite()) {
-        Some(index) => Err(Error::NotFinite { what, index }),
-        None => Ok(()),
     }
 }
 
@@ -143,6 +106,56 @@ impl Model for Rigid {
     }
 }
 
+impl FittedModel for Rigid {
+    fn description(&self) -> Description {
+        Description::plain(NAME, "A chain of rigid links")
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        let chain = &self.motion.lagrangian;
+        let shape = Shape {
+            angles: chain.angles(),
+        };
+        let stored = Stored::new(SAVED_AS, &shape, &Value::Null, chain.parameters())?;
+        Ok(stored.with(ERRORS, &self.errors))
+    }
+
+    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
+        Some(&self.motion.lagrangian)
+    }
+
+    fn forces(&self) -> FittedForces<'_> {
+        self.motion.fitted_forces()
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        Self::parameters(self)
+    }
+
+    fn boxed(&self) -> Box<dyn FittedModel> {
+        Box::new(self.clone())
+    }
+}
+
+/// What the parameters of a chain mean.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Shape {
+    angles: Angles,
+}
+
+/// The chain that was saved.
+pub(crate) fn load(saved: &SavedModel) -> Result<Rigid> {
+    let header = &saved.header;
+    let shape: Shape = saved::read("architecture", &header.architecture)?;
+    if !header.scaling.is_null() {
+        return Err(saved::damaged("a rigid chain has no scaling".into()));
+    }
+    let [values, errors] = saved.vectors([WEIGHTS, ERRORS])?;
+    let chain = RigidChain::new(header.coordinates.clone(), shape.angles, values)?;
+    Rigid::new(saved.moving(chain)?, errors)
+}
+
 /// What came out of an identification.
 #[derive(Debug, Clone)]
 pub struct Identified {
@@ -152,6 +165,16 @@ pub struct Identified {
     pub loss: f64,
     /// The same on the validation samples, where there are any.
     pub validation: Option<f64>,
+}
+
+impl From<Identified> for Solution {
+    fn from(found: Identified) -> Self {
+        Self {
+            model: found.model.into(),
+            loss: found.loss,
+            validation: found.validation,
+        }
+    }
 }
 
 /// Identifies a chain from the samples of `dataset`, with friction if `dissipation`.
@@ -164,7 +187,7 @@ pub fn identify(dataset: &Dataset, config: &RigidConfig, dissipation: bool) -> R
         return Err(Error::Argument {
             name: "forces",
             value: "none".into(),
-            must: "recorded: a rigid chain is identified from torques (--tau); a network (--model lnn) learns from free motions too",
+            must: "recorded: a rigid chain is identified from torques; a network such as lnn learns from free motions too",
         });
     }
     let angles = match config.angles {

@@ -4,10 +4,17 @@ mod identify;
 
 pub(crate) use identify::identify;
 
+use serde_json::Value;
+
+use super::{NAME, check_errors, solved};
+
 use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::identify::Parameter;
-use crate::rigid::RigidBodies;
+use crate::lagrangian::Lagrangian;
+use crate::models::Parameter;
+use crate::models::learned::{Description, FittedForces, FittedModel, Stored, WEIGHTS};
 use crate::rigid::regressor::NAMES;
+use crate::rigid::{RigidBodies, RobotShape};
+use crate::saved::{self, SavedModel};
 use crate::{Coordinates, Result};
 
 /// A robot with identified parameters and their standard errors.
@@ -26,7 +33,7 @@ impl IdentifiedRobot {
     /// [`crate::Error::Shape`] for another number of errors; [`crate::Error::NotFinite`].
     pub fn new(motion: Mechanical<RigidBodies>, errors: Vec<f64>) -> Result<Self> {
         let expected = values(&motion).len();
-        crate::identify::check_errors(&errors, expected)?;
+        check_errors(&errors, expected)?;
         Ok(Self { motion, errors })
     }
 
@@ -47,13 +54,31 @@ impl IdentifiedRobot {
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         let names = names(&self.motion.lagrangian, self.motion.dissipation().is_some());
-        let pairs = names.into_iter().zip(values(&self.motion));
-        let parameter = |((name, value), &standard_error)| Parameter {
-            name,
-            value,
-            standard_error,
+        let bodies = 10 * self.coordinates().dof();
+        let named = names
+            .into_iter()
+            .zip(values(&self.motion))
+            .zip(&self.errors);
+        let parameter = |(k, ((name, value), error)): (usize, ((String, f64), &f64))| {
+            let parameter = solved(name, value, *error);
+            match k < bodies {
+                true => Parameter {
+                    unit: of_body(k).into(),
+                    ..parameter
+                },
+                false => parameter,
+            }
         };
-        pairs.zip(&self.errors).map(parameter).collect()
+        named.enumerate().map(parameter).collect()
+    }
+}
+
+/// The unit of inertial parameter `k`, ten of each body.
+fn of_body(k: usize) -> &'static str {
+    match k % 10 {
+        0 => "kg",
+        1..=3 => "kg·m",
+        _ => "kg·m²",
     }
 }
 
@@ -98,4 +123,59 @@ impl Model for IdentifiedRobot {
     fn mechanics(&self) -> Option<EulerLagrange<'_>> {
         self.motion.mechanics()
     }
+}
+
+/// The name under which a robot is saved.
+pub(crate) const SAVED_AS: &str = "robot";
+
+/// The tensors of a robot beside its inertial parameters.
+const ROTOR: &str = "rotor";
+const OFFSET: &str = "offset";
+const ERRORS: &str = "standard_errors";
+
+impl FittedModel for IdentifiedRobot {
+    fn description(&self) -> Description {
+        Description::plain(NAME, "A robot of rigid bodies")
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        let bodies = &self.motion.lagrangian;
+        let weights = bodies.inertial_parameters();
+        let stored = Stored::new(SAVED_AS, &RobotShape::of(bodies), &Value::Null, &weights)?;
+        let stored = stored.with(ROTOR, bodies.rotor());
+        Ok(stored
+            .with(OFFSET, bodies.offset())
+            .with(ERRORS, &self.errors))
+    }
+
+    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
+        Some(&self.motion.lagrangian)
+    }
+
+    fn forces(&self) -> FittedForces<'_> {
+        self.motion.fitted_forces()
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        Self::parameters(self)
+    }
+
+    fn boxed(&self) -> Box<dyn FittedModel> {
+        Box::new(self.clone())
+    }
+}
+
+/// The robot that was saved.
+pub(crate) fn load(saved: &SavedModel) -> Result<IdentifiedRobot> {
+    let header = &saved.header;
+    let shape: RobotShape = saved::read("architecture", &header.architecture)?;
+    if !header.scaling.is_null() {
+        return Err(saved::damaged("a robot has no scaling".into()));
+    }
+    let [weights, rotor, offset, errors] = saved.vectors([WEIGHTS, ROTOR, OFFSET, ERRORS])?;
+    let bodies = shape
+        .bodies(&header.coordinates)?
+        .with_inertial_parameters(&weights)?
+        .with_drives(rotor, offset)?;
+    IdentifiedRobot::new(saved.moving(bodies)?, errors)
 }

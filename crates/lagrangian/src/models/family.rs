@@ -1,0 +1,337 @@
+//! What a family of models is to the rest of the library: a configuration that can be fitted, and a row in a table.
+
+use std::any::Any;
+use std::fmt::Debug;
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::Value;
+
+use super::{FAMILIES, Learned, Momenta};
+use crate::dataset::Dataset;
+use crate::integrate::Method;
+use crate::saved::SavedModel;
+use crate::train::{FitConfig, Learner, Loss};
+use crate::{Error, Result};
+
+/// A family of models with its settings: what is fitted.
+///
+/// Implemented by the configuration of each family, such as [`LnnConfig`](crate::LnnConfig).
+pub trait Family: Any + Debug + Send + Sync {
+    /// The name on the command line and in files.
+    fn name(&self) -> &'static str;
+
+    /// The settings as one JSON object.
+    ///
+    /// # Errors
+    /// [`Error::DamagedModel`], should a setting have no JSON.
+    fn settings(&self) -> Result<Value>;
+
+    /// The size in a few words.
+    fn summary(&self) -> String;
+
+    /// What the family can be fitted to.
+    fn abilities(&self) -> Abilities;
+
+    /// Refuses data and settings that the family cannot be fitted to, beyond its [`Abilities`].
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first of them.
+    fn check(&self, dataset: &Dataset, config: &FitConfig) -> Result<()> {
+        let _ = (dataset, config);
+        Ok(())
+    }
+
+    /// What the second half of the model's state is: momenta, where the model moves in phase space.
+    fn momenta(&self) -> Option<&Momenta> {
+        None
+    }
+
+    /// Everything that a fit to these data needs.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for settings outside their domain.
+    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan>;
+
+    /// A copy on the heap.
+    fn boxed(&self) -> Box<dyn Family>;
+}
+
+/// What a family can be fitted to.
+#[derive(Debug, Clone, Copy)]
+pub struct Abilities {
+    /// The losses that it can be trained with.
+    pub losses: &'static [Loss],
+    /// What to do about any other loss.
+    pub remedy: &'static str,
+    /// Whether it has a Lagrangian that can be added to that of a known robot.
+    pub nominal: bool,
+    /// Whether it keeps the inertia of rotors apart from its own mass matrix.
+    pub rotor: bool,
+    /// Residuals of a sample under a loss of rates, in units of the coordinates: 2 where both halves of the state have
+    /// rates, else 1.
+    pub rates: usize,
+}
+
+impl Abilities {
+    /// Every loss of accelerations, torques and rollouts, and nothing else.
+    pub(crate) const fn of_losses(losses: &'static [Loss], remedy: &'static str) -> Self {
+        Self {
+            losses,
+            remedy,
+            nominal: false,
+            rotor: false,
+            rates: 1,
+        }
+    }
+}
+
+/// How a fit is done.
+#[allow(
+    missing_debug_implementations,
+    reason = "closures and trait objects have nothing to show"
+)]
+pub enum Plan {
+    /// By an optimiser, step by step.
+    Train(Training),
+    /// In closed form, at once.
+    Solve(Box<Solve>),
+}
+
+/// A fit in closed form.
+pub type Solve = dyn Fn(&Dataset) -> Result<Solution> + Send + Sync;
+
+/// What a fit in closed form comes to.
+#[derive(Debug)]
+pub struct Solution {
+    /// The model.
+    pub model: Learned,
+    /// Mean loss of the training samples.
+    pub loss: f64,
+    /// Mean loss of the validation samples, where there are any.
+    pub validation: Option<f64>,
+}
+
+/// What the residuals of a [`Trainable`] are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Residuals {
+    /// Those of the loss that the fit minimises.
+    OfLoss,
+    /// Errors of the rates of the state, unweighted: what a rollout is made of.
+    OfRates,
+}
+
+/// A model with everything but its parameters, ready to be trained.
+#[allow(
+    missing_debug_implementations,
+    reason = "trait objects have nothing to show"
+)]
+pub struct Training(pub(crate) Box<dyn Trainable>);
+
+impl Training {
+    /// The model with these parameters.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] where training has diverged; [`Error::Shape`] for another number of parameters.
+    pub fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
+        let (found, expected) = (parameters.len(), self.0.parameters());
+        if found != expected {
+            return Err(Error::Shape {
+                what: "parameters".into(),
+                found,
+                expected,
+                remedy: "give those of a model of the same shape".into(),
+            });
+        }
+        self.0.assemble(parameters)
+    }
+
+    /// Number of all parameters.
+    #[must_use]
+    pub fn parameters(&self) -> usize {
+        self.0.parameters()
+    }
+}
+
+impl Plan {
+    /// By an optimiser.
+    pub(crate) fn train(model: impl Trainable + 'static) -> Self {
+        Self::Train(Training(Box::new(model)))
+    }
+}
+
+/// What a family does for its training.
+pub(crate) trait Trainable: Send + Sync {
+    /// Evaluates residuals in double precision.
+    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_>;
+
+    /// Evaluates the residuals of the loss, the network in single precision.
+    fn single(&self) -> Box<dyn Learner<f32> + '_>;
+
+    /// The model with these parameters.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] where training has diverged.
+    fn assemble(&self, parameters: &[f64]) -> Result<Learned>;
+
+    /// Random weights; friction begins small.
+    fn initialise(&self, seed: u64) -> Vec<f64> {
+        self.learner(Residuals::OfLoss).initialise(seed)
+    }
+
+    /// Number of all parameters.
+    fn parameters(&self) -> usize {
+        self.learner(Residuals::OfLoss).parameters()
+    }
+}
+
+#[cfg(test)]
+impl dyn Trainable + '_ {
+    /// Gives the rates to `f`.
+    pub(crate) fn with_flow<R>(&self, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
+        f(&*self.learner(Residuals::OfRates))
+    }
+}
+
+/// A row of the table of families.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// The name on the command line and in files.
+    pub name: &'static str,
+    /// What the family is, in one line.
+    pub about: &'static str,
+    /// The default configuration.
+    pub default: fn() -> Box<dyn Family>,
+    /// Reads a configuration from its JSON object.
+    pub read: fn(Value) -> serde_json::Result<Box<dyn Family>>,
+    /// The names under which its models are saved.
+    pub saved_as: &'static [&'static str],
+    /// Loads a saved model.
+    pub load: fn(&SavedModel) -> Result<Learned>,
+}
+
+impl Entry {
+    /// The family of this name.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`], with the names that there are.
+    pub fn by_name(name: &str) -> Result<&'static Self> {
+        let found = FAMILIES.iter().find(|entry| entry.name == name);
+        found.ok_or_else(|| Error::UnknownName {
+            kind: "family",
+            name: name.into(),
+            known: FAMILIES
+                .iter()
+                .map(|entry| entry.name)
+                .collect::<Vec<_>>()
+                .join(", "),
+        })
+    }
+}
+
+/// Reads a configuration for a row of the table.
+pub(crate) fn read<F: Family + for<'a> Deserialize<'a>>(
+    settings: Value,
+) -> serde_json::Result<Box<dyn Family>> {
+    Ok(Box::new(serde_json::from_value::<F>(settings)?))
+}
+
+/// The default configuration for a row of the table.
+pub(crate) fn default<F: Family + Default>() -> Box<dyn Family> {
+    Box::new(F::default())
+}
+
+/// Refuses a limit of speed that the data break, or that a rollout has no gradient through.
+pub(crate) fn check_speed_limit(
+    limit: Option<f64>,
+    dataset: &Dataset,
+    config: &FitConfig,
+) -> Result<()> {
+    let argument = |name, value, must| Err(Error::Argument { name, value, must });
+    match limit {
+        Some(_) if config.loss == Loss::Rollout => {
+            let must = "acceleration under a speed limit: a rollout has no gradient through it";
+            argument("loss", config.loss.name().into(), must)
+        }
+        Some(limit) if dataset.fastest() >= limit => {
+            let value = dataset.fastest().to_string();
+            let must = "below the speed limit";
+            argument("fastest velocity of the data", value, must)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a rollout of an equation of first order by a method that needs dq/dt = q̇.
+pub(crate) fn check_first_order(config: &FitConfig) -> Result<()> {
+    if config.loss != Loss::Rollout || config.rollout.integrator != Method::StormerVerlet {
+        return Ok(());
+    }
+    Err(Error::Argument {
+        name: "integrator",
+        value: Method::StormerVerlet.name().into(),
+        must: "rk4 or implicit-midpoint (symplectic as well) for an equation of first order: the leapfrog needs dq/dt = q̇",
+    })
+}
+
+impl dyn Family {
+    /// The configuration, if it is one of family `F`.
+    #[must_use]
+    pub fn downcast_ref<F: Family>(&self) -> Option<&F> {
+        (self as &dyn Any).downcast_ref()
+    }
+
+    /// The configuration, if it is one of family `F`, to be changed.
+    #[must_use]
+    pub fn downcast_mut<F: Family>(&mut self) -> Option<&mut F> {
+        (self as &mut dyn Any).downcast_mut()
+    }
+}
+
+impl<F: Family> From<F> for Box<dyn Family> {
+    fn from(family: F) -> Self {
+        Box::new(family)
+    }
+}
+
+impl Clone for Box<dyn Family> {
+    fn clone(&self) -> Self {
+        self.boxed()
+    }
+}
+
+impl PartialEq for dyn Family {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name() && self.settings().ok() == other.settings().ok()
+    }
+}
+
+/// What derived comparisons of structs that hold a boxed family ask for.
+impl PartialEq<&Self> for Box<dyn Family> {
+    fn eq(&self, other: &&Self) -> bool {
+        **self == ***other
+    }
+}
+
+/// The key of the family's name among its settings.
+const NAME: &str = "name";
+
+impl Serialize for dyn Family {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let mut settings = self.settings().map_err(serde::ser::Error::custom)?;
+        if let Value::Object(settings) = &mut settings {
+            settings.insert(NAME.into(), self.name().into());
+        }
+        settings.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Box<dyn Family> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let mut settings = serde_json::Map::<String, Value>::deserialize(deserializer)?;
+        let name = settings.remove(NAME);
+        let name = name.as_ref().and_then(Value::as_str).unwrap_or_default();
+        let entry = Entry::by_name(name).map_err(D::Error::custom)?;
+        (entry.read)(Value::Object(settings)).map_err(D::Error::custom)
+    }
+}

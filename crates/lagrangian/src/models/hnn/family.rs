@@ -1,0 +1,174 @@
+//! Hamiltonian networks as a family: what they can be fitted to, their training, their saved form.
+
+use serde_json::Value;
+
+use super::learner::HnnLearner;
+use super::{Hnn, HnnConfig, HnnShape, HnnStructure, Momenta};
+use crate::dataset::Dataset;
+use crate::hamiltonian::{Canonical, Hamiltonian};
+use crate::lagrangian::Lagrangian;
+use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
+use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
+use crate::models::setup::Setup;
+use crate::saved::{self, SavedModel};
+use crate::train::{FitConfig, ForceTerms, Learner, Loss};
+use crate::{Error, Result};
+use nets::simd::Real;
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "Hamiltonian network H(q, p), fitted to (q̇, ṗ) or to motions in (q, p)",
+    default: family::default::<HnnConfig>,
+    read: family::read::<HnnConfig>,
+    saved_as: &[NAME],
+    load,
+};
+
+const NAME: &str = "hnn";
+
+impl Family for HnnConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn settings(&self) -> Result<Value> {
+        saved::describe(self)
+    }
+
+    fn summary(&self) -> String {
+        format!(
+            "{:?}, {} × {}, {:?}",
+            self.structure, self.layers, self.width, self.activation
+        )
+    }
+
+    fn abilities(&self) -> Abilities {
+        const LOSSES: &[Loss] = &[Loss::Acceleration, Loss::AccelerationL1, Loss::Rollout];
+        let remedy = "acceleration (or acceleration-l1 for absolute errors, or rollout): a Hamiltonian network is fitted to (q̇, ṗ), or to motions in (q, p)";
+        Abilities {
+            rates: 2,
+            ..Abilities::of_losses(LOSSES, remedy)
+        }
+    }
+
+    fn check(&self, dataset: &Dataset, config: &FitConfig) -> Result<()> {
+        let argument = |name, value: &str, must| {
+            let value = value.into();
+            Err(Error::Argument { name, value, must })
+        };
+        let forces = config.forces != ForceTerms::default();
+        if config.loss == Loss::Rollout && forces {
+            let must = "omitted, or learned under another loss";
+            return argument(
+                "forces",
+                "under the rollout loss of a Hamiltonian network",
+                must,
+            );
+        }
+        if !self.momenta.canonical() && dataset.forced {
+            let must = "recorded, or p = m q̇ with masses: a force changes p, not q̇";
+            return argument("momenta", "velocities, with forces in the data", must);
+        }
+        if !self.momenta.canonical() && forces {
+            let must = "omitted, or momenta recorded or p = m q̇ with masses";
+            return argument("forces", "beside velocities in the place of momenta", must);
+        }
+        family::check_first_order(config)?;
+        family::check_speed_limit(self.speed_limit, dataset, config)
+    }
+
+    fn momenta(&self) -> Option<&Momenta> {
+        Some(&self.momenta)
+    }
+
+    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+        let (mut setup, dataset) = Setup::new(dataset, config)?;
+        let (scaling, weights) = dataset.phase_scaling(self)?;
+        setup.weights = weights;
+        let shape = HnnShape::new(dataset.coordinates.clone(), self.clone(), scaling)?;
+        Ok(Plan::train(HnnTraining { shape, setup }))
+    }
+
+    fn boxed(&self) -> Box<dyn Family> {
+        Box::new(self.clone())
+    }
+}
+
+/// A Hamiltonian network with everything but its weights.
+struct HnnTraining {
+    shape: HnnShape,
+    setup: Setup,
+}
+
+impl HnnTraining {
+    fn any<T: Real>(&self, residuals: Residuals) -> Box<dyn Learner<T> + '_> {
+        let (loss, weights) = self.setup.target(residuals);
+        Box::new(HnnLearner {
+            shape: &self.shape,
+            loss,
+            weights,
+            forces: self.setup.forces.clone(),
+            phase: residuals == Residuals::OfRates,
+        })
+    }
+}
+
+impl Trainable for HnnTraining {
+    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_> {
+        self.any(residuals)
+    }
+
+    fn single(&self) -> Box<dyn Learner<f32> + '_> {
+        self.any(Residuals::OfLoss)
+    }
+
+    fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
+        let (weights, extra) = parameters.split_at(self.shape.layers().parameters);
+        let hnn = Hnn::assemble(self.shape.clone(), weights.to_vec())?;
+        let (forces, terms) = (&self.setup.forces, self.setup.terms);
+        let dissipation = forces.dissipation(terms, extra);
+        let actuation = forces.actuation(terms, extra)?;
+        Ok(Canonical::with(hnn, dissipation, actuation)?.into())
+    }
+}
+
+impl FittedModel for Canonical<Hnn> {
+    fn description(&self) -> Description {
+        match self.hamiltonian().config().structure {
+            HnnStructure::Free => Description::mechanical(NAME, "A Hamiltonian"),
+            HnnStructure::Mass => Description::mechanical(NAME, "A Hamiltonian with a mass matrix"),
+            HnnStructure::None => Description::plain(NAME, "A plain flow"),
+        }
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        let hnn = self.hamiltonian();
+        let stored = Stored::new(NAME, hnn.config(), hnn.scaling(), hnn.parameters())?;
+        stored.with_form(&hnn.config().structure)
+    }
+
+    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
+        let canonical = self.hamiltonian().canonical();
+        canonical.then_some(&self.mechanical().lagrangian as &dyn Lagrangian)
+    }
+
+    fn forces(&self) -> FittedForces<'_> {
+        self.mechanical().fitted_forces()
+    }
+
+    fn boxed(&self) -> Box<dyn FittedModel> {
+        Box::new(self.clone())
+    }
+}
+
+fn load(saved: &SavedModel) -> Result<Learned> {
+    let header = &saved.header;
+    let config: HnnConfig = saved::read("architecture", &header.architecture)?;
+    let scaling = saved::read("scaling", &header.scaling)?;
+    let coordinates = header.coordinates.clone();
+    let hnn = Hnn::with_parameters(coordinates, config, scaling, saved.weights()?)?;
+    let dissipation = saved::read("dissipation", &header.dissipation)?;
+    let actuation = saved::read("actuation", &header.actuation)?;
+    Ok(Canonical::with(hnn, dissipation, actuation)?.into())
+}

@@ -1,0 +1,160 @@
+//! Lagrangian networks as a family: what they can be fitted to, their training, their saved form.
+
+use serde_json::Value;
+
+use super::learner::LnnLearner;
+use super::points::LnnPoints;
+use super::{Form, Lnn, LnnConfig, LnnShape};
+use crate::dataset::Dataset;
+use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
+use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
+use crate::models::setup::Setup;
+use crate::saved::{self, SavedModel};
+use crate::train::{FitConfig, Learner, Loss, PositionsLearner};
+use crate::{Error, Result};
+use nets::simd::Real;
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "Lagrangian neural network: any function of q and q̇",
+    default: family::default::<LnnConfig>,
+    read: family::read::<LnnConfig>,
+    saved_as: &[NAME],
+    load,
+};
+
+const NAME: &str = "lnn";
+
+impl Family for LnnConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn settings(&self) -> Result<Value> {
+        saved::describe(self)
+    }
+
+    fn summary(&self) -> String {
+        format!(
+            "{:?} form, {} × {}, {:?}",
+            self.form, self.layers, self.width, self.activation
+        )
+    }
+
+    fn abilities(&self) -> Abilities {
+        const LOSSES: &[Loss] = &[
+            Loss::Acceleration,
+            Loss::AccelerationRelative,
+            Loss::AccelerationL1,
+            Loss::Torque,
+            Loss::TorqueL1,
+            Loss::Rollout,
+            Loss::Positions,
+            Loss::PositionsTrapezoidal,
+        ];
+        let remedy = "torque or acceleration: only deep Lagrangian networks (delan) are fitted to more at once";
+        Abilities {
+            nominal: true,
+            ..Abilities::of_losses(LOSSES, remedy)
+        }
+    }
+
+    fn check(&self, dataset: &Dataset, config: &FitConfig) -> Result<()> {
+        family::check_speed_limit(self.speed_limit, dataset, config)
+    }
+
+    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+        let (setup, dataset) = Setup::new(dataset, config)?;
+        let coordinates = dataset.coordinates.clone();
+        let shape = LnnShape::new(coordinates, self.clone(), dataset.scaling())?;
+        Ok(Plan::train(LnnTraining { shape, setup }))
+    }
+
+    fn boxed(&self) -> Box<dyn Family> {
+        Box::new(self.clone())
+    }
+}
+
+/// A Lagrangian network with everything but its weights.
+struct LnnTraining {
+    shape: LnnShape,
+    setup: Setup,
+}
+
+impl LnnTraining {
+    fn by_motion<T: Real>(&self, residuals: Residuals) -> Box<dyn Learner<T> + '_> {
+        let (loss, weights) = self.setup.target(residuals);
+        Box::new(LnnLearner {
+            shape: &self.shape,
+            loss,
+            weights,
+            forces: self.setup.forces.clone(),
+            nominal: self.setup.nominal.as_ref(),
+        })
+    }
+
+    fn any<T: Real>(&self, residuals: Residuals) -> Box<dyn Learner<T> + '_> {
+        match self.setup.loss.rule() {
+            None => self.by_motion(residuals),
+            Some(rule) => Box::new(PositionsLearner {
+                family: LnnPoints(&self.shape),
+                loss: self.setup.loss,
+                rule,
+                constant: false,
+                weights: &self.setup.weights,
+                forces: self.setup.forces.clone(),
+                chords: crate::train::CHORDS,
+            }),
+        }
+    }
+}
+
+impl Trainable for LnnTraining {
+    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_> {
+        self.any(residuals)
+    }
+
+    fn single(&self) -> Box<dyn Learner<f32> + '_> {
+        self.any(Residuals::OfLoss)
+    }
+
+    fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
+        let (weights, extra) = parameters.split_at(self.shape.net.parameters);
+        let lnn = Lnn::assemble(self.shape.clone(), weights.to_vec())?;
+        self.setup.learned(lnn, extra)
+    }
+}
+
+impl LearnedLagrangian for Lnn {
+    fn description(&self) -> Description {
+        Description::mechanical(NAME, "A Lagrangian")
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        let config = self.config();
+        Stored::new(NAME, config, self.scaling(), self.parameters())?.with_form(&config.form)
+    }
+
+    fn boxed(&self) -> Box<dyn LearnedLagrangian> {
+        Box::new(self.clone())
+    }
+}
+
+fn load(saved: &SavedModel) -> Result<Learned> {
+    let header = &saved.header;
+    let config: LnnConfig = saved::read("architecture", &header.architecture)?;
+    let form: Option<Form> = match &header.form {
+        Some(form) => Some(saved::read("form", &Value::from(form.clone()))?),
+        None => None,
+    };
+    if form.is_some_and(|form| form != config.form) {
+        return Err(Error::DamagedModel {
+            reason: "its form is not that of its architecture".into(),
+        });
+    }
+    let scaling = saved::read("scaling", &header.scaling)?;
+    let coordinates = header.coordinates.clone();
+    let lnn = Lnn::with_parameters(coordinates, config, scaling, saved.weights()?)?;
+    Ok(saved.moving(lnn)?.into())
+}

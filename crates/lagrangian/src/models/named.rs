@@ -1,0 +1,115 @@
+//! The parameters of a fitted model that have a name and a unit.
+
+use serde::Serialize;
+
+use super::learned::FittedForces;
+use crate::Coordinates;
+use crate::lagrangian::{Actuation, Dissipation};
+
+/// A parameter with a meaning: a coefficient of friction, an offset, a gain, an inertia.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Its name, `kind_coordinate`, e.g. `viscous_q1`.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Its standard error, where it was solved for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_error: Option<f64>,
+}
+
+/// A unit of one that rotates, or of one that slides, by the unit of its coordinate.
+fn either(q: &str, rotating: &str, sliding: &str) -> String {
+    if q == "rad" { rotating } else { sliding }.into()
+}
+
+fn force(q: &str) -> String {
+    either(q, "N·m", "N")
+}
+
+fn speed(q: &str) -> String {
+    format!("{q}/s")
+}
+
+fn viscous(q: &str) -> String {
+    either(q, "N·m·s/rad", "N·s/m")
+}
+
+fn inertia(q: &str) -> String {
+    either(q, "kg·m²", "kg")
+}
+
+/// A list of named parameters in the making.
+pub(crate) struct Named<'a> {
+    coordinates: &'a Coordinates,
+    list: Vec<Parameter>,
+}
+
+impl<'a> Named<'a> {
+    /// No parameters yet, of a model of these coordinates.
+    pub(crate) fn of(coordinates: &'a Coordinates) -> Self {
+        Self {
+            coordinates,
+            list: Vec::new(),
+        }
+    }
+
+    /// The parameters in the order in which they were added.
+    pub(crate) fn list(self) -> Vec<Parameter> {
+        self.list
+    }
+
+    /// Adds friction, offsets and the input matrix.
+    pub(crate) fn forces(mut self, forces: FittedForces<'_>) -> Self {
+        if let Some(dissipation) = forces.dissipation {
+            self.dissipation(dissipation);
+        }
+        if let Some(actuation) = forces.actuation {
+            self.actuation(actuation);
+        }
+        self
+    }
+
+    /// Adds the inertias of rotors.
+    pub(crate) fn rotors(mut self, rotors: &[f64]) -> Self {
+        self.add("rotor", rotors, inertia);
+        self
+    }
+
+    fn add(&mut self, kind: &str, values: &[f64], unit: impl Fn(&str) -> String) {
+        for (coordinate, &value) in self.coordinates.0.iter().zip(values) {
+            self.list.push(Parameter {
+                name: format!("{kind}_{}", coordinate.name),
+                value,
+                unit: unit(&coordinate.unit),
+                standard_error: None,
+            });
+        }
+    }
+
+    fn dissipation(&mut self, d: &Dissipation) {
+        self.add("viscous", &d.viscous, viscous);
+        self.add("coulomb", &d.coulomb, force);
+        self.add("coulomb_speed", &d.smoothing, speed);
+        if let Some(stribeck) = &d.stribeck {
+            self.add("stribeck", &stribeck.height, force);
+            self.add("stribeck_speed", &stribeck.speed, speed);
+        }
+    }
+
+    fn actuation(&mut self, actuation: &Actuation) {
+        self.add("offset", actuation.offsets(), force);
+        // The identity is what joints driven by their own torques have, learned or not.
+        if actuation.is_direct() {
+            return;
+        }
+        for (j, input) in self.coordinates.0.iter().enumerate() {
+            let entries = actuation.matrix().iter().skip(j);
+            let column: Vec<f64> = entries.step_by(actuation.dof()).copied().collect();
+            let kind = format!("input_{}_to", input.name);
+            self.add(&kind, &column, |q| format!("{} a unit of input", force(q)));
+        }
+    }
+}

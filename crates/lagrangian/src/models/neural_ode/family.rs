@@ -1,0 +1,94 @@
+//! Neural ordinary differential equations as a family: what they can be fitted to, their training, their saved form.
+
+use serde_json::Value;
+
+use super::{NeuralOde, NeuralOdeConfig, Order};
+use crate::Result;
+use crate::dataset::Dataset;
+use crate::models::family::{self, Abilities, Entry, Family, Plan};
+use crate::models::learned::{Description, FittedModel, Learned, Stored};
+use crate::models::mlp::family::{MlpTraining, load as load_network};
+use crate::models::mlp::{Mlp, MlpShape};
+use crate::models::setup::Setup;
+use crate::saved::{self, SavedModel};
+use crate::train::{FitConfig, Loss};
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "neural ordinary differential equation: a plain network trained through its integrator",
+    default: family::default::<NeuralOdeConfig>,
+    read: family::read::<NeuralOdeConfig>,
+    saved_as: &[NAME],
+    load,
+};
+
+const NAME: &str = "neural-ode";
+
+impl Family for NeuralOdeConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn settings(&self) -> Result<Value> {
+        saved::describe(self)
+    }
+
+    fn summary(&self) -> String {
+        format!("{} × {}, {:?}", self.layers, self.width, self.activation)
+    }
+
+    fn abilities(&self) -> Abilities {
+        const LOSSES: &[Loss] = &[Loss::Rollout, Loss::Acceleration];
+        let remedy =
+            "rollout or acceleration: a neural ODE has no inverse dynamics (the family mlp has)";
+        Abilities::of_losses(LOSSES, remedy)
+    }
+
+    fn check(&self, _dataset: &Dataset, config: &FitConfig) -> Result<()> {
+        match self.order {
+            Order::First => family::check_first_order(config),
+            Order::Second => Ok(()),
+        }
+    }
+
+    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+        let (mut setup, dataset) = Setup::new(dataset, config)?;
+        if self.order == Order::First {
+            let speeds = dataset.scaling().qd_scale;
+            let of_velocities = speeds.iter().map(|s| 1.0 / s);
+            setup.weights = of_velocities.chain(setup.weights).collect();
+        }
+        Ok(Plan::train(MlpTraining {
+            shape: MlpShape::of(&dataset, self.network(dataset.forced))?,
+            setup,
+            finish,
+        }))
+    }
+
+    fn boxed(&self) -> Box<dyn Family> {
+        Box::new(self.clone())
+    }
+}
+
+fn finish(network: Mlp) -> Result<Learned> {
+    Ok(NeuralOde::new(network)?.into())
+}
+
+impl FittedModel for NeuralOde {
+    fn description(&self) -> Description {
+        Description::plain(NAME, "A neural ODE")
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        self.network().stored_as(NAME)
+    }
+
+    fn boxed(&self) -> Box<dyn FittedModel> {
+        Box::new(self.clone())
+    }
+}
+
+fn load(saved: &SavedModel) -> Result<Learned> {
+    finish(load_network(saved)?)
+}

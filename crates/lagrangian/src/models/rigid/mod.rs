@@ -1,0 +1,131 @@
+//! Rigid bodies identified from torques by least squares: what robotics does where the structure of the machine is
+//! known, and so the measure for models that must find it out.
+//!
+//! Without a description the machine is a planar [`chain`]; with one it is the [`robot`] of that description.
+
+pub mod chain;
+pub mod robot;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::Parameter;
+use super::family::{self, Abilities, Entry, Family, Plan};
+use crate::dataset::Dataset;
+use crate::rigid::RobotConfig;
+use crate::saved;
+use crate::train::{FitConfig, Loss};
+use crate::{Error, Result};
+
+pub use chain::{Angles, RigidChain};
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "rigid bodies, identified by least squares from torques: a planar chain, or the robot of a description",
+    default: family::default::<RigidConfig>,
+    read: family::read::<RigidConfig>,
+    saved_as: &[chain::SAVED_AS, robot::SAVED_AS],
+    load: |saved| match saved.header.family.as_str() {
+        chain::SAVED_AS => Ok(chain::load(saved)?.into()),
+        _ => Ok(robot::load(saved)?.into()),
+    },
+};
+
+/// The name of the family.
+pub(crate) const NAME: &str = "rigid";
+
+/// What is known of the bodies before they are identified.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RigidConfig {
+    /// What the angles of a chain are measured against; `None`: whichever explains the torques better.
+    pub angles: Option<Angles>,
+    /// The speed vₛ over which Coulomb friction changes its sign; `None`: whichever explains the torques best.
+    pub smoothing: Option<f64>,
+    /// The robot, where its kinematics are known: then all its inertial parameters are identified.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotConfig>,
+}
+
+impl Family for RigidConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn settings(&self) -> Result<Value> {
+        saved::describe(self)
+    }
+
+    fn summary(&self) -> String {
+        match self.robot {
+            Some(_) => "the kinematics of the robot are given to it",
+            None => "the structure of a planar chain is given to it",
+        }
+        .into()
+    }
+
+    fn abilities(&self) -> Abilities {
+        // Whatever is compared, the torques are what the bodies are solved from.
+        const LOSSES: &[Loss] = &[
+            Loss::Acceleration,
+            Loss::AccelerationRelative,
+            Loss::AccelerationL1,
+            Loss::Torque,
+            Loss::TorqueL1,
+        ];
+        Abilities::of_losses(LOSSES, "omitted: rigid bodies are identified from torques")
+    }
+
+    fn check(&self, dataset: &Dataset, _config: &FitConfig) -> Result<()> {
+        match &self.robot {
+            Some(robot) => robot.bodies(&dataset.coordinates).map(drop),
+            None => Ok(()),
+        }
+    }
+
+    fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+        let (own, dissipation) = (self.clone(), config.forces.viscous || config.forces.coulomb);
+        Ok(Plan::Solve(Box::new(move |dataset| match &own.robot {
+            None => Ok(chain::identify(dataset, &own, dissipation)?.into()),
+            Some(robot) => robot::identify(dataset, robot, own.smoothing, dissipation),
+        })))
+    }
+
+    fn boxed(&self) -> Box<dyn Family> {
+        Box::new(self.clone())
+    }
+}
+
+/// Checks that there is one finite standard error for each of `expected` parameters.
+fn check_errors(errors: &[f64], expected: usize) -> Result<()> {
+    let what = "standard errors".to_string();
+    if errors.len() != expected {
+        return Err(Error::Shape {
+            what,
+            found: errors.len(),
+            expected,
+            remedy: "give one for each parameter".into(),
+        });
+    }
+    match errors.iter().position(|e| !e.is_finite()) {
+        Some(index) => Err(Error::NotFinite { what, index }),
+        None => Ok(()),
+    }
+}
+
+/// A parameter that was solved for.
+fn solved(name: String, value: f64, standard_error: f64) -> Parameter {
+    let unit = match name.split('_').next() {
+        Some("inertia" | "rotor") => "kg·m²",
+        Some("gravity") => "J",
+        Some("viscous") => "N·m·s/rad",
+        _ => "N·m",
+    };
+    Parameter {
+        name,
+        value,
+        unit: unit.into(),
+        standard_error: Some(standard_error),
+    }
+}

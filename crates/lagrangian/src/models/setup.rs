@@ -1,0 +1,114 @@
+//! What the training of every family has in common: the loss and its weights, the forces beside the model, and what is
+//! known already.
+
+use std::borrow::Cow;
+
+use super::family::Residuals;
+use super::learned::{Learned, LearnedLagrangian};
+use crate::dataset::Dataset;
+use crate::dynamics::Mechanical;
+use crate::lagrangian::Lagrangian;
+use crate::rigid::RigidBodies;
+use crate::train::{FitConfig, ForceTerms, Forces, Loss, MAX_DOF, remainder};
+use crate::{Error, Result};
+
+/// The part of a fit that does not depend on the network.
+#[derive(Debug, Clone)]
+pub(crate) struct Setup {
+    /// What is minimised; under the rollout loss, what the run begins with.
+    pub(crate) loss: Loss,
+    /// The weight of each residual of a sample, `[m]`.
+    pub(crate) weights: Vec<f64>,
+    /// Ones in the place of the weights.
+    pub(crate) ones: Vec<f64>,
+    /// The forces that are learned beside the model, and how they are trained.
+    pub(crate) terms: ForceTerms,
+    pub(crate) forces: Forces,
+    /// The robot that is known.
+    pub(crate) nominal: Option<RigidBodies>,
+}
+
+impl Setup {
+    /// For these data; and the data as the network sees them, less what the nominal model explains.
+    pub(crate) fn new<'d>(
+        dataset: &'d Dataset,
+        config: &FitConfig,
+    ) -> Result<(Self, Cow<'d, Dataset>)> {
+        Error::check_dof(dataset.coordinates.dof(), MAX_DOF)?;
+        let nominal = config.nominal(dataset)?;
+        let dataset = match &nominal {
+            Some(nominal) => Cow::Owned(remainder(nominal, dataset)),
+            None => Cow::Borrowed(dataset),
+        };
+        let loss = match config.loss {
+            Loss::Rollout => Loss::Acceleration,
+            loss => loss,
+        };
+        let speeds = dataset.scaling().qd_scale;
+        let (tau, qdd) = (dataset.force_scale(), dataset.acceleration_scale());
+        let setup = Self {
+            loss,
+            weights: loss.weights(&dataset),
+            ones: vec![1.0; 2 * MAX_DOF],
+            terms: config.forces,
+            forces: Forces::new(config.forces, tau, speeds, qdd),
+            nominal,
+        };
+        Ok((setup, dataset))
+    }
+
+    /// What is minimised, and the weights of its residuals.
+    pub(crate) fn target(&self, residuals: Residuals) -> (Loss, &[f64]) {
+        match residuals {
+            Residuals::OfLoss => (self.loss, &self.weights),
+            Residuals::OfRates => (Loss::Acceleration, &self.ones[..self.weights.len()]),
+        }
+    }
+
+    /// A Lagrangian with the trained forces, upon the nominal model where there is one.
+    pub(crate) fn learned(
+        &self,
+        lagrangian: impl LearnedLagrangian + Clone,
+        extra: &[f64],
+    ) -> Result<Learned> {
+        match &self.nominal {
+            None => Ok(self.mechanical(lagrangian, extra)?.into()),
+            Some(nominal) => {
+                let rest: Box<dyn LearnedLagrangian> = Box::new(lagrangian);
+                Learned::upon(nominal.clone(), self.mechanical(rest, extra)?)
+            }
+        }
+    }
+
+    fn mechanical<L: Lagrangian>(&self, lagrangian: L, extra: &[f64]) -> Result<Mechanical<L>> {
+        Mechanical::with_forces(
+            lagrangian,
+            self.forces.dissipation(self.terms, extra),
+            self.forces.actuation(self.terms, extra)?,
+        )
+    }
+}
+
+impl Loss {
+    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of, 0 of
+    /// parameters.
+    fn weights(self, dataset: &Dataset) -> Vec<f64> {
+        let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
+        let scales = match self {
+            Self::TorqueAcceleration => [tau, qdd].concat(),
+            Self::TorquePower => {
+                let power = dataset.power_scale();
+                [tau, vec![power]].concat()
+            }
+            _ if self.needs_forces() => tau,
+            _ => qdd,
+        };
+        let n = dataset.coordinates.dof();
+        let mut weights: Vec<f64> = scales.iter().map(|s| 1.0 / s).collect();
+        for i in dataset.coordinates.parameters() {
+            let own = weights.chunks_exact_mut(n).map(|set| &mut set[i]);
+            own.for_each(|w| *w = 0.0);
+        }
+        weights
+    }
+}

@@ -1,0 +1,97 @@
+//! Variational integrator networks (Saemundsson, Terenin, Hofmann, Deisenroth 2020, arXiv 1910.09349): a deep Lagrangian
+//! network with a constant mass matrix, fitted to positions alone.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::delan::{DelanConfig, Inertia, Trunks, family as delan};
+use super::family::{self, Abilities, Entry, Family, Plan};
+use crate::Result;
+use crate::dataset::Dataset;
+use crate::saved;
+use crate::train::FitConfig;
+use nets::Activation;
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "variational integrator network: ½ q̇ᵀMq̇ − V(q) with a constant M, of positions alone",
+    default: family::default::<VinConfig>,
+    read: family::read::<VinConfig>,
+    saved_as: &[NAME],
+    load: |saved| delan::load(saved, Inertia::Constant),
+};
+
+/// The name of the family.
+pub(crate) const NAME: &str = "vin";
+
+/// The shape of a variational integrator network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct VinConfig {
+    /// Units of a hidden layer.
+    pub width: usize,
+    /// Hidden layers.
+    pub layers: usize,
+    /// Nonlinearity.
+    pub activation: Activation,
+    /// The least diagonal entry of the factor of M, in units of the scales.
+    pub shift: f64,
+    /// Whether L has the term A(q)·q̇, for gyroscopic and magnetic forces.
+    pub vector_potential: bool,
+}
+
+impl Default for VinConfig {
+    fn default() -> Self {
+        let delan = DelanConfig::default();
+        Self {
+            width: delan.width,
+            layers: delan.layers,
+            activation: delan.activation,
+            shift: delan.shift,
+            vector_potential: delan.vector_potential,
+        }
+    }
+}
+
+impl VinConfig {
+    /// The deep Lagrangian network that it is.
+    #[must_use]
+    pub fn network(&self) -> DelanConfig {
+        DelanConfig {
+            width: self.width,
+            layers: self.layers,
+            activation: self.activation,
+            trunks: Trunks::Shared,
+            shift: self.shift,
+            vector_potential: self.vector_potential,
+            inertia: Inertia::Constant,
+        }
+    }
+}
+
+impl Family for VinConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn settings(&self) -> Result<Value> {
+        saved::describe(self)
+    }
+
+    fn summary(&self) -> String {
+        format!("{} × {}, {:?}", self.layers, self.width, self.activation)
+    }
+
+    fn abilities(&self) -> Abilities {
+        self.network().abilities()
+    }
+
+    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+        delan::prepare(&self.network(), dataset, config)
+    }
+
+    fn boxed(&self) -> Box<dyn Family> {
+        Box::new(self.clone())
+    }
+}
