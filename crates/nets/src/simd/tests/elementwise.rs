@@ -43,12 +43,8 @@ fn activations_agree_on_every_instruction_set() {
 
 fn tangents<T: Real>(draw: &mut Draw) {
     let shape = draw.shape();
-    let (z, ya, out) = (
-        draw.layer::<T>(&shape),
-        draw.layer::<T>(&shape),
-        draw.layer::<T>(&shape),
-    );
-    let [first, second, third] = draw.slopes::<T, 3>(&shape);
+    let (z, out) = (draw.layer::<T>(&shape), draw.layer::<T>(&shape));
+    let [first, second] = draw.slopes::<T, 2>(&shape);
     let directions = draw.size(1..shape.capacity + 1);
     agree("tangents through an activation", |level| {
         let mut output = out.clone();
@@ -78,6 +74,17 @@ fn tangents<T: Real>(draw: &mut Draw) {
         );
         a.to_vec()
     });
+}
+
+fn sensitivities<T: Real>(draw: &mut Draw) {
+    let shape = draw.shape();
+    let (z, ya, out) = (
+        draw.layer::<T>(&shape),
+        draw.layer::<T>(&shape),
+        draw.layer::<T>(&shape),
+    );
+    let [first, second, third] = draw.slopes::<T, 3>(&shape);
+    let directions = draw.size(1..shape.capacity + 1);
     agree("sensitivities back through an activation", |level| {
         let mut yz = out.clone();
         dispatch_on(
@@ -94,9 +101,35 @@ fn tangents<T: Real>(draw: &mut Draw) {
         );
         yz.to_vec()
     });
-    let quiet = |value_only: bool, level| {
+    agree("sensitivities of tangents back", |level| {
+        let mut yz = out.clone();
+        dispatch_on(
+            level,
+            PointReverseTangents {
+                shape,
+                directions,
+                slopes: [&first, &second],
+                z: &z,
+                ya: &ya,
+                yz: &mut yz,
+            },
+        );
+        yz.to_vec()
+    });
+}
+
+fn sensitivities_to_the_value<T: Real>(draw: &mut Draw) {
+    let shape = draw.shape();
+    let (z, ya, out) = (
+        draw.layer::<T>(&shape),
+        draw.layer::<T>(&shape),
+        draw.layer::<T>(&shape),
+    );
+    let [first, second, third] = draw.slopes::<T, 3>(&shape);
+    let directions = draw.size(1..shape.capacity + 1);
+    let reverse = |value_only: bool, level| {
         let mut ya = ya.clone();
-        // Of these components nothing was written, which is not read; or they are zero.
+        // The other components are never read, or they are zero.
         let rest = if value_only { f64::NAN } else { 0.0 };
         for panel in ya.chunks_exact_mut(shape.rows() * T::LANES) {
             panel[shape.samples * T::LANES..].fill(T::of(rest));
@@ -115,38 +148,29 @@ fn tangents<T: Real>(draw: &mut Draw) {
         yz.to_vec()
     };
     agree("sensitivities of the value alone", |level| {
-        quiet(true, level)
+        reverse(true, level)
     });
-    agree("sensitivities with zeros", |level| quiet(false, level));
-    let (alone, zeros) = (quiet(true, Level::Portable), quiet(false, Level::Portable));
+    agree("sensitivities with zeros", |level| reverse(false, level));
+    let (alone, zeros) = (
+        reverse(true, Level::Portable),
+        reverse(false, Level::Portable),
+    );
     assert!(
         alone
             .iter()
             .zip(&zeros)
             .all(|(a, b)| (*a - *b).f64().abs() < 1e-12)
     );
-
-    agree("sensitivities of tangents back", |level| {
-        let mut yz = out.clone();
-        dispatch_on(
-            level,
-            PointReverseTangents {
-                shape,
-                directions,
-                slopes: [&first, &second],
-                z: &z,
-                ya: &ya,
-                yz: &mut yz,
-            },
-        );
-        yz.to_vec()
-    });
 }
 
 #[test]
 fn tangents_and_sensitivities_agree_on_every_instruction_set() {
     each(tangents::<f32>);
     each(tangents::<f64>);
+    each(sensitivities::<f32>);
+    each(sensitivities::<f64>);
+    each(sensitivities_to_the_value::<f32>);
+    each(sensitivities_to_the_value::<f64>);
 }
 
 fn contractions<T: Real>(draw: &mut Draw) {
