@@ -1,6 +1,29 @@
-//! The laboratory: comparisons of papers through the public interface of the library, no part of what is published.
+//! The laboratory: comparisons of papers that can be repeated, measured through the public interface of `lagrangian`.
+//!
+//! An experiment is a folder: what is measured, who is compared, and what was published. [`main`] gives each the same
+//! seeds, budgets, grid of results and page.
+//!
+//! ```text
+//! cargo run --release -p experiments -- list
+//! cargo run --release -p experiments -- letters --seeds 3
+//! ```
 
-pub mod action;
-pub mod existence;
-pub mod swing_up;
-pub mod tracking;
+mod action;
+mod chains;
+mod data;
+mod hamiltonian;
+mod harness;
+mod is_lagrangian;
+pub mod letters;
+mod magnetic;
+mod noisy;
+mod plausibility;
+mod real;
+mod relativistic;
+mod swing_up;
+mod table;
+mod tracking;
+mod vin;
+mod wave;
+
+pub use harness::main;

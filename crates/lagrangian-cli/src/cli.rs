@@ -68,8 +68,6 @@ pub(crate) enum Command {
     Action(Box<ActionArgs>),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
-    /// Repeat a comparison of models: figures, curves and a page
-    Experiment(ExperimentArgs),
 }
 
 /// How the columns of a file are read; a TOML file beside the data may say the same.
@@ -500,57 +498,6 @@ pub(crate) struct ReportArgs {
     /// Replace files that exist
     #[arg(long)]
     pub(crate) force: bool,
-}
-
-#[derive(Debug, Args, serde::Serialize)]
-#[command(after_help = "\
-Examples:
-  lagrangian experiment list
-  lagrangian experiment letters --seeds 3 --json
-  lagrangian experiment letters --quick --data ../shared/data --out look
-  lagrangian experiment swing-up --seeds 1 --quick")]
-pub(crate) struct ExperimentArgs {
-    /// Name of the experiment, or `list`
-    pub(crate) name: String,
-
-    /// Number of runs, each with a seed of its own [default: 3, 1 with --quick]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100))]
-    pub(crate) seeds: Option<u32>,
-
-    /// The first seed
-    #[arg(long, default_value_t = 0, value_parser = seed)]
-    pub(crate) seed: u64,
-
-    /// Time for each main fit, s [default: that of the experiment]
-    #[arg(long, value_parser = positive)]
-    pub(crate) seconds: Option<f64>,
-
-    /// The whole in less than a minute, with few steps: for a look, not for comparisons
-    #[arg(long)]
-    pub(crate) quick: bool,
-
-    /// One part only: a task of `hamiltonian`, the links of `chains`, ROW, ROW:COLUMN or :COLUMN of `table`
-    #[arg(long, value_name = "PART")]
-    pub(crate) only: Option<String>,
-
-    /// Folder of the reference data [default: the variable `LAGRANGIAN_DATA`, else shared/data, else ../shared/data]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) data: Option<PathBuf>,
-
-    /// Folder for figures and report [default: lagrangian-NAME, with a number if that is taken]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// Replace an earlier run in the folder
-    #[arg(long)]
-    pub(crate) force: bool,
-}
-
-impl ExperimentArgs {
-    /// Number of runs.
-    pub(crate) fn runs(&self) -> u32 {
-        self.seeds.unwrap_or(if self.quick { 1 } else { 3 })
-    }
 }
 
 /// Where the links of a drawn chain measure their angles.

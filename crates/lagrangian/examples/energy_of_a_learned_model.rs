@@ -2,7 +2,8 @@
 //!
 //! `cargo run --release -p lagrangian --example energy_of_a_learned_model`
 
-use lagrangian::experiment::{energy_test, random_starts, random_states};
+use lagrangian::dataset::{random_starts, random_states};
+use lagrangian::rollout::energy_test;
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{
     Budget, Family, FitConfig, LnnConfig, MlpConfig, Result, RolloutOptions, analytic, fit,

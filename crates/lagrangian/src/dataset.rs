@@ -1,6 +1,7 @@
 //! From trajectories to what is fitted: samples, their split, and the scales that a model then owns.
 
 mod neighbours;
+mod random;
 
 use crate::hamiltonian::{HnnConfig, Momenta};
 use crate::lagrangian::Scaling;
@@ -8,6 +9,8 @@ use crate::solve::SymmetricSolver;
 use crate::train::Samples;
 use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Trajectory};
+
+pub use random::{random_starts, random_states};
 
 /// Samples to fit and samples to judge by, of the same system.
 #[derive(Debug, Clone, PartialEq)]
@@ -399,7 +402,8 @@ fn ends(trajectories: &[Trajectory], fraction: f64) -> (Vec<Trajectory>, Vec<Tra
 }
 
 /// A random order (Fisher, Yates).
-pub(crate) fn shuffle<X>(items: &mut [X], rng: &mut impl rand::Rng) {
+#[doc(hidden)]
+pub fn shuffle<X>(items: &mut [X], rng: &mut impl rand::Rng) {
     use rand::RngExt;
     for i in (1..items.len()).rev() {
         items.swap(i, rng.random_range(0..=i));

@@ -48,8 +48,7 @@
 //!
 //! ```
 //! use lagrangian::dataset::split;
-//! use lagrangian::experiment::energy_error;
-//! use lagrangian::rollout::{free, times};
+//! use lagrangian::rollout::{energy_error, free, times};
 //! use lagrangian::{Budget, Dataset, Family, FitConfig, LnnConfig, RolloutOptions, analytic, fit, rollout};
 //!
 //! // Ten motions of a pendulum; recordings come from files instead (`Format::read`).
@@ -86,7 +85,6 @@ pub mod check;
 pub mod dataset;
 pub mod dynamics;
 pub mod error;
-pub mod experiment;
 pub mod field;
 pub mod hamiltonian;
 pub mod integrate;

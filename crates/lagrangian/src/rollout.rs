@@ -1,6 +1,7 @@
 //! Rolling a model out: from an initial state to a predicted trajectory, and how it ended.
 
 mod abreast;
+mod energy;
 mod known;
 mod many;
 mod recorded;
@@ -16,6 +17,7 @@ use crate::integrate::{Control, Ending, Failure, Method};
 use crate::trajectory::Signals;
 use crate::{Error, Result, Trajectory};
 
+pub use energy::{EnergyTest, energy_error, energy_test};
 use known::Known;
 pub use many::rollout_many;
 pub use recorded::{Hold, recorded, rollout_recorded};

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 
 use lagrangian::dataset::Dataset;
-use lagrangian::experiment::random_states;
+use lagrangian::dataset::random_states;
 use lagrangian::hamiltonian::{HnnConfig, Momenta};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{Delan, DelanConfig, Form, Lnn, LnnConfig, Scaling};

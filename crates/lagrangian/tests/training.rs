@@ -5,9 +5,10 @@ use std::ops::ControlFlow;
 
 use lagrangian::baseline::MlpConfig;
 use lagrangian::dataset::Dataset;
-use lagrangian::experiment::{energy_test, random_starts, random_states};
+use lagrangian::dataset::{random_starts, random_states};
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::lagrangian::{Form, LnnConfig};
+use lagrangian::rollout::energy_test;
 use lagrangian::rollout::{RolloutOptions, free, rollout, rollout_many, times};
 use lagrangian::saved::Provenance;
 use lagrangian::train::{

@@ -4,4 +4,4 @@ mod lyapunov;
 mod predictability;
 
 pub use lyapunov::{Lyapunov, Motion, largest_lyapunov_exponent};
-pub use predictability::{Predictability, ValidTimes, predictability, valid_times};
+pub use predictability::{Predictability, ValidTimes, predictability, restarted, valid_times};

@@ -1,7 +1,7 @@
 //! How long predictions stay valid, in Lyapunov times of the true motion.
 
 use lagrangian::dynamics::Model;
-use lagrangian::rollout::{Rollout, RolloutOptions};
+use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout_many};
 use lagrangian::score::valid_prediction_time;
 use lagrangian::{Result, State};
 use rayon::prelude::*;
@@ -33,6 +33,25 @@ pub fn predictability(
         })
     };
     starts.par_iter().map(one).collect()
+}
+
+/// The true motion from starts that are moved by `distance`: the limit of what any model can predict.
+///
+/// # Errors
+/// As [`rollout_many`].
+pub fn restarted(
+    truth: &dyn Model,
+    starts: &[State],
+    distance: f64,
+    times: &[f64],
+    options: &RolloutOptions,
+) -> Result<Vec<Rollout>> {
+    let moved = |start: &State| {
+        let q = start.q.iter().map(|q| q + distance).collect();
+        State::new(q, start.qd.clone())
+    };
+    let moved: Vec<State> = starts.iter().map(moved).collect();
+    rollout_many(truth, &moved, times, &free, options)
 }
 
 /// How long predictions stay valid, chaotic and regular motions apart.

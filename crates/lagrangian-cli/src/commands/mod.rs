@@ -5,7 +5,6 @@ mod check;
 mod conserved;
 mod demo;
 mod existence;
-mod experiment;
 mod fit;
 mod report;
 mod rollout;
@@ -47,6 +46,5 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Conserved(args) => conserved::run(&args, manner),
         Command::Action(args) => action::run(&args, manner),
         Command::Report(args) => report::run(&args, manner),
-        Command::Experiment(args) => experiment::run(&args, manner),
     }
 }

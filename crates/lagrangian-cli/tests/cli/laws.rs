@@ -148,21 +148,3 @@ fn wrong_questions_of_what_is_conserved_are_refused_with_the_way_out() {
         assert!(message.contains(hint), "{line}: {message}");
     }
 }
-
-#[test]
-fn the_experiment_finds_the_conjugate_point_of_a_learned_pendulum() {
-    let bench = Workbench::new();
-    let figures = bench
-        .succeed("experiment action --quick --seeds 1 --json --quiet")
-        .json();
-    let pendulum = &figures["pendulum"];
-    let time = |paths: &serde_json::Value| paths["first_conjugate_time"].as_f64().unwrap();
-    let (truth, learned) = (
-        time(&pendulum["truth"]),
-        time(&pendulum["learned"][0]["paths"]),
-    );
-    assert!((learned / truth - 1.0).abs() < 0.01, "{learned} {truth}");
-    let short = &pendulum["learned"][0]["short"];
-    assert!(short["path_distance"].as_f64().unwrap() < 0.01, "{short}");
-    assert_eq!(pendulum["truth"]["long"]["stationary"]["verdict"], "saddle");
-}

@@ -3,7 +3,6 @@
 
 mod bad_input;
 mod commands;
-mod experiments;
 mod instructions;
 mod laws;
 mod long_logs;

@@ -60,7 +60,7 @@ impl Jet {
 
     /// Holds the parameters among the coordinates at state `row`: their rows and columns of M become those of the
     /// identity, and nothing pushes them (theory.md, equation 107).
-    pub(crate) fn hold(&mut self, coordinates: &Coordinates, row: usize) {
+    pub fn hold(&mut self, coordinates: &Coordinates, row: usize) {
         let n = coordinates.dof();
         for i in coordinates.parameters() {
             for j in 0..n {

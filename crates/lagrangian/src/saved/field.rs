@@ -46,7 +46,7 @@ impl DensityNet {
             return Err(Error::Argument {
                 name: "saved model",
                 value: format!("one of the family '{}'", header.family),
-                must: "the density of a field: take a file that `DensityNet::save` or `experiment wave` wrote",
+                must: "the density of a field: take a file that `DensityNet::save` wrote",
             });
         }
         let density = Self::with_parameters(

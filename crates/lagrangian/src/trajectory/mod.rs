@@ -27,7 +27,6 @@ pub use coordinates::{Coordinate, Coordinates, Topology};
 pub use derivatives::{Estimate, EstimateOptions, Source};
 pub use format::Format;
 pub use layout::Layout;
-pub(crate) use noise::normal;
 pub use recording::{Readings, Recording};
 pub use sample::{Sampled, Sampling, thin};
 pub use signals::{Signal, Signals};

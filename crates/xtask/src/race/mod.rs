@@ -138,7 +138,7 @@ fn build() -> Result<PathBuf, String> {
         "build",
         "--release",
         "--package",
-        "lagrangian",
+        "experiments",
         "--bench",
         "race",
         "--message-format=json",

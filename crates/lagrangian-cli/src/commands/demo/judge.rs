@@ -2,12 +2,16 @@
 
 use anyhow::Result;
 use lagrangian::State;
+use lagrangian::dataset::random_starts;
 use lagrangian::dynamics::Model;
-use lagrangian::experiment::{self, EnergyTest, energy_test, restarted};
 use lagrangian::integrate::Method;
 use lagrangian::lagrangian::analytic::AnalyticModel;
-use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
-use lagrangian_analysis::chaos::{Predictability, ValidTimes, predictability, valid_times};
+use lagrangian::rollout::{
+    EnergyTest, Rollout, RolloutOptions, energy_test, free, rollout_many, times,
+};
+use lagrangian_analysis::chaos::{
+    Predictability, ValidTimes, predictability, restarted, valid_times,
+};
 
 use super::{Manner, REFERENCE_ENERGY};
 use crate::cli::DemoArgs;
@@ -56,8 +60,7 @@ impl Judgement {
         mlp: &dyn Model,
         manner: Manner,
     ) -> Result<Self> {
-        let starts =
-            experiment::random_starts(system, args.starts as usize, args.seed.wrapping_add(1));
+        let starts = random_starts(system, args.starts as usize, args.seed.wrapping_add(1));
         let times = times(DURATION, INTERVAL)?;
         let mut bar = Progress::start("rollouts of 100 s", manner.quiet);
         let truth = rollout_many(system, &starts, &times, &free, &RolloutOptions::truth())?;

@@ -12,7 +12,7 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use lagrangian::baseline::MlpConfig;
 use lagrangian::dataset::Dataset;
-use lagrangian::experiment;
+use lagrangian::dataset::random_states;
 use lagrangian::lagrangian::LnnConfig;
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::saved::Provenance;
@@ -54,7 +54,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
     let folder = RunFolder::open(&args.out, occupied)?;
     folder.write_record(&RunRecord::now(args.seed, args, Vec::new())?)?;
     let system = by_name(SYSTEM, &[])?;
-    let data = experiment::random_states(&*system, args.samples as usize, VALIDATION, args.seed)?;
+    let data = random_states(&*system, args.samples as usize, VALIDATION, args.seed)?;
     let interrupted = interrupt::flag()?;
     let lnn = train(
         args,

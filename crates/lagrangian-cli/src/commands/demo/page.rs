@@ -3,8 +3,8 @@
 use anyhow::Result;
 use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::Model;
-use lagrangian::experiment::energy_error;
 use lagrangian::lagrangian::analytic::AnalyticModel;
+use lagrangian::rollout::energy_error;
 use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
 use lagrangian::train::{Family, FitConfig};
 use lagrangian_analysis::chaos::ValidTimes;

@@ -1,0 +1,174 @@
+//! The models that learn chains.
+
+use lagrangian::baseline::MlpConfig;
+use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
+use lagrangian::lagrangian::analytic::Chart;
+use lagrangian::lagrangian::{Angles, DelanConfig, Form, LnnConfig};
+use lagrangian::neural_ode::NeuralOdeConfig;
+use lagrangian::train::{Family, Loss};
+use lagrangian_report::Role;
+
+use super::learning::Teaching;
+use crate::harness::{Contestant, Published};
+
+/// How a contestant is fitted.
+pub(super) struct Recipe {
+    /// Against what the angles are measured that it sees.
+    angles: Angles,
+    pub(super) family: fn(usize) -> Box<dyn Family>,
+    /// What it can learn from.
+    pub(super) teachings: &'static [Teaching],
+    pub(super) loss: Loss,
+}
+
+/// A family that sees absolute angles and learns from everything.
+const fn usual(family: fn(usize) -> Box<dyn Family>) -> Recipe {
+    Recipe {
+        angles: Angles::Absolute,
+        family,
+        teachings: &Teaching::ALL,
+        loss: Loss::Acceleration,
+    }
+}
+
+const fn contestant(
+    key: &'static str,
+    name: &'static str,
+    role: Role,
+    config: Recipe,
+) -> Contestant<Recipe> {
+    Contestant {
+        key,
+        name,
+        role,
+        config,
+    }
+}
+
+/// Units of a hidden layer, of two.
+fn width(links: usize) -> usize {
+    if links < 5 { 64 } else { 96 }
+}
+
+fn delan(links: usize) -> Box<dyn Family> {
+    Box::new(DelanConfig {
+        width: width(links),
+        ..DelanConfig::default()
+    })
+}
+
+fn lnn(links: usize) -> Box<dyn Family> {
+    Box::new(LnnConfig {
+        width: width(links),
+        ..LnnConfig::default()
+    })
+}
+
+fn convex(links: usize) -> Box<dyn Family> {
+    Box::new(LnnConfig {
+        form: Form::Convex,
+        width: width(links),
+        ..LnnConfig::default()
+    })
+}
+
+fn hnn(links: usize) -> Box<dyn Family> {
+    Box::new(HnnConfig {
+        structure: HnnStructure::Mass,
+        momenta: Momenta::Recorded,
+        width: width(links),
+        ..HnnConfig::default()
+    })
+}
+
+fn neural_ode(links: usize) -> Box<dyn Family> {
+    Box::new(NeuralOdeConfig {
+        width: width(links),
+        ..NeuralOdeConfig::default()
+    })
+}
+
+fn mlp(links: usize) -> Box<dyn Family> {
+    Box::new(MlpConfig {
+        width: width(links),
+        ..MlpConfig::default()
+    })
+}
+
+pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
+    contestant("delan", "deep Lagrangian network", Role::Lnn, usual(delan)),
+    contestant(
+        "delan_relative",
+        "deep Lagrangian, relative angles",
+        Role::Other(0),
+        Recipe {
+            angles: Angles::Relative,
+            ..usual(delan)
+        },
+    ),
+    contestant("lnn", "black-box Lagrangian", Role::Other(1), usual(lnn)),
+    contestant(
+        "lnn_convex",
+        "convex Lagrangian",
+        Role::Other(2),
+        usual(convex),
+    ),
+    contestant(
+        "hnn",
+        "Hamiltonian network, true momenta",
+        Role::Other(5),
+        Recipe {
+            // Its momenta are given, and their rates.
+            teachings: &[Teaching::Exact, Teaching::More],
+            ..usual(hnn)
+        },
+    ),
+    contestant(
+        "neural_ode",
+        "neural ODE, by rollouts",
+        Role::Other(6),
+        Recipe {
+            teachings: &[Teaching::States],
+            loss: Loss::Rollout,
+            ..usual(neural_ode)
+        },
+    ),
+    contestant("mlp", "plain network", Role::Baseline, usual(mlp)),
+];
+
+impl Recipe {
+    /// Its coordinates as functions of the absolute angles.
+    pub(super) fn chart(&self) -> Chart {
+        match self.angles {
+            Angles::Absolute => Chart::Own,
+            Angles::Relative => Chart::Relative,
+        }
+    }
+}
+
+const GROUPS: [&str; 4] = ["1 pendulum", "2 pendulums", "3 pendulums", "5 pendulums"];
+
+/// Geometric means of Finzi, Wang, Wilson 2020, for each number of links.
+#[rustfmt::skip]
+pub(super) const PUBLISHED: &[Published] = &[
+    Published { group: GROUPS[0], name: "neural ODE", values: &[("error", 3.8e-4)] },
+    Published { group: GROUPS[1], name: "neural ODE", values: &[("error", 6.5e-2)] },
+    Published { group: GROUPS[2], name: "neural ODE", values: &[("error", 0.27)] },
+    Published { group: GROUPS[3], name: "neural ODE", values: &[("error", 0.44)] },
+    Published { group: GROUPS[0], name: "HNN", values: &[("error", 1.2e-4)] },
+    Published { group: GROUPS[1], name: "HNN", values: &[("error", 1.9e-3)] },
+    Published { group: GROUPS[2], name: "HNN", values: &[("error", 4.7e-2)] },
+    Published { group: GROUPS[3], name: "HNN", values: &[("error", 0.34)] },
+    Published { group: GROUPS[0], name: "DeLaN", values: &[("error", 2.5e-4)] },
+    Published { group: GROUPS[1], name: "DeLaN", values: &[("error", 1.3e-3)] },
+    Published { group: GROUPS[2], name: "DeLaN", values: &[("error", 4.1e-2)] },
+    Published { group: GROUPS[3], name: "DeLaN", values: &[("error", 0.33)] },
+    Published { group: GROUPS[0], name: "constrained LNN", values: &[("error", 5.2e-5)] },
+    Published { group: GROUPS[1], name: "constrained LNN", values: &[("error", 1.1e-4)] },
+    Published { group: GROUPS[2], name: "constrained LNN", values: &[("error", 3.3e-4)] },
+    Published { group: GROUPS[3], name: "constrained LNN", values: &[("error", 9.3e-4)] },
+    Published { group: GROUPS[0], name: "floor", values: &[("error", 3.6e-5)] },
+    Published { group: GROUPS[1], name: "floor", values: &[("error", 5.9e-5)] },
+    Published { group: GROUPS[2], name: "floor", values: &[("error", 1.1e-4)] },
+    Published { group: GROUPS[3], name: "floor", values: &[("error", 1.5e-4)] },
+];

@@ -1,0 +1,95 @@
+//! Short pieces of long motions, each of another motion: data that cover many states with few samples.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use lagrangian::dynamics::Model;
+use lagrangian::lagrangian::{Jet, Lagrangian};
+use lagrangian::rollout::{RolloutOptions, free, rollout_many};
+use lagrangian::trajectory::Signals;
+use lagrangian::{Error, Result, State, Trajectory};
+
+/// Where motions are cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cut {
+    /// Time between two samples, s.
+    pub(crate) interval: f64,
+    /// Samples of a chunk.
+    pub(crate) samples: usize,
+    /// Chunks in a motion, one of which is taken.
+    pub(crate) places: usize,
+}
+
+impl Cut {
+    fn validate(&self) -> Result<()> {
+        let argument = |name, value, must| Err(Error::Argument { name, value, must });
+        if !(self.interval.is_finite() && self.interval > 0.0) {
+            let value = self.interval.to_string();
+            return argument("interval", value, "a finite number of seconds above 0");
+        }
+        if self.samples < 2 {
+            return argument("samples", self.samples.to_string(), "at least 2 in a chunk");
+        }
+        if !(1..=10_000).contains(&self.places) {
+            return argument("places", self.places.to_string(), "between 1 and 10000");
+        }
+        Ok(())
+    }
+}
+
+/// A chunk of the free motion of `model` from each start, at a random place, with its accelerations. Motions that do not
+/// reach their chunk are left out.
+pub(crate) fn chunks(
+    model: &dyn Model,
+    starts: &[State],
+    cut: &Cut,
+    options: &RolloutOptions,
+    seed: u64,
+) -> Result<Vec<Trajectory>> {
+    cut.validate()?;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(1);
+    let place: Vec<usize> = starts
+        .iter()
+        .map(|_| rng.random_range(0..cut.places))
+        .collect();
+    let mut found: Vec<Option<Trajectory>> = vec![None; starts.len()];
+    // Motions with the same place share their times.
+    for at in 0..cut.places {
+        let chosen: Vec<usize> = (0..starts.len()).filter(|&k| place[k] == at).collect();
+        let begins: Vec<State> = chosen.iter().map(|&k| starts[k].clone()).collect();
+        let first = at * cut.samples;
+        let stamp = |k: usize| cut.interval * k as f64;
+        let mut times: Vec<f64> = (first..first + cut.samples).map(stamp).collect();
+        if at > 0 {
+            times.insert(0, 0.0);
+        }
+        let rollouts = rollout_many(model, &begins, &times, &free, options)?;
+        for (k, rollout) in chosen.into_iter().zip(rollouts) {
+            if rollout.outcome.is_finished() {
+                let mut chunk = rollout.trajectory.after(usize::from(at > 0));
+                chunk.name = k.to_string();
+                found[k] = Some(chunk);
+            }
+        }
+    }
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// The same motions with momenta p = ∂L/∂q̇ and their rates, which are ∂L/∂q where no force acts.
+pub(crate) fn with_momenta(lagrangian: &dyn Lagrangian, motions: &[Trajectory]) -> Vec<Trajectory> {
+    let mut jets = lagrangian.jets();
+    let mut jet = Jet::default();
+    let mut one = |motion: &Trajectory| {
+        jets.jet(&motion.q, &motion.qd, &mut jet);
+        Trajectory {
+            signals: Signals {
+                p: jet.momentum.clone(),
+                pd: jet.dl_dq.clone(),
+                ..motion.clone().signals
+            },
+            ..motion.clone()
+        }
+    };
+    motions.iter().map(&mut one).collect()
+}

@@ -1,0 +1,9 @@
+//! Data that several experiments learn from, and what can be known of them beforehand.
+
+mod chunks;
+mod expressible;
+mod hermite;
+
+pub(crate) use chunks::{Cut, chunks, with_momenta};
+pub(crate) use expressible::{beyond_delan, lagrangian_of};
+pub(crate) use hermite::{with_corrected_accelerations, with_estimated_accelerations};

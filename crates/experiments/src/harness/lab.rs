@@ -1,0 +1,158 @@
+//! What an experiment works with: settings, progress, fits, and the grid that it fills.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::{Result, anyhow};
+use lagrangian::dataset::Dataset;
+use lagrangian::saved::Provenance;
+use lagrangian::train::{self, Budget, Fit, FitConfig, Learned};
+use lagrangian_report::Figure;
+
+use super::args::Args;
+use super::failure::{Advise, mistake};
+use super::folder::Folder;
+use super::history::{History, fit_with_history};
+use super::progress::Progress;
+use super::results::{Contestant, Plot, Results, Row};
+
+/// One run of an experiment.
+pub(crate) struct Lab<'a> {
+    pub(crate) args: &'a Args,
+    /// Where models go; figures and page are written at the end.
+    pub(crate) folder: &'a Folder,
+    pub(crate) progress: Progress,
+    pub(crate) results: Results,
+}
+
+impl Lab<'_> {
+    /// Whether it is only to be seen that everything works.
+    pub(crate) fn quick(&self) -> bool {
+        self.args.quick
+    }
+
+    /// The seeds, one run each.
+    pub(crate) fn seeds(&self) -> Vec<u64> {
+        self.args.seeds()
+    }
+
+    /// The seconds that were asked for, else so many steps, or `few` for a quick run.
+    pub(crate) fn budget(&self, steps: usize, few: usize) -> Budget {
+        let steps = Budget::Steps(if self.quick() { few } else { steps });
+        self.args.seconds.map_or(steps, Budget::Seconds)
+    }
+
+    /// Declares the weight of all parts together.
+    pub(crate) fn plan(&mut self, total: usize) {
+        self.progress.plan(total as f64);
+    }
+
+    /// Begins a part of weight 1.
+    pub(crate) fn begin(&mut self, part: impl Into<String>) -> Result<()> {
+        self.begin_weighted(part, 1.0)
+    }
+
+    /// Begins a part of this weight.
+    pub(crate) fn begin_weighted(&mut self, part: impl Into<String>, weight: f64) -> Result<()> {
+        self.progress.begin(part.into(), weight)
+    }
+
+    /// Fits, unless the user has interrupted.
+    pub(crate) fn fit(&mut self, data: &Dataset, config: &FitConfig) -> Result<Fit> {
+        let fit = train::fit(data, config, None, &mut self.progress)?;
+        self.progress.check()?;
+        Ok(fit)
+    }
+
+    /// Fits, and measures the best model at each validation after the fit is over.
+    pub(crate) fn fit_with_history(
+        &mut self,
+        data: &Dataset,
+        config: &FitConfig,
+        measure: &dyn Fn(&Learned) -> f64,
+    ) -> Result<(Fit, History)> {
+        let fit = fit_with_history(data, config, &mut self.progress, measure)?;
+        self.progress.check()?;
+        Ok(fit)
+    }
+
+    /// The fit of the least validation loss with its number; every fit is a part of its own.
+    pub(crate) fn best(
+        &mut self,
+        what: &str,
+        data: &Dataset,
+        configs: &[FitConfig],
+    ) -> Result<(usize, Fit)> {
+        let mut best: Option<(usize, Fit)> = None;
+        for (k, config) in configs.iter().enumerate() {
+            self.begin(format!("{what}, start {} of {}", k + 1, configs.len()))?;
+            let fit = self.fit(data, config)?;
+            if best.as_ref().is_none_or(|(_, best)| fit.best < best.best) {
+                best = Some((k, fit));
+            }
+        }
+        best.ok_or_else(|| anyhow!("{what}: there is nothing to fit"))
+    }
+
+    /// Saves a model beside the figures.
+    pub(crate) fn save(&self, name: &str, model: &Learned, seed: u64) -> Result<()> {
+        let bytes = model.save(Provenance::of_seed(seed))?.to_bytes()?;
+        self.folder
+            .write(&format!("{name}-{seed}.safetensors"), &bytes)
+    }
+
+    /// The row of a contestant in a group.
+    pub(crate) fn row<C>(&mut self, group: &str, who: &Contestant<C>) -> &mut Row {
+        self.results.row(group, who)
+    }
+
+    /// The figure with this id.
+    pub(crate) fn plot(&mut self, figure: Figure) -> &mut Plot {
+        self.results.plot(figure)
+    }
+
+    /// Notes why a contestant cannot express a system, before it is fitted.
+    pub(crate) fn cannot<C>(
+        &mut self,
+        group: &str,
+        who: &Contestant<C>,
+        reasons: Vec<&'static str>,
+    ) {
+        for reason in &reasons {
+            self.progress
+                .note(&format!("{} cannot express {group}: {reason}", who.name));
+        }
+        self.row(group, who).cannot = reasons;
+    }
+
+    /// Names a setting on the page.
+    pub(crate) fn setting(&mut self, name: &str, value: impl Into<String>) {
+        self.results.settings.push((name.into(), value.into()));
+    }
+
+    /// A file of the reference data.
+    pub(crate) fn data(&self, name: &str) -> Result<Vec<u8>> {
+        let path = self.data_path(name)?;
+        fs::read(&path).advise(
+            format!("cannot read '{}'", path.display()),
+            "check that the file may be read",
+        )
+    }
+
+    fn data_path(&self, name: &str) -> Result<PathBuf> {
+        let variable = std::env::var_os("LAGRANGIAN_DATA").map(PathBuf::from);
+        let usual = ["shared/data", "../shared/data"].map(PathBuf::from);
+        let folders: Vec<PathBuf> = match &self.args.data {
+            Some(folder) => vec![folder.clone()],
+            None => variable.into_iter().chain(usual).collect(),
+        };
+        let paths = folders.iter().map(|folder| folder.join(name));
+        paths.clone().find(|path| path.exists()).ok_or_else(|| {
+            let tried: Vec<String> = paths.map(|p| format!("'{}'", p.display())).collect();
+            mistake(
+                format!("there is no {}", tried.join(" or ")),
+                "give the folder of the reference data with --data, or in the variable LAGRANGIAN_DATA",
+            )
+        })
+    }
+}

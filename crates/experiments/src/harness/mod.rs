@@ -1,0 +1,164 @@
+//! The one harness of all experiments: command line, seeds, budgets, progress, the grid of results, figures and page.
+
+mod args;
+pub(crate) mod failure;
+mod folder;
+mod history;
+mod lab;
+mod page;
+mod progress;
+mod results;
+pub(crate) mod spread;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::Parser;
+use lagrangian_report::draw;
+use serde_json::{Map, Value, json};
+
+use args::Args;
+use failure::mistake;
+use folder::Folder;
+use progress::Progress;
+
+pub(crate) use history::{History, fit_with_history};
+pub(crate) use lab::Lab;
+pub(crate) use results::{Contestant, Published, Quantity, Results, Row, less, more, neither};
+
+/// A comparison: what is asked, what is measured, and what was published of it.
+pub(crate) struct Experiment {
+    pub(crate) name: &'static str,
+    /// One line for the list.
+    pub(crate) about: &'static str,
+    /// What `--only` chooses among; none where the whole is one measurement.
+    pub(crate) parts: Option<&'static str>,
+    /// Title of the page.
+    pub(crate) title: &'static str,
+    /// What a reader of the page should know.
+    pub(crate) text: &'static [&'static str],
+    /// What is measured, the most important first.
+    pub(crate) quantities: &'static [Quantity],
+    /// How these are measured, and where the published values come from.
+    pub(crate) about_quantities: &'static str,
+    /// More quantities, for a second table.
+    pub(crate) details: &'static [Quantity],
+    pub(crate) published: &'static [Published],
+    pub(crate) layout: Layout,
+    /// Measures everything and fills the grid.
+    pub(crate) run: fn(&mut Lab) -> Result<()>,
+}
+
+/// What the columns of the summary are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Layout {
+    /// Quantities; a row for each contestant of each group.
+    Quantities,
+    /// Groups; a row for each contestant, of the first quantity.
+    Groups,
+}
+
+/// All experiments, in the order of the list.
+const EXPERIMENTS: &[Experiment] = &[
+    crate::letters::EXPERIMENT,
+    crate::tracking::EXPERIMENT,
+    crate::swing_up::EXPERIMENT,
+    crate::plausibility::EXPERIMENT,
+    crate::real::EXPERIMENT,
+    crate::hamiltonian::EXPERIMENT,
+    crate::relativistic::EXPERIMENT,
+    crate::magnetic::EXPERIMENT,
+    crate::wave::EXPERIMENT,
+    crate::chains::EXPERIMENT,
+    crate::vin::EXPERIMENT,
+    crate::noisy::EXPERIMENT,
+    crate::action::EXPERIMENT,
+    crate::is_lagrangian::EXPERIMENT,
+    crate::table::EXPERIMENT,
+];
+
+/// Runs the command line.
+#[must_use]
+pub fn main() -> ExitCode {
+    let args = Args::parse();
+    let done = match args.name.as_str() {
+        "list" => list(&args),
+        _ => run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => ExitCode::from(failure::report(&error)),
+    }
+}
+
+fn run(args: &Args) -> Result<()> {
+    let experiment = by_name(&args.name)?;
+    if args.only.is_some() && experiment.parts.is_none() {
+        return Err(mistake(
+            format!("the experiment '{}' has no parts to choose from", args.name),
+            "omit --only",
+        ));
+    }
+    let folder = Folder::open(args)?;
+    let mut lab = Lab {
+        args,
+        folder: &folder,
+        progress: Progress::start(experiment.name, args.quiet)?,
+        results: Results::default(),
+    };
+    (experiment.run)(&mut lab)?;
+    let seconds = lab.progress.finish();
+    let figures = figures(args, &lab.results, seconds);
+    let summary = page::summary(experiment, &lab.results);
+    let report = page::report(experiment, lab.results, args, seconds);
+    folder.write("figures.json", &serde_json::to_vec_pretty(&figures)?)?;
+    folder.write("report.html", draw::html(&report).as_bytes())?;
+    match args.json {
+        true => print(&serde_json::to_string_pretty(&figures)?)?,
+        false => print(&page::as_text(&summary))?,
+    }
+    eprintln!("open {}", folder.path().join("report.html").display());
+    Ok(())
+}
+
+/// Everything that was measured, with the settings of the run.
+fn figures(args: &Args, results: &Results, seconds: f64) -> Map<String, Value> {
+    let mut figures = results.json();
+    let settings = json!({
+        "experiment": args.name, "seeds": args.seeds(), "quick": args.quick, "wall_seconds": seconds,
+    });
+    figures.insert("settings".into(), settings);
+    figures
+}
+
+fn by_name(name: &str) -> Result<&'static Experiment> {
+    EXPERIMENTS.iter().find(|e| e.name == name).ok_or_else(|| {
+        let names: Vec<&str> = EXPERIMENTS.iter().map(|e| e.name).collect();
+        mistake(
+            format!("there is no experiment '{name}'"),
+            format!("choose one of {}; `list` describes them", names.join(", ")),
+        )
+    })
+}
+
+fn list(args: &Args) -> Result<()> {
+    if args.json {
+        let one = |e: &Experiment| json!({ "name": e.name, "about": e.about, "parts": e.parts });
+        let all: Vec<Value> = EXPERIMENTS.iter().map(one).collect();
+        return print(&serde_json::to_string_pretty(
+            &json!({ "experiments": all }),
+        )?);
+    }
+    let line = |e: &Experiment| {
+        let parts = e.parts.map(|parts| format!(" (--only {parts})"));
+        format!("{:<14}{}{}\n", e.name, e.about, parts.unwrap_or_default())
+    };
+    print(&EXPERIMENTS.iter().map(line).collect::<String>())
+}
+
+/// Writes to standard output; a closed or full output is an error and no panic.
+fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    Ok(writeln!(out, "{}", text.trim_end())?)
+}

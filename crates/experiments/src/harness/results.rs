@@ -1,0 +1,303 @@
+//! What an experiment measured: a grid of contestants, quantities and seeds, and what is drawn beside it.
+
+use lagrangian_report::{Figure, HeatMap, Role, Series, Table};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::spread::median;
+
+/// Who is compared, and how it is fitted: a `FitConfig` or what makes one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Contestant<C = ()> {
+    /// Its name in JSON and in files.
+    pub(crate) key: &'static str,
+    /// Its name on the page.
+    pub(crate) name: &'static str,
+    pub(crate) role: Role,
+    pub(crate) config: C,
+}
+
+/// Which way a quantity is better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Better {
+    Less,
+    More,
+    /// It says something about the run, not about the model.
+    Neither,
+}
+
+/// A number that is measured for each contestant and seed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Quantity {
+    /// Its name in JSON.
+    pub(crate) key: &'static str,
+    /// Its name on the page.
+    pub(crate) name: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) better: Better,
+}
+
+/// A quantity that should be small.
+pub(crate) const fn less(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
+    Quantity {
+        key,
+        name,
+        unit,
+        better: Better::Less,
+    }
+}
+
+/// A quantity that should be large.
+pub(crate) const fn more(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
+    Quantity {
+        key,
+        name,
+        unit,
+        better: Better::More,
+    }
+}
+
+/// A quantity that is neither good nor bad.
+pub(crate) const fn neither(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
+    Quantity {
+        key,
+        name,
+        unit,
+        better: Better::Neither,
+    }
+}
+
+impl Quantity {
+    /// The heading of its column: an arrow says which way is better.
+    pub(crate) fn heading(&self) -> String {
+        let unit = if self.unit.is_empty() {
+            String::new()
+        } else {
+            format!(", {}", self.unit)
+        };
+        let arrow = match self.better {
+            Better::Less => " ↓",
+            Better::More => " ↑",
+            Better::Neither => "",
+        };
+        format!("{}{unit}{arrow}", self.name)
+    }
+}
+
+/// A published line beside ours.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Published {
+    /// The group that it belongs to.
+    pub(crate) group: &'static str,
+    pub(crate) name: &'static str,
+    /// Keys of quantities with their values.
+    pub(crate) values: &'static [(&'static str, f64)],
+}
+
+/// All that was measured for one contestant in one group (a system, a task, a level of noise).
+#[derive(Debug)]
+pub(crate) struct Row {
+    pub(crate) group: String,
+    pub(crate) key: String,
+    pub(crate) name: String,
+    pub(crate) role: Role,
+    /// Why it cannot express the system, known before it was fitted.
+    pub(crate) cannot: Vec<&'static str>,
+    values: Vec<(&'static str, Vec<f64>)>,
+    details: Map<String, Value>,
+}
+
+impl Row {
+    /// Adds the value of one seed; NaN where nothing could be measured.
+    pub(crate) fn add(&mut self, quantity: &'static str, value: f64) -> &mut Self {
+        match self.values.iter_mut().find(|(key, _)| *key == quantity) {
+            Some((_, values)) => values.push(value),
+            None => self.values.push((quantity, vec![value])),
+        }
+        self
+    }
+
+    /// Adds what is no number, or more than one, for one seed; it is in the JSON alone.
+    pub(crate) fn detail(&mut self, name: &str, value: impl Serialize) -> &mut Self {
+        let list = self.details.entry(name).or_insert_with(|| json!([]));
+        if let Value::Array(list) = list {
+            list.push(json!(value));
+        }
+        self
+    }
+
+    /// The values of a quantity, one for each seed.
+    pub(crate) fn values(&self, quantity: &str) -> &[f64] {
+        let found = self.values.iter().find(|(key, _)| *key == quantity);
+        found.map_or(&[], |(_, values)| values)
+    }
+
+    /// The median over the seeds.
+    pub(crate) fn median(&self, quantity: &str) -> f64 {
+        median(self.values(quantity))
+    }
+
+    fn json(&self) -> Value {
+        let mut all = self.details.clone();
+        all.extend(
+            self.values
+                .iter()
+                .map(|(key, values)| ((*key).to_string(), json!(values))),
+        );
+        if !self.cannot.is_empty() {
+            all.insert("cannot_express".into(), json!(self.cannot));
+        }
+        all.into()
+    }
+}
+
+/// A figure whose curves come seed by seed: curves of one name become a median with its range.
+#[derive(Debug)]
+pub(crate) struct Plot {
+    figure: Figure,
+    curves: Vec<Curve>,
+}
+
+#[derive(Debug)]
+struct Curve {
+    name: String,
+    role: Role,
+    x: Vec<f64>,
+    runs: Vec<Vec<f64>>,
+}
+
+impl Plot {
+    /// Adds the curve of one seed. One at other abscissae than the first of its name is not drawn.
+    pub(crate) fn add(&mut self, name: &str, role: Role, x: &[f64], y: Vec<f64>) -> &mut Self {
+        let same = |a: &[f64]| {
+            a.iter()
+                .map(|x| x.to_bits())
+                .eq(x.iter().map(|x| x.to_bits()))
+        };
+        match self.curves.iter_mut().find(|curve| curve.name == name) {
+            Some(curve) if same(&curve.x) => curve.runs.push(y),
+            Some(_) => {}
+            None => self.curves.push(Curve {
+                name: name.into(),
+                role,
+                x: x.to_vec(),
+                runs: vec![y],
+            }),
+        }
+        self
+    }
+
+    /// Adds the curve of one seed unless one of its name is there: a truth is the same for all.
+    pub(crate) fn once(&mut self, name: &str, role: Role, x: &[f64], y: Vec<f64>) -> &mut Self {
+        match self.curves.iter().any(|curve| curve.name == name) {
+            true => self,
+            false => self.add(name, role, x, y),
+        }
+    }
+
+    /// Adds a dot to the series of this name.
+    pub(crate) fn dot(&mut self, name: &str, role: Role, x: f64, y: f64) -> &mut Self {
+        let all = &mut self.figure.series;
+        let at = all.iter().position(|s| s.name == name).unwrap_or_else(|| {
+            all.push(Series::points(name, role, Vec::new(), Vec::new()));
+            all.len() - 1
+        });
+        all[at].x.push(x);
+        all[at].y.push(y);
+        self
+    }
+
+    fn figure(&self) -> Figure {
+        let series = |curve: &Curve| match &curve.runs[..] {
+            [run] => Series::line(&curve.name, curve.role, curve.x.clone(), run.clone()),
+            runs => Series::range(&curve.name, curve.role, curve.x.clone(), runs),
+        };
+        let mut figure = self.figure.clone();
+        figure.series.extend(self.curves.iter().map(series));
+        figure
+    }
+}
+
+/// The grid, and what is drawn and told beside it.
+#[derive(Debug, Default)]
+pub(crate) struct Results {
+    pub(crate) rows: Vec<Row>,
+    /// More tables, below the summary.
+    pub(crate) tables: Vec<Table>,
+    pub(crate) maps: Vec<HeatMap>,
+    pub(crate) settings: Vec<(String, String)>,
+    /// More sentences, after those of the experiment.
+    pub(crate) text: Vec<String>,
+    /// Values beside the grid, in the JSON alone.
+    pub(crate) others: Map<String, Value>,
+    plots: Vec<Plot>,
+}
+
+impl Results {
+    /// The row of a contestant in a group; a new one where there is none.
+    pub(crate) fn row<C>(&mut self, group: &str, who: &Contestant<C>) -> &mut Row {
+        self.row_of(group, who.key, who.name, who.role)
+    }
+
+    /// The same of one whose name is put together.
+    pub(crate) fn row_of(&mut self, group: &str, key: &str, name: &str, role: Role) -> &mut Row {
+        let known = |row: &Row| row.group == group && row.key == key;
+        let at = self.rows.iter().position(known).unwrap_or_else(|| {
+            self.rows.push(Row {
+                group: group.into(),
+                key: key.into(),
+                name: name.into(),
+                role,
+                cannot: Vec::new(),
+                values: Vec::new(),
+                details: Map::new(),
+            });
+            self.rows.len() - 1
+        });
+        &mut self.rows[at]
+    }
+
+    /// The figure with this id; a new one where there is none.
+    pub(crate) fn plot(&mut self, figure: Figure) -> &mut Plot {
+        let known = |plot: &Plot| plot.figure.id == figure.id;
+        let at = self.plots.iter().position(known).unwrap_or_else(|| {
+            self.plots.push(Plot {
+                figure,
+                curves: Vec::new(),
+            });
+            self.plots.len() - 1
+        });
+        &mut self.plots[at]
+    }
+
+    pub(super) fn figures(&self) -> Vec<Figure> {
+        self.plots.iter().map(Plot::figure).collect()
+    }
+
+    /// The groups, in the order in which they were measured.
+    pub(super) fn groups(&self) -> Vec<&str> {
+        let mut groups: Vec<&str> = Vec::new();
+        for row in &self.rows {
+            if !groups.contains(&row.group.as_str()) {
+                groups.push(&row.group);
+            }
+        }
+        groups
+    }
+
+    /// Group by group and contestant by contestant; those without a group stand at the top.
+    pub(super) fn json(&self) -> Map<String, Value> {
+        let mut all = self.others.clone();
+        for row in &self.rows {
+            match row.group.as_str() {
+                "" => all.insert(row.key.clone(), row.json()),
+                group => {
+                    let group = all.entry(group).or_insert_with(|| json!({}));
+                    group[row.key.as_str()] = row.json();
+                    None
+                }
+            };
+        }
+        all
+    }
+}

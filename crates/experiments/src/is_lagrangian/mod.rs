@@ -1,0 +1,206 @@
+//! Systems of which it is known whether a Lagrangian exists, and what their recordings say.
+
+mod systems;
+
+use anyhow::Result;
+use lagrangian_analysis::existence::{Survey, SurveyConfig, survey};
+use lagrangian_report::{Axis, Figure, Role};
+
+use crate::harness::{Contestant, Experiment, Lab, Layout, less, more, neither};
+use systems::{System, noisy};
+
+pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "is-lagrangian",
+    about: "does any Lagrangian exist? eleven systems of which it is known",
+    parts: None,
+    title: "Is it Lagrangian?",
+    text: &[
+        "Three kinds of evidence: a Lagrangian, one with friction, and a plain network are fitted alike, and a restriction \
+         that costs nothing on held-out recordings holds; the conditions of Helmholtz ask the plain network's field for a \
+         multiplier that makes it a Lagrangian's; and motions that come back must neither draw together nor spread. Below, \
+         each system without noise, first seed.",
+    ],
+    quantities: &[
+        more("right", "right verdict", ""),
+        neither("confidence", "confidence", ""),
+        less("lagrangian", "Lagrangian", ""),
+        less("with_friction", "with friction", ""),
+        less("any_force", "any force", ""),
+        neither("asymmetry", "Helmholtz", ""),
+        neither("asymmetry_chance", "its chance", ""),
+        neither("coupled_damping", "damping off the diagonal", ""),
+        neither("coupled_chance", "its chance", ""),
+        neither("divergence", "divergence", "1/s"),
+        neither("divergence_error", "its error", "1/s"),
+    ],
+    about_quantities: "Relative errors of held-out accelerations of the three fits; what the best multiplier of the \
+                       Helmholtz conditions leaves, and what errors of learning can make of it; for the driven body, the \
+                       damping that couples coordinates; the mean divergence of motions that come back. No published \
+                       values are known: the conditions are those of Helmholtz (1887), Darboux (1894) and Douglas (1941).",
+    details: &[],
+    published: &[],
+    layout: Layout::Quantities,
+    run,
+};
+
+/// Recordings of each system.
+const RECORDINGS: usize = 24;
+/// Noise of the accelerations, as parts of their root mean squares.
+const NOISES: [f64; 2] = [0.0, 0.01];
+/// Systems of a quick run.
+const QUICK: [System; 4] = [
+    System::Pendulum,
+    System::ChargedParticle,
+    System::CoulombPendulum,
+    System::VanDerPol,
+];
+
+fn run(lab: &mut Lab) -> Result<()> {
+    let systems: &[System] = if lab.quick() { &QUICK } else { &System::ALL };
+    let noises: &[f64] = if lab.quick() { &NOISES[..1] } else { &NOISES };
+    lab.plan(systems.len() * noises.len() * lab.seeds().len());
+    let (mut right, mut of) = (0, 0);
+    for &noise in noises {
+        for (place, &system) in systems.iter().enumerate() {
+            let coordinates = system.coordinates()?;
+            for seed in lab.seeds() {
+                lab.begin(format!("{}, noise {noise}, seed {seed}", system.name()))?;
+                let recordings = noisy(system.recordings(RECORDINGS, seed)?, noise, seed);
+                let config = SurveyConfig {
+                    budget: lab.budget(300, 80),
+                    seed,
+                    ..SurveyConfig::default()
+                };
+                let survey = survey(&coordinates, &recordings, &config, &mut lab.progress)?;
+                lab.progress.check()?;
+                right += usize::from(survey.verdict.existence == system.truth());
+                of += 1;
+                record(lab, system, noise, &survey);
+                draw(lab, place, noise, &survey);
+                if noise == 0.0 && seed == lab.args.seed {
+                    let verdict = &survey.verdict;
+                    let reasons = verdict.reasons.join(" ");
+                    let text = format!(
+                        "{} {}: {}. {reasons}",
+                        place + 1,
+                        system.name(),
+                        verdict.existence
+                    );
+                    lab.results.text.push(text);
+                }
+            }
+        }
+    }
+    lab.results.others.insert("right".into(), right.into());
+    lab.results.others.insert("of".into(), of.into());
+    lab.setting("Right verdicts", format!("{right} of {of}"));
+    Ok(())
+}
+
+fn record(lab: &mut Lab, system: System, noise: f64, survey: &Survey) {
+    let who = Contestant {
+        key: system.name(),
+        name: system.name(),
+        role: Role::Lnn,
+        config: (),
+    };
+    let truth = system.truth();
+    let asymmetry = survey.asymmetry.as_ref();
+    let damping = survey.damping.as_ref();
+    let divergence = survey.contraction;
+    let or_nan = |x: Option<f64>| x.unwrap_or(f64::NAN);
+    lab.row(&format!("noise_{noise}"), &who)
+        .add(
+            "right",
+            f64::from(u8::from(survey.verdict.existence == truth)),
+        )
+        .add("confidence", survey.verdict.confidence)
+        .add("lagrangian", survey.conservative.relative)
+        .add("with_friction", survey.friction.relative)
+        .add("any_force", survey.unrestricted.relative)
+        .add("asymmetry", or_nan(asymmetry.map(|a| a.median)))
+        .add("asymmetry_chance", or_nan(asymmetry.map(|a| a.chance)))
+        .add("coupled_damping", or_nan(damping.map(|d| d.coupled)))
+        .add("coupled_chance", or_nan(damping.map(|d| d.chance)))
+        .add("divergence", or_nan(divergence.map(|c| c.found.rate)))
+        .add("divergence_error", or_nan(divergence.map(|c| c.error())))
+        .detail("truth", truth)
+        .detail("survey", survey);
+}
+
+/// A dash for each seed of each system: errors of the three fits, Helmholtz' conditions, divergence.
+fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
+    let asymmetry = survey.asymmetry.as_ref();
+    let panels = [
+        (
+            "errors",
+            "Errors of the three fits",
+            "error of q̈",
+            vec![
+                ("Lagrangian", Role::Lnn, Some(survey.conservative.relative)),
+                (
+                    "with friction",
+                    Role::Other(0),
+                    Some(survey.friction.relative),
+                ),
+                (
+                    "any force",
+                    Role::Baseline,
+                    Some(survey.unrestricted.relative),
+                ),
+            ],
+        ),
+        (
+            "helmholtz",
+            "What the best multiplier leaves of the Helmholtz conditions",
+            "asymmetry, part of Φ",
+            vec![
+                ("learned field", Role::Lnn, asymmetry.map(|a| a.median)),
+                (
+                    "errors of learning",
+                    Role::Baseline,
+                    asymmetry.map(|a| a.chance),
+                ),
+            ],
+        ),
+        (
+            "divergence",
+            "Mean divergence of motions that come back",
+            "|mean divergence|, 1/s",
+            vec![
+                (
+                    "|mean|",
+                    Role::Lnn,
+                    survey.contraction.map(|c| c.found.rate.abs()),
+                ),
+                (
+                    "error",
+                    Role::Baseline,
+                    survey.contraction.map(|c| c.error()),
+                ),
+            ],
+        ),
+    ];
+    for (id, title, y, values) in panels {
+        let plot = lab.plot(Figure {
+            id: format!("{id}-{noise}"),
+            title: format!("{title}, noise {noise}"),
+            caption: "A dot for each seed over the number of the system in the table. Where a Lagrangian exists it costs \
+                      nothing, leaves no more than errors of learning do, and keeps the divergence at 0."
+                .into(),
+            x: Axis::linear("system", ""),
+            y: Axis::log(y, ""),
+            ..Figure::default()
+        });
+        for (k, (name, role, value)) in values.into_iter().enumerate() {
+            if let Some(value) = value {
+                plot.dot(
+                    name,
+                    role,
+                    (place + 1) as f64 + 0.15 * (k as f64 - 1.0),
+                    value,
+                );
+            }
+        }
+    }
+}

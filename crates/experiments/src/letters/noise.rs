@@ -1,0 +1,83 @@
+//! Noisy torques: the error against the clean ones. Letters held back, as noisy as the rest, choose the damping and the
+//! step at which each fit is at its best.
+
+use anyhow::Result;
+use lagrangian::dataset::Dataset;
+use lagrangian::train::{NaturalConfig, Optimizer};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::contestants::{CONTESTANTS, Recipe};
+use super::data::Letters;
+use super::{begin, config, mse};
+use crate::harness::{Contestant, Lab};
+
+/// Deviations of the noise, as parts of the torques' own.
+pub(super) const LEVELS: [f64; 2] = [0.01, 0.05];
+/// Last dampings λ among which the validation chooses.
+pub(super) const CANDIDATES: [f64; 3] = [1e-5, 1e-4, 1e-3];
+/// Letters held back to choose by.
+const HELD: usize = 3;
+
+pub(super) fn measure(lab: &mut Lab, letters: &Letters, seconds: f64) -> Result<()> {
+    for who in &CONTESTANTS {
+        for level in LEVELS {
+            for seed in lab.seeds() {
+                one(lab, letters, who, (level, seconds), seed)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn one(
+    lab: &mut Lab,
+    letters: &Letters,
+    who: &Contestant<Recipe>,
+    (level, seconds): (f64, f64),
+    seed: u64,
+) -> Result<()> {
+    let own = letters.torque_variance();
+    let variances: Vec<f64> = own.iter().map(|v| level * level * v).collect();
+    let data = noisy(letters, &variances, seed)?;
+    let candidates: Vec<Option<f64>> = match who.config.is_trained() {
+        true => CANDIDATES.map(Some).to_vec(),
+        false => vec![None],
+    };
+    let mut best: Option<(f64, f64, Option<f64>)> = None;
+    for damping in candidates {
+        let part = format!("{}, noise {level}, seed {seed}", who.name);
+        begin(lab, part, &who.config, seconds)?;
+        let mut settings = config(&who.config, seconds, seed);
+        if let Some(damping_last) = damping {
+            settings.optimizer = Optimizer::Natural(NaturalConfig {
+                damping_last,
+                ..NaturalConfig::default()
+            });
+        }
+        let fitted = lab.fit(&data, &settings)?;
+        if best.is_none_or(|(least, ..)| fitted.best < least) {
+            best = Some((fitted.best, mse(&fitted.model, &letters.test), damping));
+        }
+    }
+    let (_, clean, damping) = best.unwrap_or((f64::NAN, f64::NAN, None));
+    lab.row(&format!("noise {} %", 100.0 * level), who)
+        .add(
+            "error_over_noise_variance",
+            clean / variances.iter().sum::<f64>(),
+        )
+        .detail("damping", damping);
+    Ok(())
+}
+
+/// All training letters with noise on their torques, some of them held back.
+fn noisy(letters: &Letters, variances: &[f64], seed: u64) -> Result<Dataset> {
+    let sigma: Vec<f64> = variances.iter().map(|v| v.sqrt()).collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut motions = letters.chosen(usize::MAX, seed);
+    for motion in &mut motions {
+        motion.add_force_noise(&sigma, &mut rng);
+    }
+    let held = motions.split_off(motions.len().saturating_sub(HELD).max(1));
+    Ok(Dataset::new(letters.coordinates.clone(), &motions, &held)?)
+}

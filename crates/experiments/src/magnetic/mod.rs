@@ -1,0 +1,214 @@
+//! Particles in magnetic fields: a force that is no gradient and does no work, and who can learn it.
+
+mod orbits;
+
+use anyhow::Result;
+use lagrangian::dataset::random_starts;
+use lagrangian::train::{Family, FitConfig, Loss};
+use lagrangian::{DelanConfig, LnnConfig, MlpConfig};
+use lagrangian_report::{Axis, Figure, Role};
+
+use crate::data::{beyond_delan, lagrangian_of};
+use crate::harness::{Contestant, Experiment, Lab, Layout, less, neither};
+use orbits::{CIRCLE, Field, Orbit, acceleration_error, dataset, field_error, orbit};
+
+pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "magnetic",
+    about: "charged particles in a uniform field and between magnetic mirrors: the field, the energy, the bounce",
+    parts: None,
+    title: "Particles in magnetic fields",
+    text: &[
+        "A magnetic force is no gradient and does no work. It comes from a term A(q)·q̇ of the Lagrangian, whose curl is \
+         the field whatever the gauge.",
+        "Learned from random states under known random forces; then free orbits, m = e = B₀ = 1.",
+    ],
+    quantities: &[
+        less("field_error", "error of B", ""),
+        less("acceleration_error", "error of q̈", ""),
+        less("energy_drift", "energy", ""),
+        less("largest_distance", "distance", "m"),
+        neither("seconds", "training", "s"),
+    ],
+    about_quantities: "Root mean squared errors of e B = ∂pⱼ/∂qᵢ − ∂pᵢ/∂qⱼ and of q̈, relative, on states that no fit has \
+                       seen; over a free orbit, the largest relative error of the true energy and the largest distance \
+                       from the true orbit.",
+    details: &[],
+    published: &[],
+    layout: Layout::Quantities,
+    run,
+};
+
+const CONTESTANTS: [Contestant<fn() -> Box<dyn Family>>; 4] = [
+    Contestant {
+        key: "lnn",
+        name: "Lagrangian network, free",
+        role: Role::Lnn,
+        config: || Box::new(LnnConfig::default()),
+    },
+    Contestant {
+        key: "delan_vector_potential",
+        name: "deep Lagrangian network with A(q)·q̇",
+        role: Role::Other(0),
+        config: || {
+            Box::new(DelanConfig {
+                vector_potential: true,
+                ..DelanConfig::default()
+            })
+        },
+    },
+    Contestant {
+        key: "delan",
+        name: "deep Lagrangian network",
+        role: Role::Other(1),
+        config: || Box::new(DelanConfig::default()),
+    },
+    Contestant {
+        key: "baseline",
+        name: "plain network",
+        role: Role::Baseline,
+        config: || Box::new(MlpConfig::default()),
+    },
+];
+
+/// The states of the test are the same for all models and seeds.
+const TEST_SEED: u64 = 1_000_003;
+
+fn run(lab: &mut Lab) -> Result<()> {
+    lab.plan(Field::ALL.len() * CONTESTANTS.len() * lab.seeds().len());
+    let circles = if lab.quick() { 20.0 } else { 100.0 };
+    lab.setting("Free orbits", format!("{circles} gyro-periods"));
+    for field in Field::ALL {
+        let system = field.system()?;
+        let truth = orbit(&*system, field, circles)?;
+        draw(lab, field, "truth", Role::Truth, &truth);
+        let states = random_starts(&*system, 20, TEST_SEED);
+        for who in &CONTESTANTS {
+            if let Some(config) = (who.config)().downcast_ref::<DelanConfig>() {
+                let reasons = beyond_delan(system.lagrangian(), &states, config.vector_potential);
+                lab.cannot(field.name(), who, reasons);
+            }
+            for seed in lab.seeds() {
+                measure(lab, field, who, seed, &truth)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn measure(
+    lab: &mut Lab,
+    field: Field,
+    who: &Contestant<fn() -> Box<dyn Family>>,
+    seed: u64,
+    truth: &Orbit,
+) -> Result<()> {
+    let system = field.system()?;
+    lab.begin(format!("{} field, {}, seed {seed}", field.name(), who.key))?;
+    let data = dataset(&*system, if lab.quick() { 2_000 } else { 20_000 }, seed)?;
+    let config = FitConfig {
+        family: (who.config)(),
+        loss: Loss::Acceleration,
+        budget: lab.budget(5000, 100),
+        batch: 128,
+        seed,
+        ..FitConfig::default()
+    };
+    let fitted = lab.fit(&data, &config)?;
+    let model = &fitted.model;
+    lab.save(&format!("{}-{}", field.name(), who.key), model, seed)?;
+    let field_error = match lagrangian_of(model) {
+        Some(lagrangian) => field_error(lagrangian, &*system, TEST_SEED),
+        None => f64::NAN,
+    };
+    let periods = truth.t.last().map_or(0.0, |t| t / CIRCLE);
+    let own = orbit(model, field, periods)?;
+    let distance = own.distance(truth);
+    lab.row(field.name(), who)
+        .add("field_error", field_error)
+        .add(
+            "acceleration_error",
+            acceleration_error(model, &*system, TEST_SEED),
+        )
+        .add("energy_drift", own.drift())
+        .add(
+            "largest_distance",
+            distance.iter().fold(0.0, |most: f64, x| most.max(*x)),
+        )
+        .add("seconds", fitted.seconds);
+    if seed == lab.args.seed {
+        draw(lab, field, who.name, who.role, &own);
+        let periods = in_periods(&own);
+        lab.plot(Figure {
+            id: format!("distance-{}", field.name()),
+            title: format!("Distance from the true orbit, {} field", field.name()),
+            caption: "From the same start.".into(),
+            x: Axis::linear("time", "gyro-periods"),
+            y: Axis::log("distance", "m").between(1e-9, 100.0),
+            ..Figure::default()
+        })
+        .add(who.name, who.role, &periods, distance);
+    }
+    Ok(())
+}
+
+fn in_periods(orbit: &Orbit) -> Vec<f64> {
+    orbit.t.iter().map(|t| t / CIRCLE).collect()
+}
+
+fn coordinate(orbit: &Orbit, i: usize) -> Vec<f64> {
+    let n = orbit.q.len() / orbit.t.len().max(1);
+    orbit.q.iter().skip(i).step_by(n).copied().collect()
+}
+
+/// The path, the energy, and between mirrors the bounce and the magnetic moment.
+fn draw(lab: &mut Lab, field: Field, name: &str, role: Role, orbit: &Orbit) {
+    // The first ten circles, before lines cover lines.
+    let cut = |i: usize| {
+        coordinate(orbit, i)
+            .into_iter()
+            .take(200)
+            .collect::<Vec<f64>>()
+    };
+    let time = || Axis::linear("time", "gyro-periods");
+    let figure = |id: &str, title: &str, caption: &str, x: Axis, y: Axis| Figure {
+        id: format!("{id}-{}", field.name()),
+        title: format!("{title}, {} field", field.name()),
+        caption: caption.into(),
+        x,
+        y,
+        ..Figure::default()
+    };
+    let metres = |label: &str, most: f64| Axis::linear(label, "m").between(-most, most);
+    let periods = in_periods(orbit);
+    let caption = "The first ten gyro-periods of the free orbit, seen along z.";
+    lab.plot(figure(
+        "path",
+        "Path across the field",
+        caption,
+        metres("x", 2.0),
+        metres("y", 2.0),
+    ))
+    .add(name, role, &cut(0), cut(1));
+    let caption = "Error of the true energy along the orbits, relative; the truth's own is that of the integrator.";
+    let energy = Axis::log("|E/E₀ − 1|", "").between(1e-14, 10.0);
+    let errors = orbit.energy.iter().map(|e| e.abs()).collect();
+    lab.plot(figure("energy", "Energy", caption, time(), energy))
+        .add(name, role, &periods, errors);
+    if field == Field::Mirror {
+        let caption = "Position along the axis; the particle turns round near ± 2.25 m, where B is |v|²/v⊥² times that in \
+                       the middle.";
+        lab.plot(figure(
+            "bounce",
+            "Bouncing between the mirrors",
+            caption,
+            time(),
+            metres("z", 4.0),
+        ))
+        .add(name, role, &periods, coordinate(orbit, 2));
+        let caption =
+            "m v⊥²/(2 B) over that at the start, with the true field: an adiabatic invariant.";
+        let moment = Axis::linear("μ/μ₀ − 1", "").between(-0.5, 0.5);
+        lab.plot(figure("moment", "Magnetic moment", caption, time(), moment))
+            .add(name, role, &periods, orbit.moment.clone());
+    }
+}

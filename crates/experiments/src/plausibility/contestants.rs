@@ -1,0 +1,155 @@
+//! The models that are compared.
+
+use lagrangian::baseline::MlpConfig;
+use lagrangian::identify::RigidConfig;
+use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
+use lagrangian::train::{Family, ForceTerms, Loss};
+use lagrangian_report::Role;
+
+use crate::harness::Contestant;
+
+/// How a contestant is fitted.
+pub(super) struct Recipe {
+    pub(super) loss: Loss,
+    pub(super) forces: ForceTerms,
+    pub(super) family: fn() -> Box<dyn Family>,
+}
+
+/// No forces but those of L.
+const NONE: ForceTerms = ForceTerms {
+    viscous: false,
+    coulomb: false,
+    stribeck: false,
+    offset: false,
+    rotor: false,
+    input: lagrangian::train::Input::Torque,
+};
+
+/// Friction and a constant torque.
+const FORCES: ForceTerms = ForceTerms {
+    viscous: true,
+    coulomb: true,
+    offset: true,
+    ..NONE
+};
+
+/// A model of torques without further forces.
+const fn plain(
+    key: &'static str,
+    name: &'static str,
+    role: Role,
+    family: fn() -> Box<dyn Family>,
+) -> Contestant<Recipe> {
+    with(
+        key,
+        name,
+        role,
+        Recipe {
+            loss: Loss::Torque,
+            forces: NONE,
+            family,
+        },
+    )
+}
+
+/// The same with friction and a constant torque.
+const fn with_forces(
+    key: &'static str,
+    name: &'static str,
+    role: Role,
+    family: fn() -> Box<dyn Family>,
+) -> Contestant<Recipe> {
+    with(
+        key,
+        name,
+        role,
+        Recipe {
+            loss: Loss::Torque,
+            forces: FORCES,
+            family,
+        },
+    )
+}
+
+const fn with(
+    key: &'static str,
+    name: &'static str,
+    role: Role,
+    config: Recipe,
+) -> Contestant<Recipe> {
+    Contestant {
+        key,
+        name,
+        role,
+        config,
+    }
+}
+
+fn delan() -> Box<dyn Family> {
+    Box::new(DelanConfig::default())
+}
+
+fn lnn() -> Box<dyn Family> {
+    Box::new(LnnConfig::default())
+}
+
+fn convex() -> Box<dyn Family> {
+    Box::new(LnnConfig {
+        form: Form::Convex,
+        ..LnnConfig::default()
+    })
+}
+
+fn mlp() -> Box<dyn Family> {
+    Box::new(MlpConfig::default())
+}
+
+fn rigid() -> Box<dyn Family> {
+    Box::new(RigidConfig::default())
+}
+
+/// Those whose laws are measured.
+pub(super) const OBEYED: [Contestant<Recipe>; 6] = [
+    plain("delan", "deep Lagrangian network", Role::Lnn, delan),
+    plain("lnn", "black-box Lagrangian", Role::Other(0), lnn),
+    plain("lnn_convex", "convex Lagrangian", Role::Other(2), convex),
+    with(
+        "mlp",
+        "plain network, q̈",
+        Role::Baseline,
+        Recipe {
+            loss: Loss::Acceleration,
+            forces: NONE,
+            family: mlp,
+        },
+    ),
+    plain("mlp_inverse", "plain network, τ", Role::Baseline, mlp),
+    plain("rigid", "identified chain", Role::Other(1), rigid),
+];
+
+/// Those that meet broken premises.
+pub(super) const BROKEN: [Contestant<Recipe>; 6] = [
+    with_forces(
+        "delan_forces",
+        "deep Lagrangian with forces",
+        Role::Lnn,
+        delan,
+    ),
+    plain("delan", "deep Lagrangian network", Role::Other(0), delan),
+    plain("lnn", "black-box Lagrangian", Role::Other(2), lnn),
+    with_forces("lnn_forces", "black-box with forces", Role::Other(3), lnn),
+    plain("mlp", "plain network", Role::Baseline, mlp),
+    with_forces(
+        "rigid_forces",
+        "identified chain with friction",
+        Role::Other(1),
+        rigid,
+    ),
+];
+
+impl Recipe {
+    /// Whether it is a chain of links, which has angles alone and is solved for.
+    pub(super) fn is_chain(&self) -> bool {
+        (self.family)().name() == "rigid"
+    }
+}

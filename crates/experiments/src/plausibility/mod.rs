@@ -1,0 +1,228 @@
+//! The claims that would falsify the method: which laws of mechanics each family obeys on motions that it has not seen, and
+//! how much is left of the advantage of a Lagrangian as a machine breaks what it assumes.
+
+mod contestants;
+mod laws;
+pub(crate) mod premises;
+
+use anyhow::Result;
+use lagrangian::analytic::by_name;
+use lagrangian::dataset::Dataset;
+use lagrangian::dynamics::Model;
+use lagrangian::train::{Budget, FitConfig, Learned};
+use lagrangian::{State, Trajectory};
+use lagrangian_report::{Axis, Figure, Role};
+
+use crate::harness::{Contestant, Experiment, Lab, Layout, Row, less, more, neither};
+use contestants::{BROKEN, OBEYED, Recipe};
+use laws::{Laws, laws};
+use premises::{Premise, driven, motion_misfit, torque_misfit};
+
+pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "plausibility",
+    about: "laws of mechanics that each family obeys, and what broken premises cost",
+    parts: None,
+    title: "Plausibility: what would falsify a Lagrangian model",
+    text: &[
+        "A Lagrangian that is learned obeys the laws because of its form, whatever its weights; a plain network obeys none of \
+         them but as far as it has learned them. The form costs what it cannot express: each curve of a broken premise shows \
+         from which violation on.",
+        "All networks: 2 × 64, natural gradient, batches of 256 samples, squared errors of τ (one plain network: of q̈), from \
+         16 recordings of 3 s.",
+    ],
+    quantities: &[
+        less("asymmetry", "M − Mᵀ", ""),
+        more("definite", "M ≻ 0", ""),
+        neither("least_eigenvalue", "least eigenvalue", ""),
+        less("skew", "Ṁ − 2C", ""),
+        less("own_power", "power, own E", ""),
+        less("true_power", "power, true E", ""),
+        less("own_drift", "drift, own E", ""),
+        less("true_drift", "drift, true E", ""),
+        less("torque_rms", "torque", "N·m"),
+        less("ahead_rms", "q after 0.5 s", "rad or m"),
+        neither("violation", "violation", "N·m"),
+    ],
+    about_quantities: "Laws on held-out driven motions. M from inverse dynamics, M⁻¹ for a network of q̈; its least eigenvalue \
+                       over the true one. Powers are root mean squares over that of τ·q̇: q̇ᵀ(Ṁ − 2C)q̇ / 2 with the model's \
+                       own Coriolis force (the power identity: Christoffel's C would make any M pass), and dE/dt − τ·q̇ with \
+                       the model's own and the true energy. Drift: |E(10 s) − E(0)| of free motions over the deviation of E \
+                       in the data. Broken premises: root mean square errors on held-out recordings, and the violation that \
+                       the amount is: what the exact Lagrangian of the unbroken machine misses of the recorded torque.",
+    details: &[],
+    published: &[],
+    layout: Layout::Quantities,
+    run,
+};
+
+/// Recordings to learn from, to choose weights by, and to test on.
+const TRAIN: usize = 13;
+const HELD: usize = 3;
+const TEST: usize = 6;
+/// The recordings of the test are the same for all models and seeds.
+const TEST_SEED: u64 = 1_000_003;
+/// The machines whose laws are measured.
+const SYSTEMS: [&str; 3] = ["pendulum", "double-pendulum", "arm"];
+/// Starts of the free motions.
+const STARTS: usize = 8;
+/// Length of a short prediction in samples, which is half a second.
+const AHEAD: usize = 25;
+
+const TRUTH: Contestant = Contestant {
+    key: "truth",
+    name: "truth",
+    role: Role::Truth,
+    config: (),
+};
+
+fn run(lab: &mut Lab) -> Result<()> {
+    let amounts: &[usize] = if lab.quick() { &[0, 2] } else { &[0, 1, 2, 3] };
+    let trained = |all: &[Contestant<Recipe>]| all.iter().filter(|c| !c.config.is_chain()).count();
+    let fits =
+        trained(&OBEYED) * SYSTEMS.len() + trained(&BROKEN) * amounts.len() * Premise::ALL.len();
+    lab.plan(lab.seeds().len() * fits);
+    lab.setting("Time of a fit", format!("{} s", seconds(lab)));
+    for name in SYSTEMS {
+        obeyed(lab, name)?;
+    }
+    for premise in Premise::ALL {
+        let least = premise.recordings(premise.amounts()[1], TEST, TEST_SEED)?;
+        // Where the unbroken machine stands on a logarithmic axis.
+        let unbroken = 0.3 * premise.violation(&least);
+        for amount in amounts.iter().map(|k| premise.amounts()[*k]) {
+            broken(lab, premise, amount, unbroken)?;
+        }
+    }
+    Ok(())
+}
+
+fn seconds(lab: &Lab) -> f64 {
+    lab.args
+        .seconds
+        .unwrap_or(if lab.quick() { 0.15 } else { 3.0 })
+}
+
+fn begin(lab: &mut Lab, what: &str, who: &Contestant<Recipe>, seed: u64) -> Result<()> {
+    let weight = if who.config.is_chain() { 0.0 } else { 1.0 };
+    lab.begin_weighted(format!("{what}, {}, seed {seed}", who.name), weight)
+}
+
+/// One fit to recordings, of which the last are held back.
+fn fitted(
+    lab: &mut Lab,
+    who: &Contestant<Recipe>,
+    truth: &dyn Model,
+    mut recordings: Vec<Trajectory>,
+    seed: u64,
+) -> Result<Learned> {
+    let held = recordings.split_off(TRAIN);
+    let data = Dataset::new(truth.coordinates().clone(), &recordings, &held)?;
+    let config = FitConfig {
+        family: (who.config.family)(),
+        loss: who.config.loss,
+        forces: who.config.forces,
+        budget: Budget::Seconds(seconds(lab)),
+        seed,
+        validate_every: 10,
+        ..FitConfig::default()
+    };
+    Ok(lab.fit(&data, &config)?.model)
+}
+
+/// The laws that models of an unbroken machine obey.
+fn obeyed(lab: &mut Lab, name: &str) -> Result<()> {
+    let truth: Box<dyn Model> = match name {
+        "arm" => Premise::Friction.unbroken(),
+        name => by_name(name, &[])?,
+    };
+    let test = driven(&*truth, TEST, TEST_SEED)?;
+    let n = truth.coordinates().dof();
+    // At rest where other motions begin, so that the energy is one that was seen.
+    let starts: Vec<State> = driven(&*truth, STARTS, TEST_SEED + 1)?
+        .iter()
+        .map(|motion| State::new(motion.q[..n].to_vec(), vec![0.0; n]))
+        .collect();
+    record(
+        lab.row(name, &TRUTH),
+        &laws(&*truth, &*truth, &test, &starts)?,
+    );
+    for who in &OBEYED {
+        for seed in lab.seeds() {
+            begin(lab, name, who, seed)?;
+            let recordings = driven(&*truth, TRAIN + HELD, seed)?;
+            let model = fitted(lab, who, &*truth, recordings, seed)?;
+            record(lab.row(name, who), &laws(&model, &*truth, &test, &starts)?);
+        }
+    }
+    Ok(())
+}
+
+fn record(row: &mut Row, laws: &Laws) {
+    let known = |x: Option<f64>| x.unwrap_or(f64::NAN);
+    row.add("asymmetry", laws.asymmetry)
+        .add("definite", laws.definite)
+        .add("least_eigenvalue", laws.least_eigenvalue)
+        .add("skew", known(laws.skew))
+        .add("own_power", known(laws.own_power))
+        .add("true_power", known(laws.true_power))
+        .add("own_drift", known(laws.own_drift))
+        .add("true_drift", known(laws.true_drift))
+        .add("unfinished", laws.unfinished as f64);
+}
+
+/// Errors of models of a machine that breaks a premise; the same recordings for every family.
+fn broken(lab: &mut Lab, premise: Premise, amount: f64, unbroken: f64) -> Result<()> {
+    let group = format!("{} {amount} {}", premise.name(), premise.unit());
+    let group = group.trim_end();
+    let test = premise.recordings(amount, TEST, TEST_SEED)?;
+    let violation = premise.violation(&test);
+    lab.row(group, &TRUTH)
+        .add("violation", violation)
+        .add("torque_rms", violation);
+    let place = if violation < 1e-6 {
+        unbroken
+    } else {
+        violation
+    };
+    if violation > 1e-6 {
+        draw(
+            lab,
+            premise,
+            "exact Lagrangian of the unbroken machine",
+            Role::Truth,
+            (place, violation),
+        );
+    }
+    // The body on a blade is no chain of links.
+    let applies =
+        |who: &&Contestant<Recipe>| !(who.config.is_chain() && premise == Premise::Rolling);
+    for seed in lab.seeds() {
+        let recordings = premise.recordings(amount, TRAIN + HELD, seed)?;
+        for who in BROKEN.iter().filter(applies) {
+            begin(lab, group, who, seed)?;
+            let model = fitted(lab, who, &*premise.unbroken(), recordings.clone(), seed)?;
+            let torque = torque_misfit(&model, &test).unwrap_or(f64::NAN);
+            let ahead = motion_misfit(&model, &test, AHEAD)?.unwrap_or(f64::NAN);
+            lab.row(group, who)
+                .add("torque_rms", torque)
+                .add("ahead_rms", ahead);
+            draw(lab, premise, who.name, who.role, (place, torque));
+        }
+    }
+    Ok(())
+}
+
+/// The torque error over the violation.
+fn draw(lab: &mut Lab, premise: Premise, name: &str, role: Role, (violation, error): (f64, f64)) {
+    lab.plot(Figure {
+        id: format!("premise-{}", premise.name()),
+        title: format!("Broken premise: {}", premise.name()),
+        caption: "Torque error on held-out recordings over how much the machine breaks the premise, a dot for each seed. The \
+                  leftmost dots are the unbroken machine, whose place on a logarithmic axis is no value."
+            .into(),
+        x: Axis::log("violation", "N·m"),
+        y: Axis::log("torque error, RMS", "N·m"),
+        ..Figure::default()
+    })
+    .dot(name, role, violation, error);
+}

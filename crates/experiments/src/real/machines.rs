@@ -1,0 +1,100 @@
+//! The machines: which logs are learned from and which are kept.
+
+use anyhow::Result;
+use lagrangian::dataset::split;
+use lagrangian::trajectory::{EstimateOptions, Format, Layout, Recording};
+use lagrangian::{Coordinates, Dataset, Trajectory};
+
+use crate::harness::Lab;
+use crate::harness::failure::Advise;
+
+/// A machine and the protocol of its data.
+pub(super) struct Machine {
+    /// Its name in JSON.
+    pub(super) name: &'static str,
+    /// What it is.
+    pub(super) about: &'static str,
+    /// Folder of the reference data.
+    folder: &'static str,
+    train: &'static [&'static str],
+    /// Logs that choose; without any, the last fifth of each training log.
+    validation: &'static [&'static str],
+    test: &'static [&'static str],
+    /// Length of the filter of all signals, s.
+    pub(super) filter: f64,
+}
+
+pub(super) const MACHINES: &[Machine] = &[
+    Machine {
+        name: "pendulum",
+        about: "A pendulum on a brushless drive: learned from a swing-up by energy shaping and one along an optimised \
+                path, judged by two others",
+        folder: "pendulum_real",
+        train: &["energy_shaping", "ddp"],
+        validation: &[],
+        test: &["system_identification", "swingup_failure"],
+        filter: 0.2,
+    },
+    Machine {
+        name: "double_pendulum",
+        about: "A double pendulum driven at both joints: learned from logs 00 to 03, validated on 04, judged by 05 and by \
+                the swing-up 12, which goes where no log has been",
+        folder: "double_pendulum_real",
+        train: &[
+            "trajectory_00",
+            "trajectory_01",
+            "trajectory_02",
+            "trajectory_03",
+        ],
+        validation: &["trajectory_04"],
+        test: &["trajectory_05", "trajectory_12"],
+        filter: 0.3,
+    },
+];
+
+/// What a machine's logs were cut into.
+pub(super) struct Recordings {
+    pub(super) dataset: Dataset,
+    pub(super) validation: Vec<Trajectory>,
+    pub(super) test: Vec<Trajectory>,
+}
+
+impl Machine {
+    pub(super) fn read(&self, lab: &Lab) -> Result<Recordings> {
+        let logs = |names: &[&str]| -> Result<Vec<Trajectory>> {
+            names.iter().map(|name| self.log(lab, name)).collect()
+        };
+        let (mut train, mut validation) = (logs(self.train)?, logs(self.validation)?);
+        if validation.is_empty() {
+            (train, validation) = split(train, 0.2, 0)?;
+        }
+        Ok(Recordings {
+            dataset: Dataset::new(Coordinates::angles(train[0].dof()), &train, &validation)?,
+            validation,
+            test: logs(self.test)?,
+        })
+    }
+
+    fn log(&self, lab: &Lab, name: &str) -> Result<Trajectory> {
+        let file = lab.data(&format!("{}/{name}.csv", self.folder))?;
+        let shown = format!("cannot read '{name}.csv'");
+        let layout = Layout {
+            angles: vec!["all".into()],
+            ..Layout::default()
+        };
+        let hint = "give the reference data with --data";
+        let read = Format::Csv
+            .read(std::io::Cursor::new(file), name, &layout)
+            .advise(&shown, hint)?;
+        let options = EstimateOptions {
+            filter: Some(self.filter),
+            ..EstimateOptions::default()
+        };
+        let first = read.recordings.into_iter().next();
+        let motion = first.map(|r: Recording| r.into_trajectory(&options));
+        match motion {
+            Some(motion) => Ok(motion.advise(shown, hint)?.0),
+            None => Err(crate::harness::failure::mistake(shown, hint)),
+        }
+    }
+}

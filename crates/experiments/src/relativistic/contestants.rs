@@ -1,0 +1,258 @@
+//! The models that are compared, with the starts that the validation loss chooses from.
+
+use lagrangian::baseline::MlpConfig;
+use lagrangian::hamiltonian::{HnnConfig, Momenta};
+use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig, SpeedChart};
+use lagrangian::train::{Budget, Family, FitConfig, Loss, NaturalConfig, Optimizer};
+use lagrangian_report::Role;
+
+use crate::harness::Contestant;
+
+/// Where a fit starts from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Start {
+    /// What the network sees of q̇, where it is told the limit.
+    chart: SpeedChart,
+    /// κ of the kinetic term.
+    kinetic: f64,
+    /// λ.
+    damping: f64,
+}
+
+impl Start {
+    const fn new(chart: SpeedChart, kinetic: f64, damping: f64) -> Self {
+        Self {
+            chart,
+            kinetic,
+            damping,
+        }
+    }
+}
+
+/// How a contestant is fitted.
+pub(super) struct Recipe {
+    family: fn(&Start) -> Box<dyn Family>,
+    starts: &'static [Start],
+    loss: Loss,
+    /// Steps of the fit from the best start.
+    steps: usize,
+}
+
+/// Units of each of two hidden layers.
+const WIDTH: usize = 32;
+const BATCH: usize = 256;
+/// Steps of the fit from the best start, of those whose errors still fall; of each fit that seeks a start; of all fits
+/// of a quick run.
+const STEPS: usize = 600;
+const MORE: usize = 1500;
+const TRIAL: usize = 150;
+const FEW: usize = 100;
+
+/// Of networks that are told the limit: both charts.
+const CHARTS: &[Start] = &[
+    Start::new(SpeedChart::Artanh, 30.0, 1e-3),
+    Start::new(SpeedChart::Artanh, 10.0, 1e-5),
+    Start::new(SpeedChart::Arcsin, 30.0, 1e-6),
+    Start::new(SpeedChart::Arcsin, 10.0, 1e-4),
+    Start::new(SpeedChart::Arcsin, 10.0, 1e-6),
+];
+
+const STARTS: &[Start] = &[
+    Start::new(SpeedChart::Artanh, 30.0, 1e-3),
+    Start::new(SpeedChart::Artanh, 10.0, 1e-5),
+    Start::new(SpeedChart::Artanh, 3.0, 1e-6),
+];
+
+/// Of families that start from no kinetic term of their own.
+const PLAIN: &[Start] = &[
+    Start::new(SpeedChart::Artanh, 1.0, 1e-1),
+    Start::new(SpeedChart::Artanh, 1.0, 1e-3),
+    Start::new(SpeedChart::Artanh, 1.0, 1e-6),
+];
+
+/// All of them, in the order of the tables.
+pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
+    Contestant {
+        key: "lnn",
+        name: "Lagrangian network, free, below the limit c",
+        role: Role::Lnn,
+        config: Recipe {
+            family: |start| {
+                Box::new(LnnConfig {
+                    speed_limit: Some(1.0),
+                    speed_chart: start.chart,
+                    ..lnn(Form::Free, start)
+                })
+            },
+            starts: CHARTS,
+            loss: Loss::AccelerationRelative,
+            steps: MORE,
+        },
+    },
+    Contestant {
+        key: "lnn_free",
+        name: "Lagrangian network, free, sees q̇",
+        role: Role::Other(0),
+        config: Recipe {
+            family: |start| Box::new(lnn(Form::Free, start)),
+            starts: STARTS,
+            loss: Loss::AccelerationRelative,
+            steps: STEPS,
+        },
+    },
+    Contestant {
+        key: "lnn_convex",
+        name: "Lagrangian network, convex, exponential units",
+        role: Role::Other(1),
+        config: Recipe {
+            family: |start| {
+                Box::new(LnnConfig {
+                    exponential: true,
+                    ..lnn(Form::Convex, start)
+                })
+            },
+            starts: &[Start::new(SpeedChart::Artanh, 10.0, 1e-1)],
+            loss: Loss::AccelerationRelative,
+            steps: STEPS,
+        },
+    },
+    Contestant {
+        key: "hnn_noncanonical",
+        name: "Hamiltonian network on (q, q̇)",
+        role: Role::Other(3),
+        config: Recipe {
+            family: |_| Box::new(hnn(Momenta::Velocities, None)),
+            starts: PLAIN,
+            loss: Loss::AccelerationL1,
+            steps: STEPS,
+        },
+    },
+    Contestant {
+        key: "hnn_canonical",
+        name: "Hamiltonian network on (q, p), below the limit c",
+        role: Role::Other(4),
+        config: Recipe {
+            family: |_| Box::new(hnn(Momenta::Recorded, Some(1.0))),
+            starts: PLAIN,
+            loss: Loss::AccelerationL1,
+            steps: STEPS,
+        },
+    },
+    Contestant {
+        key: "delan",
+        name: "deep Lagrangian network",
+        role: Role::Other(2),
+        config: Recipe {
+            family: |_| {
+                Box::new(DelanConfig {
+                    width: WIDTH,
+                    ..DelanConfig::default()
+                })
+            },
+            starts: PLAIN,
+            loss: Loss::AccelerationRelative,
+            steps: STEPS,
+        },
+    },
+    Contestant {
+        key: "baseline",
+        name: "plain network",
+        role: Role::Baseline,
+        config: Recipe {
+            family: |_| {
+                Box::new(MlpConfig {
+                    width: WIDTH,
+                    ..MlpConfig::default()
+                })
+            },
+            starts: PLAIN,
+            loss: Loss::AccelerationRelative,
+            steps: STEPS,
+        },
+    },
+];
+
+fn hnn(momenta: Momenta, speed_limit: Option<f64>) -> HnnConfig {
+    HnnConfig {
+        momenta,
+        speed_limit,
+        width: WIDTH,
+        ..HnnConfig::default()
+    }
+}
+
+fn lnn(form: Form, start: &Start) -> LnnConfig {
+    LnnConfig {
+        form,
+        width: WIDTH,
+        kinetic: start.kinetic,
+        ..LnnConfig::default()
+    }
+}
+
+impl Recipe {
+    /// The short fits that seek the best start; none where there is nothing to choose.
+    pub(super) fn trials(&self, seed: u64, seconds: Option<f64>, quick: bool) -> Vec<FitConfig> {
+        if quick || self.starts.len() == 1 {
+            return Vec::new();
+        }
+        let each = seconds.map(|s| 0.5 * s / self.starts.len() as f64);
+        let starts = self.starts.iter();
+        starts
+            .map(|start| self.config(start, (TRIAL, each), seed))
+            .collect()
+    }
+
+    /// The fit from start number `start`.
+    pub(super) fn full(
+        &self,
+        start: usize,
+        seed: u64,
+        seconds: Option<f64>,
+        quick: bool,
+    ) -> FitConfig {
+        let steps = if quick { FEW } else { self.steps };
+        let rest = seconds.map(|s| 0.5 * s);
+        let start = &self.starts[start.min(self.starts.len() - 1)];
+        self.config(start, (steps, rest), seed)
+    }
+
+    /// Fits of a seed.
+    pub(super) fn fits(&self, quick: bool) -> usize {
+        self.trials(0, None, quick).len() + 1
+    }
+
+    /// What start number `start` is, in words.
+    pub(super) fn describe(&self, start: usize) -> String {
+        let found = &self.starts[start.min(self.starts.len() - 1)];
+        let (kinetic, damping) = (found.kinetic, found.damping);
+        match (self.family)(found).downcast_ref::<LnnConfig>() {
+            Some(lnn) if lnn.speed_limit.is_some() => {
+                format!("{:?}, κ = {kinetic}, λ = {damping:e}", found.chart).to_lowercase()
+            }
+            Some(_) => format!("κ = {kinetic}, λ = {damping:e}"),
+            None => format!("λ = {damping:e}"),
+        }
+    }
+
+    fn config(
+        &self,
+        start: &Start,
+        (steps, seconds): (usize, Option<f64>),
+        seed: u64,
+    ) -> FitConfig {
+        FitConfig {
+            family: (self.family)(start),
+            loss: self.loss,
+            optimizer: Optimizer::Natural(NaturalConfig {
+                damping_first: start.damping,
+                damping_last: 1e-10,
+                ..NaturalConfig::default()
+            }),
+            budget: seconds.map_or(Budget::Steps(steps), Budget::Seconds),
+            batch: BATCH,
+            seed,
+            ..FitConfig::default()
+        }
+    }
+}

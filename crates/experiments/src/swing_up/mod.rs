@@ -1,0 +1,115 @@
+//! Pendulums that are swung up through a learned energy, against the true one.
+
+mod attempts;
+
+use anyhow::Result;
+use lagrangian::DelanConfig;
+use lagrangian::dynamics::Model;
+use lagrangian::train::{FitConfig, Loss};
+use lagrangian_control::Machine;
+use lagrangian_report::{Axis, Figure, Role};
+
+use crate::harness::{Contestant, Experiment, Lab, Layout, Row, less, more};
+use attempts::{Attempt, attempts, excitation, machine};
+
+pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "swing-up",
+    about: "pendulum, cart-pole and Furuta pendulum, swung up through a learned energy",
+    parts: None,
+    title: "Swing-up through a learned energy",
+    text: &[
+        "Energy shaping with collocated partial feedback linearisation, then a linear-quadratic regulator: both take all \
+         that they know of the machine from the model, the regulator's gains too. The model is learned from minutes of \
+         random motion.",
+    ],
+    quantities: &[
+        more("success", "success rate", ""),
+        less("up_since", "median time until upright", "s"),
+        less("validation_loss", "validation loss", ""),
+    ],
+    about_quantities: "A swing-up succeeds where the pendulum is upright within 20 s and held for at least 2 s. The loss \
+                       is the squared torque error in units of its variance.",
+    details: &[],
+    published: &[],
+    layout: Layout::Quantities,
+    run,
+};
+
+const TRUTH: Contestant = Contestant {
+    key: "truth",
+    name: "true model",
+    role: Role::Truth,
+    config: (),
+};
+
+const LEARNED: Contestant = Contestant {
+    key: "learned",
+    name: "deep Lagrangian network",
+    role: Role::Lnn,
+    config: (),
+};
+
+/// The starts are the same for all models and seeds.
+const START_SEED: u64 = 5;
+
+fn run(lab: &mut Lab) -> Result<()> {
+    lab.plan(Machine::ALL.len() * lab.seeds().len());
+    let (starts, seconds) = if lab.quick() { (5, 60.0) } else { (30, 180.0) };
+    lab.setting("Starts", starts.to_string());
+    lab.setting("Data of a fit", format!("{seconds} s at 100 Hz"));
+    for kind in Machine::ALL {
+        let system = machine(kind)?;
+        let truth: &dyn Model = &*system;
+        let runs = attempts(kind, truth, starts, START_SEED)?;
+        record(lab.row(kind.system(), &TRUTH), &runs);
+        draw(lab, kind, &TRUTH, &runs);
+        for seed in lab.seeds() {
+            lab.begin(format!("{}, seed {seed}", kind.system()))?;
+            let config = FitConfig {
+                family: Box::new(DelanConfig::default()),
+                loss: Loss::Torque,
+                budget: lab.budget(300, 100),
+                batch: 128,
+                seed,
+                ..FitConfig::default()
+            };
+            let fitted = lab.fit(&excitation(kind, seconds, seed)?, &config)?;
+            // A model whose top is not a top has no controller: none of its swing-ups succeeds.
+            let runs = attempts(kind, &fitted.model, starts, START_SEED).unwrap_or_default();
+            let row = lab.row(kind.system(), &LEARNED);
+            row.add("validation_loss", fitted.best);
+            record(row, &runs);
+            draw(lab, kind, &LEARNED, &runs);
+        }
+    }
+    Ok(())
+}
+
+fn record(row: &mut Row, runs: &[Attempt]) {
+    let times: Vec<f64> = runs.iter().filter_map(|a| a.up_since).collect();
+    let success = times.len() as f64 / runs.len().max(1) as f64;
+    row.add("success", success);
+    row.add("up_since", crate::harness::spread::median(&times));
+    row.detail(
+        "up_since_each",
+        runs.iter().map(|a| a.up_since).collect::<Vec<_>>(),
+    );
+}
+
+/// The pendulum's angle in the first attempt.
+fn draw(lab: &mut Lab, kind: Machine, who: &Contestant, runs: &[Attempt]) {
+    let Some(attempt) = runs.first() else { return };
+    let (pendulum, n) = (kind.config().pendulum, attempt.motion.dof());
+    let rows = attempt.motion.q.chunks_exact(n).step_by(10);
+    let t: Vec<f64> = attempt.motion.t.iter().step_by(10).copied().collect();
+    lab.plot(Figure {
+        id: format!("angle-{}", kind.system()),
+        title: format!("Angle of the {}", kind.system()),
+        caption: "From the first start; π is up, and so is π after whole turns (9.42, −3.14 …)."
+            .into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear("angle from hanging down", "rad"),
+        ..Figure::default()
+    })
+    .add(who.name, who.role, &t, rows.map(|q| q[pendulum]).collect());
+}

@@ -1,0 +1,228 @@
+//! What models learn from: chunks of motions of a known system, as each family reads them.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::Task;
+use crate::data::with_estimated_accelerations;
+use lagrangian::dataset::Dataset;
+use lagrangian::dynamics::Model;
+use lagrangian::lagrangian::analytic::{AnalyticModel, Chart, Rng, normal};
+use lagrangian::trajectory::{Signal, Signals};
+use lagrangian::{Coordinates, Result, Trajectory};
+
+/// How many chunks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Size {
+    /// To learn from.
+    pub(crate) train: usize,
+    /// To choose the weights by.
+    pub(crate) held: usize,
+    /// To judge by.
+    pub(crate) test: usize,
+}
+
+/// A column of the data that can be withheld.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Hidden {
+    /// q̈, and ṗ.
+    Accelerations,
+    /// τ.
+    Torques,
+    /// p.
+    Momenta,
+}
+
+/// What a family reads of the chunks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reads {
+    /// States of free motion with accelerations (and momenta).
+    Motions,
+    /// States alone: the accelerations, which data must have for their scales, are estimated from them.
+    States,
+    /// Positions alone.
+    Positions,
+    /// States under random torques, with accelerations.
+    Torques,
+}
+
+/// A known system and chunks of its motions, in the coordinates of its chart.
+pub(crate) struct Lesson {
+    /// What it is of.
+    pub(crate) task: Task,
+    /// The system in its chart.
+    pub(crate) truth: Box<dyn AnalyticModel>,
+    /// The chart.
+    pub(crate) chart: Chart,
+    /// The same system in its own coordinates.
+    pub(crate) system: Box<dyn AnalyticModel>,
+    /// Chunks to learn from, with accelerations and momenta.
+    pub(crate) train: Vec<Trajectory>,
+    /// Chunks to choose the weights by.
+    pub(crate) held: Vec<Trajectory>,
+    /// Chunks to judge by.
+    pub(crate) test: Vec<Trajectory>,
+    /// Time between two samples, s.
+    pub(crate) interval: f64,
+    /// Noise on what is learned from, see [`Lesson::noisy`].
+    pub(crate) noise: f64,
+}
+
+impl Lesson {
+    /// The data to fit, as a family reads them.
+    pub(crate) fn data(&self, reads: Reads, seed: u64) -> Result<Dataset> {
+        let (train, held) = self.motions(reads, seed);
+        self.dataset(reads, &train, &held)
+    }
+
+    /// The same without one of their columns.
+    pub(crate) fn data_without(&self, hidden: Hidden, reads: Reads, seed: u64) -> Result<Dataset> {
+        let (train, held) = self.motions(reads, seed);
+        self.dataset(reads, &strip(&train, hidden), &strip(&held, hidden))
+    }
+
+    fn motions(&self, reads: Reads, seed: u64) -> (Vec<Trajectory>, Vec<Trajectory>) {
+        let (mut train, mut held) = match reads {
+            Reads::Torques => self.under_torques(seed),
+            _ => (self.train.clone(), self.held.clone()),
+        };
+        if self.noise > 0.0 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(2);
+            self.disturb(&mut train, &mut rng);
+            self.disturb(&mut held, &mut rng);
+        }
+        (train, held)
+    }
+
+    fn dataset(&self, reads: Reads, train: &[Trajectory], held: &[Trajectory]) -> Result<Dataset> {
+        match reads {
+            Reads::Positions => Dataset::of_positions(self.coordinates(), train, held, 1),
+            Reads::States => {
+                let estimated = match self.noise > 0.0 {
+                    true => with_mean_accelerations,
+                    false => with_estimated_accelerations,
+                };
+                Dataset::new(self.coordinates(), &estimated(train), &estimated(held))
+            }
+            Reads::Motions | Reads::Torques => Dataset::new(self.coordinates(), train, held),
+        }
+    }
+
+    /// The same lesson with noise on all that is learned from but torques: `share` of a radian on angles, of the root mean
+    /// square on lines, velocities, accelerations, momenta and their rates. What is judged by has none.
+    pub(crate) fn noisy(self, share: f64) -> Self {
+        Self {
+            noise: share,
+            ..self
+        }
+    }
+
+    /// Adds the noise, the same for the same seed.
+    fn disturb(&self, motions: &mut [Trajectory], rng: &mut dyn Rng) {
+        let coordinates = self.coordinates();
+        let n = coordinates.dof();
+        let mut q = sizes(n, motions.iter().map(|m| &m.q[..]));
+        for (i, size) in q.iter_mut().enumerate() {
+            if coordinates.is_circle(i) {
+                *size = 1.0;
+            }
+        }
+        let qd = sizes(n, motions.iter().map(|m| &m.qd[..]));
+        let others = [Signal::Qdd, Signal::P, Signal::Pd];
+        let size_of = |signal| sizes(n, motions.iter().filter_map(|m| m.values(signal)));
+        let others = others.map(|signal| (signal, size_of(signal)));
+        let mut add = |x: &mut [f64], size: &[f64]| {
+            let places = x.iter_mut().enumerate();
+            places.for_each(|(k, x)| *x += self.noise * size[k % n] * normal(rng));
+        };
+        for motion in motions {
+            add(&mut motion.q, &q);
+            add(&mut motion.qd, &qd);
+            for (signal, size) in &others {
+                add(motion.get_mut(*signal), size);
+            }
+        }
+    }
+
+    /// The same states under random torques of the size of the accelerations, N·m, with the accelerations that follow;
+    /// these chunks are no motions any more.
+    fn under_torques(&self, seed: u64) -> (Vec<Trajectory>, Vec<Trajectory>) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(3);
+        let mut evaluator = self.truth.evaluator();
+        let mut under = |motion: &Trajectory| {
+            let size = motion.qdd.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+            let tau: Vec<f64> = motion.q.iter().map(|_| size * normal(&mut rng)).collect();
+            let mut qdd = vec![0.0; tau.len()];
+            evaluator.forward_dynamics(&motion.q, &motion.qd, &tau, &mut qdd);
+            Trajectory {
+                signals: Signals {
+                    qdd,
+                    tau,
+                    pd: Vec::new(),
+                    ..motion.clone().signals
+                },
+                ..motion.clone()
+            }
+        };
+        let train = self.train.iter().map(&mut under).collect();
+        (train, self.held.iter().map(&mut under).collect())
+    }
+
+    fn coordinates(&self) -> Coordinates {
+        Model::coordinates(&*self.truth).clone()
+    }
+}
+
+/// The same motions, each with the slope of the line through its velocities as its acceleration: the polynomial through all
+/// states of a piece would follow the noise.
+fn with_mean_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
+    let slopes = |motion: &Trajectory| {
+        let (n, len) = (motion.dof().max(1), motion.len().max(1) as f64);
+        let mean = motion.t.iter().sum::<f64>() / len;
+        let spread: f64 = motion.t.iter().map(|t| (t - mean).powi(2)).sum();
+        let mut slope = vec![0.0; n];
+        for (t, row) in motion.t.iter().zip(motion.qd.chunks_exact(n)) {
+            let sums = slope.iter_mut().zip(row);
+            sums.for_each(|(slope, v)| *slope += (t - mean) * v / spread);
+        }
+        slope.repeat(motion.len())
+    };
+    let estimated = |motion: &Trajectory| Trajectory {
+        signals: Signals {
+            qdd: slopes(motion),
+            ..motion.clone().signals
+        },
+        ..motion.clone()
+    };
+    motions.iter().map(estimated).collect()
+}
+
+/// Root mean square of each of the `n` columns of some signals.
+fn sizes<'a>(n: usize, signals: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let (mut squares, mut count) = (vec![0.0; n], 0.0);
+    for row in signals.flat_map(|signal| signal.chunks_exact(n)) {
+        count += 1.0;
+        let pairs = squares.iter_mut().zip(row);
+        pairs.for_each(|(sum, x)| *sum += x * x);
+    }
+    squares
+        .iter()
+        .map(|sum| (sum / f64::max(count, 1.0)).sqrt())
+        .collect()
+}
+
+/// The motions without a column.
+fn strip(motions: &[Trajectory], hidden: Hidden) -> Vec<Trajectory> {
+    let one = |motion: &Trajectory| {
+        let mut motion = motion.clone();
+        match hidden {
+            Hidden::Accelerations => (motion.qdd, motion.pd) = (Vec::new(), Vec::new()),
+            Hidden::Torques => motion.tau = Vec::new(),
+            Hidden::Momenta => (motion.p, motion.pd) = (Vec::new(), Vec::new()),
+        }
+        motion
+    };
+    motions.iter().map(one).collect()
+}

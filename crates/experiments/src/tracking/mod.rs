@@ -1,0 +1,276 @@
+//! Arms that write letters while their model is learned: feedback alone, a plain network, a learned Lagrangian and the
+//! true model; and a payload that comes while they write.
+
+mod writing;
+
+use anyhow::Result;
+use lagrangian::Trajectory;
+use lagrangian_report::{Axis, Figure, Role, Series};
+
+use crate::harness::failure::Advise;
+use crate::harness::{Contestant, Experiment, Lab, Layout, Row, less};
+use crate::letters::Letters;
+use writing::{Arm, Condition, Lesson, Outcome, WINDOW, Writing, curves, recovery, run as track};
+
+pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "tracking",
+    about: "arms of 2 and 7 joints that write letters while their model is learned; a payload comes",
+    parts: None,
+    title: "Tracking: an arm that learns its model while it writes",
+    text: &[
+        "500 Hz, low-gain feedback with feed-forward. The model begins with random weights. Samples come from the loop itself: \
+         positions of 20-bit encoders, velocities with noise of 2e-3 rad/s, torques as they were asked for; drives add \
+         noise of 0.2 % of their largest torque (0.03 % with seven joints). Learning runs in lock step with the motion, so \
+         that every number can be repeated.",
+        "The error of the true model is what this noise and the ticks of the loop leave.",
+    ],
+    quantities: &[
+        less("before_payload", "tracking error", "rad"),
+        less("over_perfect", "over true", ""),
+        less("recovery_seconds", "recovery", "s"),
+        less("tick_p99", "p99 of a tick", "µs"),
+    ],
+    about_quantities: "Tracking error of the last two letters before the payload, root mean square over all joints; over that \
+                       of the true model; seconds of motion from the payload until the error stays within 20 % of before, \
+                       of models that follow (within 10 times the true one).",
+    details: &[],
+    published: &[],
+    layout: Layout::Quantities,
+    run,
+};
+
+/// A model has recovered where the error stays within this factor of before.
+const RECOVERED: f64 = 1.2;
+/// A model follows where its error is below so many times that of the true one.
+const FOLLOWS: f64 = 10.0;
+
+const CONDITIONS: [Contestant<Condition>; 5] = [
+    condition("perfect", "true model", Role::Truth, Condition::Perfect),
+    condition(
+        "delan",
+        "deep Lagrangian network, learned online",
+        Role::Lnn,
+        Condition::Learned,
+    ),
+    condition(
+        "mlp",
+        "plain network, learned online",
+        Role::Baseline,
+        Condition::Plain,
+    ),
+    condition("pd", "feedback alone", Role::Other(0), Condition::Pd),
+    condition(
+        "perfect_loaded",
+        "true model that knows the payload",
+        Role::Other(1),
+        Condition::PerfectLoaded,
+    ),
+];
+
+const fn condition(
+    key: &'static str,
+    name: &'static str,
+    role: Role,
+    config: Condition,
+) -> Contestant<Condition> {
+    Contestant {
+        key,
+        name,
+        role,
+        config,
+    }
+}
+
+fn run(lab: &mut Lab) -> Result<()> {
+    let letters = text(lab, if lab.quick() { 3 } else { 10 } + 1)?;
+    let mut arms = vec![Arm::two_joints()?];
+    if !lab.quick() {
+        arms.push(Arm::seven_joints()?);
+    }
+    let learned = 2.0 * lab.seeds().len() as f64 + 1.0;
+    lab.progress
+        .plan(arms.iter().map(weight).sum::<f64>() * learned);
+    for arm in arms {
+        let text: Vec<Trajectory> = letters.iter().map(|letter| arm.write(letter)).collect();
+        let writing = Writing::new(&text)?;
+        let names: Vec<&str> = writing.letters.iter().map(|l| l.0.as_str()).collect();
+        lab.setting(&format!("Letters, {}", arm.name), names.join(", "));
+        lab.setting(
+            &format!("Payload, {}", arm.name),
+            format!("{} kg", arm.payload),
+        );
+        let mut perfect = Vec::new();
+        for who in &CONDITIONS {
+            for (k, seed) in lab.seeds().into_iter().enumerate() {
+                let outcome = one(lab, &arm, &writing, who, seed)?;
+                let before = before(&outcome);
+                if who.config == Condition::Perfect {
+                    perfect.push(before);
+                }
+                record(
+                    lab.row(arm.name, who),
+                    who.config,
+                    &outcome,
+                    before / perfect[k],
+                );
+                draw(lab, &arm, who, &outcome);
+                if seed == lab.args.seed {
+                    draw_path(lab, &arm, &writing, who, &outcome);
+                }
+            }
+        }
+        // Two letters are enough to see how long a tick takes.
+        let short = Writing::new(&text[..text.len().min(2)])?;
+        live(lab, &arm, &short)?;
+    }
+    Ok(())
+}
+
+/// A learned second of seven joints takes some ten times as long as one of two.
+fn weight(arm: &Arm) -> f64 {
+    if arm.gains.kp.len() > 2 { 10.0 } else { 1.0 }
+}
+
+/// The letters of the reference data; where it is absent, curves like letters.
+fn text(lab: &Lab, count: usize) -> Result<Vec<Trajectory>> {
+    let Ok(file) = lab.data("characters/characters.csv") else {
+        return Ok(curves(count));
+    };
+    let letters = Letters::read(&file).advise(
+        "cannot read the letters",
+        "give the reference data with --data",
+    )?;
+    Ok(letters.chosen(count, 0))
+}
+
+/// The letters in lock step; with the last one the payload comes, but for feedback alone.
+fn one(
+    lab: &mut Lab,
+    arm: &Arm,
+    writing: &Writing,
+    who: &Contestant<Condition>,
+    seed: u64,
+) -> Result<Outcome> {
+    let learns = matches!(who.config, Condition::Plain | Condition::Learned);
+    let part = format!("{}, {}, seed {seed}", arm.name, who.key);
+    lab.begin_weighted(part, if learns { weight(arm) } else { 0.0 })?;
+    let change = writing.letters.last().map_or(0.0, |last| last.1);
+    let change = (who.config != Condition::Pd).then_some(change);
+    Ok(track(
+        arm,
+        writing,
+        who.config,
+        (change, seed, false),
+        &Lesson::default(),
+    )?)
+}
+
+/// The error of the last two letters before the payload.
+fn before(outcome: &Outcome) -> f64 {
+    let end = outcome.errors.len().saturating_sub(1);
+    let pair = &outcome.errors[end.saturating_sub(2)..end];
+    (pair.iter().map(|e| e * e).sum::<f64>() / pair.len().max(1) as f64).sqrt()
+}
+
+fn record(row: &mut Row, condition: Condition, outcome: &Outcome, ratio: f64) {
+    let before = before(outcome);
+    if condition != Condition::PerfectLoaded {
+        row.add("before_payload", before).add("over_perfect", ratio);
+    }
+    if matches!(condition, Condition::Plain | Condition::Learned) {
+        let recovered = recovery(&outcome.after.1, before, RECOVERED).filter(|_| ratio < FOLLOWS);
+        row.add("recovery_seconds", recovered.unwrap_or(f64::NAN));
+    }
+    row.add("tick_p99", 1e6 * outcome.latency.p99)
+        .detail("errors", &outcome.errors)
+        .detail("after_payload", &outcome.after)
+        .detail("learner", &outcome.record)
+        .detail("finished", outcome.finished);
+}
+
+/// The error of each letter, and after the payload.
+fn draw(lab: &mut Lab, arm: &Arm, who: &Contestant<Condition>, outcome: &Outcome) {
+    let id = arm.name.replace(' ', "-");
+    if who.config != Condition::PerfectLoaded {
+        let letters: Vec<f64> = (1..=outcome.errors.len()).map(|k| k as f64).collect();
+        lab.plot(Figure {
+            id: format!("errors-{id}"),
+            title: format!("Error of each letter, {}", arm.name),
+            caption: "With the last letter comes the payload, which the true model does not know."
+                .into(),
+            x: Axis::linear("letter", ""),
+            y: Axis::log("tracking error", "rad"),
+            ..Figure::default()
+        })
+        .add(who.name, who.role, &letters, outcome.errors.clone());
+    }
+    if who.config != Condition::Pd {
+        lab.plot(Figure {
+            id: format!("payload-{id}"),
+            title: format!("After the payload, {}", arm.name),
+            caption: format!(
+                "Errors in windows of {WINDOW} s from the instant that the payload comes into the hand. The true model does \
+                 not learn of it; the one that knows it shows what can be reached."
+            ),
+            x: Axis::linear("time since the payload", "s"),
+            y: Axis::log("tracking error", "rad"),
+            ..Figure::default()
+        })
+        .add(who.name, who.role, &outcome.after.0, outcome.after.1.clone());
+    }
+}
+
+/// The path of the last letter before the payload, second joint over first.
+fn draw_path(
+    lab: &mut Lab,
+    arm: &Arm,
+    writing: &Writing,
+    who: &Contestant<Condition>,
+    outcome: &Outcome,
+) {
+    let Some(k) = writing.letters.len().checked_sub(2) else {
+        return;
+    };
+    let (letter, from, to) = &writing.letters[k];
+    let path = |motion: &Trajectory| -> (Vec<f64>, Vec<f64>) {
+        let (n, all) = (motion.dof(), motion.t.iter().enumerate());
+        let inside = all.filter(|(_, t)| (*from..*to).contains(*t));
+        inside
+            .map(|(k, _)| (motion.q[k * n], motion.q[k * n + 1]))
+            .unzip()
+    };
+    let (wanted, own) = (path(writing.reference.samples()), path(&outcome.motion));
+    lab.plot(Figure {
+        id: format!("path-{}", arm.name.replace(' ', "-")),
+        title: format!("The letter {letter}, {}", arm.name),
+        caption: "Second joint over first.".into(),
+        x: Axis::linear("first joint", "rad"),
+        y: Axis::linear("second joint", "rad"),
+        series: Vec::new(),
+        ..Figure::default()
+    })
+    .once("reference", Role::Other(2), &wanted.0, wanted.1)
+    .once(who.name, who.role, &own.0, own.1);
+}
+
+/// The time of a tick while a thread learns in real time.
+fn live(lab: &mut Lab, arm: &Arm, writing: &Writing) -> Result<()> {
+    lab.begin_weighted(format!("{}, in real time", arm.name), weight(arm))?;
+    let run = (None, lab.args.seed, true);
+    let live = track(arm, writing, Condition::Learned, run, &Lesson::default())?;
+    let ticks = |&(seconds, ticks): &(f64, u64)| (1e6 * seconds, ticks as f64);
+    let (x, y): (Vec<f64>, Vec<f64>) = live.histogram.iter().map(ticks).unzip();
+    let latency = live.latency;
+    lab.plot(Figure {
+        id: format!("latency-{}", arm.name.replace(' ', "-")),
+        title: format!("Time of a tick while a thread learns, {}", arm.name),
+        caption: format!(
+            "Controller alone, {} ticks at 500 Hz in real time: median {:.1} µs, 99 % below {:.1} µs, longest {:.0} µs.",
+            latency.ticks, 1e6 * latency.p50, 1e6 * latency.p99, 1e6 * latency.max
+        ),
+        x: Axis::log("time", "µs"),
+        y: Axis::log("ticks", ""),
+        series: vec![Series::points("ticks", Role::Lnn, x, y)],
+    });
+    Ok(())
+}

@@ -1,0 +1,496 @@
+//! Arms that write letters while a model of them is learned: references, errors of each letter, and how soon a model
+//! recovers from a payload.
+
+use std::f64::consts::TAU;
+
+use lagrangian::baseline::MlpConfig;
+use lagrangian::dynamics::Model;
+use lagrangian::lagrangian::DelanConfig;
+use lagrangian::lagrangian::analytic::by_name;
+use lagrangian::rigid::{RigidBodies, example};
+use lagrangian::train::Family;
+use lagrangian::trajectory::Signals;
+use lagrangian::{Error, Result, Trajectory};
+use lagrangian_control::online::{
+    FeedForwardSource, OnlineConfig, OnlineLearner, Record, RobotChange, TrackingConfig, track,
+};
+use lagrangian_control::{
+    Desired, Gains, LoopConfig, Quantiles, Reference, Sensors, VelocitySource,
+};
+
+/// Samples of a reference in a second, Hz.
+const RATE: f64 = 200.0;
+/// Time from the end of a letter to the start of the next, s.
+const WAY: f64 = 1.0;
+/// Length of a window that errors over time are taken in, s.
+pub(crate) const WINDOW: f64 = 0.5;
+
+/// Letters one after another, with smooth ways between them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Writing {
+    /// The whole motion.
+    pub(crate) reference: Reference,
+    /// Name, start and end of each letter, s.
+    pub(crate) letters: Vec<(String, f64, f64)>,
+}
+
+impl Writing {
+    /// These letters in this order, sampled at 200 Hz; quintic polynomials lead from each to the next.
+    pub(crate) fn new(letters: &[Trajectory]) -> Result<Self> {
+        let first = letters.first().ok_or_else(|| Error::TooShort {
+            what: "the text to write".into(),
+            found: 0,
+            needed: 1,
+        })?;
+        let mut path = Path::new();
+        let mut spans = Vec::new();
+        for letter in letters {
+            if letter.dof() != first.dof() {
+                return Err(Error::Shape {
+                    what: format!("letter '{}'", letter.name),
+                    found: letter.dof(),
+                    expected: first.dof(),
+                    remedy: "give letters of the same joints".into(),
+                });
+            }
+            let letter_path = Reference::new(letter.clone())?;
+            let begin = path.add(&letter_path)?;
+            spans.push((letter.name.clone(), begin, path.end()));
+        }
+        Ok(Self {
+            reference: Reference::new(path.trajectory)?,
+            letters: spans,
+        })
+    }
+
+    /// Root mean square of the tracking error over all joints, rad, for each letter.
+    pub(crate) fn errors(&self, motion: &Trajectory) -> Vec<f64> {
+        let spans = self.letters.iter();
+        spans
+            .map(|(_, from, to)| self.error(motion, (*from, *to)))
+            .collect()
+    }
+
+    /// The same over any span of time, s; NaN where there is no sample.
+    pub(crate) fn error(&self, motion: &Trajectory, (from, to): (f64, f64)) -> f64 {
+        let n = self.reference.dof();
+        let mut desired = Desired::new(n);
+        let (mut sum, mut count) = (0.0, 0usize);
+        let inside = |t: &f64| (from..to).contains(t);
+        for (k, &t) in motion.t.iter().enumerate().filter(|(_, t)| inside(t)) {
+            self.reference.at(t, &mut desired);
+            let q = &motion.q[k * n..k * n + n];
+            sum += squares(q, &desired.q);
+            count += n;
+        }
+        (sum / count as f64).sqrt()
+    }
+
+    /// The error in windows of [`WINDOW`] from `from` to the end: (middle of the window, error).
+    pub(crate) fn errors_over_time(&self, motion: &Trajectory, from: f64) -> (Vec<f64>, Vec<f64>) {
+        let end = motion.t.last().copied().unwrap_or(from);
+        let count = ((end - from) / WINDOW).floor().max(0.0) as usize;
+        let begin = |k: usize| from + WINDOW * k as f64;
+        (0..count)
+            .map(|k| {
+                let error = self.error(motion, (begin(k), begin(k + 1)));
+                (begin(k) + 0.5 * WINDOW, error)
+            })
+            .unzip()
+    }
+}
+
+fn squares(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
+}
+
+/// A reference in the making.
+struct Path {
+    trajectory: Trajectory,
+}
+
+impl Path {
+    fn new() -> Self {
+        Self {
+            trajectory: Trajectory::new(
+                "writing",
+                Vec::new(),
+                Signals {
+                    q: Vec::new(),
+                    qd: Vec::new(),
+                    qdd: Vec::new(),
+                    ..Signals::default()
+                },
+            ),
+        }
+    }
+
+    fn end(&self) -> f64 {
+        self.trajectory.t.last().copied().unwrap_or(0.0)
+    }
+
+    /// Adds a letter, after a way to its start; where it starts, s.
+    fn add(&mut self, letter: &Reference) -> Result<f64> {
+        let n = letter.dof();
+        let mut start = Desired::new(n);
+        letter.at(letter.start(), &mut start);
+        if !self.trajectory.is_empty() {
+            let way = self.way_to(&start, n)?;
+            self.append(&way, way.start() + 1.0 / RATE);
+        }
+        let begin = self.end();
+        let shift = letter.start();
+        self.append(letter, shift + if begin > 0.0 { 1.0 / RATE } else { 0.0 });
+        Ok(begin)
+    }
+
+    /// The quintic from the last sample to `start`.
+    fn way_to(&self, start: &Desired, n: usize) -> Result<Reference> {
+        let last = |x: &[f64]| x[x.len() - n..].to_vec();
+        let t = &self.trajectory;
+        let qdd = t.qdd.as_slice();
+        Reference::new(Trajectory::new(
+            "way",
+            vec![0.0, WAY],
+            Signals {
+                q: [last(&t.q), start.q.clone()].concat(),
+                qd: [last(&t.qd), start.qd.clone()].concat(),
+                qdd: [last(qdd), start.qdd.clone()].concat(),
+                ..Signals::default()
+            },
+        ))
+    }
+
+    /// Samples `piece` from its time `from` to its end.
+    fn append(&mut self, piece: &Reference, from: f64) {
+        let mut desired = Desired::new(piece.dof());
+        let offset = self.end() - piece.start();
+        let count = ((piece.end() - from) * RATE + 1e-9).floor() as usize;
+        for k in 0..=count {
+            // The last instant of a piece still belongs to it.
+            let t = (from + k as f64 / RATE).min(piece.end() - 1e-9);
+            piece.at(t, &mut desired);
+            let trajectory = &mut self.trajectory;
+            trajectory.t.push(offset + from + k as f64 / RATE);
+            trajectory.q.extend(&desired.q);
+            trajectory.qd.extend(&desired.qd);
+            trajectory.qdd.extend(&desired.qdd);
+        }
+    }
+}
+
+/// Letter-like curves of two joints for where no data are at hand: sums of two harmonics, from rest to rest.
+pub(crate) fn curves(count: usize) -> Vec<Trajectory> {
+    (0..count).map(curve).collect()
+}
+
+/// The `index`-th curve: 5 s long; its harmonics and phases follow from the index.
+fn curve(index: usize) -> Trajectory {
+    const SECONDS: f64 = 5.0;
+    let k = index as f64;
+    let (a, b) = (1 + index % 3, 2 + (index / 3) % 3);
+    let phase = 0.7 * k;
+    // Time runs from rest to rest: s goes from 0 to 1 with no speed at either end.
+    let wave = move |s: f64, i: usize| {
+        let harmonic = TAU * if i == 0 { a as f64 } else { b as f64 };
+        let (centre, size) = if i == 0 { (-0.3, 0.4) } else { (1.7, 0.5) };
+        let inner = harmonic * s + phase * (i as f64 + 1.0);
+        [
+            centre + size * inner.sin(),
+            size * harmonic * inner.cos(),
+            -size * harmonic * harmonic * inner.sin(),
+        ]
+    };
+    let steps = (SECONDS * RATE) as usize;
+    let mut out = Trajectory::new(
+        format!("curve {}", index + 1),
+        (0..=steps).map(|k| k as f64 / RATE).collect(),
+        Signals {
+            q: Vec::new(),
+            qd: Vec::new(),
+            ..Signals::default()
+        },
+    );
+    let mut qdd = Vec::new();
+    for t in out.t.clone() {
+        let x = t / SECONDS;
+        let [s, v, w] = [
+            x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x),
+            30.0 * x * x * (1.0 - x).powi(2) / SECONDS,
+            60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / SECONDS.powi(2),
+        ];
+        for i in 0..2 {
+            let [q, slope, bend] = wave(s, i);
+            out.q.push(q);
+            out.qd.push(slope * v);
+            qdd.push(bend * v * v + slope * w);
+        }
+    }
+    out.qdd = qdd;
+    out
+}
+
+/// An arm that writes: the robot, the same with something in its hand, and how it is driven.
+pub(crate) struct Arm {
+    /// Its name.
+    pub(crate) name: &'static str,
+    /// The robot.
+    pub(crate) robot: Box<dyn Model>,
+    /// With a payload.
+    pub(crate) loaded: Box<dyn Model>,
+    /// The payload, kg.
+    pub(crate) payload: f64,
+    /// Low gains of the feedback.
+    pub(crate) gains: Gains,
+    /// Whether a surprise is taken for a load, so that older samples are forgotten. Many joints meet new regions for
+    /// long, which surprise as much.
+    pub(crate) forgets: bool,
+    /// Its loop: 500 Hz, encoders of 20 bits, velocities with noise.
+    pub(crate) control: LoopConfig,
+    /// What each joint takes of a letter: (joint of the letter, factor, added), `[n]`.
+    joints: Vec<(usize, f64, f64)>,
+}
+
+/// One step of an encoder of 20 bits, rad.
+const ENCODER: f64 = TAU / 1_048_576.0;
+/// Noise of measured velocities, rad/s.
+const VELOCITY_NOISE: f64 = 2e-3;
+
+impl Arm {
+    /// The arm `two-link-arm`, 1.0 and 0.8 kg, 0.4 m each; the payload is 0.4 kg.
+    pub(crate) fn two_joints() -> Result<Self> {
+        let payload = 0.4;
+        Ok(Self {
+            name: "2 joints",
+            robot: by_name("two-link-arm", &[])?,
+            loaded: by_name("two-link-arm", &[("payload", payload)])?,
+            payload,
+            gains: Gains::uniform(2, 20.0, 5.0),
+            forgets: true,
+            control: control(&[30.0, 30.0], 2e-3),
+            joints: vec![(0, 1.0, 0.0), (1, 1.0, 0.0)],
+        })
+    }
+
+    /// The arm `iiwa7`; the payload is 2 kg in its hand.
+    pub(crate) fn seven_joints() -> Result<Self> {
+        let payload = 2.0;
+        let arm = RigidBodies::from_urdf(example("iiwa7").unwrap_or_default())?;
+        let home = [0.0, 0.5, 0.0, -1.2, 0.0, 0.9, 0.0];
+        // Every other joint follows the second joint of the letter, about its own middle.
+        let joint = |i: usize| {
+            let (source, middle) = if i.is_multiple_of(2) {
+                (0, -0.3)
+            } else {
+                (1, 1.7)
+            };
+            let factor = if i % 3 == 2 { -0.6 } else { 0.6 };
+            (source, factor, home[i] - factor * middle)
+        };
+        Ok(Self {
+            name: "7 joints",
+            loaded: Box::new(
+                arm.clone()
+                    .with_payload("link_7", payload, [0.0, 0.0, 0.08])?,
+            ),
+            robot: Box::new(arm),
+            payload,
+            forgets: false,
+            // The wrist is light: a larger damping would not be stable at 500 Hz.
+            gains: Gains {
+                kp: vec![60.0, 60.0, 40.0, 40.0, 15.0, 8.0, 2.0],
+                kd: vec![6.0, 6.0, 4.0, 4.0, 0.8, 0.4, 0.1],
+            },
+            control: control(&[176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0], 3e-4),
+            joints: (0..7).map(joint).collect(),
+        })
+    }
+
+    /// What this arm does for a letter of two joints.
+    pub(crate) fn write(&self, letter: &Trajectory) -> Trajectory {
+        let carry = |x: &[f64], moved: bool| {
+            let of = |row: &[f64]| -> Vec<f64> {
+                let joint = |&(source, factor, added): &(usize, f64, f64)| {
+                    factor * row[source] + if moved { added } else { 0.0 }
+                };
+                self.joints.iter().map(joint).collect()
+            };
+            x.chunks_exact(2).flat_map(of).collect()
+        };
+        Trajectory::new(
+            letter.name.clone(),
+            letter.t.clone(),
+            Signals {
+                q: carry(&letter.q, true),
+                qd: carry(&letter.qd, false),
+                qdd: carry(&letter.qdd, false),
+                ..Signals::default()
+            },
+        )
+    }
+}
+
+fn control(limit: &[f64], drive_noise: f64) -> LoopConfig {
+    LoopConfig {
+        limit: limit.to_vec(),
+        sensors: Sensors {
+            quantisation: ENCODER,
+            velocity_noise: VELOCITY_NOISE,
+            velocity: VelocitySource::Measured,
+            ..Sensors::default()
+        },
+        drive_noise,
+        substeps: 2,
+        ..LoopConfig::default()
+    }
+}
+
+/// Seconds from the change until the errors of windows stay within `factor` times `usual`, counted to the start of the
+/// first window from which on they do; `None` if they never do.
+pub(crate) fn recovery(after: &[f64], usual: f64, factor: f64) -> Option<f64> {
+    let fits = |error: &f64| *error <= factor * usual;
+    let above = after.iter().rposition(|error| !fits(error));
+    let first = above.map_or(0, |last| last + 1);
+    (first < after.len()).then_some(WINDOW * first as f64)
+}
+
+/// Who gives the torque of the feed-forward.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Condition {
+    /// Nobody: low-gain feedback alone.
+    Pd,
+    /// A plain network (q, q̇, q̈) → τ, learned online.
+    Plain,
+    /// A deep Lagrangian network, learned online.
+    Learned,
+    /// The true model; it knows of no payload.
+    Perfect,
+    /// The true model with the payload, for a robot that has it from the start: what a model can reach after the change.
+    PerfectLoaded,
+}
+
+/// How a model is learned online.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Lesson {
+    /// Units of a hidden layer; there are two.
+    pub(crate) width: usize,
+    /// Training steps in a second of motion.
+    pub(crate) steps: f64,
+    /// Hand-overs in a second of motion.
+    pub(crate) hand_overs: f64,
+    /// All other settings.
+    pub(crate) online: OnlineConfig,
+}
+
+impl Default for Lesson {
+    fn default() -> Self {
+        Self {
+            width: 24,
+            steps: 100.0,
+            hand_overs: 20.0,
+            online: OnlineConfig::default(),
+        }
+    }
+}
+
+/// What came of one run.
+#[derive(Debug, Clone)]
+pub(crate) struct Outcome {
+    /// Root mean square error of each letter, rad.
+    pub(crate) errors: Vec<f64>,
+    /// Middle of each window of [`WINDOW`] after the change, s from it, and the error there.
+    pub(crate) after: (Vec<f64>, Vec<f64>),
+    /// What the learner did.
+    pub(crate) record: Option<Record>,
+    /// Times of the controller, s.
+    pub(crate) latency: Quantiles,
+    /// Its histogram: (s, ticks).
+    pub(crate) histogram: Vec<(f64, u64)>,
+    /// The motion.
+    pub(crate) motion: Trajectory,
+    /// Whether it went on to the end.
+    pub(crate) finished: bool,
+}
+
+/// `arm` writes; the payload comes at `change`, s, where there is one. `thread`: on a thread of its own and in real time
+/// instead of in lock step.
+pub(crate) fn run(
+    arm: &Arm,
+    writing: &Writing,
+    condition: Condition,
+    (change, seed, thread): (Option<f64>, u64, bool),
+    lesson: &Lesson,
+) -> Result<Outcome> {
+    let aware = condition == Condition::PerfectLoaded;
+    let robot = if aware { &arm.loaded } else { &arm.robot };
+    let config = TrackingConfig {
+        robot: &**robot,
+        change: change.filter(|_| !aware).map(|at| RobotChange {
+            at,
+            robot: &*arm.loaded,
+        }),
+        gains: arm.gains.clone(),
+        control: LoopConfig {
+            seed,
+            ..arm.control.clone()
+        },
+    };
+    let family: Option<Box<dyn Family>> = match condition {
+        Condition::Pd => None,
+        Condition::Perfect | Condition::PerfectLoaded => None,
+        Condition::Plain => Some(Box::new(MlpConfig {
+            width: lesson.width,
+            ..MlpConfig::default()
+        })),
+        Condition::Learned => Some(Box::new(DelanConfig {
+            width: lesson.width,
+            ..DelanConfig::default()
+        })),
+    };
+    let feed = match family {
+        None if condition == Condition::Pd => FeedForwardSource::None,
+        None => FeedForwardSource::Model(&**robot),
+        Some(family) => {
+            let online = OnlineConfig {
+                family,
+                seed,
+                change_factor: if arm.forgets {
+                    lesson.online.change_factor
+                } else {
+                    f64::MAX
+                },
+                ..lesson.online.clone()
+            };
+            let coordinates = arm.robot.coordinates().clone();
+            let learner = Box::new(OnlineLearner::new(coordinates, online)?);
+            if thread {
+                FeedForwardSource::Thread(learner)
+            } else {
+                FeedForwardSource::LockStep {
+                    learner,
+                    steps: lesson.steps,
+                    hand_overs: lesson.hand_overs,
+                }
+            }
+        }
+    };
+    let tracked = track(&config, &writing.reference, feed)?;
+    let bins = tracked.driven.latency.bins().into_iter();
+    let motion = tracked.driven.trajectory;
+    let after = match change {
+        Some(change) => {
+            let (t, errors) = writing.errors_over_time(&motion, change);
+            (t.iter().map(|t| t - change).collect(), errors)
+        }
+        None => Default::default(),
+    };
+    Ok(Outcome {
+        errors: writing.errors(&motion),
+        after,
+        record: tracked.record,
+        latency: tracked.driven.latency.quantiles(),
+        histogram: bins.map(|bin| (bin.seconds, bin.ticks)).collect(),
+        finished: !tracked.driven.outcome.is_diverged(),
+        motion,
+    })
+}
