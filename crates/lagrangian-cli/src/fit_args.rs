@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use lagrangian::Loss;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::{DataArgs, EstimateArgs, SampleArgs};
@@ -151,8 +153,8 @@ pub(crate) struct ModelArgs {
 pub(crate) struct TrainingArgs {
     /// What is compared with the data [default: acceleration; rollout for neural-ode; positions for vin; torque for delan
     /// where torques are recorded and accelerations certain to 0.5 %]
-    #[arg(long, value_enum)]
-    pub(crate) loss: Option<LossName>,
+    #[arg(long, value_parser = named_loss())]
+    pub(crate) loss: Option<Loss>,
 
     /// Distance of the neighbours of a loss of positions, in samples: noise weighs less over a longer one, but the error
     /// of the discrete action more
@@ -208,6 +210,12 @@ pub(crate) struct TrainingArgs {
     /// Part of the trajectories that is kept for validation, where no files are given
     #[arg(long, value_name = "PART", default_value_t = 0.1, value_parser = fraction)]
     pub(crate) validate_fraction: f64,
+}
+
+/// The losses of the library by their names.
+fn named_loss() -> impl TypedValueParser<Value = Loss> {
+    let values = Loss::ALL.map(|entry| PossibleValue::new(entry.name).help(entry.about));
+    PossibleValuesParser::new(values).try_map(|name| name.parse::<Loss>())
 }
 
 /// The baseline of runs from before there was a choice.
@@ -292,31 +300,6 @@ pub(crate) enum ActivationName {
     Gelu,
     /// x tanh x
     Xtanh,
-}
-
-/// A loss.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum LossName {
-    /// Mean squared error of q̈
-    Acceleration,
-    /// Mean absolute error of q̈
-    AccelerationL1,
-    /// Mean squared error of τ; needs no inverse of the mass matrix
-    Torque,
-    /// Mean absolute error of τ: outliers weigh little
-    TorqueL1,
-    /// Squares of both (delan)
-    TorqueAcceleration,
-    /// Squared errors of τ and of the power τ·q̇ (delan)
-    TorquePower,
-    /// Mean squared error of the next of three neighbouring positions, by the discrete action of the midpoint rule: no
-    /// velocities are needed (lnn, delan, vin)
-    Positions,
-    /// The same by the trapezoidal rule, which is Störmer–Verlet where M is constant
-    PositionsTrapezoidal,
-    /// Mean squared error of states after some steps of an integrator; needs no accelerations
-    Rollout,
 }
 
 /// Order of a differential equation.

@@ -15,7 +15,7 @@ use nets::Activation;
 
 use crate::failure::mistake;
 use crate::fit_args::{
-    ActivationName, DampingName, Family, FitArgs, Force, Form, LossName, ModelArgs, MomentaName,
+    ActivationName, DampingName, Family, FitArgs, Force, Form, ModelArgs, MomentaName,
     OptimizerName, OrderName, SpeedChartName, Structure, TrainingArgs, Trunks,
 };
 
@@ -51,7 +51,7 @@ impl FitArgs {
         let loss = training.loss(self.model.model, forced, uncertainty);
         // Noise of states does no harm to a rollout that noise of accelerations does to a balance (ADR 0042).
         let optimizer = training.optimizer.unwrap_or_else(|| match loss {
-            Loss::Rollout => OptimizerName::Natural,
+            Loss::ROLLOUT => OptimizerName::Natural,
             _ => by_noise(uncertainty),
         });
         FitConfig {
@@ -254,24 +254,24 @@ impl TrainingArgs {
     /// gravity alike.
     fn loss(&self, model: Family, forced: bool, uncertainty: f64) -> Loss {
         match (self.loss, model) {
-            (Some(name), _) => name.into(),
-            (None, Family::NeuralOde) => Loss::Rollout,
-            (None, Family::Vin) => Loss::Positions,
-            (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::Torque,
-            (None, _) => Loss::Acceleration,
+            (Some(loss), _) => loss,
+            (None, Family::NeuralOde) => Loss::ROLLOUT,
+            (None, Family::Vin) => Loss::POSITIONS,
+            (None, Family::Delan) if forced && uncertainty <= NOISY => Loss::TORQUE,
+            (None, _) => Loss::ACCELERATION,
         }
     }
 
     /// Whether positions alone are compared.
     pub(crate) fn of_positions(&self, model: Family) -> bool {
-        let named = self.loss.map(Loss::from);
-        named.map_or(model == Family::Vin, |loss| loss.rule().is_some())
+        self.loss
+            .map_or(model == Family::Vin, |loss| loss.rule().is_some())
     }
 
     /// Whether motions are predicted over many samples.
     pub(crate) fn rolls_out(&self, model: Family) -> bool {
-        let named = self.loss.map(Loss::from);
-        named.map_or(model == Family::NeuralOde, |loss| loss == Loss::Rollout)
+        self.loss
+            .map_or(model == Family::NeuralOde, |loss| loss == Loss::ROLLOUT)
     }
 
     fn optimizer(&self, name: OptimizerName, loss: Loss) -> Optimizer {
@@ -322,7 +322,7 @@ impl TrainingArgs {
                 "leave it away, or add --optimizer natural",
             ));
         }
-        if config.loss == Loss::Rollout && damping != DampingName::Schedule {
+        if config.loss == Loss::ROLLOUT && damping != DampingName::Schedule {
             return Err(mistake(
                 "under --loss rollout the damping follows a schedule",
                 "leave --damping away, or choose another --loss",
@@ -334,7 +334,7 @@ impl TrainingArgs {
     /// Whether the fit has a time to use and squares that λ can follow: then small batches, damped by the loss, are the
     /// best; a number of steps is used best by large ones (docs/adr/0050).
     fn follows_the_loss(&self, loss: Loss) -> bool {
-        self.steps.is_none() && loss != Loss::Rollout
+        self.steps.is_none() && loss != Loss::ROLLOUT
     }
 
     fn batch(&self, optimizer: OptimizerName, loss: Loss) -> usize {
@@ -352,22 +352,6 @@ impl From<Form> for lagrangian::lagrangian::Form {
         match form {
             Form::Free => Self::Free,
             Form::Convex => Self::Convex,
-        }
-    }
-}
-
-impl From<LossName> for Loss {
-    fn from(name: LossName) -> Self {
-        match name {
-            LossName::Acceleration => Self::Acceleration,
-            LossName::AccelerationL1 => Self::AccelerationL1,
-            LossName::Torque => Self::Torque,
-            LossName::TorqueL1 => Self::TorqueL1,
-            LossName::TorqueAcceleration => Self::TorqueAcceleration,
-            LossName::TorquePower => Self::TorquePower,
-            LossName::Rollout => Self::Rollout,
-            LossName::Positions => Self::Positions,
-            LossName::PositionsTrapezoidal => Self::PositionsTrapezoidal,
         }
     }
 }

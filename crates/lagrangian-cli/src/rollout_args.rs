@@ -93,7 +93,7 @@ impl RolloutArgs {
             ("--gradients", self.gradients.is_some()),
         ];
         match flags.iter().find(|(_, given)| *given) {
-            Some((flag, _)) if loss != train::Loss::Rollout => Err(mistake(
+            Some((flag, _)) if loss != train::Loss::ROLLOUT => Err(mistake(
                 format!("{flag}: not for --loss {}", loss.name()),
                 "leave it away, or take --loss rollout",
             )),

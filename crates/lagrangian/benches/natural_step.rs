@@ -20,9 +20,7 @@ use std::time::Instant;
 
 use lagrangian::Coordinates;
 use lagrangian::lagrangian::LnnConfig;
-use lagrangian::train::{
-    Budget, Family, FitConfig, NaturalConfig, Optimizer, Part, Samples, Stepper,
-};
+use lagrangian::train::{Budget, FitConfig, NaturalConfig, Optimizer, Part, Samples, Stepper};
 use meter::data::dataset;
 use meter::networks::lnn_weights;
 use meter::{Case, Meter, expect, on_threads, threads};

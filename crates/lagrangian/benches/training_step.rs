@@ -200,8 +200,8 @@ impl Sizes {
         let config = FitConfig {
             family: self.family(),
             loss: match self.kind {
-                Kind::Delan => Loss::Torque,
-                _ => Loss::Acceleration,
+                Kind::Delan => Loss::TORQUE,
+                _ => Loss::ACCELERATION,
             },
             optimizer: Optimizer::Adam(AdamConfig::default()),
             budget: Budget::Steps(usize::MAX),

@@ -6,8 +6,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use lagrangian::rollout::times;
 use lagrangian::{
-    Budget, Dataset, Dissipation, Family, FitConfig, ForceTerms, LnnConfig, Loss, Mechanical,
-    Model, Result, RolloutOptions, analytic, fit, rollout,
+    Budget, Dataset, Dissipation, FitConfig, ForceTerms, LnnConfig, Loss, Mechanical, Model,
+    Result, RolloutOptions, analytic, fit, rollout,
 };
 
 fn main() -> Result<()> {
@@ -30,7 +30,7 @@ fn main() -> Result<()> {
             width: 32,
             ..LnnConfig::default()
         }),
-        loss: Loss::Torque,
+        loss: Loss::TORQUE,
         forces: ForceTerms::friction(),
         budget: Budget::Steps(400),
         batch: 128,

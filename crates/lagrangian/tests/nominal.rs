@@ -143,11 +143,11 @@ fn networks_learn_a_load_that_the_description_does_not_know() {
     let data = dataset(&truth, 1000);
     let before = torque_error(&arm(), &truth);
     for (family, loss) in [
-        (lnn(), Loss::Torque),
-        (lnn(), Loss::Acceleration),
-        (delan(), Loss::Torque),
-        (delan(), Loss::Acceleration),
-        (delan(), Loss::TorqueAcceleration),
+        (lnn(), Loss::TORQUE),
+        (lnn(), Loss::ACCELERATION),
+        (delan(), Loss::TORQUE),
+        (delan(), Loss::ACCELERATION),
+        (delan(), Loss::TORQUE_ACCELERATION),
     ] {
         let found = fit(&data, &config(family.clone(), loss), None, &mut ())
             .unwrap()
@@ -167,12 +167,12 @@ fn networks_learn_a_load_that_the_description_does_not_know() {
 fn a_nominal_model_that_is_nearly_right_is_worth_many_samples() {
     let truth = arm().with_payload("hand", 0.05, [0.0; 3]).unwrap();
     let data = dataset(&truth, 100);
-    let with = fit(&data, &config(lnn(), Loss::Torque), None, &mut ())
+    let with = fit(&data, &config(lnn(), Loss::TORQUE), None, &mut ())
         .unwrap()
         .model;
     let alone = FitConfig {
         nominal: None,
-        ..config(lnn(), Loss::Torque)
+        ..config(lnn(), Loss::TORQUE)
     };
     let without = fit(&data, &alone, None, &mut ()).unwrap().model;
     let (with, without) = (torque_error(&with, &truth), torque_error(&without, &truth));
@@ -206,7 +206,7 @@ fn free_motions_teach_the_accelerations_upon_a_robot() {
     };
     let settings = FitConfig {
         budget: Budget::Steps(120),
-        ..config(lnn(), Loss::Acceleration)
+        ..config(lnn(), Loss::ACCELERATION)
     };
     let found = fit(&data, &settings, None, &mut ()).unwrap().model;
     assert!(
@@ -225,7 +225,7 @@ fn friction_is_learned_upon_a_robot_too() {
             viscous: true,
             ..ForceTerms::default()
         },
-        ..config(lnn(), Loss::Torque)
+        ..config(lnn(), Loss::TORQUE)
     };
     let found = fit(&dataset(&truth, 500), &settings, None, &mut ())
         .unwrap()
@@ -242,7 +242,7 @@ fn a_model_upon_a_robot_is_saved_with_it() {
     for family in [lnn(), delan()] {
         let settings = FitConfig {
             budget: Budget::Steps(3),
-            ..config(family, Loss::Torque)
+            ..config(family, Loss::TORQUE)
         };
         let found = fit(&dataset(&loaded(), 100), &settings, None, &mut ())
             .unwrap()
@@ -289,8 +289,8 @@ fn a_family_that_cannot_stand_on_a_robot_says_so() {
         Box::<dyn Family>::from(lagrangian::identify::RigidConfig::default()),
     ] {
         let settings = FitConfig {
-            loss: Loss::Acceleration,
-            ..config(family, Loss::Acceleration)
+            loss: Loss::ACCELERATION,
+            ..config(family, Loss::ACCELERATION)
         };
         let message = fit(&data, &settings, None, &mut ())
             .unwrap_err()
@@ -303,7 +303,7 @@ fn a_family_that_cannot_stand_on_a_robot_says_so() {
     };
     let settings = FitConfig {
         nominal: Some(robot),
-        ..config(lnn(), Loss::Torque)
+        ..config(lnn(), Loss::TORQUE)
     };
     assert!(
         settings

@@ -74,7 +74,7 @@ fn config(urdf: &str, friction: bool) -> FitConfig {
         } else {
             ForceTerms::default()
         },
-        loss: Loss::Torque,
+        loss: Loss::TORQUE,
         ..FitConfig::default()
     }
 }
@@ -366,7 +366,7 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
     let message = fit(
         &free,
         &FitConfig {
-            loss: Loss::Acceleration,
+            loss: Loss::ACCELERATION,
             ..config
         },
         None,

@@ -70,7 +70,7 @@ fn delan() -> Box<dyn Family> {
 fn config(family: Box<dyn Family>, steps: usize) -> FitConfig {
     FitConfig {
         family,
-        loss: Loss::Rollout,
+        loss: Loss::ROLLOUT,
         rollout: RolloutLoss {
             horizon: 6,
             growth: 0.5,
@@ -202,7 +202,7 @@ fn settings_of_rollouts_outside_their_domain_are_refused_with_their_name() {
     assert!(leapfrog.contains("integrator"), "{leapfrog}");
     let torque = refused(&|c| {
         c.family = Box::<dyn Family>::from(first.clone());
-        c.loss = Loss::AccelerationL1;
+        c.loss = Loss::ACCELERATION_L1;
     });
     assert!(torque.contains("neural ODE"), "{torque}");
 }

@@ -251,8 +251,8 @@ mod families {
     use lagrangian::dynamics::{Mechanical, Model};
     use lagrangian::identify::Rigid;
     use lagrangian::lagrangian::{
-        Angles, Delan, DelanConfig, Dissipation, Form, Inertia, Jet, Lagrangian, Lnn, LnnConfig,
-        RigidChain, Scaling,
+        Angles, Delan, DelanConfig, Dissipation, Form, Inertia, Jet, Lnn, LnnConfig, RigidChain,
+        Scaling,
     };
     use lagrangian::train::Learned;
 

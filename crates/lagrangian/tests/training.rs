@@ -178,7 +178,7 @@ fn a_plain_network_of_torques_has_inverse_dynamics_and_does_not_move() {
     let (train, held) = (force(states.train), force(states.validation));
     let data = Dataset::from_samples(coordinates, train, held).unwrap();
     let mut config = config(Optimizer::default(), 200);
-    config.loss = lagrangian::train::Loss::Torque;
+    config.loss = lagrangian::train::Loss::TORQUE;
     config.family = Box::<dyn Family>::from(MlpConfig {
         width: 16,
         ..MlpConfig::default()
@@ -227,7 +227,7 @@ fn settings_outside_their_domain_are_refused_with_their_name() {
     assert!(refused(&|c| c.family = lnn(0, 2)).contains("width"));
     assert!(refused(&|c| c.family = lnn(1 << 40, 2)).contains("width"));
     assert!(refused(&|c| c.family = lnn(16, 1000)).contains("layers"));
-    assert!(refused(&|c| c.loss = lagrangian::train::Loss::Torque).contains("torque"));
+    assert!(refused(&|c| c.loss = lagrangian::train::Loss::TORQUE).contains("torque"));
 }
 
 #[test]

@@ -58,7 +58,7 @@ impl Case {
             ..DelanConfig::default()
         });
         let case = Self {
-            config: config(family, Loss::Torque, task.steps),
+            config: config(family, Loss::TORQUE, task.steps),
             scaling: data.mass_scaling(),
             scales: data.force_scale(),
             data,
@@ -75,7 +75,7 @@ impl Case {
             ..LnnConfig::default()
         });
         Ok(Self {
-            config: config(family, Loss::AccelerationRelative, task.steps),
+            config: config(family, Loss::ACCELERATION_RELATIVE, task.steps),
             scaling: data.scaling(),
             scales: data.acceleration_scale(),
             data,
@@ -92,7 +92,7 @@ impl Case {
             let object = json!({
                 "n": samples.n, "q": samples.q, "qd": samples.qd, "qdd": samples.qdd, "tau": samples.tau,
                 "scaling": self.scaling, "weights": weights, "parameters": stepper.parameters(), "looks": LOOKS,
-                "batch": BATCH, "relative": self.config.loss == Loss::AccelerationRelative,
+                "batch": BATCH, "relative": self.config.loss == Loss::ACCELERATION_RELATIVE,
             });
             write(&task.file, &object)?;
         }

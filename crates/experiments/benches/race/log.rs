@@ -78,7 +78,7 @@ fn learn(path: &Path, task: &Task) -> Outcome {
     let data = Dataset::new(coordinates.ok_or("no recording")?, &train, &held)?;
     drop((train, held));
     let config = FitConfig {
-        loss: Loss::AccelerationL1,
+        loss: Loss::ACCELERATION_L1,
         optimizer: adam(),
         budget: Budget::Steps(STEPS),
         ..lnn(task)

@@ -7,8 +7,7 @@ use lagrangian::Coordinates;
 use lagrangian::dataset::Dataset;
 use lagrangian::lagrangian::{DelanConfig, LnnConfig, Scaling};
 use lagrangian::train::{
-    AdamConfig, Budget, Family, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress,
-    Stepper, fit,
+    AdamConfig, Budget, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress, Stepper, fit,
 };
 use serde_json::json;
 
@@ -24,7 +23,7 @@ const DAMPING: f64 = 1e-3;
 /// A step of a free Lagrangian network on absolute errors of accelerations, under Adam.
 pub(crate) fn lnn_step(task: &Task, talk: &Talk) -> Outcome {
     let config = FitConfig {
-        loss: Loss::AccelerationL1,
+        loss: Loss::ACCELERATION_L1,
         optimizer: adam(),
         ..lnn(task)
     };
@@ -38,7 +37,7 @@ pub(crate) fn delan_step(task: &Task, talk: &Talk) -> Outcome {
             width: task.width,
             ..DelanConfig::default()
         }),
-        loss: Loss::Torque,
+        loss: Loss::TORQUE,
         optimizer: adam(),
         ..lnn(task)
     };
@@ -64,7 +63,7 @@ pub(crate) fn natural_step(task: &Task, talk: &Talk) -> Outcome {
 fn step(task: &Task, talk: &Talk, coordinates: Coordinates, config: &FitConfig) -> Outcome {
     let data = dataset(coordinates, task.batch)?;
     let (scaling, scales) = match config.loss {
-        Loss::Torque => (data.mass_scaling(), data.force_scale()),
+        Loss::TORQUE => (data.mass_scaling(), data.force_scale()),
         _ => (data.scaling(), data.acceleration_scale()),
     };
     race(task, talk, &data, config, &scaling, &scales)

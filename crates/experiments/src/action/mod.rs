@@ -155,7 +155,7 @@ fn fitted(lab: &mut Lab, system: &dyn AnalyticModel, seed: u64) -> Result<Learne
             width: if quick { 32 } else { 64 },
             ..LnnConfig::default()
         }),
-        loss: Loss::Acceleration,
+        loss: Loss::ACCELERATION,
         budget: lab.budget(1000, 60),
         batch: if quick { 128 } else { 256 },
         seed,

@@ -27,7 +27,7 @@ const fn usual(family: fn(usize) -> Box<dyn Family>) -> Recipe {
         angles: Angles::Absolute,
         family,
         teachings: &Teaching::ALL,
-        loss: Loss::Acceleration,
+        loss: Loss::ACCELERATION,
     }
 }
 
@@ -129,7 +129,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
         Role::Other(6),
         Recipe {
             teachings: &[Teaching::States],
-            loss: Loss::Rollout,
+            loss: Loss::ROLLOUT,
             ..usual(neural_ode)
         },
     ),

@@ -55,7 +55,7 @@ pub(super) fn learn(
     lab: &mut Lab,
 ) -> Result<Learned> {
     // A rollout needs no accelerations.
-    if teaching == Teaching::States && config.loss != Loss::Rollout {
+    if teaching == Teaching::States && config.loss != Loss::ROLLOUT {
         return from_states(truth, config, &chunks, lab);
     }
     one(truth, config, &chunks, lab)
@@ -74,7 +74,7 @@ fn from_states(
     );
     let round = |share: f64| FitConfig {
         // Where a mass whips round between two samples an estimate may be wrong by any amount.
-        loss: Loss::AccelerationL1,
+        loss: Loss::ACCELERATION_L1,
         budget: part(config.budget, share),
         ..config.clone()
     };

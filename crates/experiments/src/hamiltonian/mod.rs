@@ -123,7 +123,7 @@ fn training(task: Task) -> Training {
             width: 16,
             layers: 1,
             activation: Activation::Softplus,
-            loss: Loss::Acceleration,
+            loss: Loss::ACCELERATION,
             batch: 384,
             steps: 75,
             quick: (75, 1.0),
@@ -134,7 +134,7 @@ fn training(task: Task) -> Training {
             width: 64,
             layers: 2,
             activation: Activation::Tanh,
-            loss: Loss::Acceleration,
+            loss: Loss::ACCELERATION,
             batch: 96,
             steps: 100,
             quick: (20, 0.02),
@@ -144,7 +144,7 @@ fn training(task: Task) -> Training {
         // Bodies that nearly meet carry most of the squares of the forces, and no batch has two of them.
         Task::ThreeBodies => Training {
             width: 96,
-            loss: Loss::AccelerationL1,
+            loss: Loss::ACCELERATION_L1,
             steps: 600,
             quick: (8, 0.005),
             weight: 60.0,

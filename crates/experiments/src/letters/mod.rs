@@ -116,7 +116,7 @@ impl Plan {
 fn config(recipe: &Recipe, seconds: f64, seed: u64) -> FitConfig {
     FitConfig {
         family: (recipe.family)(),
-        loss: Loss::Torque,
+        loss: Loss::TORQUE,
         budget: Budget::Seconds(seconds),
         seed,
         validate_every: 10,
@@ -191,7 +191,7 @@ fn main_fit(
                 seconds,
             )?;
             let forward = FitConfig {
-                loss: Loss::Acceleration,
+                loss: Loss::ACCELERATION,
                 budget: Budget::Seconds(seconds),
                 ..config
             };

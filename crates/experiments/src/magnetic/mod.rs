@@ -107,7 +107,7 @@ fn measure(
     let data = dataset(&*system, if lab.quick() { 2_000 } else { 20_000 }, seed)?;
     let config = FitConfig {
         family: (who.config)(),
-        loss: Loss::Acceleration,
+        loss: Loss::ACCELERATION,
         budget: lab.budget(5000, 100),
         batch: 128,
         seed,

@@ -117,14 +117,14 @@ fn config(family: Box<dyn Family>, prediction: Prediction, lab: &Lab, seed: u64)
     };
     match prediction {
         None => FitConfig {
-            loss: Loss::Acceleration,
+            loss: Loss::ACCELERATION,
             optimizer: Optimizer::Adam(AdamConfig::default()),
             budget: lab.budget(1000, 150),
             batch: 256,
             ..usual
         },
         Some((horizon, start)) => FitConfig {
-            loss: Loss::Rollout,
+            loss: Loss::ROLLOUT,
             rollout: RolloutLoss {
                 horizon,
                 start,

@@ -45,7 +45,7 @@ const fn plain(
         name,
         role,
         Recipe {
-            loss: Loss::Torque,
+            loss: Loss::TORQUE,
             forces: NONE,
             family,
         },
@@ -64,7 +64,7 @@ const fn with_forces(
         name,
         role,
         Recipe {
-            loss: Loss::Torque,
+            loss: Loss::TORQUE,
             forces: FORCES,
             family,
         },
@@ -118,7 +118,7 @@ pub(super) const OBEYED: [Contestant<Recipe>; 6] = [
         "plain network, q̈",
         Role::Baseline,
         Recipe {
-            loss: Loss::Acceleration,
+            loss: Loss::ACCELERATION,
             forces: NONE,
             family: mlp,
         },

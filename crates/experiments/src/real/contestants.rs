@@ -66,30 +66,30 @@ fn friction_and_rotor() -> ForceTerms {
 }
 
 const DELAN: &[Candidate] = &[
-    candidate("torque", Loss::Torque, friction_and_rotor, delan),
+    candidate("torque", Loss::TORQUE, friction_and_rotor, delan),
     Candidate {
         decay: 0.1,
-        ..candidate("torque, decay 0.1", Loss::Torque, friction_and_rotor, delan)
+        ..candidate("torque, decay 0.1", Loss::TORQUE, friction_and_rotor, delan)
     },
     candidate(
         "torque and acceleration",
-        Loss::TorqueAcceleration,
+        Loss::TORQUE_ACCELERATION,
         friction_and_rotor,
         delan,
     ),
     candidate(
         "acceleration",
-        Loss::Acceleration,
+        Loss::ACCELERATION,
         friction_and_rotor,
         delan,
     ),
 ];
 
 const LNN: &[Candidate] = &[
-    candidate("torque", Loss::Torque, ForceTerms::friction, lnn),
+    candidate("torque", Loss::TORQUE, ForceTerms::friction, lnn),
     candidate(
         "acceleration",
-        Loss::Acceleration,
+        Loss::ACCELERATION,
         ForceTerms::friction,
         lnn,
     ),
@@ -104,16 +104,16 @@ fn mlp() -> Box<dyn Family> {
 
 const FORWARD: &[Candidate] = &[candidate(
     "acceleration",
-    Loss::Acceleration,
+    Loss::ACCELERATION,
     ForceTerms::default,
     mlp,
 )];
 
-const INVERSE: &[Candidate] = &[candidate("torque", Loss::Torque, ForceTerms::default, mlp)];
+const INVERSE: &[Candidate] = &[candidate("torque", Loss::TORQUE, ForceTerms::default, mlp)];
 
 const RIGID: &[Candidate] = &[candidate(
     "least squares",
-    Loss::Torque,
+    Loss::TORQUE,
     ForceTerms::friction,
     || Box::new(RigidConfig::default()),
 )];

@@ -85,7 +85,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
                 })
             },
             starts: CHARTS,
-            loss: Loss::AccelerationRelative,
+            loss: Loss::ACCELERATION_RELATIVE,
             steps: MORE,
         },
     },
@@ -96,7 +96,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
         config: Recipe {
             family: |start| Box::new(lnn(Form::Free, start)),
             starts: STARTS,
-            loss: Loss::AccelerationRelative,
+            loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
         },
     },
@@ -112,7 +112,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
                 })
             },
             starts: &[Start::new(SpeedChart::Artanh, 10.0, 1e-1)],
-            loss: Loss::AccelerationRelative,
+            loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
         },
     },
@@ -123,7 +123,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
         config: Recipe {
             family: |_| Box::new(hnn(Momenta::Velocities, None)),
             starts: PLAIN,
-            loss: Loss::AccelerationL1,
+            loss: Loss::ACCELERATION_L1,
             steps: STEPS,
         },
     },
@@ -134,7 +134,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
         config: Recipe {
             family: |_| Box::new(hnn(Momenta::Recorded, Some(1.0))),
             starts: PLAIN,
-            loss: Loss::AccelerationL1,
+            loss: Loss::ACCELERATION_L1,
             steps: STEPS,
         },
     },
@@ -150,7 +150,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
                 })
             },
             starts: PLAIN,
-            loss: Loss::AccelerationRelative,
+            loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
         },
     },
@@ -166,7 +166,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
                 })
             },
             starts: PLAIN,
-            loss: Loss::AccelerationRelative,
+            loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
         },
     },

@@ -67,7 +67,7 @@ fn run(lab: &mut Lab) -> Result<()> {
             lab.begin(format!("{}, seed {seed}", kind.system()))?;
             let config = FitConfig {
                 family: Box::new(DelanConfig::default()),
-                loss: Loss::Torque,
+                loss: Loss::TORQUE,
                 budget: lab.budget(300, 100),
                 batch: 128,
                 seed,

@@ -94,7 +94,7 @@ static LNN: Published = Published {
 const fn free(family: fn() -> Box<dyn Family>) -> Recipe {
     Recipe {
         family,
-        loss: Loss::Acceleration,
+        loss: Loss::ACCELERATION,
         method: Method::Rk4,
         reads: Reads::Motions,
         batch: 128,
@@ -122,7 +122,7 @@ const fn canonical(family: fn() -> Box<dyn Family>) -> Recipe {
 /// A family that is fitted to the motion between the samples, by rollouts.
 const fn rolled(family: fn() -> Box<dyn Family>) -> Recipe {
     Recipe {
-        loss: Loss::Rollout,
+        loss: Loss::ROLLOUT,
         reads: Reads::States,
         ..free(family)
     }
@@ -252,7 +252,7 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
         Role::Other(3),
         Recipe {
             reads: Reads::Positions,
-            loss: Loss::PositionsTrapezoidal,
+            loss: Loss::POSITIONS_TRAPEZOIDAL,
             method: Method::VariationalTrapezoidal,
             ..free(|| Box::new(VinConfig::default()))
         },
@@ -263,7 +263,7 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
         Role::Other(6),
         Recipe {
             reads: Reads::Positions,
-            loss: Loss::Positions,
+            loss: Loss::POSITIONS,
             method: Method::VariationalMidpoint,
             ..free(delan)
         },
@@ -279,7 +279,7 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
         "rigid chain",
         Role::Truth,
         Recipe {
-            loss: Loss::Torque,
+            loss: Loss::TORQUE,
             reads: Reads::Torques,
             ..free(|| {
                 Box::new(RigidConfig {

@@ -290,7 +290,7 @@ fn fitted(
         config.budget = plan.longest;
     }
     // What rollouts leave under noise is that of their starts, so that their loss does not say how far they are.
-    let watched = row.config.loss != Loss::Rollout || lesson.noise <= 0.0;
+    let watched = row.config.loss != Loss::ROLLOUT || lesson.noise <= 0.0;
     let mut hopeless;
     let observer: &mut dyn Observer = match watched {
         true => {

@@ -215,9 +215,9 @@ impl Kind {
     /// The loss that it minimises.
     pub(crate) fn loss(self) -> Loss {
         match self {
-            Self::VinTrapezoidal => Loss::PositionsTrapezoidal,
-            Self::VinMidpoint | Self::Delan | Self::Lnn => Loss::Positions,
-            Self::LnnEstimates | Self::Mlp => Loss::Acceleration,
+            Self::VinTrapezoidal => Loss::POSITIONS_TRAPEZOIDAL,
+            Self::VinMidpoint | Self::Delan | Self::Lnn => Loss::POSITIONS,
+            Self::LnnEstimates | Self::Mlp => Loss::ACCELERATION,
         }
     }
 

@@ -167,7 +167,7 @@ impl<'a> Fits<'a> {
         let config = FitConfig {
             family,
             forces,
-            loss: Loss::Acceleration,
+            loss: Loss::ACCELERATION,
             budget: self.config.budget,
             batch: self.config.batch,
             seed,

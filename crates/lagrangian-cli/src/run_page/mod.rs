@@ -9,8 +9,6 @@ use anyhow::Result;
 use figures::Followed;
 use lagrangian::Trajectory;
 use lagrangian::dynamics::Model;
-use lagrangian::hamiltonian::HnnStructure;
-use lagrangian::lagrangian::Inertia;
 use lagrangian::score::{Score, SignalError, score};
 use lagrangian::train::Learned;
 use lagrangian_report::draw::short;

@@ -119,7 +119,7 @@ impl OnlineConfig {
     pub(crate) fn fit(&self) -> FitConfig {
         FitConfig {
             family: self.family.clone(),
-            loss: Loss::Torque,
+            loss: Loss::TORQUE,
             optimizer: Optimizer::Natural(NaturalConfig::default()),
             batch: self.batch,
             forces: self.forces,

@@ -249,7 +249,7 @@ pub(crate) fn check_speed_limit(
 ) -> Result<()> {
     let argument = |name, value, must| Err(Error::Argument { name, value, must });
     match limit {
-        Some(_) if config.loss == Loss::Rollout => {
+        Some(_) if config.loss == Loss::ROLLOUT => {
             let must = "acceleration under a speed limit: a rollout has no gradient through it";
             argument("loss", config.loss.name().into(), must)
         }
@@ -264,7 +264,7 @@ pub(crate) fn check_speed_limit(
 
 /// Refuses a rollout of an equation of first order by a method that needs dq/dt = q̇.
 pub(crate) fn check_first_order(config: &FitConfig) -> Result<()> {
-    if config.loss != Loss::Rollout || config.rollout.integrator != Method::StormerVerlet {
+    if config.loss != Loss::ROLLOUT || config.rollout.integrator != Method::StormerVerlet {
         return Ok(());
     }
     Err(Error::Argument {

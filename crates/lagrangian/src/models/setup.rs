@@ -41,7 +41,7 @@ impl Setup {
             None => Cow::Borrowed(dataset),
         };
         let loss = match config.loss {
-            Loss::Rollout => Loss::Acceleration,
+            Loss::ROLLOUT => Loss::ACCELERATION,
             loss => loss,
         };
         let speeds = dataset.scaling().qd_scale;
@@ -61,7 +61,7 @@ impl Setup {
     pub(crate) fn target(&self, residuals: Residuals) -> (Loss, &[f64]) {
         match residuals {
             Residuals::OfLoss => (self.loss, &self.weights),
-            Residuals::OfRates => (Loss::Acceleration, &self.ones[..self.weights.len()]),
+            Residuals::OfRates => (Loss::ACCELERATION, &self.ones[..self.weights.len()]),
         }
     }
 
@@ -95,8 +95,8 @@ impl Loss {
     fn weights(self, dataset: &Dataset) -> Vec<f64> {
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());
         let scales = match self {
-            Self::TorqueAcceleration => [tau, qdd].concat(),
-            Self::TorquePower => {
+            Self::TORQUE_ACCELERATION => [tau, qdd].concat(),
+            Self::TORQUE_POWER => {
                 let power = dataset.power_scale();
                 [tau, vec![power]].concat()
             }

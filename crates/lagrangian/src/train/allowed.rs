@@ -1,7 +1,7 @@
 //! Which settings of a fit its data and its family allow.
 
 use super::fit::{Budget, FitConfig, Optimizer, Precision};
-use super::learner::Loss;
+use super::loss::Loss;
 use crate::dataset::Dataset;
 use crate::models::{Abilities, Plan, Training};
 use crate::rigid::RigidBodies;
@@ -53,7 +53,7 @@ impl FitConfig {
         self.check_loss(dataset)?;
         self.check_combinations()?;
         self.family.check(dataset, self)?;
-        if self.loss == Loss::Rollout {
+        if self.loss == Loss::ROLLOUT {
             self.rollout.validate(dataset, &self.optimizer)?;
         }
         let plan = self.family.prepare(dataset, self)?;
@@ -127,7 +127,7 @@ impl FitConfig {
     /// Settings that exclude each other.
     fn check_combinations(&self) -> Result<()> {
         let able = self.family.abilities();
-        let rollout = self.loss == Loss::Rollout;
+        let rollout = self.loss == Loss::ROLLOUT;
         if self.batch_first.is_some() && rollout {
             let must = "omitted under the rollout loss, whose horizon grows instead";
             return refuse("first batch", "given", must);

@@ -4,7 +4,8 @@ use std::ops::{Deref, DerefMut};
 
 use rayon::prelude::*;
 
-use super::learner::{Learner, Loss, Work};
+use super::learner::{Learner, Work};
+use super::loss::Loss;
 use crate::trajectory::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed};
@@ -119,27 +120,6 @@ impl Value {
             sum: self.sum + other.sum,
             count: self.count + other.count,
             singular: self.singular + other.singular,
-        }
-    }
-}
-
-impl Loss {
-    /// Whether absolute values are minimised.
-    pub(crate) fn is_absolute(self) -> bool {
-        matches!(self, Self::AccelerationL1 | Self::TorqueL1)
-    }
-
-    /// The value of one residual.
-    pub(crate) fn of(self, r: f64) -> f64 {
-        if self.is_absolute() { r.abs() } else { r * r }
-    }
-
-    /// Its derivative.
-    pub(crate) fn slope(self, r: f64) -> f64 {
-        if self.is_absolute() {
-            r.signum()
-        } else {
-            2.0 * r
         }
     }
 }

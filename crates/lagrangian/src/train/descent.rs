@@ -4,7 +4,8 @@
 use super::adam::{Adam, AdamConfig};
 use super::batch::{Batches, Samples, Value};
 use super::checkpoint::Checkpoint;
-use super::learner::{Learner, Loss};
+use super::learner::Learner;
+use super::loss::Loss;
 use nets::Moments;
 use nets::simd::Real;
 

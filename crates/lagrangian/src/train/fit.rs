@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::adam::AdamConfig;
 use super::checkpoint::Checkpoint;
 use super::forces::ForceTerms;
-use super::learner::Loss;
+use super::loss::Loss;
 use super::natural::NaturalConfig;
 use super::observer::{Ending, Observer, Progress};
 use super::rollout::{RolloutLoss, Rollouts};
@@ -158,13 +158,13 @@ fn descend(
 ) -> Result<Fit> {
     let mut fresh = model.initialise(config.seed);
     let weights = fresh.len();
-    if config.loss == Loss::Rollout {
+    if config.loss == Loss::ROLLOUT {
         let flow = model.learner(Residuals::OfRates);
         fresh.extend(Rollouts::new(dataset, config, &*flow).free_starts());
     }
     let mut run = Run::new(dataset, config, resume, fresh)?;
     let (ending, progress) = match config.precision {
-        _ if config.loss == Loss::Rollout => {
+        _ if config.loss == Loss::ROLLOUT => {
             let flow = model.learner(Residuals::OfRates);
             run.in_rollouts(&*flow, &*model.learner(Residuals::OfLoss), observer)
         }

@@ -8,106 +8,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::forces::{Drive, Forces};
+use super::loss::{Loss, Weighting};
 use super::positions::Points;
 use crate::Coordinates;
-use crate::integrate::Rule;
 use crate::lagrangian::{Block, Factor, Jet};
 use crate::solve::SymmetricSolver;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Pass, Terms};
-
-/// What is minimised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Loss {
-    /// Squares of (q̈ predicted − q̈), each coordinate in units of its deviation.
-    #[default]
-    Acceleration,
-    /// Squares of the same relative to the size of q̈, so that slow motion counts as much as fast: each sample is
-    /// divided by √(⅒ + mean over the coordinates of (q̈ in units of its deviation)²).
-    AccelerationRelative,
-    /// Absolute values of the same (Cranmer et al. 2020).
-    AccelerationL1,
-    /// Squares of (τ predicted − τ), in units of its deviation; needs forces, and no inverse of M.
-    Torque,
-    /// Absolute values of the same: outliers weigh little.
-    TorqueL1,
-    /// Squares of both, so that the model serves inverse and forward dynamics alike.
-    TorqueAcceleration,
-    /// Squares of (τ predicted − τ), and of the power (τ predicted − τ)·q̇ in units of its deviation: the balance of
-    /// energy weighs as much as a coordinate.
-    TorquePower,
-    /// Squares of (state predicted − state) after each of some samples, see [`RolloutLoss`](super::RolloutLoss).
-    Rollout,
-    /// Squares of (a predicted − a), a the second divided difference of three neighbouring positions: the discrete
-    /// Euler–Lagrange equation by the midpoint rule, solved for the last of them. Needs no velocities.
-    Positions,
-    /// The same by the trapezoidal rule: Störmer–Verlet where M is constant.
-    PositionsTrapezoidal,
-}
-
-impl Loss {
-    /// Its name on the command line and in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Acceleration => "acceleration",
-            Self::AccelerationRelative => "acceleration-relative",
-            Self::AccelerationL1 => "acceleration-l1",
-            Self::Torque => "torque",
-            Self::TorqueL1 => "torque-l1",
-            Self::TorqueAcceleration => "torque-acceleration",
-            Self::TorquePower => "torque-power",
-            Self::Rollout => "rollout",
-            Self::Positions => "positions",
-            Self::PositionsTrapezoidal => "positions-trapezoidal",
-        }
-    }
-
-    /// Whether it compares forces, so that they must be recorded.
-    #[must_use]
-    pub fn needs_forces(self) -> bool {
-        matches!(
-            self,
-            Self::Torque | Self::TorqueL1 | Self::TorqueAcceleration | Self::TorquePower
-        )
-    }
-
-    /// The rule by which it discretises the action, where it is one of positions alone.
-    #[must_use]
-    pub fn rule(self) -> Option<Rule> {
-        match self {
-            Self::Positions => Some(Rule::Midpoint),
-            Self::PositionsTrapezoidal => Some(Rule::Trapezoidal),
-            _ => None,
-        }
-    }
-
-    /// Whether it compares accelerations, so that M is inverted.
-    #[must_use]
-    pub fn inverts(self) -> bool {
-        !self.needs_forces() || self == Self::TorqueAcceleration
-    }
-
-    /// Residuals of a sample of `n` coordinates.
-    pub(crate) fn residuals(self, n: usize) -> usize {
-        match self {
-            Self::TorqueAcceleration => 2 * n,
-            Self::TorquePower => n + 1,
-            _ => n,
-        }
-    }
-
-    /// The weight of a sample with accelerations `qdd`, given the weights of the coordinates.
-    pub(crate) fn sample_weight(self, qdd: &[f64], weights: &[f64]) -> f64 {
-        if self != Self::AccelerationRelative {
-            return 1.0;
-        }
-        let squares: f64 = qdd.iter().zip(weights).map(|(a, w)| (a * w).powi(2)).sum();
-        let moving = weights.iter().filter(|w| **w != 0.0).count().max(1);
-        1.0 / (0.1 + squares / moving as f64).sqrt()
-    }
-}
 
 /// A block of samples at work: its states, its pass through the network, and what the loss makes of it.
 pub(crate) struct Work<T: Real> {
@@ -319,7 +226,7 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
         self.unweighted_residuals(packed, extra, work);
         let (loss, weights) = self.loss();
         let n = weights.len();
-        if loss == Loss::AccelerationRelative {
+        if loss.weighting == Weighting::Relative {
             for (s, qdd) in work.qdd.chunks_exact(n).enumerate() {
                 let weight = loss.sample_weight(qdd, weights);
                 work.residual[s * n..][..n]

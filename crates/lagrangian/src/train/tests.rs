@@ -5,7 +5,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::batch::{Batches, Samples};
 use super::forces::{ForceTerms, Forces, Input};
-use super::learner::{Learner, Loss};
+use super::learner::Learner;
+use super::loss::Loss;
 use super::natural::{Natural, NaturalConfig};
 use super::positions::PositionsLearner;
 use crate::baseline::{MlpConfig, MlpShape};
@@ -100,11 +101,11 @@ fn delan(n: usize, config: DelanConfig) -> DelanShape {
 #[test]
 fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
     let losses = [
-        Loss::Torque,
-        Loss::TorqueL1,
-        Loss::Acceleration,
-        Loss::TorqueAcceleration,
-        Loss::TorquePower,
+        Loss::TORQUE,
+        Loss::TORQUE_L1,
+        Loss::ACCELERATION,
+        Loss::TORQUE_ACCELERATION,
+        Loss::TORQUE_POWER,
     ];
     for n in [1, 2, 3] {
         for loss in losses {
@@ -138,7 +139,7 @@ fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
 fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss, String)) {
     let weights: Vec<f64> = (0..n).map(|i| 0.8 + 0.1 * i as f64).collect();
     let input = [Input::Torque, Input::Gains, Input::Matrix][n - 1];
-    for loss in [Loss::Positions, Loss::PositionsTrapezoidal] {
+    for loss in [Loss::POSITIONS, Loss::POSITIONS_TRAPEZOIDAL] {
         let rule = loss.rule().unwrap();
         for form in [Form::Free, Form::Convex] {
             let shape = shape(n, form);
@@ -204,10 +205,10 @@ fn a_natural_step_on_positions_shrinks_every_residual_by_its_rate() {
 #[test]
 fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rate() {
     for loss in [
-        Loss::Torque,
-        Loss::Acceleration,
-        Loss::TorqueAcceleration,
-        Loss::TorquePower,
+        Loss::TORQUE,
+        Loss::ACCELERATION,
+        Loss::TORQUE_ACCELERATION,
+        Loss::TORQUE_POWER,
     ] {
         let shape = delan(
             2,
@@ -217,7 +218,7 @@ fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rat
             },
         );
         // Near M r_q̈ = −r_τ the residuals of both kinds depend on each other: fewer samples keep them apart.
-        let count = if loss == Loss::TorqueAcceleration {
+        let count = if loss == Loss::TORQUE_ACCELERATION {
             7
         } else {
             21
@@ -273,11 +274,11 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
     for n in [1, 2, 3] {
         for form in [Form::Free, Form::Convex] {
             for (loss, friction) in [
-                (Loss::Acceleration, false),
-                (Loss::Acceleration, true),
-                (Loss::Torque, true),
-                (Loss::AccelerationL1, false),
-                (Loss::AccelerationRelative, false),
+                (Loss::ACCELERATION, false),
+                (Loss::ACCELERATION, true),
+                (Loss::TORQUE, true),
+                (Loss::ACCELERATION_L1, false),
+                (Loss::ACCELERATION_RELATIVE, false),
             ] {
                 let shape = shape(n, form);
                 let terms = if friction {
@@ -322,11 +323,11 @@ fn gradients_leave_a_parameter_out_and_agree_with_differences() {
     let (held, weights) = (held_samples(37), [0.8, 0.0, 0.5, 0.0]);
     let terms = forces(ForceTerms::friction(), 2);
     for loss in [
-        Loss::Acceleration,
-        Loss::AccelerationRelative,
-        Loss::AccelerationL1,
-        Loss::Torque,
-        Loss::TorqueL1,
+        Loss::ACCELERATION,
+        Loss::ACCELERATION_RELATIVE,
+        Loss::ACCELERATION_L1,
+        Loss::TORQUE,
+        Loss::TORQUE_L1,
     ] {
         for form in [Form::Free, Form::Convex] {
             let shape = LnnShape {
@@ -369,7 +370,7 @@ fn gradients_through_charts_of_the_speed_and_exponential_units_agree_with_differ
         (Form::Free, None, artanh),
         (Form::Convex, None, artanh),
     ] {
-        for (loss, count) in [(Loss::Acceleration, 21), (Loss::Torque, 21)] {
+        for (loss, count) in [(Loss::ACCELERATION, 21), (Loss::TORQUE, 21)] {
             let config = LnnConfig {
                 form,
                 width: 16,
@@ -401,10 +402,10 @@ fn the_gradients_of_networks_upon_a_robot_agree_with_differences() {
     let robot = RigidBodies::from_urdf(urdf).unwrap();
     let (deep, weights) = (delan(2, DelanConfig::default()), [0.8, 1.2, 0.5, 0.6]);
     for loss in [
-        Loss::Torque,
-        Loss::Acceleration,
-        Loss::TorqueAcceleration,
-        Loss::TorquePower,
+        Loss::TORQUE,
+        Loss::ACCELERATION,
+        Loss::TORQUE_ACCELERATION,
+        Loss::TORQUE_POWER,
     ] {
         let learner = DelanLearner {
             shape: &deep,
@@ -417,9 +418,9 @@ fn the_gradients_of_networks_upon_a_robot_agree_with_differences() {
         assert!(error < 1e-7, "delan {loss:?}: {error:e}");
     }
     for (form, loss) in [
-        (Form::Free, Loss::Torque),
-        (Form::Convex, Loss::Torque),
-        (Form::Convex, Loss::Acceleration),
+        (Form::Free, Loss::TORQUE),
+        (Form::Convex, Loss::TORQUE),
+        (Form::Convex, Loss::ACCELERATION),
     ] {
         let shape = shape(2, form);
         let learner = LnnLearner {
@@ -447,10 +448,10 @@ fn the_gradient_of_a_plain_network_agrees_with_differences() {
         MlpShape::new(Coordinates::angles(3), config, Scaling::identity(3), scales).unwrap();
     let learner = MlpLearner {
         shape: &shape,
-        loss: Loss::Acceleration,
+        loss: Loss::ACCELERATION,
         weights: &[0.8; 3],
     };
-    let error = gradient_error(&learner, Loss::Acceleration, &samples(3, 37));
+    let error = gradient_error(&learner, Loss::ACCELERATION, &samples(3, 37));
     assert!(error < 1e-7, "{error:e}");
 }
 
@@ -487,7 +488,7 @@ pub(crate) fn assert_step_solves(learner: &dyn Learner<f64>, loss: Loss, samples
 #[test]
 fn a_natural_step_shrinks_every_residual_by_its_rate() {
     for form in [Form::Free, Form::Convex] {
-        for loss in [Loss::Acceleration, Loss::Torque] {
+        for loss in [Loss::ACCELERATION, Loss::TORQUE] {
             let shape = shape(2, form);
             let weights = [0.8, 1.2];
             let learner = LnnLearner {
@@ -510,10 +511,10 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
         MlpShape::new(Coordinates::angles(3), config, Scaling::identity(3), scales).unwrap();
     let learner = MlpLearner {
         shape: &shape,
-        loss: Loss::Acceleration,
+        loss: Loss::ACCELERATION,
         weights: &[0.8; 3],
     };
-    assert_step_solves(&learner, Loss::Acceleration, &samples(3, 21));
+    assert_step_solves(&learner, Loss::ACCELERATION, &samples(3, 21));
 }
 
 #[test]
@@ -550,7 +551,7 @@ pub(crate) fn samples_without_an_acceleration_do_not_lower_the_loss() {
     let learner = LnnLearner {
         nominal: None,
         shape: &shape,
-        loss: Loss::Acceleration,
+        loss: Loss::ACCELERATION,
         weights: &weights,
         forces: forces(ForceTerms::default(), 1),
     };
@@ -561,7 +562,7 @@ pub(crate) fn samples_without_an_acceleration_do_not_lower_the_loss() {
     let mut batches = Batches::new(learner, 20);
     let value = batches.evaluate(
         learner,
-        Loss::Acceleration,
+        Loss::ACCELERATION,
         &broken,
         (&samples, &numbers),
         None,

@@ -125,7 +125,7 @@ fn train(
     let folder = RunFolder::open(&args.out.join(name), occupied)?;
     let config = FitConfig {
         family,
-        loss: Loss::Acceleration,
+        loss: Loss::ACCELERATION,
         budget: Budget::Seconds(args.seconds),
         seed: args.seed,
         ..FitConfig::default()

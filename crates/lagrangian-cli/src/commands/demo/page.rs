@@ -6,7 +6,6 @@ use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::analytic::AnalyticModel;
 use lagrangian::rollout::energy_error;
 use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
-use lagrangian::train::{Family, FitConfig};
 use lagrangian_analysis::chaos::ValidTimes;
 use lagrangian_report::draw::short;
 use lagrangian_report::{

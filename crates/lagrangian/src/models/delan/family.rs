@@ -32,16 +32,16 @@ const ROTORS: &str = "rotor_inertias";
 
 /// The losses that a mass matrix of one's own can be trained with.
 pub(crate) const LOSSES: &[Loss] = &[
-    Loss::Acceleration,
-    Loss::AccelerationRelative,
-    Loss::AccelerationL1,
-    Loss::Torque,
-    Loss::TorqueL1,
-    Loss::TorqueAcceleration,
-    Loss::TorquePower,
-    Loss::Rollout,
-    Loss::Positions,
-    Loss::PositionsTrapezoidal,
+    Loss::ACCELERATION,
+    Loss::ACCELERATION_RELATIVE,
+    Loss::ACCELERATION_L1,
+    Loss::TORQUE,
+    Loss::TORQUE_L1,
+    Loss::TORQUE_ACCELERATION,
+    Loss::TORQUE_POWER,
+    Loss::ROLLOUT,
+    Loss::POSITIONS,
+    Loss::POSITIONS_TRAPEZOIDAL,
 ];
 
 impl Family for DelanConfig {

@@ -120,7 +120,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
 impl DelanLearner<'_> {
     /// Accelerations at which the balance is taken: the recorded one, the model's own, or both.
     fn sets(&self) -> usize {
-        if self.loss == Loss::TorqueAcceleration {
+        if self.loss == Loss::TORQUE_ACCELERATION {
             2
         } else {
             1
@@ -176,11 +176,11 @@ impl DelanLearner<'_> {
             work.residual[s * m + i] = self.weights[i] * error;
             work.mix[(s * m + i) * k + i] = self.weights[i] * energy;
             power += error * work.qd[s * n + i];
-            if self.loss == Loss::TorquePower {
+            if self.loss == Loss::TORQUE_POWER {
                 work.mix[(s * m + n) * k + i] = self.weights[n] * energy * work.qd[s * n + i];
             }
         }
-        if self.loss == Loss::TorquePower {
+        if self.loss == Loss::TORQUE_POWER {
             work.residual[s * m + n] = self.weights[n] * power;
         }
     }

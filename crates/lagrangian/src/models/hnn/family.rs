@@ -44,7 +44,7 @@ impl Family for HnnConfig {
     }
 
     fn abilities(&self) -> Abilities {
-        const LOSSES: &[Loss] = &[Loss::Acceleration, Loss::AccelerationL1, Loss::Rollout];
+        const LOSSES: &[Loss] = &[Loss::ACCELERATION, Loss::ACCELERATION_L1, Loss::ROLLOUT];
         let remedy = "acceleration (or acceleration-l1 for absolute errors, or rollout): a Hamiltonian network is fitted to (q̇, ṗ), or to motions in (q, p)";
         Abilities {
             rates: 2,
@@ -58,7 +58,7 @@ impl Family for HnnConfig {
             Err(Error::Argument { name, value, must })
         };
         let forces = config.forces != ForceTerms::default();
-        if config.loss == Loss::Rollout && forces {
+        if config.loss == Loss::ROLLOUT && forces {
             let must = "omitted, or learned under another loss";
             return argument(
                 "forces",

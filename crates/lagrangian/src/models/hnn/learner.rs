@@ -314,7 +314,7 @@ mod tests {
                 };
                 let learner = HnnLearner {
                     shape: &shape,
-                    loss: Loss::Acceleration,
+                    loss: Loss::ACCELERATION,
                     weights: &weights,
                     forces: forces(terms, n),
                     phase: false,

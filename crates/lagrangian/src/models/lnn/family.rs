@@ -44,14 +44,14 @@ impl Family for LnnConfig {
 
     fn abilities(&self) -> Abilities {
         const LOSSES: &[Loss] = &[
-            Loss::Acceleration,
-            Loss::AccelerationRelative,
-            Loss::AccelerationL1,
-            Loss::Torque,
-            Loss::TorqueL1,
-            Loss::Rollout,
-            Loss::Positions,
-            Loss::PositionsTrapezoidal,
+            Loss::ACCELERATION,
+            Loss::ACCELERATION_RELATIVE,
+            Loss::ACCELERATION_L1,
+            Loss::TORQUE,
+            Loss::TORQUE_L1,
+            Loss::ROLLOUT,
+            Loss::POSITIONS,
+            Loss::POSITIONS_TRAPEZOIDAL,
         ];
         let remedy = "torque or acceleration: only deep Lagrangian networks (delan) are fitted to more at once";
         Abilities {

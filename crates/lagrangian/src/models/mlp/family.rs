@@ -42,12 +42,12 @@ impl Family for MlpConfig {
 
     fn abilities(&self) -> Abilities {
         const LOSSES: &[Loss] = &[
-            Loss::Acceleration,
-            Loss::AccelerationRelative,
-            Loss::AccelerationL1,
-            Loss::Torque,
-            Loss::TorqueL1,
-            Loss::Rollout,
+            Loss::ACCELERATION,
+            Loss::ACCELERATION_RELATIVE,
+            Loss::ACCELERATION_L1,
+            Loss::TORQUE,
+            Loss::TORQUE_L1,
+            Loss::ROLLOUT,
         ];
         let remedy = "acceleration, torque or rollout: a plain network has neither an action nor a balance of power";
         Abilities::of_losses(LOSSES, remedy)
@@ -56,7 +56,7 @@ impl Family for MlpConfig {
     fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
         let (setup, dataset) = Setup::new(dataset, config)?;
         let direction = match setup.loss {
-            Loss::Torque | Loss::TorqueL1 => Direction::Inverse,
+            Loss::TORQUE | Loss::TORQUE_L1 => Direction::Inverse,
             _ => Direction::Forward,
         };
         let network = Self {

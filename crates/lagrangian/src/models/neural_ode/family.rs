@@ -39,7 +39,7 @@ impl Family for NeuralOdeConfig {
     }
 
     fn abilities(&self) -> Abilities {
-        const LOSSES: &[Loss] = &[Loss::Rollout, Loss::Acceleration];
+        const LOSSES: &[Loss] = &[Loss::ROLLOUT, Loss::ACCELERATION];
         let remedy =
             "rollout or acceleration: a neural ODE has no inverse dynamics (the family mlp has)";
         Abilities::of_losses(LOSSES, remedy)

@@ -68,11 +68,11 @@ impl Family for RigidConfig {
     fn abilities(&self) -> Abilities {
         // Whatever is compared, the torques are what the bodies are solved from.
         const LOSSES: &[Loss] = &[
-            Loss::Acceleration,
-            Loss::AccelerationRelative,
-            Loss::AccelerationL1,
-            Loss::Torque,
-            Loss::TorqueL1,
+            Loss::ACCELERATION,
+            Loss::ACCELERATION_RELATIVE,
+            Loss::ACCELERATION_L1,
+            Loss::TORQUE,
+            Loss::TORQUE_L1,
         ];
         Abilities::of_losses(LOSSES, "omitted: rigid bodies are identified from torques")
     }

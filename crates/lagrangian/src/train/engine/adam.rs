@@ -5,7 +5,8 @@ use crate::train::adam::AdamConfig;
 use crate::train::batch::{Samples, Value};
 use crate::train::checkpoint::Checkpoint;
 use crate::train::descent::Descent;
-use crate::train::learner::{Learner, Loss};
+use crate::train::learner::Learner;
+use crate::train::loss::Loss;
 use crate::train::schedule::cosine;
 use nets::simd::Real;
 

@@ -4,7 +4,8 @@ use super::Engine;
 use crate::train::batch::{Batches, Samples, Value};
 use crate::train::checkpoint::Checkpoint;
 use crate::train::damping::DampingRule;
-use crate::train::learner::{Learner, Loss};
+use crate::train::learner::Learner;
+use crate::train::loss::Loss;
 use crate::train::natural::{Natural, NaturalConfig};
 use crate::train::schedule::cosine;
 

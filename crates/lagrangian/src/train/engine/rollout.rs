@@ -7,7 +7,8 @@ use super::Engine;
 use crate::train::adam::{Adam, AdamConfig};
 use crate::train::batch::{Batches, Samples, Value};
 use crate::train::checkpoint::Checkpoint;
-use crate::train::learner::{Learner, Loss};
+use crate::train::learner::Learner;
+use crate::train::loss::Loss;
 use crate::train::natural::{Natural, NaturalConfig};
 use crate::train::rollout::Rollouts;
 use crate::train::schedule::cosine;
@@ -68,7 +69,7 @@ impl Engine for NaturalRollouts<'_> {
             Some(first) => first.step(
                 parts.learner,
                 config,
-                Loss::Acceleration,
+                Loss::ACCELERATION,
                 (rate, damping),
                 batch,
                 &mut state.parameters[..parts.learner.parameters()],
@@ -183,7 +184,7 @@ impl First {
         let gradient = Some(&mut self.gradient[..]);
         let value = self
             .batches
-            .evaluate(learner, Loss::Acceleration, parameters, batch, gradient);
+            .evaluate(learner, Loss::ACCELERATION, parameters, batch, gradient);
         self.moments
             .step(config, rate, state.step, &self.gradient, parameters);
         learner.project(parameters);

@@ -1,7 +1,8 @@
 //! A block of samples: its residuals, the factors of its rows of J, and what is pushed and pulled through them.
 
 use crate::train::batch::{Value, value};
-use crate::train::learner::{Learner, Loss, Work};
+use crate::train::learner::{Learner, Work};
+use crate::train::loss::Loss;
 use nets::simd::Buffer;
 use nets::{Factors, Gradient, Packed, Terms};
 

@@ -25,7 +25,8 @@ pub(crate) use system::System;
 use tiles::Tiles;
 
 use super::batch::{Samples, Value};
-use super::learner::{Learner, Loss};
+use super::learner::Learner;
+use super::loss::Loss;
 use super::part::Part;
 use nets::{Packed, Terms};
 

@@ -13,7 +13,8 @@
 //! implicit function theorem ∂r/∂θ = −w (∂B/∂a)⁻¹ ∂B/∂θ at â: a Lagrangian that is small everywhere gains nothing.
 
 use super::forces::{Drive, Forces};
-use super::learner::{Learner, Loss, Work};
+use super::learner::{Learner, Work};
+use super::loss::Loss;
 use crate::integrate::Rule;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Terms};

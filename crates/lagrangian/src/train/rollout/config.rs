@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::step::evaluations;
 use crate::dataset::Dataset;
 use crate::integrate::Method;
-use crate::train::{Optimizer, learner::Loss};
+use crate::train::{Loss, Optimizer};
 use crate::{Error, Result};
 
 /// What of a rollout is compared with the recording.
@@ -106,11 +106,11 @@ impl RolloutLoss {
         let longest = dataset.train_times.longest();
         if longest == 0 {
             let must = "with data from trajectories: these samples have no times";
-            return argument("loss", Loss::Rollout.name().into(), must);
+            return argument("loss", Loss::ROLLOUT.name().into(), must);
         }
         if dataset.coordinates.parameters().next().is_some() {
             let must = "acceleration or torque where a coordinate is a parameter: a rollout does not hold it";
-            return argument("loss", Loss::Rollout.name().into(), must);
+            return argument("loss", Loss::ROLLOUT.name().into(), must);
         }
         if self.horizon == 0 {
             return argument("horizon", "0".into(), "at least 1");

@@ -124,7 +124,7 @@ pub(super) fn template(
     forces: ForceTerms,
 ) -> Box<dyn Trainable> {
     let config = FitConfig {
-        loss: Loss::Rollout,
+        loss: Loss::ROLLOUT,
         family: family.boxed(),
         forces,
         ..FitConfig::default()
