@@ -1,22 +1,22 @@
-//! The two ends of a path and the time between them.
+//! The ends of a path.
 
 use std::f64::consts::TAU;
 
 use lagrangian::{Coordinates, Error, Result};
 
-/// Two configurations and the time between them.
+/// The two ends of a path: configurations and the time between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boundary {
-    /// q at time 0, `[n]`.
+    /// The configuration q at time 0, `[n]`.
     pub from: Vec<f64>,
-    /// q at the end, `[n]`; angles unwrapped, so that the turns on the way are in it.
+    /// The configuration q at time T, `[n]`; angles are unwrapped, so that it contains the turns of the path.
     pub to: Vec<f64>,
-    /// The time T between them, s.
+    /// The time T between the ends, s.
     pub duration: f64,
 }
 
 impl Boundary {
-    /// From one configuration to another; angles on the circle go the shorter way.
+    /// The ends `from` and `to`; angles on the circle take the shorter arc.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates; [`Error::NotFinite`]; [`Error::Argument`] for a time that
@@ -68,7 +68,7 @@ impl Boundary {
         })
     }
 
-    /// With so many whole turns more on the way, `[n]`; negative ones go the other way about.
+    /// The same ends with additional whole turns, `[n]`; negative ones turn in the other direction.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates; [`Error::Argument`] for turns of a coordinate on the line.
@@ -78,7 +78,7 @@ impl Boundary {
                 what: "turns".into(),
                 found: turns.len(),
                 expected: self.to.len(),
-                remedy: "give one whole number per coordinate, 0 for the shorter way".into(),
+                remedy: "give one whole number per coordinate, 0 for the shorter arc".into(),
             });
         }
         for (i, (to, &turns)) in self.to.iter_mut().zip(turns).enumerate() {

@@ -6,34 +6,34 @@ use lagrangian::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 /// A path on an even grid of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
-    /// Degrees of freedom n.
+    /// The number n of degrees of freedom.
     pub dof: usize,
-    /// Time from the first node to the last, s.
+    /// The time from the first node to the last, s.
     pub duration: f64,
     /// The nodes, angles unwrapped, `[N + 1, n]`.
     pub q: Vec<f64>,
 }
 
 impl Path {
-    /// Number of segments N.
+    /// The number N of segments.
     #[must_use]
     pub fn segments(&self) -> usize {
         (self.q.len() / self.dof.max(1)).saturating_sub(1)
     }
 
-    /// Time of a segment h, s.
+    /// The time h of a segment, s.
     #[must_use]
     pub fn step(&self) -> f64 {
         self.duration / self.segments().max(1) as f64
     }
 
-    /// Node `k`, `[n]`.
+    /// The configuration at node `k`, `[n]`.
     #[must_use]
     pub fn node(&self, k: usize) -> &[f64] {
         &self.q[k * self.dof..(k + 1) * self.dof]
     }
 
-    /// Times of the nodes, s, `[N + 1]`.
+    /// The times of the nodes, s, `[N + 1]`.
     #[must_use]
     pub fn times(&self) -> Vec<f64> {
         let step = self.step();
@@ -80,7 +80,7 @@ pub struct DiscreteAction<'a> {
 }
 
 impl<'a> DiscreteAction<'a> {
-    /// Of this Lagrangian.
+    /// The action of this Lagrangian.
     #[must_use]
     pub fn new(lagrangian: &'a dyn Lagrangian) -> Self {
         Self {
@@ -92,14 +92,14 @@ impl<'a> DiscreteAction<'a> {
         }
     }
 
-    /// S, J·s, of a path with the coordinates of the Lagrangian and at least one segment; NaN where L is undefined on
-    /// the way.
+    /// The action S, J·s, of a path with the coordinates of the Lagrangian and at least one segment; not finite where L is
+    /// undefined along the path.
     pub fn action(&mut self, path: &Path) -> f64 {
         self.evaluate(path);
         path.step() * self.jet.lagrangian.iter().sum::<f64>()
     }
 
-    /// Writes ∂S/∂q over the inner nodes, `[N − 1, n]`: 0 along a motion.
+    /// Writes ∂S/∂q at the inner nodes, `[N − 1, n]`, which is 0 along a motion.
     pub fn gradient(&mut self, path: &Path, gradient: &mut Vec<f64>) {
         self.evaluate(path);
         let n = path.dof;

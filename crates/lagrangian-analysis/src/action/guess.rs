@@ -1,4 +1,4 @@
-//! First paths: where the search begins.
+//! Initial paths of a search.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use super::discrete::Path;
 use super::search::SearchOptions;
 use lagrangian::Coordinates;
 
-/// First path `k`, on the coarse grid: straight, or with bulges of three waves.
+/// The initial path `k` on the coarse grid: straight, or with bulges of three waves.
 pub(super) fn guess(
     coordinates: &Coordinates,
     ends: &Boundary,
@@ -37,12 +37,12 @@ pub(super) fn guess(
     let segments = options.segments / 2;
     let mut q = Vec::with_capacity((segments + 1) * n);
     for node in 0..=segments {
-        let share = node as f64 / segments as f64;
+        let part = node as f64 / segments as f64;
         for (i, bulges) in bulges.iter().enumerate() {
-            let straight = ends.from[i] + share * (ends.to[i] - ends.from[i]);
+            let straight = ends.from[i] + part * (ends.to[i] - ends.from[i]);
             let waves = bulges.iter().enumerate();
             let bulge: f64 = waves
-                .map(|(m, size)| size * (PI * (m + 1) as f64 * share).sin())
+                .map(|(m, size)| size * (PI * (m + 1) as f64 * part).sin())
                 .sum();
             let inner = node > 0 && node < segments && k > 0;
             q.push(if inner { straight + bulge } else { straight });

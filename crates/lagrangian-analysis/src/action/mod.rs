@@ -1,4 +1,4 @@
-//! The action itself: S of a path, the stationary path between two points, and whether it is a minimum.
+//! The action of paths, the stationary paths between two ends, and whether they are minima.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
@@ -8,8 +8,8 @@
 //! | S | Σ Lᵈ(qₖ, qₖ₊₁) | |
 //! | H | ∂²S/∂q∂q over the inner nodes, block tridiagonal | `[(N − 1) n]²` |
 //!
-//! Hamilton's principle: a motion makes S stationary among all paths with its ends. Stationary, not least: behind a
-//! conjugate point some neighbours have less action, and their number of dimensions is the Morse index (theory.md,
+//! Hamilton's principle: a motion makes S stationary among all paths with its ends. Stationary, not least: beyond a
+//! conjugate point some neighbouring paths have less action, and the dimension of their space is the Morse index (theory.md,
 //! equations 73 to 77).
 //!
 //! ```

@@ -2,9 +2,9 @@
 
 use super::discrete::{DiscreteAction, Path};
 
-/// Iterations at most.
+/// The largest number of iterations.
 const MOST: usize = 60;
-/// Shortest damped step that is tried.
+/// The shortest damped step.
 const SHORTEST: f64 = 1e-6;
 /// A step this small against the path, without damping, has converged: quadratic convergence makes the next one
 /// smaller than rounding.
@@ -14,7 +14,7 @@ const CONVERGED: f64 = 1e-9;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum End {
     Converged,
-    /// L has no finite value along the first path.
+    /// L has no finite value along the initial path.
     Undefined,
     /// No step made the next correction smaller, or all iterations were used.
     Stuck,

@@ -1,4 +1,4 @@
-//! The stationary paths between two ends: from several first paths, on two grids.
+//! The search for stationary paths between two ends: from several initial paths, on two grids.
 
 use std::fmt;
 
@@ -9,19 +9,19 @@ use super::boundary::Boundary;
 use super::discrete::{DiscreteAction, Path};
 use super::guess::guess;
 use super::newton::{End, newton};
-use super::stationary::{StationaryPath, extent};
+use super::stationary::{Grids, StationaryPath, extent};
 use lagrangian::lagrangian::Lagrangian;
 use lagrangian::{Error, Result};
 
-/// How stationary paths are looked for.
+/// Settings of a search for stationary paths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SearchOptions {
-    /// Segments of a path N, even.
+    /// The number N of segments of a path, even.
     pub segments: usize,
-    /// First paths: the straight one, and others with random bulges.
+    /// The number of initial paths: the straight one, and others with random bulges.
     pub guesses: usize,
-    /// Seed of the bulges.
+    /// The seed of the bulges.
     pub seed: u64,
 }
 
@@ -36,7 +36,7 @@ impl Default for SearchOptions {
 }
 
 impl SearchOptions {
-    /// Checks the numbers.
+    /// Checks the settings.
     ///
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
@@ -53,17 +53,17 @@ impl SearchOptions {
             );
         }
         if !(1..=1000).contains(&self.guesses) {
-            return argument("number of first paths", self.guesses, "from 1 to 1000");
+            return argument("number of initial paths", self.guesses, "from 1 to 1000");
         }
         Ok(())
     }
 }
 
-/// Why a first path led to no stationary one, the nearest miss last.
+/// The reason why an initial path led to no stationary path; later ones are nearer to success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Failure {
-    /// L has no finite value along it.
+    /// L has no finite value along the initial path.
     Undefined,
     /// Newton's method did not converge.
     NotConverged,
@@ -75,31 +75,31 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Undefined => {
-                "L has no finite value along any first path: the ends are too far apart for the time, or a path meets a singularity; allow more time or move the ends"
+                "L has no finite value along any initial path: the ends are too far apart for the time, or a path meets a singularity; allow more time or move the ends"
             }
             Self::NotConverged => {
-                "no stationary path was found from any first path: it may be that none connects the ends in this time; try more first paths, more or less time, or other turns"
+                "no stationary path was found from any initial path: perhaps none connects the ends in this time; try more initial paths, more or less time, or other turns"
             }
             Self::Unresolved => {
-                "what was found changes with the grid: the end is conjugate to the start, so that no path connects them, or the steps are too long; change the time a little, or take more steps"
+                "the path changes with the grid: the end is conjugate to the start, so that no path connects them, or the steps are too long; change the time a little, or take more steps"
             }
         })
     }
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Search {
-    /// Distinct stationary paths, the one of least action first. There may be more than were found.
+    /// The distinct stationary paths that were found, the one of least action first. There may be others.
     pub paths: Vec<StationaryPath>,
-    /// First paths tried.
+    /// The number of initial paths.
     pub tried: usize,
-    /// Why others led nowhere.
+    /// The failures of the other initial paths.
     pub failures: Vec<Failure>,
 }
 
 impl Search {
-    /// Why nothing was found, where nothing was.
+    /// The reason for the failure of the whole search; none where a path was found.
     #[must_use]
     pub fn failure(&self) -> Option<Failure> {
         match self.paths.is_empty() {
@@ -109,7 +109,7 @@ impl Search {
     }
 }
 
-/// Looks for the stationary paths between two ends; that none is found is an outcome, not an error. The same options
+/// Searches the stationary paths between two ends. A search without a path is an outcome, not an error. The same options
 /// give the same paths whatever the number of threads.
 ///
 /// # Errors
@@ -152,11 +152,11 @@ pub fn stationary_paths(
     Ok(search)
 }
 
-/// The stationary path that Newton's method finds from a first path; it has twice as many segments.
+/// The stationary path that Newton's method finds from an initial path; it has twice as many segments.
 ///
 /// # Errors
 /// [`Error::Shape`] for a path of other coordinates than `lagrangian`; [`Error::Argument`] for fewer than two segments.
-/// That none is found is an outcome.
+/// A [`Failure`] is an outcome.
 pub fn stationary_path_from(
     lagrangian: &dyn Lagrangian,
     first: &Path,
@@ -202,8 +202,11 @@ fn improve(
     Ok(StationaryPath::of(
         lagrangian,
         &mut action,
-        (coarse, path),
-        error,
+        Grids {
+            coarse,
+            fine: path,
+            path_error: error,
+        },
     ))
 }
 

@@ -1,4 +1,4 @@
-//! The second variation of the action: is a stationary path a minimum, and where are its conjugate points?
+//! The second variation of the action, which tells whether a stationary path is a minimum, and its conjugate points.
 
 use super::discrete::{DiscreteAction, Path};
 use super::tridiagonal::{BlockTridiagonal, Factored};
@@ -7,26 +7,26 @@ use lagrangian::solve::{diagonalise, inverse_root, product};
 /// Halvings of an interval that holds an eigenvalue.
 const BISECTIONS: usize = 60;
 
-/// What the second variation says of a stationary path.
+/// The second variation of the action at a stationary path.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SecondVariation {
-    /// Morse index: dimensions of the variations that lower the action.
+    /// The Morse index: the dimension of the space of variations that lower the action.
     pub morse_index: usize,
-    /// Times at which neighbouring motions from the same start meet the path again, s, each as often as directions
-    /// meet there. As many lie before the end as the Morse index says (Morse 1934).
+    /// The conjugate times, s, at which neighbouring motions from the same start meet the path again, with multiplicity.
+    /// The Morse index is their number before the end (Morse 1934).
     pub conjugate_times: Vec<f64>,
-    /// Whether M ≻ 0 all along (Legendre's condition); without that no path is a minimum.
+    /// Whether M is positive definite along the path (Legendre's condition); otherwise no path is a minimum.
     pub convex: bool,
-    /// Least eigenvalue λ of −d/dt(∂²L δq̇…) on variations that vanish at the ends, H v = λ h v; it changes its sign
+    /// The least eigenvalue λ of −d/dt(∂²L δq̇…) on variations that vanish at the ends, H v = λ h v; its sign changes
     /// when the end passes the first conjugate point.
     pub least_eigenvalue: f64,
-    /// Its variation v at all nodes, largest entry 1, `[N + 1, n]`.
+    /// The eigenvector v of the least eigenvalue at all nodes, with the largest entry 1, `[N + 1, n]`.
     #[serde(skip)]
     pub mode: Vec<f64>,
 }
 
 impl DiscreteAction<'_> {
-    /// The second variation at a path, which must have two segments at least.
+    /// The second variation at a path of at least two segments.
     pub fn second_variation(&mut self, path: &Path) -> SecondVariation {
         SecondVariation::of(self, path)
     }

@@ -1,4 +1,4 @@
-//! A stationary path with all that is asked of it: action, momenta, energy, kind.
+//! A stationary path and its properties: action, momenta, energies, and whether it is a minimum.
 
 use serde::Serialize;
 
@@ -9,15 +9,15 @@ use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
 use lagrangian::solve::SymmetricSolver;
 use lagrangian::trajectory::Signals;
 
-/// What kind of stationary path it is.
+/// Whether a stationary path is a minimum of the action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// All neighbours with the same ends have more action.
+    /// All neighbouring paths with the same ends have more action.
     Minimum,
-    /// Behind a conjugate point: some neighbours have less.
+    /// The end lies beyond a conjugate point: some neighbouring paths have less action.
     Saddle,
-    /// The end is conjugate to the start as exactly as the grid can tell: some neighbours have as much.
+    /// The end is conjugate to the start within the accuracy of the grid: some neighbouring paths have the same action.
     Conjugate,
     /// M is not positive definite along the path: no path is a minimum.
     Irregular,
@@ -26,30 +26,30 @@ pub enum Verdict {
 /// A path along which the action is stationary.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StationaryPath {
-    /// The nodes.
+    /// The nodes of the path.
     #[serde(skip)]
     pub path: Path,
-    /// S, J·s.
+    /// The action S, J·s.
     pub action: f64,
-    /// Its error, estimated from a grid half as fine.
+    /// The error of the action, estimated from a grid half as fine.
     pub action_error: f64,
-    /// Error of the nodes, estimated likewise, in the units of the coordinates.
+    /// The error of the nodes, estimated in the same manner, in the units of the coordinates.
     pub path_error: f64,
-    /// Largest |∂S/∂q| / h of a node: the force that is missing, in the units of the forces.
+    /// The residual force: the largest |∂S/∂q| / h of a node, in the units of the forces.
     pub residual: f64,
-    /// Momenta at both ends, −∂S/∂q₀ and ∂S/∂q₁, `[n]` each.
+    /// The momenta at both ends, −∂S/∂q₀ and ∂S/∂q₁, `[n]` each.
     pub momenta: [Vec<f64>; 2],
-    /// Velocities at both ends, from the momenta, `[n]` each.
+    /// The velocities at both ends, from the momenta, `[n]` each.
     pub velocities: [Vec<f64>; 2],
-    /// Energy at both ends, J; ∂S/∂T = −H.
+    /// The energies at both ends, J; ∂S/∂T = −H.
     pub energies: [f64; 2],
-    /// Minimum or saddle.
+    /// Whether the path is a minimum of the action.
     pub verdict: Verdict,
-    /// Morse index, conjugate points, the mode of least curvature.
+    /// The second variation: Morse index, conjugate times, and the mode of least curvature.
     pub second_variation: SecondVariation,
 }
 
-/// The longest way from the first node along any coordinate.
+/// The largest distance from the first node in any coordinate.
 pub(super) fn extent(path: &Path) -> f64 {
     let first = path.node(0);
     let rows = path.q.chunks_exact(path.dof);
@@ -57,13 +57,27 @@ pub(super) fn extent(path: &Path) -> f64 {
         .fold(0.0, |far: f64, (a, b)| far.max((a - b).abs()))
 }
 
+/// The same stationary path on two grids.
+pub(super) struct Grids {
+    /// The path with half as many segments.
+    pub(super) coarse: Path,
+    /// The path.
+    pub(super) fine: Path,
+    /// The largest error of a node of the fine path.
+    pub(super) path_error: f64,
+}
+
 impl StationaryPath {
     pub(super) fn of(
         lagrangian: &dyn Lagrangian,
         action: &mut DiscreteAction<'_>,
-        (coarse, path): (Path, Path),
-        path_error: f64,
+        grids: Grids,
     ) -> Self {
+        let Grids {
+            coarse,
+            fine: path,
+            path_error,
+        } = grids;
         let fine = action.action(&path);
         let action_error = (fine - action.action(&coarse)).abs() / 3.0;
         let coarse_index = action.second_variation(&coarse).morse_index;
@@ -102,7 +116,7 @@ impl StationaryPath {
         }
     }
 
-    /// The path as a motion: velocities inside by central differences, at the ends from the momenta.
+    /// The path as a trajectory. Velocities are central differences inside, and follow from the momenta at the ends.
     #[must_use]
     pub fn trajectory(&self, name: &str) -> Trajectory {
         let (path, last) = (&self.path, self.path.segments());
@@ -123,7 +137,7 @@ impl StationaryPath {
         )
     }
 
-    /// Whether it is the same path but for the error of the grid.
+    /// Whether both are the same path within the error of the grid.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let apart = self.path.q.iter().zip(&other.path.q);
         let far = apart.fold(0.0, |far: f64, (a, b)| far.max((a - b).abs()));

@@ -1,19 +1,19 @@
-//! Families of varied paths q + ε η, with the same ends.
+//! Families of varied paths q + ε η with the same ends.
 
 use std::f64::consts::PI;
 
 use super::discrete::{DiscreteAction, Path};
 
-/// S(ε) − S(0) along one variation.
+/// The change of the action along one variation, S(ε) − S(0).
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Family {
-    /// Sizes of the variation, in the units of the coordinates.
+    /// The sizes ε of the variation, in the units of the coordinates.
     pub epsilon: Vec<f64>,
-    /// S(q + ε η) − S(q), J·s.
+    /// The change S(q + ε η) − S(q) at each size, J·s.
     pub change: Vec<f64>,
 }
 
-/// The path q + ε η; `eta` is `[N + 1, n]` and should vanish at the ends.
+/// The varied path q + ε η; η is `[N + 1, n]` and should vanish at the ends.
 #[must_use]
 pub fn varied(path: &Path, eta: &[f64], epsilon: f64) -> Path {
     let q = path.q.iter().zip(eta).map(|(q, e)| q + epsilon * e);
@@ -23,7 +23,7 @@ pub fn varied(path: &Path, eta: &[f64], epsilon: f64) -> Path {
     }
 }
 
-/// The action of the family q + ε η beside that of q.
+/// The change of the action along the family q + ε η.
 pub fn family(
     action: &mut DiscreteAction<'_>,
     path: &Path,

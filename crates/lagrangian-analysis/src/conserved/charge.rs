@@ -1,4 +1,4 @@
-//! A charge: how well its direction is a symmetry, and the total derivative that it needs.
+//! A charge: how far its direction is from a symmetry, and the total derivative that it needs.
 
 use serde::Serialize;
 
@@ -11,9 +11,9 @@ use lagrangian::solve::{SymmetricSolver, dot};
 /// The part F of a charge Q = ξ·p − F (theory.md, equation 79).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gauge {
-    /// Whether ξ·p(q, 0) is in it: the gauge of the model.
+    /// Whether F contains ξ·p(q, 0), the gauge of the model.
     pub at_rest: bool,
-    /// The other terms of F, e.g. 1.0 `y`: a magnetic field.
+    /// The other terms of F by name, with their factors, for example 1.0 `y` for a magnetic field.
     pub terms: Vec<(String, f64)>,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct Charge {
     pub(super) fitted: Vec<f64>,
 }
 
-/// Terms of F below this part of the largest are not named.
+/// Terms of F below this part of the largest are omitted.
 const NEGLIGIBLE: f64 = 1e-3;
 
 impl Charge {
@@ -43,7 +43,8 @@ impl Charge {
         }
     }
 
-    /// The simplest F with which the direction is a symmetry; where none is, that which leaves least.
+    /// The charge with the simplest F that makes the direction a symmetry, else with the F that leaves the smallest
+    /// violation.
     pub(super) fn of(symmetry: &Symmetry, states: &States, tolerance: f64) -> Self {
         let along = |k: usize| states.norm(k, &symmetry.at(states.position(k)));
         let size = states.rms(along) * states.inertial;
@@ -56,9 +57,9 @@ impl Charge {
             symmetry: Some(symmetry.clone()),
             fitted: Vec::new(),
         };
-        let ways = [(false, false), (true, false), (false, true), (true, true)];
-        // Without a magnetic part the gauge at rest is all that there can be.
-        for (at_rest, fit) in ways.into_iter().take(if states.magnetic { 4 } else { 2 }) {
+        let gauges = [(false, false), (true, false), (false, true), (true, true)];
+        // Without a magnetic part F is at most the gauge at rest.
+        for (at_rest, fit) in gauges.into_iter().take(if states.magnetic { 4 } else { 2 }) {
             let rate: Vec<f64> = (0..states.len())
                 .map(|k| rate(symmetry, states, k, at_rest))
                 .collect();
@@ -83,7 +84,7 @@ impl Charge {
         best
     }
 
-    /// Its value at the states of a jet, `[m]`; `rest` is p(q, 0) there.
+    /// The value at the states of a jet, `[m]`; `rest` is p(q, 0) there.
     pub(super) fn values(
         &self,
         (q, qd): (&[f64], &[f64]),

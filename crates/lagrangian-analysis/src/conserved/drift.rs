@@ -9,27 +9,36 @@ use lagrangian::solve::dot;
 use lagrangian::trajectory::Signal;
 use lagrangian::{Result, Trajectory};
 
-/// Change of a quantity along motions.
+/// The change of a quantity along motions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Drift {
-    /// Its value at the start of each motion, in its unit.
+    /// The value at the start of each motion, in the unit of the quantity.
     pub start: Vec<f64>,
-    /// Largest change from the start, over all motions.
+    /// The largest change from the start over all motions.
     pub largest: f64,
-    /// Root mean square of the change at the end of a motion.
+    /// The root mean square of the change at the end of a motion.
     pub at_end: f64,
-    /// The largest over the scale of the quantity.
+    /// The largest change relative to the scale of the quantity.
     pub relative: f64,
-    /// Length of the longest motion, s.
+    /// The length of the longest motion, s.
     pub seconds: f64,
 }
 
-/// The drift of each charge. `driven` motions move under their recorded forces, the others under none.
+/// The forces of motions, besides friction.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Forces {
+    /// The recorded ones.
+    Recorded,
+    /// None.
+    None,
+}
+
+/// The drift of each charge along motions under these forces.
 pub(super) fn along(
     physics: &Physics<'_>,
     charges: &[Charge],
     motions: &[Trajectory],
-    driven: bool,
+    under: Forces,
 ) -> Result<Vec<Drift>> {
     let mut drifts: Vec<Drift> = charges.iter().map(|_| Drift::none()).collect();
     let coordinates = physics.lagrangian.coordinates();
@@ -38,11 +47,11 @@ pub(super) fn along(
     for motion in motions.iter().filter(|motion| motion.len() > 1) {
         jets.jet(&motion.q, &motion.qd, &mut jet);
         jets.jet(&motion.q, &vec![0.0; motion.qd.len()], &mut at_rest);
-        let force = forces(physics, motion, driven);
+        let force = forces(physics, motion, under);
         for (charge, drift) in charges.iter().zip(&mut drifts) {
             let state = (&motion.q[..], &motion.qd[..]);
             let mut values = charge.values(state, &jet, &at_rest.momentum, coordinates);
-            take_off_work(charge, motion, &force, &mut values);
+            subtract_work(charge, motion, &force, &mut values);
             drift.add(&values, motion.t[motion.len() - 1] - motion.t[0]);
         }
     }
@@ -53,9 +62,11 @@ pub(super) fn along(
 }
 
 /// τ − d at every sample, `[len, n]`.
-fn forces(physics: &Physics<'_>, motion: &Trajectory, driven: bool) -> Vec<f64> {
+fn forces(physics: &Physics<'_>, motion: &Trajectory, under: Forces) -> Vec<f64> {
     let zeros = vec![0.0; motion.q.len()];
-    let recorded = motion.values(Signal::Tau).filter(|_| driven);
+    let recorded = motion
+        .values(Signal::Tau)
+        .filter(|_| under == Forces::Recorded);
     let recorded = recorded.unwrap_or(&zeros);
     let mut force = recorded.to_vec();
     if let Some(actuation) = physics.actuation {
@@ -69,8 +80,8 @@ fn forces(physics: &Physics<'_>, motion: &Trajectory, driven: bool) -> Vec<f64> 
     force
 }
 
-/// Takes ∫ ξ·(τ − d) dt off the values, by the trapezoidal rule; ξ is q̇ for the energy.
-fn take_off_work(charge: &Charge, motion: &Trajectory, force: &[f64], values: &mut [f64]) {
+/// Subtracts ∫ ξ·(τ − d) dt from the values, by the trapezoidal rule; ξ is q̇ for the energy.
+fn subtract_work(charge: &Charge, motion: &Trajectory, force: &[f64], values: &mut [f64]) {
     let n = motion.dof();
     let row = |x: &[f64], k: usize| -> Vec<f64> { x[k * n..(k + 1) * n].to_vec() };
     let power = |k: usize| match &charge.symmetry {
@@ -103,7 +114,7 @@ impl Drift {
         };
         self.start.push(first);
         let change = values.iter().map(|x| (x - first).abs());
-        // NaN counts as a change without bounds.
+        // NaN counts as an unbounded change.
         self.largest = change.fold(self.largest, |l, x| if x <= l { l } else { x });
         self.at_end += (last - first).powi(2);
         self.seconds = self.seconds.max(seconds);

@@ -1,4 +1,4 @@
-//! The search for symmetries that nobody named: all linear directions ξ = A q + b at once.
+//! The search for symmetries among all linear directions ξ = A q + b.
 
 use serde::Serialize;
 
@@ -8,22 +8,22 @@ use super::symmetry::Symmetry;
 use lagrangian::Topology;
 use lagrangian::solve::{diagonalise, dot, inverse_root, product};
 
-/// A direction that is a symmetry.
+/// A linear direction that is a symmetry.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Generator {
-    /// A and b; one of a reduced basis of all such directions.
+    /// The direction, an element of a reduced basis of all such directions.
     pub symmetry: Symmetry,
-    /// Its entries that are not negligible, in words: `x ← −y`.
+    /// The entries that are not negligible, as text: `δx = -1.00 y`.
     pub text: String,
 }
 
-/// Directions tried together at most.
+/// The largest number of directions of a search.
 const MOST: usize = 90;
-/// Entries below this part of the largest are not named.
+/// Entries below this part of the largest are omitted.
 const NEGLIGIBLE: f64 = 0.02;
 
-/// How far apart the states must hold the directions, each of unit size: least eigenvalue of their products over the
-/// largest. Closer ones differ by a motion that is hardly there, of which nothing can be said.
+/// The states must distinguish the directions, each of unit size: the least eigenvalue of their products relative to the
+/// largest. Directions that are closer differ by a motion that the states hardly contain.
 const APART: f64 = 1e-2;
 
 /// A basis of all directions with r ≤ `tolerance`; `None` where there are too many coordinates, or the states are too

@@ -1,22 +1,8 @@
-//! What is conserved: energy, momenta, and Noether's charges of shifts and turns, found by measuring the symmetry.
+//! Conserved quantities: the energy, momenta, and Noether's charges of translations and rotations, found by measuring the
+//! symmetry of L.
 //!
-//! A symmetry is a direction ξ(q) = A q + b of which L takes no notice, up to a total derivative dF(q)/dt; its charge
+//! A symmetry is a direction ξ(q) = A q + b along which L does not change, up to a total derivative dF(q)/dt; its charge
 //! Q = ξ·p − F then changes only by the forces, dQ/dt = ξ·(τ − d) (theory.md, equations 78 to 80).
-//!
-//! ```
-//! use lagrangian::analytic::by_name;
-//! use lagrangian_analysis::conserved::{Conserved, ConservedOptions, Physics, candidates, conserved};
-//! use lagrangian::rollout::{RolloutOptions, free, rollout, times};
-//!
-//! let planet = by_name("kepler", &[])?;
-//! let orbit = rollout(&*planet, &[1.0, 0.0], &[0.0, 1.2], &times(10.0, 0.05)?, &free, &RolloutOptions::default())?;
-//! let turns = candidates(planet.coordinates(), &[vec![0, 1]])?;
-//! let physics = Physics { model: &*planet, lagrangian: planet.lagrangian(), dissipation: None, actuation: None };
-//! let found: Conserved = conserved(&physics, &turns, &[orbit.trajectory], &ConservedOptions::default())?;
-//! let names: Vec<&str> = found.quantities.iter().filter(|q| q.symmetric).map(|q| q.name.as_str()).collect();
-//! assert_eq!(names, ["energy", "angular momentum"]);
-//! # Ok::<(), lagrangian::Error>(())
-//! ```
 
 mod charge;
 mod drift;
@@ -32,6 +18,7 @@ pub use generators::Generator;
 pub use symmetry::{Symmetry, candidates, points_by_name};
 
 use charge::Charge;
+use drift::Forces;
 use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::{Actuation, Dissipation, Lagrangian};
 use lagrangian::rollout::{RolloutOptions, free, rollout};
@@ -41,26 +28,26 @@ use states::States;
 /// A model, its Lagrangian and its forces.
 #[derive(Clone, Copy)]
 pub struct Physics<'a> {
-    /// What is rolled out.
+    /// The model, which predicts motions.
     pub model: &'a dyn Model,
-    /// Its Lagrangian.
+    /// The Lagrangian of the model.
     pub lagrangian: &'a dyn Lagrangian,
-    /// Its friction, where it has any.
+    /// The friction of the model, where it has any.
     pub dissipation: Option<&'a Dissipation>,
-    /// How its forces come from what is recorded, where that is not the forces themselves.
+    /// The map from recorded inputs to forces, where the recordings do not hold the forces themselves.
     pub actuation: Option<&'a Actuation>,
 }
 
-/// How conserved quantities are looked for.
+/// Settings of the search for conserved quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ConservedOptions {
-    /// Largest force along a direction, of the inertial forces, at which it counts as a symmetry: r of theory.md (80).
+    /// The largest violation of a symmetry: the force along its direction relative to inertial forces, r of theory.md (80).
     pub tolerance: f64,
-    /// Rollouts of the model's own, each from the first state of a motion; 0 for none.
+    /// The number of rollouts of the model, each from the first state of a motion; 0 for none.
     pub rollouts: usize,
-    /// How they are computed.
+    /// The settings of the rollouts.
     pub rollout: RolloutOptions,
-    /// Look for linear directions that nobody named.
+    /// Whether to search for linear symmetries besides the candidates.
     pub search: bool,
 }
 
@@ -78,35 +65,35 @@ impl Default for ConservedOptions {
 /// One quantity that may be conserved.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quantity {
-    /// `energy`, `momentum of x`, `angular momentum` ….
+    /// The name: `energy`, `momentum of x`, `angular momentum` ….
     pub name: String,
-    /// Force along its direction, of the inertial forces: 0 for a symmetry, theory.md (80). 0 for the energy: L does
-    /// not depend on time.
+    /// The force along the direction relative to inertial forces, theory.md (80): 0 for a symmetry. It is 0 for the
+    /// energy, because L does not depend on time.
     pub violation: f64,
-    /// Whether that is within the tolerance, so that the model conserves it.
+    /// Whether the violation is within the tolerance, so that the model conserves the quantity.
     pub symmetric: bool,
-    /// The part of F that was needed.
+    /// The total derivative that the symmetry needs.
     pub gauge: Gauge,
-    /// What one is to hold changes of its value against: root mean square of |ξ|_M |q̇|_M, in its unit.
+    /// The scale of the quantity, in its unit: the root mean square of `|ξ|_M |q̇|_M`. Changes are compared with it.
     pub scale: f64,
-    /// Along the motions that were given, the work of forces and friction taken off.
+    /// The drift along the given motions, less the work of forces and friction.
     pub data: Drift,
-    /// Along the model's own motions without forces, its friction taken off.
+    /// The drift along rollouts of the model without forces, less the work of its friction.
     pub own: Option<Drift>,
 }
 
-/// What was found.
+/// The conserved quantities of a model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Conserved {
-    /// Energy first, then the candidates in their order.
+    /// The quantities: first the energy, then the candidates in their order.
     pub quantities: Vec<Quantity>,
-    /// All linear directions that are symmetries, as a reduced basis; `None` where they were not looked for.
+    /// A reduced basis of all linear symmetries; none where there was no search, or too few states for it.
     pub generators: Option<Vec<Generator>>,
-    /// States that the symmetries were measured at.
+    /// The number of states at which the symmetries were measured.
     pub states: usize,
 }
 
-/// States that symmetries are measured at, at most.
+/// The largest number of states at which symmetries are measured.
 const MOST_STATES: usize = 2000;
 
 /// Measures the energy and the charges of `symmetries` along `motions`.
@@ -133,11 +120,11 @@ pub fn conserved(
                 .map(|s| Charge::of(s, &states, options.tolerance)),
         )
         .collect();
-    let data = drift::along(physics, &charges, motions, true)?;
+    let data = drift::along(physics, &charges, motions, Forces::Recorded)?;
     let own = own_motions(physics, motions, options)?;
     let own = match own.is_empty() {
         true => None,
-        false => Some(drift::along(physics, &charges, &own, false)?),
+        false => Some(drift::along(physics, &charges, &own, Forces::None)?),
     };
     let quantity = |(k, charge): (usize, Charge)| Quantity {
         symmetric: charge.violation <= options.tolerance,

@@ -1,4 +1,4 @@
-//! Directions in which a configuration can move: shifts and turns.
+//! Directions in configuration space: translations and rotations.
 
 use serde::Serialize;
 
@@ -7,16 +7,16 @@ use lagrangian::{Coordinates, Error, Result, Topology};
 /// A direction ξ(q) = A q + b in the space of configurations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Symmetry {
-    /// Name of its charge, e.g. `angular momentum`.
+    /// The name of the charge, for example `angular momentum`.
     pub name: String,
-    /// A, row-major `[n, n]`.
+    /// The matrix A, row-major `[n, n]`.
     pub matrix: Vec<f64>,
-    /// b, `[n]`.
+    /// The translation b, `[n]`.
     pub shift: Vec<f64>,
 }
 
 impl Symmetry {
-    /// A shift of these coordinates together.
+    /// The translation of these coordinates by the same amount.
     #[must_use]
     pub fn translation(name: &str, n: usize, of: &[usize]) -> Self {
         let shift = (0..n).map(|i| f64::from(u8::from(of.contains(&i))));
@@ -27,7 +27,7 @@ impl Symmetry {
         }
     }
 
-    /// A turn of these pairs (x, y) together about the origin: δx = −y, δy = x.
+    /// The rotation of these pairs (x, y) of coordinates about the origin: δx = −y, δy = x.
     #[must_use]
     pub fn rotation(name: &str, n: usize, of: &[(usize, usize)]) -> Self {
         let mut matrix = vec![0.0; n * n];
@@ -71,14 +71,14 @@ impl Symmetry {
     }
 }
 
-/// The momentum of each coordinate, and those of the points together: shifts along each axis where there are several
-/// points, and turns of all of them.
+/// Candidates for symmetries: the translation of each coordinate, the translations of all points along each axis, and the
+/// rotations of all points.
 ///
 /// A point is the list of its two or three Cartesian coordinates.
 ///
 /// # Errors
-/// [`Error::Argument`] for points of other sizes, of different sizes, that share coordinates, or with coordinates that
-/// are angles or not there.
+/// [`Error::Argument`] for points of other or different sizes, for points that share coordinates, and for coordinates
+/// that are angles or do not exist.
 pub fn candidates(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<Vec<Symmetry>> {
     let n = coordinates.dof();
     check(coordinates, points)?;
@@ -148,8 +148,8 @@ fn check(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<()> {
     Ok(())
 }
 
-/// Points that the names of the coordinates tell: `x1, y1, x2, y2` or `x, y, z`. None where a name is no such, or a
-/// point would have one coordinate.
+/// The points by the names of their coordinates: `x1, y1, x2, y2` or `x, y, z`. Empty where the names do not form points
+/// of two or three coordinates.
 #[must_use]
 pub fn points_by_name(coordinates: &Coordinates) -> Vec<Vec<usize>> {
     let mut points: Vec<(String, Vec<usize>)> = Vec::new();

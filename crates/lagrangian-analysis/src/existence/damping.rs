@@ -1,7 +1,7 @@
-//! The dissipation that driven motions show (theory.md, 85).
+//! The dissipation of driven motions (theory.md, 85).
 //!
-//! Under forces the multiplier is no longer free: ∂f/∂τ = M⁻¹, so g = M is seen, and the condition ġ = −½ (Bᵀg + gB) of a
-//! Lagrangian can be checked at single states. What is missing is the symmetric part of ∂d/∂q̇ of a force −d(q, q̇).
+//! Forces determine the multiplier: ∂f/∂τ = M⁻¹, so g = M is known, and the condition ġ = −½ (Bᵀg + gB) of a Lagrangian can
+//! be checked at single states. Its residual is the symmetric part of ∂d/∂q̇ of a force −d(q, q̇).
 
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
@@ -12,19 +12,19 @@ use lagrangian::Trajectory;
 use lagrangian::dynamics::Model;
 use lagrangian::trajectory::Signal;
 
-/// States that are looked at.
-const LOOKED_AT: usize = 200;
+/// The number of states at which the damping is measured.
+const STATES: usize = 200;
 
-/// The damping D = −ġ − ½ (Bᵀg + gB) of a learned field, as root mean squares over states in units of ½ (Bᵀg + gB), each
+/// The damping D = −ġ − ½ (Bᵀg + gB) of a learned field: root mean squares over states, in units of ½ (Bᵀg + gB) and with each
 /// coordinate in units of its velocity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Damping {
-    /// All of D: 0 for a Lagrangian.
+    /// The size of D, 0 for a Lagrangian.
     pub whole: f64,
-    /// What is not on its diagonal: 0 for a Lagrangian with friction of its coordinates.
+    /// The size of D off its diagonal, 0 for a Lagrangian with friction of its coordinates.
     pub coupled: f64,
-    /// What errors of learning can make of what is coupled: the difference to the D of a field that was learned alike from
-    /// recordings drawn with replacement, over √2.
+    /// The part of `coupled` that errors of learning can explain: the difference, off the diagonal, to the D of a field that
+    /// was learned in the same manner from recordings drawn with replacement, over √2.
     pub chance: f64,
     /// The mean of D, N·s/m or N·m·s/rad, `[n, n]`.
     pub mean: Vec<f64>,
@@ -114,10 +114,10 @@ fn multipliers(n: usize, by_tau: &[f64]) -> Option<Vec<f64>> {
     all.iter().all(|x: &f64| x.is_finite()).then_some(all)
 }
 
-/// q, q̇ and τ of some states, evenly.
+/// q, q̇ and τ at evenly chosen states.
 fn thinned(recordings: &[Trajectory], n: usize) -> [Vec<f64>; 3] {
     let samples: usize = recordings.iter().map(Trajectory::len).sum();
-    let every = (samples / LOOKED_AT).max(1);
+    let every = (samples / STATES).max(1);
     let mut states = [Vec::new(), Vec::new(), Vec::new()];
     let rows = recordings
         .iter()

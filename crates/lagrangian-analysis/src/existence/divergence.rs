@@ -1,4 +1,4 @@
-//! The mean divergence of a field along motions that come back (theory.md, 84).
+//! The mean divergence of a field along motions that return (theory.md, 84).
 //!
 //! A regular Lagrangian keeps the measure det M dq dq̇: d/dt ln |det M| = −tr ∂f/∂q̇. Between two passes of the same state
 //! ln |det M| is the same, so that the mean of the divergence vanishes, whatever M is.
@@ -10,28 +10,28 @@ use lagrangian::dynamics::Model;
 use lagrangian::trajectory::Signal;
 use lagrangian::{Coordinates, Trajectory};
 
-/// A state is back where each of its numbers is, in the mean, within this part of its scale.
-const BACK: f64 = 0.3;
-/// A return takes at least this many times of [`FieldScale`].
+/// A motion returns where the state differs by less than this part of its scale, root mean square.
+const RETURNED: f64 = 0.3;
+/// The shortest return, in units of the time of [`FieldScale`].
 const SHORTEST: f64 = 3.0;
-/// States of a recording between which returns are looked for.
-const LOOKED_AT: usize = 300;
-/// Fewer motions that come back say nothing.
+/// The number of states of a recording between which returns are searched.
+const STATES: usize = 300;
+/// The smallest number of motions that return.
 const FEWEST: usize = 3;
 
-/// A mean divergence, positive where neighbouring motions fill more and more room.
+/// A mean divergence, positive where the volume of neighbouring motions grows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Divergence {
-    /// Mean of tr ∂f/∂q̇, 1/s.
+    /// The mean of tr ∂f/∂q̇, 1/s.
     pub rate: f64,
-    /// Its standard error from motion to motion, 1/s.
+    /// The standard error of the mean over the motions, 1/s.
     pub error: f64,
-    /// Motions that came back.
+    /// The number of motions that return.
     pub motions: usize,
 }
 
-/// The mean divergence of `model` along the returns of these recordings, under their forces; `None` where too few come
-/// back: the drift of a motion that goes elsewhere does not count.
+/// The mean divergence of `model` along the returns of these recordings, under their forces; none where too few return,
+/// because the divergence along a motion that goes elsewhere need not vanish.
 pub(super) fn divergence(
     model: &dyn Model,
     recordings: &[Trajectory],
@@ -67,13 +67,13 @@ fn weighted(returns: &[(f64, f64)]) -> Divergence {
     }
 }
 
-/// The two samples farthest apart in time between which the state comes back.
+/// The two samples farthest apart in time between which the state returns.
 fn longest_return(
     coordinates: &Coordinates,
     recording: &Trajectory,
     scale: &FieldScale,
 ) -> Option<(usize, usize)> {
-    let every = recording.len().div_ceil(LOOKED_AT).max(1);
+    let every = recording.len().div_ceil(STATES).max(1);
     let samples: Vec<usize> = (0..recording.len()).step_by(every).collect();
     let mut best: Option<(usize, usize)> = None;
     for &a in &samples {
@@ -85,7 +85,7 @@ fn longest_return(
             if lasts <= least {
                 break;
             }
-            if distance(coordinates, recording, scale, (a, b)) < BACK {
+            if distance(coordinates, recording, scale, (a, b)) < RETURNED {
                 best = Some((a, b));
                 break;
             }
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_goes_elsewhere_is_not_judged() {
+    fn a_motion_that_goes_elsewhere_has_no_mean_divergence() {
         let system = by_name("relativistic-particle", &[("field", 1.0)]).unwrap();
         assert_eq!(of(&*system, 1.0, 1.0, 0.6), None);
     }

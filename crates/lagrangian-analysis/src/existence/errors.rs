@@ -1,4 +1,4 @@
-//! Errors of fits on what they have not seen, compared recording by recording.
+//! Errors of fits on held-out recordings, compared recording by recording.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,18 +10,18 @@ use lagrangian::trajectory::Signal;
 
 /// Fewer recordings than this are cut into pieces, so that there is something to resample.
 const FEWEST: usize = 8;
-/// Errors beyond this many times the size of the accelerations are all the same.
+/// Errors are limited to this many times the size of the accelerations.
 const WORST: f64 = 1e3;
-/// Resamplings.
+/// The number of resamplings.
 const RESAMPLED: usize = 2000;
 
-/// The errors of one fit.
+/// The errors of one fit on held-out recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// Root mean square of the error of q̈ over held-out samples and coordinates, each coordinate in units of its root mean
+    /// The root mean square error of q̈ over held-out samples and coordinates, each coordinate relative to its root mean
     /// square.
     pub relative: f64,
-    /// The mean square of each piece, in the order of the held-out recordings.
+    /// The mean square of the relative error of each piece, in the order of the held-out recordings.
     pub squares: Vec<f64>,
     /// The error of each coordinate, m/s² or rad/s², `[n]`.
     pub accelerations: Vec<f64>,
@@ -44,7 +44,7 @@ pub(super) fn pieces(recordings: Vec<Trajectory>) -> Vec<Trajectory> {
 }
 
 impl HeldOut {
-    /// Of `model` on these pieces; `scale` is the root mean square of each acceleration, `[n]`.
+    /// The errors of `model` on these pieces; `scale` is the root mean square of each acceleration, `[n]`.
     pub(super) fn of(model: &dyn Model, pieces: &[Trajectory], scale: &[f64]) -> Self {
         let n = scale.len();
         let mut evaluator = model.evaluator();
@@ -78,17 +78,17 @@ impl HeldOut {
     }
 }
 
-/// The share of resamplings of the pieces, with replacement (Efron 1979), that `judge` puts into each of `classes`; it is
+/// The part of resamplings of the pieces, with replacement (Efron 1979), that `classify` puts into each of `classes`; it is
 /// given the relative error of each fit over the same pieces, so that what makes a piece hard is in all of them.
-pub(super) fn shares<const FITS: usize>(
+pub(super) fn class_frequencies<const FITS: usize>(
     fits: [&HeldOut; FITS],
     classes: usize,
-    judge: impl Fn([f64; FITS]) -> usize,
+    classify: impl Fn([f64; FITS]) -> usize,
     seed: u64,
 ) -> Vec<f64> {
     let count = fits[0].squares.len();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut votes = vec![0.0; classes];
+    let mut frequencies = vec![0.0; classes];
     for _ in 0..RESAMPLED {
         let mut sums = [0.0; FITS];
         for _ in 0..count {
@@ -97,9 +97,9 @@ pub(super) fn shares<const FITS: usize>(
                 *sum += fit.squares[piece];
             }
         }
-        votes[judge(sums.map(|s| (s / count as f64).sqrt()))] += 1.0 / RESAMPLED as f64;
+        frequencies[classify(sums.map(|s| (s / count as f64).sqrt()))] += 1.0 / RESAMPLED as f64;
     }
-    votes
+    frequencies
 }
 
 #[cfg(test)]
@@ -120,14 +120,14 @@ mod tests {
             held_out(&[1.0, 100.0, 1.0, 1e4]),
             held_out(&[4.0, 400.0, 4.0, 4e4]),
         );
-        let better = shares([&one, &other], 2, |[a, b]| usize::from(b > 1.9 * a), 1);
+        let better = class_frequencies([&one, &other], 2, |[a, b]| usize::from(b > 1.9 * a), 1);
         assert!((better[1] - 1.0).abs() < 1e-9, "{better:?}");
     }
 
     #[test]
     fn one_piece_of_four_decides_as_often_as_it_is_drawn() {
         let (one, other) = (held_out(&[1.0; 4]), held_out(&[1.0, 1.0, 1.0, 100.0]));
-        let better = shares([&one, &other], 2, |[a, b]| usize::from(b > 1.5 * a), 1);
+        let better = class_frequencies([&one, &other], 2, |[a, b]| usize::from(b > 1.5 * a), 1);
         assert!(
             (better[1] - (1.0 - 0.75_f64.powi(4))).abs() < 0.03,
             "{better:?}"

@@ -3,26 +3,26 @@
 use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::{Error, Result};
 
-/// Differences are taken over this part of the scale of a signal; those along the motion over this part of its time.
+/// The step of finite differences relative to the scale of a signal, and along the motion relative to the time.
 const STEP: f64 = 1e-4;
 const STEP_ALONG: f64 = 2e-4;
 
-/// Over which lengths a field changes: what data of it deviate by.
+/// The scales over which a field of accelerations changes: the standard deviations of its data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldScale {
-    /// Of q, m (1 for angles), `[n]`.
+    /// The scale of q, m (1 for angles), `[n]`.
     pub q: Vec<f64>,
-    /// Of q̇, m/s or rad/s, `[n]`.
+    /// The scale of q̇, m/s or rad/s, `[n]`.
     pub qd: Vec<f64>,
-    /// Time in which the velocity turns, s.
+    /// The time over which the velocity changes, s.
     pub time: f64,
 }
 
 impl FieldScale {
-    /// Checks that each is positive, and that there are `n`.
+    /// Checks that there are `n` scales and that each is positive.
     ///
     /// # Errors
-    /// [`Error::Shape`] for another number of them, [`Error::Argument`] for one that cannot divide.
+    /// [`Error::Shape`] for another number of scales, [`Error::Argument`] for a scale that is not finite and positive.
     pub fn validate(&self, n: usize) -> Result<()> {
         for (name, list) in [("scales of q", &self.q), ("scales of q̇", &self.qd)] {
             if list.len() != n {

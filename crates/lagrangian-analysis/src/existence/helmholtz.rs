@@ -18,20 +18,20 @@ use lagrangian::{Error, Result, State, Trajectory};
 const LENGTH: f64 = 6.0;
 const STEPS: usize = 90;
 
-/// What the best multiplier leaves along one motion.
+/// The violation of the conditions of Helmholtz along one motion, with the best multiplier.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Violation {
-    /// Root mean square over the motion of ‖g₀P − Pᵀg₀‖ / (√2 ‖g₀‖ ‖P‖) for the g₀ that makes it least: 0 where a
+    /// The root mean square over the motion of ‖g₀P − Pᵀg₀‖ / (√2 ‖g₀‖ ‖P‖) for the g₀ that minimises it: 0 where a
     /// multiplier exists, of order one where none does (83).
     pub asymmetry: f64,
-    /// Smallest over largest |eigenvalue| of the best conditioned multiplier among those that are as good: 0 where
-    /// only a degenerate one is left.
+    /// The smallest over the largest |eigenvalue| of the best conditioned multiplier among those that are as good: 0 where
+    /// only a degenerate multiplier remains.
     pub regularity: f64,
 }
 
-/// What the Helmholtz conditions leave of the field of `model` without forces, along its motions from `starts`; motions
-/// that end early are left out. Necessary for a Lagrangian, not sufficient: nothing ties the multipliers of different
-/// motions together. One coordinate always has one (Darboux 1894): 0.
+/// The violation of the conditions of Helmholtz by the accelerations of `model` without forces, along its motions from
+/// `starts`; motions that end early are omitted. The conditions are necessary for a Lagrangian, not sufficient: nothing
+/// connects the multipliers of different motions. The violation of one coordinate is always 0 (Darboux 1894).
 ///
 /// ```
 /// use lagrangian_analysis::existence::{FieldScale, helmholtz};
@@ -228,8 +228,8 @@ fn regularity(n: usize, symmetric: &[Vec<f64>], values: &[f64], vectors: faer::M
         }
         let trace: f64 = (0..n).map(|i| own[i * n + i]).sum();
         // Where it is orthogonal to the unit matrix, any sign will do.
-        let share = if trace.abs() > 1e-3 { trace } else { 1e-3 };
-        g.iter_mut().zip(own).for_each(|(g, own)| *g += share * own);
+        let part = if trace.abs() > 1e-3 { trace } else { 1e-3 };
+        g.iter_mut().zip(own).for_each(|(g, own)| *g += part * own);
     }
     let matrix = Mat::from_fn(n, n, |i, j| g[i * n + j]);
     let Ok(values) = matrix.self_adjoint_eigenvalues(Side::Lower) else {

@@ -19,20 +19,18 @@ pub fn check_item(survey: &Survey) -> Item {
     let item = match verdict.existence {
         Existence::Lagrangian => Item::pass("lagrangian", finding),
         Existence::WithFriction => Item {
-            remedy: Some(
-                "learn friction beside the Lagrangian: `fit --forces viscous,coulomb`".into(),
-            ),
+            remedy: Some("learn viscous and Coulomb friction beside the Lagrangian".into()),
             ..Item::pass("lagrangian", finding)
         },
         Existence::NoneFound => Item::warn(
             "lagrangian",
             finding,
-            "fit a plain network (`fit --model mlp`), or find the force that is missing: record it as τ, or take the coordinate in that drives it",
+            "fit a plain network, or find the missing force: record it as τ, or add the coordinate that drives it",
         ),
         Existence::Undecided => Item::warn(
             "lagrangian",
             finding,
-            "record more and longer motions with less noise, or give the fits more time (--seconds)",
+            "record more and longer motions with less noise, or give the fits more time",
         ),
     };
     with_values(item, survey)

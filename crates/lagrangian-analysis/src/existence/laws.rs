@@ -1,9 +1,9 @@
-//! Laws of motion that are not written as a Lagrangian.
+//! Laws of motion that are given by their accelerations, three of which have no Lagrangian.
 
 use lagrangian::Coordinates;
 use lagrangian::dynamics::{Evaluator, Model};
 
-/// Accelerations of unit masses, a(q, q̇) + τ.
+/// A law of motion of unit masses, q̈ = a(q, q̇) + τ, as a [`Model`].
 #[derive(Debug, Clone)]
 pub struct Law {
     coordinates: Coordinates,
@@ -11,7 +11,7 @@ pub struct Law {
 }
 
 impl Law {
-    /// The law q̈ = a(q, q̇) of these coordinates; `accelerations` writes `[n]` values.
+    /// The law q̈ = a(q, q̇) + τ of these coordinates; `accelerations` writes a(q, q̇), `[n]`.
     #[must_use]
     pub fn new(coordinates: Coordinates, accelerations: fn(&[f64], &[f64], &mut [f64])) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl Evaluator for Law {
     }
 }
 
-/// q̈ = 2 (1 − q²) q̇ − q (van der Pol 1926): every motion ends in one cycle.
+/// The oscillator q̈ = 2 (1 − q²) q̇ − q (van der Pol 1926): every motion ends in one cycle, on which no Lagrangian exists.
 #[must_use]
 pub fn van_der_pol() -> Law {
     Law::new(Coordinates::lines(1), |q, qd, qdd| {
@@ -62,7 +62,7 @@ pub fn van_der_pol() -> Law {
     })
 }
 
-/// q̈ = −∇V + (1 − v²) v with V = ½ (x² + 1.5 y²): a body that drives itself, to a speed of its own.
+/// A particle that drives itself to a speed of its own, q̈ = −∇V + (1 − v²) v with V = ½ (x² + 1.5 y²).
 #[must_use]
 pub fn active_particle() -> Law {
     Law::new(Coordinates::lines(2), |q, qd, qdd| {
@@ -72,8 +72,8 @@ pub fn active_particle() -> Law {
     })
 }
 
-/// q̈ = −q + k r² (−y, x), k = 0.1: a force of positions alone that is not the gradient of a potential. A multiplier g would
-/// have to make g ∂f/∂q symmetric at all q, and only g = 0 does.
+/// A particle in a force of positions alone that is not the gradient of a potential, q̈ = −q + k r² (−y, x) with k = 0.1. A
+/// multiplier g would have to make g ∂f/∂q symmetric at all q, and only g = 0 does.
 #[must_use]
 pub fn curl_force() -> Law {
     Law::new(Coordinates::lines(2), |q, _, qdd| {

@@ -1,8 +1,9 @@
 //! Does any Lagrangian exist for recorded motions (the inverse problem of the calculus of variations: Helmholtz 1887,
 //! Darboux 1894, Douglas 1941)?
 //!
-//! [`survey()`] compares fits with and without the restriction to a Lagrangian, looks at the conditions of Helmholtz on
-//! the learned field and at its divergence along motions that come back, and says what follows and how sure that is.
+//! [`survey()`] compares fits with and without the restriction to a Lagrangian, tests the conditions of Helmholtz on the
+//! learned field, and measures its divergence along motions that return. From these it derives a verdict, a confidence and
+//! reasons. [`helmholtz()`] tests the conditions on a known model.
 
 mod damping;
 mod divergence;

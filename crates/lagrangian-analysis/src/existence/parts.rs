@@ -1,4 +1,4 @@
-//! Recordings as a survey uses them: to fit, to choose the weights, to judge.
+//! The recordings of a survey, divided into those to fit, to validate and to test.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -8,12 +8,12 @@ use super::field::FieldScale;
 use lagrangian::dataset::split;
 use lagrangian::{Coordinates, Dataset, Error, Result, State, Trajectory};
 
-/// Parts of the recordings that are held out of all fits, and that choose the weights.
+/// The parts of the recordings that are held out of all fits, and that validate the weights.
 const HELD_OUT: f64 = 0.25;
 const VALIDATION: f64 = 0.15;
 /// Fewer samples than this cannot be divided into three.
 const FEWEST_SAMPLES: usize = 100;
-/// Motions along which the conditions of Helmholtz are looked at.
+/// The number of motions along which the conditions of Helmholtz are tested.
 const MOTIONS: usize = 24;
 
 pub(super) struct Parts {
@@ -22,7 +22,7 @@ pub(super) struct Parts {
     pub(super) validation: Vec<Trajectory>,
     /// Held-out recordings in pieces.
     pub(super) test: Vec<Trajectory>,
-    /// Held-out recordings.
+    /// The number of held-out recordings.
     pub(super) recordings: usize,
 }
 
@@ -80,7 +80,7 @@ impl Parts {
         Ok(scale)
     }
 
-    /// Held-out states, evenly.
+    /// Evenly chosen held-out states.
     pub(super) fn starts(&self) -> Vec<State> {
         let n = self.dataset.coordinates.dof();
         let samples: usize = self.test.iter().map(Trajectory::len).sum();

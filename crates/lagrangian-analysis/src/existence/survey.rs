@@ -1,4 +1,4 @@
-//! Three fits, the conditions of Helmholtz and the divergence of one data set, and what follows.
+//! The survey of one data set: three fits, the conditions of Helmholtz, the divergence, and a verdict.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,17 +15,17 @@ use lagrangian::lagrangian::LnnConfig;
 use lagrangian::train::{Budget, Observer};
 use lagrangian::{Coordinates, Result, State, Trajectory};
 
-/// How a survey learns; the same for all fits.
+/// Settings of the fits of a survey.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SurveyConfig {
-    /// The Lagrangian network; the plain one has its width, layers and activation.
+    /// The Lagrangian network; the plain network has the same width, layers and activation.
     pub network: LnnConfig,
-    /// Of each of the fits: five, or nine where the first Lagrangians are not enough.
+    /// The budget of each fit. There are five, or nine where the first Lagrangian fits are not good enough.
     pub budget: Budget,
-    /// Samples of one step.
+    /// The number of samples of a step.
     pub batch: usize,
-    /// Of weights, batches and the split.
+    /// The seed of weights, batches and the split.
     pub seed: u64,
 }
 
@@ -43,70 +43,72 @@ impl Default for SurveyConfig {
     }
 }
 
-/// What the conditions of Helmholtz leave of the learned field.
+/// The violation of the conditions of Helmholtz by the learned field.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Asymmetry {
-    /// The middle one of all motions; see [`Violation::asymmetry`].
+    /// The median over all motions of [`Violation::asymmetry`].
     pub median: f64,
-    /// What errors of learning and noise can make of it, the less of two: the middle one of a field that was learned
-    /// alike from the accelerations of the Lagrangian fit, and the middle difference of Φ to a field that was learned alike
-    /// from recordings drawn with replacement.
+    /// The asymmetry that errors of learning and noise can explain, the smaller of two medians: that of a field that was
+    /// learned in the same manner from the accelerations of the Lagrangian fit, and that of the difference of Φ to a field
+    /// that was learned from recordings drawn with replacement.
     pub chance: f64,
-    /// The middle one of [`Violation::regularity`].
+    /// The median of [`Violation::regularity`].
     pub regularity: f64,
-    /// Motions that did not end early.
+    /// The number of motions that did not end early.
     pub motions: usize,
-    /// Of each motion.
+    /// The asymmetry of each motion.
     pub all: Vec<f64>,
-    /// What errors can make of each.
+    /// The asymmetry of each motion that errors can explain.
     pub all_by_chance: Vec<f64>,
 }
 
 /// The mean divergence of the learned field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contraction {
-    /// Of the field.
+    /// The divergence of the field.
     pub found: Divergence,
-    /// Its difference to that of a field that was learned alike from recordings drawn with replacement, 1/s.
+    /// The difference to the divergence of a field that was learned in the same manner from recordings drawn with
+    /// replacement, 1/s.
     pub chance: f64,
-    /// What an error of q̈ of the size of the unrestricted fit's makes where it goes with q̇, 1/s.
+    /// The divergence of an error of q̈ that is proportional to q̇ and has the size of the error of the unrestricted fit, 1/s.
     pub floor: f64,
 }
 
 impl Contraction {
-    /// The error of the rate, 1/s: from motion to motion, of learning, and what the held-out errors allow.
+    /// The error of the rate, 1/s: the standard error over motions, the error of learning, and the part that held-out errors
+    /// allow.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.found.error.hypot(self.chance).hypot(self.floor)
     }
 }
 
-/// Everything that a survey found.
+/// The result of a survey.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Survey {
-    /// Whether a Lagrangian exists, how sure that is, and why.
+    /// Whether a Lagrangian exists, with a confidence and reasons.
     pub verdict: Verdict,
-    /// The fit of a Lagrangian alone.
+    /// The errors of a Lagrangian alone.
     pub conservative: HeldOut,
-    /// With viscous and dry friction of each coordinate.
+    /// The errors of a Lagrangian with viscous and dry friction of each coordinate.
     pub friction: HeldOut,
-    /// Of any force: a plain network.
+    /// The errors of a plain network, which fits any force.
     pub unrestricted: HeldOut,
-    /// None for one coordinate, and where no motion of the learned field lasts.
+    /// The conditions of Helmholtz; none for one coordinate, and where all motions of the learned field end early.
     pub asymmetry: Option<Asymmetry>,
-    /// None where too few motions come back.
+    /// The mean divergence; none where too few motions return.
     pub contraction: Option<Contraction>,
-    /// None for free motions.
+    /// The damping; none for free motions.
     pub damping: Option<Damping>,
-    /// Accelerations that a force outside the verdict could still make without being seen, m/s² or rad/s², `[n]`.
+    /// The size of accelerations by an additional force that would not have changed the verdict, m/s² or rad/s², `[n]`.
     pub hidden: Vec<f64>,
-    /// Held-out recordings and samples.
+    /// The number of held-out recordings.
     pub recordings: usize,
-    /// Held-out samples.
+    /// The number of held-out samples.
     pub samples: usize,
 }
 
-/// Does a Lagrangian exist for these recordings? They need accelerations.
+/// Tests whether a Lagrangian exists for these recordings, which need accelerations.
 ///
 /// 1. Three fits of the same size, optimiser and budget: a Lagrangian alone, one with friction of each coordinate, and a
 ///    plain network, which any force fits. A restriction that costs nothing on held-out recordings holds.
@@ -115,10 +117,10 @@ pub struct Survey {
 ///    drawn with replacement, measures what errors of learning can make of them.
 ///    Driven motions show the multiplier itself, M: there the damping D is measured, and where it couples coordinates no
 ///    friction of single coordinates is enough.
-/// 3. The mean divergence along motions that come back, which a Lagrangian keeps at 0.
+/// 3. The mean divergence along motions that return, which is 0 for a Lagrangian.
 ///
-/// The confidence is the share of resamplings of the held-out recordings with the same verdict, at most 1 − 2⁻ᵏ for k of
-/// them, and less where the other two tests do not support it.
+/// The confidence is the part of resamplings of the held-out recordings with the same verdict, at most 1 − 2⁻ᵏ for k of
+/// them, and less where the other two tests do not support the verdict.
 ///
 /// # Errors
 /// As [`Dataset::new`](lagrangian::Dataset::new) and [`fit`](lagrangian::fit()); [`Error::TooShort`](lagrangian::Error::TooShort) where too little is left to hold out.

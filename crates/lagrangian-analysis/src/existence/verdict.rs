@@ -1,37 +1,38 @@
-//! From measurements to a verdict, never more certain than they are.
+//! The verdict that follows from the measurements of a survey, and its confidence.
 
 use std::fmt::{Display, Formatter};
 
 use serde::Serialize;
 
-use super::errors::shares;
+use super::errors::class_frequencies;
 use super::reasons::reasons;
 use super::survey::Survey;
 
-/// Errors within this factor are alike: training has its luck.
-const ALIKE: f64 = 2.0;
-/// Starts alone have made errors of the same fit differ tenfold; this is on the safe side.
-const LUCK: f64 = 30.0;
-/// A law that predicts accelerations to this part of their size is taken for the law.
+/// Errors within this factor count as equal, because training depends on its initial weights.
+const EQUAL: f64 = 2.0;
+/// Initial weights alone have made errors of the same fit differ tenfold; this factor has a margin.
+const INITIAL_WEIGHTS: f64 = 30.0;
+/// A fit whose error is below this part of the accelerations is exact enough.
 const NEGLIGIBLE: f64 = 0.01;
-/// A fit whose error is beyond this part of the accelerations has found nothing.
-const NOTHING: f64 = 0.5;
-/// Where only the fits speak against a Lagrangian, they must miss this part of the accelerations.
+/// A fit whose error exceeds this part of the accelerations has failed.
+const FAILED: f64 = 0.5;
+/// Where only the fits contradict a Lagrangian, their error must exceed this part of the accelerations.
 const MUCH: f64 = 0.1;
-/// Sure enough: standard errors of a rate, and times what errors of learning can make (of 18 learned fields of Lagrangian systems,
-/// clean and noisy, none left more than 1.0 times that; ADR 0046).
-const SURE: f64 = 4.0;
+/// A divergence is significant beyond this many standard errors.
+const STANDARD_ERRORS: f64 = 4.0;
+/// An asymmetry or a coupling is significant beyond this many times what errors of learning explain (of 18 learned fields of
+/// Lagrangian systems, clean and noisy, none exceeded 1.0 times that; ADR 0046).
 const TIMES_CHANCE: f64 = 1.5;
 
-/// Whether a Lagrangian exists for what was recorded.
+/// Whether a Lagrangian exists for recorded motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Existence {
-    /// A Lagrangian alone.
+    /// A Lagrangian exists.
     Lagrangian,
-    /// A Lagrangian and friction of its coordinates.
+    /// A Lagrangian with friction of its coordinates exists.
     WithFriction,
-    /// Neither: the law exists, its Lagrangian was not found.
+    /// The motions follow a law, but no Lagrangian of it was found, with or without friction.
     NoneFound,
     /// The recordings do not decide it.
     Undecided,
@@ -48,14 +49,14 @@ impl Display for Existence {
     }
 }
 
-/// A verdict, how sure it is, and why.
+/// The verdict of a survey, with its confidence and reasons.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
-    /// What was found.
+    /// Whether a Lagrangian exists.
     pub existence: Existence,
-    /// 0…1; see [`survey`](super::survey()).
+    /// The confidence from 0 to 1; see [`survey`](super::survey()).
     pub confidence: f64,
-    /// A sentence for each reason.
+    /// The reasons, one sentence each.
     pub reasons: Vec<String>,
 }
 
@@ -69,13 +70,13 @@ impl Verdict {
     }
 }
 
-/// What the errors of the conservative fit, that with friction and the unrestricted one say alone.
-fn judged([conservative, friction, unrestricted]: [f64; 3]) -> Existence {
+/// The verdict of the errors of the conservative fit, the fit with friction and the unrestricted fit alone.
+fn by_errors([conservative, friction, unrestricted]: [f64; 3]) -> Existence {
     let best = conservative.min(friction).min(unrestricted);
-    let enough = |e: f64| e <= f64::max(ALIKE * best, NEGLIGIBLE);
-    if best > NOTHING {
+    let enough = |e: f64| e <= f64::max(EQUAL * best, NEGLIGIBLE);
+    if best > FAILED {
         Existence::Undecided
-    } else if enough(conservative) && conservative <= ALIKE * friction {
+    } else if enough(conservative) && conservative <= EQUAL * friction {
         Existence::Lagrangian
     } else if enough(friction) {
         Existence::WithFriction
@@ -84,10 +85,10 @@ fn judged([conservative, friction, unrestricted]: [f64; 3]) -> Existence {
     }
 }
 
-/// Whether only the fits speak against a Lagrangian alone, or one with friction: perhaps they were unlucky.
+/// Whether only the fits contradict a Lagrangian, with or without friction: better initial weights might change that.
 pub(super) fn unsupported(found: &Survey) -> bool {
     let fits = [&found.conservative, &found.friction, &found.unrestricted];
-    match judged(fits.map(|f| f.relative)) {
+    match by_errors(fits.map(|f| f.relative)) {
         Existence::WithFriction => contracts(found) != Some(true),
         // Friction draws motions together and leaves no multiplier either.
         Existence::NoneFound => !excluded(found) || least(found) < MUCH,
@@ -112,15 +113,18 @@ const CLASSES: [Existence; 4] = [
     Existence::Undecided,
 ];
 
-/// The verdict on what was found of `n` coordinates.
+/// The verdict on a survey of `n` coordinates.
 pub(super) fn verdict(found: &Survey, n: usize, seed: u64) -> Verdict {
     let fits = [&found.conservative, &found.friction, &found.unrestricted];
-    let existence = judged(fits.map(|f| f.relative));
-    let class = |e| CLASSES.iter().position(|c| *c == judged(e)).unwrap_or(3);
-    let votes = shares(fits, CLASSES.len(), class, seed);
-    let own = CLASSES.iter().zip(&votes).find(|(c, _)| **c == existence);
-    let share = own.map_or(0.0, |(_, share)| *share);
-    let (existence, confidence) = weighed(found, existence, share);
+    let existence = by_errors(fits.map(|f| f.relative));
+    let class = |e| CLASSES.iter().position(|c| *c == by_errors(e)).unwrap_or(3);
+    let frequencies = class_frequencies(fits, CLASSES.len(), class, seed);
+    let own = CLASSES
+        .iter()
+        .zip(&frequencies)
+        .find(|(c, _)| **c == existence);
+    let frequency = own.map_or(0.0, |(_, frequency)| *frequency);
+    let (existence, confidence) = weighed(found, existence, frequency);
     Verdict {
         existence,
         confidence: confidence.min(most_certain(found.recordings)),
@@ -128,24 +132,24 @@ pub(super) fn verdict(found: &Survey, n: usize, seed: u64) -> Verdict {
     }
 }
 
-/// Whether friction may have won by a better start: nothing but the fits speaks for it, and they are not far apart.
-fn lucky(found: &Survey) -> bool {
+/// Whether the fit with friction may be better by its initial weights alone: no other test supports friction, and the errors
+/// are not far apart.
+fn by_initial_weights(found: &Survey) -> bool {
     contracts(found) != Some(true)
         && found.damping.is_none()
-        && found.conservative.relative <= LUCK * found.friction.relative
+        && found.conservative.relative <= INITIAL_WEIGHTS * found.friction.relative
 }
 
-/// The other tests do not depend on whether a Lagrangian network learns well; they support the fits or not.
-fn weighed(found: &Survey, existence: Existence, share: f64) -> (Existence, f64) {
+/// The verdict and its confidence after the other tests, which do not depend on how well a Lagrangian network learns.
+fn weighed(found: &Survey, existence: Existence, frequency: f64) -> (Existence, f64) {
     match existence {
         Existence::NoneFound if !excluded(found) && least(found) < MUCH => {
             (Existence::Undecided, 0.5)
         }
-        Existence::NoneFound if !excluded(found) => (existence, 0.7 * share),
-        Existence::Lagrangian if contracts(found) == Some(true) => (existence, 0.5 * share),
-        // The fits alone: that with friction may have had the luckier start.
-        Existence::WithFriction if lucky(found) => (existence, 0.7 * share),
-        _ => (existence, share),
+        Existence::NoneFound if !excluded(found) => (existence, 0.7 * frequency),
+        Existence::Lagrangian if contracts(found) == Some(true) => (existence, 0.5 * frequency),
+        Existence::WithFriction if by_initial_weights(found) => (existence, 0.7 * frequency),
+        _ => (existence, frequency),
     }
 }
 
@@ -171,7 +175,7 @@ pub(super) fn asymmetric(found: &Survey) -> Option<bool> {
 pub(super) fn contracts(found: &Survey) -> Option<bool> {
     found
         .contraction
-        .map(|c| c.found.rate.abs() > SURE * c.error())
+        .map(|c| c.found.rate.abs() > STANDARD_ERRORS * c.error())
 }
 
 /// Whether damping couples coordinates, as no friction of single ones does.
@@ -191,7 +195,7 @@ pub(super) fn hidden(found: &Survey) -> Vec<f64> {
     let Some(best) = best.filter(|b| b.relative > 0.0) else {
         return Vec::new();
     };
-    let bound = f64::max(NEGLIGIBLE, (ALIKE * ALIKE - 1.0).sqrt() * best.relative);
+    let bound = f64::max(NEGLIGIBLE, (EQUAL * EQUAL - 1.0).sqrt() * best.relative);
     best.accelerations
         .iter()
         .map(|a| a * bound / best.relative)
@@ -204,12 +208,12 @@ mod tests {
 
     #[test]
     fn a_restriction_that_costs_nothing_holds() {
-        assert_eq!(judged([1e-3, 1e-3, 2e-3]), Existence::Lagrangian);
-        assert_eq!(judged([0.03, 0.01, 0.01]), Existence::WithFriction);
+        assert_eq!(by_errors([1e-3, 1e-3, 2e-3]), Existence::Lagrangian);
+        assert_eq!(by_errors([0.03, 0.01, 0.01]), Existence::WithFriction);
         // Friction of a thousandth of the forces is seen where the fits are better than that.
-        assert_eq!(judged([1e-3, 1e-5, 1e-4]), Existence::WithFriction);
-        assert_eq!(judged([0.2, 0.2, 0.01]), Existence::NoneFound);
-        assert_eq!(judged([0.9, 0.9, 0.8]), Existence::Undecided);
+        assert_eq!(by_errors([1e-3, 1e-5, 1e-4]), Existence::WithFriction);
+        assert_eq!(by_errors([0.2, 0.2, 0.01]), Existence::NoneFound);
+        assert_eq!(by_errors([0.9, 0.9, 0.8]), Existence::Undecided);
     }
 
     #[test]
