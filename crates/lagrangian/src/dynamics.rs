@@ -17,9 +17,13 @@
 //! # Ok::<(), lagrangian::Error>(())
 //! ```
 
+mod query;
+
 use crate::lagrangian::{Actuation, Dissipation, Jet, Jets, Lagrangian};
 use crate::solve::{Regularity, SymmetricSolver};
 use crate::{Coordinates, Result};
+
+pub use query::{Dynamics, Evaluation, Quantities};
 
 /// Anything that predicts motion: a Lagrangian with its dissipation, or a plain network.
 pub trait Model: Send + Sync {
@@ -38,6 +42,12 @@ pub trait Model: Send + Sync {
     /// that has none.
     fn mechanics(&self) -> Option<EulerLagrange<'_>> {
         None
+    }
+
+    /// Its mass matrix, bias, gravity, momentum, energy, and forward and inverse dynamics, with checks of all arrays; one
+    /// per thread. [`Quantities`] has the same as new arrays.
+    fn dynamics(&self) -> Dynamics<'_> {
+        Dynamics::new(self)
     }
 }
 
