@@ -21,7 +21,7 @@
 //! ```
 
 use super::{EulerLagrange, Evaluator, Model, bias, energy};
-use crate::solve::{Regularity, SymmetricSolver, dot};
+use crate::solve::dot;
 use crate::{Coordinates, Error, Result};
 
 /// How an evaluation at a batch of states ended.
