@@ -83,27 +83,25 @@
 
 pub mod check;
 pub mod dataset;
-pub mod dynamics;
 pub mod error;
 pub mod field;
-pub mod hamiltonian;
 pub mod integrate;
-pub mod lagrangian;
+pub mod mechanics;
 pub mod models;
 pub mod rigid;
 pub mod rollout;
 pub mod saved;
 pub mod score;
-pub mod solve;
 pub mod torque;
 pub mod train;
 pub mod trajectory;
 
+pub use mechanics::{dynamics, hamiltonian, lagrangian, solve};
 pub use models::{mlp as baseline, neural_ode, rigid::chain as identify};
 
 pub use baseline::{Mlp, MlpConfig};
 pub use dataset::Dataset;
-pub use dynamics::{Evaluator, Mechanical, Model};
+pub use dynamics::{Dynamics, Evaluation, Evaluator, Mechanical, Model, Quantities};
 pub use error::{Error, Result};
 pub use hamiltonian::{Canonical, Hamiltonian, Hnn, HnnConfig};
 pub use integrate::Method;

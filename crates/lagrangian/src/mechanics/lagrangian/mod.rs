@@ -1,22 +1,19 @@
-//! Lagrangians: analytic systems and learned ones, behind one trait.
+//! The trait of Lagrangians L(q, q̇) and their derivatives, and Lagrangians that are made of others.
 
-mod actuation;
-pub mod analytic;
 pub(crate) mod curvature;
-mod dissipation;
 pub(crate) mod positions;
 pub(crate) mod scaled;
 pub(crate) mod seen;
 mod sum;
 
+pub use super::analytic;
+pub use super::forces::{Actuation, Dissipation, Stribeck};
 pub(crate) use crate::models::delan::{Block, DelanShape, Factor};
 pub use crate::models::delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub(crate) use crate::models::lnn::LnnShape;
 pub use crate::models::lnn::{Form, Lnn, LnnConfig};
 pub use crate::models::rigid::{Angles, RigidChain};
-pub use actuation::Actuation;
 pub use curvature::Curvature;
-pub use dissipation::{Dissipation, Stribeck};
 pub(crate) use scaled::Features;
 pub use scaled::Scaling;
 pub(crate) use seen::Seen;

@@ -16,7 +16,7 @@ pub use num_dual::DualNum;
 pub use parameter::{Domain, Parameter};
 pub use rand::Rng;
 
-use super::Lagrangian;
+use super::lagrangian::Lagrangian;
 use crate::dynamics::Model;
 use crate::{Coordinates, Error, Result, State};
 
