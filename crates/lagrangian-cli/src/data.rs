@@ -1,9 +1,7 @@
 //! From the files that the user names to recordings.
 
-use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
 use lagrangian::saved::SavedModel;
@@ -15,19 +13,17 @@ use lagrangian::{Coordinates, Trajectory};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};
+use crate::hashed::{FileHash, Hashed};
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
 
-/// Says something about the data on standard error, once: a fit reads its data again for its page.
-fn note(text: String) {
-    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    // OK because a set is whole after every insertion.
-    let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
-    if !said.contains(&text) {
-        eprintln!("note: {text}");
-        said.insert(text);
-    }
+/// What stands in some files.
+pub(crate) struct Files {
+    /// All recordings, in the order of the files.
+    pub(crate) recordings: Vec<Recording>,
+    /// The files, each with its hash.
+    pub(crate) hashes: Vec<(PathBuf, FileHash)>,
 }
 
 impl EstimateArgs {
@@ -69,7 +65,7 @@ impl DataArgs {
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
         let text =
-            fs::read_to_string(&chosen).advise(&shown, "check --layout, or leave it away")?;
+            fs::read_to_string(&chosen).advise(&shown, "check --layout, or omit it")?;
         let from_file = Layout::from_toml(&text)
             .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
         Ok(self.layout().or(from_file))
@@ -78,18 +74,19 @@ impl DataArgs {
 
 /// Reads all recordings of all files, in their order; notes for the user go to standard error.
 pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>> {
-    read_sample(files, args, None)
+    Ok(read_sample(files, args, None)?.recordings)
 }
 
-/// The same, but of more rows than `sampling` allows no more than these.
+/// The same, but of more rows than `sampling` allows no more than these, and with the hashes of the files.
 pub(crate) fn read_sample(
     files: &[PathBuf],
     args: &DataArgs,
     sampling: Option<Sampling>,
-) -> Result<Vec<Recording>> {
-    let (mut recordings, mut rows) = (Vec::new(), 0);
+) -> Result<Files> {
+    let (mut recordings, mut hashes, mut rows) = (Vec::new(), Vec::new(), 0);
     for path in files {
-        let read = read_file(path, args, sampling)?;
+        let (read, hash) = read_file(path, args, sampling)?;
+        hashes.push((path.clone(), hash));
         let all = |r: &Recording| r.part().map_or(r.len(), |part| part.rows);
         rows += read.iter().map(all).sum::<usize>();
         recordings.extend(read);
@@ -99,9 +96,9 @@ pub(crate) fn read_sample(
     }
     let kept: usize = recordings.iter().map(Recording::len).sum();
     if kept < rows {
-        note(format!(
-            "{kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
-        ));
+        eprintln!(
+            "note: {kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
+        );
     }
     let recordings = delayed(recordings, args)?;
     let Some(first) = recordings.first() else {
@@ -114,7 +111,7 @@ pub(crate) fn read_sample(
         .iter()
         .find(|r| r.coordinates != first.coordinates)
     {
-        None => Ok(recordings),
+        None => Ok(Files { recordings, hashes }),
         Some(other) => Err(mistake(
             format!(
                 "'{}' and '{}' have other coordinates",
@@ -125,7 +122,11 @@ pub(crate) fn read_sample(
     }
 }
 
-fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<Vec<Recording>> {
+fn read_file(
+    path: &Path,
+    args: &DataArgs,
+    sample: Option<Sampling>,
+) -> Result<(Vec<Recording>, FileHash)> {
     let shown = format!("cannot read '{}'", path.display());
     let extension = path
         .extension()
@@ -136,24 +137,26 @@ fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<V
         sample,
         ..args.layout_for(path)?
     };
-    let file = File::open(path).advise(&shown, "check that the file exists and may be read")?;
+    let access = "check that the file exists and may be read";
+    let (file, hashing) = Hashed::open(path).advise(&shown, access)?;
     let name = path
         .file_stem()
         .and_then(|stem| stem.to_str())
         .unwrap_or("recording");
     let readings = format.read(file, name, &layout).advise(
-        shown,
+        &shown,
         "run `lagrangian check --help` for the columns of a file and the flags that name them",
     )?;
     if !readings.columns.ignored.is_empty() {
-        note(format!(
-            "'{}': columns not used: {}",
+        eprintln!(
+            "note: '{}': columns not used: {}",
             path.display(),
             readings.columns.ignored.join(", ")
-        ));
+        );
     }
     note_passive(path, &readings);
-    Ok(readings.recordings)
+    let hash = hashing.finish().advise(shown, access)?;
+    Ok((readings.recordings, hash))
 }
 
 /// Shifts the forces as --delay says.
@@ -180,16 +183,26 @@ fn note_passive(path: &Path, readings: &Readings) {
         .map(|(_, q)| q.as_str())
         .collect();
     if !passive.is_empty() {
-        note(format!(
-            "'{}': there is no column for the force on {}: it is taken as 0",
+        eprintln!(
+            "note: '{}': there is no column for the force on {}: it is taken as 0",
             path.display(),
             passive.join(", ")
-        ));
+        );
     }
 }
 
 /// Makes trajectories of recordings; says on standard error what had to be estimated.
 pub(crate) fn trajectories(
+    recordings: Vec<Recording>,
+    options: &EstimateOptions,
+) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
+    let (trajectories, estimates) = estimated(recordings, options)?;
+    note_estimates(&estimates);
+    Ok((trajectories, estimates))
+}
+
+/// Makes trajectories of recordings, and says how their signals were estimated.
+pub(crate) fn estimated(
     recordings: Vec<Recording>,
     options: &EstimateOptions,
 ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
@@ -203,6 +216,11 @@ pub(crate) fn trajectories(
         trajectories.extend(own);
         estimates.extend(how);
     }
+    Ok((trajectories, estimates))
+}
+
+/// Says on standard error what had to be estimated.
+pub(crate) fn note_estimates(estimates: &[Estimate]) {
     for signal in ["qd", "qdd", "pd"] {
         let windows: Vec<f64> = estimates
             .iter()
@@ -214,12 +232,11 @@ pub(crate) fn trajectories(
                 "qd" => "; a fit with --loss positions uses none",
                 _ => "",
             };
-            note(format!(
-                "{signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
-            ));
+            eprintln!(
+                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
+            );
         }
     }
-    Ok((trajectories, estimates))
 }
 
 /// Reads a saved model.

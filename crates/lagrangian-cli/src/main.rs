@@ -7,6 +7,7 @@ mod data;
 mod failure;
 mod fit_args;
 mod fit_config;
+mod hashed;
 mod instructions;
 mod interrupt;
 mod law_args;

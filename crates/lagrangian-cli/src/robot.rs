@@ -1,7 +1,6 @@
 //! The flags that name a robot, and the files behind them.
 
-use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -14,6 +13,7 @@ use lagrangian::train::FitConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};
+use crate::hashed::{FileHash, Hashed};
 use crate::run_folder::DataFile;
 
 /// The longest URDF that is read, bytes.
@@ -37,23 +37,34 @@ pub(crate) struct RobotArgs {
 }
 
 impl RobotArgs {
-    /// The file behind the flags, for the record of the run.
-    pub(crate) fn file(&self) -> Result<Option<DataFile>> {
+    /// Reads the robot behind the flags, if there is one.
+    pub(crate) fn read(&self) -> Result<Option<Robot>> {
         let path = self.urdf.as_ref().or(self.nominal.as_ref());
-        let file = path.filter(|path| example(path).is_none());
-        file.map(|path| DataFile::of("robot", path)).transpose()
+        path.map(|path| open(path, &self.joints)).transpose()
     }
 
-    /// Puts the robot into the settings of a fit. Upon a robot a network begins as nothing: without a mass matrix of
+    /// The file of a robot that was read, for the record of the run.
+    pub(crate) fn file(&self, robot: &Robot) -> Option<DataFile> {
+        let path = self.urdf.as_ref().or(self.nominal.as_ref())?;
+        let hash = robot.hash.clone()?;
+        Some(DataFile::new("robot", path, hash))
+    }
+
+    /// Puts the robot into the settings of a fit. Beside a robot a network begins as nothing: without a mass matrix of
     /// its own.
-    pub(crate) fn apply(&self, form_was_chosen: bool, config: &mut FitConfig) -> Result<()> {
+    pub(crate) fn apply(
+        &self,
+        robot: Option<RobotConfig>,
+        form_was_chosen: bool,
+        config: &mut FitConfig,
+    ) -> Result<()> {
         if self.urdf.is_none() && self.nominal.is_none() && !self.joints.is_empty() {
             return Err(mistake(
                 "--joints names joints of a robot, and none is given",
                 "add --urdf robot.urdf (--model rigid) or --nominal robot.urdf (--model lnn, delan)",
             ));
         }
-        if let Some(path) = &self.urdf {
+        if self.urdf.is_some() {
             let name = config.family.name();
             let Some(rigid) = config.family.downcast_mut::<RigidConfig>() else {
                 return Err(mistake(
@@ -61,10 +72,9 @@ impl RobotArgs {
                     "give the robot as --nominal, or --model rigid",
                 ));
             };
-            rigid.robot = Some(read(path, &self.joints)?);
-        }
-        if let Some(path) = &self.nominal {
-            config.nominal = Some(read(path, &self.joints)?);
+            rigid.robot = robot;
+        } else if robot.is_some() {
+            config.nominal = robot;
             if let Some(lnn) = config.family.downcast_mut::<LnnConfig>() {
                 if !form_was_chosen {
                     lnn.form = Form::Free;
@@ -86,30 +96,49 @@ fn example(path: &Path) -> Option<&'static str> {
 
 /// The robot of a URDF file, or the example of that name.
 pub(crate) fn read(path: &Path, joints: &[String]) -> Result<RobotConfig> {
-    let text = match example(path) {
-        Some(text) => text.into(),
-        None => text(path)?,
-    };
-    RobotConfig::new(&text, joints.to_vec()).advise(
-        format!("cannot use the robot of '{}'", path.display()),
-        "`check_urdf` of ROS finds most mistakes in a URDF file",
-    )
+    Ok(open(path, joints)?.config)
 }
 
-fn text(path: &Path) -> Result<String> {
-    let mut bytes = Vec::new();
-    let file = File::open(path).and_then(|file| file.take(MOST + 1).read_to_end(&mut bytes));
-    file.advise(
+/// A robot, and the hash of its file where it is no example.
+pub(crate) struct Robot {
+    pub(crate) config: RobotConfig,
+    hash: Option<FileHash>,
+}
+
+fn open(path: &Path, joints: &[String]) -> Result<Robot> {
+    let (text, hash) = match example(path) {
+        Some(text) => (text.into(), None),
+        None => {
+            let (text, hash) = text(path)?;
+            (text, Some(hash))
+        }
+    };
+    let config = RobotConfig::new(&text, joints.to_vec()).advise(
+        format!("cannot use the robot of '{}'", path.display()),
+        "`check_urdf` of ROS finds most mistakes in a URDF file",
+    )?;
+    Ok(Robot { config, hash })
+}
+
+fn text(path: &Path) -> Result<(String, FileHash)> {
+    let read = || {
+        let (file, hashing) = Hashed::open(path)?;
+        let mut bytes = Vec::new();
+        file.take(MOST + 1).read_to_end(&mut bytes)?;
+        Ok::<_, io::Error>((bytes, hashing.finish()?))
+    };
+    let (bytes, hash) = read().advise(
         format!("cannot read '{}'", path.display()),
         format!(
             "check that the file exists and may be read, or name an example: {}",
             rigid::EXAMPLES.join(", ")
         ),
     )?;
-    String::from_utf8(bytes).map_err(|_| {
+    let text = String::from_utf8(bytes).map_err(|_| {
         mistake(
             format!("'{}' is not text", path.display()),
             "give a URDF file (expand xacro first)",
         )
-    })
+    })?;
+    Ok((text, hash))
 }

@@ -1,15 +1,15 @@
 //! The folder that a fit leaves behind: settings, metrics, model and report.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use crate::failure::{Advise, mistake};
+use crate::hashed::FileHash;
 use crate::output::{Existing, write_bytes};
 use crate::tensorboard::EventWriter;
 
@@ -55,7 +55,7 @@ impl RunFolder {
         if occupied == Occupied::Resume && !path.join(RUN).is_file() {
             return Err(mistake(
                 format!("there is no run to resume in '{}'", path.display()),
-                "leave --resume away to begin one, or give the --out of the run",
+                "omit --resume to begin one, or give the --out of the run",
             ));
         }
         let made = path
@@ -322,42 +322,15 @@ pub(crate) struct DataFile {
 }
 
 impl DataFile {
-    /// Reads the file once to hash it.
-    pub(crate) fn of(role: &str, path: &Path) -> Result<Self> {
-        let (bytes, sha256) = File::open(path).and_then(sha256).advise(
-            format!("cannot read '{}'", path.display()),
-            "check that the file exists and may be read",
-        )?;
-        Ok(Self {
+    /// A file with its hash.
+    pub(crate) fn new(role: &str, path: &Path, hash: FileHash) -> Self {
+        Self {
             role: role.into(),
             path: path.display().to_string(),
-            bytes,
-            sha256,
-        })
-    }
-}
-
-/// Length and SHA-256 of what a reader gives.
-fn sha256(mut reader: impl Read) -> io::Result<(u64, String)> {
-    let (mut hash, mut length, mut buffer) = (Sha256::new(), 0, vec![0; 1 << 16]);
-    loop {
-        match reader.read(&mut buffer) {
-            Ok(0) => break,
-            Ok(n) => {
-                hash.update(&buffer[..n]);
-                length += n as u64;
-            }
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
+            bytes: hash.bytes,
+            sha256: hash.sha256,
         }
     }
-    Ok((
-        length,
-        hash.finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect(),
-    ))
 }
 
 /// The command line as it could be typed again.
@@ -542,13 +515,6 @@ mod tests {
             run.read_metrics().unwrap()[2].figures,
             [("loss/train".to_string(), 1.0 / 3.0)].into()
         );
-    }
-
-    #[test]
-    fn data_is_known_by_its_hash() {
-        // FIPS 180-2, appendix B.1.
-        let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(sha256(&b"abc"[..]).unwrap(), (3, abc.to_string()));
     }
 
     #[test]

@@ -110,15 +110,42 @@ pub fn score(
     trajectories: &[Trajectory],
     options: &RolloutOptions,
 ) -> Result<Score> {
+    let predictions = predict_all(model, trajectories, options)?;
+    score_predictions(model, trajectories, &predictions, options)
+}
+
+/// What the model makes of each trajectory, as [`predict`]; nothing where it has no forward dynamics.
+///
+/// # Errors
+/// As [`score`].
+pub fn predict_all(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    options: &RolloutOptions,
+) -> Result<Vec<Rollout>> {
+    let moving = trajectories.iter().filter(|_| model.moves());
+    moving.map(|truth| predict(model, truth, options)).collect()
+}
+
+/// As [`score`], with the predictions that [`predict_all`] has made.
+///
+/// # Errors
+/// As [`score`].
+pub fn score_predictions(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    predictions: &[Rollout],
+    options: &RolloutOptions,
+) -> Result<Score> {
     let n = model.coordinates().dof();
     let (mut acceleration, mut torque) = (Errors::new(n), Errors::new(n));
-    let (mut singular, mut rollouts) = (0, Vec::new());
+    let mut singular = 0;
     for trajectory in trajectories {
-        if model.moves() {
-            rollouts.push(follow(model, trajectory, options)?);
-        }
         singular += one_step(model, trajectory, &mut acceleration, &mut torque);
     }
+    let pairs = trajectories.iter().zip(predictions);
+    let rollouts = pairs.map(|(truth, prediction)| followed(model, truth, prediction));
+    let rollouts = rollouts.collect::<Result<_>>()?;
     Ok(Score {
         samples: trajectories.iter().map(Trajectory::len).sum(),
         acceleration: acceleration.finish(),
@@ -253,8 +280,7 @@ pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) 
     rollout(model, q, qd, &truth.t, &free, options)
 }
 
-fn follow(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<RolloutScore> {
-    let prediction = predict(model, truth, options)?;
+fn followed(model: &dyn Model, truth: &Trajectory, prediction: &Rollout) -> Result<RolloutScore> {
     let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
     if prediction.trajectory.is_empty() {
         // Without a momentum of its first velocity it does not begin.

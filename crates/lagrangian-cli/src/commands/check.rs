@@ -20,7 +20,7 @@ pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
         output::refuse_existing(path, existing)?;
     }
     let sampling = args.sample.sampling(0, Sampling::LONG);
-    let recordings = data::read_sample(&args.files, &args.data, sampling)?;
+    let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
     let filter = args.filter;
     let mut report = check_with(&recordings, &CheckOptions { filter });
     if args.lagrangian {

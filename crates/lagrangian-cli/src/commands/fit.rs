@@ -14,17 +14,20 @@ use lagrangian::{Coordinates, Trajectory};
 use lagrangian_report::draw;
 use serde_json::json;
 
-use super::{Manner, report};
+use super::Manner;
 use crate::cli::Links;
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::{Family, FitArgs};
+use crate::hashed::FileHash;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
+use crate::robot::Robot;
 use crate::run_folder::{
     CHECKPOINT, DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line,
 };
+use crate::run_page::{Judged, Run};
 use crate::watch::Watch;
 
 /// Looks at the loss after which a fit should have improved.
@@ -49,18 +52,22 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     };
     args.model.require_own_flags()?;
     let data = read(&args)?;
+    let robot = args.robot.read()?;
     let dataset = dataset(&args, &data)?;
-    let estimates = data.estimates();
-    let config = config(&args, &dataset, &estimates)?;
+    let record = record(&args, &data, robot.as_ref())?;
+    let (judged, estimates) = data.judged();
+    let config = config(&args, &dataset, &estimates, robot)?;
     config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` tells what the flags may be",
     )?;
-    let record = record(&args)?;
-    match &checkpoint {
-        Some(_) => same_data(&record, &folder.record()?)?,
-        None => folder.write_record(&record)?,
-    }
+    let begun = match &checkpoint {
+        Some(_) => same_data(&record, folder.record()?)?,
+        None => {
+            folder.write_record(&record)?;
+            record.clone()
+        }
+    };
     let fit = fit(&config, folder, &dataset, checkpoint.as_ref(), manner)?;
     let provenance = Provenance {
         data: record
@@ -73,10 +80,16 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     };
     let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
     let forced = dataset.forced;
-    // The page reads the data again: they are not held twice.
     drop(dataset);
     folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
-    let page = draw::html(&report::of_run(folder, Links::default())?);
+    let page = Run {
+        folder: folder.path(),
+        record: &begun,
+        metrics: &folder.read_metrics()?,
+        model: &fit.model,
+        judged: &judged,
+    };
+    let page = draw::html(&page.report(Links::default())?);
     folder.write(REPORT, page.as_bytes())?;
     let model = folder.file(MODEL);
     if manner.json {
@@ -157,15 +170,9 @@ fn occupied(args: &FitArgs) -> Occupied {
     }
 }
 
-/// The motions that a run is judged by, read again from the files that it names, and whether they were kept from
-/// training.
-pub(super) fn judged(record: &RunRecord) -> Result<(Vec<Trajectory>, bool)> {
-    let data = read(&settings(record)?)?;
-    Ok(if data.validation.is_empty() {
-        (data.train, false)
-    } else {
-        (data.validation, true)
-    })
+/// The motions that a run is judged by, read again from the files that it names.
+pub(super) fn judged(record: &RunRecord) -> Result<Judged> {
+    Ok(read(&settings(record)?)?.judged().0)
 }
 
 fn settings(record: &RunRecord) -> Result<FitArgs> {
@@ -198,12 +205,19 @@ struct Data {
     train: Vec<Trajectory>,
     validation: Vec<Trajectory>,
     estimates: Vec<Estimate>,
+    files: Vec<DataFile>,
 }
 
 impl Data {
-    /// How its signals were estimated, without the motions themselves.
-    fn estimates(self) -> Vec<Estimate> {
-        self.estimates
+    /// What the model is judged by, and how signals were estimated; what was only learned from goes.
+    fn judged(self) -> (Judged, Vec<Estimate>) {
+        let held_out = !self.validation.is_empty();
+        let motions = if held_out {
+            self.validation
+        } else {
+            self.train
+        };
+        (Judged { motions, held_out }, self.estimates)
     }
 }
 
@@ -237,33 +251,35 @@ fn read(args: &FitArgs) -> Result<Data> {
         ..args.estimate.options()
     };
     let sampling = args.sample.sampling(args.training.seed, stretch(args));
-    let recordings = data::read_sample(&args.files, &args.data, sampling)?;
-    refuse_meaningless(&recordings, &options)?;
-    let coordinates = recordings[0].coordinates.clone();
-    let (trajectories, mut estimates) = data::trajectories(recordings, &options)?;
-    if args.training.validate.is_empty() {
-        let (train, validation) = split(
-            trajectories,
-            args.training.validate_fraction,
-            args.training.seed,
-        )?;
-        return Ok(Data {
-            coordinates,
-            train,
-            validation,
-            estimates,
-        });
-    }
-    let recordings = data::read_sample(&args.training.validate, &args.data, sampling)?;
-    data::require_dof(&recordings, &coordinates)?;
-    let (validation, own) = data::trajectories(recordings, &options)?;
-    estimates.extend(own);
+    let own = data::read_sample(&args.files, &args.data, sampling)?;
+    refuse_meaningless(&own.recordings, &options)?;
+    let coordinates = own.recordings[0].coordinates.clone();
+    let mut files = data_files("training", own.hashes);
+    let (trajectories, mut estimates) = data::estimated(own.recordings, &options)?;
+    let (train, validation) = if args.training.validate.is_empty() {
+        let (fraction, seed) = (args.training.validate_fraction, args.training.seed);
+        split(trajectories, fraction, seed)?
+    } else {
+        let other = data::read_sample(&args.training.validate, &args.data, sampling)?;
+        data::require_dof(&other.recordings, &coordinates)?;
+        files.extend(data_files("validation", other.hashes));
+        let (validation, how) = data::estimated(other.recordings, &options)?;
+        estimates.extend(how);
+        (trajectories, validation)
+    };
+    data::note_estimates(&estimates);
     Ok(Data {
         coordinates,
-        train: trajectories,
+        train,
         validation,
         estimates,
+        files,
     })
+}
+
+fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
+    let file = |(path, hash): (PathBuf, FileHash)| DataFile::new(role, &path, hash);
+    hashes.into_iter().map(file).collect()
 }
 
 /// The gate: data that `lagrangian check` fails is not fitted.
@@ -298,7 +314,7 @@ fn dataset(args: &FitArgs, data: &Data) -> Result<Dataset> {
         if training.baseline > 1 {
             return Err(mistake(
                 "--baseline: not for this loss",
-                "leave it away, or take --loss positions",
+                "omit it, or take --loss positions",
             ));
         }
         return Ok(Dataset::new(coordinates, &data.train, &data.validation)?);
@@ -310,27 +326,17 @@ fn dataset(args: &FitArgs, data: &Data) -> Result<Dataset> {
     )
 }
 
-fn record(args: &FitArgs) -> Result<RunRecord> {
-    let of = |role: &'static str, paths: &[PathBuf]| {
-        paths
-            .iter()
-            .map(|path| DataFile::of(role, path))
-            .collect::<Result<Vec<_>>>()
-    };
-    let mut files = of("training", &args.files)?;
-    files.extend(of("validation", &args.training.validate)?);
-    files.extend(args.robot.file()?);
+fn record(args: &FitArgs, data: &Data, robot: Option<&Robot>) -> Result<RunRecord> {
+    let robot = robot.and_then(|robot| args.robot.file(robot));
+    let files = data.files.iter().cloned().chain(robot).collect();
     RunRecord::now(args.training.seed, args, files)
 }
 
-fn same_data(now: &RunRecord, then: &RunRecord) -> Result<()> {
-    match now
-        .data
-        .iter()
-        .zip(&then.data)
-        .find(|(now, then)| now.sha256 != then.sha256)
-    {
-        None => Ok(()),
+/// The record of the run that is resumed, whose data must be those of now.
+fn same_data(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
+    let mut pairs = now.data.iter().zip(&then.data);
+    match pairs.find(|(now, then)| now.sha256 != then.sha256) {
+        None => Ok(then),
         Some((changed, _)) => Err(mistake(
             format!(
                 "'{}' is no longer the file that the run began with",
@@ -342,7 +348,12 @@ fn same_data(now: &RunRecord, then: &RunRecord) -> Result<()> {
 }
 
 /// All settings of the fit; says what the noise of the data has decided.
-fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<FitConfig> {
+fn config(
+    args: &FitArgs,
+    dataset: &Dataset,
+    estimates: &[Estimate],
+    robot: Option<Robot>,
+) -> Result<FitConfig> {
     let scale = dataset.acceleration_scale();
     let names: Vec<&str> = dataset.coordinates.0.iter().map(|c| &*c.name).collect();
     let part = |(name, scale): (&&str, &f64)| {
@@ -375,7 +386,9 @@ fn config(args: &FitArgs, dataset: &Dataset, estimates: &[Estimate]) -> Result<F
             100.0 * uncertainty
         );
     }
-    args.robot.apply(args.model.form.is_some(), &mut config)?;
+    let robot = robot.map(|robot| robot.config);
+    let form_was_chosen = args.model.form.is_some();
+    args.robot.apply(robot, form_was_chosen, &mut config)?;
     args.rollout.require(config.loss)?;
     args.training.require(&config)?;
     Ok(config)

@@ -60,7 +60,7 @@ pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
     }
     let record = folder.record()?;
     let model = data::model(&folder.file(MODEL))?;
-    let (judged, held_out) = fit::judged(&record)?;
+    let judged = fit::judged(&record)?;
     let metrics = folder.read_metrics()?;
     Run {
         folder: folder.path(),
@@ -68,7 +68,6 @@ pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
         metrics: &metrics,
         model: &model,
         judged: &judged,
-        held_out,
     }
     .report(links)
 }
@@ -77,7 +76,7 @@ fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {
     let Some(animation) = report.animations.first() else {
         return Err(mistake(
             "there is no motion to draw as a GIF",
-            "declare with --angle, when fitting, that all coordinates are angles, or leave --gif away",
+            "declare with --angle, when fitting, that all coordinates are angles, or omit --gif",
         ));
     };
     output::write_file(path, existing, |sink| draw::gif(animation, sink))

@@ -1,8 +1,7 @@
 //! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
 
-use anyhow::Result;
 use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::score::predict;
+use lagrangian::rollout::Rollout;
 use lagrangian::trajectory::Signal;
 use lagrangian::{Coordinates, Trajectory};
 use lagrangian_report::{
@@ -12,7 +11,6 @@ use lagrangian_report::{
 
 use super::Run;
 use crate::cli::Links;
-use crate::motion;
 use crate::run_folder::Metric;
 
 /// Dots of a parity figure, at most.
@@ -27,14 +25,11 @@ pub(super) struct Followed<'a> {
 }
 
 impl<'a> Followed<'a> {
-    /// The first motion that the model is judged by, if there is one.
-    pub(super) fn first(run: &Run<'a>) -> Result<Option<Self>> {
-        let truth = run.judged.first().filter(|_| run.model.moves());
-        let Some(truth) = truth else {
-            return Ok(None);
-        };
-        let predicted = predict(run.model, truth, &motion::for_comparison())?.trajectory;
-        Ok(Some(Self { truth, predicted }))
+    /// The first motion that the model is judged by and its prediction, if there is one.
+    pub(super) fn first(run: &Run<'a>, predictions: Vec<Rollout>) -> Option<Self> {
+        let truth = run.judged.motions.first()?;
+        let predicted = predictions.into_iter().next()?.trajectory;
+        Some(Self { truth, predicted })
     }
 
     fn motions(&self, role: Role) -> [Motion<'_>; 2] {
@@ -196,7 +191,7 @@ pub(super) fn parities(run: &Run) -> Vec<Figure> {
     let coordinates = run.model.coordinates();
     let n = coordinates.dof();
     let (mut truth, mut predicted) = (Vec::new(), Vec::new());
-    for trajectory in run.judged.iter().filter(|_| run.model.moves()) {
+    for trajectory in run.judged.motions.iter().filter(|_| run.model.moves()) {
         let Some(qdd) = trajectory.values(Signal::Qdd) else {
             continue;
         };
@@ -248,7 +243,7 @@ fn parity_of(
         &format!("{}/s²", coordinate.unit),
         &[pairs],
     );
-    if run.held_out {
+    if run.judged.held_out {
         return figure;
     }
     Figure {

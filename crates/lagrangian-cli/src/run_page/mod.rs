@@ -9,7 +9,7 @@ use anyhow::Result;
 use figures::Followed;
 use lagrangian::Trajectory;
 use lagrangian::dynamics::Model;
-use lagrangian::score::{Score, SignalError, score};
+use lagrangian::score::{Score, SignalError, predict_all, score_predictions};
 use lagrangian::train::Learned;
 use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Headline, Report, Role};
@@ -29,7 +29,12 @@ pub(crate) struct Run<'a> {
     /// Its model.
     pub(crate) model: &'a Learned,
     /// Motions that the model is judged by.
-    pub(crate) judged: &'a [Trajectory],
+    pub(crate) judged: &'a Judged,
+}
+
+/// Motions that a model is judged by.
+pub(crate) struct Judged {
+    pub(crate) motions: Vec<Trajectory>,
     /// Whether they were kept from training; otherwise there were no others.
     pub(crate) held_out: bool,
 }
@@ -37,8 +42,10 @@ pub(crate) struct Run<'a> {
 impl Run<'_> {
     /// The page as plain data.
     pub(crate) fn report(&self, links: Links) -> Result<Report> {
-        let score = score(self.model, self.judged, &motion::for_comparison())?;
-        let followed = Followed::first(self)?;
+        let (motions, options) = (&self.judged.motions, motion::for_comparison());
+        let predictions = predict_all(self.model, motions, &options)?;
+        let score = score_predictions(self.model, motions, &predictions, &options)?;
+        let followed = Followed::first(self, predictions);
         let mut figures = vec![figures::loss(self.metrics, self.role())];
         figures.extend(followed.iter().flat_map(|motion| motion.figures(self)));
         figures.extend(figures::parities(self));
@@ -117,7 +124,7 @@ impl Run<'_> {
             label: "Judged by".into(),
             value: score.samples.to_string(),
             unit: "samples".into(),
-            note: if self.held_out {
+            note: if self.judged.held_out {
                 "kept from training".into()
             } else {
                 "of the training itself: none were kept".into()

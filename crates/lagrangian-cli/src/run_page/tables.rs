@@ -100,6 +100,7 @@ fn motions(run: &Run, score: &Score) -> Table {
             .to_vec(),
         rows: run
             .judged
+            .motions
             .iter()
             .zip(&score.rollouts)
             .take(shown)
