@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use lagrangian::check::{CheckOptions, CheckReport, check_with};
 use lagrangian::saved::SavedModel;
 use lagrangian::train::Learned;
 use lagrangian::trajectory::{
@@ -12,7 +13,7 @@ use lagrangian::trajectory::{
 use lagrangian::{Coordinates, Trajectory};
 
 use crate::cli::{DataArgs, EstimateArgs};
-use crate::failure::{Advise, mistake};
+use crate::failure::{Advise, mistake, with_flags};
 use crate::hashed::{FileHash, Hashed};
 
 /// The layout file that speaks for all data of its folder.
@@ -64,8 +65,7 @@ impl DataArgs {
             return Ok(self.layout());
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
-        let text =
-            fs::read_to_string(&chosen).advise(&shown, "check --layout, or omit it")?;
+        let text = fs::read_to_string(&chosen).advise(&shown, "check --layout, or omit it")?;
         let from_file = Layout::from_toml(&text)
             .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
         Ok(self.layout().or(from_file))
@@ -157,6 +157,19 @@ fn read_file(
     note_passive(path, &readings);
     let hash = hashing.finish().advise(shown, access)?;
     Ok((readings.recordings, hash))
+}
+
+/// Checks recordings; remedies name the flags.
+pub(crate) fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
+    let mut report = check_with(recordings, options);
+    for remedy in report
+        .items
+        .iter_mut()
+        .filter_map(|item| item.remedy.as_mut())
+    {
+        *remedy = with_flags(remedy);
+    }
+    report
 }
 
 /// Shifts the forces as --delay says.

@@ -4,6 +4,9 @@ use std::fmt;
 use std::io;
 
 use anyhow::Error;
+use clap::{Command, CommandFactory};
+
+use crate::cli::Cli;
 
 /// Exit code of a failure that no change of the input mends (full disk, interrupted, data not fit for a fit).
 pub(crate) const FAILED: u8 = 1;
@@ -53,11 +56,43 @@ impl<T, E: Into<Error>> Advise<T> for Result<T, E> {
 
 /// The lines for standard error: the chain of causes, then the hint where there is one.
 pub(crate) fn describe(error: &Error) -> String {
-    let mut lines = format!("error: {error:#}");
+    let mut lines = with_flags(&format!("error: {error:#}"));
     if let Some(mistake) = error.downcast_ref::<Mistake>() {
         lines += &format!("\nhint: {}", mistake.hint);
     }
     lines
+}
+
+/// Settings of the library whose flags have other names.
+const OTHER_FLAGS: [(&str, &str); 3] = [("t", "time"), ("angles", "angle"), ("family", "model")];
+
+/// Writes the settings that a message of the library names in backticks as the flags that set them: `speed_limit` as
+/// --speed-limit.
+pub(crate) fn with_flags(message: &str) -> String {
+    let parts: Vec<&str> = message.split('`').collect();
+    let mut text = String::new();
+    for (i, part) in parts.iter().enumerate() {
+        let flag = flag(part).filter(|_| i % 2 == 1 && i + 1 < parts.len());
+        match flag {
+            Some(flag) => text += &flag,
+            // What is quoted for another reason keeps its backticks.
+            None if i % 2 == 1 => {
+                text += &format!("`{part}{}", if i + 1 < parts.len() { "`" } else { "" })
+            }
+            None => text += part,
+        }
+    }
+    text
+}
+
+/// The flag of a setting, if any command has one.
+fn flag(setting: &str) -> Option<String> {
+    let other = OTHER_FLAGS.iter().find(|(name, _)| *name == setting);
+    let long = other.map_or_else(|| setting.replace('_', "-"), |(_, flag)| (*flag).into());
+    let commands = Cli::command();
+    let mut arguments = commands.get_subcommands().flat_map(Command::get_arguments);
+    let known = arguments.any(|argument| argument.get_long() == Some(&long));
+    known.then(|| format!("--{long}"))
 }
 
 /// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can mend it.
@@ -117,6 +152,16 @@ mod tests {
             "error: cannot read 'a.csv': no such file\nhint: check the path"
         );
         assert_eq!(exit_code(&error), BAD_INPUT);
+    }
+
+    #[test]
+    fn settings_become_flags_and_other_quotations_stay() {
+        let message = "take a smaller `speed_limit`, or `family` lnn (`t`); see `lagrangian check`, `all` or `tr , .`";
+        assert_eq!(
+            with_flags(message),
+            "take a smaller --speed-limit, or --model lnn (--time); see `lagrangian check`, `all` or `tr , .`"
+        );
+        assert_eq!(with_flags("an open `q"), "an open `q");
     }
 
     #[test]

@@ -212,14 +212,14 @@ impl ModelArgs {
                 let names: Vec<String> = models.iter().filter_map(name).collect();
                 return Err(mistake(
                     format!("{flag}: not for this model"),
-                    format!("leave it away, or take --model {}", names.join(" or ")),
+                    format!("omit it, or take --model {}", names.join(" or ")),
                 ));
             }
         }
         if self.speed_chart.is_some() && self.speed_limit.is_none() {
             return Err(mistake(
                 "--speed-chart: there is no limit of speed",
-                "add --speed-limit C, or leave it away",
+                "add --speed-limit C, or omit it",
             ));
         }
         let velocities = self.momenta == Some(MomentaName::Velocities);
@@ -319,13 +319,13 @@ impl TrainingArgs {
         if matches!(config.optimizer, Optimizer::Adam(_)) {
             return Err(mistake(
                 "--damping is a setting of the natural gradient, and this fit is one by Adam",
-                "leave it away, or add --optimizer natural",
+                "omit it, or add --optimizer natural",
             ));
         }
         if config.loss == Loss::ROLLOUT && damping != DampingName::Schedule {
             return Err(mistake(
                 "under --loss rollout the damping follows a schedule",
-                "leave --damping away, or choose another --loss",
+                "omit --damping, or choose another --loss",
             ));
         }
         Ok(())

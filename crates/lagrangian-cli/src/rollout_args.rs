@@ -95,7 +95,7 @@ impl RolloutArgs {
         match flags.iter().find(|(_, given)| *given) {
             Some((flag, _)) if loss != train::Loss::ROLLOUT => Err(mistake(
                 format!("{flag}: not for --loss {}", loss.name()),
-                "leave it away, or take --loss rollout",
+                "omit it, or take --loss rollout",
             )),
             _ => Ok(()),
         }

@@ -39,7 +39,7 @@ impl SubjectArgs {
             if !self.parameters.is_empty() {
                 return Err(mistake(
                     format!("--set is for systems, and '{}' is a file", self.subject),
-                    "leave --set away: a model has its parameters",
+                    "omit --set: a model has its parameters",
                 ));
             }
             let model = data::model(path)?;

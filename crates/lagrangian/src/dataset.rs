@@ -221,7 +221,7 @@ impl Dataset {
                 return Err(Error::Argument {
                     name: "momenta",
                     value: "none in the data".into(),
-                    must: "recorded (columns p1, p2, … or --p), or p = m q̇ with --masses, or --momenta velocities",
+                    must: "recorded (columns p1, p2, … or `p`), or p = m q̇ with `masses`, or `momenta` velocities",
                 });
             }
             Momenta::Recorded => (size_of_momenta(&data.p), size(&data.pd)),

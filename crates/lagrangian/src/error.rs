@@ -153,7 +153,7 @@ pub enum Error {
 
     /// There is too little data.
     #[error(
-        "{what} has {found} samples where {needed} are needed: record a longer motion, or thin it less (--every)"
+        "{what} has {found} samples where {needed} are needed: record a longer motion, or thin it less (`every`)"
     )]
     TooShort {
         /// The file or trajectory.
@@ -183,7 +183,7 @@ pub enum Error {
 
     /// A coordinate that is declared as a parameter is not constant.
     #[error(
-        "'{name}' is declared as a parameter, but its {what} at sample {sample} (counted from 1) is not 0: a parameter is constant along a trajectory; leave it out of --parameters if it moves"
+        "'{name}' is declared as a parameter, but its {what} at sample {sample} (counted from 1) is not 0: a parameter is constant along a trajectory; leave it out of `parameters` if it moves"
     )]
     Moves {
         /// The coordinate.
@@ -204,7 +204,7 @@ pub enum Error {
     },
 
     /// A checkpoint cannot be read or written.
-    #[error("not a usable checkpoint: {reason}; start the fit anew, without --resume")]
+    #[error("not a usable checkpoint: {reason}; start the fit anew, without `resume`")]
     Checkpoint {
         /// What is wrong.
         reason: String,
@@ -217,7 +217,7 @@ impl Error {
         if n <= most {
             return Ok(());
         }
-        let must = "at most 64: choose the coordinates to fit with --q";
+        let must = "at most 64: choose the coordinates to fit with `q`";
         Err(Self::Argument {
             name: "degrees of freedom",
             value: n.to_string(),

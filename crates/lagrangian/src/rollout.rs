@@ -197,7 +197,7 @@ pub fn times(duration: f64, step: f64) -> Result<Vec<f64>> {
     }
     let count = (duration / step * (1.0 + 1e-12) + 1e-9).floor();
     if !(duration.is_finite() && (0.0..=1e7).contains(&count)) {
-        let must = "not negative, finite and at most 10⁷ sample intervals (--step) long";
+        let must = "not negative, finite and at most 10⁷ sample intervals (`step`) long";
         return Err(Error::Argument {
             name: "duration",
             value: format!("{duration:?}"),
@@ -219,14 +219,14 @@ fn check(
         return Err(Error::Argument {
             name: "model",
             value: "a plain network of torques".into(),
-            must: "one with forward dynamics: fit it with --loss acceleration, or take another --model",
+            must: "one with forward dynamics: fit it with `loss` acceleration, or take another `family`",
         });
     }
     if options.method.rule().is_some() && model.mechanics().is_none() {
         return Err(Error::Argument {
             name: "method",
             value: options.method.name().into(),
-            must: "one for a model without a Lagrangian: rk4, dopri5 or dop853 (--method)",
+            must: "one for a model without a Lagrangian: rk4, dopri5 or dop853 (`method`)",
         });
     }
     let n = model.coordinates().dof();

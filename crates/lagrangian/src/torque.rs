@@ -139,7 +139,7 @@ pub fn predict_torque(model: &dyn Model, motion: &Trajectory) -> Result<TorquePr
     let parts = parts.ok_or(Error::Argument {
         name: "model",
         value: "a network that predicts accelerations only".into(),
-        must: "one with inverse dynamics, such as a Lagrangian (--model lnn)",
+        must: "one with inverse dynamics, such as a Lagrangian (`family` lnn)",
     })?;
     Ok(TorquePrediction {
         name: motion.name.clone(),

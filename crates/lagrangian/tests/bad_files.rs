@@ -234,7 +234,7 @@ fn without_parquet_the_error_names_the_feature() {
     let error = Format::Parquet
         .read(Cursor::new(Vec::new()), "file", &Layout::default())
         .unwrap_err();
-    assert_says(&error.to_string(), &["--features parquet"]);
+    assert_says(&error.to_string(), &["the feature parquet"]);
 }
 
 #[test]

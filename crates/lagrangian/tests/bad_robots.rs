@@ -145,7 +145,7 @@ fn joints_that_cannot_be_used_are_named_and_may_be_locked() {
     let text = robot(&mimic.concat());
     assert!(
         refusal(&text).contains("joint 'k' mimics joint 'j'")
-            && refusal(&text).contains("--joints")
+            && refusal(&text).contains("`joints`")
     );
     assert_eq!(
         RigidBodies::with_joints(&text, &["j".into()])

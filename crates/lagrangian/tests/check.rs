@@ -125,7 +125,7 @@ fn degrees_declared_as_an_angle_without_saying_so_are_warned_of() {
     let report = checked(&layout, |_, t, q, qd| {
         format!("{t},{},{},0\n", 180.0 + q.to_degrees(), qd.to_degrees())
     });
-    assert_finds(&report, "range", Verdict::Warn, "--degrees");
+    assert_finds(&report, "range", Verdict::Warn, "`degrees`");
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_wrapped_angle_that_was_not_declared_fails_and_passes_once_it_is() {
         &checked(&Layout::default(), row),
         "jumps",
         Verdict::Fail,
-        "--angle q1",
+        "`angles` q1",
     );
     let report = checked(
         &Layout {
@@ -208,7 +208,7 @@ fn gaps_jitter_repeats_and_saturation_are_warned_of() {
     let report = checked(&Layout::default(), |_, t, _, _| {
         format!("{t},{},0,0\n", held(t))
     });
-    assert_finds(&report, "repeats", Verdict::Warn, "--every");
+    assert_finds(&report, "repeats", Verdict::Warn, "`every`");
     let report = checked(&Layout::default(), |_, t, q, qd| {
         format!("{t},{q},{qd},{}\n", (3.0 * t).sin().clamp(-0.5, 2.0))
     });

@@ -152,7 +152,7 @@ fn a_delay_between_torque_and_motion_is_found_within_half_a_sample() {
                 "{samples}: {item:?}"
             );
             assert_eq!(item.verdict, Verdict::Warn, "{samples}: {item:?}");
-            assert!(item.remedy.as_ref().unwrap().contains("--delay"));
+            assert!(item.remedy.as_ref().unwrap().contains("`delay`"));
         }
         assert!(report.passed(), "{report:?}");
     }
@@ -247,7 +247,7 @@ fn noise_that_spoils_the_accelerations_asks_for_a_filter() {
     let report = noisy.checked();
     let item = items(&report, "acceleration")[0];
     assert!(
-        item.verdict == Verdict::Warn && item.remedy.as_ref().unwrap().contains("--filter 0."),
+        item.verdict == Verdict::Warn && item.remedy.as_ref().unwrap().contains("`filter` 0."),
         "{item:?}"
     );
     let report = Machine {

@@ -234,10 +234,10 @@ fn data_that_cannot_tell_a_chain_are_refused() {
     };
     let pendulum = by_name("pendulum", &[]).unwrap();
     let driven = samples(&*pendulum, 50, 0.0, 1);
-    assert!(refused(Coordinates::lines(1), driven.clone()).contains("--angle"));
+    assert!(refused(Coordinates::lines(1), driven.clone()).contains("`angles`"));
     let mut free = driven;
     free.tau.fill(0.0);
-    assert!(refused(Coordinates::angles(1), free).contains("--tau"));
+    assert!(refused(Coordinates::angles(1), free).contains("`tau`"));
     let eight = Samples::new(
         8,
         Signals {

@@ -88,7 +88,7 @@ fn a_rollout_keeps_a_parameter_to_the_bit_and_refuses_one_that_moves() {
     );
     let error = rollout(&any, &[1.0, 0.7], &[0.0, 0.1], &times, &free, &options).unwrap_err();
     assert!(matches!(error, Error::Moves { sample: 1, .. }), "{error}");
-    assert!(error.to_string().contains("--parameter"), "{error}");
+    assert!(error.to_string().contains("`parameter"), "{error}");
 }
 
 /// A line, a circle and a parameter.

@@ -321,7 +321,7 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
     assert!(
         message.contains("6 joints")
             && message.contains("5 coordinates")
-            && message.contains("--joints"),
+            && message.contains("`joints`"),
         "{message}"
     );
     assert!(
@@ -374,5 +374,5 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
     )
     .unwrap_err()
     .to_string();
-    assert!(message.contains("--tau"), "{message}");
+    assert!(message.contains("`tau`"), "{message}");
 }

@@ -219,8 +219,8 @@ fn settings_outside_their_domain_are_refused_with_their_name() {
     };
     assert!(refused(&|c| c.batch = 0).contains("batch"));
     assert!(refused(&|c| c.batch = usize::MAX).contains("batch"));
-    assert!(refused(&|c| c.batch_first = Some(0)).contains("--batch"));
-    assert!(refused(&|c| c.batch_first = Some(65)).contains("--batch"));
+    assert!(refused(&|c| c.batch_first = Some(0)).contains("`batch`"));
+    assert!(refused(&|c| c.batch_first = Some(65)).contains("`batch`"));
     assert!(refused(&|c| c.budget = Budget::Steps(0)).contains("steps"));
     assert!(refused(&|c| c.budget = Budget::Seconds(f64::NAN)).contains("seconds"));
     assert!(refused(&|c| c.validate_every = 0).contains("validate_every"));

@@ -4,14 +4,14 @@ use std::io::{IsTerminal, stdout};
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict, check_with};
+use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict};
 use lagrangian::trajectory::{Recording, Sampling};
 use serde_json::{Value, json};
 
 use super::{Manner, existence};
 use crate::cli::CheckArgs;
 use crate::data;
-use crate::failure::FAILED;
+use crate::failure::{FAILED, with_flags};
 use crate::output::{self, Existing};
 
 pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
@@ -22,11 +22,11 @@ pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
     let sampling = args.sample.sampling(0, Sampling::LONG);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
     let filter = args.filter;
-    let mut report = check_with(&recordings, &CheckOptions { filter });
+    let mut report = data::check(&recordings, &CheckOptions { filter });
     if args.lagrangian {
-        report
-            .items
-            .push(existence::item(args, &recordings, &report, manner)?);
+        let item = existence::item(args, &recordings, &report, manner)?;
+        let remedy = item.remedy.as_deref().map(with_flags);
+        report.items.push(Item { remedy, ..item });
     }
     let findings = as_json(args, &recordings, &report);
     if let Some(path) = &args.out {

@@ -48,7 +48,7 @@ pub(super) fn item(
     };
     let found = survey(&first.coordinates, &trajectories, &config, &mut watch).advise(
         "cannot look for a Lagrangian",
-        "leave --lagrangian away, or give more recordings of the same system",
+        "omit --lagrangian, or give more recordings of the same system",
     )?;
     if watch.interrupted.load(Ordering::SeqCst) {
         bail!("interrupted while looking for a Lagrangian");

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use lagrangian::check::{CheckOptions, Verdict, check_with};
+use lagrangian::check::{CheckOptions, Verdict};
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::saved::Provenance;
 use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned, Parameter};
@@ -285,7 +285,7 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
 /// The gate: data that `lagrangian check` fails is not fitted.
 fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Result<()> {
     let filter = options.filter;
-    let report = check_with(recordings, &CheckOptions { filter });
+    let report = data::check(recordings, &CheckOptions { filter });
     match report
         .items
         .iter()

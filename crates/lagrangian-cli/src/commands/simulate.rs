@@ -160,7 +160,7 @@ fn starts(args: &SimulateArgs, system: &dyn AnalyticModel) -> Result<Vec<State>>
         if args.trajectories > 1 {
             return Err(mistake(
                 "--q0 gives one initial state, --trajectories asks for several",
-                "leave one of the two away: several trajectories begin at random states",
+                "omit one of the two: several trajectories begin at random states",
             ));
         }
         return Ok(vec![args.motion.start()]);

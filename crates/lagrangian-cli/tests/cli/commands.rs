@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use sha2::{Digest, Sha256};
+
 use crate::workbench::Workbench;
 
 /// A pendulum's motions in `data.csv`, its angle declared beside.
@@ -183,6 +185,31 @@ fn a_run_of_angles_is_drawn_as_pictures_and_as_a_moving_gif() {
             .refuse("report run --gif motion.gif")
             .contains("exists")
     );
+}
+
+#[test]
+fn a_report_that_reads_again_is_the_page_that_the_fit_made() {
+    let bench = with_data();
+    bench.succeed("simulate pendulum --trajectories 2 --duration 2 --seed 9 --out other.csv");
+    for validation in ["", "--validate other.csv"] {
+        bench.succeed(&format!(
+            "fit data.csv {validation} --steps 20 --width 16 --force --out run"
+        ));
+        let page = bench.read("run/report.html");
+        bench.succeed("report run");
+        assert!(bench.read("run/report.html") == page, "{validation}");
+    }
+}
+
+#[test]
+fn a_run_knows_its_data_by_their_hash() {
+    let bench = with_data();
+    bench.succeed("fit data.csv --steps 2 --width 16 --out run");
+    let record = String::from_utf8(bench.read("run/run.toml")).unwrap();
+    let digest = Sha256::digest(bench.read("data.csv"));
+    let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert!(record.contains(&digest), "{record}");
+    assert!(record.contains(&format!("bytes = {}", bench.read("data.csv").len())));
 }
 
 #[test]

@@ -103,7 +103,7 @@ fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
             Item::warn(
                 "delay",
                 finding,
-                format!("shift the forces: --delay {flag}"),
+                format!("shift the forces: `delay` {flag}"),
             )
         } else {
             let certain = found.delay.abs() > ERRORS * found.error;
@@ -187,7 +187,7 @@ fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> 
         .fold(f64::INFINITY, f64::min);
     let item = if worst.error > UNCERTAIN || shrunk {
         let remedy = format!(
-            "filter motion and forces alike, --filter {seconds:.2}; longer as long as the inertia grows with it, but at most a quarter of the fastest period"
+            "filter motion and forces alike, `filter` {seconds:.2}; longer as long as the inertia grows with it, but at most a quarter of the fastest period"
         );
         Item::warn("acceleration", finding, remedy)
     } else {

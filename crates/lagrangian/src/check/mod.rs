@@ -239,7 +239,7 @@ fn same_coordinates(recordings: &[Recording]) -> Item {
                 "'{}' and '{}' have different coordinates",
                 first.name, other.name
             ),
-            "fit recordings of one system at a time; name the columns with --q, the angles with --angle",
+            "fit recordings of one system at a time; name the columns with `q`, the angles with `angles`",
         ),
         None => {
             let names: Vec<String> = first

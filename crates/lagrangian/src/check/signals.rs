@@ -117,14 +117,14 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
             Item::fail(
                 "excitation",
                 "no coordinate moves",
-                "record a motion, or name the right columns with --q",
+                "record a motion, or name the right columns with `q`",
             )
         } else if !still.is_empty() {
             let finding = format!("{} never moves", still.join(", "));
             Item::warn(
                 "excitation",
                 finding,
-                "leave it out with --q, or excite it: nothing about it can be learned",
+                "leave it out with `q`, or excite it: nothing about it can be learned",
             )
         } else {
             let finding = format!(
@@ -210,7 +210,7 @@ fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
         if c.signal == "q" && recording.coordinates.is_circle(c.coordinate) && turns > MANY_TURNS {
             item.verdict = super::Verdict::Warn;
             item.remedy = Some(format!(
-                "{} spans {turns:.1} turns: if it is in degrees, declare --degrees; if it is no angle, leave it out of --angle",
+                "{} spans {turns:.1} turns: if it is in degrees, declare `degrees`; if it is no angle, leave it out of `angles`",
                 c.name
             ));
         }
@@ -269,12 +269,12 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
     let item = if !recording.coordinates.is_circle(c.coordinate)
         && (whole_turn(TAU) || whole_turn(360.0))
     {
-        let degrees = if whole_turn(TAU) { "" } else { " --degrees" };
+        let degrees = if whole_turn(TAU) { "" } else { " `degrees`" };
         Item::fail(
             "jumps",
             finding,
             format!(
-                "it looks like a wrapped angle: declare it, --angle {}{degrees}",
+                "it looks like a wrapped angle: declare it, `angles` {}{degrees}",
                 c.name
             ),
         )
@@ -319,7 +319,7 @@ fn repeats(recording: &Recording, steps: &[f64]) -> Item {
         Item::warn(
             "repeats",
             finding,
-            "the signals are slower than the log: thin it to their true rate with --every",
+            "the signals are slower than the log: thin it to their true rate with `every`",
         )
     } else {
         Item::pass("repeats", finding)

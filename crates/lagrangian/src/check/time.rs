@@ -62,7 +62,7 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
             "time goes back {back} times and stands still {repeated} times, first at sample {at}"
         );
         let remedy =
-            "sort the rows by time, remove repeats, or tell trajectories apart with --trajectory";
+            "sort the rows by time, remove repeats, or tell trajectories apart with `trajectory`";
         let item = Item::fail("time", finding, remedy);
         return vec![
             item.value("back", back as f64)

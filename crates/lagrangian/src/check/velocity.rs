@@ -203,7 +203,7 @@ fn judge(recording: &Recording, i: usize, name: &str, r: &Relation) -> Item {
         (Verdict::Fail, *meaning, Some(*remedy))
     } else if r.correlation < POOR || !(0.5..2.0).contains(&r.slope) {
         let remedy =
-            "name the right columns with --q and --qd, or leave qd out and let it be estimated";
+            "name the right columns with `q` and `qd`, or leave qd out and let it be estimated";
         (Verdict::Fail, "it is not the derivative of q", Some(remedy))
     } else if (r.slope - 1.0).abs() > SLOPE || r.correlation < FAIR {
         (

@@ -329,7 +329,7 @@ impl std::fmt::Display for Failure {
             }
             Self::NotConverged => "the implicit step was not solved: take a smaller step",
             Self::NoMomentum => {
-                "no momentum gives the initial velocity: start within what was learned, or fit --structure mass"
+                "no momentum gives the initial velocity: start within what was learned, or fit `structure` mass"
             }
         })
     }

@@ -147,7 +147,7 @@ impl RigidBodies {
             );
             return Err(unusable(
                 finding,
-                "choose the joints with --joints, or the columns with --q, --qd and --tau",
+                "choose the joints with `joints`, or the columns with `q`, `qd` and `tau`",
             ));
         }
         for body in &self.tree.bodies {
@@ -159,7 +159,7 @@ impl RigidBodies {
                 );
                 return Err(unusable(
                     finding,
-                    "check the order of the joints (--joints), or leave it out of --angle",
+                    "check the order of the joints (`joints`), or leave it out of `angles`",
                 ));
             }
         }

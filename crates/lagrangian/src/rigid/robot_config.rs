@@ -46,7 +46,7 @@ impl RobotConfig {
                 format!("column '{name}' of the data stands where joint '{joint}' is expected");
             return Err(unusable(
                 finding,
-                "give the joints in the order of the data (--joints)",
+                "give the joints in the order of the data (`joints`)",
             ));
         }
         robot.with_coordinates(coordinates.clone())

@@ -164,7 +164,7 @@ impl Tree {
                 let name = &self.coordinates.0[body.coordinate].name;
                 return Err(unusable(
                     format!("nothing that joint '{name}' moves has inertia"),
-                    "give its link an <inertial> with mass and inertia, or leave the joint out of --joints",
+                    "give its link an <inertial> with mass and inertia, or leave the joint out of `joints`",
                 ));
             }
             if let Some(parent) = body.parent {
@@ -284,7 +284,7 @@ fn selection(description: &Description, names: &[String], walk: &Walk) -> Result
         1..=MAX_JOINTS => Ok(selected),
         n => Err(unusable(
             format!("{n} joints move, where {MAX_JOINTS} is the most"),
-            "choose those of one arm with --joints; the others are locked at 0",
+            "choose those of one arm with `joints`; the others are locked at 0",
         )),
     }
 }
@@ -308,14 +308,14 @@ fn check_movable(joint: &Joint) -> Result<()> {
     if let Some(other) = &joint.mimic {
         return Err(unusable(
             format!("joint '{name}' mimics joint '{other}'"),
-            "choose the joints that move by themselves with --joints; the others are locked at 0",
+            "choose the joints that move by themselves with `joints`; the others are locked at 0",
         ));
     }
     match joint.kind {
         JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic => Ok(()),
         kind => Err(unusable(
             format!("joint '{name}' is {}", kind.name()),
-            "choose revolute, continuous or prismatic joints with --joints; the others are locked at 0",
+            "choose revolute, continuous or prismatic joints with `joints`; the others are locked at 0",
         )),
     }
 }

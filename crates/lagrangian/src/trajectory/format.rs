@@ -112,7 +112,7 @@ fn without_parquet() -> Error {
     Error::Format {
         extension: "parquet".into(),
         remedy:
-            "this build leaves Parquet out; build with --features parquet, or convert to CSV or NPZ"
+            "this build omits Parquet: build it with the feature parquet, or convert to CSV or NPZ"
                 .into(),
     }
 }

@@ -55,7 +55,7 @@ fn analytic(name: &str, args: &TruthArgs) -> Result<Box<dyn Model>> {
     if !args.joints.is_empty() {
         return Err(mistake(
             format!("--joints chooses joints of a URDF, and '{name}' is a system"),
-            "leave --joints away",
+            "omit --joints",
         ));
     }
     let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));

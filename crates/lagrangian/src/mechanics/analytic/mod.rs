@@ -112,7 +112,7 @@ impl SystemEntry {
 macro_rules! table {
     ($($module:ident :: $system:ident),* $(,)?) => {
         $(mod $module; pub use $module::$system;)*
-        static SYSTEMS: &[SystemEntry] = &[$(SystemEntry::of::<$system>()),*];
+        const SYSTEMS: &[SystemEntry] = &[$(SystemEntry::of::<$system>()),*];
     };
 }
 

@@ -15,7 +15,7 @@ pub enum SpeedChart {
 }
 
 impl SpeedChart {
-    /// Whether files leave it away.
+    /// Whether files omit it.
     pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }

@@ -98,9 +98,9 @@ impl HnnConfig {
         let must = if !(c.is_finite() && c > 0.0) {
             "finite and positive"
         } else if self.structure != HnnStructure::Free {
-            "left away, or beside a free Hamiltonian (--structure free): ½ pᵀM⁻¹p has no limit of speed"
+            "omitted, or beside a free Hamiltonian (`structure` free): ½ pᵀM⁻¹p has no limit of speed"
         } else if !self.momenta.canonical() {
-            "left away beside velocities in the place of momenta (--momenta velocities)"
+            "omitted beside velocities in the place of momenta (`momenta` velocities)"
         } else {
             return Ok(());
         };

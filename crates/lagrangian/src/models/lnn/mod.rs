@@ -110,12 +110,12 @@ impl LnnConfig {
                 return argument("speed limit", c.to_string(), "finite and positive");
             }
             if self.form == Form::Convex {
-                let must = "left away in the convex form, or take the free one (--form free)";
+                let must = "omitted in the convex form, or take the free one (`form` free)";
                 return argument("speed limit", c.to_string(), must);
             }
         }
         if self.speed_limit.is_none() && self.speed_chart != SpeedChart::default() {
-            let must = "left away without a limit of speed, or give one (--speed-limit)";
+            let must = "omitted without a limit of speed, or give one (`speed_limit`)";
             return argument("speed chart", format!("{:?}", self.speed_chart), must);
         }
         Ok(())

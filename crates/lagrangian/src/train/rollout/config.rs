@@ -116,7 +116,7 @@ impl RolloutLoss {
             return argument("horizon", "0".into(), "at least 1");
         }
         if self.horizon >= longest {
-            let must = "shorter than the longest trajectory: take a smaller --horizon";
+            let must = "shorter than the longest trajectory: take a smaller `horizon`";
             let value = format!("{} where the longest has {longest} samples", self.horizon);
             return argument("horizon", value, must);
         }
@@ -124,7 +124,7 @@ impl RolloutLoss {
             return argument("substeps", "0".into(), "at least 1");
         }
         if self.substeps > MOST_EVALUATIONS {
-            let must = "at most 4096: take fewer --substeps";
+            let must = "at most 4096: take fewer `substeps`";
             return argument("substeps", self.substeps.to_string(), must);
         }
         if !matches!(
@@ -145,7 +145,7 @@ impl RolloutLoss {
         }
         if self.continuity > 0.0 && self.start == Start::Recorded {
             let must =
-                "0 where starts are recorded: only free starts can move together (--starts free)";
+                "0 where starts are recorded: only free starts can move together (`starts` free)";
             return argument("continuity", self.continuity.to_string(), must);
         }
         if self.gradients == Gradients::Adjoint && !matches!(optimizer, Optimizer::Adam(_)) {
@@ -158,19 +158,19 @@ impl RolloutLoss {
         }
         let held = dataset.validation_times.longest();
         if held > 0 && self.horizon >= held {
-            let must = "shorter than the longest held-back trajectory: take a smaller --horizon, or hold back more (--validate-fraction)";
+            let must = "shorter than the longest held-back trajectory: take a smaller `horizon`, or hold back more (`validate_fraction`)";
             let value = format!("{} where the longest has {held} samples", self.horizon);
             return argument("horizon", value, must);
         }
         if self.evaluations(self.horizon) > MOST_EVALUATIONS {
             let value = format!("{} evaluations a segment", self.evaluations(self.horizon));
-            let must = "at most 4096: take a smaller --horizon or fewer --substeps";
+            let must = "at most 4096: take a smaller `horizon` or fewer `substeps`";
             return argument("horizon", value, must);
         }
         let rows = self.evaluations(self.horizon) * SEGMENTS * dataset.coordinates.dof();
         if matches!(optimizer, Optimizer::Natural(_)) && rows > 8192 {
             let value = format!("{} ({rows} accelerations in a batch)", self.horizon);
-            let must = "at most 8192 accelerations under the natural gradient: take a smaller --horizon, --integrator implicit-midpoint, or --optimizer adam";
+            let must = "at most 8192 accelerations under the natural gradient: take a smaller `horizon`, `integrator` implicit-midpoint, or `optimizer` adam";
             return argument("horizon", value, must);
         }
         Ok(())

@@ -80,7 +80,7 @@ impl RigidChain {
             return Err(Error::Argument {
                 name: "rigid chain",
                 value: format!("{n} coordinates, {angles} of them angles"),
-                must: "1 to 7 angles: declare them with --angle, or fit a network (--model lnn)",
+                must: "1 to 7 angles: declare them with `angles`, or fit a network (`family` lnn)",
             });
         }
         let pairs = (1..=n).flat_map(|i| (i..=n).map(move |j| format!("inertia_{i}_{j}")));
