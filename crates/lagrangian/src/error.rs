@@ -19,6 +19,15 @@ pub enum Error {
         must: &'static str,
     },
 
+    /// A setting does not belong where it was given.
+    #[error("{problem}: {remedy}")]
+    Setting {
+        /// Which setting, in backticks, and why.
+        problem: String,
+        /// What to do.
+        remedy: String,
+    },
+
     /// Two things that must have the same size do not.
     #[error("{what} has {found} values where {expected} are needed: {remedy}")]
     Shape {

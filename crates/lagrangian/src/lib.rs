@@ -92,6 +92,7 @@ pub mod rigid;
 pub mod rollout;
 pub mod saved;
 pub mod score;
+pub mod settings;
 pub mod torque;
 pub mod train;
 pub mod trajectory;

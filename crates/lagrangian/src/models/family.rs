@@ -11,7 +11,8 @@ use super::{FAMILIES, Learned, Momenta};
 use crate::dataset::Dataset;
 use crate::integrate::Method;
 use crate::saved::SavedModel;
-use crate::train::{FitConfig, Learner, Loss};
+use crate::settings::Setting;
+use crate::train::{Choice, FitConfig, Known, Learner, Loss, Request};
 use crate::{Error, Result};
 
 /// A family of models with its settings: what is fitted.
@@ -71,6 +72,8 @@ pub struct Abilities {
     /// Residuals of a sample under a loss of rates, in units of the coordinates: 2 where both halves of the state have
     /// rates, else 1.
     pub rates: usize,
+    /// Whether it is solved for at once, without an optimiser.
+    pub solved: bool,
 }
 
 impl Abilities {
@@ -82,6 +85,7 @@ impl Abilities {
             nominal: false,
             rotor: false,
             rates: 1,
+            solved: false,
         }
     }
 }
@@ -202,6 +206,13 @@ pub struct Entry {
     pub about: &'static str,
     /// The default configuration.
     pub default: fn() -> Box<dyn Family>,
+    /// What people can set of it, and of the forces beside it.
+    pub settings: &'static [Setting],
+    /// What it chooses of its settings, and of the loss, for such data and such a request; what was given is not chosen.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for settings that exclude each other.
+    pub choose: fn(&Known, &Request) -> Result<Vec<Choice>>,
     /// Reads a configuration from its JSON object.
     pub read: fn(Value) -> serde_json::Result<Box<dyn Family>>,
     /// The names under which its models are saved.
@@ -227,6 +238,11 @@ impl Entry {
                 .join(", "),
         })
     }
+}
+
+/// For families that choose nothing from the data.
+pub(crate) fn no_choice(_: &Known, _: &Request) -> Result<Vec<Choice>> {
+    Ok(Vec::new())
 }
 
 /// Reads a configuration for a row of the table.

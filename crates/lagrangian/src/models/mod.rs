@@ -15,6 +15,7 @@ pub mod mlp;
 mod named;
 pub mod neural_ode;
 pub mod rigid;
+mod settings;
 mod setup;
 pub mod vin;
 

@@ -4,9 +4,11 @@
 //! few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use crate::Result;
 use crate::lagrangian::{Actuation, Dissipation, Stribeck};
+use crate::settings::{Named, Values, named};
+use crate::{Error, Result};
 
 /// Which forces are learned beside those of the Lagrangian.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,6 +27,26 @@ pub struct ForceTerms {
     /// B.
     pub input: Input,
 }
+
+/// The forces by the names that people give.
+pub(crate) const FORCE_NAMES: &[Named] = &[
+    named("viscous", "Friction b q̇"),
+    named("coulomb", "Friction c tanh(q̇ / v), with the speed v"),
+    named(
+        "stribeck",
+        "What friction near standstill exceeds Coulomb friction by, with its speed",
+    ),
+    named("offset", "A constant torque: the offset of a sensor"),
+    named("rotor", "The inertia of a rotor behind a gear (delan)"),
+    named(
+        "gains",
+        "A gain for each joint, relative to the first: the recorded inputs are currents",
+    ),
+    named(
+        "input-matrix",
+        "The matrix from inputs to torques, relative to its first entry: joints that are not driven themselves",
+    ),
+];
 
 /// What is learned of the input matrix B. Some unit of energy must remain: the first entry is 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -48,6 +70,35 @@ impl ForceTerms {
             coulomb: true,
             ..Self::default()
         }
+    }
+
+    /// Takes `dissipation` and `forces` out of the settings of a request.
+    pub(crate) fn take(settings: &mut Values) -> Result<Self> {
+        let friction = settings.remove("dissipation") == Some(Value::Bool(true));
+        let names = settings.remove("forces").unwrap_or_default();
+        let names = names.as_array().map_or(&[][..], Vec::as_slice);
+        let names: Vec<&str> = names.iter().filter_map(Value::as_str).collect();
+        let known = || FORCE_NAMES.iter().map(|force| force.name);
+        if let Some(name) = names.iter().find(|name| !known().any(|k| k == **name)) {
+            return Err(Error::UnknownName {
+                kind: "force",
+                name: (*name).into(),
+                known: known().collect::<Vec<_>>().join(", "),
+            });
+        }
+        let wanted = |name| names.contains(&name);
+        Ok(Self {
+            viscous: friction || wanted("viscous"),
+            coulomb: friction || wanted("coulomb"),
+            stribeck: wanted("stribeck"),
+            offset: wanted("offset"),
+            rotor: wanted("rotor"),
+            input: match (wanted("input-matrix"), wanted("gains")) {
+                (true, _) => Input::Matrix,
+                (false, true) => Input::Gains,
+                (false, false) => Input::Torque,
+            },
+        })
     }
 
     /// Whether there are none.

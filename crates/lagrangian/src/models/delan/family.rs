@@ -8,10 +8,12 @@ use super::{Delan, DelanConfig, DelanShape, Inertia};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, WEIGHTS};
+use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::models::vin;
 use crate::saved::{self, SavedModel};
-use crate::train::{FitConfig, Learner, Loss, PositionsLearner};
+use crate::settings::{Kind, Setting, named};
+use crate::train::{Choice, FitConfig, Known, LOSS, Learner, Loss, PositionsLearner, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -20,6 +22,8 @@ pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     about: "deep Lagrangian network: ½ q̇ᵀM(q)q̇ − V(q), M positive definite by construction; for robots",
     default: family::default::<DelanConfig>,
+    settings: SETTINGS,
+    choose: choose,
     read: family::read::<DelanConfig>,
     saved_as: &[NAME],
     load: |saved| load(saved, Inertia::Configuration),
@@ -43,6 +47,46 @@ pub(crate) const LOSSES: &[Loss] = &[
     Loss::POSITIONS,
     Loss::POSITIONS_TRAPEZOIDAL,
 ];
+
+/// What people can set of a deep Lagrangian network.
+const SETTINGS: &[Setting] = &[
+    shared::WIDTH,
+    shared::LAYERS,
+    shared::ACTIVATION,
+    shared::DISSIPATION,
+    shared::FORCES,
+    Setting::new(
+        "trunks",
+        Kind::Choice(&[
+            named("shared", "One stack for all"),
+            named("separate", "One for M, one for V"),
+        ]),
+        "Whether M and V are read off the same hidden layers",
+    )
+    .or("shared"),
+    shared::VECTOR_POTENTIAL,
+];
+
+/// Units of a layer for noisy data: a narrow mass matrix extrapolates better.
+const NARROW: usize = 16;
+
+/// The width that noise asks for.
+pub(crate) fn narrow(known: &Known) -> Option<Choice> {
+    let reason = format!(
+        "{}: a narrow mass matrix extrapolates better beyond them",
+        known.certainty()
+    );
+    known.noisy().then(|| Choice::new("width", NARROW, reason))
+}
+
+/// A torque loss needs certain accelerations: where a machine swings nearly freely, their noise shrinks inertia and
+/// gravity alike.
+fn choose(known: &Known, _: &Request) -> Result<Vec<Choice>> {
+    let reason = "torques are recorded and accelerations certain: no inverse of M is needed";
+    let torque = known.forced && !known.noisy();
+    let loss = torque.then(|| Choice::new(LOSS, Loss::TORQUE.name(), reason));
+    Ok(narrow(known).into_iter().chain(loss).collect())
+}
 
 impl Family for DelanConfig {
     fn name(&self) -> &'static str {

@@ -9,9 +9,11 @@ use crate::hamiltonian::{Canonical, Hamiltonian};
 use crate::lagrangian::Lagrangian;
 use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
 use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
+use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{FitConfig, ForceTerms, Learner, Loss};
+use crate::settings::{Kind, Range, Setting, named};
+use crate::train::{Choice, FitConfig, ForceTerms, Known, Learner, Loss, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -20,12 +22,80 @@ pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     about: "Hamiltonian network H(q, p), fitted to (q̇, ṗ) or to motions in (q, p)",
     default: family::default::<HnnConfig>,
-    read: family::read::<HnnConfig>,
+    settings: SETTINGS,
+    choose: choose,
+    read,
     saved_as: &[NAME],
     load,
 };
 
 const NAME: &str = "hnn";
+
+/// What people can set of a Hamiltonian network.
+const SETTINGS: &[Setting] = &[
+    shared::SPEED_LIMIT,
+    shared::WIDTH,
+    shared::LAYERS,
+    shared::ACTIVATION,
+    shared::DISSIPATION,
+    shared::FORCES,
+    Setting::new(
+        "structure",
+        Kind::Choice(&[
+            named("free", "Any function of q and p"),
+            named("mass", "½ pᵀM⁻¹(q)p + V(q), M positive definite by construction"),
+            named("none", "None: a plain network of the flow"),
+        ]),
+        "Any Hamiltonian, one with a mass matrix, or none: the plain flow (q, q̇) → (q̇, q̈) to compare with",
+    )
+    .or("free"),
+    Setting::new(
+        "momenta",
+        Kind::Choice(&[
+            named("recorded", "The recorded ones"),
+            named("velocities", "Velocities in their place"),
+        ]),
+        "What a Hamiltonian network takes for momenta: recorded ones (columns p1, p2, …), or the velocities in their \
+         place",
+    )
+    .or("recorded, or p = m q̇ with `masses`"),
+    Setting::new(
+        MASSES,
+        Kind::Numbers(Range::Positive),
+        "Masses m of p = m q̇, one for each coordinate",
+    )
+    .shown_as("LIST"),
+];
+
+/// The setting for momenta that are masses times velocities.
+const MASSES: &str = "masses";
+
+/// Reads a configuration, whose momenta may be given by masses.
+fn read(mut settings: Value) -> serde_json::Result<Box<dyn Family>> {
+    let masses = settings.as_object_mut().and_then(|own| own.remove(MASSES));
+    if let Some(masses) = masses {
+        settings["momenta"] = serde_json::json!({ MASSES: masses });
+    }
+    family::read::<HnnConfig>(settings)
+}
+
+/// Refuses momenta that cannot be.
+fn choose(_: &Known, request: &Request) -> Result<Vec<Choice>> {
+    let given = |name: &str| request.settings.get(name).and_then(Value::as_str);
+    if given("momenta").is_some() && request.settings.contains_key(MASSES) {
+        return Err(Error::Setting {
+            problem: "`momenta` and `masses` exclude each other".into(),
+            remedy: "give one of them".into(),
+        });
+    }
+    if given("structure") == Some("none") && given("momenta") != Some("velocities") {
+        return Err(Error::Setting {
+            problem: "`structure` none knows no momentum that belongs to a velocity".into(),
+            remedy: "add `momenta` velocities, or take `structure` free or mass".into(),
+        });
+    }
+    Ok(Vec::new())
+}
 
 impl Family for HnnConfig {
     fn name(&self) -> &'static str {

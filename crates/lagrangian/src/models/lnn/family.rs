@@ -8,9 +8,11 @@ use super::{Form, Lnn, LnnConfig, LnnShape};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
+use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{FitConfig, Learner, Loss, PositionsLearner};
+use crate::settings::{Kind, Setting, named};
+use crate::train::{Choice, FitConfig, Known, Learner, Loss, PositionsLearner, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -19,12 +21,78 @@ pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     about: "Lagrangian neural network: any function of q and q̇",
     default: family::default::<LnnConfig>,
+    settings: SETTINGS,
+    choose: choose,
     read: family::read::<LnnConfig>,
     saved_as: &[NAME],
     load,
 };
 
 const NAME: &str = "lnn";
+
+/// What people can set of a Lagrangian network.
+const SETTINGS: &[Setting] = &[
+    Setting::new(
+        "form",
+        Kind::Choice(&[
+            named("free", "Any function of q and q̇"),
+            named("convex", "Convex in q̇"),
+        ]),
+        "Any Lagrangian, or one convex in q̇, whose mass matrix is positive everywhere",
+    )
+    .or("free; convex where accelerations are uncertain by more than 0.5 %"),
+    shared::SPEED_LIMIT,
+    Setting::new(
+        "speed_chart",
+        Kind::Choice(&[
+            named("artanh", "artanh(q̇/c), without end"),
+            named("arcsin", "arcsin(q̇/c), which ends at ±π/2"),
+        ]),
+        "What the network sees of q̇ below `speed_limit`: artanh(q̇/c), for Lagrangians that grow without bound towards \
+         c, or arcsin(q̇/c), for those that stay finite there",
+    )
+    .or("artanh"),
+    Setting::new(
+        "exponential",
+        Kind::Flag,
+        "Give the network exponential units, for masses that span decades",
+    ),
+    shared::WIDTH,
+    shared::LAYERS,
+    shared::ACTIVATION,
+    shared::DISSIPATION,
+    shared::FORCES,
+];
+
+/// Beyond noisy data only a convex Lagrangian stays physical; on exact data a free one is more accurate (ADR 0005).
+fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
+    let given = &request.settings;
+    if given.contains_key("speed_chart") && !given.contains_key("speed_limit") {
+        return Err(Error::Setting {
+            problem: "`speed_chart` is of a limit of speed, and there is none".into(),
+            remedy: "give `speed_limit` too, or omit it".into(),
+        });
+    }
+    let form = if request.nominal.is_some() {
+        let reason = "upon a known robot the network must be able to take inertia away";
+        Choice::new("form", "free", reason)
+    } else if known.noisy() {
+        let reason = format!(
+            "{}: beyond noisy data only a convex Lagrangian stays physical",
+            known.certainty()
+        );
+        Choice::new("form", "convex", reason)
+    } else {
+        Choice::new("form", "free", "it is the more accurate one on exact data")
+    };
+    let free = given.get("form").unwrap_or(&form.value) == "free";
+    let mut choices = vec![form];
+    if request.nominal.is_some() && free {
+        let reason = "upon a known robot a network begins as nothing, without a mass matrix of its own";
+        choices.push(Choice::new("kinetic", 0.0, reason));
+    }
+    Ok(choices)
+}
 
 impl Family for LnnConfig {
     fn name(&self) -> &'static str {

@@ -10,6 +10,7 @@ use crate::dataset::Dataset;
 use crate::lagrangian::Scaling;
 use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
+use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
 use crate::train::{FitConfig, Learner, Loss};
@@ -20,6 +21,8 @@ pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     about: "plain network, to compare with: (q, q̇, τ) → q̈, or (q, q̇, q̈) → τ under a loss of torques",
     default: family::default::<MlpConfig>,
+    settings: &[shared::WIDTH, shared::LAYERS, shared::ACTIVATION],
+    choose: family::no_choice,
     read: family::read::<MlpConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(load(saved)?.into()),

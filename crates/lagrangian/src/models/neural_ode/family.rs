@@ -9,21 +9,46 @@ use crate::models::family::{self, Abilities, Entry, Family, Plan};
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::mlp::family::{MlpTraining, load as load_network};
 use crate::models::mlp::{Mlp, MlpShape};
+use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{FitConfig, Loss};
+use crate::settings::{Kind, Setting, named};
+use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
 
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     about: "neural ordinary differential equation: a plain network trained through its integrator",
     default: family::default::<NeuralOdeConfig>,
+    settings: SETTINGS,
+    choose: choose,
     read: family::read::<NeuralOdeConfig>,
     saved_as: &[NAME],
     load,
 };
 
 const NAME: &str = "neural-ode";
+
+/// What people can set of a neural ODE.
+const SETTINGS: &[Setting] = &[
+    shared::WIDTH,
+    shared::LAYERS,
+    shared::ACTIVATION,
+    Setting::new(
+        "order",
+        Kind::Choice(&[
+            named("first", "(q, q̇, τ) → (q̇, q̈)"),
+            named("second", "(q, q̇, τ) → q̈"),
+        ]),
+        "Order of a neural ODE: (q, q̇) → (q̇, q̈), or q̈ alone",
+    )
+    .or("second"),
+];
+
+fn choose(_: &Known, _: &Request) -> Result<Vec<Choice>> {
+    let reason = "the family is trained through its integrator";
+    Ok(vec![Choice::new(LOSS, Loss::ROLLOUT.name(), reason)])
+}
 
 impl Family for NeuralOdeConfig {
     fn name(&self) -> &'static str {

@@ -11,9 +11,11 @@ use serde_json::Value;
 
 use super::Parameter;
 use super::family::{self, Abilities, Entry, Family, Plan};
+use super::settings as shared;
 use crate::dataset::Dataset;
 use crate::rigid::RobotConfig;
 use crate::saved;
+use crate::settings::{Kind, Setting};
 use crate::train::{FitConfig, Loss};
 use crate::{Error, Result};
 
@@ -24,6 +26,8 @@ pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     about: "rigid bodies, identified by least squares from torques: a planar chain, or the robot of a description",
     default: family::default::<RigidConfig>,
+    settings: SETTINGS,
+    choose: family::no_choice,
     read: family::read::<RigidConfig>,
     saved_as: &[chain::SAVED_AS, robot::SAVED_AS],
     load: |saved| match saved.header.family.as_str() {
@@ -31,6 +35,17 @@ pub(crate) const ENTRY: Entry = Entry {
         _ => Ok(robot::load(saved)?.into()),
     },
 };
+
+/// What people can set of rigid bodies.
+const SETTINGS: &[Setting] = &[
+    shared::DISSIPATION,
+    shared::FORCES,
+    Setting::new(
+        "robot",
+        Kind::Robot,
+        "The robot whose parameters are identified",
+    ),
+];
 
 /// The name of the family.
 pub(crate) const NAME: &str = "rigid";
@@ -74,7 +89,11 @@ impl Family for RigidConfig {
             Loss::TORQUE,
             Loss::TORQUE_L1,
         ];
-        Abilities::of_losses(LOSSES, "omitted: rigid bodies are identified from torques")
+        let remedy = "omitted: rigid bodies are identified from torques";
+        Abilities {
+            solved: true,
+            ..Abilities::of_losses(LOSSES, remedy)
+        }
     }
 
     fn check(&self, dataset: &Dataset, _config: &FitConfig) -> Result<()> {

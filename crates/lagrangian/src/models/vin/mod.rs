@@ -6,10 +6,12 @@ use serde_json::Value;
 
 use super::delan::{DelanConfig, Inertia, Trunks, family as delan};
 use super::family::{self, Abilities, Entry, Family, Plan};
+use super::settings as shared;
 use crate::Result;
 use crate::dataset::Dataset;
 use crate::saved;
-use crate::train::FitConfig;
+use crate::settings::Setting;
+use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
 use nets::Activation;
 
 /// The row of the table of families.
@@ -17,6 +19,8 @@ pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     about: "variational integrator network: ½ q̇ᵀMq̇ − V(q) with a constant M, of positions alone",
     default: family::default::<VinConfig>,
+    settings: SETTINGS,
+    choose: choose,
     read: family::read::<VinConfig>,
     saved_as: &[NAME],
     load: |saved| delan::load(saved, Inertia::Constant),
@@ -24,6 +28,22 @@ pub(crate) const ENTRY: Entry = Entry {
 
 /// The name of the family.
 pub(crate) const NAME: &str = "vin";
+
+/// What people can set of a variational integrator network.
+const SETTINGS: &[Setting] = &[
+    shared::WIDTH,
+    shared::LAYERS,
+    shared::ACTIVATION,
+    shared::DISSIPATION,
+    shared::FORCES,
+    shared::VECTOR_POTENTIAL,
+];
+
+fn choose(known: &Known, _: &Request) -> Result<Vec<Choice>> {
+    let reason = "the family learns from positions alone";
+    let loss = Choice::new(LOSS, Loss::POSITIONS.name(), reason);
+    Ok(delan::narrow(known).into_iter().chain([loss]).collect())
+}
 
 /// The shape of a variational integrator network.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

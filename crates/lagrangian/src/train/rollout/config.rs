@@ -54,6 +54,7 @@ pub struct RolloutLoss {
     /// What is compared.
     pub observe: Observe,
     /// Where segments start.
+    #[serde(alias = "starts")]
     pub start: Start,
     /// Weight of the gap between the end of a segment and the start of the next, where starts are free (multiple
     /// shooting); 0: none.

@@ -1,0 +1,113 @@
+//! Settings as data: their names, their meaning and the values that they take, so that whatever offers them to people
+//! (flags of a command, keyword arguments, forms) is made from one table.
+//!
+//! The values that a person gives travel as one JSON object, [`Values`], from names to values.
+
+use serde_json::{Map, Value};
+
+/// Values of settings by name; those that are absent were not given.
+pub type Values = Map<String, Value>;
+
+/// A setting that people can give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setting {
+    /// The name, in lower case with underscores.
+    pub name: &'static str,
+    /// What it does, in a sentence without a full stop; names of other settings stand in backticks.
+    pub help: &'static str,
+    /// The values that it takes.
+    pub kind: Kind,
+    /// The value in its place where none is given, in words; empty where none is needed.
+    pub default: &'static str,
+    /// What stands for its value in a synopsis; empty for its name.
+    pub placeholder: &'static str,
+}
+
+/// The values that a setting takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// One of these names.
+    Choice(&'static [Named]),
+    /// Some of these names, as a JSON array.
+    Choices(&'static [Named]),
+    /// Whether something is wanted.
+    Flag,
+    /// A whole number in this range, both ends included.
+    Integer {
+        /// The least.
+        min: u64,
+        /// The largest.
+        max: u64,
+    },
+    /// A number in this range.
+    Number(Range),
+    /// Several numbers in this range.
+    Numbers(Range),
+    /// A robot as [`RobotConfig`](crate::rigid::RobotConfig).
+    Robot,
+}
+
+/// A value that has a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Named {
+    /// The name.
+    pub name: &'static str,
+    /// What it stands for.
+    pub help: &'static str,
+}
+
+/// A range of numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Range {
+    /// Above 0.
+    Positive,
+    /// 0 or above.
+    NonNegative,
+    /// From 0 to below 1.
+    Fraction,
+}
+
+impl Setting {
+    /// A setting without a default or a placeholder.
+    #[must_use]
+    pub const fn new(name: &'static str, kind: Kind, help: &'static str) -> Self {
+        Self {
+            name,
+            help,
+            kind,
+            default: "",
+            placeholder: "",
+        }
+    }
+
+    /// With this default, in words.
+    #[must_use]
+    pub const fn or(self, default: &'static str) -> Self {
+        Self { default, ..self }
+    }
+
+    /// With this in the place of its value.
+    #[must_use]
+    pub const fn shown_as(self, placeholder: &'static str) -> Self {
+        Self {
+            placeholder,
+            ..self
+        }
+    }
+}
+
+/// A named value for a table.
+#[must_use]
+pub const fn named(name: &'static str, help: &'static str) -> Named {
+    Named { name, help }
+}
+
+/// Whether `value` is what a setting has that was not given, as older records write it.
+#[must_use]
+pub fn is_absent(value: &Value) -> bool {
+    match value {
+        Value::Null | Value::Bool(false) => true,
+        Value::Array(items) => items.is_empty(),
+        _ => false,
+    }
+}

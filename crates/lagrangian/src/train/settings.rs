@@ -1,0 +1,189 @@
+//! What people can set of the training of any family.
+
+use serde::{Deserialize, Serialize};
+
+use super::loss::Loss;
+use crate::settings::{Kind, Named, Range, Setting, named};
+
+const MOST: u64 = u32::MAX as u64;
+
+/// Settings of the training.
+pub const SETTINGS: &[Setting] = &[
+    Setting::new(
+        "loss",
+        Kind::Choice(&LOSSES),
+        "What is compared with the data",
+    )
+    .or("acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and \
+         accelerations certain to 0.5 %"),
+    Setting::new(
+        "optimizer",
+        Kind::Choice(&[
+            named("natural", "Damped natural gradient with momentum (SPRING)"),
+            named("adam", "Adam with decoupled weight decay"),
+        ]),
+        "Natural gradient, or Adam",
+    )
+    .or("natural; adam where accelerations are uncertain by more than 0.5 % and compared"),
+    Setting::new(
+        "batch",
+        Kind::Integer { min: 1, max: MOST },
+        "Samples in a batch",
+    )
+    .or("natural gradient 128 by time and 256 by steps, Adam 512"),
+    Setting::new(
+        "batch_first",
+        Kind::Integer { min: 1, max: MOST },
+        "Samples of the first batch, growing to `batch`: for the shortest fits",
+    )
+    .or("as many as later")
+    .shown_as("SAMPLES"),
+    Setting::new(
+        "damping",
+        Kind::Choice(&[
+            named("schedule", "Geometrically over the whole fit"),
+            named("loss", "As the loss of the batch does"),
+            named(
+                "adaptive",
+                "As long as each step lowers the loss by what its quadratic model foresaw",
+            ),
+        ]),
+        "How the damping of the natural gradient falls",
+    )
+    .or("loss for a fit by time, schedule for one by steps or under the loss rollout"),
+    Setting::new(
+        "learning_rate",
+        Kind::Number(Range::Positive),
+        "Learning rate at the start",
+    )
+    .or("by the optimiser"),
+    Setting::new(
+        "weight_decay",
+        Kind::Number(Range::NonNegative),
+        "Weight decay of Adam",
+    )
+    .or("0"),
+    Setting::new(
+        "patience",
+        Kind::Integer { min: 1, max: MOST },
+        "Stop after so many validations without improvement (one every 25 steps)",
+    ),
+];
+
+/// Settings of the rollout loss.
+pub const ROLLOUT_SETTINGS: &[Setting] = &[
+    Setting::new(
+        "horizon",
+        Kind::Integer { min: 1, max: MOST },
+        "Samples that are predicted from each start",
+    )
+    .or("5")
+    .shown_as("SAMPLES"),
+    Setting::new(
+        "integrator",
+        Kind::Choice(&[
+            named("rk4", "The classical Runge–Kutta method"),
+            named("stormer-verlet", "The leapfrog"),
+            named(
+                "implicit-midpoint",
+                "The implicit midpoint rule: one evaluation a step",
+            ),
+        ]),
+        "Method that a model is trained through",
+    )
+    .or("rk4"),
+    Setting::new(
+        "substeps",
+        Kind::Integer { min: 1, max: 1000 },
+        "Its steps from one sample to the next",
+    )
+    .or("1")
+    .shown_as("STEPS"),
+    Setting::new(
+        "observe",
+        Kind::Choice(&[
+            named("states", "Positions and velocities"),
+            named("positions", "Positions alone"),
+        ]),
+        "What of a rollout is compared with the data",
+    )
+    .or("states"),
+    Setting::new(
+        "starts",
+        Kind::Choice(&[
+            named("recorded", "At the recorded state"),
+            named("free", "At a learned one near it"),
+        ]),
+        "Start each segment at the recorded state, or at one that is learned with the weights (noisy data)",
+    )
+    .or("recorded"),
+    Setting::new(
+        "growth",
+        Kind::Number(Range::Fraction),
+        "Part of the fit in which the horizon grows from 1",
+    )
+    .or("0.5")
+    .shown_as("PART"),
+    Setting::new(
+        "warm_start",
+        Kind::Number(Range::Fraction),
+        "Part of the fit in which accelerations are fitted first",
+    )
+    .or("0")
+    .shown_as("PART"),
+];
+
+/// The losses as names for a table.
+const LOSSES: [Named; Loss::ALL.len()] = {
+    let mut names = [named("", ""); Loss::ALL.len()];
+    let mut i = 0;
+    while i < names.len() {
+        names[i] = named(Loss::ALL[i].name, Loss::ALL[i].about);
+        i += 1;
+    }
+    names
+};
+
+/// What was given of [`SETTINGS`].
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrainingSettings {
+    /// What is minimised.
+    pub loss: Option<Loss>,
+    /// How weights are improved.
+    pub optimizer: Option<OptimizerName>,
+    /// Samples of a step.
+    pub batch: Option<usize>,
+    /// Samples of the first step.
+    pub batch_first: Option<usize>,
+    /// How the damping of the natural gradient falls.
+    pub damping: Option<DampingName>,
+    /// The learning rate at the start.
+    pub learning_rate: Option<f64>,
+    /// The weight decay of Adam.
+    pub weight_decay: Option<f64>,
+    /// Validations without improvement after which the fit stops.
+    pub patience: Option<usize>,
+}
+
+/// An optimiser by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OptimizerName {
+    /// Damped natural gradient with momentum.
+    Natural,
+    /// Adam with decoupled weight decay.
+    Adam,
+}
+
+/// A rule of damping by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DampingName {
+    /// Geometrically over the whole fit.
+    Schedule,
+    /// As the loss of the batch does.
+    Loss,
+    /// As long as each step lowers the loss by what its quadratic model foresaw.
+    Adaptive,
+}
