@@ -9,7 +9,7 @@ use lagrangian_analysis::action::{
     stationary_paths,
 };
 use lagrangian_report::{
-    Figure, Report, Role, Table, VariedAction, VariedPath, action_of_families, varied_paths,
+    Curve, Figure, Report, Role, Table, VariedPath, action_of_families, varied_paths,
 };
 use serde_json::json;
 
@@ -142,13 +142,13 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
         Role::Truth,
         of(&found.second_variation.mode, path),
     ));
-    let curves = families.iter().map(|(name, role, family)| VariedAction {
+    let curves = families.iter().map(|(name, role, family)| Curve {
         name,
         role: *role,
-        epsilon: &family.epsilon,
-        change: &family.change,
+        x: &family.epsilon,
+        y: &family.change,
     });
-    let curves: Vec<VariedAction> = curves.collect();
+    let curves: Vec<Curve> = curves.collect();
     all.push(action_of_families(&curves));
     all
 }

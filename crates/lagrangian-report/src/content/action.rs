@@ -1,7 +1,9 @@
-//! Figures of the action: varied paths, and what they do to S.
+//! Figures of the action: varied paths, and what the variations do to S.
 
 use lagrangian::Coordinates;
 
+use super::coordinate::{column, label};
+use super::curves::{Curve, lines};
 use super::{Axis, Figure, Role, Series};
 
 /// A path q(t) on a grid of times and the neighbours q + ε η that are drawn beside it.
@@ -17,32 +19,15 @@ pub struct VariedPath<'a> {
     pub epsilon: &'a [f64],
 }
 
-/// How the action changes along one variation, and how it is drawn.
-#[derive(Debug, Clone, Copy)]
-pub struct VariedAction<'a> {
-    /// Its name in the legend.
-    pub name: &'a str,
-    /// Its colour.
-    pub role: Role,
-    /// The sizes ε of the variation.
-    pub epsilon: &'a [f64],
-    /// S(q + ε η) − S(q) at each of them, J·s.
-    pub change: &'a [f64],
-}
-
-/// Coordinate `i` of rows of `n` values.
-fn column(rows: &[f64], i: usize, n: usize) -> impl Iterator<Item = f64> {
-    rows.iter().skip(i).step_by(n.max(1)).copied()
-}
-
 /// Coordinate `i` of a path and of its neighbours q + ε η.
 #[must_use]
 pub fn varied_paths(coordinates: &Coordinates, i: usize, path: &VariedPath) -> Figure {
     let n = coordinates.dof();
-    let line = |name, role, q| Series::line(name, role, path.t.to_vec(), q);
+    let (stationary, eta) = (column(path.q, i, n), column(path.eta, i, n));
+    let line = |name: &str, role, q| Series::line(name, role, path.t.to_vec(), q);
     let neighbour = |(k, e): (usize, &f64)| {
         let name = if k == 0 { "varied paths" } else { "" };
-        let pairs = column(path.q, i, n).zip(column(path.eta, i, n));
+        let pairs = stationary.iter().zip(&eta);
         line(
             name,
             Role::Other(0),
@@ -50,30 +35,21 @@ pub fn varied_paths(coordinates: &Coordinates, i: usize, path: &VariedPath) -> F
         )
     };
     let mut series: Vec<Series> = path.epsilon.iter().enumerate().map(neighbour).collect();
-    series.push(line(
-        "stationary",
-        Role::Truth,
-        column(path.q, i, n).collect(),
-    ));
-    let coordinate = coordinates.0.get(i);
-    let (name, unit) = coordinate.map_or(("", ""), |c| (&c.name, &c.unit));
+    series.push(line("stationary", Role::Truth, stationary.clone()));
+    let (name, unit) = label(coordinates, i);
     Figure {
         id: format!("varied-{}", i + 1),
         title: format!("The path and its neighbours, {name}"),
         caption: "All have the same ends in the same time; the motion is the one whose action is stationary.".into(),
         x: Axis::linear("time", "s"),
-        y: Axis::linear(name, unit),
+        y: Axis::linear(&name, &unit),
         series,
     }
 }
 
-/// S(ε) − S(0) along several variations over ε.
+/// S(q + ε η) − S(q), J·s, over ε along several variations.
 #[must_use]
-pub fn action_of_families(families: &[VariedAction]) -> Figure {
-    let line = |family: &VariedAction| {
-        let (epsilon, change) = (family.epsilon.to_vec(), family.change.to_vec());
-        Series::line(family.name, family.role, epsilon, change)
-    };
+pub fn action_of_families(families: &[Curve]) -> Figure {
     Figure {
         id: "families".into(),
         title: "Action of the varied paths".into(),
@@ -82,6 +58,6 @@ pub fn action_of_families(families: &[VariedAction]) -> Figure {
             .into(),
         x: Axis::linear("size of the variation ε", ""),
         y: Axis::linear("S(ε) − S(0)", "J·s"),
-        series: families.iter().map(line).collect(),
+        series: lines(families),
     }
 }

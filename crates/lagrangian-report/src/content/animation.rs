@@ -24,9 +24,9 @@ pub struct Animation {
 /// Angles are absolute, from the downward vertical: joint i + 1 is at joint i + lᵢ (sin θᵢ, −cos θᵢ).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Panel {
-    /// Whose motion it is, in words.
+    /// The name of the system or model that moves so.
     pub name: String,
-    /// Whose motion it is.
+    /// Its role, which gives it its colour.
     pub role: Role,
     /// Lengths of the links, m, `[n]`.
     pub lengths: Vec<f64>,
@@ -49,6 +49,13 @@ impl Animation {
             .iter()
             .filter_map(|panel| panel.t.last().copied());
         ends.filter(|t| t.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// The number of frames of the longest panel.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        let lengths = self.panels.iter().map(|panel| panel.t.len());
+        lengths.max().unwrap_or(0)
     }
 
     /// The same up to a time after its start, s.
@@ -173,12 +180,12 @@ impl Panel {
         let above = self.t[..len].partition_point(|t| *t < time).min(len - 1);
         let below = above.saturating_sub(1);
         let span = self.t[above] - self.t[below];
-        let share = if span > 0.0 {
+        let weight = if span > 0.0 {
             ((time - self.t[below]) / span).clamp(0.0, 1.0)
         } else {
             1.0
         };
         let (low, high) = (signal[below * n + i], signal[above * n + i]);
-        low + share * (high - low)
+        low + weight * (high - low)
     }
 }

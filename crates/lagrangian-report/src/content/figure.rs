@@ -48,7 +48,7 @@ pub enum Scale {
     Log,
 }
 
-/// Whose values a series shows: a role keeps its colour through the whole report.
+/// The system or model that a series belongs to: a role keeps its colour through the whole report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
@@ -80,7 +80,7 @@ pub enum Kind {
 pub struct Series {
     /// Its name in the legend; empty keeps it out of the legend.
     pub name: String,
-    /// Whose it is.
+    /// The system or model that it belongs to.
     pub role: Role,
     /// How it is drawn.
     pub kind: Kind,
@@ -187,7 +187,7 @@ impl Series {
         Self::band(name, role, x, runs, [0.0, 0.5, 1.0])
     }
 
-    fn band(name: &str, role: Role, x: Vec<f64>, runs: &[Vec<f64>], shares: [f64; 3]) -> Self {
+    fn band(name: &str, role: Role, x: Vec<f64>, runs: &[Vec<f64>], levels: [f64; 3]) -> Self {
         let mut quantiles = [const { Vec::new() }; 3];
         for k in 0..x.len() {
             let mut values: Vec<f64> = runs
@@ -196,8 +196,8 @@ impl Series {
                 .filter(|y| y.is_finite())
                 .collect();
             values.sort_by(f64::total_cmp);
-            for (column, share) in quantiles.iter_mut().zip(shares) {
-                column.push(quantile(&values, share));
+            for (column, level) in quantiles.iter_mut().zip(levels) {
+                column.push(quantile(&values, level));
             }
         }
         let [y_low, y, y_high] = quantiles;
@@ -211,11 +211,11 @@ impl Series {
 }
 
 /// Linear between the order statistics; NaN of nothing.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
+fn quantile(sorted: &[f64], level: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
     };
-    let place = share * last as f64;
+    let place = level * last as f64;
     let below = place.floor() as usize;
     let above = (below + 1).min(last);
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])

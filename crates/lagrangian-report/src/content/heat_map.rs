@@ -35,13 +35,13 @@ impl HeatMap {
     }
 
     /// The cells of one row as runs of equal colour: (first column, end, level), the level from −`levels` to `levels`,
-    /// 0 and gaps left out.
+    /// without 0 and gaps.
     #[must_use]
     pub fn runs(&self, row: usize, levels: i32) -> Vec<(usize, usize, i32)> {
         let level = |x: &f64| {
-            let share = (x / self.limit).clamp(-1.0, 1.0);
-            if share.is_finite() {
-                (share * f64::from(levels)).round() as i32
+            let ratio = (x / self.limit).clamp(-1.0, 1.0);
+            if ratio.is_finite() {
+                (ratio * f64::from(levels)).round() as i32
             } else {
                 0
             }

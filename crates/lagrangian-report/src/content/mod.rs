@@ -1,26 +1,29 @@
-//! What a run found, as plain data: headline numbers, figures, animations, tables, settings and the commands that
-//! reproduce them. Each skin draws it its own way; nothing here knows of pages or pixels.
+//! What a page says, as plain data: headline numbers, figures, animations, tables, settings and the commands that
+//! reproduce them. Nothing here knows of pages or pixels.
 
 mod action;
 mod animation;
+mod coordinate;
+mod curves;
 mod decimate;
 mod figure;
 mod gaps;
 mod heat_map;
-mod plots;
+mod motions;
+mod parity;
 mod torque;
 mod tracking;
 
 use serde::{Deserialize, Serialize};
 
-pub use action::{VariedAction, VariedPath, action_of_families, varied_paths};
+pub use action::{VariedPath, action_of_families, varied_paths};
 pub use animation::{Animation, Panel};
+pub use curves::{Curve, energy_error_over_time, loss_curves};
 pub use decimate::decimate;
 pub use figure::{Axis, Figure, Kind, Role, Scale, Series};
 pub use heat_map::HeatMap;
-pub use plots::{
-    Curve, Motion, Pairs, energy_error_over_time, loss_curves, parity, phase_portrait, trajectories,
-};
+pub use motions::{Motion, phase_portrait, trajectories};
+pub use parity::{Pairs, parity};
 pub use torque::torque_parts;
 pub use tracking::{Follower, followed_motion, tracking_error};
 
@@ -62,7 +65,7 @@ pub struct Headline {
     pub unit: String,
     /// What to compare it with, e.g. `mean of 40 starts`.
     pub note: String,
-    /// Whose number it is, where it is a model's.
+    /// The role of the system or model that it belongs to, if it belongs to one.
     pub role: Option<Role>,
 }
 

@@ -3,6 +3,7 @@
 use lagrangian::Coordinates;
 use lagrangian::torque::TorquePrediction;
 
+use super::coordinate::{column, label};
 use super::{Axis, Figure, Role, Series};
 
 /// Samples of a motion that are drawn, at most: about a minute of a slow log, some seconds of a fast one.
@@ -11,17 +12,13 @@ const DRAWN: usize = 4000;
 /// The force on coordinate `i` over time, measured and predicted, and what the prediction is made of.
 #[must_use]
 pub fn torque_parts(coordinates: &Coordinates, i: usize, prediction: &TorquePrediction) -> Figure {
-    let n = coordinates.dof().max(1);
+    let n = coordinates.dof();
     let drawn = prediction.t.len().min(DRAWN);
     let t = || prediction.t[..drawn].to_vec();
-    let column = |values: &[f64]| -> Vec<f64> {
-        values
-            .iter()
-            .skip(i)
-            .step_by(n)
-            .take(drawn)
-            .copied()
-            .collect()
+    let column = |values: &[f64]| {
+        let mut own = column(values, i, n);
+        own.truncate(drawn);
+        own
     };
     let mut series = Vec::new();
     for (role, (name, part)) in (0..).zip(prediction.parts.named()) {
@@ -34,9 +31,8 @@ pub fn torque_parts(coordinates: &Coordinates, i: usize, prediction: &TorquePred
     }
     let total = column(&prediction.parts.total());
     series.push(Series::line("predicted", Role::Lnn, t(), total));
-    let coordinate = coordinates.0.get(i);
-    let name = coordinate.map_or("", |c| &c.name);
-    let unit = coordinate.map_or("", |c| if c.unit == "rad" { "N·m" } else { "N" });
+    let (name, unit) = label(coordinates, i);
+    let unit = if unit == "rad" { "N·m" } else { "N" };
     Figure {
         id: format!("torque-{}", i + 1),
         title: format!("Force on {name}"),

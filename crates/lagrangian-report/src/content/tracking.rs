@@ -2,6 +2,7 @@
 
 use lagrangian::{Coordinates, Trajectory};
 
+use super::coordinate::{column, label};
 use super::{Axis, Figure, Role, Series};
 
 /// A motion that followed a reference, and how it is drawn.
@@ -17,13 +18,8 @@ pub struct Follower<'a> {
     pub error: &'a [f64],
 }
 
-fn column(values: &[f64], i: usize, n: usize, factor: f64) -> Vec<f64> {
-    let own = values.iter().skip(i).step_by(n.max(1));
-    own.map(|x| factor * x).collect()
-}
-
 fn line(name: &str, role: Role, motion: &Trajectory, i: usize) -> Series {
-    let q = column(&motion.q, i, motion.dof(), 1.0);
+    let q = column(&motion.q, i, motion.dof());
     Series::line(name, role, motion.t.clone(), q)
 }
 
@@ -44,7 +40,7 @@ pub fn followed_motion(
         title: format!("Motion of {name}"),
         caption: "The reference, and what the robot made of it.".into(),
         x: Axis::linear("time", "s"),
-        y: Axis::linear(name, unit),
+        y: Axis::linear(&name, &unit),
         series,
     }
 }
@@ -55,7 +51,8 @@ pub fn tracking_error(coordinates: &Coordinates, i: usize, followers: &[Follower
     let (name, unit) = label(coordinates, i);
     let error = |f: &Follower| {
         let t = f.motion.t.clone();
-        let error = column(f.error, i, coordinates.dof(), 1e3);
+        let error = column(f.error, i, coordinates.dof());
+        let error = error.iter().map(|e| 1e3 * e).collect();
         Series::line(f.name, f.role, t, error)
     };
     Figure {
@@ -66,9 +63,4 @@ pub fn tracking_error(coordinates: &Coordinates, i: usize, followers: &[Follower
         y: Axis::linear("error", &format!("m{unit}")),
         series: followers.iter().map(error).collect(),
     }
-}
-
-fn label(coordinates: &Coordinates, i: usize) -> (&str, &str) {
-    let own = coordinates.0.get(i);
-    own.map_or(("", ""), |c| (&c.name, &c.unit))
 }

@@ -4,7 +4,7 @@
 pub(super) type Point = (f64, f64);
 
 /// The visible stretches of a curve: cut at gaps and at the edges of the unit square, and simplified so that none
-/// strays by more than `tolerance` (the share of the width and of the height).
+/// strays by more than `tolerance` (a fraction of the width and one of the height).
 pub(super) fn stretches(points: &[Point], tolerance: Point) -> Vec<Vec<Point>> {
     let mut all: Vec<Vec<Point>> = Vec::new();
     for pair in points.windows(2) {
@@ -28,22 +28,22 @@ fn inside(from: Point, to: Point) -> Option<(Point, Point)> {
     }
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let (mut start, mut end) = (0.0, 1.0);
-    for (speed, room) in [
+    for (step, distance) in [
         (-dx, from.0),
         (dx, 1.0 - from.0),
         (-dy, from.1),
         (dy, 1.0 - from.1),
     ] {
-        if speed < 0.0 {
-            start = f64::max(start, room / speed);
-        } else if speed > 0.0 {
-            end = f64::min(end, room / speed);
-        } else if room < 0.0 {
+        if step < 0.0 {
+            start = f64::max(start, distance / step);
+        } else if step > 0.0 {
+            end = f64::min(end, distance / step);
+        } else if distance < 0.0 {
             return None;
         }
     }
     // OK because the ends are kept to the bit where nothing is cut: that is how stretches are joined.
-    let at = |share: f64| (from.0 + share * dx, from.1 + share * dy);
+    let at = |part: f64| (from.0 + part * dx, from.1 + part * dy);
     let first = if start > 0.0 { at(start) } else { from };
     let last = if end < 1.0 { at(end) } else { to };
     (start <= end).then_some((first, last))
@@ -81,12 +81,12 @@ fn distance(point: Point, from: Point, to: Point, tolerance: Point) -> f64 {
     let scaled = |p: Point| ((p.0 - from.0) / tolerance.0, (p.1 - from.1) / tolerance.1);
     let ((x, y), (dx, dy)) = (scaled(point), scaled(to));
     let length = dx * dx + dy * dy;
-    let share = if length > 0.0 {
+    let along = if length > 0.0 {
         ((x * dx + y * dy) / length).clamp(0.0, 1.0)
     } else {
         0.0
     };
-    (x - share * dx).hypot(y - share * dy)
+    (x - along * dx).hypot(y - along * dy)
 }
 
 #[cfg(test)]

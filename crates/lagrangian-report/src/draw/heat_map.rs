@@ -1,46 +1,50 @@
 //! A quantity over two axes: cells in two inks, one a sign, the stronger the larger.
 
-use anyhow::Result;
-use plotters::prelude::*;
-
-use super::chart::{Plot, plain};
-use super::theme;
-use crate::{Figure, HeatMap, Role, Series};
+use super::axes::Plot;
+use super::drawing::{Drawing, Letters};
+use super::{chart, theme};
+use crate::{Axis, Figure, HeatMap, Role, Series};
 
 /// Shades of each ink.
 const LEVELS: i32 = 10;
 
+/// A map of `width` × `height` px for a page that shows the title itself.
+pub(super) fn drawing(map: &HeatMap, size: (u32, u32)) -> Drawing {
+    let mut drawing = Drawing::new(size, Letters::Text);
+    if let Some(plot) = chart::empty_plot(&mut drawing, &frame(map), 4.0) {
+        cells(&mut drawing, &plot, map);
+    }
+    drawing
+}
+
 /// The axes of a map.
-pub(super) fn frame(map: &HeatMap) -> Figure {
-    let ends = |axis: &crate::Axis| axis.range.map_or([0.0, 1.0], |(a, b)| [a, b]);
-    let corners = Series::line(
-        "",
-        Role::Truth,
-        ends(&map.x).to_vec(),
-        ends(&map.y).to_vec(),
-    );
+fn frame(map: &HeatMap) -> Figure {
+    let ends = |axis: &Axis| {
+        axis.range
+            .map_or(vec![0.0, 1.0], |(low, high)| vec![low, high])
+    };
     Figure {
-        id: map.id.clone(),
-        title: map.title.clone(),
-        caption: map.caption.clone(),
         x: map.x.clone(),
         y: map.y.clone(),
-        series: vec![corners],
+        series: vec![Series::line("", Role::Truth, ends(&map.x), ends(&map.y))],
+        ..Figure::default()
     }
 }
 
-/// Draws all cells on a plot whose axes go from 0 to 1.
-pub(super) fn cells<DB: DrawingBackend>(plot: &Plot<DB>, map: &HeatMap) -> Result<()> {
+fn cells(drawing: &mut Drawing, plot: &Plot, map: &HeatMap) {
     let (rows, columns) = (map.rows() as f64, map.columns as f64);
     for row in 0..map.rows() {
         let (low, high) = (row as f64 / rows, (row + 1) as f64 / rows);
         for (first, end, level) in map.runs(row, LEVELS) {
-            let corners = [(first as f64 / columns, low), (end as f64 / columns, high)];
-            let ink = if level > 0 { "baseline" } else { "lnn" };
-            let share = f64::from(level.abs()) / f64::from(LEVELS);
-            let style = theme::colour(ink).mix(share).filled();
-            plot.draw(&Rectangle::new(corners, style)).map_err(plain)?;
+            let from = plot.px((first as f64 / columns, low));
+            let to = plot.px((end as f64 / columns, high));
+            let ink = if level > 0 {
+                theme::BASELINE
+            } else {
+                theme::LNN
+            };
+            let opacity = f64::from(level.abs()) / f64::from(LEVELS);
+            drawing.rectangle(from, to, ink.with_opacity(opacity));
         }
     }
-    Ok(())
 }

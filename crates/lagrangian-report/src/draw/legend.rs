@@ -1,82 +1,54 @@
 //! The legend of a figure: a swatch and a name for each series.
 
-use anyhow::Result;
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::chart::{SMALL, plain, units, write};
+use super::chart::{NOTE, SMALL};
 use super::curve::Point;
-use super::series::stroke;
-use super::text;
+use super::drawing::{Drawing, Lettering, Upright};
+use super::{series, text, theme};
 use crate::{Figure, Kind, Series};
 
 const ROW: f64 = 19.0;
 const SWATCH: f64 = 20.0;
 
-/// The rows of the legend; returns their height.
-pub(super) fn draw<DB: DrawingBackend>(
-    root: &DrawingArea<DB, Shift>,
-    figure: &Figure,
-    top: f64,
-    width: f64,
-) -> Result<f64> {
+/// The rows of the legend, from so many px below the upper edge; returns their height.
+pub(super) fn draw(drawing: &mut Drawing, figure: &Figure, top: f64) -> f64 {
+    let width = drawing.width();
     let (mut x, mut y) = (8.0, top + 0.5 * ROW);
-    let named: Vec<&Series> = figure
+    let lettering = Lettering {
+        upright: Upright::Middle,
+        ink: theme::WORDS,
+        ..NOTE
+    };
+    let mut named = figure
         .series
         .iter()
         .filter(|series| !series.name.is_empty())
-        .collect();
-    for series in &named {
+        .peekable();
+    if named.peek().is_none() {
+        return 0.0;
+    }
+    for series in named {
         let name = text::fit(&series.name, SMALL, width - SWATCH - 24.0);
         let needed = SWATCH + 6.0 + text::width(&name, SMALL) * 1.04;
         if x > 8.0 && x + needed > width - 4.0 {
             (x, y) = (8.0, y + ROW);
         }
-        swatch(root, series, (x, y))?;
-        write(
-            root,
-            &name,
-            (x + SWATCH + 6.0, y),
-            (HPos::Left, VPos::Center),
-            SMALL,
-            "ink",
-        )?;
+        swatch(drawing, series, (x, y));
+        drawing.text(&name, (x + SWATCH + 6.0, y), lettering);
         x += needed + 16.0;
     }
-    Ok(if named.is_empty() {
-        0.0
-    } else {
-        y - top + 0.5 * ROW + 7.0
-    })
+    y - top + 0.5 * ROW + 7.0
 }
 
-fn swatch<DB: DrawingBackend>(
-    root: &DrawingArea<DB, Shift>,
-    series: &Series,
-    (x, y): Point,
-) -> Result<()> {
-    let style = stroke(series.role);
-    if series.kind == Kind::Points {
-        let middle = (units(x + 0.5 * SWATCH), units(y));
-        return root
-            .draw(&Circle::new(middle, units(3.5), style.filled()))
-            .map_err(plain);
+fn swatch(drawing: &mut Drawing, series: &Series, (x, y): Point) {
+    let ink = theme::of(series.role);
+    match series.kind {
+        Kind::Points => drawing.discs(&[(x + 0.5 * SWATCH, y)], 3.5, ink),
+        Kind::Line | Kind::Band => {
+            if series.kind == Kind::Band {
+                let shade = ink.with_opacity(series::SHADE);
+                drawing.rectangle((x, y - 5.0), (x + SWATCH, y + 5.0), shade);
+            }
+            drawing.line(&[(x, y), (x + SWATCH, y)], series::width(series.role), ink);
+        }
     }
-    if series.kind == Kind::Band {
-        let (upper, lower) = (
-            (units(x), units(y - 5.0)),
-            (units(x + SWATCH), units(y + 5.0)),
-        );
-        root.draw(&Rectangle::new(
-            [upper, lower],
-            style.color.mix(0.18).filled(),
-        ))
-        .map_err(plain)?;
-    }
-    root.draw(&PathElement::new(
-        vec![(units(x), units(y)), (units(x + SWATCH), units(y))],
-        style,
-    ))
-    .map_err(plain)
 }

@@ -1,13 +1,19 @@
 //! Draws a report: pages, SVG files and bitmaps, from plain figures.
+//!
+//! Every picture is one SVG. A page and an SVG file hold it as it is; a PNG and the frames of a GIF are rendered
+//! from it, with its words as outlines of an embedded font, so that they are the same on every machine.
 
-mod canvas_bitmap;
-mod canvas_svg;
+mod axes;
+mod bitmap;
 mod chart;
 mod curve;
+mod drawing;
+mod error;
 mod gif;
 mod heat_map;
 mod legend;
 mod page;
+mod palette;
 mod pendulum;
 mod png;
 mod scale;
@@ -16,14 +22,12 @@ mod svg;
 mod text;
 mod theme;
 
+pub use error::{Error, Result};
 pub use gif::gif;
 pub use page::html;
 pub use png::png;
 pub use scale::short;
 pub use svg::svg;
-
-/// Canvas units a px: plotters counts in whole units, and a curve needs finer steps than a px.
-const UNIT: i32 = 8;
 
 /// A text made safe for HTML and SVG, in elements and in attributes.
 fn escaped(text: &str) -> String {

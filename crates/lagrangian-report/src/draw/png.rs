@@ -2,10 +2,8 @@
 
 use std::io::Write;
 
-use anyhow::{Context, Result, ensure};
-
-use super::canvas_bitmap::{Bitmap, BitmapCanvas};
-use super::chart;
+use super::drawing::Letters;
+use super::{Error, Result, bitmap, chart};
 use crate::Figure;
 
 /// Pixels a px: sharp on today's screens and in print.
@@ -15,24 +13,14 @@ const DENSITY: u32 = 2;
 ///
 /// # Errors
 /// Where it is smaller than 200 × 150 or larger than 10 000 pixels, or cannot be written.
-pub fn png(figure: &Figure, width: u32, height: u32, out: impl Write) -> Result<()> {
-    let sized = (200..=10_000).contains(&width) && (150..=10_000).contains(&height);
-    ensure!(
-        sized,
-        "a picture of {width} × {height} pixels: choose 200 × 150 to 10 000 × 10 000"
-    );
-    let mut bitmap = Bitmap::new(width, height);
+pub fn png(figure: &Figure, width: u32, height: u32, mut out: impl Write) -> Result<()> {
+    if !(200..=10_000).contains(&width) || !(150..=10_000).contains(&height) {
+        return Err(Error::Size { width, height });
+    }
     let density = if width >= 320 * DENSITY { DENSITY } else { 1 };
-    let canvas = BitmapCanvas::new(&mut bitmap, density as f32);
-    chart::draw(canvas, figure, (width / density, height / density), true)?;
-    encode(&bitmap, out).context("the PNG cannot be written")
-}
-
-fn encode(bitmap: &Bitmap, out: impl Write) -> Result<(), png::EncodingError> {
-    let mut encoder = png::Encoder::new(out, bitmap.width as u32, bitmap.height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&bitmap.pixels)?;
-    writer.finish()
+    let size = (width / density, height / density);
+    let drawing = chart::with_title(figure, size, Letters::Outlines);
+    let pixels = bitmap::render(&drawing, (width, height))?;
+    let bytes = pixels.encode_png().map_err(Error::renderer)?;
+    Ok(out.write_all(&bytes)?)
 }

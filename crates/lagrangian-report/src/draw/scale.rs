@@ -20,7 +20,7 @@ pub(super) struct Tick {
 const LARGEST: f64 = 1e300;
 
 impl Laid {
-    /// The axis that holds all finite values with a margin (a share of its length), or `None` where there are none.
+    /// The axis that holds all finite values with a margin (a fraction of its length), or `None` where there are none.
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64) -> Option<Self> {
         let log = axis.scale == Scale::Log;
         let inner = |value: f64| if log { positive_log(value) } else { value };
@@ -206,9 +206,9 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-/// A share as a percentage, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
-pub(super) fn percent(share: f64) -> String {
-    format!("{} %", short(100.0 * share.abs()))
+/// A fraction as a percentage, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
+pub(super) fn percent(fraction: f64) -> String {
+    format!("{} %", short(100.0 * fraction.abs()))
 }
 
 /// A number with two or three digits, e.g. `1200`, `0.41`, `0.0021` or `3.2×10⁻⁶`.

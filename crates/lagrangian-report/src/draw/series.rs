@@ -1,85 +1,71 @@
 //! The series of a figure: lines, dots and bands.
 
-use anyhow::Result;
-use plotters::prelude::*;
-
-use super::chart::{Axes, Plot, plain, units};
+use super::axes::Plot;
 use super::curve::{self, Point};
+use super::drawing::Drawing;
 use super::theme;
 use crate::{Kind, Role, Series, decimate};
 
 /// A cloud of more dots than this shows no more, and makes pages heavy.
 const MOST_DOTS: usize = 1500;
+/// Opacity of a band.
+pub(super) const SHADE: f64 = 0.18;
 
-/// Draws one series on a plot of so many px.
-pub(super) fn draw<DB: DrawingBackend>(
-    plot: &Plot<DB>,
-    axes: &Axes,
-    series: &Series,
-    (wide, tall): Point,
-) -> Result<()> {
-    if series.kind == Kind::Points {
-        return dots(plot, axes, series);
+/// Draws one series on a plot.
+pub(super) fn draw(drawing: &mut Drawing, plot: &Plot, series: &Series) {
+    match series.kind {
+        Kind::Points => dots(drawing, plot, series),
+        Kind::Line => line(drawing, plot, series),
+        Kind::Band => {
+            band(drawing, plot, series);
+            line(drawing, plot, series);
+        }
     }
-    if series.kind == Kind::Band {
-        band(plot, axes, series)?;
-    }
-    let (x, y) = decimate(&series.x, &series.y, 2 * wide as usize);
-    let tolerance = (0.25 / wide, 0.25 / tall);
-    for stretch in curve::stretches(&axes.points(&x, &y), tolerance) {
-        plot.draw(&PathElement::new(stretch, stroke(series.role)))
-            .map_err(plain)?;
-    }
-    Ok(())
 }
 
-fn dots<DB: DrawingBackend>(plot: &Plot<DB>, axes: &Axes, series: &Series) -> Result<()> {
+fn line(drawing: &mut Drawing, plot: &Plot, series: &Series) {
+    let (x, y) = decimate(&series.x, &series.y, 2 * plot.wide as usize);
+    let tolerance = (0.25 / plot.wide, 0.25 / plot.tall);
+    for stretch in curve::stretches(&plot.points(&x, &y), tolerance) {
+        drawing.line(
+            &plot.all_px(&stretch),
+            width(series.role),
+            theme::of(series.role),
+        );
+    }
+}
+
+fn dots(drawing: &mut Drawing, plot: &Plot, series: &Series) {
     let inside = |at: &Point| (0.0..=1.0).contains(&at.0) && (0.0..=1.0).contains(&at.1);
-    let all: Vec<Point> = axes
-        .points(&series.x, &series.y)
-        .into_iter()
-        .filter(inside)
-        .collect();
-    let style = stroke(series.role).color.mix(0.6).filled();
-    for at in all.iter().step_by(all.len().div_ceil(MOST_DOTS).max(1)) {
-        plot.draw(&Circle::new(*at, units(1.9), style))
-            .map_err(plain)?;
-    }
-    Ok(())
+    let mut dots = plot.points(&series.x, &series.y);
+    dots.retain(inside);
+    let every = dots.len().div_ceil(MOST_DOTS).max(1);
+    let drawn: Vec<Point> = dots.iter().step_by(every).map(|at| plot.px(*at)).collect();
+    drawing.discs(&drawn, 1.9, theme::of(series.role).with_opacity(0.6));
 }
 
-fn band<DB: DrawingBackend>(plot: &Plot<DB>, axes: &Axes, series: &Series) -> Result<()> {
-    let edge = |y: &[f64]| {
-        axes.points(&series.x, y)
-            .into_iter()
-            .map(|(x, y)| (x, y.clamp(0.0, 1.0)))
-            .collect::<Vec<_>>()
-    };
-    let (low, high) = (edge(&series.y_low), edge(&series.y_high));
+fn band(drawing: &mut Drawing, plot: &Plot, series: &Series) {
+    let low = plot.points(&series.x, &series.y_low);
+    let high = plot.points(&series.x, &series.y_high);
     let pairs: Vec<(Point, Point)> = low.into_iter().zip(high).collect();
-    let missing = |pair: &(Point, Point)| {
-        ![pair.0.0, pair.0.1, pair.1.1]
-            .iter()
-            .all(|value| value.is_finite())
-    };
-    for stretch in pairs.split(missing).filter(|stretch| stretch.len() > 1) {
-        let there = stretch.iter().map(|pair| pair.0);
-        let back = stretch.iter().rev().map(|pair| pair.1);
-        let style = stroke(series.role).color.mix(0.18).filled();
-        plot.draw(&Polygon::new(there.chain(back).collect::<Vec<_>>(), style))
-            .map_err(plain)?;
+    let is_missing =
+        |(low, high): &(Point, Point)| ![low.0, low.1, high.1].iter().all(|x| x.is_finite());
+    let inside = |at: &Point| plot.px((at.0, at.1.clamp(0.0, 1.0)));
+    for stretch in pairs.split(is_missing).filter(|stretch| stretch.len() > 1) {
+        let there = stretch.iter().map(|(low, _)| inside(low));
+        let back = stretch.iter().rev().map(|(_, high)| inside(high));
+        let outline: Vec<Point> = there.chain(back).collect();
+        drawing.polygon(&outline, theme::of(series.role).with_opacity(SHADE));
     }
-    Ok(())
 }
 
-/// Truth is a broad soft line, so that a model that follows it is seen on top of it.
-pub(super) fn stroke(role: Role) -> ShapeStyle {
-    let width = match role {
+/// Width of a line, px: truth is broad and soft, so that a model that follows it is seen on top of it.
+pub(super) fn width(role: Role) -> f64 {
+    match role {
         Role::Truth => 3.2,
         Role::Lnn => 1.7,
         Role::Baseline | Role::Other(_) => 1.5,
-    };
-    theme::colour(theme::name_of(role)).stroke_width(units(width) as u32)
+    }
 }
 
 /// What is drawn first is covered by what follows.

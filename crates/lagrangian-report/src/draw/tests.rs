@@ -159,7 +159,7 @@ fn every_text_of_a_report_is_escaped() {
     };
     let page = html(&report);
     assert!(!page.contains("<script>alert") && !page.contains("alert('"));
-    assert!(!svg(&report.figures[0]).unwrap().contains("<script"));
+    assert!(!svg(&report.figures[0]).contains("<script"));
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn missing_and_infinite_values_leave_gaps_and_break_nothing() {
         "four empty figures, the first in three sizes"
     );
     for figure in &report.figures {
-        svg(figure).unwrap();
+        svg(figure);
         png(figure, 400, 300, std::io::sink()).unwrap();
     }
 }
@@ -219,7 +219,7 @@ fn a_motion_that_ended_at_once_or_lost_its_angles_is_still_played() {
 #[test]
 fn an_svg_file_stands_alone_and_knows_light_and_dark() {
     let report = demo();
-    let file = svg(&report.figures[0]).unwrap();
+    let file = svg(&report.figures[0]);
     std::fs::write(target("report.svg"), &file).unwrap();
     assert!(file.starts_with("<svg xmlns=") && file.contains("prefers-color-scheme:dark"));
     assert!(file.contains("Energy error over time") && file.contains("var(--lnn)"));
@@ -264,8 +264,7 @@ fn a_full_circle_is_drawn_round() {
     let file = svg(&Figure {
         series: vec![circle],
         ..Figure::default()
-    })
-    .unwrap();
+    });
     let path = file.split("<path class=\"l lnn\"").last().unwrap();
     assert!(
         path.matches('l').count() > 40,
@@ -300,4 +299,14 @@ fn a_map_has_one_ink_for_each_sign_and_gaps_and_odd_limits_are_left_blank() {
     ] {
         assert!(!page(odd).contains("class=\"f lnn\""));
     }
+}
+
+#[test]
+fn words_of_a_bitmap_are_outlines_of_the_embedded_font() {
+    let figure = &demo().figures[0];
+    let outlined = chart::with_title(figure, (640, 420), drawing::Letters::Outlines).file("", "");
+    assert!(!outlined.contains("<text") && !outlined.contains("NaN"));
+    let start = (0.0, 0.0);
+    assert!(text::outlines("t", 12.0, start).starts_with('M'));
+    assert!(text::outlines(" ", 12.0, start).is_empty());
 }

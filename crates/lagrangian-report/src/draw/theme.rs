@@ -1,120 +1,68 @@
 //! Every colour of a report, once: charts, pages, SVG files and bitmaps take it from here.
 
-use plotters::style::RGBColor;
-
 use crate::Role;
 
 /// A colour by its purpose, on a light and on a dark ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ink {
     /// Class in SVG, variable in CSS.
     pub(super) name: &'static str,
     light: [u8; 3],
     dark: [u8; 3],
+    /// From 0, invisible, to 1.
+    pub(super) opacity: f64,
 }
 
-/// Blue and orange stay apart for every kind of colour vision; contrast with the ground is at least 3 : 1 for lines
-/// and 4.5 : 1 for words.
-pub(super) const INKS: [Ink; 13] = [
-    Ink {
-        name: "truth",
-        light: [130, 138, 150],
-        dark: [139, 147, 160],
-    },
-    Ink {
-        name: "lnn",
-        light: [29, 99, 209],
-        dark: [106, 166, 255],
-    },
-    Ink {
-        name: "baseline",
-        light: [206, 93, 24],
-        dark: [246, 153, 86],
-    },
-    Ink {
-        name: "other0",
-        light: [13, 128, 117],
-        dark: [69, 196, 182],
-    },
-    Ink {
-        name: "other1",
-        light: [133, 76, 199],
-        dark: [188, 146, 245],
-    },
-    Ink {
-        name: "other2",
-        light: [186, 51, 116],
-        dark: [242, 128, 178],
-    },
-    Ink {
-        name: "other3",
-        light: [112, 116, 10],
-        dark: [200, 202, 92],
-    },
-    Ink {
-        name: "other4",
-        light: [140, 90, 60],
-        dark: [214, 166, 134],
-    },
-    Ink {
-        name: "ink",
-        light: [27, 31, 38],
-        dark: [230, 233, 238],
-    },
-    Ink {
-        name: "muted",
-        light: [91, 98, 110],
-        dark: [157, 165, 177],
-    },
-    Ink {
-        name: "grid",
-        light: [231, 233, 237],
-        dark: [43, 48, 56],
-    },
-    Ink {
-        name: "axis",
-        light: [184, 190, 199],
-        dark: [84, 91, 103],
-    },
-    Ink {
-        name: "surface",
-        light: [255, 255, 255],
-        dark: [26, 29, 35],
-    },
-];
+impl Ink {
+    const fn new(name: &'static str, light: [u8; 3], dark: [u8; 3]) -> Self {
+        Self {
+            name,
+            light,
+            dark,
+            opacity: 1.0,
+        }
+    }
 
-/// Inks of roles without a colour of their own: a torque has as many parts.
-const OTHERS: u8 = 5;
-
-const GROUND: Ink = Ink {
-    name: "ground",
-    light: [247, 247, 245],
-    dark: [17, 19, 23],
-};
-
-/// The light variant of an ink, by which a canvas recognises it.
-pub(super) fn colour(name: &str) -> RGBColor {
-    let [r, g, b] = INKS
-        .iter()
-        .find(|ink| ink.name == name)
-        .map_or([0, 0, 0], |ink| ink.light);
-    RGBColor(r, g, b)
-}
-
-/// The ink of a role.
-pub(super) fn name_of(role: Role) -> &'static str {
-    match role {
-        Role::Truth => "truth",
-        Role::Lnn => "lnn",
-        Role::Baseline => "baseline",
-        Role::Other(n) => INKS[3 + usize::from(n % OTHERS)].name,
+    /// The same colour, so opaque.
+    pub(super) const fn with_opacity(self, opacity: f64) -> Self {
+        Self { opacity, ..self }
     }
 }
 
-/// The name of the ink with this light variant.
-pub(super) fn name_of_colour(rgb: (u8, u8, u8)) -> &'static str {
-    INKS.iter()
-        .find(|ink| ink.light == [rgb.0, rgb.1, rgb.2])
-        .map_or("ink", |ink| ink.name)
+// Blue and orange stay apart for every kind of colour vision; contrast with the ground is at least 3 : 1 for lines and
+// 4.5 : 1 for words.
+pub(super) const TRUTH: Ink = Ink::new("truth", [130, 138, 150], [139, 147, 160]);
+pub(super) const LNN: Ink = Ink::new("lnn", [29, 99, 209], [106, 166, 255]);
+pub(super) const BASELINE: Ink = Ink::new("baseline", [206, 93, 24], [246, 153, 86]);
+/// The inks of roles without a colour of their own: a torque has as many parts.
+const OTHERS: [Ink; 5] = [
+    Ink::new("other0", [13, 128, 117], [69, 196, 182]),
+    Ink::new("other1", [133, 76, 199], [188, 146, 245]),
+    Ink::new("other2", [186, 51, 116], [242, 128, 178]),
+    Ink::new("other3", [112, 116, 10], [200, 202, 92]),
+    Ink::new("other4", [140, 90, 60], [214, 166, 134]),
+];
+pub(super) const WORDS: Ink = Ink::new("ink", [27, 31, 38], [230, 233, 238]);
+pub(super) const MUTED: Ink = Ink::new("muted", [91, 98, 110], [157, 165, 177]);
+pub(super) const GRID: Ink = Ink::new("grid", [231, 233, 237], [43, 48, 56]);
+pub(super) const AXIS: Ink = Ink::new("axis", [184, 190, 199], [84, 91, 103]);
+pub(super) const SURFACE: Ink = Ink::new("surface", [255, 255, 255], [26, 29, 35]);
+const GROUND: Ink = Ink::new("ground", [247, 247, 245], [17, 19, 23]);
+
+/// The inks that drawings use.
+const INKS: [Ink; 13] = [
+    TRUTH, LNN, BASELINE, OTHERS[0], OTHERS[1], OTHERS[2], OTHERS[3], OTHERS[4], WORDS, MUTED,
+    GRID, AXIS, SURFACE,
+];
+
+/// The ink of a role.
+pub(super) fn of(role: Role) -> Ink {
+    match role {
+        Role::Truth => TRUTH,
+        Role::Lnn => LNN,
+        Role::Baseline => BASELINE,
+        Role::Other(n) => OTHERS[usize::from(n) % OTHERS.len()],
+    }
 }
 
 /// CSS: variables for both grounds, following the system unless `data-theme` on the root says otherwise.
@@ -128,19 +76,36 @@ pub(super) fn variables() -> String {
     )
 }
 
-/// CSS: the classes that the SVG canvas writes.
-pub(super) fn classes() -> String {
-    let mut css = String::from(".l{fill:none;stroke-linejoin:round;stroke-linecap:round}\n");
-    for Ink { name, .. } in &INKS {
-        css += &format!(".l.{name}{{stroke:var(--{name})}}.f.{name}{{fill:var(--{name})}}\n");
-    }
-    css
+fn block(shade: impl Fn(&Ink) -> [u8; 3]) -> String {
+    let variable = |ink: &Ink| format!("--{}:{};", ink.name, hex(shade(ink)));
+    INKS.iter().chain([&GROUND]).map(variable).collect()
 }
 
-fn block(shade: impl Fn(&Ink) -> [u8; 3]) -> String {
-    let variable = |ink: &Ink| {
-        let [r, g, b] = shade(ink);
-        format!("--{}:#{r:02x}{g:02x}{b:02x};", ink.name)
+/// CSS: the classes of a drawing that follows the variables.
+pub(super) fn classes() -> String {
+    rules(|ink| format!("var(--{})", ink.name))
+}
+
+/// CSS: the classes of a drawing on a light ground, for renderers that know no variables.
+pub(super) fn light_classes() -> String {
+    rules(|ink| hex(ink.light))
+}
+
+/// CSS: the dots of a page that stand for inks.
+pub(super) fn dots() -> String {
+    let rule = |ink: &Ink| format!(".dot.{0}{{background:var(--{0})}}\n", ink.name);
+    INKS.iter().map(rule).collect()
+}
+
+fn rules(colour: impl Fn(&Ink) -> String) -> String {
+    let rule = |ink: &Ink| {
+        let (name, colour) = (ink.name, colour(ink));
+        format!(".l.{name}{{stroke:{colour}}}.f.{name}{{fill:{colour}}}\n")
     };
-    INKS.iter().chain([&GROUND]).map(variable).collect()
+    let rules: String = INKS.iter().map(rule).collect();
+    format!(".l{{fill:none;stroke-linejoin:round;stroke-linecap:round}}\n{rules}")
+}
+
+fn hex([r, g, b]: [u8; 3]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
 }

@@ -1,0 +1,40 @@
+//! One coordinate of a system: what it is called, its axis, and its values among those of all.
+
+use lagrangian::Coordinates;
+
+use super::Axis;
+
+/// Name and unit of coordinate `i`.
+pub(super) fn label(coordinates: &Coordinates, i: usize) -> (String, String) {
+    let known = coordinates.0.get(i);
+    known.map_or_else(
+        || (format!("q{}", i + 1), String::new()),
+        |coordinate| (coordinate.name.clone(), coordinate.unit.clone()),
+    )
+}
+
+/// The axis of coordinate `i`.
+pub(super) fn axis(coordinates: &Coordinates, i: usize) -> Axis {
+    let (name, unit) = label(coordinates, i);
+    if i < coordinates.dof() && coordinates.is_circle(i) {
+        return Axis::linear(&format!("angle {name}"), &unit);
+    }
+    Axis::linear(&name, &unit)
+}
+
+/// Column `i` of a `[len, n]` signal; nothing where it has none.
+pub(super) fn column(values: &[f64], i: usize, n: usize) -> Vec<f64> {
+    if i >= n {
+        return Vec::new();
+    }
+    values.iter().skip(i).step_by(n).copied().collect()
+}
+
+/// The lowest and the highest finite value; an empty range where there is none.
+pub(super) fn span<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
+    let finite = values.filter(|value| value.is_finite());
+    let start = (f64::INFINITY, f64::NEG_INFINITY);
+    finite.fold(start, |(low, high), value| {
+        (low.min(*value), high.max(*value))
+    })
+}

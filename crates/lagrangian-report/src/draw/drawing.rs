@@ -1,0 +1,249 @@
+//! One drawing: SVG elements whose colours are classes, so that it serves pages light and dark, files and bitmaps.
+
+use std::fmt::Write as _;
+
+use super::curve::Point;
+use super::theme::{self, Ink};
+use super::{escaped, text};
+
+/// Units of a drawing to the px: whole units keep paths short, and a curve needs finer steps than a px.
+const UNIT: f64 = 8.0;
+
+/// How words are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Letters {
+    /// As text, in the reader's own font.
+    Text,
+    /// As outlines of the embedded font, the same everywhere.
+    Outlines,
+}
+
+/// Which point of a text stands at its place, from left to right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Across {
+    Left,
+    Middle,
+    Right,
+}
+
+/// Which point of a text stands at its place, from top to bottom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Upright {
+    Top,
+    Middle,
+    Bottom,
+}
+
+/// How a text is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lettering {
+    pub(super) across: Across,
+    pub(super) upright: Upright,
+    /// Font size, px.
+    pub(super) size: f64,
+    pub(super) ink: Ink,
+    pub(super) weight: Weight,
+}
+
+/// How heavy letters are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weight {
+    Regular,
+    Bold,
+}
+
+/// The elements of a drawing; places and lengths are given in px, y downwards.
+#[derive(Debug)]
+pub(super) struct Drawing {
+    width: u32,
+    height: u32,
+    letters: Letters,
+    elements: String,
+}
+
+impl Drawing {
+    /// An empty drawing on the ground of its surroundings.
+    pub(super) fn new((width, height): (u32, u32), letters: Letters) -> Self {
+        let mut drawing = Self {
+            width,
+            height,
+            letters,
+            elements: String::new(),
+        };
+        let (right, bottom) = (f64::from(width), f64::from(height));
+        drawing.rectangle((0.0, 0.0), (right, bottom), theme::SURFACE);
+        drawing
+    }
+
+    pub(super) fn width(&self) -> f64 {
+        f64::from(self.width)
+    }
+
+    pub(super) fn height(&self) -> f64 {
+        f64::from(self.height)
+    }
+
+    /// An open line through some points.
+    pub(super) fn line(&mut self, points: &[Point], width: f64, ink: Ink) {
+        if points.len() > 1 {
+            self.stroke(units(width), ink, &path(points));
+        }
+    }
+
+    /// Filled circles that share a path, which keeps clouds of them small.
+    pub(super) fn discs(&mut self, centres: &[Point], radius: f64, ink: Ink) {
+        let mut data = String::new();
+        for centre in centres {
+            add(
+                &mut data,
+                format_args!("M{} {}h0", units(centre.0), units(centre.1)),
+            );
+        }
+        if !centres.is_empty() {
+            self.stroke(2 * units(radius), ink, &data);
+        }
+    }
+
+    /// The inside of a closed polygon.
+    pub(super) fn polygon(&mut self, corners: &[Point], ink: Ink) {
+        self.fill(ink, &format!("{}z", path(corners)));
+    }
+
+    /// A filled rectangle with its sides along the axes.
+    pub(super) fn rectangle(&mut self, from: Point, to: Point, ink: Ink) {
+        self.polygon(&[from, (to.0, from.1), to, (from.0, to.1)], ink);
+    }
+
+    /// A line of words at a place.
+    pub(super) fn text(&mut self, words: &str, at: Point, lettering: Lettering) {
+        let at = (at.0, at.1 + drop_to_baseline(lettering));
+        match self.letters {
+            Letters::Text => self.written(words, at, lettering),
+            Letters::Outlines => self.outlined(words, at, lettering),
+        }
+    }
+
+    fn written(&mut self, words: &str, (x, y): Point, lettering: Lettering) {
+        let anchor = match lettering.across {
+            Across::Left => "",
+            Across::Middle => r#" text-anchor="middle""#,
+            Across::Right => r#" text-anchor="end""#,
+        };
+        let weight = match lettering.weight {
+            Weight::Regular => "",
+            Weight::Bold => r#" font-weight="600""#,
+        };
+        let (x, y, size) = (units(x), units(y), units(lettering.size));
+        let (class, words) = (lettering.ink.name, escaped(words));
+        self.element(format_args!(
+            r#"<text class="f {class}" x="{x}" y="{y}" font-size="{size}"{anchor}{weight}>{words}</text>"#
+        ));
+    }
+
+    fn outlined(&mut self, words: &str, (x, y): Point, lettering: Lettering) {
+        let size = lettering.size;
+        let left = match lettering.across {
+            Across::Left => x,
+            Across::Middle => x - 0.5 * text::width(words, size),
+            Across::Right => x - text::width(words, size),
+        };
+        // The font has one weight: writing it twice, a trace apart, makes it bold.
+        let offsets: &[f64] = match lettering.weight {
+            Weight::Regular => &[0.0],
+            Weight::Bold => &[0.0, 0.035],
+        };
+        for offset in offsets {
+            let start = (UNIT * (left + offset * size), UNIT * y);
+            self.fill(lettering.ink, &text::outlines(words, UNIT * size, start));
+        }
+    }
+
+    fn stroke(&mut self, width: i32, ink: Ink, data: &str) {
+        let (class, opacity) = (ink.name, opacity(ink));
+        self.element(format_args!(
+            r#"<path class="l {class}" stroke-width="{width}"{opacity} d="{data}"/>"#
+        ));
+    }
+
+    fn fill(&mut self, ink: Ink, data: &str) {
+        let (class, opacity) = (ink.name, opacity(ink));
+        self.element(format_args!(
+            r#"<path class="f {class}"{opacity} d="{data}"/>"#
+        ));
+    }
+
+    fn element(&mut self, element: std::fmt::Arguments) {
+        add(&mut self.elements, element);
+    }
+
+    /// As an element of a page that has the classes of the theme.
+    pub(super) fn inline(&self, class: &str, label: &str) -> String {
+        format!(
+            "<svg class=\"{class}\" viewBox=\"{}\" role=\"img\" aria-label=\"{}\">{}</svg>",
+            self.view_box(),
+            escaped(label),
+            self.elements
+        )
+    }
+
+    /// As a file that has its own style.
+    pub(super) fn file(&self, style: &str, label: &str) -> String {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"{}\" role=\"img\" \
+             aria-label=\"{}\"><style>{style}</style>{}</svg>\n",
+            self.width,
+            self.height,
+            self.view_box(),
+            escaped(label),
+            self.elements
+        )
+    }
+
+    fn view_box(&self) -> String {
+        format!("0 0 {} {}", units(self.width()), units(self.height()))
+    }
+}
+
+/// How far the baseline of a text is below the place where it is anchored, px.
+fn drop_to_baseline(lettering: Lettering) -> f64 {
+    let ems = match lettering.upright {
+        Upright::Top => 0.96,
+        Upright::Middle => 0.36,
+        Upright::Bottom => -0.24,
+    };
+    ems * lettering.size
+}
+
+fn opacity(ink: Ink) -> String {
+    if ink.opacity < 1.0 {
+        format!(r#" opacity="{:.2}""#, ink.opacity)
+    } else {
+        String::new()
+    }
+}
+
+/// Path data with relative steps, which are short.
+fn path(points: &[Point]) -> String {
+    let mut data = String::new();
+    let mut last = None;
+    for (x, y) in points.iter().map(|(x, y)| (units(*x), units(*y))) {
+        match last {
+            None => add(&mut data, format_args!("M{x} {y}")),
+            Some((from_x, from_y)) => {
+                add(&mut data, format_args!("l{} {}", x - from_x, y - from_y))
+            }
+        }
+        last = Some((x, y));
+    }
+    data
+}
+
+/// From px to units.
+fn units(px: f64) -> i32 {
+    (px * UNIT).round() as i32
+}
+
+/// Appends to a text.
+pub(super) fn add(text: &mut String, more: std::fmt::Arguments) {
+    text.write_fmt(more).ok(); // OK because writing to a string cannot fail
+}

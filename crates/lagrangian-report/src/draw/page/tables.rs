@@ -1,0 +1,96 @@
+//! The tables of a page, its settings and its commands.
+
+use super::add;
+use crate::draw::escaped;
+use crate::{Command, Table};
+
+/// A table that scrolls where it is wider than the page.
+pub(super) fn table(body: &mut String, table: &Table) {
+    let heading = |cell: &String| format!("<th scope=\"col\">{}</th>", escaped(cell));
+    let header: String = table.header.iter().map(heading).collect();
+    let caption = escaped(&table.caption);
+    add(
+        body,
+        format_args!(
+            "<div class=\"card table\"><p class=\"caption\">{caption}</p>\
+             <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table>\
+             <thead><tr>{header}</tr></thead><tbody>\n"
+        ),
+    );
+    for row in &table.rows {
+        let cells = row
+            .iter()
+            .map(|cell| format!("<td>{}</td>", breakable(cell)));
+        add(
+            body,
+            format_args!("<tr>{}</tr>\n", cells.collect::<String>()),
+        );
+    }
+    body.push_str("</tbody></table></div></div>\n");
+}
+
+/// A cell that may be broken where there is no room: between its parts, `a / b` or `a; b`, and before the range of a
+/// figure, `median (least … largest)`.
+fn breakable(cell: &str) -> String {
+    let separator = if cell.contains(" / ") { " / " } else { "; " };
+    let parts: Vec<String> = cell.split(separator).map(part).collect();
+    match &parts[..] {
+        [one] => one.clone(),
+        parts => format!(
+            "<span class=\"part\">{}</span>",
+            parts.join(&format!("{separator}</span><span class=\"part\">"))
+        ),
+    }
+}
+
+/// Letters of a cell beyond which it is read, not compared.
+const SENTENCE: usize = 40;
+
+/// One part of a cell: a figure without and with its range, a word, or a sentence.
+fn part(text: &str) -> String {
+    let range = text
+        .split_once(" (")
+        .filter(|(_, range)| range.contains('…'));
+    if let Some((figure, range)) = range {
+        let (figure, range) = (escaped(figure), escaped(range));
+        return format!("{figure}<span class=\"range\"> ({range}</span>");
+    }
+    let class = if text.chars().count() > SENTENCE {
+        "text"
+    } else if text.chars().any(|c| c.is_ascii_digit()) {
+        return escaped(text);
+    } else {
+        "words"
+    };
+    format!("<span class=\"{class}\">{}</span>", escaped(text))
+}
+
+/// The settings of a run, by name.
+pub(super) fn settings(body: &mut String, settings: &[(String, String)]) {
+    body.push_str("<dl class=\"card\">\n");
+    for (name, value) in settings {
+        let (name, value) = (escaped(name), escaped(value));
+        add(
+            body,
+            format_args!("<div><dt>{name}</dt><dd>{value}</dd></div>\n"),
+        );
+    }
+    body.push_str("</dl>\n");
+}
+
+/// The lines to type, each with a button that copies it.
+pub(super) fn commands(body: &mut String, commands: &[Command]) {
+    body.push_str("<div class=\"card commands\">\n");
+    for Command { makes, line } in commands {
+        add(
+            body,
+            format_args!(
+                "<div class=\"command\"><div class=\"makes\">{}</div><div class=\"line\">\
+                 <pre tabindex=\"0\"><code>{}</code></pre><button type=\"button\">Copy</button></div></div>\n",
+                escaped(makes),
+                escaped(line)
+            ),
+        );
+    }
+    body.push_str("</div>\n");
+}
