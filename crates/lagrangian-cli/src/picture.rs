@@ -44,9 +44,9 @@ pub(crate) fn write(
 ) -> Result<()> {
     match Drawing::of(path)? {
         Drawing::Page => output::write_bytes(path, existing, draw::html(&page()).as_bytes()),
-        Drawing::Svg => output::write_bytes(path, existing, draw::svg(&figure())?.as_bytes()),
-        Drawing::Png => {
-            output::write_file(path, existing, |sink| draw::png(&figure(), 1280, 840, sink))
-        }
+        Drawing::Svg => output::write_bytes(path, existing, draw::svg(&figure()).as_bytes()),
+        Drawing::Png => output::write_file(path, existing, |sink| {
+            Ok(draw::png(&figure(), 1280, 840, sink)?)
+        }),
     }
 }

@@ -79,7 +79,7 @@ fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {
             "declare with --angle, when fitting, that all coordinates are angles, or omit --gif",
         ));
     };
-    output::write_file(path, existing, |sink| draw::gif(animation, sink))
+    output::write_file(path, existing, |sink| Ok(draw::gif(animation, sink)?))
 }
 
 fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()> {
@@ -91,12 +91,12 @@ fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()
         output::write_bytes(
             &folder.join(format!("{}.svg", figure.id)),
             existing,
-            draw::svg(figure)?.as_bytes(),
+            draw::svg(figure).as_bytes(),
         )?;
         output::write_file(
             &folder.join(format!("{}.png", figure.id)),
             existing,
-            |sink| draw::png(figure, 1280, 840, sink),
+            |sink| Ok(draw::png(figure, 1280, 840, sink)?),
         )?;
     }
     Ok(())

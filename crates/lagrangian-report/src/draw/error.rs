@@ -19,7 +19,7 @@ pub enum Error {
     #[error("the picture cannot be rendered: {0}")]
     Renderer(String),
     /// The picture cannot be written.
-    #[error("the picture cannot be written: {0}")]
+    #[error("the picture cannot be written")]
     Write(#[from] std::io::Error),
 }
 

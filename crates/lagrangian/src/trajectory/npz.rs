@@ -2,7 +2,10 @@
 
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 
-use zip::{CompressionMethod, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
+use zip::read::ZipFile;
+use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::columns::{Resolved, resolve};
 use super::npy::{Header, malformed, write_header};
@@ -138,7 +141,7 @@ fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<Vec<Array>> {
     let mut arrays = Vec::new();
     for i in 0..archive.len() {
         let mut entry = archive.by_index(i).map_err(zipped)?;
-        let Some(name) = entry.name().strip_suffix(".npy").map(str::to_owned) else {
+        let Some(name) = array_name(&entry) else {
             continue;
         };
         let Ok(header) = Header::read(&mut entry) else {
@@ -162,6 +165,12 @@ fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<Vec<Array>> {
         arrays.push(Array { name, header });
     }
     Ok(arrays)
+}
+
+/// The name of an entry without `.npy`; none for what is not an array.
+fn array_name<R: Read>(entry: &ZipFile<R>) -> Option<String> {
+    let name = entry.name().ok()?;
+    Some(name.strip_suffix(".npy")?.to_owned())
 }
 
 /// `q` of shape `[len, 2]` stands for the columns `q1`, `q2`.
