@@ -114,6 +114,13 @@ impl Drawing {
         self.polygon(&[from, (to.0, from.1), to, (from.0, to.1)], ink);
     }
 
+    /// What `draw` adds, with edges that end at pixels: no seam shows between shapes that touch.
+    pub(super) fn with_sharp_edges(&mut self, draw: impl FnOnce(&mut Self)) {
+        self.elements.push_str(r#"<g shape-rendering="crispEdges">"#);
+        draw(self);
+        self.elements.push_str("</g>");
+    }
+
     /// A line of words at a place.
     pub(super) fn text(&mut self, words: &str, at: Point, lettering: Lettering) {
         let at = (at.0, at.1 + drop_to_baseline(lettering));

@@ -12,7 +12,7 @@ const LEVELS: i32 = 10;
 pub(super) fn drawing(map: &HeatMap, size: (u32, u32)) -> Drawing {
     let mut drawing = Drawing::new(size, Letters::Text);
     if let Some(plot) = chart::empty_plot(&mut drawing, &frame(map), 4.0) {
-        cells(&mut drawing, &plot, map);
+        drawing.with_sharp_edges(|drawing| cells(drawing, &plot, map));
     }
     drawing
 }
