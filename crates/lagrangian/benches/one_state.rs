@@ -71,4 +71,10 @@ fn network(
         let x = state(k);
         evaluator.energy(x, x, black_box(&mut energy));
     });
+    let mut dynamics = model.dynamics();
+    meter.calls(&case("checked inverse dynamics", products[1]), |k| {
+        let x = state(k);
+        // OK because the lengths are those of one state.
+        let _ = dynamics.inverse_dynamics(x, x, x, black_box(&mut out));
+    });
 }

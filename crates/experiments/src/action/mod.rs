@@ -7,7 +7,7 @@ use lagrangian::analytic::AnalyticModel;
 use lagrangian::dataset::random_states;
 use lagrangian::train::{FitConfig, Learned, Loss};
 use lagrangian::{Form, Lagrangian, LnnConfig};
-use lagrangian_analysis::action::{DiscreteAction, Path, Verdict, family};
+use lagrangian_analysis::action::{DiscreteAction, Path, PathKind, action_variation};
 use lagrangian_report::{Axis, Figure, Role};
 
 use crate::harness::{Contestant, Experiment, Lab, Layout, less, neither};
@@ -184,15 +184,12 @@ fn record(
         let path = &measured.stationary;
         let row = lab.row(&group(case, seconds), who);
         row.add("morse_index", path.second_variation.morse_index as f64)
-            .add(
-                "saddle",
-                f64::from(u8::from(path.verdict == Verdict::Saddle)),
-            )
+            .add("saddle", f64::from(u8::from(path.kind == PathKind::Saddle)))
             .add("action", path.action)
             .add("action_error_grid", path.action_error)
             .add("slope", measured.slope)
             .add("missing_force", path.residual)
-            .detail("verdict", path.verdict);
+            .detail("verdict", path.kind);
         if let Some(conjugate) = conjugate {
             row.add("conjugate", conjugate.unwrap_or(f64::NAN));
         }
@@ -276,7 +273,7 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     draw(lab, case, ("true", Role::Truth), paths, [1.0; 2]);
     let stationary = &paths.long.stationary;
     let mut action = DiscreteAction::new(system.lagrangian());
-    let along = family(
+    let along = action_variation(
         &mut action,
         &stationary.path,
         &stationary.second_variation.mode,
@@ -310,7 +307,7 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
         ),
     ];
     for (name, role, path) in lines {
-        let change = family(&mut action, &path, eta, &epsilon).change;
+        let change = action_variation(&mut action, &path, eta, &epsilon).change;
         lab.plot(Figure {
             id: format!("order-{}", case.system),
             title: format!("How fast the action changes, {}", group(case, case.short)),

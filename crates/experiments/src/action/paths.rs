@@ -15,7 +15,8 @@ use lagrangian::rollout::{RolloutOptions, free, rollout};
 use lagrangian::solve::dot;
 use lagrangian::{Error, Result};
 use lagrangian_analysis::action::{
-    DiscreteAction, Family, Path, StationaryPath, conjugate_times, family, stationary_path_from,
+    ActionVariation, DiscreteAction, Path, StationaryPath, action_variation, conjugate_times,
+    stationary_path_from,
 };
 
 /// Segments of the paths.
@@ -102,7 +103,7 @@ pub(crate) struct Measured {
     /// Its stationary path.
     pub(crate) stationary: StationaryPath,
     /// S(ε) − S(0) along sines of one and of two half waves of each coordinate, `[2 n]`.
-    pub(crate) families: Vec<Family>,
+    pub(crate) families: Vec<ActionVariation>,
     /// Largest |dS/dε| at ε = 0 over the change of S at the largest ε: 0 where the path is stationary.
     pub(crate) slope: f64,
     /// Least eigenvalue of the second variation at parts of the time, (s, 1/s² in units of mass).
@@ -117,15 +118,15 @@ pub(crate) fn measure(lagrangian: &dyn Lagrangian, first: &Path) -> Result<Optio
     let mut action = DiscreteAction::new(lagrangian);
     let path = &stationary.path;
     let directions: Vec<Vec<f64>> = directions(path);
-    let families: Vec<Family> = directions
+    let families: Vec<ActionVariation> = directions
         .iter()
-        .map(|eta| family(&mut action, path, eta, &SIZES))
+        .map(|eta| action_variation(&mut action, path, eta, &SIZES))
         .collect();
     let slope = directions.iter().map(|eta| {
         // Small enough for the cubic part, large enough for rounding.
-        let near = family(&mut action, path, eta, &[-1e-4, 1e-4]);
+        let near = action_variation(&mut action, path, eta, &[-1e-4, 1e-4]);
         let slope = (near.change[1] - near.change[0]) / 2e-4;
-        let far = family(&mut action, path, eta, &SIZES);
+        let far = action_variation(&mut action, path, eta, &SIZES);
         let largest = far
             .change
             .iter()
@@ -145,7 +146,9 @@ pub(crate) fn measure(lagrangian: &dyn Lagrangian, first: &Path) -> Result<Optio
 /// The variations that all are compared along, each `[N + 1, n]`.
 pub(crate) fn directions(path: &Path) -> Vec<Vec<f64>> {
     let pairs = (0..path.dof).flat_map(|i| [(i, 1), (i, 2)]);
-    pairs.map(|(i, k)| Family::sine(path, i, k)).collect()
+    pairs
+        .map(|(i, k)| ActionVariation::sine(path, i, k))
+        .collect()
 }
 
 /// λ of the first parts of a path, from an eighth of it on.
@@ -258,7 +261,7 @@ pub(crate) fn energy_scale(system: &dyn AnalyticModel, model: &dyn Model) -> Res
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian_analysis::action::Verdict;
+    use lagrangian_analysis::action::PathKind;
 
     #[test]
     fn every_case_has_a_minimum_before_and_a_saddle_behind_its_conjugate_point() {
@@ -269,13 +272,8 @@ mod tests {
                 measure(system.lagrangian(), &first).unwrap().unwrap()
             };
             let (short, long) = (measured(case.short), measured(case.long));
-            assert_eq!(
-                short.stationary.verdict,
-                Verdict::Minimum,
-                "{}",
-                case.system
-            );
-            assert_eq!(long.stationary.verdict, Verdict::Saddle, "{}", case.system);
+            assert_eq!(short.stationary.kind, PathKind::Minimum, "{}", case.system);
+            assert_eq!(long.stationary.kind, PathKind::Saddle, "{}", case.system);
             assert!(short.slope < 1e-5 && long.slope < 1e-5, "{}", case.system);
             assert!(
                 short

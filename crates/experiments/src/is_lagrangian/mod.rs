@@ -122,7 +122,7 @@ fn record(lab: &mut Lab, system: System, noise: f64, survey: &Survey) {
         .add("asymmetry_chance", or_nan(asymmetry.map(|a| a.chance)))
         .add("coupled_damping", or_nan(damping.map(|d| d.coupled)))
         .add("coupled_chance", or_nan(damping.map(|d| d.chance)))
-        .add("divergence", or_nan(divergence.map(|c| c.found.rate)))
+        .add("divergence", or_nan(divergence.map(|c| c.divergence.rate)))
         .add("divergence_error", or_nan(divergence.map(|c| c.error())))
         .detail("truth", truth)
         .detail("survey", survey);
@@ -171,7 +171,7 @@ fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
                 (
                     "|mean|",
                     Role::Lnn,
-                    survey.contraction.map(|c| c.found.rate.abs()),
+                    survey.contraction.map(|c| c.divergence.rate.abs()),
                 ),
                 (
                     "error",

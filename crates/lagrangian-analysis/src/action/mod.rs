@@ -13,7 +13,7 @@
 //! equations 73 to 77).
 //!
 //! ```
-//! use lagrangian_analysis::action::{Boundary, SearchOptions, Verdict, stationary_paths};
+//! use lagrangian_analysis::action::{Boundary, SearchOptions, PathKind, stationary_paths};
 //! use lagrangian::analytic::by_name;
 //!
 //! let oscillator = by_name("mass-spring", &[])?; // m = k = 1
@@ -21,7 +21,7 @@
 //! let search = stationary_paths(oscillator.lagrangian(), &ends, &SearchOptions::default())?;
 //! let path = &search.paths[0];
 //! let closed_form = 0.5 * (1.0_f64).cos() / (1.0_f64).sin();
-//! assert!((path.action - closed_form).abs() < 1e-5 && path.verdict == Verdict::Minimum);
+//! assert!((path.action - closed_form).abs() < 1e-5 && path.kind == PathKind::Minimum);
 //! # Ok::<(), lagrangian::Error>(())
 //! ```
 
@@ -39,8 +39,8 @@ pub use boundary::Boundary;
 pub use discrete::{DiscreteAction, Path};
 pub use search::{Failure, Search, SearchOptions, stationary_path_from, stationary_paths};
 pub use second_variation::{SecondVariation, conjugate_times};
-pub use stationary::{StationaryPath, Verdict};
-pub use variations::{Family, family, varied};
+pub use stationary::{PathKind, StationaryPath};
+pub use variations::{ActionVariation, Expansion, action_variation, varied};
 
 #[cfg(test)]
 mod tests;

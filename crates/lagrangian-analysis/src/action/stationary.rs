@@ -12,7 +12,7 @@ use lagrangian::trajectory::Signals;
 /// Whether a stationary path is a minimum of the action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Verdict {
+pub enum PathKind {
     /// All neighbouring paths with the same ends have more action.
     Minimum,
     /// The end lies beyond a conjugate point: some neighbouring paths have less action.
@@ -44,7 +44,8 @@ pub struct StationaryPath {
     /// The energies at both ends, J; ∂S/∂T = −H.
     pub energies: [f64; 2],
     /// Whether the path is a minimum of the action.
-    pub verdict: Verdict,
+    #[serde(rename = "verdict")]
+    pub kind: PathKind,
     /// The second variation: Morse index, conjugate times, and the mode of least curvature.
     pub second_variation: SecondVariation,
 }
@@ -95,11 +96,11 @@ impl StationaryPath {
             let start: Vec<f64> = pairs.map(|(a, b)| (b - a) / path.step()).collect();
             velocity(&mut *jets, path.node(node), &momenta[k], start)
         });
-        let verdict = match second_variation.morse_index {
-            _ if !second_variation.convex => Verdict::Irregular,
-            index if index != coarse_index => Verdict::Conjugate,
-            0 => Verdict::Minimum,
-            _ => Verdict::Saddle,
+        let kind = match second_variation.morse_index {
+            _ if !second_variation.convex => PathKind::Irregular,
+            index if index != coarse_index => PathKind::Conjugate,
+            0 => PathKind::Minimum,
+            _ => PathKind::Saddle,
         };
         let [(first, e0), (end, e1)] = states;
         Self {
@@ -111,7 +112,7 @@ impl StationaryPath {
             momenta,
             velocities: [first, end],
             energies: [e0, e1],
-            verdict,
+            kind,
             second_variation,
         }
     }

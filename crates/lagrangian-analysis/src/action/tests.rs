@@ -50,7 +50,7 @@ fn a_free_particle_goes_straight_with_its_action_to_rounding() {
     let path = &search.paths[0];
     assert!((path.action - 3.0 * 25.0 / 4.0).abs() < 1e-12); // m |Δx|²/(2 T)
     assert!(far(&path.velocities[0], &[1.5, 2.0]) < 1e-12);
-    assert!(path.residual < 1e-10 && path.verdict == Verdict::Minimum);
+    assert!(path.residual < 1e-10 && path.kind == PathKind::Minimum);
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn behind_half_a_period_the_path_of_an_oscillator_is_a_saddle() {
         let system = oscillator();
         let mut action = DiscreteAction::new(system.lagrangian());
         let path = &found.paths[0].path;
-        let along = family(&mut action, path, &second.mode, &[-0.1, 0.1]);
+        let along = action_variation(&mut action, path, &second.mode, &[-0.1, 0.1]);
         assert!(along.change.iter().all(|s| (*s < 0.0) == (index > 0)));
     }
 }
@@ -244,7 +244,7 @@ fn the_same_ends_may_have_several_motions() {
     assert_eq!(rest.second_variation.morse_index, 1);
     assert!((rest.second_variation.conjugate_times[0] - PI / 9.8_f64.sqrt()).abs() < 1e-3);
     let least = &found.paths[0];
-    assert!(least.action < rest.action && least.verdict == Verdict::Minimum);
+    assert!(least.action < rest.action && least.kind == PathKind::Minimum);
 }
 
 #[test]

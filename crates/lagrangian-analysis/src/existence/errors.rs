@@ -17,7 +17,7 @@ const RESAMPLED: usize = 2000;
 
 /// The errors of one fit on held-out recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct HeldOut {
+pub struct HeldOutErrors {
     /// The root mean square error of q̈ over held-out samples and coordinates, each coordinate relative to its root mean
     /// square.
     pub relative: f64,
@@ -43,7 +43,7 @@ pub(super) fn pieces(recordings: Vec<Trajectory>) -> Vec<Trajectory> {
     }
 }
 
-impl HeldOut {
+impl HeldOutErrors {
     /// The errors of `model` on these pieces; `scale` is the root mean square of each acceleration, `[n]`.
     pub(super) fn of(model: &dyn Model, pieces: &[Trajectory], scale: &[f64]) -> Self {
         let n = scale.len();
@@ -81,7 +81,7 @@ impl HeldOut {
 /// The part of resamplings of the pieces, with replacement (Efron 1979), that `classify` puts into each of `classes`; it is
 /// given the relative error of each fit over the same pieces, so that what makes a piece hard is in all of them.
 pub(super) fn class_frequencies<const FITS: usize>(
-    fits: [&HeldOut; FITS],
+    fits: [&HeldOutErrors; FITS],
     classes: usize,
     classify: impl Fn([f64; FITS]) -> usize,
     seed: u64,
@@ -106,8 +106,8 @@ pub(super) fn class_frequencies<const FITS: usize>(
 mod tests {
     use super::*;
 
-    fn held_out(squares: &[f64]) -> HeldOut {
-        HeldOut {
+    fn held_out(squares: &[f64]) -> HeldOutErrors {
+        HeldOutErrors {
             relative: 0.0,
             squares: squares.to_vec(),
             accelerations: Vec::new(),

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::errors::HeldOut;
+use super::errors::HeldOutErrors;
 use super::parts::Parts;
 use super::survey::SurveyConfig;
 use lagrangian::dynamics::{Mechanical, Model};
@@ -79,7 +79,7 @@ impl<'a> Fits<'a> {
     fn best(&self, [mut conservative, friction]: [Fit; 2]) -> [Fit; 2] {
         let scale = self.parts.dataset.acceleration_scale();
         let error = |model: &dyn Model| {
-            let found = HeldOut::of(model, &self.parts.validation, &scale);
+            let found = HeldOutErrors::of(model, &self.parts.validation, &scale);
             found.relative
         };
         if let Some(lnn) = friction.model.lagrangian_as::<Lnn>() {

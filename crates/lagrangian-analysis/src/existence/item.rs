@@ -60,7 +60,7 @@ fn with_values(item: Item, survey: &Survey) -> Item {
     }
     if let Some(c) = &survey.contraction {
         item = item
-            .value("divergence", c.found.rate)
+            .value("divergence", c.divergence.rate)
             .value("divergence_error", c.error());
     }
     item

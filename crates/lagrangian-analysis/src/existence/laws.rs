@@ -5,12 +5,12 @@ use lagrangian::dynamics::{Evaluator, Model};
 
 /// A law of motion of unit masses, q̈ = a(q, q̇) + τ, as a [`Model`].
 #[derive(Debug, Clone)]
-pub struct Law {
+pub struct LawOfMotion {
     coordinates: Coordinates,
     accelerations: fn(&[f64], &[f64], &mut [f64]),
 }
 
-impl Law {
+impl LawOfMotion {
     /// The law q̈ = a(q, q̇) + τ of these coordinates; `accelerations` writes a(q, q̇), `[n]`.
     #[must_use]
     pub fn new(coordinates: Coordinates, accelerations: fn(&[f64], &[f64], &mut [f64])) -> Self {
@@ -21,7 +21,7 @@ impl Law {
     }
 }
 
-impl Model for Law {
+impl Model for LawOfMotion {
     fn coordinates(&self) -> &Coordinates {
         &self.coordinates
     }
@@ -31,7 +31,7 @@ impl Model for Law {
     }
 }
 
-impl Evaluator for Law {
+impl Evaluator for LawOfMotion {
     fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
         let n = self.coordinates.dof().max(1);
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
@@ -56,16 +56,16 @@ impl Evaluator for Law {
 
 /// The oscillator q̈ = 2 (1 − q²) q̇ − q (van der Pol 1926): every motion ends in one cycle, on which no Lagrangian exists.
 #[must_use]
-pub fn van_der_pol() -> Law {
-    Law::new(Coordinates::lines(1), |q, qd, qdd| {
+pub fn van_der_pol() -> LawOfMotion {
+    LawOfMotion::new(Coordinates::lines(1), |q, qd, qdd| {
         qdd[0] = 2.0 * (1.0 - q[0] * q[0]) * qd[0] - q[0];
     })
 }
 
 /// A particle that drives itself to a speed of its own, q̈ = −∇V + (1 − v²) v with V = ½ (x² + 1.5 y²).
 #[must_use]
-pub fn active_particle() -> Law {
-    Law::new(Coordinates::lines(2), |q, qd, qdd| {
+pub fn active_particle() -> LawOfMotion {
+    LawOfMotion::new(Coordinates::lines(2), |q, qd, qdd| {
         let drive = 1.0 - (qd[0] * qd[0] + qd[1] * qd[1]);
         qdd[0] = -q[0] + drive * qd[0];
         qdd[1] = -1.5 * q[1] + drive * qd[1];
@@ -75,8 +75,8 @@ pub fn active_particle() -> Law {
 /// A particle in a force of positions alone that is not the gradient of a potential, q̈ = −q + k r² (−y, x) with k = 0.1. A
 /// multiplier g would have to make g ∂f/∂q symmetric at all q, and only g = 0 does.
 #[must_use]
-pub fn curl_force() -> Law {
-    Law::new(Coordinates::lines(2), |q, _, qdd| {
+pub fn curl_force() -> LawOfMotion {
+    LawOfMotion::new(Coordinates::lines(2), |q, _, qdd| {
         let k = 0.1 * (q[0] * q[0] + q[1] * q[1]);
         qdd[0] = -q[0] - k * q[1];
         qdd[1] = -q[1] + k * q[0];

@@ -23,10 +23,10 @@ mod verdict;
 
 pub use damping::Damping;
 pub use divergence::Divergence;
-pub use errors::HeldOut;
+pub use errors::HeldOutErrors;
 pub use field::FieldScale;
 pub use helmholtz::{Violation, helmholtz};
 pub use item::check_item;
-pub use laws::{Law, active_particle, curl_force, van_der_pol};
+pub use laws::{LawOfMotion, active_particle, curl_force, van_der_pol};
 pub use survey::{Asymmetry, Contraction, Survey, SurveyConfig, survey};
-pub use verdict::{Existence, Verdict};
+pub use verdict::{Conclusion, Existence};

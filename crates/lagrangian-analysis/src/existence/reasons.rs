@@ -73,15 +73,15 @@ fn by_damping(found: &Survey) -> Option<String> {
 
 fn by_divergence(found: &Survey) -> Option<String> {
     let (c, sure) = (found.contraction?, contracts(found)?);
-    let way = match (sure, c.found.rate < 0.0) {
+    let way = match (sure, c.divergence.rate < 0.0) {
         (false, _) => "none that could be told from 0",
         (true, true) => "they draw together, as without friction no Lagrangian allows",
         (true, false) => "they spread, as no Lagrangian allows",
     };
     Some(format!(
         "Motions that come back ({}) have a mean divergence of {:.1e} ± {:.0e} 1/s: {way}.",
-        c.found.motions,
-        c.found.rate,
+        c.divergence.motions,
+        c.divergence.rate,
         c.error()
     ))
 }

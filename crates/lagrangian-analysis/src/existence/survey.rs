@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use super::damping::{Damping, damping};
 use super::divergence::{Divergence, divergence};
-use super::errors::HeldOut;
+use super::errors::HeldOutErrors;
 use super::field::FieldScale;
 use super::fits::Fits;
 use super::helmholtz::{Violation, helmholtz, helmholtz_between};
 use super::parts::Parts;
-use super::verdict::{Verdict, hidden, unsupported, verdict};
+use super::verdict::{Conclusion, hidden, unsupported, verdict};
 use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::LnnConfig;
 use lagrangian::train::{Budget, Observer};
@@ -66,7 +66,7 @@ pub struct Asymmetry {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contraction {
     /// The divergence of the field.
-    pub found: Divergence,
+    pub divergence: Divergence,
     /// The difference to the divergence of a field that was learned in the same manner from recordings drawn with
     /// replacement, 1/s.
     pub chance: f64,
@@ -79,7 +79,7 @@ impl Contraction {
     /// allow.
     #[must_use]
     pub fn error(&self) -> f64 {
-        self.found.error.hypot(self.chance).hypot(self.floor)
+        self.divergence.error.hypot(self.chance).hypot(self.floor)
     }
 }
 
@@ -87,13 +87,13 @@ impl Contraction {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Survey {
     /// Whether a Lagrangian exists, with a confidence and reasons.
-    pub verdict: Verdict,
+    pub verdict: Conclusion,
     /// The errors of a Lagrangian alone.
-    pub conservative: HeldOut,
+    pub conservative: HeldOutErrors,
     /// The errors of a Lagrangian with viscous and dry friction of each coordinate.
-    pub friction: HeldOut,
+    pub friction: HeldOutErrors,
     /// The errors of a plain network, which fits any force.
-    pub unrestricted: HeldOut,
+    pub unrestricted: HeldOutErrors,
     /// The conditions of Helmholtz; none for one coordinate, and where all motions of the learned field end early.
     pub asymmetry: Option<Asymmetry>,
     /// The mean divergence; none where too few motions return.
@@ -137,13 +137,13 @@ pub fn survey(
         parts.dataset.force_scale(),
     );
     let mut fits = Fits::new(&parts, config, observer);
-    let held_out = |model: &dyn Model| HeldOut::of(model, &parts.test, &qdd);
+    let held_out = |model: &dyn Model| HeldOutErrors::of(model, &parts.test, &qdd);
     let plain = fits.plain()?;
     let models: [&dyn Model; 2] = [&plain, &fits.plain_drawn()?];
     let mut lagrangians = fits.lagrangians()?;
     let null = fits.plain_of(&lagrangians[0].model, &held_out(&plain).accelerations)?;
     let mut found = Survey {
-        verdict: Verdict::none(),
+        verdict: Conclusion::none(),
         hidden: Vec::new(),
         asymmetry: asymmetry(models, &null, &parts.starts(), &scale)?,
         contraction: contraction(models, recordings, &scale, held_out(&plain).relative),
@@ -224,10 +224,10 @@ fn contraction(
     scale: &FieldScale,
     error: f64,
 ) -> Option<Contraction> {
-    let found = divergence(own, recordings, scale)?;
-    let chance = (divergence(second, recordings, scale)?.rate - found.rate).abs();
+    let measured = divergence(own, recordings, scale)?;
+    let chance = (divergence(second, recordings, scale)?.rate - measured.rate).abs();
     Some(Contraction {
-        found,
+        divergence: measured,
         chance,
         floor: error / scale.time,
     })

@@ -51,7 +51,7 @@ impl Display for Existence {
 
 /// The verdict of a survey, with its confidence and reasons.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct Conclusion {
     /// Whether a Lagrangian exists.
     pub existence: Existence,
     /// The confidence from 0 to 1; see [`survey`](super::survey()).
@@ -60,7 +60,7 @@ pub struct Verdict {
     pub reasons: Vec<String>,
 }
 
-impl Verdict {
+impl Conclusion {
     pub(super) fn none() -> Self {
         Self {
             existence: Existence::Undecided,
@@ -114,7 +114,7 @@ const CLASSES: [Existence; 4] = [
 ];
 
 /// The verdict on a survey of `n` coordinates.
-pub(super) fn verdict(found: &Survey, n: usize, seed: u64) -> Verdict {
+pub(super) fn verdict(found: &Survey, n: usize, seed: u64) -> Conclusion {
     let fits = [&found.conservative, &found.friction, &found.unrestricted];
     let existence = by_errors(fits.map(|f| f.relative));
     let class = |e| CLASSES.iter().position(|c| *c == by_errors(e)).unwrap_or(3);
@@ -125,7 +125,7 @@ pub(super) fn verdict(found: &Survey, n: usize, seed: u64) -> Verdict {
         .find(|(c, _)| **c == existence);
     let frequency = own.map_or(0.0, |(_, frequency)| *frequency);
     let (existence, confidence) = weighed(found, existence, frequency);
-    Verdict {
+    Conclusion {
         existence,
         confidence: confidence.min(most_certain(found.recordings)),
         reasons: reasons(found, existence, n),
@@ -175,7 +175,7 @@ pub(super) fn asymmetric(found: &Survey) -> Option<bool> {
 pub(super) fn contracts(found: &Survey) -> Option<bool> {
     found
         .contraction
-        .map(|c| c.found.rate.abs() > STANDARD_ERRORS * c.error())
+        .map(|c| c.divergence.rate.abs() > STANDARD_ERRORS * c.error())
 }
 
 /// Whether damping couples coordinates, as no friction of single ones does.

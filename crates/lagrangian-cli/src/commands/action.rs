@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian::{Coordinates, Lagrangian};
 use lagrangian_analysis::action::{
-    Boundary, DiscreteAction, Family, Path, Search, SearchOptions, StationaryPath, Verdict, family,
-    stationary_paths,
+    ActionVariation, Boundary, DiscreteAction, Path, PathKind, Search, SearchOptions,
+    StationaryPath, action_variation, stationary_paths,
 };
 use lagrangian_report::{
     Curve, Figure, Report, Role, Table, VariedPath, action_of_families, varied_paths,
@@ -118,7 +118,7 @@ fn write(
 /// The path with its neighbours, a figure for each coordinate, and the action of these.
 fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
     let (path, coordinates) = (&found.path, lagrangian.coordinates());
-    let sine = |i: usize| Family::sine(path, i, 1);
+    let sine = |i: usize| ActionVariation::sine(path, i, 1);
     let drawn = |i: usize| {
         let path = VariedPath {
             t: &path.times(),
@@ -130,8 +130,8 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
     };
     let mut all: Vec<Figure> = (0..path.dof).map(drawn).collect();
     let mut action = DiscreteAction::new(lagrangian);
-    let mut of = |eta: &[f64], path: &Path| family(&mut action, path, eta, &SIZES);
-    let mut families: Vec<(String, Role, Family)> = (0..path.dof)
+    let mut of = |eta: &[f64], path: &Path| action_variation(&mut action, path, eta, &SIZES);
+    let mut families: Vec<(String, Role, ActionVariation)> = (0..path.dof)
         .map(|i| {
             let name = format!("half wave of {}", coordinates.0[i].name);
             (name, Role::Other(i as u8), of(&sine(i), path))
@@ -168,11 +168,11 @@ fn page(args: &ActionArgs, search: &Search, figures: Vec<Figure>) -> Report {
 }
 
 fn kind(path: &StationaryPath) -> &'static str {
-    match path.verdict {
-        Verdict::Minimum => "minimum",
-        Verdict::Saddle => "saddle",
-        Verdict::Conjugate => "ends conjugate",
-        Verdict::Irregular => "no minimum: M is not positive definite",
+    match path.kind {
+        PathKind::Minimum => "minimum",
+        PathKind::Saddle => "saddle",
+        PathKind::Conjugate => "ends conjugate",
+        PathKind::Irregular => "no minimum: M is not positive definite",
     }
 }
 

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 use super::*;
-use crate::existence::{Law, active_particle, curl_force};
+use crate::existence::{LawOfMotion, active_particle, curl_force};
 use lagrangian::dynamics::Mechanical;
 use lagrangian::lagrangian::Dissipation;
 use lagrangian::lagrangian::analytic::by_name;
@@ -53,14 +53,14 @@ fn three_bodies_on_a_chain_leave_no_asymmetry() {
 
 #[test]
 fn a_particle_in_a_curl_force_has_no_multiplier() {
-    let law: Law = curl_force();
+    let law: LawOfMotion = curl_force();
     let found = violations(&law, &[(&[1.4, 0.0], &[0.0, 0.8])], 1.0);
     assert!(found[0].asymmetry > 0.03, "{found:?}");
 }
 
 #[test]
 fn an_active_particle_off_its_circle_has_no_multiplier() {
-    let law: Law = active_particle();
+    let law: LawOfMotion = active_particle();
     let found = violations(&law, &[(&[0.7, 0.0], &[0.3, 0.8])], 1.0);
     assert!(found[0].asymmetry > 0.01, "{found:?}");
 }
