@@ -3,11 +3,11 @@
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use lagrangian::integrate::Method;
-use lagrangian::train::{self, Gradients, Observe, RolloutLoss, Start};
+use lagrangian::train::{self, Observe, RolloutLoss, Start};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::mistake;
-use crate::values::{fraction, non_negative};
+use crate::values::fraction;
 
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Rollout loss")]
@@ -33,10 +33,6 @@ pub(crate) struct RolloutArgs {
     #[arg(long, value_enum)]
     pub(crate) starts: Option<StartName>,
 
-    /// Weight of the gaps between segments with free starts (multiple shooting) [default: 0]
-    #[arg(long, value_name = "WEIGHT", value_parser = non_negative)]
-    pub(crate) continuity: Option<f64>,
-
     /// Part of the fit in which the horizon grows from 1 [default: 0.5]
     #[arg(long, value_name = "PART", value_parser = fraction)]
     pub(crate) growth: Option<f64>,
@@ -44,10 +40,6 @@ pub(crate) struct RolloutArgs {
     /// Part of the fit in which accelerations are fitted first [default: 0]
     #[arg(long, value_name = "PART", value_parser = fraction)]
     pub(crate) warm_start: Option<f64>,
-
-    /// How gradients are taken under Adam [default: back-propagation]
-    #[arg(long, value_enum)]
-    pub(crate) gradients: Option<GradientsName>,
 }
 
 impl RolloutArgs {
@@ -66,13 +58,8 @@ impl RolloutArgs {
                 StartName::Recorded => Start::Recorded,
                 StartName::Free => Start::Free,
             }),
-            continuity: self.continuity.unwrap_or(default.continuity),
             growth: self.growth.unwrap_or(default.growth),
             warm_start: self.warm_start.unwrap_or(default.warm_start),
-            gradients: self.gradients.map_or(default.gradients, |name| match name {
-                GradientsName::BackPropagation => Gradients::BackPropagation,
-                GradientsName::Adjoint => Gradients::Adjoint,
-            }),
         }
     }
 
@@ -87,10 +74,8 @@ impl RolloutArgs {
             ("--substeps", self.substeps.is_some()),
             ("--observe", self.observe.is_some()),
             ("--starts", self.starts.is_some()),
-            ("--continuity", self.continuity.is_some()),
             ("--growth", self.growth.is_some()),
             ("--warm-start", self.warm_start.is_some()),
-            ("--gradients", self.gradients.is_some()),
         ];
         match flags.iter().find(|(_, given)| *given) {
             Some((flag, _)) if loss != train::Loss::ROLLOUT => Err(mistake(
@@ -143,14 +128,4 @@ pub(crate) enum StartName {
     Recorded,
     /// At a learned one near it
     Free,
-}
-
-/// How gradients are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum GradientsName {
-    /// Backwards through the steps
-    BackPropagation,
-    /// By the adjoint equation, integrated backwards
-    Adjoint,
 }

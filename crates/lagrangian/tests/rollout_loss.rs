@@ -154,7 +154,6 @@ fn a_fit_with_free_starts_that_was_killed_and_resumed_has_the_weights_of_one_tha
             ..config(delan(), 20)
         };
         config.rollout.start = Start::Free;
-        config.rollout.continuity = 0.5;
         let whole = fit(&data.dataset, &config, None, &mut ()).unwrap();
         for after in [2, 13] {
             let mut killed = Killed {
@@ -190,7 +189,6 @@ fn settings_of_rollouts_outside_their_domain_are_refused_with_their_name() {
     assert!(refused(&|c| c.rollout.integrator = Method::Dop853).contains("integrator"));
     assert!(refused(&|c| c.rollout.growth = 1.0).contains("growth"));
     assert!(refused(&|c| c.rollout.warm_start = f64::NAN).contains("warm_start"));
-    assert!(refused(&|c| c.rollout.continuity = 1.0).contains("continuity"));
     let first = NeuralOdeConfig {
         order: Order::First,
         ..NeuralOdeConfig::default()

@@ -45,7 +45,7 @@ pub(crate) use nominal::remainder;
 pub use observer::{Ending, Observer, Progress};
 pub use part::Part;
 pub(crate) use positions::{CHORDS, PointFamily, PositionsLearner};
-pub use rollout::{Gradients, Observe, RolloutLoss, Start};
+pub use rollout::{Observe, RolloutLoss, Start};
 pub(crate) use schedule::cosine;
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::{StepLoss, Stepper};

@@ -221,8 +221,6 @@ const FURTHER: &[&str] = &[
     "fit stiff1.csv stiff2.csv stiff3.csv --parameters k --model delan --validate-fraction 0.4",
     "fit stiff1.csv stiff2.csv stiff3.csv --parameters k --model mlp --validate-fraction 0.4",
     "fit robot.csv --model delan --nominal two_link_arm --forces viscous,rotor --loss torque-acceleration",
-    "fit double.csv --loss rollout --gradients adjoint --optimizer adam",
-    "fit double.csv --loss rollout --starts free --continuity 0.1",
 ];
 
 /// Fits that are run on one thread, on two and on three, and a fit from its last checkpoint.

@@ -30,17 +30,6 @@ pub enum Start {
     Free,
 }
 
-/// How the gradient of a rollout is taken under Adam.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Gradients {
-    /// Backwards through the steps: that of the computed loss, to rounding.
-    #[default]
-    BackPropagation,
-    /// By the adjoint equation, integrated backwards: that of the exact flow, up to the error of the method.
-    Adjoint,
-}
-
 /// Settings of the rollout loss.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -56,15 +45,10 @@ pub struct RolloutLoss {
     /// Where segments start.
     #[serde(alias = "starts")]
     pub start: Start,
-    /// Weight of the gap between the end of a segment and the start of the next, where starts are free (multiple
-    /// shooting); 0: none.
-    pub continuity: f64,
     /// Part of the budget in which the horizon grows from 1 to k; 0: at once.
     pub growth: f64,
     /// Part of the budget in which the accelerations are fitted first; 0: none. They must be known.
     pub warm_start: f64,
-    /// How gradients are taken under Adam.
-    pub gradients: Gradients,
 }
 
 impl Default for RolloutLoss {
@@ -75,16 +59,17 @@ impl Default for RolloutLoss {
             substeps: 1,
             observe: Observe::default(),
             start: Start::default(),
-            continuity: 0.0,
             growth: 0.5,
             warm_start: 0.0,
-            gradients: Gradients::default(),
         }
     }
 }
 
-/// Evaluations of one segment at most.
+/// The largest number of evaluations in one segment.
 const MOST_EVALUATIONS: usize = 4096;
+
+/// The largest number of accelerations in the smallest batch under the natural gradient.
+const MOST_ROWS: usize = 8192;
 
 impl RolloutLoss {
     pub(crate) fn is_default(&self) -> bool {
@@ -103,79 +88,95 @@ impl RolloutLoss {
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
     pub fn validate(&self, dataset: &Dataset, optimizer: &Optimizer) -> Result<()> {
-        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
-        let longest = dataset.train_times.longest();
-        if longest == 0 {
-            let must = "with data from trajectories: these samples have no times";
-            return argument("loss", Loss::ROLLOUT.name().into(), must);
-        }
-        if dataset.coordinates.parameters().next().is_some() {
-            let must = "acceleration or torque where a coordinate is a parameter: a rollout does not hold it";
-            return argument("loss", Loss::ROLLOUT.name().into(), must);
-        }
-        if self.horizon == 0 {
-            return argument("horizon", "0".into(), "at least 1");
-        }
-        if self.horizon >= longest {
-            let must = "shorter than the longest trajectory: take a smaller `horizon`";
-            let value = format!("{} where the longest has {longest} samples", self.horizon);
-            return argument("horizon", value, must);
-        }
+        rollouts_exist(dataset)?;
+        self.validate_integrator()?;
+        self.validate_schedule()?;
+        self.validate_horizon(dataset)?;
+        self.validate_cost(dataset.coordinates.dof(), optimizer)
+    }
+
+    fn validate_integrator(&self) -> Result<()> {
         if self.substeps == 0 {
-            return argument("substeps", "0".into(), "at least 1");
+            return refuse("substeps", "0", "at least 1");
         }
         if self.substeps > MOST_EVALUATIONS {
             let must = "at most 4096: take fewer `substeps`";
-            return argument("substeps", self.substeps.to_string(), must);
+            return refuse("substeps", self.substeps.to_string(), must);
         }
-        if !matches!(
-            self.integrator,
-            Method::Rk4 | Method::StormerVerlet | Method::ImplicitMidpoint
-        ) {
-            let must = "rk4, stormer-verlet or implicit-midpoint";
-            return argument("integrator", self.integrator.name().into(), must);
-        }
-        for (name, part) in [("growth", self.growth), ("warm_start", self.warm_start)] {
-            if !(0.0..=0.9).contains(&part) {
-                return argument(name, part.to_string(), "a part of the budget, 0 to 0.9");
+        match self.integrator {
+            Method::Rk4 | Method::StormerVerlet | Method::ImplicitMidpoint => Ok(()),
+            other => {
+                let must = "rk4, stormer-verlet or implicit-midpoint";
+                refuse("integrator", other.name(), must)
             }
         }
-        if !(self.continuity.is_finite() && self.continuity >= 0.0) {
-            let value = self.continuity.to_string();
-            return argument("continuity", value, "finite and not negative");
-        }
-        if self.continuity > 0.0 && self.start == Start::Recorded {
-            let must =
-                "0 where starts are recorded: only free starts can move together (`starts` free)";
-            return argument("continuity", self.continuity.to_string(), must);
-        }
-        if self.gradients == Gradients::Adjoint && !matches!(optimizer, Optimizer::Adam(_)) {
-            let must = "back-propagation under the natural gradient: the adjoint is for Adam";
-            return argument("gradients", "adjoint".into(), must);
-        }
-        if self.gradients == Gradients::Adjoint && self.integrator != Method::Rk4 {
-            let must = "back-propagation for this integrator: the adjoint is integrated by rk4";
-            return argument("gradients", "adjoint".into(), must);
-        }
-        let held = dataset.validation_times.longest();
-        if held > 0 && self.horizon >= held {
-            let must = "shorter than the longest held-back trajectory: take a smaller `horizon`, or hold back more (`validate_fraction`)";
-            let value = format!("{} where the longest has {held} samples", self.horizon);
-            return argument("horizon", value, must);
-        }
-        if self.evaluations(self.horizon) > MOST_EVALUATIONS {
-            let value = format!("{} evaluations a segment", self.evaluations(self.horizon));
-            let must = "at most 4096: take a smaller `horizon` or fewer `substeps`";
-            return argument("horizon", value, must);
-        }
-        let rows = self.evaluations(self.horizon) * SEGMENTS * dataset.coordinates.dof();
-        if matches!(optimizer, Optimizer::Natural(_)) && rows > 8192 {
-            let value = format!("{} ({rows} accelerations in a batch)", self.horizon);
-            let must = "at most 8192 accelerations under the natural gradient: take a smaller `horizon`, `integrator` implicit-midpoint, or `optimizer` adam";
-            return argument("horizon", value, must);
+    }
+
+    fn validate_schedule(&self) -> Result<()> {
+        for (name, part) in [("growth", self.growth), ("warm_start", self.warm_start)] {
+            if !(0.0..=0.9).contains(&part) {
+                return refuse(name, part.to_string(), "a part of the budget, 0 to 0.9");
+            }
         }
         Ok(())
     }
+
+    /// The horizon fits into the longest trajectory of each part of the data.
+    fn validate_horizon(&self, dataset: &Dataset) -> Result<()> {
+        if self.horizon == 0 {
+            return refuse("horizon", "0", "at least 1");
+        }
+        let value = |longest| format!("{} where the longest has {longest} samples", self.horizon);
+        let longest = dataset.train_times.longest();
+        if self.horizon >= longest {
+            let must = "shorter than the longest trajectory: take a smaller `horizon`";
+            return refuse("horizon", value(longest), must);
+        }
+        let longest = dataset.validation_times.longest();
+        if longest > 0 && self.horizon >= longest {
+            let must = "shorter than the longest trajectory of the validation set: take a smaller `horizon` or a larger \
+                        `validate_fraction`";
+            return refuse("horizon", value(longest), must);
+        }
+        Ok(())
+    }
+
+    /// Memory and time of a batch stay bounded.
+    fn validate_cost(&self, dof: usize, optimizer: &Optimizer) -> Result<()> {
+        let evaluations = self.evaluations(self.horizon);
+        if evaluations > MOST_EVALUATIONS {
+            let value = format!("{} ({evaluations} evaluations in a segment)", self.horizon);
+            let must = "such that there are at most 4096: take a smaller `horizon` or fewer `substeps`";
+            return refuse("horizon", value, must);
+        }
+        let rows = evaluations * SEGMENTS * dof;
+        if matches!(optimizer, Optimizer::Natural(_)) && rows > MOST_ROWS {
+            let value = format!("{} ({rows} accelerations in a batch)", self.horizon);
+            let must = "such that there are at most 8192 under the natural gradient: take a smaller `horizon`, \
+                        `integrator` implicit-midpoint, or `optimizer` adam";
+            return refuse("horizon", value, must);
+        }
+        Ok(())
+    }
+}
+
+/// Samples have times, and no coordinate is a parameter.
+fn rollouts_exist(dataset: &Dataset) -> Result<()> {
+    if dataset.train_times.longest() == 0 {
+        let must = "with data from trajectories: these samples have no times";
+        return refuse("loss", Loss::ROLLOUT.name(), must);
+    }
+    if dataset.coordinates.parameters().next().is_some() {
+        let must =
+            "acceleration or torque where a coordinate is a parameter: a rollout does not hold it";
+        return refuse("loss", Loss::ROLLOUT.name(), must);
+    }
+    Ok(())
+}
+
+fn refuse(name: &'static str, value: impl Into<String>, must: &'static str) -> Result<()> {
+    let value = value.into();
+    Err(Error::Argument { name, value, must })
 }
 
 /// Segments of a block: the least that a batch has.

@@ -102,11 +102,7 @@ impl<'a> Rollouts<'a> {
                 Start::Recorded => 1,
                 Start::Free => horizon,
             };
-            let mut begins = self.train.starts(horizon, stride);
-            if self.config.continuity > 0.0 {
-                // The last sample of a trajectory has a start as well, so every segment has a next one.
-                begins.retain(|i| i + horizon < self.train.samples.len());
-            }
+            let begins = self.train.starts(horizon, stride);
             let order = Order::new(begins.len(), self.seed.wrapping_add(horizon as u64));
             self.begins = (horizon, begins, order);
         }
@@ -210,7 +206,6 @@ impl<'a> Rollouts<'a> {
         }
         let config = RolloutLoss {
             start: Start::Recorded,
-            continuity: 0.0,
             ..self.config.clone()
         };
         let rows = Rows::new(&config, config.horizon, self.train.samples.n);

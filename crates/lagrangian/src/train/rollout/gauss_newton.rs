@@ -189,12 +189,6 @@ impl GaussNewton {
                     };
                     let step = (0..rows).map(along).sum::<f64>() / (weight * weight);
                     moves.push((block.begins[s] * d + c, -rate * step));
-                    if task.rows.end {
-                        let row = task.rows.first(task.rows.horizon + 1) + c;
-                        let pull = task.config.continuity * unit.right[s * rows + row] / weight;
-                        let next = block.begins[s] + task.rows.horizon;
-                        moves.push((next * d + c, rate * pull));
-                    }
                 }
             }
         }

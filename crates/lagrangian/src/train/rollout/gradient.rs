@@ -1,8 +1,8 @@
-//! The gradient of a rollout loss by the weights: backwards through the steps, or by the adjoint equation.
+//! The gradient of a rollout loss by the weights: backwards through the steps.
 
 use rayon::prelude::*;
 
-use super::config::{Gradients, RolloutLoss, SEGMENTS};
+use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::Flow;
 use super::shoot::{Back, Block, Task};
 use super::step::evaluations;
@@ -123,10 +123,7 @@ impl Lane {
         let residuals = self.block.residual.iter();
         self.weights.clear();
         self.weights.extend(residuals.map(|r| 2.0 * factor * r));
-        match task.config.gradients {
-            Gradients::BackPropagation => self.block.back(task, Back::Sum(&self.weights)),
-            Gradients::Adjoint => self.block.adjoint(flow, task, &self.weights),
-        }
+        self.block.back(task, Back::Sum(&self.weights));
         self.pull_back(flow, task);
     }
 
@@ -154,13 +151,6 @@ impl Lane {
             for (c, step) in step.iter().enumerate() {
                 let place = block.begins[s] * d + c;
                 self.moves.push((place, STRIDE * step / task.weights[c]));
-                if task.rows.end {
-                    let row = task.rows.first(task.rows.horizon + 1) + c;
-                    let gap = block.residual[s * rows + row] * task.config.continuity;
-                    let share = STRIDE / (1.0 + task.config.continuity.powi(2));
-                    let next = (block.begins[s] + task.rows.horizon) * d + c;
-                    self.moves.push((next, share * gap / task.weights[c]));
-                }
             }
         }
     }

@@ -83,42 +83,29 @@ impl GaussNewton {
     }
 }
 
-/// Adds what free starts that two segments share add to row `i` of their kernel, in units of their weights.
+/// Adds to row `i` of the kernel of two segments what a free start contributes that both begin at, in units of its
+/// weights.
 fn starts_kernel(
     (a, s, i): (&Block, usize, usize),
     (b, t): (&Block, usize),
     task: &Task<'_>,
     out: &mut [f64],
 ) {
-    if task.starts.is_empty() {
+    if task.starts.is_empty() || a.begins[s] != b.begins[t] {
         return;
     }
-    let (rows, d, horizon) = (out.len(), task.weights.len(), task.rows.horizon);
-    let gap = task.rows.first(horizon + 1);
-    // ∂(residual)/∂(component c of the start at sample `begin`) over its weight.
-    let slope = |block: &Block, s: usize, row: usize, begin: usize, c: usize| {
-        let mut slope = 0.0;
-        if block.begins[s] == begin {
-            slope += block.to_start[(s * rows + row) * d + c] / task.weights[c];
-        }
-        if task.rows.end && row == gap + c && block.begins[s] + horizon == begin {
-            slope -= task.config.continuity;
-        }
-        slope
+    let (rows, d) = (out.len(), task.weights.len());
+    // ∂(residual)/∂(component c of its start) over the weight of c.
+    let slope = |block: &Block, s: usize, row: usize, c: usize| {
+        block.to_start[(s * rows + row) * d + c] / task.weights[c]
     };
-    let own = [a.begins[s], a.begins[s] + horizon];
-    for begin in own.into_iter().take(1 + usize::from(task.rows.end)) {
-        if begin != b.begins[t] && !(task.rows.end && begin == b.begins[t] + horizon) {
+    for c in 0..d {
+        let left = slope(a, s, i, c);
+        if left == 0.0 {
             continue;
         }
-        for c in 0..d {
-            let left = slope(a, s, i, begin, c);
-            if left == 0.0 {
-                continue;
-            }
-            for (row, x) in out.iter_mut().enumerate() {
-                *x += left * slope(b, t, row, begin, c);
-            }
+        for (row, x) in out.iter_mut().enumerate() {
+            *x += left * slope(b, t, row, c);
         }
     }
 }

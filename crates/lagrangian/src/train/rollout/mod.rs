@@ -15,7 +15,6 @@
 //! factors of its own Jacobian; the chain between them is small algebra, so that both the gradient (backwards through
 //! the steps) and J Jᵀ of whole segments follow from them.
 
-mod adjoint;
 mod config;
 mod descend;
 mod flow;
@@ -33,5 +32,5 @@ mod step;
 mod tests;
 mod unit;
 
-pub use config::{Gradients, Observe, RolloutLoss, Start};
+pub use config::{Observe, RolloutLoss, Start};
 pub(crate) use descend::Rollouts;

@@ -115,11 +115,8 @@ pub(super) struct Rows {
     pub(super) horizon: usize,
     /// Components compared at each sample: n or 2n.
     pub(super) seen: usize,
-    pub(super) state: usize,
     /// Whether the start is compared with the recording too.
     pub(super) start: bool,
-    /// Whether the end is compared with the start of the next segment.
-    pub(super) end: bool,
 }
 
 impl Rows {
@@ -130,18 +127,16 @@ impl Rows {
                 Observe::States => 2 * n,
                 Observe::Positions => n,
             },
-            state: 2 * n,
             start: config.start == Start::Free,
-            end: config.continuity > 0.0,
         }
     }
 
     /// Residuals of a segment.
     pub(super) fn count(&self) -> usize {
-        self.first(self.horizon + 1) + if self.end { self.state } else { 0 }
+        self.first(self.horizon + 1)
     }
 
-    /// The first residual of sample `j` of a segment, j = 0…horizon; of its gap for j = horizon + 1.
+    /// The first residual of sample `j` of a segment, j = 0…horizon; their number for j = horizon + 1.
     pub(super) fn first(&self, j: usize) -> usize {
         match (self.start, j) {
             (_, 0) => 0,

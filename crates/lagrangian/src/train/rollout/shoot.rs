@@ -148,15 +148,6 @@ impl Block {
                         task.weights[c] * recorded.difference(c, x[c], seen);
                 }
             }
-            if rows.end {
-                let x = &self.states[rows.horizon * substeps][s * d..][..d];
-                let next = &task.starts[(self.begins[s] + rows.horizon) * d..][..d];
-                for c in 0..d {
-                    residual[rows.first(rows.horizon + 1) + c] = task.config.continuity
-                        * task.weights[c]
-                        * recorded.difference(c, x[c], next[c]);
-                }
-            }
             self.failed[s] |= residual.iter().any(|r| r.is_nan() || r.abs() > FAR);
             if self.failed[s] || s >= self.count {
                 residual.fill(0.0);
@@ -240,7 +231,7 @@ impl Block {
 }
 
 /// Adds what the residuals of sample `j` of segment `s` ask of λ.
-pub(super) fn seed(task: &Task<'_>, what: Back<'_>, s: usize, j: usize, lambda: &mut [f64]) {
+fn seed(task: &Task<'_>, what: Back<'_>, s: usize, j: usize, lambda: &mut [f64]) {
     let (rows, d) = (task.rows, task.weights.len());
     let mut add = |row: usize, c: usize, weight: f64| match what {
         Back::Each => lambda[row * d + c] += weight,
@@ -248,11 +239,5 @@ pub(super) fn seed(task: &Task<'_>, what: Back<'_>, s: usize, j: usize, lambda: 
     };
     for c in 0..rows.seen {
         add(rows.first(j) + c, c, task.weights[c]);
-    }
-    if rows.end && j == rows.horizon {
-        for c in 0..d {
-            let weight = task.config.continuity * task.weights[c];
-            add(rows.first(j + 1) + c, c, weight);
-        }
     }
 }
