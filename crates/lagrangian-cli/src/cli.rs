@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use lagrangian::Method;
 use lagrangian::trajectory::Sampling;
 
 use crate::column_args::ColumnArgs;
 use crate::fit_args::FitArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::track_args::TrackArgs;
-use crate::values::{Rows, assignment, finite, non_negative, positive, rows, seed};
+use crate::values::{Rows, assignment, finite, method, non_negative, positive, rows, seed};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -306,33 +307,12 @@ pub(crate) struct MotionArgs {
     pub(crate) step: f64,
 
     /// Method of integration
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) method: MethodName,
+    #[arg(long, value_parser = method(), default_value = Method::default().name())]
+    pub(crate) method: Method,
 
     /// Tolerance of the adaptive methods, relative and absolute
     #[arg(long, default_value_t = 1e-10, allow_hyphen_values = true, value_parser = positive)]
     pub(crate) tolerance: f64,
-}
-
-/// A method of integration.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum MethodName {
-    /// Dormand–Prince 8(5,3), adaptive
-    #[default]
-    Dop853,
-    /// Dormand–Prince 5(4), adaptive
-    Dopri5,
-    /// The classical Runge–Kutta method, fixed step
-    Rk4,
-    /// Störmer–Verlet, symplectic, fixed step
-    StormerVerlet,
-    /// Implicit midpoint, symplectic, fixed step
-    ImplicitMidpoint,
-    /// Discrete action by the midpoint rule, symplectic for every Lagrangian, fixed step
-    VariationalMidpoint,
-    /// The same by the trapezoidal rule: Störmer–Verlet where M is constant
-    VariationalTrapezoidal,
 }
 
 #[derive(Debug, Args)]

@@ -4,7 +4,7 @@ use lagrangian::State;
 use lagrangian::integrate::Method;
 use lagrangian::rollout::RolloutOptions;
 
-use crate::cli::{MethodName, MotionArgs};
+use crate::cli::MotionArgs;
 
 /// How to integrate where a prediction is held against a recording: exact beyond what sensors see, and quick where
 /// the forces jump at every sample.
@@ -26,25 +26,11 @@ impl MotionArgs {
     /// How to integrate.
     pub(crate) fn options(&self) -> RolloutOptions {
         RolloutOptions {
-            method: self.method.into(),
+            method: self.method,
             step: self.step,
             rtol: self.tolerance,
             atol: self.tolerance,
             ..RolloutOptions::default()
-        }
-    }
-}
-
-impl From<MethodName> for Method {
-    fn from(name: MethodName) -> Self {
-        match name {
-            MethodName::Dop853 => Self::Dop853,
-            MethodName::Dopri5 => Self::Dopri5,
-            MethodName::Rk4 => Self::Rk4,
-            MethodName::StormerVerlet => Self::StormerVerlet,
-            MethodName::ImplicitMidpoint => Self::ImplicitMidpoint,
-            MethodName::VariationalMidpoint => Self::VariationalMidpoint,
-            MethodName::VariationalTrapezoidal => Self::VariationalTrapezoidal,
         }
     }
 }

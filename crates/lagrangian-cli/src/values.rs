@@ -1,5 +1,7 @@
 //! Values on the command line that are refused before anything runs.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use lagrangian::Method;
 use serde::{Deserialize, Serialize};
 
 /// The largest seed: what a TOML file can hold.
@@ -76,6 +78,12 @@ pub(crate) fn fraction(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| (0.0..1.0).contains(x))
         .ok_or_else(|| "it must be a number from 0 to below 1".into())
+}
+
+/// The methods of integration by their names.
+pub(crate) fn method() -> impl TypedValueParser<Value = Method> {
+    let values = Method::TABLE.map(|(_, named)| PossibleValue::new(named.name).help(named.help));
+    PossibleValuesParser::new(values).try_map(|name| name.parse::<Method>())
 }
 
 /// `name=value`.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use lagrangian::check::{CheckOptions, Verdict};
+use lagrangian::check::{CheckOptions, CheckReport, Verdict};
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::saved::Provenance;
 use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned, Parameter};
@@ -206,6 +206,8 @@ struct Data {
     validation: Vec<Trajectory>,
     estimates: Vec<Estimate>,
     files: Vec<DataFile>,
+    /// What the check of the training data found.
+    check: CheckReport,
 }
 
 impl Data {
@@ -217,7 +219,12 @@ impl Data {
         } else {
             self.train
         };
-        (Judged { motions, held_out }, self.estimates)
+        let judged = Judged {
+            motions,
+            held_out,
+            check: self.check,
+        };
+        (judged, self.estimates)
     }
 }
 
@@ -252,7 +259,7 @@ fn read(args: &FitArgs) -> Result<Data> {
     };
     let sampling = args.sample.sampling(args.training.seed, stretch(args));
     let own = data::read_sample(&args.files, &args.data, sampling)?;
-    refuse_meaningless(&own.recordings, &options)?;
+    let check = refuse_meaningless(&own.recordings, &options)?;
     let coordinates = own.recordings[0].coordinates.clone();
     let mut files = data_files("training", own.hashes);
     let (trajectories, mut estimates) = data::estimated(own.recordings, &options)?;
@@ -274,6 +281,7 @@ fn read(args: &FitArgs) -> Result<Data> {
         validation,
         estimates,
         files,
+        check,
     })
 }
 
@@ -283,7 +291,7 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
 }
 
 /// The gate: data that `lagrangian check` fails is not fitted.
-fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Result<()> {
+fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Result<CheckReport> {
     let filter = options.filter;
     let report = data::check(recordings, &CheckOptions { filter });
     match report
@@ -291,7 +299,13 @@ fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Re
         .iter()
         .find(|item| item.verdict == Verdict::Fail)
     {
-        None => Ok(()),
+        None => {
+            let warnings = report.count(Verdict::Warn);
+            if warnings > 0 {
+                eprintln!("note: warnings about the data: {warnings}; the page lists them");
+            }
+            Ok(report)
+        }
         Some(item) => Err(mistake(
             format!(
                 "a fit of this data would be meaningless: {}{}: {}",

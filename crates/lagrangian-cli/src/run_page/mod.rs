@@ -8,6 +8,7 @@ use std::path::Path;
 use anyhow::Result;
 use figures::Followed;
 use lagrangian::Trajectory;
+use lagrangian::check::CheckReport;
 use lagrangian::dynamics::Model;
 use lagrangian::score::{Score, SignalError, predict_all, score_predictions};
 use lagrangian::train::Learned;
@@ -37,6 +38,8 @@ pub(crate) struct Judged {
     pub(crate) motions: Vec<Trajectory>,
     /// Whether they were kept from training; otherwise there were no others.
     pub(crate) held_out: bool,
+    /// What the check of the data found.
+    pub(crate) check: CheckReport,
 }
 
 impl Run<'_> {

@@ -1,5 +1,6 @@
 //! The tables of a run's page.
 
+use lagrangian::check::{Item, Verdict};
 use lagrangian::dynamics::Model;
 use lagrangian::rollout::Outcome;
 use lagrangian::score::{Score, SignalError};
@@ -9,12 +10,17 @@ use lagrangian_report::draw::short;
 use super::Run;
 use crate::run_folder::RunRecord;
 
-/// Motions that are listed one by one, at most.
+/// Motions and warnings that are listed one by one, at most.
 const MOST_MOTIONS: usize = 20;
 
 /// Errors at single samples, and how long whole motions are followed.
 pub(super) fn of(run: &Run, score: &Score) -> Vec<Table> {
-    let tables = [errors(run, score), motions(run, score), parameters(run)];
+    let tables = [
+        errors(run, score),
+        motions(run, score),
+        parameters(run),
+        warnings(run),
+    ];
     tables
         .into_iter()
         .filter(|table| !table.rows.is_empty())
@@ -74,6 +80,27 @@ fn parameters(run: &Run) -> Table {
         caption: "What was learned beside the Lagrangian, or of it.".into(),
         header: ["parameter", "value", "unit"].map(str::to_string).to_vec(),
         rows: run.model.parameters().into_iter().map(row).collect(),
+    }
+}
+
+/// What the check of the data warns of.
+fn warnings(run: &Run) -> Table {
+    let items = run.judged.check.items.iter();
+    let warned = items.filter(|item| item.verdict == Verdict::Warn);
+    let row = |item: &Item| {
+        vec![
+            item.trajectory.clone().unwrap_or_else(|| "all".into()),
+            item.name.to_string(),
+            item.finding.clone(),
+            item.remedy.clone().unwrap_or_default(),
+        ]
+    };
+    Table {
+        caption: "What the check of the data warns of; `lagrangian check` has all findings.".into(),
+        header: ["trajectory", "check", "finding", "remedy"]
+            .map(str::to_string)
+            .to_vec(),
+        rows: warned.take(MOST_MOTIONS).map(row).collect(),
     }
 }
 

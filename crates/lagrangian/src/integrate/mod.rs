@@ -33,6 +33,7 @@ pub use variational::{Mechanics, Rule, Variational};
 
 use serde::{Deserialize, Serialize};
 
+use crate::settings::{Named, named};
 use crate::{Error, Result};
 
 /// The right-hand side of x' = f(t, x): (t, x, x').
@@ -70,21 +71,51 @@ pub enum Method {
 
 impl Method {
     /// All methods with their names.
-    pub const TABLE: [(Self, &'static str); 7] = [
-        (Self::Rk4, "rk4"),
-        (Self::Dopri5, "dopri5"),
-        (Self::Dop853, "dop853"),
-        (Self::StormerVerlet, "stormer-verlet"),
-        (Self::ImplicitMidpoint, "implicit-midpoint"),
-        (Self::VariationalMidpoint, "variational-midpoint"),
-        (Self::VariationalTrapezoidal, "variational-trapezoidal"),
+    pub const TABLE: [(Self, Named); 7] = [
+        (
+            Self::Dop853,
+            named("dop853", "Dormand–Prince 8(5,3), adaptive"),
+        ),
+        (
+            Self::Dopri5,
+            named("dopri5", "Dormand–Prince 5(4), adaptive"),
+        ),
+        (
+            Self::Rk4,
+            named("rk4", "The classical Runge–Kutta method, fixed step"),
+        ),
+        (
+            Self::StormerVerlet,
+            named("stormer-verlet", "Störmer–Verlet, symplectic, fixed step"),
+        ),
+        (
+            Self::ImplicitMidpoint,
+            named(
+                "implicit-midpoint",
+                "Implicit midpoint, symplectic, fixed step",
+            ),
+        ),
+        (
+            Self::VariationalMidpoint,
+            named(
+                "variational-midpoint",
+                "Discrete action by the midpoint rule, symplectic for every Lagrangian, fixed step",
+            ),
+        ),
+        (
+            Self::VariationalTrapezoidal,
+            named(
+                "variational-trapezoidal",
+                "The same by the trapezoidal rule: Störmer–Verlet where M is constant",
+            ),
+        ),
     ];
 
     /// Its name on the command line and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         let line = Self::TABLE.iter().find(|(method, _)| *method == self);
-        line.map_or("", |(_, name)| name)
+        line.map_or("", |(_, named)| named.name)
     }
 
     /// Whether it chooses its own step.
@@ -225,12 +256,12 @@ impl std::str::FromStr for Method {
     type Err = Error;
 
     fn from_str(name: &str) -> Result<Self> {
-        let line = Self::TABLE.iter().find(|(_, known)| *known == name);
+        let line = Self::TABLE.iter().find(|(_, known)| known.name == name);
         line.map(|(method, _)| *method)
             .ok_or_else(|| Error::UnknownName {
                 kind: "integration method",
                 name: name.into(),
-                known: Self::TABLE.map(|(_, name)| name).join(", "),
+                known: Self::TABLE.map(|(_, named)| named.name).join(", "),
             })
     }
 }

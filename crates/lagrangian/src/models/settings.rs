@@ -11,12 +11,8 @@ pub(crate) const WIDTH: Setting = Setting::new(
 .or("64; 16 for delan and vin where accelerations are uncertain by more than 0.5 %");
 
 /// Hidden layers.
-pub(crate) const LAYERS: Setting = Setting::new(
-    "layers",
-    Kind::Integer { min: 1, max: 16 },
-    "Hidden layers",
-)
-.or("2");
+pub(crate) const LAYERS: Setting =
+    Setting::new("layers", Kind::Integer { min: 1, max: 16 }, "Hidden layers").or("2");
 
 /// Nonlinearity.
 pub(crate) const ACTIVATION: Setting = Setting::new(

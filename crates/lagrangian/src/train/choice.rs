@@ -414,7 +414,8 @@ impl Trained {
             }
             Some(name) => Ok(name),
             None if self.follows_the_loss() => {
-                let reason = "a fit with a time to use is the best where the damping falls with the loss";
+                let reason =
+                    "a fit with a time to use is the best where the damping falls with the loss";
                 self.choose("damping", "loss", reason);
                 Ok(DampingName::Loss)
             }
@@ -431,9 +432,10 @@ impl Trained {
             return batch;
         }
         let (batch, reason) = match optimizer {
-            OptimizerName::Natural if self.follows_the_loss() => {
-                (128, "small batches are the best where a fit has a time to use")
-            }
+            OptimizerName::Natural if self.follows_the_loss() => (
+                128,
+                "small batches are the best where a fit has a time to use",
+            ),
             OptimizerName::Natural => (256, "large batches use a number of steps best"),
             OptimizerName::Adam => (512, "Adam averages the noise over the samples of a batch"),
         };

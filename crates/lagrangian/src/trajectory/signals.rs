@@ -52,6 +52,9 @@ pub enum Signal {
 }
 
 impl Signal {
+    /// All signals.
+    pub const ALL: [Self; 6] = [Self::Q, Self::Qd, Self::Qdd, Self::P, Self::Tau, Self::Pd];
+
     /// The signals that files hold, in the order of their columns.
     pub const IN_FILES: [Self; 5] = [Self::Q, Self::Qd, Self::Qdd, Self::P, Self::Tau];
 
@@ -97,14 +100,7 @@ impl<T> Signals<T> {
     /// The value of one signal.
     #[must_use]
     pub fn get(&self, signal: Signal) -> &T {
-        match signal {
-            Signal::Q => &self.q,
-            Signal::Qd => &self.qd,
-            Signal::Qdd => &self.qdd,
-            Signal::P => &self.p,
-            Signal::Tau => &self.tau,
-            Signal::Pd => &self.pd,
-        }
+        self.as_ref().in_order()[signal as usize]
     }
 
     /// The value of one signal, to change it.
@@ -126,7 +122,15 @@ impl<T> Signals<T> {
 
     /// All signals with their values, to change these.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = (Signal, &mut T)> {
-        self.as_mut().into_iter()
+        let Self {
+            q,
+            qd,
+            qdd,
+            tau,
+            p,
+            pd,
+        } = self;
+        Signal::ALL.into_iter().zip([q, qd, qdd, p, tau, pd])
     }
 
     /// What `f` makes of each.
@@ -155,34 +159,18 @@ impl<T> Signals<T> {
         }
     }
 
-    /// References to all of them, to change them.
-    #[must_use]
-    pub fn as_mut(&mut self) -> Signals<&mut T> {
-        Signals {
-            q: &mut self.q,
-            qd: &mut self.qd,
-            qdd: &mut self.qdd,
-            p: &mut self.p,
-            tau: &mut self.tau,
-            pd: &mut self.pd,
-        }
+    /// The values in the order of [`Signal::ALL`].
+    fn in_order(self) -> [T; 6] {
+        [self.q, self.qd, self.qdd, self.p, self.tau, self.pd]
     }
 }
 
 impl<T> IntoIterator for Signals<T> {
     type Item = (Signal, T);
-    type IntoIter = std::array::IntoIter<Self::Item, 6>;
+    type IntoIter = std::iter::Zip<std::array::IntoIter<Signal, 6>, std::array::IntoIter<T, 6>>;
 
     fn into_iter(self) -> Self::IntoIter {
-        [
-            (Signal::Q, self.q),
-            (Signal::Qd, self.qd),
-            (Signal::Qdd, self.qdd),
-            (Signal::P, self.p),
-            (Signal::Tau, self.tau),
-            (Signal::Pd, self.pd),
-        ]
-        .into_iter()
+        Signal::ALL.into_iter().zip(self.in_order())
     }
 }
 

@@ -88,7 +88,8 @@ fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
     let free = given.get("form").unwrap_or(&form.value) == "free";
     let mut choices = vec![form];
     if request.nominal.is_some() && free {
-        let reason = "upon a known robot a network begins as nothing, without a mass matrix of its own";
+        let reason =
+            "upon a known robot a network begins as nothing, without a mass matrix of its own";
         choices.push(Choice::new("kinetic", 0.0, reason));
     }
     Ok(choices)
