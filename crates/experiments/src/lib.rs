@@ -11,6 +11,8 @@
 mod action;
 mod chains;
 mod data;
+mod families;
+pub mod field;
 mod hamiltonian;
 mod harness;
 mod is_lagrangian;

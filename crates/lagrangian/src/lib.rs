@@ -84,7 +84,6 @@
 pub mod check;
 pub mod dataset;
 pub mod error;
-pub mod field;
 pub mod integrate;
 pub mod mechanics;
 pub mod models;

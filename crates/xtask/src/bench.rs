@@ -43,8 +43,10 @@ fn bench(arguments: &[&str]) -> Result<(), Failure> {
         "bench",
         "--package",
         "lagrangian",
+        "--package",
+        "experiments",
         "--features",
-        "parquet",
+        "lagrangian/parquet",
         "--",
     ]);
     command.arg("--json").arg(&file).args(arguments);

@@ -2,8 +2,8 @@
 
 use std::hint::black_box;
 
+use experiments::field::{DensityConfig, DensityNet, Field, FieldScaling};
 use lagrangian::dynamics::Evaluator;
-use lagrangian::field::{DensityConfig, DensityNet, Field, FieldScaling};
 use lagrangian::integrate::Method;
 use lagrangian::lagrangian::{Delan, DelanConfig, Lnn, LnnConfig, Scaling};
 use lagrangian::rollout::{free, rollout_many, times};

@@ -8,18 +8,15 @@ use lagrangian::dataset::random_states;
 use lagrangian::train::{FitConfig, Learned, Loss};
 use lagrangian::{Form, Lagrangian, LnnConfig};
 use lagrangian_analysis::action::{DiscreteAction, Path, PathKind, action_variation};
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 
-use crate::harness::{Contestant, Experiment, Lab, Layout, less, neither};
+use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither};
 use paths::{
     CASES, Case, Comparison, Measured, SIZES, compare, directions, energy_scale,
     first_conjugate_time, mass_scale, measure,
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "action",
-    about: "stationary paths, their varied neighbours and conjugate points, of true and learned Lagrangians",
-    parts: None,
     title: "The action itself",
     text: &[
         "Hamilton's principle, measured: among all paths with the same ends in the same time, a motion is one whose action is \
@@ -43,25 +40,16 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        comparable; S(ε) − S(0) is, over the scale α of the mass matrices along the path, and its error is of \
                        all varied paths together (root mean square, relative). Slope: |dS/dε| at 0 times 0.2 over the \
                        change at ε = ±0.2. Distance: of the nodes of the two paths, largest.",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "action",
+        "stationary paths, their varied neighbours and conjugate points, of true and learned Lagrangians",
+        run,
+    )
 };
 
-const TRUTH: Contestant = Contestant {
-    key: "truth",
-    name: "true",
-    role: Role::Truth,
-    config: (),
-};
+const TRUTH: Contestant = contestant("truth", "true", Role::Truth, ());
 
-const LEARNED: Contestant = Contestant {
-    key: "learned",
-    name: "learned",
-    role: Role::Lnn,
-    config: (),
-};
+const LEARNED: Contestant = contestant("learned", "learned", Role::Lnn, ());
 
 /// What was found between the ends of one case, by one Lagrangian.
 struct Paths {
@@ -210,14 +198,15 @@ fn draw(
 ) {
     let path = &paths.short.stationary.path;
     let q: Vec<f64> = path.q.iter().step_by(path.dof).copied().collect();
-    lab.plot(Figure {
-        id: format!("paths-{}", case.system),
-        title: format!("Stationary paths, {}", group(case, case.short)),
-        caption: "The first coordinate.".into(),
-        x: Axis::linear("time", "s"),
-        y: Axis::linear("first coordinate", ""),
-        ..Figure::default()
-    })
+    lab.plot(
+        format!("paths-{}", case.system),
+        format!("Stationary paths, {}", group(case, case.short)),
+    )
+    .caption("The first coordinate.")
+    .axes(
+        Axis::linear("time", "s"),
+        Axis::linear("first coordinate", ""),
+    )
     .add(name, role, &path.times(), q);
     let families = [
         (
@@ -236,14 +225,7 @@ fn draw(
         ),
     ];
     for (id, seconds, measured, scale, caption) in families {
-        let plot = lab.plot(Figure {
-            id: format!("{id}-{}", case.system),
-            title: format!("Action of varied paths, {}", group(case, seconds)),
-            caption: format!("One curve for each variation, one and two half waves of each coordinate: {caption}."),
-            x: Axis::linear("size of the variation ε", ""),
-            y: Axis::linear("S(ε) − S(0)", "J·s"),
-            ..Figure::default()
-        });
+        let plot = lab.plot(format!("{id}-{}", case.system), format!("Action of varied paths, {}", group(case, seconds))).caption(format!("One curve for each variation, one and two half waves of each coordinate: {caption}.")).axes(Axis::linear("size of the variation ε", ""), Axis::linear("S(ε) − S(0)", "J·s"));
         for (k, one) in measured.families.iter().enumerate() {
             let change = one.change.iter().map(|s| s / scale).collect();
             plot.add(&format!("{name} {}", k + 1), role, &one.epsilon, change);
@@ -255,16 +237,8 @@ fn draw(
         .iter()
         .map(|(t, x)| (*t, x / long))
         .unzip();
-    lab.plot(Figure {
-        id: format!("conjugate-{}", case.system),
-        title: format!("Where the minimum ends, {}", case.system),
-        caption: "Least eigenvalue of the second variation over the time of the end: the path is a minimum while it is \
-                  above 0; it passes 0 at the first conjugate point."
-            .into(),
-        x: Axis::linear("time of the end", "s"),
-        y: Axis::linear("least eigenvalue", ""),
-        ..Figure::default()
-    })
+    lab.plot(format!("conjugate-{}", case.system), format!("Where the minimum ends, {}", case.system)).caption("Least eigenvalue of the second variation over the time of the end: the path is a minimum while it is \
+                  above 0; it passes 0 at the first conjugate point.").axes(Axis::linear("time of the end", "s"), Axis::linear("least eigenvalue", ""))
     .add(name, role, &t, x);
 }
 
@@ -279,10 +253,10 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
         &stationary.second_variation.mode,
         &SIZES,
     );
-    lab.plot(Figure {
-        id: format!("saddle-{}", case.system),
-        ..Figure::default()
-    })
+    lab.plot(
+        format!("saddle-{}", case.system),
+        format!("Action of varied paths, {}", group(case, case.long)),
+    )
     .add(
         "least curved variation",
         Role::Other(0),
@@ -308,16 +282,8 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     ];
     for (name, role, path) in lines {
         let change = action_variation(&mut action, &path, eta, &epsilon).change;
-        lab.plot(Figure {
-            id: format!("order-{}", case.system),
-            title: format!("How fast the action changes, {}", group(case, case.short)),
-            caption: "Along the motion the action changes by the square of the variation, down to rounding; along any other \
-                      path in proportion to it."
-                .into(),
-            x: Axis::log("size of the variation ε", ""),
-            y: Axis::log("|S(ε) − S(0)|", "J·s"),
-            ..Figure::default()
-        })
+        lab.plot(format!("order-{}", case.system), format!("How fast the action changes, {}", group(case, case.short))).caption("Along the motion the action changes by the square of the variation, down to rounding; along any other \
+                      path in proportion to it.").axes(Axis::log("size of the variation ε", ""), Axis::log("|S(ε) − S(0)|", "J·s"))
         .add(name, role, &epsilon, change.iter().map(|s| s.abs()).collect());
     }
     Ok(())

@@ -1,15 +1,15 @@
 //! The models that learn chains.
 
-use lagrangian::baseline::MlpConfig;
-use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
+use lagrangian::hamiltonian::{HnnStructure, Momenta};
+use lagrangian::lagrangian::Angles;
 use lagrangian::lagrangian::analytic::Chart;
-use lagrangian::lagrangian::{Angles, DelanConfig, Form, LnnConfig};
-use lagrangian::neural_ode::NeuralOdeConfig;
+use lagrangian::neural_ode::Order;
 use lagrangian::train::{Family, Loss};
 use lagrangian_report::Role;
 
 use super::learning::Teaching;
-use crate::harness::{Contestant, Published};
+use crate::families;
+use crate::harness::{Contestant, Published, contestant};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
@@ -31,87 +31,38 @@ const fn usual(family: fn(usize) -> Box<dyn Family>) -> Recipe {
     }
 }
 
-const fn contestant(
-    key: &'static str,
-    name: &'static str,
-    role: Role,
-    config: Recipe,
-) -> Contestant<Recipe> {
-    Contestant {
-        key,
-        name,
-        role,
-        config,
-    }
-}
-
 /// Units of a hidden layer, of two.
 fn width(links: usize) -> usize {
     if links < 5 { 64 } else { 96 }
 }
 
-fn delan(links: usize) -> Box<dyn Family> {
-    Box::new(DelanConfig {
-        width: width(links),
-        ..DelanConfig::default()
-    })
-}
-
-fn lnn(links: usize) -> Box<dyn Family> {
-    Box::new(LnnConfig {
-        width: width(links),
-        ..LnnConfig::default()
-    })
-}
-
-fn convex(links: usize) -> Box<dyn Family> {
-    Box::new(LnnConfig {
-        form: Form::Convex,
-        width: width(links),
-        ..LnnConfig::default()
-    })
-}
-
-fn hnn(links: usize) -> Box<dyn Family> {
-    Box::new(HnnConfig {
-        structure: HnnStructure::Mass,
-        momenta: Momenta::Recorded,
-        width: width(links),
-        ..HnnConfig::default()
-    })
-}
-
-fn neural_ode(links: usize) -> Box<dyn Family> {
-    Box::new(NeuralOdeConfig {
-        width: width(links),
-        ..NeuralOdeConfig::default()
-    })
-}
-
-fn mlp(links: usize) -> Box<dyn Family> {
-    Box::new(MlpConfig {
-        width: width(links),
-        ..MlpConfig::default()
-    })
-}
-
 pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
-    contestant("delan", "deep Lagrangian network", Role::Lnn, usual(delan)),
+    contestant(
+        "delan",
+        "deep Lagrangian network",
+        Role::Lnn,
+        usual(|links| families::delan(width(links))),
+    ),
     contestant(
         "delan_relative",
         "deep Lagrangian, relative angles",
         Role::Other(0),
         Recipe {
             angles: Angles::Relative,
-            ..usual(delan)
+            ..usual(|links| families::delan(width(links)))
         },
     ),
-    contestant("lnn", "black-box Lagrangian", Role::Other(1), usual(lnn)),
+    contestant(
+        "lnn",
+        "black-box Lagrangian",
+        Role::Other(1),
+        usual(|links| families::lnn(width(links))),
+    ),
     contestant(
         "lnn_convex",
         "convex Lagrangian",
         Role::Other(2),
-        usual(convex),
+        usual(|links| families::convex(width(links))),
     ),
     contestant(
         "hnn",
@@ -120,7 +71,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
         Recipe {
             // Its momenta are given, and their rates.
             teachings: &[Teaching::Exact, Teaching::More],
-            ..usual(hnn)
+            ..usual(|links| families::hnn(HnnStructure::Mass, Momenta::Recorded, width(links)))
         },
     ),
     contestant(
@@ -130,10 +81,15 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
         Recipe {
             teachings: &[Teaching::States],
             loss: Loss::ROLLOUT,
-            ..usual(neural_ode)
+            ..usual(|links| families::neural_ode(Order::Second, width(links)))
         },
     ),
-    contestant("mlp", "plain network", Role::Baseline, usual(mlp)),
+    contestant(
+        "mlp",
+        "plain network",
+        Role::Baseline,
+        usual(|links| families::mlp(width(links))),
+    ),
 ];
 
 impl Recipe {

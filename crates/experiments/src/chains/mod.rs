@@ -9,17 +9,15 @@ use lagrangian::analytic::Chart;
 use lagrangian::rollout::Rollout;
 use lagrangian::train::{FitConfig, RolloutLoss};
 use lagrangian::{State, Trajectory};
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 
 use crate::harness::failure::mistake;
-use crate::harness::{Contestant, Experiment, Lab, Layout, less};
+use crate::harness::{Contestant, Experiment, Lab, Layout, contestant, less};
 use contestants::{CONTESTANTS, PUBLISHED, Recipe};
 use learning::{Teaching, learn};
 use protocol::{INTERVAL, SAMPLES, Score, chain, floor, motions, predictions, score, test_starts};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "chains",
-    about: "chains of pendulums from 800 short pieces of motion, beside the published errors",
     parts: Some("the number of links, 1 to 7"),
     title: "Chains of pendulums",
     text: &[
@@ -32,10 +30,13 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Geometric mean over 100 steps of 0.1 s and all test motions of ‖ẑ − z‖/‖ẑ + z‖, z Cartesian positions \
                        and velocities. Published, from states alone: Finzi, Wang, Wilson 2020; their constrained network is \
                        given Cartesian coordinates and the rods. The floor is the truth restarted 10⁻⁴ away.",
-    details: &[],
     published: PUBLISHED,
     layout: Layout::Groups,
-    run,
+    ..Experiment::new(
+        "chains",
+        "chains of pendulums from 800 short pieces of motion, beside the published errors",
+        run,
+    )
 };
 
 /// Pieces of motion to learn from and to choose weights by, and motions to test on (Finzi, Wang, Wilson 2020).
@@ -47,12 +48,7 @@ const MORE: usize = 10;
 /// The starts of the test are the same for all models and seeds.
 const TEST_SEED: u64 = 1_000_003;
 
-const FLOOR: Contestant = Contestant {
-    key: "floor",
-    name: "floor: truth restarted",
-    role: Role::Truth,
-    config: (),
-};
+const FLOOR: Contestant = contestant("floor", "floor: truth restarted", Role::Truth, ());
 
 /// What predictions are compared with.
 struct Test {
@@ -177,13 +173,14 @@ fn draw(
     let t: Vec<f64> = (0..score.over_time.len())
         .map(|k| INTERVAL * k as f64)
         .collect();
-    lab.plot(Figure {
-        id: format!("over-time-{links}-{}", teaching.key().replace('_', "-")),
-        title: format!("{}, {}", group(links), teaching.name()),
-        caption: "Geometric mean over the test motions; median and range of the seeds.".into(),
-        x: Axis::linear("time", "s"),
-        y: Axis::log("relative error", "").between(1e-6, 1.0),
-        ..Figure::default()
-    })
+    lab.plot(
+        format!("over-time-{links}-{}", teaching.key().replace('_', "-")),
+        format!("{}, {}", group(links), teaching.name()),
+    )
+    .caption("Geometric mean over the test motions; median and range of the seeds.")
+    .axes(
+        Axis::linear("time", "s"),
+        Axis::log("relative error", "").between(1e-6, 1.0),
+    )
     .add(name, role, &t, score.over_time.clone());
 }

@@ -6,16 +6,14 @@ use anyhow::Result;
 use lagrangian::Trajectory;
 use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use lagrangian::train::{FitConfig, Loss, NaturalConfig, Optimizer};
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 use nets::Activation;
 
 use crate::harness::failure::mistake;
-use crate::harness::{Contestant, Experiment, Lab, Layout, Published, less, neither};
+use crate::harness::{Contestant, Experiment, Lab, Published, contestant, less, neither};
 use protocol::{PhaseTest, Task};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "hamiltonian",
-    about: "Hamiltonian networks on spring, pendulum, two and three bodies, by the published protocols",
     parts: Some("mass_spring, pendulum, two_bodies or three_bodies"),
     title: "Hamiltonian networks",
     text: &[
@@ -31,7 +29,6 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Energy error: mean square of the true energy along the model's motion less that of the true \
                        motion, mean of 15 starts. Coordinates: mean squared error of all q and p along the tests. Loss: \
                        in units of the variance of (q̇, ṗ). Published: Greydanus, Dzamba and Yosinski 2019.",
-    details: &[],
     published: &[
         Published {
             group: "mass_spring",
@@ -74,30 +71,23 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
             values: &[("energy_mse", 109.0)],
         },
     ],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "hamiltonian",
+        "Hamiltonian networks on spring, pendulum, two and three bodies, by the published protocols",
+        run,
+    )
 };
 
 /// All have the same inputs (q, p), width, layers and optimiser.
 const CONTESTANTS: [Contestant<HnnStructure>; 3] = [
-    Contestant {
-        key: "hnn",
-        name: "Hamiltonian network",
-        role: Role::Lnn,
-        config: HnnStructure::Free,
-    },
-    Contestant {
-        key: "hnn_mass",
-        name: "Hamiltonian network with a mass matrix",
-        role: Role::Other(0),
-        config: HnnStructure::Mass,
-    },
-    Contestant {
-        key: "plain",
-        name: "plain network",
-        role: Role::Baseline,
-        config: HnnStructure::None,
-    },
+    contestant("hnn", "Hamiltonian network", Role::Lnn, HnnStructure::Free),
+    contestant(
+        "hnn_mass",
+        "Hamiltonian network with a mass matrix",
+        Role::Other(0),
+        HnnStructure::Mass,
+    ),
+    contestant("plain", "plain network", Role::Baseline, HnnStructure::None),
 ];
 
 /// How all contestants are fitted to a task.
@@ -234,47 +224,34 @@ fn chosen(only: Option<&str>) -> Result<Vec<Task>> {
 
 /// The first test: the energy over time, and the phase portrait of one coordinate or the path of the first body.
 fn draw(lab: &mut Lab, task: Task, who: &Contestant<HnnStructure>, test: &PhaseTest) {
-    let caption = "From the first start of the first seed; the true motion keeps its energy.";
     let lines = [
         ("true motion", Role::Truth, &test.truth),
         (who.name, who.role, &test.found),
     ];
-    let energy = Figure {
-        id: format!("energy-{}", task.key()),
-        title: format!("True energy along the motion, {}", task.key()),
-        caption: caption.into(),
-        x: Axis::linear("time", "s"),
-        y: Axis::linear("energy", "J"),
-        ..Figure::default()
-    };
-    let bodies = matches!(task, Task::TwoBodies | Task::ThreeBodies);
-    let motion = Figure {
-        id: format!("motion-{}", task.key()),
-        title: format!(
-            "{}, {}",
-            if bodies {
-                "Path of the first body"
-            } else {
-                "Phase portrait"
-            },
-            task.key()
-        ),
-        x: Axis::linear(
-            if bodies { "x" } else { "q" },
-            if task == Task::Pendulum { "rad" } else { "m" },
-        ),
-        y: if bodies {
-            Axis::linear("y", "m")
-        } else {
-            Axis::linear("p", "")
-        },
-        ..energy.clone()
+    let caption = "From the first start of the first seed; the true motion keeps its energy.";
+    let unit = if task == Task::Pendulum { "rad" } else { "m" };
+    let (what, x, y) = match task {
+        Task::TwoBodies | Task::ThreeBodies => {
+            ("Path of the first body", "x", Axis::linear("y", "m"))
+        }
+        _ => ("Phase portrait", "q", Axis::linear("p", "")),
     };
     for ((name, role, trajectory), energies) in lines.into_iter().zip(&test.energies) {
-        lab.plot(energy.clone())
-            .once(name, role, &trajectory.t, energies.clone());
-        let (x, y) = path(trajectory, bodies);
-        lab.plot(motion.clone()).once(name, role, &x, y);
+        lab.plot(
+            format!("energy-{}", task.key()),
+            format!("True energy along the motion, {}", task.key()),
+        )
+        .caption(caption)
+        .axes(Axis::linear("time", "s"), Axis::linear("energy", "J"))
+        .once(name, role, &trajectory.t, energies.clone());
+        let path = path(trajectory, x == "x");
+        lab.plot(
+            format!("motion-{}", task.key()),
+            format!("{what}, {}", task.key()),
+        )
+        .caption(caption)
+        .axes(Axis::linear(x, unit), y.clone())
+        .once(name, role, &path.0, path.1);
     }
 }
 

@@ -7,7 +7,6 @@ use anyhow::{Result, anyhow};
 use lagrangian::dataset::Dataset;
 use lagrangian::saved::Provenance;
 use lagrangian::train::{self, Budget, Fit, FitConfig, Learned};
-use lagrangian_report::Figure;
 
 use super::args::Args;
 use super::failure::{Advise, mistake};
@@ -107,8 +106,8 @@ impl Lab<'_> {
     }
 
     /// The figure with this id.
-    pub(crate) fn plot(&mut self, figure: Figure) -> &mut Plot {
-        self.results.plot(figure)
+    pub(crate) fn plot(&mut self, id: impl Into<String>, title: impl Into<String>) -> &mut Plot {
+        self.results.plot(id, title)
     }
 
     /// Notes why a contestant cannot express a system, before it is fitted.

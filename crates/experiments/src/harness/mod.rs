@@ -25,7 +25,9 @@ use progress::Progress;
 
 pub(crate) use history::{History, fit_with_history};
 pub(crate) use lab::Lab;
-pub(crate) use results::{Contestant, Published, Quantity, Results, Row, less, more, neither};
+pub(crate) use results::{
+    Contestant, Published, Quantity, Results, Row, contestant, less, more, neither,
+};
 
 /// A comparison: what is asked, what is measured, and what was published of it.
 pub(crate) struct Experiment {
@@ -48,6 +50,29 @@ pub(crate) struct Experiment {
     pub(crate) layout: Layout,
     /// Measures everything and fills the grid.
     pub(crate) run: fn(&mut Lab) -> Result<()>,
+}
+
+impl Experiment {
+    /// One without parts, published values and details, whose table has a column for each quantity.
+    pub(crate) const fn new(
+        name: &'static str,
+        about: &'static str,
+        run: fn(&mut Lab) -> Result<()>,
+    ) -> Self {
+        Self {
+            name,
+            about,
+            parts: None,
+            title: about,
+            text: &[],
+            quantities: &[],
+            about_quantities: "",
+            details: &[],
+            published: &[],
+            layout: Layout::Quantities,
+            run,
+        }
+    }
 }
 
 /// What the columns of the summary are.

@@ -1,6 +1,6 @@
 //! What an experiment measured: a grid of contestants, quantities and seeds, and what is drawn beside it.
 
-use lagrangian_report::{Figure, HeatMap, Role, Series, Table};
+use lagrangian_report::{Axis, Figure, HeatMap, Role, Series, Table};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -15,6 +15,21 @@ pub(crate) struct Contestant<C = ()> {
     pub(crate) name: &'static str,
     pub(crate) role: Role,
     pub(crate) config: C,
+}
+
+/// A contestant in one line.
+pub(crate) const fn contestant<C>(
+    key: &'static str,
+    name: &'static str,
+    role: Role,
+    config: C,
+) -> Contestant<C> {
+    Contestant {
+        key,
+        name,
+        role,
+        config,
+    }
 }
 
 /// Which way a quantity is better.
@@ -167,6 +182,17 @@ struct Curve {
 }
 
 impl Plot {
+    /// What there is to see in it.
+    pub(crate) fn caption(&mut self, caption: impl Into<String>) -> &mut Self {
+        self.figure.caption = caption.into();
+        self
+    }
+
+    pub(crate) fn axes(&mut self, x: Axis, y: Axis) -> &mut Self {
+        (self.figure.x, self.figure.y) = (x, y);
+        self
+    }
+
     /// Adds the curve of one seed. One at other abscissae than the first of its name is not drawn.
     pub(crate) fn add(&mut self, name: &str, role: Role, x: &[f64], y: Vec<f64>) -> &mut Self {
         let same = |a: &[f64]| {
@@ -258,11 +284,16 @@ impl Results {
     }
 
     /// The figure with this id; a new one where there is none.
-    pub(crate) fn plot(&mut self, figure: Figure) -> &mut Plot {
-        let known = |plot: &Plot| plot.figure.id == figure.id;
-        let at = self.plots.iter().position(known).unwrap_or_else(|| {
+    pub(crate) fn plot(&mut self, id: impl Into<String>, title: impl Into<String>) -> &mut Plot {
+        let id = id.into();
+        let at = self.plots.iter().position(|plot| plot.figure.id == id);
+        let at = at.unwrap_or_else(|| {
             self.plots.push(Plot {
-                figure,
+                figure: Figure {
+                    id,
+                    title: title.into(),
+                    ..Figure::default()
+                },
                 curves: Vec::new(),
             });
             self.plots.len() - 1

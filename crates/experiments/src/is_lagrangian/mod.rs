@@ -4,15 +4,12 @@ mod systems;
 
 use anyhow::Result;
 use lagrangian_analysis::existence::{Survey, SurveyConfig, survey};
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 
-use crate::harness::{Contestant, Experiment, Lab, Layout, less, more, neither};
+use crate::harness::{Experiment, Lab, contestant, less, more, neither};
 use systems::{System, noisy};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "is-lagrangian",
-    about: "does any Lagrangian exist? eleven systems of which it is known",
-    parts: None,
     title: "Is it Lagrangian?",
     text: &[
         "Three kinds of evidence: a Lagrangian, one with friction, and a plain network are fitted alike, and a restriction \
@@ -37,10 +34,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        Helmholtz conditions leaves, and what errors of learning can make of it; for the driven body, the \
                        damping that couples coordinates; the mean divergence of motions that come back. No published \
                        values are known: the conditions are those of Helmholtz (1887), Darboux (1894) and Douglas (1941).",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "is-lagrangian",
+        "does any Lagrangian exist? eleven systems of which it is known",
+        run,
+    )
 };
 
 /// Recordings of each system.
@@ -98,12 +96,7 @@ fn run(lab: &mut Lab) -> Result<()> {
 }
 
 fn record(lab: &mut Lab, system: System, noise: f64, survey: &Survey) {
-    let who = Contestant {
-        key: system.name(),
-        name: system.name(),
-        role: Role::Lnn,
-        config: (),
-    };
+    let who = contestant(system.name(), system.name(), Role::Lnn, ());
     let truth = system.truth();
     let asymmetry = survey.asymmetry.as_ref();
     let damping = survey.damping.as_ref();
@@ -182,16 +175,8 @@ fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
         ),
     ];
     for (id, title, y, values) in panels {
-        let plot = lab.plot(Figure {
-            id: format!("{id}-{noise}"),
-            title: format!("{title}, noise {noise}"),
-            caption: "A dot for each seed over the number of the system in the table. Where a Lagrangian exists it costs \
-                      nothing, leaves no more than errors of learning do, and keeps the divergence at 0."
-                .into(),
-            x: Axis::linear("system", ""),
-            y: Axis::log(y, ""),
-            ..Figure::default()
-        });
+        let plot = lab.plot(format!("{id}-{noise}"), format!("{title}, noise {noise}")).caption("A dot for each seed over the number of the system in the table. Where a Lagrangian exists it costs \
+                      nothing, leaves no more than errors of learning do, and keeps the divergence at 0.").axes(Axis::linear("system", ""), Axis::log(y, ""));
         for (k, (name, role, value)) in values.into_iter().enumerate() {
             if let Some(value) = value {
                 plot.dot(

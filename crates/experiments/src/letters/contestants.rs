@@ -1,11 +1,10 @@
 //! The models that are compared.
 
-use lagrangian::identify::RigidConfig;
 use lagrangian::train::Family;
-use lagrangian::{DelanConfig, LnnConfig, MlpConfig};
 use lagrangian_report::Role;
 
-use crate::harness::Contestant;
+use crate::families::{self, WIDTH};
+use crate::harness::{Contestant, contestant};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
@@ -14,38 +13,38 @@ pub(super) struct Recipe {
 
 /// All of them, in the order of the tables.
 pub(super) const CONTESTANTS: [Contestant<Recipe>; 4] = [
-    Contestant {
-        key: "delan",
-        name: "deep Lagrangian network",
-        role: Role::Lnn,
-        config: Recipe {
-            family: || Box::new(DelanConfig::default()),
+    contestant(
+        "delan",
+        "deep Lagrangian network",
+        Role::Lnn,
+        Recipe {
+            family: || families::delan(WIDTH),
         },
-    },
-    Contestant {
-        key: "lnn",
-        name: "black-box Lagrangian",
-        role: Role::Other(0),
-        config: Recipe {
-            family: || Box::new(LnnConfig::default()),
+    ),
+    contestant(
+        "lnn",
+        "black-box Lagrangian",
+        Role::Other(0),
+        Recipe {
+            family: || families::lnn(WIDTH),
         },
-    },
-    Contestant {
-        key: "mlp",
-        name: "plain network",
-        role: Role::Baseline,
-        config: Recipe {
-            family: || Box::new(MlpConfig::default()),
+    ),
+    contestant(
+        "mlp",
+        "plain network",
+        Role::Baseline,
+        Recipe {
+            family: || families::mlp(WIDTH),
         },
-    },
-    Contestant {
-        key: "rigid",
-        name: "identified chain",
-        role: Role::Other(1),
-        config: Recipe {
-            family: || Box::new(RigidConfig::default()),
+    ),
+    contestant(
+        "rigid",
+        "identified chain",
+        Role::Other(1),
+        Recipe {
+            family: families::rigid,
         },
-    },
+    ),
 ];
 
 impl Recipe {

@@ -10,19 +10,16 @@ use anyhow::{Result, anyhow};
 use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::Model;
 use lagrangian::train::{Budget, FitConfig, Learned, Loss};
-use lagrangian_report::{Axis, Figure};
+use lagrangian_report::Axis;
 
 use crate::harness::failure::Advise;
-use crate::harness::{Contestant, Experiment, Lab, Layout, Published, less, more, neither};
+use crate::harness::{Contestant, Experiment, Lab, Published, less, more, neither};
 use contestants::{CONTESTANTS, Recipe};
 use data::valid_seconds;
 pub use data::{Letter, Letters, error};
 pub use torque::TorqueError;
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "letters",
-    about: "2-joint arm: torques of unseen letters, learning curve, faster writing, noise",
-    parts: None,
     title: "Letters: the torques of a 2-joint arm",
     text: &[
         "17 letters to learn from; e, q and v are the test. Each model learns from (q, q̇, q̈, τ) alone; the parts of the \
@@ -67,8 +64,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
             values: &[("torque_mse", 6.2e-4), ("valid_seconds", 1.8)],
         },
     ],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "letters",
+        "2-joint arm: torques of unseen letters, learning curve, faster writing, noise",
+        run,
+    )
 };
 
 /// How many times as fast the test letters are written.
@@ -229,16 +229,8 @@ fn draw(
         let at = |k: i32| 0.005 * plan.main * 200.0_f64.powf(f64::from(k) / 119.0);
         let times: Vec<f64> = (0..120).map(at).collect();
         let values = times.iter().map(|t| history.at(*t)).collect();
-        lab.plot(Figure {
-            id: "over-time".into(),
-            title: "Error over training time".into(),
-            caption: "Torque MSE on the test letters of the best model so far. The measurement comes after the fit and steers \
-                      nothing."
-                .into(),
-            x: Axis::log("training time", "s"),
-            y: Axis::log("torque MSE", "N²m²"),
-            ..Figure::default()
-        })
+        lab.plot("over-time", "Error over training time").caption("Torque MSE on the test letters of the best model so far. The measurement comes after the fit and steers \
+                      nothing.").axes(Axis::log("training time", "s"), Axis::log("torque MSE", "N²m²"))
         .add(who.name, who.role, &times, values);
     }
     let nmse = |speed: &f64| {
@@ -247,16 +239,8 @@ fn draw(
     };
     let errors: Vec<f64> = SPEEDS.iter().map(nmse).collect();
     lab.row("", who).detail("faster_nmse", &errors);
-    lab.plot(Figure {
-        id: "faster".into(),
-        title: "Faster than trained".into(),
-        caption: "Torque error on the test letters written faster, q(t) → q(αt), as a part of the variance of the torque that \
-                  this needs (inertial and Coriolis parts times α²: exact)."
-            .into(),
-        x: Axis::linear("times as fast", ""),
-        y: Axis::log("torque nMSE", ""),
-        ..Figure::default()
-    })
+    lab.plot("faster", "Faster than trained").caption("Torque error on the test letters written faster, q(t) → q(αt), as a part of the variance of the torque that \
+                  this needs (inertial and Coriolis parts times α²: exact).").axes(Axis::linear("times as fast", ""), Axis::log("torque nMSE", ""))
     .add(who.name, who.role, &SPEEDS, above_rounding(&errors));
 }
 
@@ -289,15 +273,7 @@ fn learning_curve(
     }
     lab.row("", who).detail("learning_curve", &errors);
     let counts: Vec<f64> = plan.counts.iter().map(|count| *count as f64).collect();
-    lab.plot(Figure {
-        id: "learning-curve".into(),
-        title: "Learning curve".into(),
-        caption: "Torque MSE on the test letters over the number of letters to learn from, above the rounding of the data."
-            .into(),
-        x: Axis::log("training letters", ""),
-        y: Axis::log("torque MSE", "N²m²"),
-        ..Figure::default()
-    })
+    lab.plot("learning-curve", "Learning curve").caption("Torque MSE on the test letters over the number of letters to learn from, above the rounding of the data.").axes(Axis::log("training letters", ""), Axis::log("torque MSE", "N²m²"))
     .add(who.name, who.role, &counts, above_rounding(&errors));
     Ok(())
 }

@@ -3,19 +3,17 @@
 mod orbits;
 
 use anyhow::Result;
+use lagrangian::DelanConfig;
 use lagrangian::dataset::random_starts;
 use lagrangian::train::{Family, FitConfig, Loss};
-use lagrangian::{DelanConfig, LnnConfig, MlpConfig};
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 
 use crate::data::{beyond_delan, lagrangian_of};
-use crate::harness::{Contestant, Experiment, Lab, Layout, less, neither};
+use crate::families::{self, WIDTH};
+use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither};
 use orbits::{CIRCLE, Field, Orbit, acceleration_error, dataset, field_error, orbit};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "magnetic",
-    about: "charged particles in a uniform field and between magnetic mirrors: the field, the energy, the bounce",
-    parts: None,
     title: "Particles in magnetic fields",
     text: &[
         "A magnetic force is no gradient and does no work. It comes from a term A(q)·q̇ of the Lagrangian, whose curl is \
@@ -32,42 +30,29 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Root mean squared errors of e B = ∂pⱼ/∂qᵢ − ∂pᵢ/∂qⱼ and of q̈, relative, on states that no fit has \
                        seen; over a free orbit, the largest relative error of the true energy and the largest distance \
                        from the true orbit.",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "magnetic",
+        "charged particles in a uniform field and between magnetic mirrors: the field, the energy, the bounce",
+        run,
+    )
 };
 
 const CONTESTANTS: [Contestant<fn() -> Box<dyn Family>>; 4] = [
-    Contestant {
-        key: "lnn",
-        name: "Lagrangian network, free",
-        role: Role::Lnn,
-        config: || Box::new(LnnConfig::default()),
-    },
-    Contestant {
-        key: "delan_vector_potential",
-        name: "deep Lagrangian network with A(q)·q̇",
-        role: Role::Other(0),
-        config: || {
-            Box::new(DelanConfig {
-                vector_potential: true,
-                ..DelanConfig::default()
-            })
-        },
-    },
-    Contestant {
-        key: "delan",
-        name: "deep Lagrangian network",
-        role: Role::Other(1),
-        config: || Box::new(DelanConfig::default()),
-    },
-    Contestant {
-        key: "baseline",
-        name: "plain network",
-        role: Role::Baseline,
-        config: || Box::new(MlpConfig::default()),
-    },
+    contestant("lnn", "Lagrangian network, free", Role::Lnn, || {
+        families::lnn(WIDTH)
+    }),
+    contestant(
+        "delan_vector_potential",
+        "deep Lagrangian network with A(q)·q̇",
+        Role::Other(0),
+        || families::delan_with_vector_potential(WIDTH),
+    ),
+    contestant("delan", "deep Lagrangian network", Role::Other(1), || {
+        families::delan(WIDTH)
+    }),
+    contestant("baseline", "plain network", Role::Baseline, || {
+        families::mlp(WIDTH)
+    }),
 ];
 
 /// The states of the test are the same for all models and seeds.
@@ -138,14 +123,15 @@ fn measure(
     if seed == lab.args.seed {
         draw(lab, field, who.name, who.role, &own);
         let periods = in_periods(&own);
-        lab.plot(Figure {
-            id: format!("distance-{}", field.name()),
-            title: format!("Distance from the true orbit, {} field", field.name()),
-            caption: "From the same start.".into(),
-            x: Axis::linear("time", "gyro-periods"),
-            y: Axis::log("distance", "m").between(1e-9, 100.0),
-            ..Figure::default()
-        })
+        lab.plot(
+            format!("distance-{}", field.name()),
+            format!("Distance from the true orbit, {} field", field.name()),
+        )
+        .caption("From the same start.")
+        .axes(
+            Axis::linear("time", "gyro-periods"),
+            Axis::log("distance", "m").between(1e-9, 100.0),
+        )
         .add(who.name, who.role, &periods, distance);
     }
     Ok(())
@@ -169,46 +155,48 @@ fn draw(lab: &mut Lab, field: Field, name: &str, role: Role, orbit: &Orbit) {
             .take(200)
             .collect::<Vec<f64>>()
     };
-    let time = || Axis::linear("time", "gyro-periods");
-    let figure = |id: &str, title: &str, caption: &str, x: Axis, y: Axis| Figure {
-        id: format!("{id}-{}", field.name()),
-        title: format!("{title}, {} field", field.name()),
-        caption: caption.into(),
-        x,
-        y,
-        ..Figure::default()
+    let mut plot = |what: &str, title: &str, [x, y]: [Axis; 2], values: (&[f64], Vec<f64>)| {
+        lab.plot(
+            format!("{what}-{}", field.name()),
+            format!("{title}, {} field", field.name()),
+        )
+        .axes(x, y)
+        .add(name, role, values.0, values.1);
     };
     let metres = |label: &str, most: f64| Axis::linear(label, "m").between(-most, most);
+    let time = || Axis::linear("time", "gyro-periods");
     let periods = in_periods(orbit);
-    let caption = "The first ten gyro-periods of the free orbit, seen along z.";
-    lab.plot(figure(
+    let axes = [metres("x", 2.0), metres("y", 2.0)];
+    plot(
         "path",
-        "Path across the field",
-        caption,
-        metres("x", 2.0),
-        metres("y", 2.0),
-    ))
-    .add(name, role, &cut(0), cut(1));
-    let caption = "Error of the true energy along the orbits, relative; the truth's own is that of the integrator.";
-    let energy = Axis::log("|E/E₀ − 1|", "").between(1e-14, 10.0);
+        "The first ten gyro-periods, seen along z",
+        axes,
+        (&cut(0), cut(1)),
+    );
+    let axes = [time(), Axis::log("|E/E₀ − 1|", "").between(1e-14, 10.0)];
     let errors = orbit.energy.iter().map(|e| e.abs()).collect();
-    lab.plot(figure("energy", "Energy", caption, time(), energy))
-        .add(name, role, &periods, errors);
+    plot(
+        "energy",
+        "Error of the true energy",
+        axes,
+        (&periods, errors),
+    );
     if field == Field::Mirror {
-        let caption = "Position along the axis; the particle turns round near ± 2.25 m, where B is |v|²/v⊥² times that in \
-                       the middle.";
-        lab.plot(figure(
+        // It turns round near ± 2.25 m, where B is |v|²/v⊥² times that in the middle.
+        let z = (&periods[..], coordinate(orbit, 2));
+        plot(
             "bounce",
             "Bouncing between the mirrors",
-            caption,
-            time(),
-            metres("z", 4.0),
-        ))
-        .add(name, role, &periods, coordinate(orbit, 2));
-        let caption =
-            "m v⊥²/(2 B) over that at the start, with the true field: an adiabatic invariant.";
-        let moment = Axis::linear("μ/μ₀ − 1", "").between(-0.5, 0.5);
-        lab.plot(figure("moment", "Magnetic moment", caption, time(), moment))
-            .add(name, role, &periods, orbit.moment.clone());
+            [time(), metres("z", 4.0)],
+            z,
+        );
+        let axes = [time(), Axis::linear("μ/μ₀ − 1", "").between(-0.5, 0.5)];
+        let moments = (&periods[..], orbit.moment.clone());
+        plot(
+            "moment",
+            "Magnetic moment m v⊥²/(2 B), an adiabatic invariant",
+            axes,
+            moments,
+        );
     }
 }

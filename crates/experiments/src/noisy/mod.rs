@@ -8,16 +8,13 @@ use lagrangian::neural_ode::Order;
 use lagrangian::train::{
     AdamConfig, Family, FitConfig, Loss, NaturalConfig, Optimizer, RolloutLoss, Start,
 };
-use lagrangian::{DelanConfig, Form, LnnConfig, NeuralOdeConfig};
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 
-use crate::harness::{Contestant, Experiment, Lab, Layout, less, more, neither};
+use crate::families;
+use crate::harness::{Contestant, Experiment, Lab, contestant, less, more, neither};
 use protocol::{Errors, Protocol, errors, record};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "noisy",
-    about: "models of noisy recordings: estimated accelerations against the rollout loss",
-    parts: None,
     title: "Models of noisy recordings",
     text: &[
         "White noise on positions and velocities, samples 0.05 s apart. A fit of accelerations has to estimate them from \
@@ -34,10 +31,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Error of the accelerations along true motions over their root mean square; valid prediction time (of \
                        10 s) with the model integrated exactly, and by rk4 with steps of a quarter of and four times that \
                        of the data.",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "noisy",
+        "models of noisy recordings: estimated accelerations against the rollout loss",
+        run,
+    )
 };
 
 /// Systems with the number of their recordings.
@@ -61,50 +59,18 @@ const LOSSES: [(&str, &str, Prediction); 5] = [
 const NARROW: usize = 16;
 const WIDTH: usize = 32;
 
-fn neural_ode(order: Order) -> Box<dyn Family> {
-    Box::new(NeuralOdeConfig {
-        order,
-        width: WIDTH,
-        ..NeuralOdeConfig::default()
-    })
-}
-
 const FAMILIES: [Contestant<fn() -> Box<dyn Family>>; 4] = [
-    Contestant {
-        key: "lnn",
-        name: "LNN",
-        role: Role::Lnn,
-        config: || {
-            Box::new(LnnConfig {
-                form: Form::Convex,
-                width: NARROW,
-                ..LnnConfig::default()
-            })
-        },
-    },
-    Contestant {
-        key: "delan",
-        name: "DeLaN",
-        role: Role::Other(0),
-        config: || {
-            Box::new(DelanConfig {
-                width: NARROW,
-                ..DelanConfig::default()
-            })
-        },
-    },
-    Contestant {
-        key: "neural_ode",
-        name: "neural ODE",
-        role: Role::Baseline,
-        config: || neural_ode(Order::Second),
-    },
-    Contestant {
-        key: "neural_ode_1",
-        name: "neural ODE, order 1",
-        role: Role::Other(1),
-        config: || neural_ode(Order::First),
-    },
+    contestant("lnn", "LNN", Role::Lnn, || families::convex(NARROW)),
+    contestant("delan", "DeLaN", Role::Other(0), || families::delan(NARROW)),
+    contestant("neural_ode", "neural ODE", Role::Baseline, || {
+        families::neural_ode(Order::Second, WIDTH)
+    }),
+    contestant(
+        "neural_ode_1",
+        "neural ODE, order 1",
+        Role::Other(1),
+        || families::neural_ode(Order::First, WIDTH),
+    ),
 ];
 
 fn config(family: Box<dyn Family>, prediction: Prediction, lab: &Lab, seed: u64) -> FitConfig {
@@ -206,43 +172,25 @@ fn draw(
 ) {
     let id = group.replace([',', '%', ' '], "");
     let places: Vec<f64> = (0..along.len()).map(|k| k as f64).collect();
-    let names = || Axis::of_names("what is fitted", LOSSES.map(|loss| loss.1.into()).to_vec());
-    let mut add = |what: &str, title: &str, x: Axis, y: Axis, curve: (&[f64], Vec<f64>)| {
-        let figure = Figure {
-            id: format!("{what}-{id}"),
-            title: format!("{title}: {group}"),
-            caption: "q̈: fitted to estimated accelerations; otherwise the samples that a rollout predicts, last with free starts."
-                .into(),
-            x,
-            y,
-            ..Figure::default()
-        };
-        lab.plot(figure)
-            .add(family.name, family.role, curve.0, curve.1);
+    let mut plot = |what: &str, title: &str, [x, y]: [Axis; 2], values: (&[f64], Vec<f64>)| {
+        lab.plot(format!("{what}-{id}"), format!("{title}: {group}"))
+            .caption("q̈: fitted to estimated accelerations; otherwise the samples that a rollout predicts.")
+            .axes(x, y)
+            .add(family.name, family.role, values.0, values.1);
     };
+    let losses = || Axis::of_names("what is fitted", LOSSES.map(|loss| loss.1.into()).to_vec());
     let error = along.iter().map(|e| 100.0 * e.acceleration).collect();
-    add(
-        "error",
-        "Accelerations",
-        names(),
-        Axis::log("error of clean accelerations", "%"),
-        (&places, error),
-    );
-    let valid = along.iter().map(|e| e.valid).collect();
-    add(
+    let axes = [losses(), Axis::log("error of clean accelerations", "%")];
+    plot("error", "Accelerations", axes, (&places, error));
+    let valid = || Axis::linear("valid prediction time", "s");
+    let seconds = along.iter().map(|e| e.valid).collect();
+    plot(
         "valid",
         "Prediction",
-        names(),
-        Axis::linear("valid prediction time", "s"),
-        (&places, valid),
+        [losses(), valid()],
+        (&places, seconds),
     );
     let (x, y): (Vec<f64>, Vec<f64>) = along[2].steps.iter().copied().unzip();
     let step = Axis::log("step of rk4 over that of the data, fitted with k = 5", "");
-    add(
-        "steps",
-        "Other steps",
-        step,
-        Axis::linear("valid prediction time", "s"),
-        (&x, y),
-    );
+    plot("steps", "Other steps", [step, valid()], (&x, y));
 }

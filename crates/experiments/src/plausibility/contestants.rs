@@ -1,12 +1,10 @@
 //! The models that are compared.
 
-use lagrangian::baseline::MlpConfig;
-use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::train::{Family, ForceTerms, Loss};
 use lagrangian_report::Role;
 
-use crate::harness::Contestant;
+use crate::families::{self, WIDTH};
+use crate::harness::{Contestant, contestant};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
@@ -40,7 +38,7 @@ const fn plain(
     role: Role,
     family: fn() -> Box<dyn Family>,
 ) -> Contestant<Recipe> {
-    with(
+    contestant(
         key,
         name,
         role,
@@ -59,7 +57,7 @@ const fn with_forces(
     role: Role,
     family: fn() -> Box<dyn Family>,
 ) -> Contestant<Recipe> {
-    with(
+    contestant(
         key,
         name,
         role,
@@ -71,60 +69,31 @@ const fn with_forces(
     )
 }
 
-const fn with(
-    key: &'static str,
-    name: &'static str,
-    role: Role,
-    config: Recipe,
-) -> Contestant<Recipe> {
-    Contestant {
-        key,
-        name,
-        role,
-        config,
-    }
-}
-
-fn delan() -> Box<dyn Family> {
-    Box::new(DelanConfig::default())
-}
-
-fn lnn() -> Box<dyn Family> {
-    Box::new(LnnConfig::default())
-}
-
-fn convex() -> Box<dyn Family> {
-    Box::new(LnnConfig {
-        form: Form::Convex,
-        ..LnnConfig::default()
-    })
-}
-
-fn mlp() -> Box<dyn Family> {
-    Box::new(MlpConfig::default())
-}
-
-fn rigid() -> Box<dyn Family> {
-    Box::new(RigidConfig::default())
-}
-
 /// Those whose laws are measured.
 pub(super) const OBEYED: [Contestant<Recipe>; 6] = [
-    plain("delan", "deep Lagrangian network", Role::Lnn, delan),
-    plain("lnn", "black-box Lagrangian", Role::Other(0), lnn),
-    plain("lnn_convex", "convex Lagrangian", Role::Other(2), convex),
-    with(
+    plain("delan", "deep Lagrangian network", Role::Lnn, || {
+        families::delan(WIDTH)
+    }),
+    plain("lnn", "black-box Lagrangian", Role::Other(0), || {
+        families::lnn(WIDTH)
+    }),
+    plain("lnn_convex", "convex Lagrangian", Role::Other(2), || {
+        families::convex(WIDTH)
+    }),
+    contestant(
         "mlp",
         "plain network, q̈",
         Role::Baseline,
         Recipe {
             loss: Loss::ACCELERATION,
             forces: NONE,
-            family: mlp,
+            family: || families::mlp(WIDTH),
         },
     ),
-    plain("mlp_inverse", "plain network, τ", Role::Baseline, mlp),
-    plain("rigid", "identified chain", Role::Other(1), rigid),
+    plain("mlp_inverse", "plain network, τ", Role::Baseline, || {
+        families::mlp(WIDTH)
+    }),
+    plain("rigid", "identified chain", Role::Other(1), families::rigid),
 ];
 
 /// Those that meet broken premises.
@@ -133,17 +102,28 @@ pub(super) const BROKEN: [Contestant<Recipe>; 6] = [
         "delan_forces",
         "deep Lagrangian with forces",
         Role::Lnn,
-        delan,
+        || families::delan(WIDTH),
     ),
-    plain("delan", "deep Lagrangian network", Role::Other(0), delan),
-    plain("lnn", "black-box Lagrangian", Role::Other(2), lnn),
-    with_forces("lnn_forces", "black-box with forces", Role::Other(3), lnn),
-    plain("mlp", "plain network", Role::Baseline, mlp),
+    plain("delan", "deep Lagrangian network", Role::Other(0), || {
+        families::delan(WIDTH)
+    }),
+    plain("lnn", "black-box Lagrangian", Role::Other(2), || {
+        families::lnn(WIDTH)
+    }),
+    with_forces(
+        "lnn_forces",
+        "black-box with forces",
+        Role::Other(3),
+        || families::lnn(WIDTH),
+    ),
+    plain("mlp", "plain network", Role::Baseline, || {
+        families::mlp(WIDTH)
+    }),
     with_forces(
         "rigid_forces",
         "identified chain with friction",
         Role::Other(1),
-        rigid,
+        families::rigid,
     ),
 ];
 

@@ -11,17 +11,14 @@ use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::Model;
 use lagrangian::train::{Budget, FitConfig, Learned};
 use lagrangian::{State, Trajectory};
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 
-use crate::harness::{Contestant, Experiment, Lab, Layout, Row, less, more, neither};
+use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more, neither};
 use contestants::{BROKEN, OBEYED, Recipe};
 use laws::{Laws, laws};
 use premises::{Premise, driven, motion_misfit, torque_misfit};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "plausibility",
-    about: "laws of mechanics that each family obeys, and what broken premises cost",
-    parts: None,
     title: "Plausibility: what would falsify a Lagrangian model",
     text: &[
         "A Lagrangian that is learned obeys the laws because of its form, whatever its weights; a plain network obeys none of \
@@ -49,10 +46,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        the model's own and the true energy. Drift: |E(10 s) − E(0)| of free motions over the deviation of E \
                        in the data. Broken premises: root mean square errors on held-out recordings, and the violation that \
                        the amount is: what the exact Lagrangian of the unbroken machine misses of the recorded torque.",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "plausibility",
+        "laws of mechanics that each family obeys, and what broken premises cost",
+        run,
+    )
 };
 
 /// Recordings to learn from, to choose weights by, and to test on.
@@ -68,12 +66,7 @@ const STARTS: usize = 8;
 /// Length of a short prediction in samples, which is half a second.
 const AHEAD: usize = 25;
 
-const TRUTH: Contestant = Contestant {
-    key: "truth",
-    name: "truth",
-    role: Role::Truth,
-    config: (),
-};
+const TRUTH: Contestant = contestant("truth", "truth", Role::Truth, ());
 
 fn run(lab: &mut Lab) -> Result<()> {
     let amounts: &[usize] = if lab.quick() { &[0, 2] } else { &[0, 1, 2, 3] };
@@ -214,15 +207,7 @@ fn broken(lab: &mut Lab, premise: Premise, amount: f64, unbroken: f64) -> Result
 
 /// The torque error over the violation.
 fn draw(lab: &mut Lab, premise: Premise, name: &str, role: Role, (violation, error): (f64, f64)) {
-    lab.plot(Figure {
-        id: format!("premise-{}", premise.name()),
-        title: format!("Broken premise: {}", premise.name()),
-        caption: "Torque error on held-out recordings over how much the machine breaks the premise, a dot for each seed. The \
-                  leftmost dots are the unbroken machine, whose place on a logarithmic axis is no value."
-            .into(),
-        x: Axis::log("violation", "N·m"),
-        y: Axis::log("torque error, RMS", "N·m"),
-        ..Figure::default()
-    })
+    lab.plot(format!("premise-{}", premise.name()), format!("Broken premise: {}", premise.name())).caption("Torque error on held-out recordings over how much the machine breaks the premise, a dot for each seed. The \
+                  leftmost dots are the unbroken machine, whose place on a logarithmic axis is no value.").axes(Axis::log("violation", "N·m"), Axis::log("torque error, RMS", "N·m"))
     .dot(name, role, violation, error);
 }

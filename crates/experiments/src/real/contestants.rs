@@ -1,12 +1,10 @@
 //! The models of real machines, and the candidates among which each one's validation samples choose.
 
-use lagrangian::baseline::MlpConfig;
-use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
 use lagrangian::train::{AdamConfig, Family, ForceTerms, Loss, Optimizer};
 use lagrangian_report::Role;
 
-use crate::harness::Contestant;
+use crate::families;
+use crate::harness::{Contestant, contestant};
 
 pub(super) struct Candidate {
     pub(super) name: &'static str,
@@ -44,18 +42,15 @@ impl Candidate {
 }
 
 fn delan() -> Box<dyn Family> {
-    Box::new(DelanConfig {
-        width: 16,
-        ..DelanConfig::default()
-    })
+    families::delan(16)
 }
 
 fn lnn() -> Box<dyn Family> {
-    Box::new(LnnConfig {
-        form: Form::Convex,
-        width: 16,
-        ..LnnConfig::default()
-    })
+    families::convex(16)
+}
+
+fn mlp() -> Box<dyn Family> {
+    families::mlp(32)
 }
 
 fn friction_and_rotor() -> ForceTerms {
@@ -95,13 +90,6 @@ const LNN: &[Candidate] = &[
     ),
 ];
 
-fn mlp() -> Box<dyn Family> {
-    Box::new(MlpConfig {
-        width: 32,
-        ..MlpConfig::default()
-    })
-}
-
 const FORWARD: &[Candidate] = &[candidate(
     "acceleration",
     Loss::ACCELERATION,
@@ -115,39 +103,24 @@ const RIGID: &[Candidate] = &[candidate(
     "least squares",
     Loss::TORQUE,
     ForceTerms::friction,
-    || Box::new(RigidConfig::default()),
+    families::rigid,
 )];
 
 /// All of them, in the order of the tables.
 pub(super) const CONTESTANTS: &[Contestant<&[Candidate]>] = &[
-    Contestant {
-        key: "delan",
-        name: "deep Lagrangian network",
-        role: Role::Lnn,
-        config: DELAN,
-    },
-    Contestant {
-        key: "lnn",
-        name: "black-box Lagrangian",
-        role: Role::Other(0),
-        config: LNN,
-    },
-    Contestant {
-        key: "mlp_forward",
-        name: "plain network of accelerations",
-        role: Role::Baseline,
-        config: FORWARD,
-    },
-    Contestant {
-        key: "mlp_inverse",
-        name: "plain network of torques",
-        role: Role::Other(1),
-        config: INVERSE,
-    },
-    Contestant {
-        key: "rigid",
-        name: "identified rigid links",
-        role: Role::Other(2),
-        config: RIGID,
-    },
+    contestant("delan", "deep Lagrangian network", Role::Lnn, DELAN),
+    contestant("lnn", "black-box Lagrangian", Role::Other(0), LNN),
+    contestant(
+        "mlp_forward",
+        "plain network of accelerations",
+        Role::Baseline,
+        FORWARD,
+    ),
+    contestant(
+        "mlp_inverse",
+        "plain network of torques",
+        Role::Other(1),
+        INVERSE,
+    ),
+    contestant("rigid", "identified rigid links", Role::Other(2), RIGID),
 ];

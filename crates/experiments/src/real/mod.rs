@@ -11,14 +11,11 @@ use lagrangian::score::{Score, score};
 use lagrangian::train::{FitConfig, Learned};
 
 use crate::harness::failure::Advise;
-use crate::harness::{Contestant, Experiment, Lab, Layout, less, more};
+use crate::harness::{Contestant, Experiment, Lab, less, more};
 use contestants::{CONTESTANTS, Candidate};
 use machines::{MACHINES, Machine, Recordings};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "real",
-    about: "a real pendulum and a real double pendulum: torques, accelerations, predictions",
-    parts: None,
     title: "Two real machines",
     text: &[
         "A torque loss is attenuated where a machine swings nearly freely: its torque is a small difference of inertia and \
@@ -41,10 +38,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ],
     about_quantities: "Logs that were kept from training. Errors over the variance of the signal (1: no better than its \
                        mean; a constant torque has none).",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "real",
+        "a real pendulum and a real double pendulum: torques, accelerations, predictions",
+        run,
+    )
 };
 
 /// Names of the quantities of each joint.

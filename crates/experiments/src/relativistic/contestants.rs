@@ -6,7 +6,7 @@ use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig, SpeedChart};
 use lagrangian::train::{Budget, Family, FitConfig, Loss, NaturalConfig, Optimizer};
 use lagrangian_report::Role;
 
-use crate::harness::Contestant;
+use crate::harness::{Contestant, contestant};
 
 /// Where a fit starts from.
 #[derive(Debug, Clone, Copy)]
@@ -72,11 +72,11 @@ const PLAIN: &[Start] = &[
 
 /// All of them, in the order of the tables.
 pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
-    Contestant {
-        key: "lnn",
-        name: "Lagrangian network, free, below the limit c",
-        role: Role::Lnn,
-        config: Recipe {
+    contestant(
+        "lnn",
+        "Lagrangian network, free, below the limit c",
+        Role::Lnn,
+        Recipe {
             family: |start| {
                 Box::new(LnnConfig {
                     speed_limit: Some(1.0),
@@ -88,23 +88,23 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
             loss: Loss::ACCELERATION_RELATIVE,
             steps: MORE,
         },
-    },
-    Contestant {
-        key: "lnn_free",
-        name: "Lagrangian network, free, sees q̇",
-        role: Role::Other(0),
-        config: Recipe {
+    ),
+    contestant(
+        "lnn_free",
+        "Lagrangian network, free, sees q̇",
+        Role::Other(0),
+        Recipe {
             family: |start| Box::new(lnn(Form::Free, start)),
             starts: STARTS,
             loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
         },
-    },
-    Contestant {
-        key: "lnn_convex",
-        name: "Lagrangian network, convex, exponential units",
-        role: Role::Other(1),
-        config: Recipe {
+    ),
+    contestant(
+        "lnn_convex",
+        "Lagrangian network, convex, exponential units",
+        Role::Other(1),
+        Recipe {
             family: |start| {
                 Box::new(LnnConfig {
                     exponential: true,
@@ -115,34 +115,34 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
             loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
         },
-    },
-    Contestant {
-        key: "hnn_noncanonical",
-        name: "Hamiltonian network on (q, q̇)",
-        role: Role::Other(3),
-        config: Recipe {
+    ),
+    contestant(
+        "hnn_noncanonical",
+        "Hamiltonian network on (q, q̇)",
+        Role::Other(3),
+        Recipe {
             family: |_| Box::new(hnn(Momenta::Velocities, None)),
             starts: PLAIN,
             loss: Loss::ACCELERATION_L1,
             steps: STEPS,
         },
-    },
-    Contestant {
-        key: "hnn_canonical",
-        name: "Hamiltonian network on (q, p), below the limit c",
-        role: Role::Other(4),
-        config: Recipe {
+    ),
+    contestant(
+        "hnn_canonical",
+        "Hamiltonian network on (q, p), below the limit c",
+        Role::Other(4),
+        Recipe {
             family: |_| Box::new(hnn(Momenta::Recorded, Some(1.0))),
             starts: PLAIN,
             loss: Loss::ACCELERATION_L1,
             steps: STEPS,
         },
-    },
-    Contestant {
-        key: "delan",
-        name: "deep Lagrangian network",
-        role: Role::Other(2),
-        config: Recipe {
+    ),
+    contestant(
+        "delan",
+        "deep Lagrangian network",
+        Role::Other(2),
+        Recipe {
             family: |_| {
                 Box::new(DelanConfig {
                     width: WIDTH,
@@ -153,12 +153,12 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
             loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
         },
-    },
-    Contestant {
-        key: "baseline",
-        name: "plain network",
-        role: Role::Baseline,
-        config: Recipe {
+    ),
+    contestant(
+        "baseline",
+        "plain network",
+        Role::Baseline,
+        Recipe {
             family: |_| {
                 Box::new(MlpConfig {
                     width: WIDTH,
@@ -169,7 +169,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
             loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
         },
-    },
+    ),
 ];
 
 fn hnn(momenta: Momenta, speed_limit: Option<f64>) -> HnnConfig {

@@ -6,19 +6,16 @@ mod particle;
 use anyhow::Result;
 use lagrangian::State;
 use lagrangian::train::Samples;
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 use serde_json::json;
 
 use crate::data::{beyond_delan, lagrangian_of};
-use crate::harness::{Contestant, Experiment, Lab, Layout, Published, less, neither};
+use crate::harness::{Contestant, Experiment, Lab, Published, contestant, less, neither};
 use contestants::{CONTESTANTS, Recipe};
 pub(crate) use particle::Particle;
 use particle::{Sweep, dataset, recovered, samples, sweep, weighted_error, weighted_flow_error};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "relativistic",
-    about: "relativistic particles, published and physical, in fields that differ from sample to sample",
-    parts: None,
     title: "Relativistic particles",
     text: &[
         "Speeds to 0.99999, a field g ~ 10 N(0, 1) for each sample. The field is a parameter: a coordinate that never moves. \
@@ -36,7 +33,6 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Error of q̈ weighted by 1 + 1/√(1 − q̇²) (Cranmer et al. 2020, their notebooks), on samples that no \
                        fit has seen, and 1 − R² of the momentum p(q̇) up to its gauge at speeds to 0.99. Seconds: all \
                        starts of a seed.",
-    details: &[],
     published: &[
         Published {
             group: "published",
@@ -54,8 +50,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
             values: &[("weighted_l1", 2.4e-4)],
         },
     ],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "relativistic",
+        "relativistic particles, published and physical, in fields that differ from sample to sample",
+        run,
+    )
 };
 
 /// The test samples are the same for all models and seeds.
@@ -67,12 +66,7 @@ const FASTEST: f64 = 0.99999;
 const FAST: f64 = 0.99;
 
 /// What predicts no acceleration at all.
-const NOTHING: Contestant = Contestant {
-    key: "no_acceleration",
-    name: "no acceleration",
-    role: Role::Other(7),
-    config: (),
-};
+const NOTHING: Contestant = contestant("no_acceleration", "no acceleration", Role::Other(7), ());
 
 fn run(lab: &mut Lab) -> Result<()> {
     let quick = lab.quick();
@@ -189,14 +183,12 @@ fn draw(lab: &mut Lab, particle: Particle, (name, role): (&str, Role), own: &Swe
         ),
     ];
     for (what, caption, y, values) in curves {
-        lab.plot(Figure {
-            id: format!("{what}-{}", particle.name()),
-            title: format!("{what} of the {} particle", particle.name()),
-            caption: caption.into(),
-            x: Axis::log("γ = 1/√(1 − q̇²)", ""),
-            y,
-            ..Figure::default()
-        })
+        lab.plot(
+            format!("{what}-{}", particle.name()),
+            format!("{what} of the {} particle", particle.name()),
+        )
+        .caption(caption)
+        .axes(Axis::log("γ = 1/√(1 − q̇²)", ""), y)
         .add(name, role, &gammas, values);
     }
 }

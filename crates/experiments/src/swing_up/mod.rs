@@ -7,15 +7,12 @@ use lagrangian::DelanConfig;
 use lagrangian::dynamics::Model;
 use lagrangian::train::{FitConfig, Loss};
 use lagrangian_control::Machine;
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 
-use crate::harness::{Contestant, Experiment, Lab, Layout, Row, less, more};
+use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more};
 use attempts::{Attempt, attempts, excitation, machine};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "swing-up",
-    about: "pendulum, cart-pole and Furuta pendulum, swung up through a learned energy",
-    parts: None,
     title: "Swing-up through a learned energy",
     text: &[
         "Energy shaping with collocated partial feedback linearisation, then a linear-quadratic regulator: both take all \
@@ -29,25 +26,16 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ],
     about_quantities: "A swing-up succeeds where the pendulum is upright within 20 s and held for at least 2 s. The loss \
                        is the squared torque error in units of its variance.",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "swing-up",
+        "pendulum, cart-pole and Furuta pendulum, swung up through a learned energy",
+        run,
+    )
 };
 
-const TRUTH: Contestant = Contestant {
-    key: "truth",
-    name: "true model",
-    role: Role::Truth,
-    config: (),
-};
+const TRUTH: Contestant = contestant("truth", "true model", Role::Truth, ());
 
-const LEARNED: Contestant = Contestant {
-    key: "learned",
-    name: "deep Lagrangian network",
-    role: Role::Lnn,
-    config: (),
-};
+const LEARNED: Contestant = contestant("learned", "deep Lagrangian network", Role::Lnn, ());
 
 /// The starts are the same for all models and seeds.
 const START_SEED: u64 = 5;
@@ -102,14 +90,14 @@ fn draw(lab: &mut Lab, kind: Machine, who: &Contestant, runs: &[Attempt]) {
     let (pendulum, n) = (kind.config().pendulum, attempt.motion.dof());
     let rows = attempt.motion.q.chunks_exact(n).step_by(10);
     let t: Vec<f64> = attempt.motion.t.iter().step_by(10).copied().collect();
-    lab.plot(Figure {
-        id: format!("angle-{}", kind.system()),
-        title: format!("Angle of the {}", kind.system()),
-        caption: "From the first start; π is up, and so is π after whole turns (9.42, −3.14 …)."
-            .into(),
-        x: Axis::linear("time", "s"),
-        y: Axis::linear("angle from hanging down", "rad"),
-        ..Figure::default()
-    })
+    lab.plot(
+        format!("angle-{}", kind.system()),
+        format!("Angle of the {}", kind.system()),
+    )
+    .caption("From the first start; π is up, and so is π after whole turns (9.42, −3.14 …).")
+    .axes(
+        Axis::linear("time", "s"),
+        Axis::linear("angle from hanging down", "rad"),
+    )
     .add(who.name, who.role, &t, rows.map(|q| q[pendulum]).collect());
 }

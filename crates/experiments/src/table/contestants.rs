@@ -1,19 +1,19 @@
 //! The rows of the table.
 
-use lagrangian::baseline::MlpConfig;
 use lagrangian::dynamics::Model;
-use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
+use lagrangian::hamiltonian::{HnnStructure, Momenta};
 use lagrangian::identify::RigidConfig;
 use lagrangian::integrate::Method;
-use lagrangian::lagrangian::{Angles, DelanConfig, Form, LnnConfig};
+use lagrangian::lagrangian::Angles;
 use lagrangian::models::vin::VinConfig;
-use lagrangian::neural_ode::{NeuralOdeConfig, Order};
+use lagrangian::neural_ode::Order;
 use lagrangian::train::{Family, Loss};
 use lagrangian_report::Role;
 
 use super::measure::{acceleration_error, flow_acceleration_error};
 use super::{Lesson, Reads};
-use crate::harness::Contestant;
+use crate::families::{self, WIDTH};
+use crate::harness::{Contestant, contestant};
 
 /// How a contestant is fitted and measured.
 pub(super) struct Recipe {
@@ -136,117 +136,78 @@ const fn published(row: &'static Published, recipe: Recipe) -> Recipe {
     }
 }
 
-const fn row(
-    key: &'static str,
-    name: &'static str,
-    role: Role,
-    config: Recipe,
-) -> Contestant<Recipe> {
-    Contestant {
-        key,
-        name,
-        role,
-        config,
-    }
-}
-
 fn delan() -> Box<dyn Family> {
-    Box::new(DelanConfig::default())
-}
-
-fn hamiltonian(structure: HnnStructure, momenta: Momenta) -> Box<dyn Family> {
-    Box::new(HnnConfig {
-        structure,
-        momenta,
-        ..HnnConfig::default()
-    })
-}
-
-fn neural_ode(order: Order) -> Box<dyn Family> {
-    Box::new(NeuralOdeConfig {
-        order,
-        ..NeuralOdeConfig::default()
-    })
+    families::delan(WIDTH)
 }
 
 pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
-    row(
+    contestant(
         "lnn",
         "LNN, free",
         Role::Lnn,
-        published(&LNN, free(|| Box::new(LnnConfig::default()))),
+        published(&LNN, free(|| families::lnn(WIDTH))),
     ),
-    row(
+    contestant(
         "lnn-convex",
         "LNN, convex",
         Role::Other(5),
-        free(|| {
-            Box::new(LnnConfig {
-                form: Form::Convex,
-                ..LnnConfig::default()
-            })
-        }),
+        free(|| families::convex(WIDTH)),
     ),
-    row(
+    contestant(
         "delan",
         "DeLaN",
         Role::Other(0),
         published(&DLN, free(delan)),
     ),
-    row(
+    contestant(
         "delan-potential",
         "DeLaN + A(q)·q̇",
         Role::Other(6),
-        free(|| {
-            Box::new(DelanConfig {
-                vector_potential: true,
-                ..DelanConfig::default()
-            })
-        }),
+        free(|| families::delan_with_vector_potential(WIDTH)),
     ),
-    row(
+    contestant(
         "hnn",
         "HNN, canonical",
         Role::Other(1),
         published(
             &HNN,
-            canonical(|| hamiltonian(HnnStructure::Free, Momenta::Recorded)),
+            canonical(|| families::hnn(HnnStructure::Free, Momenta::Recorded, WIDTH)),
         ),
     ),
-    row(
+    contestant(
         "hnn-mass",
         "HNN, M(q)",
         Role::Other(5),
-        canonical(|| hamiltonian(HnnStructure::Mass, Momenta::Recorded)),
+        canonical(|| families::hnn(HnnStructure::Mass, Momenta::Recorded, WIDTH)),
     ),
-    row(
+    contestant(
         "hnn-velocities",
         "HNN, q̇ for p",
         Role::Other(6),
-        flowing(|| hamiltonian(HnnStructure::Free, Momenta::Velocities)),
+        flowing(|| families::hnn(HnnStructure::Free, Momenta::Velocities, WIDTH)),
     ),
-    row(
+    contestant(
         "neural-ode",
         "neural ODE, order 2",
         Role::Other(2),
-        published(&FLOW, rolled(|| neural_ode(Order::Second))),
+        published(&FLOW, rolled(|| families::neural_ode(Order::Second, WIDTH))),
     ),
-    row(
+    contestant(
         "neural-ode-first",
         "neural ODE, order 1",
         Role::Other(5),
-        rolled(|| neural_ode(Order::First)),
+        rolled(|| families::neural_ode(Order::First, WIDTH)),
     ),
-    row(
+    contestant(
         "flow",
         "flow of rates",
         Role::Other(4),
         published(
             &FLOW,
-            flowing(|| hamiltonian(HnnStructure::None, Momenta::Velocities)),
+            flowing(|| families::hnn(HnnStructure::None, Momenta::Velocities, WIDTH)),
         ),
     ),
-    row(
+    contestant(
         "vin",
         "VIN",
         Role::Other(3),
@@ -257,7 +218,7 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
             ..free(|| Box::new(VinConfig::default()))
         },
     ),
-    row(
+    contestant(
         "delan-positions",
         "DeLaN, positions",
         Role::Other(6),
@@ -268,13 +229,13 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
             ..free(delan)
         },
     ),
-    row(
+    contestant(
         "mlp",
         "plain network",
         Role::Baseline,
-        published(&NETWORK, free(|| Box::new(MlpConfig::default()))),
+        published(&NETWORK, free(|| families::mlp(WIDTH))),
     ),
-    row(
+    contestant(
         "rigid",
         "rigid chain",
         Role::Truth,

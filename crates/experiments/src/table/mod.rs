@@ -16,15 +16,13 @@ use anyhow::Result;
 use lagrangian::train::Budget;
 
 use crate::harness::failure::mistake;
-use crate::harness::{Contestant, Experiment, Lab, Layout};
+use crate::harness::{Contestant, Experiment, Lab};
 use columns::{Column, Measured};
 use contestants::{CONTESTANTS, Recipe};
 use lesson::{Hidden, Lesson, Reads, Size};
 use task::{SAMPLES, Task};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "table",
-    about: "what every family of models can learn: a table of measured ticks",
     parts: Some("ROW, ROW:COLUMN or :COLUMN"),
     title: "What every family can learn",
     text: &[
@@ -34,10 +32,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ],
     quantities: &Column::QUANTITIES,
     about_quantities: "Values of each cell; a dash where nothing could be measured. Ticks and thresholds stand below.",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "table",
+        "what every family of models can learn: a table of measured ticks",
+        run,
+    )
 };
 
 /// How much is learned from and tested, and which cells.

@@ -1,7 +1,7 @@
 //! The ticks, their thresholds, and what was refused.
 
 use lagrangian::train::Budget;
-use lagrangian_report::{Axis, Figure, Table};
+use lagrangian_report::{Axis, Table};
 
 use super::columns::{Column, OWN_ENERGY};
 use super::contestants::Recipe;
@@ -190,16 +190,8 @@ pub(super) fn complete(lab: &mut Lab, plan: &Plan, cells: &[Cell]) {
             .iter()
             .map(|(step, e)| (*step as f64, 100.0 * e))
             .unzip();
-        lab.plot(Figure {
-            id: "learning".into(),
-            title: "Learning the double pendulum".into(),
-            caption: "Error of q̈ on held-out motions by the best weights so far; one seed. A tick is a cut through this figure: \
-                      at 5 % and at the last step."
-                .into(),
-            x: Axis::log("steps of the natural gradient", ""),
-            y: Axis::log("error of q̈", "%"),
-            ..Figure::default()
-        })
+        lab.plot("learning", "Learning the double pendulum").caption("Error of q̈ on held-out motions by the best weights so far; one seed. A tick is a cut through this figure: \
+                      at 5 % and at the last step.").axes(Axis::log("steps of the natural gradient", ""), Axis::log("error of q̈", "%"))
         .add(cell.row.name, cell.row.role, &x, y);
     }
 }

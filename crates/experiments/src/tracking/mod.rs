@@ -5,17 +5,14 @@ mod writing;
 
 use anyhow::Result;
 use lagrangian::Trajectory;
-use lagrangian_report::{Axis, Figure, Role, Series};
+use lagrangian_report::{Axis, Role};
 
 use crate::harness::failure::Advise;
-use crate::harness::{Contestant, Experiment, Lab, Layout, Row, less};
+use crate::harness::{Contestant, Experiment, Lab, Row, less};
 use crate::letters::Letters;
 use writing::{Arm, Condition, Lesson, Outcome, WINDOW, Writing, curves, recovery, run as track};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "tracking",
-    about: "arms of 2 and 7 joints that write letters while their model is learned; a payload comes",
-    parts: None,
     title: "Tracking: an arm that learns its model while it writes",
     text: &[
         "500 Hz, low-gain feedback with feed-forward. The model begins with random weights. Samples come from the loop itself: \
@@ -33,10 +30,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Tracking error of the last two letters before the payload, root mean square over all joints; over that \
                        of the true model; seconds of motion from the payload until the error stays within 20 % of before, \
                        of models that follow (within 10 times the true one).",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "tracking",
+        "arms of 2 and 7 joints that write letters while their model is learned; a payload comes",
+        run,
+    )
 };
 
 /// A model has recovered where the error stays within this factor of before.
@@ -193,29 +191,22 @@ fn draw(lab: &mut Lab, arm: &Arm, who: &Contestant<Condition>, outcome: &Outcome
     let id = arm.name.replace(' ', "-");
     if who.config != Condition::PerfectLoaded {
         let letters: Vec<f64> = (1..=outcome.errors.len()).map(|k| k as f64).collect();
-        lab.plot(Figure {
-            id: format!("errors-{id}"),
-            title: format!("Error of each letter, {}", arm.name),
-            caption: "With the last letter comes the payload, which the true model does not know."
-                .into(),
-            x: Axis::linear("letter", ""),
-            y: Axis::log("tracking error", "rad"),
-            ..Figure::default()
-        })
+        lab.plot(
+            format!("errors-{id}"),
+            format!("Error of each letter, {}", arm.name),
+        )
+        .caption("With the last letter comes the payload, which the true model does not know.")
+        .axes(
+            Axis::linear("letter", ""),
+            Axis::log("tracking error", "rad"),
+        )
         .add(who.name, who.role, &letters, outcome.errors.clone());
     }
     if who.config != Condition::Pd {
-        lab.plot(Figure {
-            id: format!("payload-{id}"),
-            title: format!("After the payload, {}", arm.name),
-            caption: format!(
+        lab.plot(format!("payload-{id}"), format!("After the payload, {}", arm.name)).caption(format!(
                 "Errors in windows of {WINDOW} s from the instant that the payload comes into the hand. The true model does \
                  not learn of it; the one that knows it shows what can be reached."
-            ),
-            x: Axis::linear("time since the payload", "s"),
-            y: Axis::log("tracking error", "rad"),
-            ..Figure::default()
-        })
+            )).axes(Axis::linear("time since the payload", "s"), Axis::log("tracking error", "rad"))
         .add(who.name, who.role, &outcome.after.0, outcome.after.1.clone());
     }
 }
@@ -240,15 +231,15 @@ fn draw_path(
             .unzip()
     };
     let (wanted, own) = (path(writing.reference.samples()), path(&outcome.motion));
-    lab.plot(Figure {
-        id: format!("path-{}", arm.name.replace(' ', "-")),
-        title: format!("The letter {letter}, {}", arm.name),
-        caption: "Second joint over first.".into(),
-        x: Axis::linear("first joint", "rad"),
-        y: Axis::linear("second joint", "rad"),
-        series: Vec::new(),
-        ..Figure::default()
-    })
+    lab.plot(
+        format!("path-{}", arm.name.replace(' ', "-")),
+        format!("The letter {letter}, {}", arm.name),
+    )
+    .caption("Second joint over first.")
+    .axes(
+        Axis::linear("first joint", "rad"),
+        Axis::linear("second joint", "rad"),
+    )
     .once("reference", Role::Other(2), &wanted.0, wanted.1)
     .once(who.name, who.role, &own.0, own.1);
 }
@@ -258,19 +249,20 @@ fn live(lab: &mut Lab, arm: &Arm, writing: &Writing) -> Result<()> {
     lab.begin_weighted(format!("{}, in real time", arm.name), weight(arm))?;
     let run = (None, lab.args.seed, true);
     let live = track(arm, writing, Condition::Learned, run, &Lesson::default())?;
-    let ticks = |&(seconds, ticks): &(f64, u64)| (1e6 * seconds, ticks as f64);
-    let (x, y): (Vec<f64>, Vec<f64>) = live.histogram.iter().map(ticks).unzip();
+    let ticks = live
+        .histogram
+        .iter()
+        .map(|&(seconds, ticks)| (1e6 * seconds, ticks as f64));
     let latency = live.latency;
-    lab.plot(Figure {
-        id: format!("latency-{}", arm.name.replace(' ', "-")),
-        title: format!("Time of a tick while a thread learns, {}", arm.name),
-        caption: format!(
-            "Controller alone, {} ticks at 500 Hz in real time: median {:.1} µs, 99 % below {:.1} µs, longest {:.0} µs.",
-            latency.ticks, 1e6 * latency.p50, 1e6 * latency.p99, 1e6 * latency.max
-        ),
-        x: Axis::log("time", "µs"),
-        y: Axis::log("ticks", ""),
-        series: vec![Series::points("ticks", Role::Lnn, x, y)],
-    });
+    let id = format!("latency-{}", arm.name.replace(' ', "-"));
+    let title = format!("Time of a tick while a thread learns, {}", arm.name);
+    let plot = lab.plot(id, title).caption(format!(
+        "Controller alone, {} ticks at 500 Hz in real time: median {:.1} µs, 99 % below {:.1} µs, longest {:.0} µs.",
+        latency.ticks, 1e6 * latency.p50, 1e6 * latency.p99, 1e6 * latency.max
+    ));
+    plot.axes(Axis::log("time", "µs"), Axis::log("ticks", ""));
+    for (x, y) in ticks {
+        plot.dot("ticks", Role::Lnn, x, y);
+    }
     Ok(())
 }

@@ -3,9 +3,8 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::baseline::MlpConfig;
+use crate::families;
 use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::DelanConfig;
 use lagrangian::lagrangian::analytic::by_name;
 use lagrangian::rigid::{RigidBodies, example};
 use lagrangian::train::Family;
@@ -438,14 +437,8 @@ pub(crate) fn run(
     let family: Option<Box<dyn Family>> = match condition {
         Condition::Pd => None,
         Condition::Perfect | Condition::PerfectLoaded => None,
-        Condition::Plain => Some(Box::new(MlpConfig {
-            width: lesson.width,
-            ..MlpConfig::default()
-        })),
-        Condition::Learned => Some(Box::new(DelanConfig {
-            width: lesson.width,
-            ..DelanConfig::default()
-        })),
+        Condition::Plain => Some(families::mlp(lesson.width)),
+        Condition::Learned => Some(families::delan(lesson.width)),
     };
     let feed = match family {
         None if condition == Condition::Pd => FeedForwardSource::None,

@@ -6,18 +6,15 @@ use anyhow::Result;
 use lagrangian::dynamics::Model;
 use lagrangian::integrate::Method;
 use lagrangian::train::Learned;
-use lagrangian_report::{Axis, Figure, Role};
+use lagrangian_report::{Axis, Role};
 
-use crate::harness::{Experiment, Lab, Layout, less};
+use crate::harness::{Experiment, Lab, less};
 use protocol::{
     Effort, Errors, HORIZON, Kind, STEP, System, drift, errors, learn, predict, residual_of_truth,
     seen,
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "vin",
-    about: "variational integrator networks and others that learn from positions alone",
-    parts: None,
     title: "Learning from positions alone",
     text: &[
         "The loss is the discrete Euler–Lagrange equation of three neighbouring positions, solved for the last of them; no \
@@ -38,10 +35,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        the method and step that the model learned with; the same error in continuous time. Medians over \
                        starts that were not seen; lost: predictions that changed the energy by all of it. The paper \
                        (Saemundsson et al. 2020) shows curves at noise 0.33, no values.",
-    details: &[],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "vin",
+        "variational integrator networks and others that learn from positions alone",
+        run,
+    )
 };
 
 /// Positions of the one motion that is seen.
@@ -301,23 +299,17 @@ fn draw(
             .collect()
     };
     let caption = "From a start that was not seen, without noise; each model by its own method at the step of the data.";
-    let angle = Figure {
-        id: "angle".into(),
-        title: "Angle of the pendulum".into(),
-        caption: caption.into(),
-        x: Axis::linear("time", "s"),
-        y: Axis::linear("angle from hanging down", "rad"),
-        ..Figure::default()
-    };
-    let energies = Figure {
-        id: "energy".into(),
-        title: "True energy along the predictions".into(),
-        y: Axis::linear("change of energy", "of the highest").between(-0.1, 0.1),
-        ..angle.clone()
-    };
-    lab.plot(angle)
+    lab.plot("angle", "Angle of the pendulum")
+        .caption(caption)
+        .axes(
+            Axis::linear("time", "s"),
+            Axis::linear("angle from hanging down", "rad"),
+        )
         .add(name, role, &motion.t[..near], shown(&motion.q[..near]));
-    lab.plot(energies)
+    let change = Axis::linear("change of energy", "of the highest").between(-0.1, 0.1);
+    lab.plot("energy", "True energy along the predictions")
+        .caption(caption)
+        .axes(Axis::linear("time", "s"), change)
         .add(name, role, &motion.t, shown(&energy));
     Ok(())
 }
@@ -336,28 +328,28 @@ fn at_other_steps(
         Ok(errors(System::Pendulum, model, &starts, method, HORIZON)?.error)
     };
     let all = STEPS.into_iter().map(error).collect::<Result<Vec<f64>>>()?;
-    lab.plot(Figure {
-        id: "steps".into(),
-        title: "A variational integrator network at other steps".into(),
-        caption: format!("Error over {HORIZON} s by the midpoint rule; learned at {STEP} s."),
-        x: Axis::log("step", "s"),
-        y: Axis::log("position error", "rad"),
-        ..Figure::default()
-    })
-    .add(name, role, &STEPS, all);
+    lab.plot("steps", "A variational integrator network at other steps")
+        .caption(format!(
+            "Error over {HORIZON} s by the midpoint rule; learned at {STEP} s."
+        ))
+        .axes(Axis::log("step", "s"), Axis::log("position error", "rad"))
+        .add(name, role, &STEPS, all);
     Ok(())
 }
 
 /// The error over the noise.
 fn draw_noise(lab: &mut Lab, case: Case, place: usize, error: f64, plan: &Plan) {
     let names = plan.noises.iter().map(|noise| noise.to_string()).collect();
-    lab.plot(Figure {
-        id: format!("noise-{}", case.system.name()),
-        title: format!("Error and noise, {}", case.system.name()),
-        caption: format!("Position error over {HORIZON} s, a dot for each seed."),
-        x: Axis::of_names("noise of the positions", names),
-        y: Axis::log("position error", ""),
-        ..Figure::default()
-    })
+    lab.plot(
+        format!("noise-{}", case.system.name()),
+        format!("Error and noise, {}", case.system.name()),
+    )
+    .caption(format!(
+        "Position error over {HORIZON} s, a dot for each seed."
+    ))
+    .axes(
+        Axis::of_names("noise of the positions", names),
+        Axis::log("position error", ""),
+    )
     .dot(case.kind.name(), case.kind.role(), place as f64, error);
 }

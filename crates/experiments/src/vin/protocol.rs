@@ -8,12 +8,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use lagrangian::baseline::MlpConfig;
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::dynamics::{Model, Slopes};
 use lagrangian::integrate::{Method, Rule, Variational};
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::lagrangian::{DelanConfig, LnnConfig};
 use lagrangian::models::vin::VinConfig;
 use lagrangian::rollout::energy_error;
 use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
@@ -24,6 +22,8 @@ use lagrangian::trajectory::Signals;
 use lagrangian::trajectory::{Columns, EstimateOptions, Recording};
 use lagrangian::{Coordinates, Error, Result, State, Trajectory};
 use lagrangian_report::Role;
+
+use crate::families;
 
 /// Time between samples, s.
 pub(crate) const STEP: f64 = 0.1;
@@ -236,18 +236,9 @@ impl Kind {
                 width,
                 ..VinConfig::default()
             }),
-            Self::Delan => Box::new(DelanConfig {
-                width,
-                ..DelanConfig::default()
-            }),
-            Self::Lnn | Self::LnnEstimates => Box::new(LnnConfig {
-                width,
-                ..LnnConfig::default()
-            }),
-            Self::Mlp => Box::new(MlpConfig {
-                width,
-                ..MlpConfig::default()
-            }),
+            Self::Delan => families::delan(width),
+            Self::Lnn | Self::LnnEstimates => families::lnn(width),
+            Self::Mlp => families::mlp(width),
         }
     }
 }

@@ -2,28 +2,25 @@
 
 mod systems;
 
+use crate::field::{
+    DensityConfig, Field, FieldFamily, FieldFitConfig, LearnedField, Symmetry, fit, ring_states,
+};
 use anyhow::Result;
 use lagrangian::Trajectory;
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::dynamics::Model;
-use lagrangian::field::{
-    DensityConfig, Field, FieldFamily, FieldFitConfig, LearnedField, Symmetry, fit, ring_states,
-};
 use lagrangian::saved::Provenance;
 use lagrangian::train::Budget;
-use lagrangian_report::{Axis, Figure, HeatMap, Role};
+use lagrangian_report::{Axis, HeatMap, Role};
 use serde_json::json;
 
-use crate::harness::{Contestant, Experiment, Lab, Layout, Row, less, neither};
+use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, neither};
 use systems::{
     FieldTest, StepCost, TRAINED_ON, WaveSystem, exponent, field_test, modes, pulse_speed_error,
     step_costs, systems, truth, wave_number,
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
-    name: "wave",
-    about: "fields: one density learned on ten points, used on a hundred and a thousand",
-    parts: None,
     title: "Fields: ten points, a hundred, a thousand",
     text: &[
         "The Lagrangian of a field is the sum of one density over its points, so a density is learned once and holds on any ring. \
@@ -59,9 +56,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         less("kink_slope_error", "kink slope, 100", ""),
         neither("seconds_1000", "rollout, 1000", "s"),
     ],
-    published: &[],
-    layout: Layout::Quantities,
-    run,
+    ..Experiment::new(
+        "wave",
+        "fields: one density learned on ten points, used on a hundred and a thousand",
+        run,
+    )
 };
 
 /// Rings that speeds are measured on, with the names of the errors.
@@ -91,24 +90,14 @@ enum Kind {
 }
 
 const CONTESTANTS: [Contestant<Kind>; 3] = [
-    Contestant {
-        key: "density",
-        name: "density",
-        role: Role::Lnn,
-        config: Kind::Density,
-    },
-    Contestant {
-        key: "density_untold",
-        name: "density, symmetry not told",
-        role: Role::Other(0),
-        config: Kind::Untold,
-    },
-    Contestant {
-        key: "plain",
-        name: "plain network",
-        role: Role::Baseline,
-        config: Kind::Plain,
-    },
+    contestant("density", "density", Role::Lnn, Kind::Density),
+    contestant(
+        "density_untold",
+        "density, symmetry not told",
+        Role::Other(0),
+        Kind::Untold,
+    ),
+    contestant("plain", "plain network", Role::Baseline, Kind::Plain),
 ];
 
 impl Kind {
@@ -290,41 +279,41 @@ fn draw(
     test: &FieldTest,
     speeds: (&[f64], Vec<f64>),
 ) {
-    let figure = |id: &str, title: &str, caption: &str, x: Axis, y: Axis| Figure {
-        id: format!("{id}-{}", system.name),
-        title: format!("{title}, {}", system.about),
-        caption: caption.into(),
-        x,
-        y,
-        ..Figure::default()
+    let mut plot = |what: &str, title: &str, [x, y]: [Axis; 2], values: (&[f64], Vec<f64>)| {
+        lab.plot(
+            format!("{what}-{}", system.name),
+            format!("{title}, {}", system.about),
+        )
+        .axes(x, y)
+        .add(who.name, who.role, values.0, values.1);
     };
-    let caption = "Small waves on 1000 points, the longest on the left; learned on 10 points, whose longest wave has k = 0.63.";
-    let (x, y) = (
-        Axis::log("wave number k", "rad/m"),
-        Axis::log("relative error of the phase speed", ""),
-    );
-    lab.plot(figure("speed", "Error of the phase speed", caption, x, y))
-        .add(who.name, who.role, speeds.0, speeds.1);
+    let log = |label: &str| Axis::log(label, "");
     let time = || Axis::linear("time", "s");
-    let caption = "Root mean square over a ring of 100 points, relative to the field's own.";
-    lab.plot(figure(
+    let axes = [
+        Axis::log("wave number k", "rad/m"),
+        log("relative error of the phase speed"),
+    ];
+    plot(
+        "speed",
+        "Error of the phase speed on 1000 points",
+        axes,
+        speeds,
+    );
+    let error = (&test.t[..], test.error.clone());
+    plot(
         "error",
-        "Error of the field",
-        caption,
-        time(),
-        Axis::log("relative error", ""),
-    ))
-    .add(who.name, who.role, &test.t, test.error.clone());
+        "Error of the field on 100 points",
+        [time(), log("relative error")],
+        error,
+    );
     let drift = test.true_drift.iter().map(|x| x.abs()).collect();
-    let caption = "On 100 points, relative to the energy at the start.";
-    lab.plot(figure(
+    let axes = [time(), log("relative change")];
+    plot(
         "energy",
-        "Change of the true energy",
-        caption,
-        time(),
-        Axis::log("relative change", ""),
-    ))
-    .add(who.name, who.role, &test.t, drift);
+        "Change of the true energy on 100 points",
+        axes,
+        (&test.t, drift),
+    );
 }
 
 /// The motion over space and time, and for the density its difference from the truth.
@@ -434,20 +423,15 @@ fn cost(lab: &mut Lab, system: &WaveSystem) -> Result<()> {
             &format!("Exponent of the cost, {name}"),
             format!("{power:.2}"),
         );
-        lab.plot(Figure {
-            id: "cost".into(),
-            title: "Cost of an evaluation".into(),
-            caption: "One thread; a step of an integrator takes some of them.".into(),
-            x: Axis::log("points of the ring", ""),
-            y: Axis::log("time", "µs"),
-            ..Figure::default()
-        })
-        .add(
-            name,
-            role,
-            &points,
-            seconds.iter().map(|s| 1e6 * s).collect(),
-        );
+        lab.plot("cost", "Cost of an evaluation")
+            .caption("One thread; a step of an integrator takes some of them.")
+            .axes(Axis::log("points of the ring", ""), Axis::log("time", "µs"))
+            .add(
+                name,
+                role,
+                &points,
+                seconds.iter().map(|s| 1e6 * s).collect(),
+            );
     }
     Ok(())
 }

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::field::{
+use crate::field::{
     Chain, Field, Pulse, RingStates, Symmetry, centre_of_pulse, dispersion, kink, kink_position,
     speed_of_motion,
 };
+use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::lagrangian::Lagrangian;
 use lagrangian::rollout::{Outcome, Rollout, RolloutOptions, free, rollout, times};
 use lagrangian::solve::SymmetricSolver;
@@ -261,11 +261,7 @@ fn field_error(found: &[f64], truth: &[f64], circle: bool) -> f64 {
     let mean = truth.iter().sum::<f64>() / n;
     let difference = |(a, b): (&f64, &f64)| {
         let x = a - b;
-        let x = if circle {
-            lagrangian::field::wrapped(x)
-        } else {
-            x
-        };
+        let x = if circle { crate::field::wrapped(x) } else { x };
         x * x
     };
     let square: f64 = found.iter().zip(truth).map(difference).sum();

@@ -7,7 +7,6 @@
 //! A file may come from anywhere. Nothing is allocated on the word of its header, and whatever is not a complete,
 //! finite model of a known version is refused.
 
-mod field;
 mod read;
 mod tensor;
 

@@ -159,7 +159,7 @@ impl FitConfig {
 
 impl Budget {
     /// Refuses a budget of nothing, and a validation that never comes.
-    pub(crate) fn check(self, validate_every: usize) -> Result<()> {
+    pub fn check(self, validate_every: usize) -> Result<()> {
         if validate_every == 0 {
             return refuse("validate_every", "0", "at least 1");
         }

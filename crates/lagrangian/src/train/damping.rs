@@ -89,7 +89,7 @@ impl NaturalConfig {
     }
 
     /// λ by the schedule, whatever the rule.
-    pub(crate) fn scheduled(&self, share: f64, setbacks: i32) -> f64 {
+    pub fn scheduled(&self, share: f64, setbacks: i32) -> f64 {
         let fall = (self.damping_last / self.damping_first).powf(share);
         self.damping_first * fall * 10f64.powi(setbacks)
     }

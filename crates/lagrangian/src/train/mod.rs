@@ -40,12 +40,14 @@ pub use forces::{ForceTerms, Input};
 pub(crate) use learner::{At, Learner, MAX_DOF, Work};
 pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};
 pub use natural::NaturalConfig;
-pub(crate) use natural::System;
+#[doc(hidden)]
+pub use natural::System;
 pub(crate) use nominal::remainder;
 pub use observer::{Ending, Observer, Progress};
 pub use part::Part;
 pub(crate) use positions::{CHORDS, PointFamily, PositionsLearner};
 pub use rollout::{Observe, RolloutLoss, Start};
-pub(crate) use schedule::cosine;
+#[doc(hidden)]
+pub use schedule::cosine;
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::{StepLoss, Stepper};

@@ -1,7 +1,7 @@
 //! What follows the share of the budget: the rate, and the samples of a batch.
 
 /// From 1 to 0.
-pub(crate) fn cosine(share: f64) -> f64 {
+pub fn cosine(share: f64) -> f64 {
     0.5 * (1.0 + (std::f64::consts::PI * share).cos())
 }
 

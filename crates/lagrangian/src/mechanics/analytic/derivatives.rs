@@ -44,7 +44,7 @@ impl<S: System> Analytic<S> {
 }
 
 /// A Lagrangian that is written once over a generic scalar, whatever its parameters come from.
-pub(crate) trait ClosedForm: Sync {
+pub trait ClosedForm: Sync {
     /// L(q, q̇), J, over any scalar.
     fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D;
 }
@@ -98,7 +98,7 @@ impl<S: System> AnalyticModel for Analytic<S> {
 }
 
 /// Scratch: the state (q, q̇) as dual and as hyper-dual numbers, `[2 n]` each.
-pub(crate) struct DualJets<'a, S> {
+pub struct DualJets<'a, S> {
     system: &'a S,
     first: Vec<Dual64>,
     second: Vec<HyperDual64>,
@@ -143,7 +143,7 @@ impl<S: ClosedForm> Jets for DualJets<'_, S> {
 
 impl<'a, S: ClosedForm> DualJets<'a, S> {
     /// The derivatives of `system`, which has `n` coordinates.
-    pub(crate) fn new(system: &'a S, n: usize) -> Self {
+    pub fn new(system: &'a S, n: usize) -> Self {
         Self {
             system,
             first: vec![Dual64::from_re(0.0); 2 * n],

@@ -11,7 +11,8 @@ mod parameter;
 
 pub use chart::{Chart, InChart, Linear};
 pub use derivatives::Analytic;
-pub(crate) use derivatives::{ClosedForm, DualJets};
+#[doc(hidden)]
+pub use derivatives::{ClosedForm, DualJets};
 pub use num_dual::DualNum;
 pub use parameter::{Domain, Parameter};
 pub use rand::Rng;

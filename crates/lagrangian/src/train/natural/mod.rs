@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use block::{BLOCK, Block, level};
 pub use config::NaturalConfig;
-pub(crate) use system::System;
+pub use system::System;
 use tiles::Tiles;
 
 use super::batch::{Samples, Value};

@@ -5,14 +5,18 @@ use faer::linalg::cholesky::llt::{self, factor::LltParams};
 use faer::{Auto, Conj, Mat, Par};
 
 /// A symmetric positive definite system with one right-hand side, kept so that a step allocates nothing.
-pub(crate) struct System {
-    pub(crate) matrix: Mat<f64>,
-    pub(crate) right: Mat<f64>,
+pub struct System {
+    /// The lower triangle of a symmetric matrix; afterwards its factor.
+    pub matrix: Mat<f64>,
+    /// The right-hand side; afterwards the solution.
+    pub right: Mat<f64>,
     memory: MemBuffer,
 }
 
 impl System {
-    pub(crate) fn new() -> Self {
+    /// One without equations.
+    #[must_use]
+    pub fn new() -> Self {
         Self {
             matrix: Mat::new(),
             right: Mat::new(),
@@ -20,7 +24,8 @@ impl System {
         }
     }
 
-    pub(crate) fn resize(&mut self, size: usize) {
+    /// Prepares for so many equations.
+    pub fn resize(&mut self, size: usize) {
         if self.matrix.nrows() != size {
             self.matrix = Mat::zeros(size, size);
             self.right = Mat::zeros(size, 1);
@@ -36,7 +41,7 @@ impl System {
 
     /// Overwrites the right-hand side with the solution. On one thread, so that the bits do not depend on how many
     /// there are.
-    pub(crate) fn solve(&mut self) -> bool {
+    pub fn solve(&mut self) -> bool {
         let stack = MemStack::new(&mut self.memory);
         let (regularization, params) =
             (Default::default(), <LltParams as Auto<f64>>::auto().into());

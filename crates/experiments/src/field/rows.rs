@@ -13,8 +13,8 @@ use super::Symmetry;
 use super::density::DensityShape;
 use super::plain::StencilShape;
 use super::stencil::{Assembly, NEIGHBOURS, gather, gather_angles, point};
-use crate::lagrangian::Jet;
-use crate::solve::Regularity;
+use lagrangian::lagrangian::Jet;
+use lagrangian::solve::Regularity;
 use nets::simd::Buffer;
 use nets::{Gradient, Net, Packed, Pass, Terms};
 
@@ -269,9 +269,8 @@ mod tests {
             width: 8,
             ..DensityConfig::default()
         };
-        let density = |s| FieldShape::Density(DensityShape::new(config(s), scaling()).unwrap());
-        let plain =
-            FieldShape::Plain(StencilShape::new(config(Symmetry::None), scaling()).unwrap());
+        let density = |s| FieldShape::Density(DensityShape::new(config(s), scaling()));
+        let plain = FieldShape::Plain(StencilShape::new(config(Symmetry::None), scaling()));
         let all = [Symmetry::None, Symmetry::Shift, Symmetry::Turn].map(density);
         for shape in all.into_iter().chain([plain]) {
             let mut theta = shape.initialise(3);

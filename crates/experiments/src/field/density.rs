@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::inputs::{FieldScaling, Inputs, Symmetry, along};
 use super::stencil::NEIGHBOURS;
-use crate::lagrangian::{Jet, Jets, Lagrangian};
-use crate::{Coordinates, Error, Result};
+use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
+use lagrangian::{Coordinates, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Packed, Pass, Source};
 
@@ -40,33 +40,7 @@ impl Default for DensityConfig {
     }
 }
 
-/// Largest width and depth that are accepted: J is formed, so that memory grows with the square of the width.
-const MAX_WIDTH: usize = 256;
-const MAX_LAYERS: usize = 8;
-
 impl DensityConfig {
-    /// Checks width, depth and κ.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] for the first that is outside its domain.
-    pub fn validate(&self) -> Result<()> {
-        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
-        if !(1..=MAX_WIDTH).contains(&self.width) {
-            return argument("width", self.width.to_string(), "between 1 and 256");
-        }
-        if !(1..=MAX_LAYERS).contains(&self.layers) {
-            return argument("layers", self.layers.to_string(), "between 1 and 8");
-        }
-        if !(self.kinetic.is_finite() && self.kinetic >= 0.0) {
-            return argument(
-                "kinetic",
-                self.kinetic.to_string(),
-                "finite and not negative",
-            );
-        }
-        Ok(())
-    }
-
     /// A network of one output with these inputs; a constant says nothing in a Lagrangian.
     pub(super) fn net(&self, inputs: &Inputs, bias: bool) -> Net {
         let mut build = Build::new(inputs.count(), 0);
@@ -103,9 +77,9 @@ impl DensityNet {
     /// A network with random weights.
     ///
     /// # Errors
-    /// As [`DensityConfig::validate`] and [`FieldScaling::validate`].
+    /// None of its own: those of the kernels.
     pub fn random(config: DensityConfig, scaling: FieldScaling, seed: u64) -> Result<Self> {
-        let shape = DensityShape::new(config, scaling)?;
+        let shape = DensityShape::new(config, scaling);
         let parameters = shape.initialise(seed);
         Self::assemble(shape, parameters)
     }
@@ -113,13 +87,13 @@ impl DensityNet {
     /// A network with given weights, in the order of [`DensityNet::parameters`].
     ///
     /// # Errors
-    /// As [`DensityNet::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`].
+    /// As [`DensityNet::random`]; those of the kernels for another number of weights.
     pub fn with_parameters(
         config: DensityConfig,
         scaling: FieldScaling,
         parameters: Vec<f64>,
     ) -> Result<Self> {
-        Self::assemble(DensityShape::new(config, scaling)?, parameters)
+        Self::assemble(DensityShape::new(config, scaling), parameters)
     }
 
     pub(super) fn assemble(shape: DensityShape, parameters: Vec<f64>) -> Result<Self> {
@@ -159,15 +133,14 @@ impl DensityNet {
 }
 
 impl DensityShape {
-    pub(super) fn new(config: DensityConfig, scaling: FieldScaling) -> Result<Self> {
-        config.validate()?;
-        let inputs = Inputs::new(config.symmetry, scaling)?;
-        Ok(Self {
+    pub(super) fn new(config: DensityConfig, scaling: FieldScaling) -> Self {
+        let inputs = Inputs::new(config.symmetry, scaling);
+        Self {
             net: config.net(&inputs, false),
             coordinates: inputs.coordinates(),
             config,
             inputs,
-        })
+        }
     }
 
     /// Random weights; those of the output are small, so that the mass matrix of a whole ring begins near κ: one that
@@ -301,7 +274,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
     use super::*;
-    use crate::lagrangian::analytic::{ClosedForm, DualJets};
+    use lagrangian::lagrangian::analytic::{ClosedForm, DualJets};
 
     impl ClosedForm for DensityNet {
         fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {

@@ -8,7 +8,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::rows::{FieldShape, Ring, RowWork};
-use crate::train::{NaturalConfig, Samples, System};
+use lagrangian::train::{NaturalConfig, Samples, System};
 use nets::Packed;
 
 /// The memory of a run and the work space of its batches.
@@ -23,11 +23,11 @@ pub(super) struct RingNatural {
     system: System,
 }
 
-/// What a batch showed.
+/// The loss of a batch.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct BatchLoss {
     /// Mean squared residual.
-    pub(super) loss: f64,
+    pub(super) mean: f64,
     /// Rings that were left out for a singular mass matrix.
     pub(super) singular: usize,
 }
@@ -54,32 +54,32 @@ impl RingNatural {
     }
 
     /// The loss of at most a batch of rings; nothing moves.
-    pub(super) fn look(
+    pub(super) fn loss(
         &mut self,
         shape: &FieldShape,
-        (samples, numbers): (&Samples, &[usize]),
+        (samples, indices): (&Samples, &[usize]),
         parameters: &[f64],
-    ) -> Seen {
-        self.evaluate(shape, (samples, numbers), parameters, false)
+    ) -> BatchLoss {
+        self.evaluate(shape, (samples, indices), parameters, false)
     }
 
-    /// The residuals of the rings that were seen last.
+    /// The residuals of the rings that were evaluated last.
     pub(super) fn residuals(&self) -> &[f64] {
         &self.residual
     }
 
-    /// Moves `parameters`; returns what the batch showed before. A batch whose system cannot be solved moves nothing but
+    /// Moves `parameters`; returns the loss before. A batch whose system cannot be solved moves nothing but
     /// forgets the momentum.
     pub(super) fn step(
         &mut self,
         shape: &FieldShape,
         config: &NaturalConfig,
         (rate, damping): (f64, f64),
-        (samples, numbers): (&Samples, &[usize]),
+        (samples, indices): (&Samples, &[usize]),
         parameters: &mut [f64],
-    ) -> Seen {
-        let seen = self.evaluate(shape, (samples, numbers), parameters, true);
-        let (count, p) = (numbers.len() * samples.n, parameters.len());
+    ) -> BatchLoss {
+        let loss = self.evaluate(shape, (samples, indices), parameters, true);
+        let (count, p) = (indices.len() * samples.n, parameters.len());
         let (residual, rows) = (&self.residual[..count], &self.rows[..count * p]);
         let level = residual.iter().map(|r| r.abs()).sum::<f64>() / count as f64;
         let damping = damping * level.clamp(1e-12, 1.0).sqrt();
@@ -88,12 +88,12 @@ impl RingNatural {
         gram(rows, p, &mut system.matrix);
         for (i, row) in rows.chunks_exact(p).enumerate() {
             system.matrix[(i, i)] += damping * count as f64;
-            let pushed = crate::solve::dot(row, &self.phi);
+            let pushed = lagrangian::solve::dot(row, &self.phi);
             system.right[(i, 0)] = residual[i] - config.momentum * pushed;
         }
         if !level.is_finite() || !system.solve() {
             self.phi.fill(0.0);
-            return seen;
+            return loss;
         }
         self.phi.iter_mut().for_each(|x| *x *= config.momentum);
         for (i, row) in rows.chunks_exact(p).enumerate() {
@@ -106,25 +106,25 @@ impl RingNatural {
         let length = rate * self.phi.iter().map(|x| x * x).sum::<f64>().sqrt();
         if !length.is_finite() {
             self.phi.fill(0.0);
-            return seen;
+            return loss;
         }
         let rate = rate * (config.longest / length).min(1.0);
         let pairs = parameters.iter_mut().zip(&self.phi);
         pairs.for_each(|(theta, x)| *theta -= rate * x);
-        seen
+        loss
     }
 
     fn evaluate(
         &mut self,
         shape: &FieldShape,
-        (samples, numbers): (&Samples, &[usize]),
+        (samples, indices): (&Samples, &[usize]),
         parameters: &[f64],
         rows: bool,
-    ) -> Seen {
+    ) -> BatchLoss {
         let (n, p) = (samples.n, parameters.len());
         self.packed.set(shape.net(), parameters);
         let packed = &self.packed;
-        let each = self.works.par_iter_mut().zip(numbers).zip(
+        let each = self.works.par_iter_mut().zip(indices).zip(
             self.residual
                 .par_chunks_exact_mut(n)
                 .zip(self.rows.par_chunks_exact_mut(n * p)),
@@ -141,13 +141,13 @@ impl RingNatural {
             })
             .collect();
         let singular = regular.iter().filter(|ok| !**ok).count();
-        let counted = (numbers.len() - singular) * n;
-        let squares: f64 = self.residual[..numbers.len() * n]
+        let counted = (indices.len() - singular) * n;
+        let squares: f64 = self.residual[..indices.len() * n]
             .iter()
             .map(|r| r * r)
             .sum();
-        Seen {
-            loss: squares / counted as f64,
+        BatchLoss {
+            mean: squares / counted as f64,
             singular,
         }
     }

@@ -6,14 +6,15 @@
 //! M and one of the right-hand side read, one written. Of the dense solve: N³/3. Of the whole evaluation nothing is
 //! counted: a density has a network, and derivatives, of its own.
 //!
-//! `cargo bench --bench field_step -- [whole | banded | dense …]`
+//! `cargo bench -p experiments --bench field_step -- [whole | banded | dense …]`
 
+#[path = "../../lagrangian/benches/meter/mod.rs"]
 mod meter;
 
 use std::hint::black_box;
 
+use experiments::field::{DensityConfig, DensityNet, Field, FieldScaling};
 use lagrangian::Evaluator;
-use lagrangian::field::{DensityConfig, DensityNet, Field, FieldScaling};
 use lagrangian::solve::SymmetricSolver;
 use meter::data::wave;
 use meter::{Case, Meter, expect};

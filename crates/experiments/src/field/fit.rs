@@ -8,15 +8,14 @@ use rand_chacha::ChaCha8Rng;
 
 use super::density::{DensityConfig, DensityNet, DensityShape};
 use super::inputs::FieldScaling;
-use super::natural::{RingNatural, Seen};
+use super::natural::RingNatural;
 use super::plain::{StencilNet, StencilShape};
-use super::ring::{Field, check_points};
+use super::ring::Field;
 use super::rows::FieldShape;
-use super::{Symmetry, check_periodic};
-use crate::dataset::{Dataset, shuffle};
-use crate::dynamics::Model;
-use crate::train::{Budget, NaturalConfig, Observer, Progress, Samples, cosine};
-use crate::{Error, Result};
+use lagrangian::Result;
+use lagrangian::dataset::{Dataset, shuffle};
+use lagrangian::dynamics::Model;
+use lagrangian::train::{Budget, NaturalConfig, Observer, Progress, Samples, cosine};
 
 /// What is learned.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,9 +37,9 @@ pub struct FieldFitConfig {
     pub budget: Budget,
     /// Rings of one step.
     pub rings: usize,
-    /// Of weights and batches.
+    /// The seed of weights and batches.
     pub seed: u64,
-    /// Steps between two looks at the validation rings.
+    /// Steps between two validations.
     pub validate_every: usize,
 }
 
@@ -75,7 +74,7 @@ impl LearnedField {
     /// Its law on a ring of so many points.
     ///
     /// # Errors
-    /// [`Error::Argument`] for fewer than three.
+    /// [`lagrangian::Error::Argument`] for fewer than three.
     pub fn ring(&self, points: usize) -> Result<Box<dyn Model + '_>> {
         Ok(match self {
             Self::Density(density) => Box::new(Field::new(density, points)?),
@@ -87,7 +86,7 @@ impl LearnedField {
 /// What a fit came to.
 #[derive(Debug, Clone)]
 pub struct FieldFit {
-    /// With the weights of the best look.
+    /// With the weights of the best validation.
     pub model: LearnedField,
     /// Its mean squared error of accelerations on the validation rings, in units of their mean square.
     pub best: f64,
@@ -95,50 +94,21 @@ pub struct FieldFit {
     pub steps: usize,
     /// Seconds it took.
     pub seconds: f64,
-    /// Losses at the looks: (step, validation).
-    pub history: Vec<(usize, f64)>,
-    /// Root mean squared validation residual at each point: where one differs, the ring is not one.
-    pub by_point: Vec<f64>,
 }
 
-/// Residuals of a step, at most: a dense system of that size is solved.
-const MOST_RESIDUALS: usize = 4096;
-/// Numbers in J, at most: half a gigabyte.
-const MOST_NUMBERS: usize = 1 << 26;
 /// A loss that exceeds the best by this factor goes back to the best, with more damping.
 const SETBACK: f64 = 10.0;
 
 impl FieldFitConfig {
-    fn validate(&self, dataset: &Dataset) -> Result<()> {
-        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
-        let points = dataset.coordinates.dof();
-        check_points(points)?;
-        if self.rings == 0 || self.rings.saturating_mul(points) > MOST_RESIDUALS {
-            let must = "at least 1, and at most 4096 points together";
-            return argument("rings of a step", self.rings.to_string(), must);
-        }
-        if dataset.train.is_empty() || dataset.validation.is_empty() {
-            let must = "at least one to fit and one to judge by";
-            return argument("rings", "none".into(), must);
-        }
-        self.budget.check(self.validate_every)
-    }
-
-    fn shape(&self, samples: &Samples) -> Result<FieldShape> {
+    fn shape(&self, samples: &Samples) -> FieldShape {
         let scaling = |config: &DensityConfig| FieldScaling::of(samples, config.symmetry);
-        Ok(match &self.family {
+        match &self.family {
             FieldFamily::Density(config) => {
-                FieldShape::Density(DensityShape::new(config.clone(), scaling(config))?)
+                FieldShape::Density(DensityShape::new(config.clone(), scaling(config)))
             }
             FieldFamily::Plain(config) => {
-                FieldShape::Plain(StencilShape::new(config.clone(), scaling(config))?)
+                FieldShape::Plain(StencilShape::new(config.clone(), scaling(config)))
             }
-        })
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        match &self.family {
-            FieldFamily::Density(config) | FieldFamily::Plain(config) => config.symmetry,
         }
     }
 }
@@ -146,26 +116,14 @@ impl FieldFitConfig {
 /// Fits a density to a dataset whose coordinates are the points of a ring, by its accelerations.
 ///
 /// # Errors
-/// [`Error::Argument`] for settings outside their domain, and for data that is not periodic
-/// ([`check_periodic`]); [`Error::NotFinite`].
+/// [`lagrangian::Error::Argument`] for a budget of nothing.
 pub fn fit(
     dataset: &Dataset,
     config: &FieldFitConfig,
     observer: &mut dyn Observer,
 ) -> Result<FieldFit> {
-    config.validate(dataset)?;
-    for samples in [&dataset.train, &dataset.validation] {
-        check_periodic(samples, config.symmetry())?;
-    }
-    let shape = config.shape(&dataset.train)?;
-    let points = dataset.coordinates.dof();
-    if config.rings * points * shape.net().parameters > MOST_NUMBERS {
-        return Err(Error::Argument {
-            name: "rings of a step",
-            value: config.rings.to_string(),
-            must: "fewer for so wide a network: rings × points × weights at most 67108864",
-        });
-    }
+    config.budget.check(config.validate_every)?;
+    let shape = config.shape(&dataset.train);
     let mut run = Run::new(dataset, config, shape);
     run.descend(observer);
     run.finish()
@@ -180,7 +138,6 @@ struct Run<'a> {
     parameters: Vec<f64>,
     best: (f64, Vec<f64>),
     setbacks: i32,
-    history: Vec<(usize, f64)>,
     step: usize,
     clock: Instant,
 }
@@ -197,12 +154,12 @@ impl<'a> Run<'a> {
             config,
             shape,
             setbacks: 0,
-            history: Vec::new(),
             step: 0,
             clock: Instant::now(),
         }
     }
 
+    /// The part of the budget that is spent.
     fn share(&self) -> f64 {
         let share = match self.config.budget {
             Budget::Steps(steps) => self.step as f64 / steps as f64,
@@ -212,10 +169,10 @@ impl<'a> Run<'a> {
     }
 
     fn descend(&mut self, observer: &mut dyn Observer) {
-        let (config, train) = (self.config, &self.dataset.train);
-        let rings = config.rings.min(train.len());
+        let (natural, train) = (&self.config.natural, &self.dataset.train);
+        let rings = self.config.rings.min(train.len());
         let mut order: Vec<usize> = (0..train.len()).collect();
-        let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
+        let mut rng = ChaCha8Rng::seed_from_u64(self.config.seed);
         rng.set_stream(1);
         let per_pass = train.len() / rings;
         loop {
@@ -224,26 +181,23 @@ impl<'a> Run<'a> {
                 shuffle(&mut order, &mut rng);
             }
             let batch = &order[self.step % per_pass * rings..][..rings];
-            let natural = &config.natural;
             let rate = natural.rate * cosine(share);
-            let damping = natural.scheduled(share, self.setbacks);
-            let setting = (rate, damping);
+            let setting = (rate, natural.scheduled(share, self.setbacks));
             let parameters = &mut self.parameters;
-            let seen = self
+            let loss = self
                 .engine
                 .step(&self.shape, natural, setting, (train, batch), parameters);
             self.step += 1;
             let share = self.share();
-            let look = self.step.is_multiple_of(config.validate_every) || share >= 1.0;
-            let validation = look.then(|| self.look());
+            let due = self.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
             let progress = Progress {
                 step: self.step,
                 share,
                 seconds: self.clock.elapsed().as_secs_f64(),
-                loss: seen.loss,
-                validation,
+                validation: due.then(|| self.validate()),
+                loss: loss.mean,
                 rate,
-                singular: seen.singular,
+                singular: loss.singular,
             };
             if observer.progress(&progress) == ControlFlow::Break(()) || share >= 1.0 {
                 return;
@@ -252,15 +206,8 @@ impl<'a> Run<'a> {
     }
 
     /// The loss on the validation rings; keeps the weights if it is the best so far.
-    fn look(&mut self) -> f64 {
-        let seen = self.judge(None);
-        // A law without accelerations somewhere is not the best, however well it does elsewhere.
-        let loss = if seen.singular > 0 {
-            f64::INFINITY
-        } else {
-            seen.loss
-        };
-        self.history.push((self.step, loss));
+    fn validate(&mut self) -> f64 {
+        let loss = self.validation_loss();
         if loss < self.best.0 {
             self.best = (loss, self.parameters.clone());
         } else if loss.is_nan() || loss > SETBACK * self.best.0 {
@@ -271,40 +218,27 @@ impl<'a> Run<'a> {
         loss
     }
 
-    /// The loss on the validation rings, and the squares of each point's residuals.
-    fn judge(&mut self, mut by_point: Option<&mut [f64]>) -> Seen {
+    /// Infinite where a ring has no accelerations: such a law is not the best, however well it does elsewhere.
+    fn validation_loss(&mut self) -> f64 {
         let validation = &self.dataset.validation;
-        let numbers: Vec<usize> = (0..validation.len()).collect();
+        let indices: Vec<usize> = (0..validation.len()).collect();
         let (mut sum, mut singular) = (0.0, 0);
-        for part in numbers.chunks(self.config.rings.min(self.dataset.train.len())) {
-            let seen = self
+        for part in indices.chunks(self.config.rings.min(self.dataset.train.len())) {
+            let batch = (validation, part);
+            singular += self
                 .engine
-                .look(&self.shape, (validation, part), &self.parameters);
-            singular += seen.singular;
-            sum += self.engine.residuals()[..part.len() * validation.n]
-                .iter()
-                .map(|r| r * r)
-                .sum::<f64>();
-            if let Some(squares) = by_point.as_deref_mut() {
-                let rings = self.engine.residuals().chunks_exact(validation.n);
-                for ring in rings.take(part.len()) {
-                    squares.iter_mut().zip(ring).for_each(|(x, r)| *x += r * r);
-                }
-            }
+                .loss(&self.shape, batch, &self.parameters)
+                .singular;
+            let residuals = &self.engine.residuals()[..part.len() * validation.n];
+            sum += residuals.iter().map(|r| r * r).sum::<f64>();
         }
-        let counted = (validation.len() - singular) * validation.n;
-        Seen {
-            loss: sum / counted as f64,
-            singular,
+        match singular {
+            0 => sum / (validation.len() * validation.n) as f64,
+            _ => f64::INFINITY,
         }
     }
 
-    fn finish(mut self) -> Result<FieldFit> {
-        self.parameters.clone_from(&self.best.1);
-        let mut by_point = vec![0.0; self.dataset.validation.n];
-        self.judge(Some(&mut by_point));
-        let rings = self.dataset.validation.len() as f64;
-        by_point.iter_mut().for_each(|x| *x = (*x / rings).sqrt());
+    fn finish(self) -> Result<FieldFit> {
         let (best, parameters) = self.best;
         let model = match self.shape {
             FieldShape::Density(shape) => {
@@ -319,8 +253,6 @@ impl<'a> Run<'a> {
             best,
             steps: self.step,
             seconds: self.clock.elapsed().as_secs_f64(),
-            history: self.history,
-            by_point,
         })
     }
 }

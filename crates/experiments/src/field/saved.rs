@@ -2,12 +2,13 @@
 
 use serde_json::Value;
 
-use super::{Header, Provenance, SavedModel, Tensor, damaged, describe, read};
-use crate::field::DensityNet;
-use crate::{Error, Lagrangian, Result};
+use lagrangian::saved::{Header, Provenance, SavedModel, Tensor};
+use lagrangian::{Error, Lagrangian, Result};
+
+use super::DensityNet;
 
 /// The name of the family.
-pub(super) const FIELD: &str = "field";
+const FIELD: &str = "field";
 
 impl DensityNet {
     /// What is to be saved of it: the law of a ring of any number of points.
@@ -20,8 +21,8 @@ impl DensityNet {
             family: FIELD.into(),
             form: None,
             coordinates: self.coordinates().clone(),
-            architecture: describe(self.config())?,
-            scaling: describe(self.scaling())?,
+            architecture: json(self.config())?,
+            scaling: json(self.scaling())?,
             dissipation: Value::Null,
             nominal: Value::Null,
             actuation: Value::Null,
@@ -31,7 +32,7 @@ impl DensityNet {
         let weights = Tensor::new(vec![weights.len()], weights)?;
         Ok(SavedModel {
             header,
-            tensors: [(crate::models::WEIGHTS.to_string(), weights)].into(),
+            tensors: [("parameters".to_string(), weights)].into(),
         })
     }
 
@@ -49,16 +50,30 @@ impl DensityNet {
                 must: "the density of a field: take a file that `DensityNet::save` wrote",
             });
         }
+        let weights = saved.tensors.get("parameters");
+        let weights = weights.ok_or_else(|| damaged("it has no weights"))?;
         let density = Self::with_parameters(
-            read("architecture", &header.architecture)?,
-            read("scaling", &header.scaling)?,
-            saved.weights()?,
+            from_json(&header.architecture)?,
+            from_json(&header.scaling)?,
+            weights.data().to_vec(),
         )?;
         if *density.coordinates() == header.coordinates {
             return Ok(density);
         }
-        Err(damaged(
-            "its coordinates are not left, here and right".into(),
-        ))
+        Err(damaged("its coordinates are not left, here and right"))
+    }
+}
+
+fn json(part: &impl serde::Serialize) -> Result<Value> {
+    serde_json::to_value(part).map_err(|e| damaged(&e.to_string()))
+}
+
+fn from_json<T: serde::de::DeserializeOwned>(value: &Value) -> Result<T> {
+    serde_json::from_value(value.clone()).map_err(|e| damaged(&e.to_string()))
+}
+
+fn damaged(reason: &str) -> Error {
+    Error::DamagedModel {
+        reason: reason.into(),
     }
 }

@@ -7,9 +7,9 @@ use super::density::DensityConfig;
 use super::inputs::{FieldScaling, Inputs};
 use super::ring::check_points;
 use super::stencil::{NEIGHBOURS, gather, gather_angles};
-use crate::dynamics::{Evaluator, Model};
-use crate::trajectory::Coordinate;
-use crate::{Coordinates, Result};
+use lagrangian::dynamics::{Evaluator, Model};
+use lagrangian::trajectory::Coordinate;
+use lagrangian::{Coordinates, Result};
 use nets::{Net, Packed, Pass};
 
 /// φ̈ᵢ = s N(what a [`DensityNet`](super::DensityNet) sees), the same at every point: a convolution over the ring.
@@ -32,14 +32,13 @@ pub(super) struct StencilShape {
 }
 
 impl StencilShape {
-    pub(super) fn new(config: DensityConfig, scaling: FieldScaling) -> Result<Self> {
-        config.validate()?;
-        let inputs = Inputs::new(config.symmetry, scaling)?;
-        Ok(Self {
+    pub(super) fn new(config: DensityConfig, scaling: FieldScaling) -> Self {
+        let inputs = Inputs::new(config.symmetry, scaling);
+        Self {
             net: config.net(&inputs, true),
             config,
             inputs,
-        })
+        }
     }
 
     pub(super) fn initialise(&self, seed: u64) -> Vec<f64> {
@@ -72,7 +71,7 @@ impl StencilNet {
     /// The same network at every point of a ring.
     ///
     /// # Errors
-    /// [`Error::Argument`](crate::Error::Argument) for fewer than three points.
+    /// [`lagrangian::Error::Argument`] for fewer than three points.
     pub fn ring(&self, points: usize) -> Result<StencilField<'_>> {
         check_points(points)?;
         let here = self.shape.inputs.coordinates().0.swap_remove(1);

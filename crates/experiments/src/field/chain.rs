@@ -2,9 +2,9 @@
 
 use num_dual::DualNum;
 
-use crate::lagrangian::analytic::{ClosedForm, DualJets};
-use crate::lagrangian::{Jets, Lagrangian};
-use crate::{Coordinates, Error, Result};
+use lagrangian::Coordinates;
+use lagrangian::lagrangian::analytic::{ClosedForm, DualJets};
+use lagrangian::lagrangian::{Jets, Lagrangian};
 
 /// What holds a point of a [`Chain`] to its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,37 +75,10 @@ impl Chain {
         }
     }
 
-    /// The same chain on another grid.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] for a spacing that is not finite and positive.
-    pub fn with_spacing(self, spacing: f64) -> Result<Self> {
-        if spacing.is_finite() && spacing > 0.0 {
-            return Ok(Self { spacing, ..self });
-        }
-        Err(Error::Argument {
-            name: "spacing",
-            value: spacing.to_string(),
-            must: "finite and above 0, m",
-        })
-    }
-
     /// Its wave speed c, m/s.
     #[must_use]
     pub fn speed(&self) -> f64 {
         self.speed
-    }
-
-    /// Its gap ω₀, rad/s.
-    #[must_use]
-    pub fn gap(&self) -> f64 {
-        self.gap
-    }
-
-    /// The distance of two points h, m.
-    #[must_use]
-    pub fn spacing(&self) -> f64 {
-        self.spacing
     }
 
     /// ω(k) of small waves, rad/s; k in rad/m.

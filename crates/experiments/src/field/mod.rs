@@ -2,7 +2,7 @@
 //!
 //! L = Σᵢ ℓ(φᵢ₋₁, φᵢ, φᵢ₊₁, φ̇ᵢ₋₁, φ̇ᵢ, φ̇ᵢ₊₁) (Cranmer et al. 2020, section 4: a graph of local Lagrangians;
 //! theory.md, section 20). The density is the same everywhere, so one that was learned on ten points is the law of a
-//! thousand. A density is itself a [`Lagrangian`](crate::Lagrangian) of three coordinates, the values left, here and
+//! thousand. A density is itself a [`Lagrangian`](lagrangian::Lagrangian) of three coordinates, the values left, here and
 //! right; whatever offers one can be a field: a closed form ([`Chain`]), a network ([`DensityNet`]).
 //!
 //! ```text
@@ -12,10 +12,10 @@
 //! ```
 //!
 //! The mass matrix couples points at most two apart, so that a step costs O(points) in time and memory
-//! ([`CyclicBandSolver`](crate::solve::CyclicBandSolver)).
+//! ([`CyclicBandSolver`](lagrangian::solve::CyclicBandSolver)).
 //!
 //! ```
-//! use lagrangian::field::{Chain, Field};
+//! use experiments::field::{Chain, Field};
 //! use lagrangian::rollout::{RolloutOptions, free, rollout, times};
 //!
 //! let string = Field::new(Chain::wave(1.0), 100)?;
@@ -32,10 +32,10 @@ mod density;
 mod fit;
 mod inputs;
 mod natural;
-mod periodic;
 mod plain;
 mod ring;
 mod rows;
+mod saved;
 mod stencil;
 mod waves;
 
@@ -44,7 +44,6 @@ pub use data::{RingStates, ring_states};
 pub use density::{DensityConfig, DensityNet};
 pub use fit::{FieldFamily, FieldFit, FieldFitConfig, LearnedField, fit};
 pub use inputs::{FieldScaling, Symmetry};
-pub use periodic::check_periodic;
 pub use plain::{StencilField, StencilNet};
 pub use ring::{Field, FieldEvaluator, MassBand};
 pub use stencil::{NEIGHBOURS, wrapped};

@@ -1,7 +1,7 @@
 //! Three neighbouring points of a ring: what a density sees, and what comes back from it.
 
-use crate::lagrangian::Jet;
-use crate::solve::{CyclicBand, CyclicBandSolver, Regularity};
+use lagrangian::lagrangian::Jet;
+use lagrangian::solve::{CyclicBand, CyclicBandSolver, Regularity};
 
 /// Points that a density sees: left, here and right.
 pub const NEIGHBOURS: usize = 3;
@@ -72,7 +72,7 @@ impl Assembly {
 
     /// Takes the derivatives of all densities of a ring.
     pub(super) fn set(&mut self, jet: &Jet) {
-        crate::dynamics::bias(jet, &mut self.local);
+        lagrangian::dynamics::bias(jet, &mut self.local);
         scatter(&self.local, &mut self.bias);
         let n = self.bias.len();
         self.mass.clear();

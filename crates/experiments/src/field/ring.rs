@@ -1,17 +1,17 @@
 //! A field on a ring as a model: what moves by the Euler–Lagrange equation of the sum of its densities.
 
 use super::stencil::{Assembly, NEIGHBOURS, gather, gather_angles, scatter};
-use crate::dynamics::{Evaluator, Model};
-use crate::lagrangian::{Jet, Jets, Lagrangian};
-use crate::solve::Regularity;
-use crate::trajectory::Coordinate;
-use crate::{Coordinates, Error, Result};
+use lagrangian::dynamics::{Evaluator, Model};
+use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
+use lagrangian::solve::Regularity;
+use lagrangian::trajectory::Coordinate;
+use lagrangian::{Coordinates, Error, Result};
 
 /// The sum of one density over a ring of points (theory.md, 65).
 ///
 /// Its coordinates are the values at the points, `phi1 … phiN`. The mass matrix may be singular for a density that does
 /// not depend on velocities; such states are counted as for any model, and beyond
-/// [`DENSE_MOST`](crate::solve::DENSE_MOST) points their acceleration is NaN.
+/// [`DENSE_MOST`](lagrangian::solve::DENSE_MOST) points their acceleration is NaN.
 #[derive(Debug, Clone)]
 pub struct Field<D> {
     density: D,
@@ -129,7 +129,7 @@ impl FieldEvaluator<'_> {
     /// Writes the energy of each density, J, `[points]`; their sum is the energy.
     pub fn local_energies(&mut self, phi: &[f64], phid: &[f64], out: &mut [f64]) {
         self.look(phi, phid);
-        crate::dynamics::energy(&self.jet, NEIGHBOURS, &self.phid, out);
+        lagrangian::dynamics::energy(&self.jet, NEIGHBOURS, &self.phid, out);
     }
 
     /// The mass matrix at one state, row-major `[points, points]`: for small rings, and to test by.

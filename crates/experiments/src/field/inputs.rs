@@ -4,8 +4,8 @@ use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
 use super::stencil::NEIGHBOURS;
-use crate::train::Samples;
-use crate::{Coordinate, Coordinates, Error, Result, Topology};
+use lagrangian::train::Samples;
+use lagrangian::{Coordinate, Coordinates, Topology};
 use nets::Pass;
 use nets::simd::Real;
 
@@ -81,29 +81,6 @@ impl FieldScaling {
             acceleration: size(&samples.qdd),
         }
     }
-
-    /// Checks that all are finite, and positive where they divide.
-    ///
-    /// # Errors
-    /// [`Error::Argument`].
-    pub fn validate(&self) -> Result<()> {
-        let divisors = [
-            self.value,
-            self.difference,
-            self.rate,
-            self.difference_rate,
-            self.acceleration,
-        ];
-        let bad = divisors.iter().find(|x| !(x.is_finite() && **x > 0.0));
-        match bad.or(Some(&self.centre).filter(|x| !x.is_finite())) {
-            None => Ok(()),
-            Some(x) => Err(Error::Argument {
-                name: "scaling of the field",
-                value: x.to_string(),
-                must: "finite, and positive where it divides",
-            }),
-        }
-    }
 }
 
 /// Root mean square; 1 where it is 0.
@@ -123,9 +100,8 @@ pub(super) struct Inputs {
 type Input = (f64, [f64; NEIGHBOURS]);
 
 impl Inputs {
-    pub(super) fn new(symmetry: Symmetry, scaling: FieldScaling) -> Result<Self> {
-        scaling.validate()?;
-        Ok(Self { symmetry, scaling })
+    pub(super) fn new(symmetry: Symmetry, scaling: FieldScaling) -> Self {
+        Self { symmetry, scaling }
     }
 
     /// The coordinates of a density with these inputs.

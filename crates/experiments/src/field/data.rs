@@ -4,10 +4,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Field;
-use crate::dynamics::Model;
-use crate::lagrangian::Lagrangian;
-use crate::rollout::{RolloutOptions, free, rollout, times};
-use crate::{Result, Trajectory};
+use lagrangian::dynamics::Model;
+use lagrangian::lagrangian::Lagrangian;
+use lagrangian::rollout::{RolloutOptions, free, rollout, times};
+use lagrangian::{Result, Trajectory};
 use nets::normal;
 
 /// The distribution of random rings: Fourier modes with normal amplitudes, equal for all wave numbers.

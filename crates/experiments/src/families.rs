@@ -1,0 +1,68 @@
+//! Families of models as experiments compare them: two hidden layers of a width, all else as it is by default.
+
+use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
+use lagrangian::identify::RigidConfig;
+use lagrangian::neural_ode::Order;
+use lagrangian::train::Family;
+use lagrangian::{DelanConfig, Form, LnnConfig, MlpConfig, NeuralOdeConfig};
+
+/// Units of a layer unless an experiment says otherwise.
+pub(crate) const WIDTH: usize = 64;
+
+pub(crate) fn lnn(width: usize) -> Box<dyn Family> {
+    Box::new(LnnConfig {
+        width,
+        ..LnnConfig::default()
+    })
+}
+
+pub(crate) fn convex(width: usize) -> Box<dyn Family> {
+    Box::new(LnnConfig {
+        form: Form::Convex,
+        width,
+        ..LnnConfig::default()
+    })
+}
+
+pub(crate) fn delan(width: usize) -> Box<dyn Family> {
+    Box::new(DelanConfig {
+        width,
+        ..DelanConfig::default()
+    })
+}
+
+pub(crate) fn delan_with_vector_potential(width: usize) -> Box<dyn Family> {
+    Box::new(DelanConfig {
+        vector_potential: true,
+        width,
+        ..DelanConfig::default()
+    })
+}
+
+pub(crate) fn hnn(structure: HnnStructure, momenta: Momenta, width: usize) -> Box<dyn Family> {
+    Box::new(HnnConfig {
+        structure,
+        momenta,
+        width,
+        ..HnnConfig::default()
+    })
+}
+
+pub(crate) fn neural_ode(order: Order, width: usize) -> Box<dyn Family> {
+    Box::new(NeuralOdeConfig {
+        order,
+        width,
+        ..NeuralOdeConfig::default()
+    })
+}
+
+pub(crate) fn mlp(width: usize) -> Box<dyn Family> {
+    Box::new(MlpConfig {
+        width,
+        ..MlpConfig::default()
+    })
+}
+
+pub(crate) fn rigid() -> Box<dyn Family> {
+    Box::new(RigidConfig::default())
+}
