@@ -225,7 +225,19 @@ fn draw(
         ),
     ];
     for (id, seconds, measured, scale, caption) in families {
-        let plot = lab.plot(format!("{id}-{}", case.system), format!("Action of varied paths, {}", group(case, seconds))).caption(format!("One curve for each variation, one and two half waves of each coordinate: {caption}.")).axes(Axis::linear("size of the variation ε", ""), Axis::linear("S(ε) − S(0)", "J·s"));
+        let plot = lab
+            .plot(
+                format!("{id}-{}", case.system),
+                format!("Action of varied paths, {}", group(case, seconds)),
+            )
+            .caption(format!(
+                "One curve for each variation, one and two half waves of each \
+                coordinate: {caption}."
+            ))
+            .axes(
+                Axis::linear("size of the variation ε", ""),
+                Axis::linear("S(ε) − S(0)", "J·s"),
+            );
         for (k, one) in measured.families.iter().enumerate() {
             let change = one.change.iter().map(|s| s / scale).collect();
             plot.add(&format!("{name} {}", k + 1), role, &one.epsilon, change);
@@ -237,8 +249,19 @@ fn draw(
         .iter()
         .map(|(t, x)| (*t, x / long))
         .unzip();
-    lab.plot(format!("conjugate-{}", case.system), format!("Where the minimum ends, {}", case.system)).caption("Least eigenvalue of the second variation over the time of the end: the path is a minimum while it is \
-                  above 0; it passes 0 at the first conjugate point.").axes(Axis::linear("time of the end", "s"), Axis::linear("least eigenvalue", ""))
+    lab.plot(
+        format!("conjugate-{}", case.system),
+        format!("Where the minimum ends, {}", case.system),
+    )
+    .caption(
+        "Least eigenvalue of the second variation over the time of the end: \
+                the path is a minimum while it is above 0; it passes 0 at the \
+                first conjugate point.",
+    )
+    .axes(
+        Axis::linear("time of the end", "s"),
+        Axis::linear("least eigenvalue", ""),
+    )
     .add(name, role, &t, x);
 }
 
@@ -282,9 +305,25 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     ];
     for (name, role, path) in lines {
         let change = action_variation(&mut action, &path, eta, &epsilon).change;
-        lab.plot(format!("order-{}", case.system), format!("How fast the action changes, {}", group(case, case.short))).caption("Along the motion the action changes by the square of the variation, down to rounding; along any other \
-                      path in proportion to it.").axes(Axis::log("size of the variation ε", ""), Axis::log("|S(ε) − S(0)|", "J·s"))
-        .add(name, role, &epsilon, change.iter().map(|s| s.abs()).collect());
+        lab.plot(
+            format!("order-{}", case.system),
+            format!("How fast the action changes, {}", group(case, case.short)),
+        )
+        .caption(
+            "Along the motion the action changes by the square of the \
+                variation, down to rounding; along any other path in proportion to \
+                it.",
+        )
+        .axes(
+            Axis::log("size of the variation ε", ""),
+            Axis::log("|S(ε) − S(0)|", "J·s"),
+        )
+        .add(
+            name,
+            role,
+            &epsilon,
+            change.iter().map(|s| s.abs()).collect(),
+        );
     }
     Ok(())
 }

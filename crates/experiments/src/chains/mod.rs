@@ -177,7 +177,10 @@ fn draw(
         format!("over-time-{links}-{}", teaching.key().replace('_', "-")),
         format!("{}, {}", group(links), teaching.name()),
     )
-    .caption("Geometric mean over the test motions; median and range of the seeds.")
+    .caption(
+        "Geometric mean over the test motions; median and range of the \
+                seeds.",
+    )
     .axes(
         Axis::linear("time", "s"),
         Axis::log("relative error", "").between(1e-6, 1.0),

@@ -175,8 +175,14 @@ fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
         ),
     ];
     for (id, title, y, values) in panels {
-        let plot = lab.plot(format!("{id}-{noise}"), format!("{title}, noise {noise}")).caption("A dot for each seed over the number of the system in the table. Where a Lagrangian exists it costs \
-                      nothing, leaves no more than errors of learning do, and keeps the divergence at 0.").axes(Axis::linear("system", ""), Axis::log(y, ""));
+        let plot = lab
+            .plot(format!("{id}-{noise}"), format!("{title}, noise {noise}"))
+            .caption(
+                "A dot for each seed over the number of the system in the table. \
+                Where a Lagrangian exists it costs nothing, leaves no more than \
+                errors of learning do, and keeps the divergence at 0.",
+            )
+            .axes(Axis::linear("system", ""), Axis::log(y, ""));
         for (k, (name, role, value)) in values.into_iter().enumerate() {
             if let Some(value) = value {
                 plot.dot(

@@ -94,7 +94,10 @@ fn draw(lab: &mut Lab, kind: Machine, who: &Contestant, runs: &[Attempt]) {
         format!("angle-{}", kind.system()),
         format!("Angle of the {}", kind.system()),
     )
-    .caption("From the first start; π is up, and so is π after whole turns (9.42, −3.14 …).")
+    .caption(
+        "From the first start; π is up, and so is π after whole turns \
+                (9.42, −3.14 …).",
+    )
     .axes(
         Axis::linear("time", "s"),
         Axis::linear("angle from hanging down", "rad"),

@@ -190,8 +190,16 @@ pub(super) fn complete(lab: &mut Lab, plan: &Plan, cells: &[Cell]) {
             .iter()
             .map(|(step, e)| (*step as f64, 100.0 * e))
             .unzip();
-        lab.plot("learning", "Learning the double pendulum").caption("Error of q̈ on held-out motions by the best weights so far; one seed. A tick is a cut through this figure: \
-                      at 5 % and at the last step.").axes(Axis::log("steps of the natural gradient", ""), Axis::log("error of q̈", "%"))
-        .add(cell.row.name, cell.row.role, &x, y);
+        lab.plot("learning", "Learning the double pendulum")
+            .caption(
+                "Error of q̈ on held-out motions by the best weights so far; one \
+                seed. A tick is a cut through this figure: at 5 % and at the last \
+                step.",
+            )
+            .axes(
+                Axis::log("steps of the natural gradient", ""),
+                Axis::log("error of q̈", "%"),
+            )
+            .add(cell.row.name, cell.row.role, &x, y);
     }
 }

@@ -195,7 +195,10 @@ fn draw(lab: &mut Lab, arm: &Arm, who: &Contestant<Condition>, outcome: &Outcome
             format!("errors-{id}"),
             format!("Error of each letter, {}", arm.name),
         )
-        .caption("With the last letter comes the payload, which the true model does not know.")
+        .caption(
+            "With the last letter comes the payload, which the true model does \
+                not know.",
+        )
         .axes(
             Axis::linear("letter", ""),
             Axis::log("tracking error", "rad"),
@@ -203,11 +206,25 @@ fn draw(lab: &mut Lab, arm: &Arm, who: &Contestant<Condition>, outcome: &Outcome
         .add(who.name, who.role, &letters, outcome.errors.clone());
     }
     if who.config != Condition::Pd {
-        lab.plot(format!("payload-{id}"), format!("After the payload, {}", arm.name)).caption(format!(
-                "Errors in windows of {WINDOW} s from the instant that the payload comes into the hand. The true model does \
-                 not learn of it; the one that knows it shows what can be reached."
-            )).axes(Axis::linear("time since the payload", "s"), Axis::log("tracking error", "rad"))
-        .add(who.name, who.role, &outcome.after.0, outcome.after.1.clone());
+        lab.plot(
+            format!("payload-{id}"),
+            format!("After the payload, {}", arm.name),
+        )
+        .caption(format!(
+            "Errors in windows of {WINDOW} s from the instant that the payload \
+                comes into the hand. The true model does not learn of it; the one \
+                that knows it shows what can be reached."
+        ))
+        .axes(
+            Axis::linear("time since the payload", "s"),
+            Axis::log("tracking error", "rad"),
+        )
+        .add(
+            who.name,
+            who.role,
+            &outcome.after.0,
+            outcome.after.1.clone(),
+        );
     }
 }
 
@@ -257,8 +274,12 @@ fn live(lab: &mut Lab, arm: &Arm, writing: &Writing) -> Result<()> {
     let id = format!("latency-{}", arm.name.replace(' ', "-"));
     let title = format!("Time of a tick while a thread learns, {}", arm.name);
     let plot = lab.plot(id, title).caption(format!(
-        "Controller alone, {} ticks at 500 Hz in real time: median {:.1} µs, 99 % below {:.1} µs, longest {:.0} µs.",
-        latency.ticks, 1e6 * latency.p50, 1e6 * latency.p99, 1e6 * latency.max
+        "Controller alone, {} ticks at 500 Hz in real time: median {:.1} \
+                µs, 99 % below {:.1} µs, longest {:.0} µs.",
+        latency.ticks,
+        1e6 * latency.p50,
+        1e6 * latency.p99,
+        1e6 * latency.max
     ));
     plot.axes(Axis::log("time", "µs"), Axis::log("ticks", ""));
     for (x, y) in ticks {
