@@ -17,6 +17,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use serde_json::Value;
+
 use super::{Failure, cargo};
 use line::{Bench, Line};
 pub(super) use options::USAGE;
@@ -43,17 +45,25 @@ fn bits(options: &Options) -> Result<(), String> {
         folder: root.join("target/bits"),
         instructions: options.instructions.clone(),
     };
+    let before = match file.is_file() {
+        true => Record::read(&file)?,
+        false => Record::default(),
+    };
+    // A difference is printed at once: the whole takes minutes.
+    let tell = |key: &str, entry: &Value| {
+        if options.task == Task::Compare
+            && let Some(text) = before.change(key, entry)
+        {
+            println!("{text}");
+        }
+    };
     let clock = Instant::now();
-    let now = run(&bench, options)?;
+    let now = run(&bench, options, &tell)?;
     eprintln!(
         "bits: {} entries in {} s",
         now.len(),
         clock.elapsed().as_secs()
     );
-    let before = match file.is_file() {
-        true => Record::read(&file)?,
-        false => Record::default(),
-    };
     match options.task {
         Task::Record => before.with(now, options).write(&file),
         Task::Compare => before.compare(&now, options),
@@ -76,8 +86,11 @@ fn binary(options: &Options, root: &Path) -> Result<PathBuf, String> {
     }
 }
 
+/// What is called with each new entry and its key.
+type Tell<'a> = &'a (dyn Fn(&str, &Value) + Sync);
+
 /// All entries: recordings first, then the fits to them, then the commands that take a model.
-fn run(bench: &Bench, options: &Options) -> Result<Record, String> {
+fn run(bench: &Bench, options: &Options, tell: Tell) -> Result<Record, String> {
     bench.clear()?;
     let mut record = Record::default();
     let stages = [
@@ -91,7 +104,9 @@ fn run(bench: &Bench, options: &Options) -> Result<Record, String> {
         let later = k > 1;
         let asked = |line: &Line| !later || options.asks(&line.key());
         let lines: Vec<Line> = stage.into_iter().filter(asked).collect();
-        side_by_side(bench, &lines, options.jobs, &mut record)?;
+        for (key, entry) in side_by_side(bench, &lines, options.jobs, tell)? {
+            record.insert(key, entry?)?;
+        }
         if k == 0 {
             commands::derive_recordings(&bench.folder)?;
         }
@@ -100,33 +115,42 @@ fn run(bench: &Bench, options: &Options) -> Result<Record, String> {
     Ok(record)
 }
 
+/// An entry with its key, or why there is none.
+type Keyed = (String, Result<Value, String>);
+
 /// Runs independent lines, several at a time.
 fn side_by_side(
     bench: &Bench,
     lines: &[Line],
     jobs: usize,
-    record: &mut Record,
-) -> Result<(), String> {
-    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    tell: Tell,
+) -> Result<Vec<Keyed>, String> {
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for _ in 0..jobs {
             scope.spawn(|| {
                 while let Some(line) = lines.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let clock = Instant::now();
-                    let entry = entry::of(bench, line);
-                    if clock.elapsed().as_secs() > SLOW {
-                        eprintln!("bits: {} s: {}", clock.elapsed().as_secs(), line.key());
+                    let keyed = timed(bench, line);
+                    if let Ok(entry) = &keyed.1 {
+                        tell(&keyed.0, entry);
                     }
-                    if let Ok(mut found) = found.lock() {
-                        found.push((line.key(), entry));
+                    if let Ok(mut done) = done.lock() {
+                        done.push(keyed);
                     }
                 }
             });
         }
     });
-    let found = found.into_inner().map_err(|e| e.to_string())?;
-    for (key, entry) in found {
-        record.insert(key, entry?)?;
+    done.into_inner().map_err(|e| e.to_string())
+}
+
+/// Runs a line, and names it where it is slow.
+fn timed(bench: &Bench, line: &Line) -> Keyed {
+    let clock = Instant::now();
+    let entry = entry::of(bench, line);
+    let seconds = clock.elapsed().as_secs();
+    if seconds > SLOW {
+        eprintln!("bits: {seconds} s: {}", line.key());
     }
-    Ok(())
+    (line.key(), entry)
 }
