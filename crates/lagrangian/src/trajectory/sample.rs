@@ -202,7 +202,8 @@ impl Recording {
             signal.truncate(write);
         };
         compact(&mut self.t, 1);
-        self.iter_mut().for_each(|(_, signal)| compact(signal, n));
+        let known = self.iter_mut().filter(|(_, signal)| !signal.is_empty());
+        known.for_each(|(_, signal)| compact(signal, n));
     }
 }
 
