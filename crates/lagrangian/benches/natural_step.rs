@@ -20,7 +20,9 @@ use std::time::Instant;
 
 use lagrangian::Coordinates;
 use lagrangian::lagrangian::LnnConfig;
-use lagrangian::train::{Budget, FitConfig, NaturalConfig, Optimizer, Part, Samples, Stepper};
+use lagrangian::train::{
+    Batch, Budget, FitConfig, NaturalConfig, Optimizer, Part, Samples, StepSize, Stepper,
+};
 use meter::data::dataset;
 use meter::networks::lnn_weights;
 use meter::{Case, Meter, expect, on_threads, threads};
@@ -89,7 +91,17 @@ fn row(meter: &Meter, sizes: Sizes) {
             }
             last = now;
         };
-        expect(stepper.step_in_parts(&samples, &numbers, (RATE, DAMPING), &mut note));
+        expect({
+            let batch = Batch {
+                samples: &samples,
+                indices: &numbers,
+            };
+            let size = StepSize {
+                rate: RATE,
+                damping: DAMPING,
+            };
+            stepper.step_in_parts(batch, size, &mut note)
+        });
         let seconds = start.elapsed().as_secs_f64();
         if warm && !whole.add(seconds) {
             break;

@@ -9,8 +9,8 @@ use lagrangian::dataset::{random_starts, random_states};
 use lagrangian::lagrangian::{Delan, DelanConfig, Lnn, LnnConfig, Scaling};
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
 use lagrangian::train::{
-    Budget, Checkpoint, Family, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress,
-    Samples, Stepper, fit,
+    Batch, Budget, Checkpoint, Family, FitConfig, Loss, NaturalConfig, Observer, Optimizer,
+    Progress, Samples, Stepper, fit,
 };
 use lagrangian::{Mechanical, RolloutOptions, Trajectory, analytic};
 use serde::{Deserialize, Serialize};
@@ -96,7 +96,10 @@ impl Case {
             });
             write(&task.file, &object)?;
         }
-        talk.ready(vec![stepper.loss(samples, &first)?]);
+        talk.ready(vec![stepper.loss(Batch {
+            samples,
+            indices: &first,
+        })?]);
         while let Some(Request::Laps(_)) = talk.request() {
             let mut keeper = Keeper(Vec::new());
             let clock = Instant::now();

@@ -8,14 +8,17 @@ use rand_chacha::ChaCha8Rng;
 
 use super::density::{DensityConfig, DensityNet, DensityShape};
 use super::inputs::FieldScaling;
-use super::natural::RingNatural;
+use super::natural::{RingMemory, RingProblem};
 use super::plain::{StencilNet, StencilShape};
 use super::ring::Field;
 use super::rows::FieldShape;
 use lagrangian::Result;
 use lagrangian::dataset::{Dataset, shuffle};
 use lagrangian::dynamics::Model;
-use lagrangian::train::{Budget, NaturalConfig, Observer, Progress, Samples, cosine};
+use lagrangian::train::{
+    Batch, Budget, LeastSquares, Natural, NaturalConfig, Observer, Progress, Samples, StepSize,
+    cosine,
+};
 
 /// What is learned.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,7 +137,8 @@ struct Run<'a> {
     dataset: &'a Dataset,
     config: &'a FieldFitConfig,
     shape: FieldShape,
-    engine: RingNatural,
+    natural: Natural,
+    memory: RingMemory,
     parameters: Vec<f64>,
     best: (f64, Vec<f64>),
     setbacks: i32,
@@ -147,7 +151,8 @@ impl<'a> Run<'a> {
         let parameters = shape.initialise(config.seed);
         let rings = config.rings.min(dataset.train.len());
         Self {
-            engine: RingNatural::new(&shape, dataset.coordinates.dof(), rings),
+            natural: Natural::new(parameters.len()),
+            memory: RingMemory::new(&shape, dataset.coordinates.dof(), rings),
             best: (f64::INFINITY, parameters.clone()),
             parameters,
             dataset,
@@ -180,13 +185,20 @@ impl<'a> Run<'a> {
             if self.step.is_multiple_of(per_pass) {
                 shuffle(&mut order, &mut rng);
             }
-            let batch = &order[self.step % per_pass * rings..][..rings];
+            let mut problem = RingProblem {
+                memory: &mut self.memory,
+                shape: &self.shape,
+                batch: Batch {
+                    samples: train,
+                    indices: &order[self.step % per_pass * rings..][..rings],
+                },
+                linearised: true,
+            };
             let rate = natural.rate * cosine(share);
-            let setting = (rate, natural.scheduled(share, self.setbacks));
+            let damping = natural.scheduled(share, self.setbacks);
+            let size = StepSize { rate, damping };
             let parameters = &mut self.parameters;
-            let loss = self
-                .engine
-                .step(&self.shape, natural, setting, (train, batch), parameters);
+            let loss = self.natural.step(&mut problem, natural, size, parameters);
             self.step += 1;
             let share = self.share();
             let due = self.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
@@ -195,7 +207,7 @@ impl<'a> Run<'a> {
                 share,
                 seconds: self.clock.elapsed().as_secs_f64(),
                 validation: due.then(|| self.validate()),
-                loss: loss.mean,
+                loss: loss.mean(),
                 rate,
                 singular: loss.singular,
             };
@@ -212,7 +224,7 @@ impl<'a> Run<'a> {
             self.best = (loss, self.parameters.clone());
         } else if loss.is_nan() || loss > SETBACK * self.best.0 {
             self.parameters.clone_from(&self.best.1);
-            self.engine.forget();
+            self.natural.phi.fill(0.0);
             self.setbacks = (self.setbacks + 1).min(6);
         }
         loss
@@ -224,13 +236,18 @@ impl<'a> Run<'a> {
         let indices: Vec<usize> = (0..validation.len()).collect();
         let (mut sum, mut singular) = (0.0, 0);
         for part in indices.chunks(self.config.rings.min(self.dataset.train.len())) {
-            let batch = (validation, part);
-            singular += self
-                .engine
-                .loss(&self.shape, batch, &self.parameters)
-                .singular;
-            let residuals = &self.engine.residuals()[..part.len() * validation.n];
-            sum += residuals.iter().map(|r| r * r).sum::<f64>();
+            let mut problem = RingProblem {
+                memory: &mut self.memory,
+                shape: &self.shape,
+                batch: Batch {
+                    samples: validation,
+                    indices: part,
+                },
+                linearised: false,
+            };
+            let loss = problem.residuals(&self.parameters).loss;
+            singular += loss.singular;
+            sum += loss.sum;
         }
         match singular {
             0 => sum / (validation.len() * validation.n) as f64,

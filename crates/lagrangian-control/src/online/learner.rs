@@ -2,7 +2,7 @@
 
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
 use lagrangian::dataset::Dataset;
-use lagrangian::train::{Learned, Samples, Stepper};
+use lagrangian::train::{Batch, Learned, Samples, StepSize, Stepper};
 use lagrangian::{Coordinates, Result};
 
 /// Learns a model from rows (t, q, q̇, τ). It holds no thread and no clock: the same rows and steps give the same bits.
@@ -172,11 +172,15 @@ impl OnlineLearner {
         }
         for _ in 0..steps {
             self.replay.draw(self.config.batch, &mut training.indices);
-            let schedule = (training.rate, training.damping);
-            let found =
-                training
-                    .stepper
-                    .step(self.replay.samples(), &training.indices, schedule)?;
+            let size = StepSize {
+                rate: training.rate,
+                damping: training.damping,
+            };
+            let batch = Batch {
+                samples: self.replay.samples(),
+                indices: &training.indices,
+            };
+            let found = training.stepper.step(batch, size)?;
             self.record.steps += 1;
             let first = *training.first_loss.get_or_insert(found.loss);
             let finite = training.stepper.parameters().iter().all(|x| x.is_finite());
@@ -249,7 +253,10 @@ impl Training {
         }
         self.fresh = 0;
         replay.newest(config.change_samples, &mut self.indices);
-        let found = self.stepper.loss(replay.samples(), &self.indices)?;
+        let found = self.stepper.loss(Batch {
+            samples: replay.samples(),
+            indices: &self.indices,
+        })?;
         self.newest = Some(found);
         let Some(usual) = self.usual else {
             self.usual = Some(found);

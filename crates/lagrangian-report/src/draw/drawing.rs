@@ -116,7 +116,8 @@ impl Drawing {
 
     /// What `draw` adds, with edges that end at pixels: no seam shows between shapes that touch.
     pub(super) fn with_sharp_edges(&mut self, draw: impl FnOnce(&mut Self)) {
-        self.elements.push_str(r#"<g shape-rendering="crispEdges">"#);
+        self.elements
+            .push_str(r#"<g shape-rendering="crispEdges">"#);
         draw(self);
         self.elements.push_str("</g>");
     }

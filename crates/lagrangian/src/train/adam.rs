@@ -10,6 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::problem::{Differentiable, GradientSize, LossValue, StepAt};
 use nets::simd::{AdamRule, AdamStep, dispatch};
 
 /// Settings of Adam(W).
@@ -65,6 +66,22 @@ impl AdamConfig {
     }
 }
 
+impl AdamConfig {
+    /// One step at `rate`; returns the loss before it. A gradient that is not finite is ignored.
+    pub(crate) fn step(
+        &self,
+        problem: &mut dyn Differentiable,
+        at: &StepAt<'_>,
+        rate: f64,
+    ) -> LossValue {
+        let GradientSize { loss, squares } = problem.gradient(at);
+        if let Some(rule) = self.rule(rate, at.step, squares) {
+            problem.descend(&rule);
+        }
+        loss
+    }
+}
+
 /// The moments of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Adam {
@@ -73,23 +90,15 @@ pub(crate) struct Adam {
 }
 
 impl Adam {
-    /// One step against `gradient` at `rate`; `step` counts from 0. A gradient that is not finite is ignored.
-    pub(crate) fn step(
-        &mut self,
-        config: &AdamConfig,
-        rate: f64,
-        step: usize,
-        gradient: &[f64],
-        parameters: &mut [f64],
-    ) {
-        let squares = gradient.iter().map(|g| g * g).sum::<f64>();
-        let Some(rule) = config.rule(rate, step, squares) else {
-            return;
-        };
-        self.apply(rule, gradient, parameters);
+    /// Moments of so many parameters before the first step.
+    pub(crate) fn zeros(parameters: usize) -> Self {
+        Self {
+            first: vec![0.0; parameters],
+            second: vec![0.0; parameters],
+        }
     }
 
-    /// One step whose numbers are known.
+    /// One step by a rule against `gradient`.
     pub(crate) fn apply(&mut self, rule: AdamRule, gradient: &[f64], parameters: &mut [f64]) {
         dispatch(AdamStep {
             gradient,

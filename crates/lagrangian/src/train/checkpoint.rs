@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::batch::Value;
+use super::problem::LossValue;
 use crate::{Error, Result};
 
 /// The state of a run between two steps.
@@ -68,7 +68,7 @@ impl Checkpoint {
 
     /// Keeps the parameters if `seen` is the best loss so far, and goes back to the best from one that is far worse;
     /// returns it.
-    pub(crate) fn judge(&mut self, seen: Value) -> f64 {
+    pub(crate) fn judge(&mut self, seen: LossValue) -> f64 {
         // A model without accelerations somewhere is not the best, however well it does elsewhere.
         let value = if seen.singular > 0 {
             f64::INFINITY

@@ -10,7 +10,7 @@ use super::forces::ForceTerms;
 use super::loss::Loss;
 use super::natural::NaturalConfig;
 use super::observer::{Ending, Observer, Progress};
-use super::rollout::{RolloutLoss, Rollouts};
+use super::rollout::{RolloutLoss, SegmentOrder};
 use super::run::Run;
 use crate::Result;
 use crate::dataset::Dataset;
@@ -159,8 +159,7 @@ fn descend(
     let mut fresh = model.initialise(config.seed);
     let weights = fresh.len();
     if config.loss == Loss::ROLLOUT {
-        let flow = model.learner(Residuals::OfRates);
-        fresh.extend(Rollouts::new(dataset, config, &*flow).free_starts());
+        fresh.extend(SegmentOrder::new(dataset, config).free_starts());
     }
     let mut run = Run::new(dataset, config, resume, fresh)?;
     let (ending, progress) = match config.precision {

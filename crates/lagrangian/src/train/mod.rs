@@ -5,19 +5,18 @@ mod allowed;
 mod batch;
 mod checkpoint;
 mod choice;
-mod damping;
-mod descent;
 mod engine;
 mod fit;
 mod forces;
 mod learner;
 mod loss;
 mod natural;
+mod network;
 mod nominal;
 mod observer;
 mod order;
-mod part;
 mod positions;
+mod problem;
 mod rollout;
 mod run;
 mod schedule;
@@ -33,21 +32,19 @@ pub use batch::Samples;
 pub use checkpoint::Checkpoint;
 pub(crate) use choice::LOSS;
 pub use choice::{Choice, Chosen, Known, Request};
-pub use damping::DampingRule;
 pub use fit::{Budget, Fit, FitConfig, Optimizer, Precision, fit};
 pub(crate) use forces::{FORCE_NAMES, Forces};
 pub use forces::{ForceTerms, Input};
 pub(crate) use learner::{At, Learner, MAX_DOF, Work};
 pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};
-pub use natural::NaturalConfig;
-#[doc(hidden)]
-pub use natural::System;
+pub use natural::{DampingRule, Natural, NaturalConfig, Part, StepSize, System};
 pub(crate) use nominal::remainder;
 pub use observer::{Ending, Observer, Progress};
-pub use part::Part;
 pub(crate) use positions::{CHORDS, PointFamily, PositionsLearner};
+pub use problem::{
+    Batch, Differentiable, GradientSize, LeastSquares, LossValue, ResidualSize, StepAt,
+};
 pub use rollout::{Observe, RolloutLoss, Start};
-#[doc(hidden)]
 pub use schedule::cosine;
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::{StepLoss, Stepper};

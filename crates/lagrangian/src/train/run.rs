@@ -2,14 +2,17 @@
 
 use std::time::Instant;
 
-use super::batch::{Batches, Value};
 use super::checkpoint::Checkpoint;
-use super::engine::{AdamEngine, AdamRollouts, Engine, NaturalEngine, NaturalRollouts, Parts};
+use super::engine::{AdamEngine, Engine, InTurn, NaturalEngine, Stepped};
 use super::fit::{Budget, FitConfig, Optimizer};
 use super::learner::Learner;
+use super::loss::Loss;
+use super::natural::{DampingRule, NaturalConfig};
+use super::network::{Batches, NetworkDescent, NetworkProblems};
 use super::observer::{Ending, Observer, Progress};
 use super::order::Order;
-use super::rollout::Rollouts;
+use super::problem::{Batch, LossValue, StepAt};
+use super::rollout::{RolloutDescent, RolloutProblems, RolloutValidation, SegmentOrder};
 use super::schedule::grown;
 use crate::dataset::Dataset;
 use crate::{Error, Result};
@@ -66,8 +69,8 @@ impl<'a> Run<'a> {
         let Optimizer::Natural(natural) = &self.config.optimizer else {
             return self.by_adam(learner, observer);
         };
-        let settings = (natural, self.config.loss);
-        let engine = NaturalEngine::new(learner, settings, self.batch());
+        let problems = NetworkProblems::new(learner, self.config.loss, self.batch());
+        let engine = NaturalEngine::new(problems, natural);
         self.descend(self.judged(learner), observer, engine)
     }
 
@@ -77,15 +80,15 @@ impl<'a> Run<'a> {
         learner: &dyn Learner<T>,
         observer: &mut dyn Observer,
     ) -> Result<(Ending, Progress)> {
-        let Optimizer::Adam(adam) = &self.config.optimizer else {
+        let Optimizer::Adam(config) = &self.config.optimizer else {
             return Err(Error::Argument {
                 name: "precision",
                 value: "f32".into(),
                 must: "f64 under the natural gradient",
             });
         };
-        let settings = (adam, self.config.loss);
-        let engine = AdamEngine::new(learner, settings, self.batch());
+        let problem = NetworkDescent::new(learner, self.config.loss, self.batch());
+        let engine = AdamEngine { problem, config };
         self.descend(self.judged(learner), observer, engine)
     }
 
@@ -98,22 +101,47 @@ impl<'a> Run<'a> {
         observer: &mut dyn Observer,
     ) -> Result<(Ending, Progress)> {
         let (config, batch) = (self.config, self.batch());
-        let mut judges = Rollouts::new(self.dataset, config, flow);
-        let judge = |parameters: &[f64]| judges.judge(flow, parameters);
-        let parts = Parts {
-            flow,
-            learner,
-            rollouts: Rollouts::new(self.dataset, config, flow),
-            warm_start: config.rollout.warm_start,
-        };
-        match &config.optimizer {
+        let mut validation = RolloutValidation::new(self.dataset, config, flow);
+        let judge = |theta: &[f64]| validation.loss(theta);
+        let order = SegmentOrder::new(self.dataset, config);
+        let warm = config.rollout.warm_start > 0.0;
+        let scheduled;
+        let engine = match &config.optimizer {
             Optimizer::Natural(natural) => {
-                self.descend(judge, observer, NaturalRollouts::new(parts, natural, batch))
+                scheduled = NaturalConfig {
+                    damping_rule: DampingRule::Schedule,
+                    ..natural.clone()
+                };
+                let first = || {
+                    let problems = NetworkProblems::new(learner, Loss::ACCELERATION, batch);
+                    Box::new(NaturalEngine::new(problems, &scheduled)) as Box<dyn Engine>
+                };
+                let problems = RolloutProblems::new(order, flow);
+                InTurn {
+                    first: warm.then(first),
+                    second: Box::new(NaturalEngine::new(problems, &scheduled)),
+                    until: config.rollout.warm_start,
+                    own_schedules: true,
+                }
             }
             Optimizer::Adam(adam) => {
-                self.descend(judge, observer, AdamRollouts::new(parts, adam, batch))
+                let first = || {
+                    let problem = NetworkDescent::new(learner, Loss::ACCELERATION, batch);
+                    let config = adam;
+                    Box::new(AdamEngine { problem, config }) as Box<dyn Engine>
+                };
+                InTurn {
+                    first: warm.then(first),
+                    second: Box::new(AdamEngine {
+                        problem: RolloutDescent::new(order, flow),
+                        config: adam,
+                    }),
+                    until: config.rollout.warm_start,
+                    own_schedules: false,
+                }
             }
-        }
+        };
+        self.descend(judge, observer, engine)
     }
 
     /// The largest batch that there are samples for.
@@ -125,11 +153,14 @@ impl<'a> Run<'a> {
     fn judged<'l, T: Real>(
         &self,
         learner: &'l dyn Learner<T>,
-    ) -> impl FnMut(&[f64]) -> Option<Value> + use<'a, 'l, T> {
+    ) -> impl FnMut(&[f64]) -> Option<LossValue> + use<'a, 'l, T> {
         let mut judges = Batches::<T>::new(learner, self.judge.len().clamp(1, 256));
         let (judge, dataset, loss) = (self.judge.clone(), self.dataset, self.config.loss);
         move |parameters| {
-            let judged = (&dataset.validation, &judge[..]);
+            let judged = Batch {
+                samples: &dataset.validation,
+                indices: &judge,
+            };
             (!judge.is_empty()).then(|| judges.evaluate(learner, loss, parameters, judged, None))
         }
     }
@@ -137,7 +168,7 @@ impl<'a> Run<'a> {
     /// The loop that all engines share.
     fn descend(
         &mut self,
-        mut judge: impl FnMut(&[f64]) -> Option<Value>,
+        mut judge: impl FnMut(&[f64]) -> Option<LossValue>,
         observer: &mut dyn Observer,
         mut engine: impl Engine,
     ) -> Result<(Ending, Progress)> {
@@ -146,7 +177,7 @@ impl<'a> Run<'a> {
         }
         engine.load(&self.state);
         loop {
-            let (value, rate) = self.advance(&mut engine);
+            let Stepped { loss: value, rate } = self.advance(&mut engine);
             let share = self.share();
             let look = self.state.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
             if look {
@@ -181,28 +212,32 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// One step on the batch whose turn it is; the loss before it, and its rate.
-    fn advance(&mut self, engine: &mut impl Engine) -> (Value, f64) {
-        let share = self.share();
+    /// One step on the batch whose turn it is.
+    fn advance(&mut self, engine: &mut impl Engine) -> Stepped {
+        let part = self.share();
         let last = self.config.batch;
         let first = self.config.batch_first.unwrap_or(last);
-        let samples = grown(first, last, share).min(self.dataset.train.len());
-        let numbers = self.order.batch(self.state.step, samples);
-        let done = engine.step(&mut self.state, share, (&self.dataset.train, numbers));
+        let samples = grown(first, last, part).min(self.dataset.train.len());
+        let step = self.state.step;
+        let batch = Batch {
+            samples: &self.dataset.train,
+            indices: self.order.batch(step, samples),
+        };
+        let stepped = engine.step(&mut self.state, StepAt { step, part, batch });
         self.state.step += 1;
-        done
+        stepped
     }
 
     /// Keeps the parameters if they are the best so far, by the held-back samples, or by the batch where there are
     /// none; returns the loss and whether it is that of held-back samples.
-    fn look(&mut self, held: Option<Value>, batch: Value) -> (f64, bool) {
+    fn look(&mut self, held: Option<LossValue>, batch: LossValue) -> (f64, bool) {
         let value = self.state.judge(held.unwrap_or(batch));
         (value, held.is_some())
     }
 
     /// The parameters of a run that ended before its first look are its best. Not in the checkpoint: a resumed run must not
     /// know of it.
-    fn settle(&mut self, judge: &mut impl FnMut(&[f64]) -> Option<Value>, value: Value) {
+    fn settle(&mut self, judge: &mut impl FnMut(&[f64]) -> Option<LossValue>, value: LossValue) {
         if self.state.best_parameters.is_empty() {
             self.look(judge(&self.state.parameters), value);
         }

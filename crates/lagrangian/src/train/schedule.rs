@@ -1,8 +1,10 @@
 //! What follows the share of the budget: the rate, and the samples of a batch.
 
-/// From 1 to 0.
-pub fn cosine(share: f64) -> f64 {
-    0.5 * (1.0 + (std::f64::consts::PI * share).cos())
+/// The schedule of the rate, ½ (1 + cos π x): 1 at the start of a run and 0 at its end, where x is the part of the budget that
+/// is used.
+#[must_use]
+pub fn cosine(part: f64) -> f64 {
+    0.5 * (1.0 + (std::f64::consts::PI * part).cos())
 }
 
 /// Samples of a batch at this share of the budget: whole blocks of 16, so that none is filled with padding.

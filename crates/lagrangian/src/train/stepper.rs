@@ -1,175 +1,118 @@
 //! Training one step at a time, on samples that come and go: what online learning is made of.
 
-use super::adam::Adam;
-use super::batch::{Batches, Samples};
 use super::fit::{FitConfig, Optimizer};
-use super::natural::Natural;
-use super::part::Part;
+use super::natural::{Natural, NaturalConfig, Part, StepSize};
+use super::network::NetworkMemory;
+use super::problem::{Batch, LeastSquares, LossValue};
 use crate::dataset::Dataset;
 use crate::models::{Learned, Residuals, Trainable};
 use crate::{Error, Result};
 
-/// A model in training, without a schedule: the caller says the rate and the damping of each step.
+/// A model in training by the natural gradient, without a schedule: the caller says the rate and the damping of each
+/// step.
 ///
 /// Scales are those of the dataset that it is made with; samples may come from anywhere after that.
 pub struct Stepper {
     model: Box<dyn Trainable>,
     config: FitConfig,
-    engine: Engine,
-    judges: Batches<f64>,
+    settings: NaturalConfig,
+    natural: Natural,
+    memory: NetworkMemory,
     parameters: Vec<f64>,
     steps: usize,
 }
 
-enum Engine {
-    Natural(Box<Natural>),
-    Adam {
-        batches: Batches<f64>,
-        gradient: Vec<f64>,
-        moments: Adam,
-    },
-}
-
-/// What one step saw before it moved.
+/// The loss of a batch before a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepLoss {
-    /// Mean loss of the batch.
+    /// The mean loss of the batch.
     pub loss: f64,
     /// Samples that were left out for a singular mass matrix.
     pub singular: usize,
 }
 
+impl From<LossValue> for StepLoss {
+    fn from(value: LossValue) -> Self {
+        Self {
+            loss: value.mean(),
+            singular: value.singular,
+        }
+    }
+}
+
 impl Stepper {
-    /// Random weights for the family, loss and optimiser of `config`, with the scales of `dataset`.
+    /// Random weights for the family and the loss of `config`, with the scales of `dataset`.
     ///
     /// # Errors
-    /// As [`FitConfig::validate`].
+    /// As [`FitConfig::trainable`]; [`Error::Argument`] for another optimiser than the natural gradient.
     pub fn new(dataset: &Dataset, config: &FitConfig) -> Result<Self> {
+        let Optimizer::Natural(settings) = &config.optimizer else {
+            return Err(Error::Argument {
+                name: "optimizer",
+                value: "adam".into(),
+                must: "natural, where steps are taken one by one",
+            });
+        };
         let model = config.trainable(dataset)?.0;
         let parameters = model.initialise(config.seed);
-        let batch = config.batch;
-        let (engine, judges) = {
-            let learner = &*model.learner(Residuals::OfLoss);
-            let engine = match config.optimizer {
-                Optimizer::Natural(_) => Engine::Natural(Box::new(Natural::new(learner, batch))),
-                Optimizer::Adam(_) => Engine::Adam {
-                    batches: Batches::new(learner, batch),
-                    gradient: vec![0.0; learner.parameters()],
-                    moments: Adam {
-                        first: vec![0.0; learner.parameters()],
-                        second: vec![0.0; learner.parameters()],
-                    },
-                },
-            };
-            (engine, Batches::new(learner, batch))
-        };
+        let memory = NetworkMemory::new(&*model.learner(Residuals::OfLoss), config.batch);
         Ok(Self {
             model,
             config: config.clone(),
-            engine,
-            judges,
+            settings: settings.clone(),
+            natural: Natural::new(parameters.len()),
+            memory,
             parameters,
             steps: 0,
         })
     }
 
-    /// One step at `rate`, with `damping` under the natural gradient, on the samples with these numbers (at most a
-    /// batch of them).
+    /// One step on a batch.
     ///
     /// # Errors
-    /// [`Error::Argument`] for no sample, more than a batch, or a number that there is no sample for.
-    pub fn step(
-        &mut self,
-        samples: &Samples,
-        numbers: &[usize],
-        (rate, damping): (f64, f64),
-    ) -> Result<StepLoss> {
-        self.step_in_parts(samples, numbers, (rate, damping), &mut |_| ())
+    /// [`Error::Argument`] for no sample, more than a batch of them, or an index that there is no sample for.
+    pub fn step(&mut self, batch: Batch<'_>, size: StepSize) -> Result<StepLoss> {
+        self.step_in_parts(batch, size, &mut |_| ())
     }
 
-    /// [`Stepper::step`], which says of each part of a natural-gradient step that it is done.
+    /// [`Stepper::step`], which says of each part of a step that it is done.
     ///
     /// # Errors
     /// As [`Stepper::step`].
     pub fn step_in_parts(
         &mut self,
-        samples: &Samples,
-        numbers: &[usize],
-        (rate, damping): (f64, f64),
+        batch: Batch<'_>,
+        size: StepSize,
         done: &mut dyn FnMut(Part),
     ) -> Result<StepLoss> {
-        self.check(samples, numbers)?;
-        let Self {
-            model,
-            config,
-            engine,
-            parameters,
-            steps,
-            ..
-        } = self;
-        let learner = &*model.learner(Residuals::OfLoss);
-        let value = match (engine, &config.optimizer) {
-            (Engine::Natural(natural), Optimizer::Natural(settings)) => natural.step_in_parts(
-                learner,
-                (settings, config.loss),
-                (rate, damping),
-                (samples, numbers),
-                parameters,
-                done,
-            ),
-            (
-                Engine::Adam {
-                    batches,
-                    gradient,
-                    moments,
-                },
-                Optimizer::Adam(settings),
-            ) => {
-                let value = batches.evaluate(
-                    learner,
-                    config.loss,
-                    parameters,
-                    (samples, numbers),
-                    Some(gradient),
-                );
-                moments.step(settings, rate, *steps, gradient, parameters);
-                learner.project(parameters);
-                value
-            }
-            // The engine was made for this optimiser.
-            (_, _) => super::batch::Value::default(),
-        };
-        *steps += 1;
-        Ok(StepLoss {
-            loss: value.mean(),
-            singular: value.singular,
-        })
+        self.check(batch)?;
+        let learner = self.model.learner(Residuals::OfLoss);
+        let mut problem = self.memory.problem(&*learner, self.config.loss, batch);
+        let (settings, theta) = (&self.settings, &mut self.parameters);
+        let value = self
+            .natural
+            .step_in_parts(&mut problem, settings, size, theta, done);
+        self.steps += 1;
+        Ok(value.into())
     }
 
     /// The mean loss on these samples (at most a batch of them); nothing moves.
     ///
     /// # Errors
     /// As [`Stepper::step`].
-    pub fn loss(&mut self, samples: &Samples, numbers: &[usize]) -> Result<f64> {
-        self.check(samples, numbers)?;
-        let (judges, parameters, loss) = (&mut self.judges, &self.parameters, self.config.loss);
-        let learner = &*self.model.learner(Residuals::OfLoss);
-        let value = judges.evaluate(learner, loss, parameters, (samples, numbers), None);
-        Ok(value.mean())
+    pub fn loss(&mut self, batch: Batch<'_>) -> Result<f64> {
+        self.check(batch)?;
+        let learner = self.model.learner(Residuals::OfLoss);
+        let mut problem = self.memory.problem(&*learner, self.config.loss, batch);
+        Ok(problem.residuals(&self.parameters).loss.mean())
     }
 
     /// Forgets the momentum of past steps, which pointed at what is no longer so.
     pub fn forget_momentum(&mut self) {
-        match &mut self.engine {
-            Engine::Natural(natural) => natural.phi.fill(0.0),
-            Engine::Adam { moments, .. } => {
-                moments.first.fill(0.0);
-                moments.second.fill(0.0);
-            }
-        }
+        self.natural.phi.fill(0.0);
     }
 
-    /// Its weights, in the order of the family.
+    /// The weights, in the order of the family.
     #[must_use]
     pub fn parameters(&self) -> &[f64] {
         &self.parameters
@@ -201,26 +144,27 @@ impl Stepper {
         self.model.assemble(&self.parameters)
     }
 
-    /// Samples of a step, at most.
+    /// The largest number of samples of a step.
     #[must_use]
     pub fn batch(&self) -> usize {
         self.config.batch
     }
 
-    /// Steps done.
+    /// The number of steps done.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.steps
     }
 
-    fn check(&self, samples: &Samples, numbers: &[usize]) -> Result<()> {
-        let fits = (1..=self.config.batch).contains(&numbers.len());
-        if fits && numbers.iter().all(|&k| k < samples.len()) {
+    fn check(&self, batch: Batch<'_>) -> Result<()> {
+        let Batch { samples, indices } = batch;
+        let fits = (1..=self.config.batch).contains(&indices.len());
+        if fits && indices.iter().all(|&k| k < samples.len()) {
             return Ok(());
         }
         Err(Error::Argument {
-            name: "numbers of samples",
-            value: format!("{} of {}", numbers.len(), samples.len()),
+            name: "sample indices",
+            value: format!("{} of {}", indices.len(), samples.len()),
             must: "at least one, at most a batch, each below the number of samples",
         })
     }

@@ -3,12 +3,14 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::batch::{Batches, Samples};
+use super::batch::Samples;
 use super::forces::{ForceTerms, Forces, Input};
 use super::learner::Learner;
 use super::loss::Loss;
-use super::natural::{Natural, NaturalConfig};
+use super::natural::{Natural, NaturalConfig, StepSize};
+use super::network::{Batches, NetworkMemory};
 use super::positions::PositionsLearner;
+use super::problem::{Batch, LeastSquares};
 use crate::baseline::{MlpConfig, MlpShape};
 use crate::lagrangian::{
     DelanConfig, DelanShape, Form, Inertia, LnnConfig, LnnShape, Scaling, SpeedChart, Trunks,
@@ -245,7 +247,10 @@ pub(crate) fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &S
         learner,
         loss,
         &parameters,
-        (samples, &numbers),
+        Batch {
+            samples: samples,
+            indices: &numbers,
+        },
         Some(&mut gradient),
     );
     let largest = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
@@ -258,7 +263,16 @@ pub(crate) fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &S
             let mut moved = parameters.clone();
             moved[k] += x;
             batches
-                .evaluate(learner, loss, &moved, (samples, &numbers), None)
+                .evaluate(
+                    learner,
+                    loss,
+                    &moved,
+                    Batch {
+                        samples: samples,
+                        indices: &numbers,
+                    },
+                    None,
+                )
                 .mean()
         };
         let h = 1e-4;
@@ -460,27 +474,26 @@ fn the_gradient_of_a_plain_network_agrees_with_differences() {
 pub(crate) fn assert_step_solves(learner: &dyn Learner<f64>, loss: Loss, samples: &Samples) {
     let mut parameters = parameters(learner);
     let numbers: Vec<usize> = (0..samples.len()).collect();
-    let mut natural = Natural::new(learner, numbers.len());
+    let batch = Batch {
+        samples,
+        indices: &numbers,
+    };
+    let mut natural = Natural::new(parameters.len());
+    let mut memory = NetworkMemory::new(learner, numbers.len());
+    let mut problem = memory.problem(learner, loss, batch);
     let config = NaturalConfig {
         momentum: 0.0,
         longest: 1e9,
         ..Default::default()
     };
     let rate = 1e-5;
-    let before = natural
-        .step(
-            learner,
-            &config,
-            loss,
-            (rate, 1e-12),
-            (samples, &numbers),
-            &mut parameters,
-        )
-        .mean();
-    let mut batches = Batches::new(learner, samples.len());
-    let after = batches
-        .evaluate(learner, loss, &parameters, (samples, &numbers), None)
-        .mean();
+    let size = StepSize {
+        rate,
+        damping: 1e-12,
+    };
+    let before = natural.step(&mut problem, &config, size, &mut parameters);
+    let before = before.mean();
+    let after = problem.residuals(&parameters).loss.mean();
     let found = (after / before).ln() / (-2.0 * rate);
     assert!((found - 1.0).abs() < 2e-3, "{loss:?}: {found}");
 }
@@ -564,7 +577,10 @@ pub(crate) fn samples_without_an_acceleration_do_not_lower_the_loss() {
         learner,
         Loss::ACCELERATION,
         &broken,
-        (&samples, &numbers),
+        Batch {
+            samples: &samples,
+            indices: &numbers,
+        },
         None,
     );
     assert_eq!((value.count, value.singular), (0, 20));

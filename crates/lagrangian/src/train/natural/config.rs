@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::train::damping::DampingRule;
+use super::DampingRule;
 
 /// Settings of the natural gradient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

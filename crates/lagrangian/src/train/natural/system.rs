@@ -4,28 +4,44 @@ use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::{self, factor::LltParams};
 use faer::{Auto, Conj, Mat, Par};
 
-/// A symmetric positive definite system with one right-hand side, kept so that a step allocates nothing.
+/// The system (J Jᵀ + λ N I) x = r − μ J φ of a step, kept so that a step allocates nothing.
+#[allow(
+    missing_debug_implementations,
+    reason = "the memory of the solver has nothing to show"
+)]
 pub struct System {
-    /// The lower triangle of a symmetric matrix; afterwards its factor.
-    pub matrix: Mat<f64>,
-    /// The right-hand side; afterwards the solution.
-    pub right: Mat<f64>,
+    matrix: Mat<f64>,
+    right: Mat<f64>,
+    /// r, `[rows]`.
+    pub residual: Vec<f64>,
+    /// J φ, `[rows]`.
+    pub pushed: Vec<f64>,
     memory: MemBuffer,
 }
 
+impl Default for System {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl System {
-    /// One without equations.
+    /// A system of no equations.
     #[must_use]
     pub fn new() -> Self {
         Self {
             matrix: Mat::new(),
             right: Mat::new(),
+            residual: Vec::new(),
+            pushed: Vec::new(),
             memory: MemBuffer::new(StackReq::EMPTY),
         }
     }
 
-    /// Prepares for so many equations.
+    /// Makes room for so many equations.
     pub fn resize(&mut self, size: usize) {
+        self.residual.resize(size, 0.0);
+        self.pushed.resize(size, 0.0);
         if self.matrix.nrows() != size {
             self.matrix = Mat::zeros(size, size);
             self.right = Mat::zeros(size, 1);
@@ -39,9 +55,39 @@ impl System {
         }
     }
 
+    /// Number of equations.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.matrix.nrows()
+    }
+
+    /// Column `column` of J Jᵀ, to be written from its diagonal entry downwards.
+    pub fn column_mut(&mut self, column: usize) -> &mut [f64] {
+        self.matrix.col_as_slice_mut(column)
+    }
+
+    /// The solution, after it was solved.
+    #[must_use]
+    pub fn solution(&self) -> &[f64] {
+        self.right.col_as_slice(0)
+    }
+
+    /// Adds `damping` to the diagonal, makes the right-hand side r − `momentum` J φ, and solves; `false` where the matrix
+    /// is not positive definite or the solution not finite.
+    pub(super) fn damp_and_solve(&mut self, damping: f64, momentum: f64) -> bool {
+        if self.size() == 0 {
+            return true;
+        }
+        for i in 0..self.size() {
+            self.matrix[(i, i)] += damping;
+            self.right[(i, 0)] = self.residual[i] - momentum * self.pushed[i];
+        }
+        self.solve() && self.solution().iter().all(|x| x.is_finite())
+    }
+
     /// Overwrites the right-hand side with the solution. On one thread, so that the bits do not depend on how many
     /// there are.
-    pub fn solve(&mut self) -> bool {
+    fn solve(&mut self) -> bool {
         let stack = MemStack::new(&mut self.memory);
         let (regularization, params) =
             (Default::default(), <LltParams as Auto<f64>>::auto().into());

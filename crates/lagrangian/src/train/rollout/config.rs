@@ -146,7 +146,8 @@ impl RolloutLoss {
         let evaluations = self.evaluations(self.horizon);
         if evaluations > MOST_EVALUATIONS {
             let value = format!("{} ({evaluations} evaluations in a segment)", self.horizon);
-            let must = "such that there are at most 4096: take a smaller `horizon` or fewer `substeps`";
+            let must =
+                "such that there are at most 4096: take a smaller `horizon` or fewer `substeps`";
             return refuse("horizon", value, must);
         }
         let rows = evaluations * SEGMENTS * dof;

@@ -1,75 +1,52 @@
-//! Steps of a fit under the rollout loss: which segments, how far, and by which optimiser.
+//! The rollout loss as problems for a run: which segments a step takes, how far, and what an optimiser sees of them.
 
 use super::config::{RolloutLoss, SEGMENTS, Start};
-use super::gauss_newton::GaussNewton;
+use super::gauss_newton::{GaussNewton, RolloutProblem, Segments};
 use super::gradient::{Shooting, Wanted};
 use super::segments::{Recorded, Rows};
 use super::shoot::Task;
 use crate::dataset::Dataset;
-use crate::train::adam::{Adam, AdamConfig};
-use crate::train::batch::Value;
+use crate::train::adam::Adam;
 use crate::train::checkpoint::Checkpoint;
+use crate::train::engine::Problems;
 use crate::train::learner::Learner;
-use crate::train::natural::NaturalConfig;
 use crate::train::order::Order;
+use crate::train::problem::{Differentiable, GradientSize, LeastSquares, LossValue, StepAt};
 use crate::train::{FitConfig, Optimizer};
+use nets::simd::AdamRule;
 
-/// Segments that are judged by at most.
-const JUDGED: usize = 128;
+/// The segments of a validation at most.
+const VALIDATED: usize = 128;
 
-/// A run under the rollout loss. The parameters of its checkpoint are those of the model, then the free starts
-/// `[samples, 2n]`.
-pub(crate) struct Rollouts<'a> {
+/// Which segments a step takes, and how far they go.
+pub(crate) struct SegmentOrder<'a> {
     config: &'a RolloutLoss,
+    optimizer: &'a Optimizer,
     train: Recorded<'a>,
-    validation: Recorded<'a>,
     weights: Vec<f64>,
+    /// Samples of a batch.
     batch: usize,
     seed: u64,
-    parameters: usize,
-    natural: Option<GaussNewton>,
-    shooting: Shooting,
-    gradient: Vec<f64>,
-    moves: Vec<(usize, f64)>,
-    /// The starts of segments of the current horizon, and the order in which they are visited.
-    begins: (usize, Vec<usize>, Order),
-    judge: Vec<usize>,
+    /// The horizon of the segments below.
+    horizon: usize,
+    /// The samples that segments of this horizon start at, and the order in which they are visited.
+    begins: Vec<usize>,
+    order: Order,
 }
 
-impl<'a> Rollouts<'a> {
-    pub(crate) fn new(
-        dataset: &'a Dataset,
-        config: &'a FitConfig,
-        learner: &dyn Learner<f64>,
-    ) -> Self {
-        let (rollout, seed) = (&config.rollout, config.seed);
+impl<'a> SegmentOrder<'a> {
+    pub(crate) fn new(dataset: &'a Dataset, config: &'a FitConfig) -> Self {
         let train = Recorded::train(dataset, &*config.family);
-        let validation = Recorded::validation(dataset, &*config.family);
-        let most = segments(rollout, config, rollout.horizon.min(1));
-        let natural = matches!(config.optimizer, Optimizer::Natural(_)).then(|| {
-            let least = match rollout.growth > 0.0 {
-                true => most,
-                false => segments(rollout, config, rollout.horizon),
-            };
-            GaussNewton::new(learner, rollout, least)
-        });
-        let mut judge = validation.starts(rollout.horizon, 1);
-        let every = judge.len().div_ceil(JUDGED).max(1);
-        judge = judge.into_iter().step_by(every).collect();
         Self {
-            weights: train.weights(rollout.horizon),
-            config: rollout,
+            weights: train.weights(config.rollout.horizon),
+            config: &config.rollout,
+            optimizer: &config.optimizer,
             train,
-            validation,
             batch: config.batch,
-            seed,
-            parameters: learner.parameters(),
-            natural,
-            shooting: Shooting::new(learner, rollout, most),
-            gradient: vec![0.0; learner.parameters()],
-            moves: Vec::new(),
-            begins: (0, Vec::new(), Order::new(0, seed)),
-            judge,
+            seed: config.seed,
+            horizon: 0,
+            begins: Vec::new(),
+            order: Order::new(0, config.seed),
         }
     }
 
@@ -85,163 +62,231 @@ impl<'a> Rollouts<'a> {
         }
     }
 
-    /// The horizon at this share of the budget.
-    fn horizon(&self, share: f64) -> usize {
-        let share = (share - self.config.warm_start) / (1.0 - self.config.warm_start);
-        if self.config.growth <= 0.0 || share >= self.config.growth {
+    /// The segments of a step at this part of the budget of rollouts.
+    fn next(&mut self, step: usize, part: f64) -> Segments<'_> {
+        let horizon = self.horizon(part);
+        let begins = self.begins(horizon, step);
+        Segments {
+            recorded: self.train,
+            config: self.config,
+            weights: &self.weights,
+            rows: Rows::new(self.config, horizon, self.train.samples.n),
+            begins,
+        }
+    }
+
+    /// The horizon at this part of the budget of rollouts.
+    fn horizon(&self, part: f64) -> usize {
+        if self.config.growth <= 0.0 || part >= self.config.growth {
             return self.config.horizon;
         }
-        let grown = (self.config.horizon as f64 * share.max(0.0) / self.config.growth).ceil();
+        let grown = (self.config.horizon as f64 * part.max(0.0) / self.config.growth).ceil();
         (grown as usize).clamp(1, self.config.horizon)
     }
 
-    /// Numbers of the segments of this step: the samples that they start at.
-    fn batch(&mut self, horizon: usize, step: usize, optimizer: &Optimizer) -> Vec<usize> {
-        if self.begins.0 != horizon {
+    /// The samples that the segments of a step start at.
+    fn begins(&mut self, horizon: usize, step: usize) -> Vec<usize> {
+        if self.horizon != horizon {
             let stride = match self.config.start {
                 Start::Recorded => 1,
                 Start::Free => horizon,
             };
-            let begins = self.train.starts(horizon, stride);
-            let order = Order::new(begins.len(), self.seed.wrapping_add(horizon as u64));
-            self.begins = (horizon, begins, order);
+            self.horizon = horizon;
+            self.begins = self.train.starts(horizon, stride);
+            let seed = self.seed.wrapping_add(horizon as u64);
+            self.order = Order::new(self.begins.len(), seed);
         }
-        let wanted = count(self.config, self.batch, optimizer, horizon);
-        let (_, begins, order) = &mut self.begins;
-        let wanted = wanted.min(begins.len());
-        let numbers = order.batch(step, wanted);
-        numbers.iter().map(|k| begins[*k]).collect()
+        let wanted = self.count(horizon).min(self.begins.len());
+        let indices = self.order.batch(step, wanted);
+        indices.iter().map(|k| self.begins[*k]).collect()
     }
 
-    /// A step of the natural gradient at this rate and damping.
-    pub(crate) fn natural_step(
-        &mut self,
-        learner: &dyn Learner<f64>,
-        natural: &NaturalConfig,
-        state: &mut Checkpoint,
-        (share, rate, damping): (f64, f64, f64),
-    ) -> Value {
-        let horizon = self.horizon(share);
-        let begins = self.batch(horizon, state.step, &Optimizer::Natural(natural.clone()));
-        let rows = Rows::new(self.config, horizon, self.train.samples.n);
-        let (parameters, starts) = state.parameters.split_at_mut(self.parameters);
-        let task = Task {
-            recorded: self.train,
-            config: self.config,
-            weights: &self.weights,
-            starts,
-            rows: &rows,
+    /// Segments of a batch: under Adam those with as many samples, under the natural gradient those with twice as many
+    /// evaluations, whose number it costs the square of.
+    fn count(&self, horizon: usize) -> usize {
+        let each = match self.optimizer {
+            Optimizer::Natural(_) => self.config.evaluations(horizon).div_ceil(2),
+            Optimizer::Adam(_) => horizon,
         };
-        let phi = &mut state.memory[0][..self.parameters];
-        let Some(engine) = &mut self.natural else {
-            return Value::default();
-        };
-        let value = engine.step(
-            learner,
-            natural,
-            (rate, damping),
-            (&task, &begins),
-            (parameters, phi),
-            &mut self.moves,
-        );
-        apply(&self.moves, starts);
-        value
+        (self.batch / each.max(1))
+            .next_multiple_of(SEGMENTS)
+            .max(SEGMENTS)
     }
 
-    /// A step of Adam at this rate.
-    pub(crate) fn adam_step(
-        &mut self,
-        learner: &dyn Learner<f64>,
-        adam: &AdamConfig,
-        state: &mut Checkpoint,
-        (share, rate): (f64, f64),
-    ) -> Value {
-        let horizon = self.horizon(share);
-        let begins = self.batch(horizon, state.step, &Optimizer::Adam(adam.clone()));
-        let rows = Rows::new(self.config, horizon, self.train.samples.n);
-        let (parameters, starts) = state.parameters.split_at_mut(self.parameters);
-        let task = Task {
-            recorded: self.train,
-            config: self.config,
-            weights: &self.weights,
-            starts,
-            rows: &rows,
+    /// Segments of a batch at most.
+    fn most(&self) -> usize {
+        self.count(self.config.horizon.min(1))
+    }
+}
+
+/// The problems of a fit under the rollout loss, a batch of segments each.
+pub(crate) struct RolloutProblems<'a> {
+    order: SegmentOrder<'a>,
+    memory: GaussNewton,
+    flow: &'a dyn Learner<f64>,
+}
+
+impl<'a> RolloutProblems<'a> {
+    pub(crate) fn new(order: SegmentOrder<'a>, flow: &'a dyn Learner<f64>) -> Self {
+        let segments = match order.config.growth > 0.0 {
+            true => order.most(),
+            false => order.count(order.config.horizon),
         };
+        Self {
+            memory: GaussNewton::new(flow, order.config, segments),
+            order,
+            flow,
+        }
+    }
+}
+
+impl Problems for RolloutProblems<'_> {
+    fn parameters(&self) -> usize {
+        self.flow.parameters()
+    }
+
+    fn at<'p>(&'p mut self, at: &StepAt<'p>) -> Box<dyn LeastSquares + 'p> {
+        Box::new(RolloutProblem {
+            memory: &mut self.memory,
+            learner: self.flow,
+            segments: self.order.next(at.step, at.part),
+            terms: self.flow.terms(),
+        })
+    }
+
+    fn unit(&self, _loss: LossValue) -> f64 {
+        1.0
+    }
+}
+
+/// The rollout loss as something to descend. Free starts have no moments: they move when a gradient is evaluated.
+pub(crate) struct RolloutDescent<'a> {
+    order: SegmentOrder<'a>,
+    shooting: Shooting,
+    flow: &'a dyn Learner<f64>,
+    parameters: Vec<f64>,
+    starts: Vec<f64>,
+    gradient: Vec<f64>,
+    moments: Adam,
+}
+
+impl<'a> RolloutDescent<'a> {
+    pub(crate) fn new(order: SegmentOrder<'a>, flow: &'a dyn Learner<f64>) -> Self {
+        let count = flow.parameters();
+        Self {
+            shooting: Shooting::new(flow, order.config, order.most()),
+            order,
+            flow,
+            parameters: vec![0.0; count],
+            starts: Vec::new(),
+            gradient: vec![0.0; count],
+            moments: Adam::zeros(count),
+        }
+    }
+}
+
+impl Differentiable for RolloutDescent<'_> {
+    fn load(&mut self, state: &Checkpoint) {
+        let (parameters, starts) = state.parameters.split_at(self.parameters.len());
+        self.parameters.copy_from_slice(parameters);
+        self.starts = starts.to_vec();
+        if let [first, second] = &state.memory[..] {
+            let count = parameters.len();
+            self.moments.first.copy_from_slice(&first[..count]);
+            self.moments.second.copy_from_slice(&second[..count]);
+        }
+    }
+
+    fn save(&self, state: &mut Checkpoint) {
+        let (parameters, starts) = state.parameters.split_at_mut(self.parameters.len());
+        parameters.copy_from_slice(&self.parameters);
+        starts.copy_from_slice(&self.starts);
+        if let [first, second] = &mut state.memory[..] {
+            let count = parameters.len();
+            first[..count].copy_from_slice(&self.moments.first);
+            second[..count].copy_from_slice(&self.moments.second);
+        }
+    }
+
+    fn gradient(&mut self, at: &StepAt<'_>) -> GradientSize {
+        let warm = self.order.config.warm_start;
+        let segments = self.order.next(at.step, (at.part - warm) / (1.0 - warm));
+        let mut moves = Vec::new();
         let wanted = Wanted {
             gradient: &mut self.gradient,
-            moves: &mut self.moves,
+            moves: &mut moves,
         };
-        let task = (&task, &begins[..]);
-        let value = self
-            .shooting
-            .evaluate(learner, parameters, task, Some(wanted));
-        apply(&self.moves, starts);
-        let [first, second] = &mut state.memory[..] else {
-            return value;
-        };
-        let mut memory = Adam {
-            first: std::mem::take(first),
-            second: std::mem::take(second),
-        };
-        // The free starts lie behind these and have no moments of their own.
-        let length = memory.first.len();
-        memory.first.truncate(self.parameters);
-        memory.second.truncate(self.parameters);
-        memory.step(adam, rate, state.step, &self.gradient, parameters);
-        learner.project(parameters);
-        memory.first.resize(length, 0.0);
-        memory.second.resize(length, 0.0);
-        [*first, *second] = [memory.first, memory.second];
-        value
+        let task = (&segments.task(&self.starts), &segments.begins[..]);
+        let (flow, parameters) = (self.flow, &self.parameters);
+        let loss = self.shooting.evaluate(flow, parameters, task, Some(wanted));
+        for (place, change) in moves {
+            if let (Some(x), true) = (self.starts.get_mut(place), change.is_finite()) {
+                *x += change;
+            }
+        }
+        let squares = self.gradient.iter().map(|g| g * g).sum::<f64>();
+        GradientSize { loss, squares }
     }
 
-    /// The loss on held-back segments of the full horizon from their recorded starts; `None` where there are none.
-    pub(crate) fn judge(
-        &mut self,
-        learner: &dyn Learner<f64>,
-        parameters: &[f64],
-    ) -> Option<Value> {
-        if self.judge.is_empty() {
+    fn descend(&mut self, rule: &AdamRule) {
+        self.moments
+            .apply(*rule, &self.gradient, &mut self.parameters);
+        self.flow.project(&mut self.parameters);
+    }
+}
+
+/// The loss on held-back segments of the full horizon from their recorded starts.
+pub(crate) struct RolloutValidation<'a> {
+    config: RolloutLoss,
+    recorded: Recorded<'a>,
+    weights: Vec<f64>,
+    begins: Vec<usize>,
+    shooting: Shooting,
+    flow: &'a dyn Learner<f64>,
+}
+
+impl<'a> RolloutValidation<'a> {
+    pub(crate) fn new(
+        dataset: &'a Dataset,
+        config: &'a FitConfig,
+        flow: &'a dyn Learner<f64>,
+    ) -> Self {
+        let order = SegmentOrder::new(dataset, config);
+        let recorded = Recorded::validation(dataset, &*config.family);
+        let all = recorded.starts(config.rollout.horizon, 1);
+        let every = all.len().div_ceil(VALIDATED).max(1);
+        Self {
+            config: RolloutLoss {
+                start: Start::Recorded,
+                ..config.rollout.clone()
+            },
+            begins: all.into_iter().step_by(every).collect(),
+            shooting: Shooting::new(flow, &config.rollout, order.most()),
+            weights: order.weights,
+            recorded,
+            flow,
+        }
+    }
+
+    /// The loss; `None` where there are no such segments.
+    pub(crate) fn loss(&mut self, theta: &[f64]) -> Option<LossValue> {
+        if self.begins.is_empty() {
             return None;
         }
-        let config = RolloutLoss {
-            start: Start::Recorded,
-            ..self.config.clone()
-        };
-        let rows = Rows::new(&config, config.horizon, self.train.samples.n);
+        let (config, n) = (&self.config, self.recorded.samples.n);
+        let rows = Rows::new(config, config.horizon, n);
         let task = Task {
-            recorded: self.validation,
-            config: &config,
+            recorded: self.recorded,
+            config,
             weights: &self.weights,
             starts: &[],
             rows: &rows,
         };
-        let parameters = &parameters[..self.parameters];
-        let judged = (&task, &self.judge[..]);
-        Some(self.shooting.evaluate(learner, parameters, judged, None))
+        let parameters = &theta[..self.flow.parameters()];
+        let segments = (&task, &self.begins[..]);
+        Some(
+            self.shooting
+                .evaluate(self.flow, parameters, segments, None),
+        )
     }
-}
-
-fn apply(moves: &[(usize, f64)], starts: &mut [f64]) {
-    for &(place, change) in moves {
-        if let (Some(x), true) = (starts.get_mut(place), change.is_finite()) {
-            *x += change;
-        }
-    }
-}
-
-fn segments(rollout: &RolloutLoss, config: &FitConfig, horizon: usize) -> usize {
-    count(rollout, config.batch, &config.optimizer, horizon)
-}
-
-/// Segments of a batch of `batch` samples: under Adam those with so many samples, under the natural gradient those with
-/// twice as many evaluations, whose number it costs the square of.
-fn count(config: &RolloutLoss, batch: usize, optimizer: &Optimizer, horizon: usize) -> usize {
-    let each = match optimizer {
-        Optimizer::Natural(_) => config.evaluations(horizon).div_ceil(2),
-        Optimizer::Adam(_) => horizon,
-    };
-    (batch / each.max(1))
-        .next_multiple_of(SEGMENTS)
-        .max(SEGMENTS)
 }

@@ -1,4 +1,4 @@
-//! The natural gradient of a rollout loss: J Jᵀ of whole segments from the factors of every evaluation in them.
+//! The problem of least squares of a rollout loss: J Jᵀ of whole segments from the factors of every evaluation in them.
 //!
 //! A residual of a segment depends on the weights through the rates at its evaluations, r′ = Σₑ Bₑ Dₑ Jₑ, with B from
 //! the way back and Jₑ as for a loss of accelerations. Free starts are parameters of their segments alone: they add
@@ -8,23 +8,22 @@ use rayon::prelude::*;
 
 use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::Flow;
-use super::segments::Rows;
+use super::segments::{Recorded, Rows};
 use super::shoot::{Back, Task};
 use super::unit::Unit;
-use crate::train::batch::Value;
+use crate::train::System;
 use crate::train::learner::Learner;
-use crate::train::natural::{NaturalConfig, System};
-use nets::Packed;
+use crate::train::problem::{LeastSquares, LossValue, ResidualSize};
+use nets::{Packed, Terms};
 
-/// The memory of a run and the work space of its batches.
+/// The memory in which a batch of segments is evaluated.
 pub(super) struct GaussNewton {
     pub(super) units: Vec<Unit>,
     /// S-space J Jᵀ, evaluation by evaluation, and that of the residuals; both row-major, lower part.
     pub(super) gram: Vec<f64>,
     pub(super) kernel: Vec<f64>,
-    system: System,
     packed: Packed<f64>,
-    packed_phi: Packed<f64>,
+    direction: Packed<f64>,
 }
 
 impl GaussNewton {
@@ -34,34 +33,63 @@ impl GaussNewton {
             units: (0..segments.div_ceil(SEGMENTS)).map(unit).collect(),
             gram: Vec::new(),
             kernel: Vec::new(),
-            system: System::new(),
             packed: Packed::new(net),
-            packed_phi: Packed::new(net),
+            direction: Packed::new(net),
         }
     }
+}
 
-    /// One step at `rate` with damping `damping`; returns the loss before it. `phi` is the memory of the weights;
-    /// `starts` are moved where they are free.
-    pub(super) fn step(
-        &mut self,
-        learner: &dyn Learner<f64>,
-        config: &NaturalConfig,
-        (rate, damping): (f64, f64),
-        (task, begins): (&Task<'_>, &[usize]),
-        (parameters, phi): (&mut [f64], &mut [f64]),
-        moves: &mut Vec<(usize, f64)>,
-    ) -> Value {
-        let net = learner.net();
-        let (weights, extra) = parameters.split_at(net.parameters);
-        self.packed.set(net, weights);
-        self.packed_phi.set(net, &phi[..net.parameters]);
-        let terms = learner.terms();
-        let used = begins.len().div_ceil(SEGMENTS).min(self.units.len());
-        let (packed, packed_phi) = (&self.packed, &self.packed_phi);
-        let phi_extra = &phi[net.parameters..];
-        let pairs = self.units[..used].par_iter_mut();
+/// The segments of a step, and how their errors are measured.
+pub(super) struct Segments<'p> {
+    pub(super) recorded: Recorded<'p>,
+    pub(super) config: &'p RolloutLoss,
+    /// Of the components of a state, `[2n]`.
+    pub(super) weights: &'p [f64],
+    pub(super) rows: Rows,
+    /// The samples that they start at.
+    pub(super) begins: Vec<usize>,
+}
+
+impl Segments<'_> {
+    /// What all of them share; `starts` are the free ones, where they are needed.
+    pub(super) fn task<'t>(&'t self, starts: &'t [f64]) -> Task<'t> {
+        Task {
+            recorded: self.recorded,
+            config: self.config,
+            weights: self.weights,
+            starts,
+            rows: &self.rows,
+        }
+    }
+}
+
+/// The residuals of a batch of segments. What stands behind the parameters of the model in θ are the free starts.
+pub(super) struct RolloutProblem<'p> {
+    pub(super) memory: &'p mut GaussNewton,
+    pub(super) learner: &'p dyn Learner<f64>,
+    pub(super) segments: Segments<'p>,
+    pub(super) terms: Terms,
+}
+
+impl RolloutProblem<'_> {
+    /// Blocks of this batch.
+    fn used(&self) -> usize {
+        let blocks = self.segments.begins.len().div_ceil(SEGMENTS);
+        blocks.min(self.memory.units.len())
+    }
+}
+
+impl LeastSquares for RolloutProblem<'_> {
+    fn residuals(&mut self, theta: &[f64]) -> ResidualSize {
+        let (learner, used) = (self.learner, self.used());
+        let (parameters, starts) = theta.split_at(learner.parameters());
+        let (weights, extra) = parameters.split_at(learner.net().parameters);
+        let GaussNewton { units, packed, .. } = &mut *self.memory;
+        packed.set(learner.net(), weights);
+        let (task, packed) = (self.segments.task(starts), &*packed);
+        let pairs = units[..used].par_iter_mut();
         pairs
-            .zip(begins.par_chunks(SEGMENTS))
+            .zip(self.segments.begins.par_chunks(SEGMENTS))
             .for_each(|(unit, begins)| {
                 let flow = Flow {
                     learner,
@@ -69,89 +97,82 @@ impl GaussNewton {
                     extra,
                     sizes: unit.block.sizes,
                 };
-                unit.block.shoot(&flow, task, begins);
-                unit.block.back(task, Back::Each);
-                unit.mix(task.rows);
-                let count = task.config.evaluations(task.rows.horizon);
-                for (work, factors) in unit.block.works.iter().zip(&mut unit.factors).take(count) {
-                    factors.set(net, &work.pass, &terms);
-                }
-                unit.push(learner, packed_phi, &terms, (phi_extra, config.momentum));
+                unit.block.shoot(&flow, &task, begins);
             });
-        let value = self.units[..used]
-            .iter()
-            .fold(Value::default(), |sum, unit| sum.add(unit.block.value()));
-        self.gram(learner, used, task, &terms);
-        self.mix_gram(used, task);
-        let level = value.mean().sqrt();
-        let level = if level.is_finite() {
-            level.max(1e-12)
-        } else {
-            1.0
-        };
-        if !self.solve(used, task.rows, damping * level.min(1.0).sqrt()) {
-            phi.fill(0.0);
-            return value;
+        let values = units[..used].iter().map(|unit| unit.block.value());
+        let loss = values.fold(LossValue::default(), LossValue::add);
+        let level = loss.mean().sqrt();
+        ResidualSize {
+            loss,
+            level: if level.is_finite() {
+                level.max(1e-12)
+            } else {
+                1.0
+            },
+            mean_square: loss.mean(),
         }
-        self.units[..used].par_iter_mut().for_each(|unit| {
-            unit.pull(learner, &terms);
+    }
+
+    fn linearise(&mut self, phi: &[f64]) {
+        let (learner, used) = (self.learner, self.used());
+        let net = learner.net();
+        let (weights, extra) = phi.split_at(net.parameters);
+        let GaussNewton {
+            units, direction, ..
+        } = &mut *self.memory;
+        direction.set(net, weights);
+        let (task, direction, terms) = (self.segments.task(&[]), &*direction, &self.terms);
+        let count = task.config.evaluations(task.rows.horizon);
+        units[..used].par_iter_mut().for_each(|unit| {
+            unit.block.back(&task, Back::Each);
+            unit.mix(task.rows);
+            for (work, factors) in unit.block.works.iter().zip(&mut unit.factors).take(count) {
+                factors.set(net, &work.pass, terms);
+            }
+            unit.push(learner, direction, terms, extra);
         });
-        let rate = self.advance(learner, config, (used, rate), parameters, phi);
-        self.move_starts(used, task, rate, moves);
-        value
     }
 
-    /// Solves for the weights of the residuals; `false` if the system is not positive definite.
-    fn solve(&mut self, used: usize, rows: &Rows, damping: f64) -> bool {
-        let each = SEGMENTS * rows.count();
+    fn products(&mut self, _damping: f64, system: &mut System) -> usize {
+        let used = self.used();
+        let (memory, task) = (&mut *self.memory, self.segments.task(&[]));
+        memory.gram(self.learner, used, &task, &self.terms);
+        memory.mix_gram(used, &task);
+        let each = SEGMENTS * self.segments.rows.count();
         let size = used * each;
-        let system = &mut self.system;
         system.resize(size);
-        for c in 0..size {
-            for (r, x) in system.matrix.col_as_slice_mut(c)[c..]
-                .iter_mut()
-                .enumerate()
-            {
-                *x = self.kernel[(c + r) * size + c];
-            }
-            system.matrix[(c, c)] += damping * size as f64;
-        }
-        for (u, unit) in self.units[..used].iter().enumerate() {
-            for (k, x) in unit.right.iter().enumerate() {
-                system.right[(u * each + k, 0)] = *x;
+        for column in 0..size {
+            let below = system.column_mut(column)[column..].iter_mut();
+            for (r, x) in below.enumerate() {
+                *x = memory.kernel[(column + r) * size + column];
             }
         }
-        if !system.solve() {
-            return false;
+        for (unit, rows) in memory.units[..used].iter().zip((0..size).step_by(each)) {
+            system.residual[rows..rows + each].copy_from_slice(&unit.block.residual);
+            system.pushed[rows..rows + each].copy_from_slice(&unit.right);
         }
-        for (u, unit) in self.units[..used].iter_mut().enumerate() {
-            for (k, x) in unit.right.iter_mut().enumerate() {
-                *x = system.right[(u * each + k, 0)];
-            }
-        }
-        self.units[..used]
-            .iter()
-            .all(|u| u.right.iter().all(|x| x.is_finite()))
+        size
     }
 
-    /// φ ← μ φ + Jᵀ x, θ ← θ − η φ; returns η as shortened.
-    fn advance(
-        &mut self,
-        learner: &dyn Learner<f64>,
-        config: &NaturalConfig,
-        (used, rate): (usize, f64),
-        parameters: &mut [f64],
-        phi: &mut [f64],
-    ) -> f64 {
+    fn pull_back(&mut self, x: &[f64], phi: &mut [f64]) {
+        let (learner, terms, used) = (self.learner, &self.terms, self.used());
+        let units = &mut self.memory.units[..used];
+        let each = SEGMENTS * self.segments.rows.count();
+        units
+            .par_iter_mut()
+            .zip(x.par_chunks(each))
+            .for_each(|(unit, x)| {
+                unit.right.copy_from_slice(x);
+                unit.pull(learner, terms);
+            });
         let (net, n, k) = (learner.net(), learner.dof(), learner.outputs_each());
-        let kinds = learner.extra();
-        phi.iter_mut().for_each(|x| *x *= config.momentum);
-        if let Some((first, rest)) = self.units[..used].split_first_mut() {
+        if let Some((first, rest)) = units.split_first_mut() {
             rest.iter()
                 .for_each(|unit| first.gradient.add(&unit.gradient));
             first.gradient.add_to(net, phi);
         }
-        for unit in &self.units[..used] {
+        let kinds = learner.extra();
+        for unit in units.iter() {
             for (e, raw) in unit.raw.chunks_exact(SEGMENTS * k).enumerate() {
                 let slopes = &unit.block.works[e].extra;
                 for (at, slope) in slopes.iter().enumerate() {
@@ -160,35 +181,33 @@ impl GaussNewton {
                 }
             }
         }
-        let length = rate * phi.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if !length.is_finite() {
-            phi.fill(0.0);
-            return 0.0;
-        }
-        let rate = rate * (config.longest / length.max(config.longest));
-        let pairs = parameters.iter_mut().zip(&*phi);
-        pairs.for_each(|(theta, x)| *theta -= rate * x);
-        learner.project(parameters);
-        rate
     }
 
-    /// What free starts move by: (place in `Task::starts`, change).
-    fn move_starts(&self, used: usize, task: &Task<'_>, rate: f64, moves: &mut Vec<(usize, f64)>) {
-        moves.clear();
-        if task.starts.is_empty() {
-            return;
+    fn settle(&mut self, theta: &mut [f64], rate: f64) {
+        let (parameters, starts) = theta.split_at_mut(self.learner.parameters());
+        self.learner.project(parameters);
+        if self.segments.rows.start {
+            self.move_starts(starts, rate);
         }
-        let (rows, d) = (task.rows.count(), task.weights.len());
-        for unit in &self.units[..used] {
+    }
+}
+
+impl RolloutProblem<'_> {
+    /// Moves the free starts of the segments.
+    fn move_starts(&self, starts: &mut [f64], rate: f64) {
+        let (rows, weights) = (self.segments.rows.count(), self.segments.weights);
+        let d = weights.len();
+        for unit in &self.memory.units[..self.used()] {
             let block = &unit.block;
             for s in (0..block.count).filter(|s| !block.is_silent(*s)) {
-                for c in 0..d {
-                    let weight = task.weights[c];
+                for (c, weight) in weights.iter().enumerate() {
                     let along = |row: usize| {
                         block.to_start[(s * rows + row) * d + c] * unit.right[s * rows + row]
                     };
-                    let step = (0..rows).map(along).sum::<f64>() / (weight * weight);
-                    moves.push((block.begins[s] * d + c, -rate * step));
+                    let change = -rate * ((0..rows).map(along).sum::<f64>() / (weight * weight));
+                    if change.is_finite() {
+                        starts[block.begins[s] * d + c] += change;
+                    }
                 }
             }
         }

@@ -1,78 +1,38 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::super::config::Start;
-use super::super::segments::Recorded;
 use super::super::tests::{dataset, direction, families, methods, moved, settings, template};
 use super::*;
+use crate::integrate::Method;
 
-/// Residuals of two blocks, r − J φ, Jᵀ x for x of `weights`, and the kernel times them.
+/// What a problem says at θ: r, J φ, Jᵀ x of the parameters, and J Jᵀ x.
 struct Seen {
     residual: Vec<f64>,
-    left: Vec<f64>,
+    pushed: Vec<f64>,
     pulled: Vec<f64>,
     product: Vec<f64>,
 }
 
-fn see(
-    learner: &dyn Learner<f64>,
-    task: &Task<'_>,
-    begins: &[usize],
-    parameters: &[f64],
-    (phi, x): (&[f64], &[f64]),
-) -> Seen {
-    let (net, terms) = (learner.net(), learner.terms());
-    let mut engine = GaussNewton::new(learner, task.config, begins.len());
-    let (weights, extra) = parameters.split_at(net.parameters);
-    engine.packed.set(net, weights);
-    engine.packed_phi.set(net, &phi[..net.parameters]);
-    let phi_extra = &phi[net.parameters..];
-    for (unit, begins) in engine.units.iter_mut().zip(begins.chunks(SEGMENTS)) {
-        let flow = Flow {
-            learner,
-            packed: &engine.packed,
-            extra,
-            sizes: unit.block.sizes,
-        };
-        unit.block.shoot(&flow, task, begins);
-        unit.block.back(task, Back::Each);
-        unit.mix(task.rows);
-        for (work, factors) in unit.block.works.iter().zip(&mut unit.factors) {
-            factors.set(net, &work.pass, &terms);
+fn see(problem: &mut RolloutProblem<'_>, theta: &[f64], phi: &[f64], x: &[f64]) -> Seen {
+    let mut system = System::new();
+    problem.residuals(theta);
+    problem.linearise(phi);
+    let size = problem.products(0.0, &mut system);
+    let mut product = vec![0.0; size];
+    for j in 0..size {
+        let column = system.column_mut(j);
+        for i in j..size {
+            product[i] += column[i] * x[j];
+            if i > j {
+                product[j] += column[i] * x[i];
+            }
         }
-        unit.push(learner, &engine.packed_phi, &terms, (phi_extra, 1.0));
     }
-    let used = engine.units.len();
-    engine.gram(learner, used, task, &terms);
-    engine.mix_gram(used, task);
-    let list = |f: &dyn Fn(&Unit) -> &Vec<f64>| -> Vec<f64> {
-        engine.units.iter().flat_map(|u| f(u).clone()).collect()
-    };
-    let (residual, left) = (list(&|u| &u.block.residual), list(&|u| &u.right));
-    let size = residual.len();
-    let kernel = |i: usize, j: usize| engine.kernel[i.max(j) * size + i.min(j)];
-    let product = (0..size).map(|i| (0..size).map(|j| kernel(i, j) * x[j]).sum());
-    let product = product.collect();
-    let each = size / used;
-    for (u, unit) in engine.units.iter_mut().enumerate() {
-        unit.right.copy_from_slice(&x[u * each..][..each]);
-        unit.pull(learner, &terms);
-    }
-    let mut pulled = vec![0.0; parameters.len()];
-    let config = NaturalConfig {
-        momentum: 0.0,
-        longest: 1e300,
-        ..NaturalConfig::default()
-    };
-    let _ = engine.advance(
-        learner,
-        &config,
-        (used, 0.0),
-        &mut parameters.to_vec(),
-        &mut pulled,
-    );
+    let mut pulled = vec![0.0; phi.len()];
+    problem.pull_back(x, &mut pulled);
     Seen {
-        residual,
-        left,
+        residual: system.residual.clone(),
+        pushed: system.pushed.clone(),
         pulled,
         product,
     }
@@ -84,56 +44,66 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
     for (family, forces) in families() {
         let recorded = Recorded::train(&dataset, &*family);
         let template = template(&dataset, &*family, forces);
-        let parameters = template.initialise(4);
+        let theta = template.initialise(4);
         for method in methods(&*family) {
             let config = settings(method);
             let weights = recorded.weights(config.horizon);
-            let rows = Rows::new(&config, config.horizon, 2);
-            let task = Task {
-                recorded,
-                config: &config,
-                weights: &weights,
-                starts: &[],
-                rows: &rows,
-            };
             let begins = recorded.starts(config.horizon, 2);
-            let size = begins.len().next_multiple_of(SEGMENTS) * rows.count();
-            let (phi, mut x) = (direction(parameters.len(), 0.7), direction(size, 0.1));
-            // What fills a block up weighs nothing.
-            x[begins.len() * rows.count()..].fill(0.0);
             template.with_flow(|learner| {
-                let look = |parameters: &[f64], phi: &[f64]| {
-                    see(learner, &task, &begins, parameters, (phi, &x))
-                };
-                let seen = look(&parameters, &phi);
-                let at = |step| look(&moved(&parameters, &phi, step), &phi).residual;
+                let mut memory = GaussNewton::new(learner, &config, begins.len());
+                let mut problem = problem(&mut memory, learner, (recorded, &config, &weights));
+                problem.segments.begins.clone_from(&begins);
+                let rows = problem.segments.rows.count();
+                let size = begins.len().next_multiple_of(SEGMENTS) * rows;
+                let (phi, mut x) = (direction(theta.len(), 0.7), direction(size, 0.1));
+                // What fills a block up weighs nothing.
+                x[begins.len() * rows..].fill(0.0);
+                let seen = see(&mut problem, &theta, &phi, &x);
+                let mut at =
+                    |step| see(&mut problem, &moved(&theta, &phi, step), &phi, &x).residual;
                 let step = 2e-5;
-                let [up, down, further, nearer] = [step, -step, 2.0 * step, -2.0 * step].map(at);
-                for (at, r) in seen.residual.iter().enumerate() {
+                let [up, down, further, nearer] =
+                    [step, -step, 2.0 * step, -2.0 * step].map(&mut at);
+                let name = format!("{} {}", family.name(), method.name());
+                for (at, pushed) in seen.pushed.iter().enumerate() {
                     let near = (up[at] - down[at]) / (2.0 * step);
                     let far = (further[at] - nearer[at]) / (4.0 * step);
                     let difference = (4.0 * near - far) / 3.0;
-                    let pushed = r - seen.left[at];
                     assert!(
                         (pushed - difference).abs() < 1e-7 * (1.0 + difference.abs()),
-                        "{} {}: {pushed} {difference}",
-                        family.name(),
-                        method.name()
+                        "{name}: {pushed} {difference}"
                     );
                 }
-                // J (Jᵀ x) = K x.
-                let again = look(&parameters, &seen.pulled);
-                for (at, k) in seen.product.iter().enumerate() {
-                    let through = again.residual[at] - again.left[at];
+                // J (Jᵀ x) = J Jᵀ x.
+                let again = see(&mut problem, &theta, &seen.pulled, &x);
+                for (through, k) in again.pushed.iter().zip(&seen.product) {
                     assert!(
                         (through - k).abs() < 1e-9 * (1.0 + k.abs()),
-                        "{} {}: {through} {k}",
-                        family.name(),
-                        method.name()
+                        "{name}: {through} {k}"
                     );
                 }
             });
         }
+    }
+}
+
+/// The problem of segments that begin nowhere yet.
+fn problem<'p>(
+    memory: &'p mut GaussNewton,
+    learner: &'p dyn Learner<f64>,
+    (recorded, config, weights): (Recorded<'p>, &'p RolloutLoss, &'p [f64]),
+) -> RolloutProblem<'p> {
+    RolloutProblem {
+        memory,
+        learner,
+        segments: Segments {
+            recorded,
+            config,
+            weights,
+            rows: Rows::new(config, config.horizon, recorded.samples.n),
+            begins: Vec::new(),
+        },
+        terms: learner.terms(),
     }
 }
 
@@ -146,75 +116,36 @@ fn free_starts_add_their_own_part_to_the_kernel() {
     let parameters = template.initialise(4);
     let config = RolloutLoss {
         start: Start::Free,
-        ..settings(crate::integrate::Method::Rk4)
+        ..settings(Method::Rk4)
     };
     let weights = recorded.weights(config.horizon);
-    let rows = Rows::new(&config, config.horizon, 2);
     let states = (0..dataset.train.len() * 4).map(|at| recorded.state(at / 4, at % 4));
-    let starts: Vec<f64> = states.collect();
-    fn at<'a>(task: &Task<'a>, starts: &'a [f64]) -> Task<'a> {
-        Task { starts, ..*task }
-    }
-    let task = Task {
-        recorded,
-        config: &config,
-        weights: &weights,
-        starts: &starts,
-        rows: &rows,
-    };
-    // Two segments have the same start.
-    let begins = [0, 3, 6, 14, 3];
-    let size = SEGMENTS * rows.count();
-    let mut x = direction(size, 0.3);
-    x[begins.len() * rows.count()..].fill(0.0);
-    let none = vec![0.0; parameters.len()];
+    let theta: Vec<f64> = parameters.iter().copied().chain(states).collect();
+    let begins = vec![0, 3, 6, 14, 17];
     template.with_flow(|learner| {
-        let with = see(learner, &task, &begins, &parameters, (&none, &x));
-        let mut engine = GaussNewton::new(learner, &config, begins.len());
-        let mut moves = Vec::new();
-        let mut unit = engine.units.remove(0);
-        let mut packed = Packed::new(learner.net());
-        let (weights_of, extra) = parameters.split_at(learner.net().parameters);
-        packed.set(learner.net(), weights_of);
-        let flow = Flow {
-            learner,
-            packed: &packed,
-            extra,
-            sizes: unit.block.sizes,
-        };
-        unit.block.shoot(&flow, &task, &begins);
-        unit.block.back(&task, Back::Each);
-        unit.right = x.clone();
-        engine.units.push(unit);
-        // What the starts move by for these weights of the residuals: Cᵀ x; then the change of the residuals: C Cᵀ x.
-        engine.move_starts(1, &task, -1.0, &mut moves);
-        let mut further = starts.clone();
-        let mut nearer = starts.clone();
-        for (place, change) in &moves {
-            further[*place] += 1e-5 * change;
-            nearer[*place] -= 1e-5 * change;
-        }
-        let residual = |starts: &[f64]| {
-            see(
-                learner,
-                &at(&task, starts),
-                &begins,
-                &parameters,
-                (&none, &x),
-            )
-            .residual
-        };
-        let (up, down) = (residual(&further), residual(&nearer));
-        let pushed = see(learner, &task, &begins, &parameters, (&with.pulled, &x));
-        for (at, k) in with
-            .product
-            .iter()
-            .enumerate()
-            .take(begins.len() * rows.count())
-        {
-            let by_starts = (up[at] - down[at]) / 2e-5;
-            let by_weights = pushed.residual[at] - pushed.left[at];
-            let sum = by_starts + by_weights;
+        let mut memory = GaussNewton::new(learner, &config, begins.len());
+        let mut problem = problem(&mut memory, learner, (recorded, &config, &weights));
+        problem.segments.begins.clone_from(&begins);
+        let counted = begins.len() * problem.segments.rows.count();
+        let mut x = direction(SEGMENTS * problem.segments.rows.count(), 0.3);
+        x[counted..].fill(0.0);
+        let none = vec![0.0; parameters.len()];
+        let with = see(&mut problem, &theta, &none, &x);
+        // What the starts move by for these weights of the residuals, Cᵀ x; then the change of the residuals, C Cᵀ x.
+        let mut starts = theta.clone();
+        problem.settle(&mut starts, -1.0);
+        let change: Vec<f64> = (0..theta.len())
+            .map(|k| match k < parameters.len() {
+                true => 0.0,
+                false => starts[k] - theta[k],
+            })
+            .collect();
+        let mut residual =
+            |step| see(&mut problem, &moved(&theta, &change, step), &none, &x).residual;
+        let (up, down) = (residual(1e-5), residual(-1e-5));
+        let by_weights = see(&mut problem, &theta, &with.pulled, &x).pushed;
+        for (at, k) in with.product.iter().enumerate().take(counted) {
+            let sum = (up[at] - down[at]) / 2e-5 + by_weights[at];
             assert!((sum - k).abs() < 1e-6 * (1.0 + k.abs()), "{at}: {sum} {k}");
         }
     });

@@ -7,8 +7,8 @@ use super::flow::Flow;
 use super::shoot::{Back, Block, Task};
 use super::step::evaluations;
 use crate::solve::SymmetricSolver;
-use crate::train::batch::Value;
 use crate::train::learner::Learner;
+use crate::train::problem::LossValue;
 use nets::{Gradient, Packed};
 
 /// Parts that a batch is cut into; more threads than this do not help it.
@@ -26,10 +26,10 @@ struct Lane {
     extra: Vec<f64>,
     weights: Vec<f64>,
     moves: Vec<(usize, f64)>,
-    value: Value,
+    value: LossValue,
 }
 
-/// Values and gradients over batches of segments.
+/// LossValues and gradients over batches of segments.
 pub(super) struct Shooting {
     lanes: Vec<Lane>,
     packed: Packed<f64>,
@@ -51,7 +51,7 @@ impl Shooting {
             extra: vec![0.0; learner.extra() * learner.dof()],
             weights: Vec::new(),
             moves: Vec::new(),
-            value: Value::default(),
+            value: LossValue::default(),
         };
         let lanes = LANES.min(segments.div_ceil(SEGMENTS)).max(1);
         Self {
@@ -67,7 +67,7 @@ impl Shooting {
         parameters: &[f64],
         (task, begins): (&Task<'_>, &[usize]),
         wanted: Option<Wanted<'_>>,
-    ) -> Value {
+    ) -> LossValue {
         let net = learner.net();
         let (weights, extra) = parameters.split_at(net.parameters);
         self.packed.set(net, weights);
@@ -76,7 +76,7 @@ impl Shooting {
             .is_some()
             .then(|| 1.0 / (begins.len() * task.rows.count()).max(1) as f64);
         self.lanes.par_iter_mut().enumerate().for_each(|(l, lane)| {
-            lane.value = Value::default();
+            lane.value = LossValue::default();
             lane.gradient.clear();
             lane.extra.fill(0.0);
             lane.moves.clear();
@@ -110,7 +110,7 @@ impl Shooting {
         }
         self.lanes
             .iter()
-            .fold(Value::default(), |sum, lane| sum.add(lane.value))
+            .fold(LossValue::default(), |sum, lane| sum.add(lane.value))
     }
 }
 

@@ -91,7 +91,7 @@ fn starts_kernel(
     task: &Task<'_>,
     out: &mut [f64],
 ) {
-    if task.starts.is_empty() || a.begins[s] != b.begins[t] {
+    if !task.rows.start || a.begins[s] != b.begins[t] {
         return;
     }
     let (rows, d) = (out.len(), task.weights.len());

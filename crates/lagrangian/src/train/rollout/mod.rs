@@ -33,4 +33,4 @@ mod tests;
 mod unit;
 
 pub use config::{Observe, RolloutLoss, Start};
-pub(crate) use descend::Rollouts;
+pub(crate) use descend::{RolloutDescent, RolloutProblems, RolloutValidation, SegmentOrder};

@@ -4,8 +4,8 @@ use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::{Flow, Point, Sizes};
 use super::segments::{Recorded, Rows};
 use super::step::{Span, back, evaluations, step};
-use crate::train::batch::Value;
 use crate::train::learner::{Learner, Work};
+use crate::train::problem::LossValue;
 
 /// Errors beyond this, in units of a system at rest, are those of a rollout that failed.
 const FAR: f64 = 1e3;
@@ -161,10 +161,10 @@ impl Block {
     }
 
     /// The loss of the segments that count.
-    pub(super) fn value(&self) -> Value {
+    pub(super) fn value(&self) -> LossValue {
         let rows = self.residual.len() / self.sizes.samples;
         let failed = self.failed[..self.count].iter().filter(|f| **f).count();
-        Value {
+        LossValue {
             sum: self.residual.iter().map(|r| r * r).sum(),
             count: (self.count - failed) * rows,
             singular: failed,

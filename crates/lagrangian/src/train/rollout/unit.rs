@@ -16,7 +16,7 @@ pub(super) struct Unit {
     pub(super) wide: Buffer<f64>,
     /// B D, `[samples, rows, evaluations · k]`.
     pub(super) mixed: Vec<f64>,
-    /// r − μ J φ, then the solution, `[samples, rows]`.
+    /// J φ, then the solution, `[samples, rows]`.
     pub(super) right: Vec<f64>,
     /// J φ, then Dᵀ Bᵀ x, in S-space, `[evaluations, samples, k]`.
     pub(super) raw: Vec<f64>,
@@ -61,13 +61,13 @@ impl Unit {
         }
     }
 
-    /// right = r − μ J φ.
+    /// right = J φ.
     pub(super) fn push(
         &mut self,
         learner: &dyn Learner<f64>,
         phi: &Packed<f64>,
         terms: &Terms,
-        (phi_extra, momentum): (&[f64], f64),
+        phi_extra: &[f64],
     ) {
         let (net, n, kinds) = (learner.net(), learner.dof(), learner.extra());
         let k = self.block.sizes.outputs;
@@ -88,12 +88,13 @@ impl Unit {
                 }
             }
         }
-        self.right.clone_from(&self.block.residual);
+        self.right.clear();
+        self.right.resize(self.block.residual.len(), 0.0);
         for (at, right) in self.right.iter_mut().enumerate() {
             let (s, mixed) = (at / rows, &self.mixed[at * total * k..][..total * k]);
             for (e, mixed) in mixed.chunks_exact(k).enumerate() {
                 let raw = &self.raw[(e * SEGMENTS + s) * k..][..k];
-                *right -= momentum * crate::solve::dot(mixed, raw);
+                *right += crate::solve::dot(mixed, raw);
             }
         }
     }

@@ -1,8 +1,9 @@
 //! A block of samples: its residuals, the factors of its rows of J, and what is pushed and pulled through them.
 
-use crate::train::batch::{Value, value};
+use super::lanes::value;
 use crate::train::learner::{Learner, Work};
 use crate::train::loss::Loss;
+use crate::train::problem::LossValue;
 use nets::simd::Buffer;
 use nets::{Factors, Gradient, Packed, Terms};
 
@@ -12,14 +13,23 @@ pub(super) const BLOCK: usize = 16;
 /// Residuals below this share of the mean |r| weigh no more than one of that size.
 const SMALL: f64 = 0.1;
 
+/// A direction in the space of the parameters.
+pub(super) struct Direction<'a> {
+    /// The part of the network, in panels.
+    pub(super) packed: &'a Packed<f64>,
+    /// The part of the parameters beside it.
+    pub(super) extra: &'a [f64],
+}
+
+/// A block of samples.
 pub(super) struct Block {
     pub(super) work: Work<f64>,
     pub(super) factors: Factors<f64>,
     /// The same, rounded.
     pub(super) rounded: Factors<f32>,
     pub(super) gradient: Gradient<f64>,
-    pub(super) value: Value,
-    /// r − μ J φ, then the solution x, `[samples, m]`.
+    pub(super) value: LossValue,
+    /// J φ, then the solution x, `[samples, m]`.
     pub(super) right: Vec<f64>,
     /// J φ, then Dᵀ x, in S-space, `[samples, k]`.
     pub(super) raw: Vec<f64>,
@@ -40,7 +50,7 @@ impl Block {
             right: vec![0.0; BLOCK * learner.residuals_each()],
             raw: vec![0.0; BLOCK * learner.outputs_each()],
             moved: Vec::new(),
-            value: Value::default(),
+            value: LossValue::default(),
         }
     }
 
@@ -75,40 +85,32 @@ impl Block {
         self.factors.set(learner.net(), &self.work.pass, terms);
     }
 
-    /// right = r − μ J φ, of φ in panels and that of the parameters beside the network.
-    pub(super) fn push_momentum(
-        &mut self,
-        learner: &dyn Learner<f64>,
-        momentum: f64,
-        (packed_phi, phi_extra): (&Packed<f64>, &[f64]),
-        terms: &Terms,
-    ) {
+    /// right = J φ, of φ in panels and of the parameters beside the network.
+    pub(super) fn push(&mut self, learner: &dyn Learner<f64>, phi: &Direction<'_>, terms: &Terms) {
         self.raw.fill(0.0);
         let Self {
             work, wide, raw, ..
         } = self;
         work.pass
-            .push_forward(learner.net(), packed_phi, terms, wide, raw);
+            .push_forward(learner.net(), phi.packed, terms, wide, raw);
         self.by_sample(learner.points());
-        self.subtract_momentum(momentum, phi_extra, learner);
-    }
-
-    /// right = r − μ D (J φ in S-space, in `raw`).
-    fn subtract_momentum(&mut self, momentum: f64, phi_extra: &[f64], learner: &dyn Learner<f64>) {
-        let n = learner.dof();
-        let kinds = phi_extra.len() / n;
+        self.push_extra(learner, phi.extra);
         let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
-        for (at, raw) in self.raw.iter_mut().enumerate() {
-            for e in 0..kinds {
-                *raw +=
-                    self.work.extra[at * kinds + e] * phi_extra[e * n + learner.coordinate(at % k)];
-            }
-        }
         for (at, right) in self.right.iter_mut().enumerate() {
             let along = &self.raw[at / m * k..][..k];
             let row = &self.work.mix[at * k..][..k];
-            let pushed = row.iter().zip(along).map(|(d, x)| d * x).sum::<f64>();
-            *right = self.work.residual[at] - momentum * pushed;
+            *right = row.iter().zip(along).map(|(d, x)| d * x).sum::<f64>();
+        }
+    }
+
+    /// Adds what the parameters beside the network contribute to J φ in S-space.
+    fn push_extra(&mut self, learner: &dyn Learner<f64>, extra: &[f64]) {
+        let n = learner.dof();
+        let (kinds, k) = (extra.len() / n, self.raw.len() / BLOCK);
+        for (at, raw) in self.raw.iter_mut().enumerate() {
+            for e in 0..kinds {
+                *raw += self.work.extra[at * kinds + e] * extra[e * n + learner.coordinate(at % k)];
+            }
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use super::block::{BLOCK, Block};
-use super::mix::mix;
+use super::products::mix;
 use crate::train::learner::Learner;
 use nets::simd::Real;
 use nets::{Factors, Terms, TileScratch};

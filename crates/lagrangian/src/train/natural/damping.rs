@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::natural::NaturalConfig;
+use super::NaturalConfig;
 
 /// What λ follows. Whatever it is, a step multiplies it by √(mean |r|) of its batch, at most 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -89,6 +89,7 @@ impl NaturalConfig {
     }
 
     /// λ by the schedule, whatever the rule.
+    #[must_use]
     pub fn scheduled(&self, share: f64, setbacks: i32) -> f64 {
         let fall = (self.damping_last / self.damping_first).powf(share);
         self.damping_first * fall * 10f64.powi(setbacks)
