@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use lagrangian::LnnConfig;
-use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::Form;
+use lagrangian::models::{Entry, FAMILIES};
 use lagrangian::rigid::{self, RobotConfig};
-use lagrangian::train::FitConfig;
+use lagrangian::settings::{Kind, Setting};
+use lagrangian::train::Request;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};
@@ -50,42 +49,38 @@ impl RobotArgs {
         Some(DataFile::new("robot", path, hash))
     }
 
-    /// Puts the robot into the settings of a fit. Beside a robot a network begins as nothing: without a mass matrix of
-    /// its own.
-    pub(crate) fn apply(
-        &self,
-        robot: Option<RobotConfig>,
-        form_was_chosen: bool,
-        config: &mut FitConfig,
-    ) -> Result<()> {
+    /// Puts the robot, once it was read, into what the library is asked for.
+    pub(crate) fn apply(&self, robot: Option<RobotConfig>, request: &mut Request) -> Result<()> {
         if self.urdf.is_none() && self.nominal.is_none() && !self.joints.is_empty() {
             return Err(mistake(
                 "--joints names joints of a robot, and none is given",
                 "add --urdf robot.urdf (--model rigid) or --nominal robot.urdf (--model lnn, delan)",
             ));
         }
-        if self.urdf.is_some() {
-            let name = config.family.name();
-            let Some(rigid) = config.family.downcast_mut::<RigidConfig>() else {
-                return Err(mistake(
-                    format!("--urdf is for --model rigid, not for {name}"),
-                    "give the robot as --nominal, or --model rigid",
-                ));
-            };
-            rigid.robot = robot;
-        } else if robot.is_some() {
-            config.nominal = robot;
-            if let Some(lnn) = config.family.downcast_mut::<LnnConfig>() {
-                if !form_was_chosen {
-                    lnn.form = Form::Free;
-                }
-                if lnn.form == Form::Free {
-                    lnn.kinetic = 0.0;
-                }
-            }
+        if self.urdf.is_none() {
+            request.nominal = robot;
+            return Ok(());
+        }
+        let setting = taken_by(Entry::by_name(&request.family)?).ok_or_else(|| {
+            let others = FAMILIES.iter().filter(|entry| taken_by(entry).is_some());
+            let others: Vec<&str> = others.map(|entry| entry.name).collect();
+            let others = others.join(" or ");
+            mistake(
+                format!("--urdf is for --model {others}, not for {}", request.family),
+                format!("give the robot as --nominal, or --model {others}"),
+            )
+        })?;
+        if let Some(robot) = robot {
+            let robot = serde_json::to_value(robot)?;
+            request.settings.insert(setting.name.into(), robot);
         }
         Ok(())
     }
+}
+
+/// The setting of a family that is a robot.
+fn taken_by(entry: &Entry) -> Option<&'static Setting> {
+    entry.settings.iter().find(|s| s.kind == Kind::Robot)
 }
 
 /// An example robot that is meant by a name that is no file.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
+use lagrangian::train::Choice;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};
@@ -286,6 +287,9 @@ pub(crate) struct RunRecord {
     pub(crate) threads: usize,
     /// All settings, also those left at their defaults.
     pub(crate) settings: toml::Table,
+    /// What was not given, and so chosen from the data.
+    #[serde(default)]
+    pub(crate) choices: Vec<Choice>,
     /// The data.
     #[serde(default)]
     pub(crate) data: Vec<DataFile>,
@@ -303,6 +307,7 @@ impl RunRecord {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             settings: toml::Table::try_from(settings)
                 .context("cannot write the settings as TOML")?,
+            choices: Vec::new(),
             data,
         })
     }

@@ -8,8 +8,10 @@ use anyhow::{Context, Result};
 use lagrangian::check::{CheckOptions, CheckReport, Verdict};
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Checkpoint, Ending, Fit, FitConfig, Learned, Parameter};
-use lagrangian::trajectory::{Estimate, EstimateOptions, Recording, Sampling, Source};
+use lagrangian::train::{
+    self, Checkpoint, Choice, Chosen, Ending, Fit, FitConfig, Learned, Parameter,
+};
+use lagrangian::trajectory::{Estimate, EstimateOptions, Recording, Sampling};
 use lagrangian::{Coordinates, Trajectory};
 use lagrangian_report::draw;
 use serde_json::json;
@@ -18,7 +20,8 @@ use super::Manner;
 use crate::cli::Links;
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
-use crate::fit_args::{Family, FitArgs};
+use crate::fit_args::FitArgs;
+use crate::fit_config::Needs;
 use crate::hashed::FileHash;
 use crate::interrupt;
 use crate::output;
@@ -50,13 +53,13 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     } else {
         (args.clone(), None)
     };
-    args.model.require_own_flags()?;
     let data = read(&args)?;
     let robot = args.robot.read()?;
     let dataset = dataset(&args, &data)?;
-    let record = record(&args, &data, robot.as_ref())?;
+    let mut record = record(&args, &data, robot.as_ref())?;
     let (judged, estimates) = data.judged();
-    let config = config(&args, &dataset, &estimates, robot)?;
+    let Chosen { config, choices } = choose(&args, &dataset, &estimates, robot)?;
+    record.choices.clone_from(&choices);
     config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` tells what the flags may be",
@@ -108,6 +111,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             "samples": samples,
             "forces": forced,
             "estimates": estimates.len(),
+            "choices": choices,
             "parameters": fit.model.parameters(),
         }))?;
     } else {
@@ -177,10 +181,12 @@ pub(super) fn judged(record: &RunRecord) -> Result<Judged> {
 
 fn settings(record: &RunRecord) -> Result<FitArgs> {
     let settings = record.settings.clone().try_into();
-    settings.advise(
+    let mut args: FitArgs = settings.advise(
         "cannot read the settings of the run",
         "run.toml was changed by hand: repeat the fit",
-    )
+    )?;
+    args.model.keep_own();
+    Ok(args)
 }
 
 /// The settings of the interrupted run, and the state to go on from if it came so far.
@@ -229,23 +235,18 @@ impl Data {
 }
 
 /// Rows of a stretch of a long log: few where each sample is learned from for itself.
-fn stretch(args: &FitArgs) -> usize {
-    let (training, estimate) = (&args.training, &args.estimate);
-    let (rolls, model) = (training.rolls_out(args.model.model), args.model.model);
-    // Room for several windows, segments or neighbours side by side.
-    let horizon = if rolls {
-        4 * args.rollout.settings().horizon
-    } else {
-        0
-    };
-    let neighbours = if training.of_positions(model) {
-        8 * training.baseline as usize
+fn stretch(args: &FitArgs, needs: Needs) -> usize {
+    let estimate = &args.estimate;
+    // Space for several windows, segments or neighbours side by side.
+    let horizon = 4 * needs.horizon;
+    let neighbours = if needs.positions {
+        8 * args.training.baseline as usize
     } else {
         0
     };
     if estimate.filter.is_some() || !args.data.delay.is_empty() {
         Sampling::LONGEST.max(horizon).max(neighbours)
-    } else if estimate.smooth || horizon + neighbours > 0 || args.model.reads_momenta() {
+    } else if estimate.smooth || horizon + neighbours > 0 || needs.momenta {
         Sampling::LONG.max(horizon).max(neighbours)
     } else {
         Sampling::SHORT
@@ -253,11 +254,14 @@ fn stretch(args: &FitArgs) -> usize {
 }
 
 fn read(args: &FitArgs) -> Result<Data> {
+    let needs = args.needs()?;
     let options = EstimateOptions {
-        momenta: args.model.reads_momenta(),
+        momenta: needs.momenta,
         ..args.estimate.options()
     };
-    let sampling = args.sample.sampling(args.training.seed, stretch(args));
+    let sampling = args
+        .sample
+        .sampling(args.training.seed, stretch(args, needs));
     let own = data::read_sample(&args.files, &args.data, sampling)?;
     let check = refuse_meaningless(&own.recordings, &options)?;
     let coordinates = own.recordings[0].coordinates.clone();
@@ -324,7 +328,7 @@ fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Re
 
 fn dataset(args: &FitArgs, data: &Data) -> Result<Dataset> {
     let (coordinates, training) = (data.coordinates.clone(), &args.training);
-    if !training.of_positions(args.model.model) {
+    if !args.needs()?.positions {
         if training.baseline > 1 {
             return Err(mistake(
                 "--baseline: not for this loss",
@@ -362,61 +366,19 @@ fn same_data(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
 }
 
 /// All settings of the fit; says what the noise of the data has decided.
-fn config(
+fn choose(
     args: &FitArgs,
     dataset: &Dataset,
     estimates: &[Estimate],
     robot: Option<Robot>,
-) -> Result<FitConfig> {
-    let scale = dataset.acceleration_scale();
-    let names: Vec<&str> = dataset.coordinates.0.iter().map(|c| &*c.name).collect();
-    let part = |(name, scale): (&&str, &f64)| {
-        let own = estimates
-            .iter()
-            .filter(|e| e.signal == "qdd" && e.coordinate == **name);
-        let (sum, count) = own.fold((0.0, 0.0), |(s, c), e| {
-            (s + e.standard_error.powi(2), c + 1.0)
-        });
-        if count > 0.0 {
-            (sum / count).sqrt() / scale
-        } else {
-            0.0
-        }
-    };
-    let uncertainty = if dataset.train.steps.is_empty() {
-        names.iter().zip(&scale).map(part).fold(0.0, f64::max)
-    } else {
-        let part =
-            |(name, scale): (&&str, &f64)| second_difference(dataset, estimates, name) / scale;
-        names.iter().zip(&scale).map(part).fold(0.0, f64::max)
-    };
-    let network = args.model.model != Family::Rigid;
-    let mut config = args.config(uncertainty, dataset.forced);
-    let adam = matches!(config.optimizer, train::Optimizer::Adam(_));
-    if network && args.training.optimizer.is_none() && adam {
-        eprintln!(
-            "note: accelerations are uncertain by {:.1} %: Adam instead of the natural gradient, which would follow \
-             the noise (--optimizer decides otherwise)",
-            100.0 * uncertainty
-        );
+) -> Result<Chosen> {
+    let request = args.request(robot.map(|robot| robot.config))?;
+    let chosen = FitConfig::for_data(dataset, estimates, &request)?;
+    let adam = |choice: &&Choice| choice.setting == "optimizer" && choice.value == "adam";
+    if let Some(choice) = chosen.choices.iter().find(adam) {
+        eprintln!("note: {} (--optimizer decides otherwise)", choice.reason);
     }
-    let robot = robot.map(|robot| robot.config);
-    let form_was_chosen = args.model.form.is_some();
-    args.robot.apply(robot, form_was_chosen, &mut config)?;
-    args.rollout.require(config.loss)?;
-    args.training.require(&config)?;
-    Ok(config)
-}
-
-/// Standard error of the second divided difference of three positions, from the noise of the positions.
-fn second_difference(dataset: &Dataset, estimates: &[Estimate], name: &str) -> f64 {
-    let steps = &dataset.train.steps;
-    let step = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
-    let own = estimates
-        .iter()
-        .filter(|e| e.signal == "qdd" && e.coordinate == name && e.source == Source::Q);
-    let noise = own.map(|e| e.noise).fold(0.0, f64::max);
-    6.0_f64.sqrt() * noise / (step * step)
+    Ok(chosen)
 }
 
 fn fit(

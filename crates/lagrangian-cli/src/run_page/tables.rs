@@ -4,6 +4,7 @@ use lagrangian::check::{Item, Verdict};
 use lagrangian::dynamics::Model;
 use lagrangian::rollout::Outcome;
 use lagrangian::score::{Score, SignalError};
+use lagrangian::train::Choice;
 use lagrangian_report::Table;
 use lagrangian_report::draw::short;
 
@@ -153,6 +154,7 @@ pub(super) fn settings(record: &RunRecord) -> Vec<(String, String)> {
             _ => rows.extend(setting((group, value))),
         }
     }
+    rows.extend(record.choices.iter().map(choice));
     rows.push(("threads".into(), record.threads.to_string()));
     rows.push(("platform".into(), record.platform.clone()));
     rows.extend(record.data.iter().map(|file| {
@@ -163,6 +165,16 @@ pub(super) fn settings(record: &RunRecord) -> Vec<(String, String)> {
         )
     }));
     rows
+}
+
+/// A setting that was chosen from the data, with its reason.
+fn choice(choice: &Choice) -> (String, String) {
+    let value = match &choice.value {
+        serde_json::Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    let name = choice.setting.replace('_', " ");
+    (name, format!("{value} (chosen: {})", choice.reason))
 }
 
 fn setting((name, value): (&String, &toml::Value)) -> Option<(String, String)> {

@@ -359,7 +359,7 @@ impl Trained {
         }
         if self.known.noisy() && self.loss != Loss::ROLLOUT {
             let reason = format!(
-                "{}: Adam averages over many batches, where the natural gradient would follow the noise",
+                "{}: Adam instead of the natural gradient, which would follow the noise",
                 self.known.certainty()
             );
             self.choose("optimizer", "adam", reason);

@@ -1,0 +1,291 @@
+//! Flags that are made from the tables of settings of the library, so that a setting stands in one place.
+
+use std::fmt::Debug;
+use std::marker::PhantomData;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
+use clap::parser::ValueSource;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use lagrangian::models::FAMILIES;
+use lagrangian::settings::{Kind, Named, Range, Setting, Values};
+use lagrangian::train::{ROLLOUT_SETTINGS, SETTINGS};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::values::{fraction, non_negative, positive};
+
+/// A table of settings, and the heading under which `--help` shows it.
+pub(crate) trait Table: Debug + Clone + Default {
+    /// The heading.
+    const HEADING: &'static str;
+
+    /// The settings, each once.
+    fn offered() -> Vec<Offered>;
+}
+
+/// A setting as it is offered.
+pub(crate) struct Offered {
+    setting: Setting,
+    /// The families that have it, where they are few.
+    families: Vec<&'static str>,
+}
+
+/// The settings of all families.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct OfFamilies;
+
+/// The settings of the training.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct OfTraining;
+
+/// The settings of the rollout loss.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct OfRollouts;
+
+impl Table for OfFamilies {
+    const HEADING: &'static str = "Model";
+
+    fn offered() -> Vec<Offered> {
+        let mut all: Vec<Offered> = Vec::new();
+        for family in FAMILIES {
+            for setting in family.settings {
+                match all.iter_mut().find(|o| o.setting.name == setting.name) {
+                    Some(known) => known.families.push(family.name),
+                    None => all.push(Offered {
+                        setting: *setting,
+                        families: vec![family.name],
+                    }),
+                }
+            }
+        }
+        all
+    }
+}
+
+impl Table for OfTraining {
+    const HEADING: &'static str = "Training";
+
+    fn offered() -> Vec<Offered> {
+        of_all(SETTINGS)
+    }
+}
+
+impl Table for OfRollouts {
+    const HEADING: &'static str = "Rollout loss";
+
+    fn offered() -> Vec<Offered> {
+        of_all(ROLLOUT_SETTINGS)
+    }
+}
+
+/// Settings that do not depend on the family.
+fn of_all(table: &[Setting]) -> Vec<Offered> {
+    let offered = |setting: &Setting| Offered {
+        setting: *setting,
+        families: Vec::new(),
+    };
+    table.iter().map(offered).collect()
+}
+
+/// What was given of the settings of a table.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(transparent, bound = "")]
+pub(crate) struct SettingArgs<T: Table> {
+    /// The values by name.
+    pub(crate) values: Values,
+    #[serde(skip)]
+    table: PhantomData<T>,
+}
+
+impl<T: Table> Args for SettingArgs<T> {
+    fn augment_args(command: Command) -> Command {
+        let offered = T::offered();
+        let mut names: Vec<&str> = offered.iter().map(|o| o.setting.name).collect();
+        // A longer name first, so that `batch` does not stand for the beginning of `batch_first`.
+        names.sort_by_key(|name| std::cmp::Reverse(name.len()));
+        let arguments = offered.iter().filter_map(|o| argument(o, &names));
+        command.args(arguments.map(|argument| argument.help_heading(T::HEADING)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<T: Table> FromArgMatches for SettingArgs<T> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut args = Self::default();
+        args.update_from_arg_matches(matches)?;
+        Ok(args)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        for Offered { setting, .. } in T::offered() {
+            if let Some(value) = given(&setting, matches) {
+                self.values.insert(setting.name.into(), value);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The flag of a setting; none for a robot, which is read from a file of its own.
+fn argument(offered: &Offered, names: &[&str]) -> Option<Arg> {
+    let Offered { setting, families } = offered;
+    let flag = Arg::new(setting.name)
+        .long(setting.name.replace('_', "-"))
+        .help(help(setting, families, names));
+    let flag = match setting.placeholder {
+        "" => flag,
+        placeholder => flag.value_name(placeholder),
+    };
+    let list = |flag: Arg| flag.action(ArgAction::Append).value_delimiter(',');
+    Some(match setting.kind {
+        Kind::Robot => return None,
+        Kind::Flag => flag.action(ArgAction::SetTrue),
+        Kind::Choice(values) => flag.value_parser(one_of(values)),
+        Kind::Choices(values) => list(flag).value_parser(one_of(values)),
+        Kind::Integer { min, max } => flag.value_parser(clap::value_parser!(u64).range(min..=max)),
+        Kind::Number(range) => flag.value_parser(number(range)),
+        Kind::Numbers(range) => list(flag).value_parser(number(range)),
+    })
+}
+
+/// The help of a setting: its meaning, the families that have it where they are few, its default.
+fn help(setting: &Setting, families: &[&str], names: &[&str]) -> String {
+    let mut text = with_flags(setting.help, names);
+    if !families.is_empty() && 2 * families.len() <= FAMILIES.len() {
+        text += &format!(" ({})", families.join(", "));
+    }
+    if !setting.default.is_empty() {
+        text += &format!(" [default: {}]", with_flags(setting.default, names));
+    }
+    text
+}
+
+/// Names of settings in backticks as their flags.
+fn with_flags(text: &str, names: &[&str]) -> String {
+    names.iter().fold(text.to_string(), |text, name| {
+        text.replace(
+            &format!("`{name}`"),
+            &format!("--{}", name.replace('_', "-")),
+        )
+    })
+}
+
+/// The values of a table of names, with the help of each.
+pub(crate) fn one_of(values: &[Named]) -> PossibleValuesParser {
+    let value = |value: &Named| PossibleValue::new(value.name).help(sentence(value.help));
+    PossibleValuesParser::new(values.iter().map(value))
+}
+
+/// With a capital at its beginning, where a word stands there and not a symbol.
+pub(crate) fn sentence(text: &str) -> String {
+    let word = text.split(' ').next().unwrap_or_default();
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first)
+            if word.len() > 2 && word.chars().all(char::is_alphabetic) && word.is_ascii() =>
+        {
+            first.to_uppercase().chain(letters).collect()
+        }
+        _ => text.into(),
+    }
+}
+
+fn number(range: Range) -> ValueParser {
+    match range {
+        Range::Positive => ValueParser::new(positive),
+        Range::NonNegative => ValueParser::new(non_negative),
+        Range::Fraction => ValueParser::new(fraction),
+    }
+}
+
+/// The value that was given for a setting.
+fn given(setting: &Setting, matches: &ArgMatches) -> Option<Value> {
+    let name = setting.name;
+    if setting.kind == Kind::Robot || matches.value_source(name) != Some(ValueSource::CommandLine) {
+        return None;
+    }
+    match setting.kind {
+        Kind::Robot => None,
+        Kind::Flag => Some(Value::Bool(matches.get_flag(name))),
+        Kind::Choice(_) => one::<String>(matches, name),
+        Kind::Choices(_) => all::<String>(matches, name),
+        Kind::Integer { .. } => one::<u64>(matches, name),
+        Kind::Number(_) => one::<f64>(matches, name),
+        Kind::Numbers(_) => all::<f64>(matches, name),
+    }
+}
+
+fn one<V>(matches: &ArgMatches, name: &str) -> Option<Value>
+where
+    V: Clone + Send + Sync + Into<Value> + 'static,
+{
+    matches.get_one::<V>(name).cloned().map(Into::into)
+}
+
+fn all<V>(matches: &ArgMatches, name: &str) -> Option<Value>
+where
+    V: Clone + Send + Sync + Into<Value> + 'static,
+{
+    let values = matches.get_many::<V>(name)?.cloned();
+    Some(Value::Array(values.map(Into::into).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    fn parsed<T: Table>(line: &str) -> Result<Values, clap::Error> {
+        let command = SettingArgs::<T>::augment_args(Command::new("fit"));
+        let matches = command.try_get_matches_from(line.split(' '))?;
+        Ok(SettingArgs::<T>::from_arg_matches(&matches)?.values)
+    }
+
+    #[test]
+    fn flags_become_the_values_that_the_library_takes() {
+        let values = parsed::<OfFamilies>(
+            "fit --width 32 --speed-limit 3 --exponential --forces viscous,offset --masses 1,2.5",
+        );
+        let expected = serde_json::json!({
+            "width": 32,
+            "speed_limit": 3.0,
+            "exponential": true,
+            "forces": ["viscous", "offset"],
+            "masses": [1.0, 2.5],
+        });
+        assert_eq!(Value::Object(values.unwrap()), expected);
+    }
+
+    #[test]
+    fn what_is_not_given_is_absent() {
+        assert!(parsed::<OfFamilies>("fit").unwrap().is_empty());
+        assert!(parsed::<OfTraining>("fit").unwrap().is_empty());
+    }
+
+    #[test]
+    fn values_outside_the_table_are_refused() {
+        for line in ["fit --width 0", "fit --form round", "fit --speed-limit -1"] {
+            assert!(parsed::<OfFamilies>(line).is_err(), "{line}");
+        }
+        assert!(parsed::<OfRollouts>("fit --growth 1").is_err());
+    }
+
+    #[test]
+    fn help_names_flags_and_the_few_families_that_have_them() {
+        let help = SettingArgs::<OfFamilies>::augment_args(Command::new("fit"))
+            .render_long_help()
+            .to_string();
+        let words = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for part in [
+            "(see --speed-chart)",
+            "(hnn)",
+            "[default: 2]",
+            "- convex: Convex in q̇",
+        ] {
+            assert!(words.contains(part), "{part}: {words}");
+        }
+    }
+}
