@@ -136,7 +136,7 @@ fn argument(offered: &Offered, names: &[&str]) -> Option<Arg> {
         .long(setting.name.replace('_', "-"))
         .help(help(setting, families, names));
     let flag = match setting.placeholder {
-        "" => flag,
+        "" => flag.value_name(setting.name.to_uppercase()),
         placeholder => flag.value_name(placeholder),
     };
     let list = |flag: Arg| flag.action(ArgAction::Append).value_delimiter(',');
@@ -179,14 +179,13 @@ pub(crate) fn one_of(values: &[Named]) -> PossibleValuesParser {
     PossibleValuesParser::new(values.iter().map(value))
 }
 
-/// With a capital at its beginning, where a word stands there and not a symbol.
+/// With a capital at its beginning, where words stand there and no formula.
 pub(crate) fn sentence(text: &str) -> String {
+    let words = text.split(' ').count() > 2;
     let word = text.split(' ').next().unwrap_or_default();
     let mut letters = text.chars();
     match letters.next() {
-        Some(first)
-            if word.len() > 2 && word.chars().all(char::is_alphabetic) && word.is_ascii() =>
-        {
+        Some(first) if words && word.len() > 2 && word.chars().all(|c| c.is_ascii_alphabetic()) => {
             first.to_uppercase().chain(letters).collect()
         }
         _ => text.into(),
