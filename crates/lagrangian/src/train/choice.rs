@@ -333,7 +333,7 @@ fn loss(training: &TrainingSettings, choices: &mut Vec<Choice>) -> Result<Loss> 
 
 /// Whether the choice means nothing to a family that is solved for at once.
 fn is_of_descent(choice: &Choice) -> bool {
-    ["optimizer", "damping", "batch", "seconds"].contains(&choice.setting.as_str())
+    [LOSS, "optimizer", "damping", "batch", "seconds"].contains(&choice.setting.as_str())
 }
 
 /// What the choices of the training depend on, and those made so far.
@@ -415,7 +415,7 @@ impl Trained {
             Some(name) => Ok(name),
             None if self.follows_the_loss() => {
                 let reason =
-                    "a fit with a time to use is the best where the damping falls with the loss";
+                    "a fit with a time to use ends lowest where the damping falls with the loss";
                 self.choose("damping", "loss", reason);
                 Ok(DampingName::Loss)
             }
@@ -434,7 +434,7 @@ impl Trained {
         let (batch, reason) = match optimizer {
             OptimizerName::Natural if self.follows_the_loss() => (
                 128,
-                "small batches are the best where a fit has a time to use",
+                "small batches end lowest where a fit has a time to use",
             ),
             OptimizerName::Natural => (256, "large batches use a number of steps best"),
             OptimizerName::Adam => (512, "Adam averages the noise over the samples of a batch"),

@@ -69,7 +69,7 @@ fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
     let given = &request.settings;
     if given.contains_key("speed_chart") && !given.contains_key("speed_limit") {
         return Err(Error::Setting {
-            problem: "`speed_chart` is of a limit of speed, and there is none".into(),
+            problem: "`speed_chart` belongs to a limit of speed, and none is given".into(),
             remedy: "give `speed_limit` too, or omit it".into(),
         });
     }
