@@ -23,7 +23,7 @@ pub(crate) const ENTRY: Entry = Entry {
     about: "deep Lagrangian network: ½ q̇ᵀM(q)q̇ − V(q), M positive definite by construction; for robots",
     default: family::default::<DelanConfig>,
     settings: SETTINGS,
-    choose: choose,
+    choose,
     read: family::read::<DelanConfig>,
     saved_as: &[NAME],
     load: |saved| load(saved, Inertia::Configuration),

@@ -23,7 +23,7 @@ pub(crate) const ENTRY: Entry = Entry {
     about: "Hamiltonian network H(q, p), fitted to (q̇, ṗ) or to motions in (q, p)",
     default: family::default::<HnnConfig>,
     settings: SETTINGS,
-    choose: choose,
+    choose,
     read,
     saved_as: &[NAME],
     load,

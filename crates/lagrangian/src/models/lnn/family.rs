@@ -22,7 +22,7 @@ pub(crate) const ENTRY: Entry = Entry {
     about: "Lagrangian neural network: any function of q and q̇",
     default: family::default::<LnnConfig>,
     settings: SETTINGS,
-    choose: choose,
+    choose,
     read: family::read::<LnnConfig>,
     saved_as: &[NAME],
     load,

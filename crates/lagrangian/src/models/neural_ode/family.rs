@@ -21,7 +21,7 @@ pub(crate) const ENTRY: Entry = Entry {
     about: "neural ordinary differential equation: a plain network trained through its integrator",
     default: family::default::<NeuralOdeConfig>,
     settings: SETTINGS,
-    choose: choose,
+    choose,
     read: family::read::<NeuralOdeConfig>,
     saved_as: &[NAME],
     load,

@@ -20,7 +20,7 @@ pub(crate) const ENTRY: Entry = Entry {
     about: "variational integrator network: ½ q̇ᵀMq̇ − V(q) with a constant M, of positions alone",
     default: family::default::<VinConfig>,
     settings: SETTINGS,
-    choose: choose,
+    choose,
     read: family::read::<VinConfig>,
     saved_as: &[NAME],
     load: |saved| delan::load(saved, Inertia::Constant),
