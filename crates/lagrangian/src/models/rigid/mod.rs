@@ -88,6 +88,7 @@ impl Family for RigidConfig {
             Loss::ACCELERATION_L1,
             Loss::TORQUE,
             Loss::TORQUE_L1,
+            Loss::ROLLOUT,
         ];
         let remedy = "omitted: rigid bodies are identified from torques";
         Abilities {
