@@ -70,16 +70,11 @@ impl Samples {
         let (n, samples) = (self.n, work.samples);
         work.count = indices.len();
         let index = |s: usize| indices[if s < indices.len() { s } else { 0 }];
-        let columns = [
-            (&self.q, &mut work.q, n),
-            (&self.qd, &mut work.qd, n),
-            (&self.qdd, &mut work.qdd, n),
-            (&self.tau, &mut work.tau, n),
-            (&self.p, &mut work.p, n),
-            (&self.pd, &mut work.pd, n),
-            (&self.steps, &mut work.steps, 2),
-        ];
-        for (source, target, n) in columns.into_iter().filter(|c| !c.0.is_empty()) {
+        let Samples { signals, steps, .. } = &mut work.states;
+        let signals = self.signals.iter().zip(signals.iter_mut());
+        let columns = signals.map(|((_, from), (_, to))| (from, to, n));
+        let all = columns.chain([(&self.steps, steps, 2)]);
+        for (source, target, n) in all.filter(|(source, ..)| !source.is_empty()) {
             for (s, target) in (0..samples).zip(target.chunks_exact_mut(n)) {
                 let row = &source[index(s) * n..][..n];
                 // A loop, because a copy of two numbers is not worth a call.

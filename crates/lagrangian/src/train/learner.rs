@@ -7,16 +7,19 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::batch::Samples;
 use super::forces::{Drive, Forces};
 use super::loss::{Loss, Weighting};
 use super::positions::Points;
 use crate::Coordinates;
 use crate::lagrangian::{Block, Factor, Jet};
 use crate::solve::SymmetricSolver;
+use crate::trajectory::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Pass, Terms};
 
-/// A block of samples at work: its states, its pass through the network, and what the loss makes of it.
+/// The memory in which a block of samples is evaluated: its states, its pass through the network, and what the loss makes
+/// of it.
 pub(crate) struct Work<T: Real> {
     pub(crate) pass: Pass<T>,
     /// Samples of the block, each of one or of several points of the pass.
@@ -25,28 +28,43 @@ pub(crate) struct Work<T: Real> {
     pub(crate) count: usize,
     /// Residuals of a sample that count: those of parameters do not.
     pub(crate) counted: usize,
-    /// States and targets, `[samples, n]`.
-    pub(crate) q: Vec<f64>,
-    pub(crate) qd: Vec<f64>,
-    pub(crate) qdd: Vec<f64>,
-    pub(crate) tau: Vec<f64>,
-    /// Momenta and their rates, where the samples have them.
-    pub(crate) p: Vec<f64>,
-    pub(crate) pd: Vec<f64>,
-    /// Steps to and from the middle position, `[samples, 2]`.
-    pub(crate) steps: Vec<f64>,
-    /// Of losses of positions alone.
-    pub(crate) points: Points,
+    /// States and targets.
+    pub(crate) states: Samples,
+    pub(crate) linear: Linearisation,
+    pub(crate) adjoint: Adjoint<T>,
+    pub(crate) mechanics: Mechanics,
+    /// What the family keeps between its passes.
+    pub(crate) own: Own<T>,
+    /// ∂S/∂(q, q̇), where a flow is linearised.
+    pub(crate) slopes: Vec<f64>,
+}
+
+/// The residuals of a block and what they are made of.
+pub(crate) struct Linearisation {
     /// r, `[samples, m]`.
     pub(crate) residual: Vec<f64>,
-    /// D, `[samples, m, k]`.
-    pub(crate) mix: Vec<f64>,
-    /// Accelerations along which S is taken, `[samples, k]`.
+    /// D = ∂r/∂S, `[samples, m, k]`.
+    pub(crate) d: Vec<f64>,
+    /// The accelerations along which S is taken, `[samples, k]`.
     pub(crate) along: Vec<f64>,
     /// ∂`S_j`/∂(extra parameter e of its coordinate), `[samples, k, extra]`.
     pub(crate) extra: Vec<f64>,
-    /// Samples of this block whose mass matrix was singular; they weigh nothing.
+    /// Samples whose mass matrix was singular; they weigh nothing.
     pub(crate) singular: usize,
+}
+
+/// Sensitivities on their way back from the loss.
+pub(crate) struct Adjoint<T> {
+    /// ∂loss/∂r of one sample, `[m]`.
+    pub(crate) slope: Vec<f64>,
+    /// λ = Dᵀ ∂loss/∂r, `[samples, k]`.
+    pub(crate) lambda: Vec<T>,
+    /// [`Linearisation::along`] in the precision of the network.
+    pub(crate) lambda_along: Vec<T>,
+}
+
+/// The derivatives of a Lagrangian at the states of a block, and the solution of its balance.
+pub(crate) struct Mechanics {
     pub(crate) jet: Jet,
     /// The derivatives of a nominal model, where there is one.
     pub(crate) known: Jet,
@@ -54,14 +72,15 @@ pub(crate) struct Work<T: Real> {
     pub(crate) solver: SymmetricSolver,
     /// M⁻¹ of one sample.
     pub(crate) inverse: Vec<f64>,
+    /// Forces of one sample: two sets of n.
     pub(crate) scratch: Vec<f64>,
-    /// ∂S/∂(q, q̇), where a flow is linearised.
-    pub(crate) slopes: Vec<f64>,
-    /// ∂loss/∂r of one sample, `[m]`.
-    pub(crate) slope: Vec<f64>,
-    pub(crate) lambda: Vec<T>,
-    pub(crate) lambda_along: Vec<T>,
-    /// Of deep Lagrangian networks that are trained by torques or accelerations: what stands between their passes.
+}
+
+/// What families keep of a block between their passes.
+pub(crate) struct Own<T: Real> {
+    /// Of losses of positions alone.
+    pub(crate) points: Points,
+    /// Of deep Lagrangian networks that are trained by torques or accelerations.
     pub(crate) deep: Option<Box<Block<T>>>,
     /// Of other mass matrices of this form: the outputs of each sample, and the seeds of the reverse passes.
     pub(crate) factors: Vec<Factor>,
@@ -69,43 +88,68 @@ pub(crate) struct Work<T: Real> {
 }
 
 impl<T: Real> Work<T> {
+    /// For blocks of so many samples.
     pub(crate) fn new(learner: &dyn Learner<T>, samples: usize) -> Self {
-        let (net, n, extra) = (learner.net(), learner.dof(), learner.extra());
-        let (m, k) = (learner.residuals_each(), learner.outputs_each());
-        let mut jet = Jet::default();
-        jet.resize(samples, n);
-        let column = || vec![0.0; samples * n];
+        let (net, n) = (learner.net(), learner.dof());
         Self {
             pass: Pass::new(net, samples * learner.points(), learner.room()),
             samples,
             count: 0,
             counted: learner.counted(),
-            q: column(),
-            qd: column(),
-            qdd: column(),
-            tau: column(),
-            p: column(),
-            pd: column(),
-            steps: vec![0.0; 2 * samples],
-            points: Points::default(),
+            states: Samples {
+                n,
+                signals: Signals::default().map(|_, _: ()| vec![0.0; samples * n]),
+                steps: vec![0.0; 2 * samples],
+            },
+            linear: Linearisation::new(learner, samples),
+            adjoint: Adjoint::new(learner, samples),
+            mechanics: Mechanics::new(samples, n),
+            own: Own {
+                points: Points::default(),
+                deep: None,
+                factors: Vec::new(),
+                seeds: [Vec::new(), Vec::new()],
+            },
+            slopes: Vec::new(),
+        }
+    }
+}
+
+impl Linearisation {
+    fn new<T: Real>(learner: &dyn Learner<T>, samples: usize) -> Self {
+        let (m, k) = (learner.residuals_each(), learner.outputs_each());
+        Self {
             residual: vec![0.0; samples * m],
-            mix: vec![0.0; samples * m * k],
+            d: vec![0.0; samples * m * k],
             along: vec![0.0; samples * k],
-            extra: vec![0.0; samples * k * extra],
+            extra: vec![0.0; samples * k * learner.extra()],
             singular: 0,
+        }
+    }
+}
+
+impl<T: Real> Adjoint<T> {
+    fn new(learner: &dyn Learner<T>, samples: usize) -> Self {
+        let k = learner.outputs_each();
+        Self {
+            slope: Vec::with_capacity(learner.residuals_each()),
+            lambda: vec![T::default(); samples * k],
+            lambda_along: vec![T::default(); samples * k],
+        }
+    }
+}
+
+impl Mechanics {
+    fn new(samples: usize, n: usize) -> Self {
+        let mut jet = Jet::default();
+        jet.resize(samples, n);
+        Self {
             jet,
             known: Jet::default(),
             knows: false,
             solver: SymmetricSolver::new(n),
             inverse: Vec::new(),
             scratch: vec![0.0; 2 * n],
-            slopes: Vec::new(),
-            slope: Vec::with_capacity(m),
-            lambda: vec![T::default(); samples * k],
-            lambda_along: vec![T::default(); samples * k],
-            deep: None,
-            factors: Vec::new(),
-            seeds: [Vec::new(), Vec::new()],
         }
     }
 }
@@ -120,32 +164,34 @@ impl<T: Real> Work<T> {
         (s, at): (usize, At),
         energy: f64,
     ) {
-        let (n, samples) = (self.jet.n(), self.samples);
-        let (kinds, k) = (forces.kinds(), self.along.len() / samples);
+        let (n, samples) = (self.mechanics.jet.n(), self.samples);
+        let (kinds, k) = (forces.kinds(), self.linear.along.len() / samples);
         let set = match at {
             At::Recorded => 0,
             At::Rest | At::Found(_) => k / n - 1,
         };
         let row = s * n..s * n + n;
-        if kinds == 0 && !self.knows {
-            let forces = self.scratch[n..].iter_mut().zip(&self.tau[row]);
+        if kinds == 0 && !self.mechanics.knows {
+            let forces = self.mechanics.scratch[n..]
+                .iter_mut()
+                .zip(&self.states.tau[row]);
             forces.for_each(|(force, tau)| *force = -tau);
             return;
         }
         for i in 0..n {
             let drive = Drive {
-                qd: self.qd[s * n + i],
+                qd: self.states.qd[s * n + i],
                 qdd: match at {
-                    At::Recorded => self.qdd[s * n + i],
+                    At::Recorded => self.states.qdd[s * n + i],
                     At::Rest => 0.0,
-                    At::Found(set) => self.along[s * k + set * n + i],
+                    At::Found(set) => self.linear.along[s * k + set * n + i],
                 },
-                tau: &self.tau[row.clone()],
+                tau: &self.states.tau[row.clone()],
             };
-            let slopes = &mut self.extra[(s * k + set * n + i) * kinds..][..kinds];
+            let slopes = &mut self.linear.extra[(s * k + set * n + i) * kinds..][..kinds];
             let learned = forces.force(parameters, i, &drive, slopes);
             slopes.iter_mut().for_each(|x| *x /= energy);
-            self.scratch[n + i] = learned + self.known_force(s, i, at);
+            self.mechanics.scratch[n + i] = learned + self.known_force(s, i, at);
         }
     }
 }
@@ -154,9 +200,9 @@ impl<T: Real> Work<T> {
     /// Holds the parameters among the coordinates of sample `s` (theory.md, equation 107); nothing acts on them.
     pub(crate) fn hold(&mut self, coordinates: &Coordinates, s: usize) {
         let n = coordinates.dof();
-        self.jet.hold(coordinates, s);
+        self.mechanics.jet.hold(coordinates, s);
         for i in coordinates.parameters() {
-            (self.scratch[i], self.scratch[n + i]) = (0.0, 0.0);
+            (self.mechanics.scratch[i], self.mechanics.scratch[n + i]) = (0.0, 0.0);
         }
     }
 }
@@ -168,7 +214,7 @@ pub(crate) enum At {
     Recorded,
     /// None.
     Rest,
-    /// That of the model, in this set of `Work::along`.
+    /// That of the model, in this set of [`Linearisation::along`].
     Found(usize),
 }
 
@@ -227,18 +273,18 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
         let (loss, weights) = self.loss();
         let n = weights.len();
         if loss.weighting == Weighting::Relative {
-            for (s, qdd) in work.qdd.chunks_exact(n).enumerate() {
+            for (s, qdd) in work.states.qdd.chunks_exact(n).enumerate() {
                 let weight = loss.sample_weight(qdd, weights);
-                work.residual[s * n..][..n]
+                work.linear.residual[s * n..][..n]
                     .iter_mut()
                     .for_each(|r| *r *= weight);
-                work.mix[s * n * n..][..n * n]
+                work.linear.d[s * n * n..][..n * n]
                     .iter_mut()
                     .for_each(|d| *d *= weight);
             }
         }
     }
-    /// Adds ∂(Σ λ·S)/∂parameters to `gradient` (the network's part), for λ in `work.lambda` `[samples, k]`.
+    /// Adds ∂(Σ λ·S)/∂parameters to `gradient` (the network's part), for λ in `work.adjoint.lambda` `[samples, k]`.
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>);
     /// Fills the components that [`Learner::terms`] names.
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>);
@@ -288,9 +334,9 @@ impl<T: Real> Work<T> {
         (s, energy): (usize, f64),
         slopes: &mut [f64],
     ) {
-        let n = self.jet.n();
+        let n = self.mechanics.jet.n();
         for i in 0..n {
-            let slope = forces.velocity_slope(parameters, i, self.qd[s * n + i]);
+            let slope = forces.velocity_slope(parameters, i, self.states.qd[s * n + i]);
             slopes[i * 2 * n + n + i] += slope / energy;
         }
     }

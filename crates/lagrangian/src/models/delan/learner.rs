@@ -54,25 +54,25 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let samples = work.pass.samples();
         work.know(self.nominal);
-        work.scratch.resize(4 * self.shape.dof(), 0.0);
-        let block = work.deep.take();
+        work.mechanics.scratch.resize(4 * self.shape.dof(), 0.0);
+        let block = work.own.deep.take();
         let mut block = block.unwrap_or_else(|| Box::new(Block::new(self.shape, samples)));
-        let states = (&work.q[..], &work.qd[..]);
+        let states = (&work.states.q[..], &work.states.qd[..]);
         block.evaluate(self.shape, packed, &mut work.pass, states);
-        work.singular = 0;
+        work.linear.singular = 0;
         if self.loss.needs_forces() {
             self.torque_residuals(extra, &mut block, work);
         }
         if self.loss.inverts() {
             self.acceleration_residuals(extra, &mut block, work);
         }
-        work.deep = Some(block);
+        work.own.deep = Some(block);
     }
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
         let (n, sets) = (self.shape.dof(), self.sets());
         let k = n * sets;
-        let lambda = std::mem::take(&mut work.lambda);
+        let lambda = std::mem::take(&mut work.adjoint.lambda);
         let weight = |s: usize, d: usize, i: usize| lambda[s * k + d * n + i].f64();
         self.sensitivities(packed, work, sets, weight);
         let mut pairs = [(0, 0); 6];
@@ -82,7 +82,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         }
         work.pass
             .add_products(&self.shape.net, &pairs[..3 * sets], gradient);
-        work.lambda = lambda;
+        work.adjoint.lambda = lambda;
     }
 
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
@@ -100,10 +100,10 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
     ) {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
         // One state at a time: a flow is linearised far less often than a loss.
-        let mut factor = work.factors.pop().unwrap_or_else(|| shape.factor());
+        let mut factor = work.own.factors.pop().unwrap_or_else(|| shape.factor());
         work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {
-            let (pass, qd) = (&work.pass, &work.qd[s * n..][..n]);
+            let (pass, qd) = (&work.pass, &work.states.qd[s * n..][..n]);
             factor.read(
                 |c, o| pass.output(&shape.net, c, s, o).f64(),
                 |i| qd[i] / shape.scaling.qd_scale[i],
@@ -113,7 +113,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
                 work.add_force_slopes(&self.forces, extra, (s, shape.scaling.energy), set);
             }
         }
-        work.factors.push(factor);
+        work.own.factors.push(factor);
     }
 }
 
@@ -134,11 +134,11 @@ impl DelanLearner<'_> {
     /// Residuals at the recorded acceleration.
     fn torque_residuals<T: Real>(&self, extra: &[f64], block: &mut Block<T>, work: &mut Work<T>) {
         let (n, k) = (self.shape.dof(), self.outputs());
-        block.accelerate(|s, i| work.qdd[s * n + i]);
+        block.accelerate(|s, i| work.states.qdd[s * n + i]);
         block.balance();
         for s in 0..work.pass.samples() {
             for i in 0..n {
-                work.along[s * k + i] = work.qdd[s * n + i];
+                work.linear.along[s * k + i] = work.states.qdd[s * n + i];
             }
             work.force(&self.forces, extra, (s, At::Recorded), self.energy());
             self.torque_residual(s, block, work);
@@ -169,19 +169,20 @@ impl DelanLearner<'_> {
     fn torque_residual<T: Real>(&self, s: usize, block: &Block<T>, work: &mut Work<T>) {
         let (n, k, energy) = (self.shape.dof(), self.outputs(), self.energy());
         let m = self.loss.residuals(n);
-        work.mix[s * m * k..][..m * k].fill(0.0);
+        work.linear.d[s * m * k..][..m * k].fill(0.0);
         let mut power = 0.0;
         for i in 0..n {
-            let error = energy * block.left(s, i) + work.scratch[n + i];
-            work.residual[s * m + i] = self.weights[i] * error;
-            work.mix[(s * m + i) * k + i] = self.weights[i] * energy;
-            power += error * work.qd[s * n + i];
+            let error = energy * block.left(s, i) + work.mechanics.scratch[n + i];
+            work.linear.residual[s * m + i] = self.weights[i] * error;
+            work.linear.d[(s * m + i) * k + i] = self.weights[i] * energy;
+            power += error * work.states.qd[s * n + i];
             if self.loss == Loss::TORQUE_POWER {
-                work.mix[(s * m + n) * k + i] = self.weights[n] * energy * work.qd[s * n + i];
+                work.linear.d[(s * m + n) * k + i] =
+                    self.weights[n] * energy * work.states.qd[s * n + i];
             }
         }
         if self.loss == Loss::TORQUE_POWER {
-            work.residual[s * m + n] = self.weights[n] * power;
+            work.linear.residual[s * m + n] = self.weights[n] * power;
         }
     }
 
@@ -197,7 +198,7 @@ impl DelanLearner<'_> {
         let (n, k, energy) = (self.shape.dof(), self.outputs(), self.energy());
         let (m, set) = (self.loss.residuals(n), self.sets() - 1);
         let scale = &self.shape.scaling.qd_scale;
-        let mass = &mut work.jet.mass_matrix[s * n * n..][..n * n];
+        let mass = &mut work.mechanics.jet.mass_matrix[s * n * n..][..n * n];
         for i in 0..n {
             for j in 0..n {
                 mass[i * n + j] = energy / (scale[i] * scale[j]) * block.mass(s, i, j);
@@ -206,35 +207,35 @@ impl DelanLearner<'_> {
         }
         work.add_known_mass(s);
         for i in 0..n {
-            work.scratch[i] = -energy * block.left(s, i) - work.scratch[n + i];
+            work.mechanics.scratch[i] = -energy * block.left(s, i) - work.mechanics.scratch[n + i];
         }
         work.hold(&self.shape.coordinates, s);
-        let (force, rest) = work.scratch.split_at_mut(n);
+        let (force, rest) = work.mechanics.scratch.split_at_mut(n);
         let found = &mut rest[n..2 * n];
-        let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
-        let mut regular = work.solver.solve(mass, force, found) == Regularity::Definite;
+        let mass = &work.mechanics.jet.mass_matrix[s * n * n..][..n * n];
+        let mut regular = work.mechanics.solver.solve(mass, force, found) == Regularity::Definite;
         regular &= found.iter().all(|a| a.abs() < 1e30);
-        let mut inverse = std::mem::take(&mut work.inverse);
+        let mut inverse = std::mem::take(&mut work.mechanics.inverse);
         inverse.resize(n * n, 0.0);
-        let _ = work.solver.invert(mass, &mut inverse);
+        let _ = work.mechanics.solver.invert(mass, &mut inverse);
         for i in 0..n {
             let (row, weight) = (set * n + i, self.weights[set * n + i]);
-            work.along[s * k + row] = found[i];
-            work.residual[s * m + row] = weight * (found[i] - work.qdd[s * n + i]);
-            let mix = &mut work.mix[(s * m + row) * k..][..k];
+            work.linear.along[s * k + row] = found[i];
+            work.linear.residual[s * m + row] = weight * (found[i] - work.states.qdd[s * n + i]);
+            let mix = &mut work.linear.d[(s * m + row) * k..][..k];
             mix.fill(0.0);
             let column = mix[set * n..].iter_mut().zip(&inverse[i * n..]);
             column.for_each(|(d, x)| *d = -weight * energy * x);
         }
-        work.inverse = inverse;
+        work.mechanics.inverse = inverse;
         if regular {
             // Rotors feel the acceleration of the model.
             return work.force(&self.forces, extra, (s, At::Found(set)), energy);
         }
-        work.singular += usize::from(s < work.count);
-        work.residual[s * m..][..m].fill(0.0);
-        work.along[s * k..][..k].fill(0.0);
-        work.mix[s * m * k..][..m * k].fill(0.0);
+        work.linear.singular += usize::from(s < work.count);
+        work.linear.residual[s * m..][..m].fill(0.0);
+        work.linear.along[s * k..][..k].fill(0.0);
+        work.linear.d[s * m * k..][..m * k].fill(0.0);
     }
 
     /// Fills the components of a pass that [`Learner::terms`] names, for `directions` scalars Σᵢ weight(s, d, i) Sᵢ;
@@ -247,7 +248,7 @@ impl DelanLearner<'_> {
         weight: impl Fn(usize, usize, usize) -> f64,
     ) {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
-        let Some(mut block) = work.deep.take() else {
+        let Some(mut block) = work.own.deep.take() else {
             return;
         };
         for d in 0..directions {
@@ -259,13 +260,13 @@ impl DelanLearner<'_> {
         for d in 0..directions {
             if !there && d % directions.div_ceil(self.sets()) == 0 {
                 let set = d * self.sets() / directions;
-                block.accelerate(|s, i| work.along[s * k + set * n + i]);
+                block.accelerate(|s, i| work.linear.along[s * k + set * n + i]);
             }
             let of = (d, directions);
             block.seed(shape, &mut work.pass, of, |s, i| weight(s, d, i));
         }
         work.pass
             .reverse_tangents_seeded(&shape.net, packed, directions);
-        work.deep = Some(block);
+        work.own.deep = Some(block);
     }
 }

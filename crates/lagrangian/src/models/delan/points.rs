@@ -30,12 +30,12 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
 
     fn prepare(&self, work: &mut Work<T>) {
         let (points, n) = (work.pass.samples(), self.0.dof());
-        if work.factors.len() == points {
+        if work.own.factors.len() == points {
             return;
         }
-        work.factors = vec![self.0.factor(); points];
+        work.own.factors = vec![self.0.factor(); points];
         let outputs = self.0.factor_outputs();
-        work.seeds = [
+        work.own.seeds = [
             vec![0.0; points * outputs],
             vec![0.0; 2 * n * points * outputs],
         ];
@@ -45,34 +45,35 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
         let (shape, n) = (self.0, self.0.dof());
         let (energy, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
         let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
-        let still = &mut work.scratch[..n];
+        let still = &mut work.mechanics.scratch[..n];
         still.fill(0.0);
         for point in 0..points {
-            let q = &work.points.q[point * n..][..n];
+            let q = &work.own.points.q[point * n..][..n];
             shape.write(&mut work.pass, point, q, still);
         }
         work.pass.forward(&shape.net, packed, Some(0));
         for point in 0..points {
-            let (pass, v) = (&work.pass, &work.points.v[point * n..][..n]);
-            let factor = &mut work.factors[point];
+            let (pass, v) = (&work.pass, &work.own.points.v[point * n..][..n]);
+            let factor = &mut work.own.factors[point];
             factor.read(
                 |c, o| pass.output(&shape.net, c, point, o).f64(),
                 |i| v[i] / scale[i],
             );
-            factor.seeds::<f64>(&mut work.seeds[0][point * outputs..][..outputs]);
+            factor.seeds::<f64>(&mut work.own.seeds[0][point * outputs..][..outputs]);
         }
-        let seeds = &work.seeds[0];
+        let seeds = &work.own.seeds[0];
         let seed = |point: usize, o: usize| T::of(seeds[point * outputs + o]);
         work.pass.reverse_sum(&shape.net, packed, seed);
         for point in 0..points {
-            let factor = &work.factors[point];
-            let dl_dq = &mut work.jet.dl_dq[point * n..][..n];
+            let factor = &work.own.factors[point];
+            let dl_dq = &mut work.mechanics.jet.dl_dq[point * n..][..n];
             shape.slope(&work.pass, point, dl_dq);
             dl_dq.iter_mut().for_each(|x| *x *= energy);
             for i in 0..n {
-                work.jet.momentum[point * n + i] = energy / scale[i] * factor.momentum::<f64>(i);
+                work.mechanics.jet.momentum[point * n + i] =
+                    energy / scale[i] * factor.momentum::<f64>(i);
                 for j in 0..n {
-                    work.jet.mass_matrix[(point * n + i) * n + j] =
+                    work.mechanics.jet.mass_matrix[(point * n + i) * n + j] =
                         energy / (scale[i] * scale[j]) * factor.mass::<f64>(i, j);
                 }
             }
@@ -90,7 +91,7 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
         let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
         let scale = &shape.scaling.qd_scale;
         for point in 0..points {
-            let beta = work.points.slope[point];
+            let beta = work.own.points.slope[point];
             for d in 0..directions {
                 let along = |i: usize| -beta * weight(point, d, i);
                 shape.write_tangent(&mut work.pass, (point, d), along);
@@ -101,17 +102,17 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
         let mut beta = [0.0; crate::train::MAX_DOF];
         for point in 0..points {
             let (v, alpha) = (
-                &work.points.v[point * n..][..n],
-                work.points.momentum[point],
+                &work.own.points.v[point * n..][..n],
+                work.own.points.momentum[point],
             );
-            let factor = &mut work.factors[point];
+            let factor = &mut work.own.factors[point];
             factor.accelerate(|i| alpha * v[i] / scale[i]);
             for d in 0..directions {
                 for (i, b) in beta[..n].iter_mut().enumerate() {
                     *b = weight(point, d, i) / scale[i];
                 }
                 let pass = &work.pass;
-                let (rates, values) = work.seeds[1].split_at_mut(directions * points * outputs);
+                let (rates, values) = work.own.seeds[1].split_at_mut(directions * points * outputs);
                 let at = (d * points + point) * outputs;
                 let values = &mut values[at..at + outputs];
                 let hat = |o: usize| pass.output(&shape.net, 2 + d, point, o).f64();
@@ -121,7 +122,7 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
                 potential.for_each(|(x, b)| *x += alpha * b);
             }
         }
-        let seeds = &work.seeds[1];
+        let seeds = &work.own.seeds[1];
         let seed = |c: usize, s: usize, o: usize| T::of(seeds[(c * points + s) * outputs + o]);
         work.pass
             .reverse_tangents(&shape.net, packed, directions, seed);

@@ -4,6 +4,7 @@
 use super::{HnnNet, HnnShape, Momenta, Unit};
 use crate::train::Forces;
 use crate::train::{At, Learner, Loss, Work};
+use crate::trajectory::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Terms};
 
@@ -66,7 +67,12 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
         self.prepare(work);
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
-            shape.write(&mut work.pass, s, &work.q[row.clone()], &work.p[row]);
+            shape.write(
+                &mut work.pass,
+                s,
+                &work.states.q[row.clone()],
+                &work.states.p[row],
+            );
         }
         work.pass.forward(net, packed, None);
         match &shape.net {
@@ -74,7 +80,7 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
             HnnNet::Mass(_) => self.factors(packed, work),
             HnnNet::None(_) => (),
         }
-        work.singular = 0;
+        work.linear.singular = 0;
         for s in 0..work.pass.samples() {
             self.read(s, work);
             work.force(&self.forces, extra, (s, At::Rest), 1.0);
@@ -85,13 +91,14 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
         let (net, k) = (self.shape.layers(), 2 * self.shape.dof());
         if let HnnNet::None(_) = self.shape.net {
-            work.pass.reverse_weighted(net, packed, k, &work.lambda);
+            work.pass
+                .reverse_weighted(net, packed, k, &work.adjoint.lambda);
             return work.pass.add_products(net, &[(0, 0)], gradient);
         }
-        let lambda = std::mem::take(&mut work.lambda);
+        let lambda = std::mem::take(&mut work.adjoint.lambda);
         self.sensitivities(packed, work, 1, |s, _, j| lambda[s * k + j].f64());
         work.pass.add_products(net, &[(0, 2), (2, 0)], gradient);
-        work.lambda = lambda;
+        work.adjoint.lambda = lambda;
     }
 
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
@@ -117,7 +124,7 @@ impl HnnLearner<'_> {
     /// Puts what stands for the momenta in their place, and makes room for the factors.
     fn prepare<T: Real>(&self, work: &mut Work<T>) {
         let n = self.shape.dof();
-        let Work { p, pd, qd, qdd, .. } = work;
+        let Signals { p, pd, qd, qdd, .. } = &mut work.states.signals;
         match &self.shape.config.momenta {
             _ if self.phase => (),
             Momenta::Recorded => (),
@@ -134,11 +141,11 @@ impl HnnLearner<'_> {
         }
         let samples = work.pass.samples();
         if let HnnNet::Mass(shape) = &self.shape.net
-            && work.factors.len() != samples
+            && work.own.factors.len() != samples
         {
             let outputs = shape.factor_outputs();
-            work.factors = vec![shape.factor(); samples];
-            work.seeds = [
+            work.own.factors = vec![shape.factor(); samples];
+            work.own.seeds = [
                 vec![0.0; samples * outputs],
                 vec![0.0; 2 * n * samples * outputs],
             ];
@@ -153,7 +160,7 @@ impl HnnLearner<'_> {
         let (n, outputs) = (shape.dof(), shape.factor_outputs());
         let scale = &shape.scaling.qd_scale;
         for s in 0..work.pass.samples() {
-            let (pass, p, factor) = (&work.pass, &work.p, &mut work.factors[s]);
+            let (pass, p, factor) = (&work.pass, &work.states.p, &mut work.own.factors[s]);
             let pi = |i: usize| p[s * n + i] / scale[i];
             let output = |c: usize, o: usize| match c {
                 0 => pass.output(&shape.net, 0, s, o).f64(),
@@ -162,9 +169,9 @@ impl HnnLearner<'_> {
             factor.read(output, pi);
             // With a = π the rate of the momentum is the momentum itself.
             factor.accelerate(pi);
-            factor.seeds::<f64>(&mut work.seeds[0][s * outputs..][..outputs]);
+            factor.seeds::<f64>(&mut work.own.seeds[0][s * outputs..][..outputs]);
         }
-        let seeds = &work.seeds[0];
+        let seeds = &work.own.seeds[0];
         work.pass
             .reverse_sum(&shape.net, packed, |s, o| T::of(seeds[s * outputs + o]));
     }
@@ -172,17 +179,17 @@ impl HnnLearner<'_> {
     /// S of sample `s` into `along`.
     fn read<T: Real>(&self, s: usize, work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
-        let raw = &mut work.along[s * 2 * n..][..2 * n];
+        let raw = &mut work.linear.along[s * 2 * n..][..2 * n];
         if let HnnNet::None(_) = shape.net {
             for (d, raw) in raw.iter_mut().enumerate() {
                 *raw = work.pass.output(shape.layers(), 0, s, d).f64();
             }
             return;
         }
-        shape.read_slopes(&work.pass, s, &work.q[s * n..][..n], raw);
+        shape.read_slopes(&work.pass, s, &work.states.q[s * n..][..n], raw);
         if let HnnNet::Mass(_) = shape.net {
             for (i, raw) in raw[..n].iter_mut().enumerate() {
-                *raw = work.factors[s].momentum::<f64>(i);
+                *raw = work.own.factors[s].momentum::<f64>(i);
             }
         }
     }
@@ -191,17 +198,17 @@ impl HnnLearner<'_> {
     fn residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
         let n = self.shape.dof();
         let (k, kinds) = (2 * n, self.forces.kinds());
-        work.mix[s * k * k..][..k * k].fill(0.0);
+        work.linear.d[s * k * k..][..k * k].fill(0.0);
         for i in 0..n {
             let (v, f) = (s * k + i, s * k + n + i);
-            let Unit { rate, force, start } = self.shape.unit(i, work.p[s * n + i]);
-            let speed = rate * work.along[v] + start;
-            work.residual[v] = self.weights[i] * (speed - work.qd[s * n + i]);
-            work.mix[(s * k + i) * k + i] = self.weights[i] * rate;
-            let push = force * work.along[f] - work.scratch[n + i];
-            work.residual[f] = self.weights[n + i] * (push - work.pd[s * n + i]);
-            work.mix[(s * k + n + i) * k + n + i] = self.weights[n + i] * force;
-            for slope in &mut work.extra[f * kinds..][..kinds] {
+            let Unit { rate, force, start } = self.shape.unit(i, work.states.p[s * n + i]);
+            let speed = rate * work.linear.along[v] + start;
+            work.linear.residual[v] = self.weights[i] * (speed - work.states.qd[s * n + i]);
+            work.linear.d[(s * k + i) * k + i] = self.weights[i] * rate;
+            let push = force * work.linear.along[f] - work.mechanics.scratch[n + i];
+            work.linear.residual[f] = self.weights[n + i] * (push - work.states.pd[s * n + i]);
+            work.linear.d[(s * k + n + i) * k + n + i] = self.weights[n + i] * force;
+            for slope in &mut work.linear.extra[f * kinds..][..kinds] {
                 *slope /= -force;
             }
         }
@@ -219,7 +226,7 @@ impl HnnLearner<'_> {
         let samples = work.pass.samples();
         for s in 0..samples {
             for d in 0..directions {
-                let q = &work.q[s * n..][..n];
+                let q = &work.states.q[s * n..][..n];
                 shape.write_tangent(&mut work.pass, (s, d), q, |j| weight(s, d, j));
             }
         }
@@ -236,12 +243,12 @@ impl HnnLearner<'_> {
                     *b = weight(s, d, i);
                 }
                 let pass = &work.pass;
-                let values = &mut work.seeds[1][(d * samples + s) * outputs..][..outputs];
+                let values = &mut work.own.seeds[1][(d * samples + s) * outputs..][..outputs];
                 let hat = |o| pass.output(net, 2 + d, s, o).f64();
-                work.factors[s].sensitivities(&beta[..n], hat, &mut rates, values);
+                work.own.factors[s].sensitivities(&beta[..n], hat, &mut rates, values);
             }
         }
-        let seeds = &work.seeds[1];
+        let seeds = &work.own.seeds[1];
         let seed = |c: usize, s: usize, o: usize| match c.checked_sub(directions) {
             None => T::default(),
             Some(d) => T::of(seeds[(d * samples + s) * outputs + o]),

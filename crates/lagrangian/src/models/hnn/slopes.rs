@@ -37,7 +37,7 @@ impl HnnLearner<'_> {
     ) {
         let (shape, n, pass) = (self.shape, self.shape.dof(), &work.pass);
         let mut at = 0;
-        for (j, &q) in work.q[s * n..][..n].iter().enumerate() {
+        for (j, &q) in work.states.q[s * n..][..n].iter().enumerate() {
             let features = Features::new(shape.coordinates(), shape.scaling(), j, q);
             let own = at..at + features.count;
             for (d, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
@@ -62,7 +62,7 @@ impl HnnLearner<'_> {
         let (kinetic, scale) = (shape.kinetic(), &shape.scaling().qd_scale);
         for (d, j) in (0..2 * n).flat_map(|d| (0..n).map(move |j| (d, j))) {
             let by_scaled = match &shape.net {
-                HnnNet::Mass(_) if d < n => work.factors[s].mass::<f64>(d, j),
+                HnnNet::Mass(_) if d < n => work.own.factors[s].mass::<f64>(d, j),
                 // ∂²H/∂q∂p has one value, whichever comes first.
                 HnnNet::Mass(_) => -slopes[j * 2 * n + d - n],
                 HnnNet::Free(_) | HnnNet::None(_) => {

@@ -52,16 +52,27 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         work.know(self.nominal);
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
-            let qdd = torque.then(|| &work.qdd[row.clone()]);
-            shape.write(&mut work.pass, s, &work.q[row.clone()], &work.qd[row], qdd);
+            let qdd = torque.then(|| &work.states.qdd[row.clone()]);
+            shape.write(
+                &mut work.pass,
+                s,
+                &work.states.q[row.clone()],
+                &work.states.qd[row],
+                qdd,
+            );
         }
         work.pass.forward_for_reverse(&shape.net, packed, n, 0);
         work.pass.reverse(&shape.net, packed, n);
-        work.singular = 0;
+        work.linear.singular = 0;
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
-            let qdd = torque.then(|| &work.qdd[row.clone()]);
-            shape.read(&work.pass, (s, s), (&work.qd[row], qdd), &mut work.jet);
+            let qdd = torque.then(|| &work.states.qdd[row.clone()]);
+            shape.read(
+                &work.pass,
+                (s, s),
+                (&work.states.qd[row], qdd),
+                &mut work.mechanics.jet,
+            );
             work.add_known_mass(s);
             work.force(&self.forces, extra, (s, at), self.shape.scaling.energy);
             work.hold(&shape.coordinates, s);
@@ -75,21 +86,30 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
-        for (t, &x) in work.lambda_along.iter_mut().zip(&work.along) {
+        for (t, &x) in work.adjoint.lambda_along.iter_mut().zip(&work.linear.along) {
             *t = T::of(x);
         }
-        work.pass
-            .combine(&shape.net, n, &work.lambda_along, Some(&work.lambda));
+        work.pass.combine(
+            &shape.net,
+            n,
+            &work.adjoint.lambda_along,
+            Some(&work.adjoint.lambda),
+        );
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
-            for (w, x) in work.scratch.iter_mut().zip(&work.lambda[row.clone()]) {
+            for (w, x) in work
+                .mechanics
+                .scratch
+                .iter_mut()
+                .zip(&work.adjoint.lambda[row.clone()])
+            {
                 *w = x.f64();
             }
             let state = (
-                &work.qd[row.clone()],
-                &self.motion(&work.qdd, &work.along)[row],
+                &work.states.qd[row.clone()],
+                &self.motion(&work.states.qdd, &work.linear.along)[row],
             );
-            shape.write_mixed(&mut work.pass, (0, s), state, &work.scratch[..n]);
+            shape.write_mixed(&mut work.pass, (0, s), state, &work.mechanics.scratch[..n]);
         }
         work.pass.forward_mixed(&shape.net, packed, 1);
         work.pass.reverse_mixed(&shape.net, packed, 1);
@@ -98,20 +118,21 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
 
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
-        for (t, &x) in work.lambda_along.iter_mut().zip(&work.along) {
+        for (t, &x) in work.adjoint.lambda_along.iter_mut().zip(&work.linear.along) {
             *t = T::of(x);
         }
-        work.pass.combine(&shape.net, n, &work.lambda_along, None);
+        work.pass
+            .combine(&shape.net, n, &work.adjoint.lambda_along, None);
         for s in 0..work.pass.samples() {
             for i in 0..n {
-                work.scratch[..n].fill(0.0);
-                work.scratch[i] = 1.0;
+                work.mechanics.scratch[..n].fill(0.0);
+                work.mechanics.scratch[i] = 1.0;
                 let row = s * n..s * n + n;
                 let state = (
-                    &work.qd[row.clone()],
-                    &self.motion(&work.qdd, &work.along)[row],
+                    &work.states.qd[row.clone()],
+                    &self.motion(&work.states.qdd, &work.linear.along)[row],
                 );
-                shape.write_mixed(&mut work.pass, (i, s), state, &work.scratch[..n]);
+                shape.write_mixed(&mut work.pass, (i, s), state, &work.mechanics.scratch[..n]);
             }
         }
         work.pass.forward_mixed(&shape.net, packed, n);
@@ -129,7 +150,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         pass.reverse_features(net, packed, 2..2 + n);
         pass.reverse_features(net, packed, pass.mixed(0)..pass.mixed(n));
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * n).enumerate() {
-            self.shape.slopes(&work.pass, s, &work.qd, slopes);
+            self.shape.slopes(&work.pass, s, &work.states.qd, slopes);
             let energy = self.shape.scaling.energy;
             work.add_force_slopes(&self.forces, extra, (s, energy), slopes);
         }
@@ -152,13 +173,14 @@ impl LnnLearner<'_> {
         let n = self.shape.dof();
         for i in 0..n {
             let at = s * n + i;
-            let inertia = self.shape.velocity(i, work.qd[at]).kinetic[2];
+            let inertia = self.shape.velocity(i, work.states.qd[at]).kinetic[2];
             let kinetic = self.shape.scaling.energy * self.shape.config.kinetic * inertia;
-            let found = work.jet.momentum_drift[at] + kinetic * work.qdd[at] - work.jet.dl_dq[at];
-            work.residual[at] = self.weights[i] * (found + work.scratch[n + i]);
-            work.along[at] = 0.0;
+            let found = work.mechanics.jet.momentum_drift[at] + kinetic * work.states.qdd[at]
+                - work.mechanics.jet.dl_dq[at];
+            work.linear.residual[at] = self.weights[i] * (found + work.mechanics.scratch[n + i]);
+            work.linear.along[at] = 0.0;
             for j in 0..n {
-                work.mix[at * n + j] = if i == j {
+                work.linear.d[at * n + j] = if i == j {
                     self.weights[i] * self.shape.scaling.energy
                 } else {
                     0.0
@@ -170,39 +192,40 @@ impl LnnLearner<'_> {
     /// r = w (M⁻¹ (τ − d − c) − q̈), D = −w M⁻¹ E, with S in units of the energy E (theory.md, equation 15).
     fn acceleration_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
         let n = self.shape.dof();
-        let mass = &work.jet.mass_matrix[s * n * n..][..n * n];
+        let mass = &work.mechanics.jet.mass_matrix[s * n * n..][..n * n];
         let energy = self.shape.scaling.energy;
         let row = s * n..s * n + n;
-        let inverse = &mut work.mix[s * n * n..][..n * n];
-        let found = work.solver.invert(mass, inverse);
+        let inverse = &mut work.linear.d[s * n * n..][..n * n];
+        let found = work.mechanics.solver.invert(mass, inverse);
         inverse.iter_mut().for_each(|d| *d *= -energy);
         let mut regular = matches!(found, Regularity::Definite | Regularity::Indefinite);
         for i in row.clone() {
-            let force =
-                work.jet.dl_dq[i] - work.jet.momentum_drift[i] - work.scratch[n + i - s * n];
-            work.scratch[i - s * n] = force;
+            let force = work.mechanics.jet.dl_dq[i]
+                - work.mechanics.jet.momentum_drift[i]
+                - work.mechanics.scratch[n + i - s * n];
+            work.mechanics.scratch[i - s * n] = force;
         }
         for (i, at) in row.clone().enumerate() {
-            let inverse = &work.mix[at * n..][..n];
+            let inverse = &work.linear.d[at * n..][..n];
             let qdd = -inverse
                 .iter()
-                .zip(&work.scratch[..n])
+                .zip(&work.mechanics.scratch[..n])
                 .map(|(m, f)| m * f)
                 .sum::<f64>()
                 / energy;
-            work.along[at] = qdd;
-            work.residual[at] = self.weights[i] * (qdd - work.qdd[at]);
+            work.linear.along[at] = qdd;
+            work.linear.residual[at] = self.weights[i] * (qdd - work.states.qdd[at]);
             regular &= qdd.is_finite() && qdd.abs() < 1e30;
         }
         for (i, at) in row.clone().enumerate() {
-            let inverse = &mut work.mix[at * n..][..n];
+            let inverse = &mut work.linear.d[at * n..][..n];
             inverse.iter_mut().for_each(|d| *d *= self.weights[i]);
         }
         if !regular {
-            work.singular += usize::from(s < work.count);
-            work.residual[row.clone()].fill(0.0);
-            work.along[row.clone()].fill(0.0);
-            work.mix[s * n * n..][..n * n].fill(0.0);
+            work.linear.singular += usize::from(s < work.count);
+            work.linear.residual[row.clone()].fill(0.0);
+            work.linear.along[row.clone()].fill(0.0);
+            work.linear.d[s * n * n..][..n * n].fill(0.0);
         }
     }
 }

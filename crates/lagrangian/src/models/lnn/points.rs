@@ -33,7 +33,7 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
         let (shape, n) = (self.0, self.0.dof());
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
-            let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
+            let (q, v) = (&work.own.points.q[row.clone()], &work.own.points.v[row]);
             shape.write_still(&mut work.pass, point, q, v);
         }
         let directions = if mass { n } else { 0 };
@@ -41,8 +41,13 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
         work.pass.reverse(&shape.net, packed, directions);
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
-            let v = &work.points.v[row];
-            shape.read(&work.pass, (point, point), (v, None), &mut work.jet);
+            let v = &work.own.points.v[row];
+            shape.read(
+                &work.pass,
+                (point, point),
+                (v, None),
+                &mut work.mechanics.jet,
+            );
         }
     }
 
@@ -56,10 +61,13 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
         let (shape, n) = (self.0, self.0.dof());
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
-            let v = &work.points.v[row];
-            let (alpha, beta) = (work.points.momentum[point], work.points.slope[point]);
+            let v = &work.own.points.v[row];
+            let (alpha, beta) = (
+                work.own.points.momentum[point],
+                work.own.points.slope[point],
+            );
             for d in 0..directions {
-                let weights = &mut work.scratch[..n];
+                let weights = &mut work.mechanics.scratch[..n];
                 for (i, w) in weights.iter_mut().enumerate() {
                     *w = beta * weight(point, d, i);
                 }

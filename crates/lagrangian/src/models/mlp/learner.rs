@@ -47,16 +47,16 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         let (shape, n) = (self.shape, self.shape.dof());
         let outputs = shape.outputs();
         let third = match shape.config.direction {
-            Direction::Inverse => &work.qdd,
-            _ => &work.tau,
+            Direction::Inverse => &work.states.qdd,
+            _ => &work.states.tau,
         };
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
             shape.write(
                 &mut work.pass,
                 s,
-                &work.q[row.clone()],
-                &work.qd[row.clone()],
+                &work.states.q[row.clone()],
+                &work.states.qd[row.clone()],
                 &third[row],
             );
         }
@@ -64,25 +64,29 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         for s in 0..work.pass.samples() {
             for i in 0..outputs {
                 let target = match shape.config.direction {
-                    Direction::Forward => work.qdd[s * n + i],
-                    Direction::Inverse => work.tau[s * n + i],
-                    Direction::Flow if i < n => work.qd[s * n + i],
-                    Direction::Flow => work.qdd[s * n + i - n],
+                    Direction::Forward => work.states.qdd[s * n + i],
+                    Direction::Inverse => work.states.tau[s * n + i],
+                    Direction::Flow if i < n => work.states.qd[s * n + i],
+                    Direction::Flow => work.states.qdd[s * n + i - n],
                 };
                 let scale = shape.output_scale(i) * self.weights[i];
                 let at = s * outputs + i;
                 let found = work.pass.output(&shape.net, 0, s, i).f64();
-                work.residual[at] = scale * found - self.weights[i] * target;
+                work.linear.residual[at] = scale * found - self.weights[i] * target;
                 for j in 0..outputs {
-                    work.mix[at * outputs + j] = if i == j { scale } else { 0.0 };
+                    work.linear.d[at * outputs + j] = if i == j { scale } else { 0.0 };
                 }
             }
         }
     }
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
-        work.pass
-            .reverse_weighted(&self.shape.net, packed, self.shape.outputs(), &work.lambda);
+        work.pass.reverse_weighted(
+            &self.shape.net,
+            packed,
+            self.shape.outputs(),
+            &work.adjoint.lambda,
+        );
         work.pass.add_products(&self.shape.net, &[(0, 0)], gradient);
     }
 
@@ -102,7 +106,7 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         let outputs = shape.outputs();
         work.pass.reverse_features(&shape.net, packed, 0..outputs);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * outputs).enumerate() {
-            shape.slopes(&work.pass, s, &work.q[s * n..][..n], slopes);
+            shape.slopes(&work.pass, s, &work.states.q[s * n..][..n], slopes);
         }
     }
 }

@@ -58,17 +58,17 @@ impl Block {
     pub(super) fn weigh(&mut self, loss: Loss, level: f64, m: usize) {
         let work = &mut self.work;
         self.value = value(work, loss, m);
-        let k = work.mix.len() / work.residual.len();
-        for at in 0..work.residual.len() {
-            let r = work.residual[at];
+        let k = work.linear.d.len() / work.linear.residual.len();
+        for at in 0..work.linear.residual.len() {
+            let r = work.linear.residual[at];
             let weight = match loss {
                 _ if at >= work.count * m => 0.0,
                 // |r| = r² / |r|: squares, reweighted at every step, in units of the mean |r| of the batch.
                 _ if loss.is_absolute() => (level / r.abs().max(SMALL * level)).sqrt(),
                 _ => 1.0,
             };
-            work.residual[at] = r * weight;
-            work.mix[at * k..at * k + k]
+            work.linear.residual[at] = r * weight;
+            work.linear.d[at * k..at * k + k]
                 .iter_mut()
                 .for_each(|d| *d *= weight);
         }
@@ -98,7 +98,7 @@ impl Block {
         let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
         for (at, right) in self.right.iter_mut().enumerate() {
             let along = &self.raw[at / m * k..][..k];
-            let row = &self.work.mix[at * k..][..k];
+            let row = &self.work.linear.d[at * k..][..k];
             *right = row.iter().zip(along).map(|(d, x)| d * x).sum::<f64>();
         }
     }
@@ -109,7 +109,8 @@ impl Block {
         let (kinds, k) = (extra.len() / n, self.raw.len() / BLOCK);
         for (at, raw) in self.raw.iter_mut().enumerate() {
             for e in 0..kinds {
-                *raw += self.work.extra[at * kinds + e] * extra[e * n + learner.coordinate(at % k)];
+                *raw += self.work.linear.extra[at * kinds + e]
+                    * extra[e * n + learner.coordinate(at % k)];
             }
         }
     }
@@ -136,7 +137,7 @@ impl Block {
         for (at, raw) in self.raw.iter_mut().enumerate() {
             let (s, column) = (at / k, at % k);
             *raw = (0..m)
-                .map(|i| self.work.mix[(s * m + i) * k + column] * self.right[s * m + i])
+                .map(|i| self.work.linear.d[(s * m + i) * k + column] * self.right[s * m + i])
                 .sum();
         }
     }
@@ -145,7 +146,7 @@ impl Block {
     pub(super) fn pull_extra_back(&mut self, learner: &dyn Learner<f64>, phi_extra: &mut [f64]) {
         let (n, k, kinds) = (learner.dof(), learner.outputs_each(), learner.extra());
         self.by_sample(learner.points());
-        for (at, slope) in self.work.extra.iter().enumerate() {
+        for (at, slope) in self.work.linear.extra.iter().enumerate() {
             let (output, kind) = (at / kinds, at % kinds);
             let coordinate = learner.coordinate(output % k);
             phi_extra[kind * n + coordinate] += slope * self.raw[output];
@@ -183,7 +184,7 @@ pub(super) fn level(blocks: &[Block], m: usize) -> f64 {
     let residuals = || {
         blocks
             .iter()
-            .flat_map(|b| &b.work.residual[..b.work.count * m])
+            .flat_map(|b| &b.work.linear.residual[..b.work.count * m])
     };
     let counted = blocks.iter().map(|b| b.work.count * b.work.counted);
     let mean = residuals().map(|r| r.abs()).sum::<f64>() / counted.sum::<usize>().max(1) as f64;

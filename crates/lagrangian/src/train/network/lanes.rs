@@ -136,11 +136,11 @@ fn block(batch: usize) -> usize {
 
 /// The loss of the samples of a block that count, `m` residuals each.
 pub(super) fn value<T: Real>(work: &Work<T>, loss: Loss, m: usize) -> LossValue {
-    let residuals = &work.residual[..work.count * m];
+    let residuals = &work.linear.residual[..work.count * m];
     LossValue {
         sum: residuals.iter().map(|&r| loss.of(r)).sum(),
-        count: (work.count - work.singular) * work.counted,
-        singular: work.singular,
+        count: (work.count - work.linear.singular) * work.counted,
+        singular: work.linear.singular,
     }
 }
 
@@ -154,27 +154,30 @@ fn weigh<T: Real>(
 ) {
     let n = learner.dof();
     let (kinds, samples) = (extra.len() / n, work.samples);
-    let (m, k) = (work.residual.len() / samples, work.lambda.len() / samples);
-    work.slope.resize(m, 0.0);
+    let (m, k) = (
+        work.linear.residual.len() / samples,
+        work.adjoint.lambda.len() / samples,
+    );
+    work.adjoint.slope.resize(m, 0.0);
     for s in 0..samples {
         if s >= work.count {
-            work.lambda[s * k..][..k].fill(T::default());
+            work.adjoint.lambda[s * k..][..k].fill(T::default());
             continue;
         }
-        let residuals = &work.residual[s * m..][..m];
-        for (slope, r) in work.slope.iter_mut().zip(residuals) {
+        let residuals = &work.linear.residual[s * m..][..m];
+        for (slope, r) in work.adjoint.slope.iter_mut().zip(residuals) {
             *slope = factor * loss.slope(*r);
         }
-        let mix = &work.mix[s * m * k..][..m * k];
-        for (j, to) in work.lambda[s * k..][..k].iter_mut().enumerate() {
+        let mix = &work.linear.d[s * m * k..][..m * k];
+        for (j, to) in work.adjoint.lambda[s * k..][..k].iter_mut().enumerate() {
             let mut lambda = 0.0;
-            for (slope, mix) in work.slope.iter().zip(mix.chunks_exact(k)) {
+            for (slope, mix) in work.adjoint.slope.iter().zip(mix.chunks_exact(k)) {
                 lambda += mix[j] * slope;
             }
             *to = T::of(lambda);
             for e in 0..kinds {
                 extra[e * n + learner.coordinate(j)] +=
-                    lambda * work.extra[(s * k + j) * kinds + e];
+                    lambda * work.linear.extra[(s * k + j) * kinds + e];
             }
         }
     }

@@ -152,7 +152,14 @@ impl LeastSquares for NetworkProblem<'_> {
             .of(self.used)
             .for_each(|tile| rows.write(tile, system));
         for (b, block) in blocks.iter().enumerate() {
-            for (k, (r, pushed)) in block.work.residual.iter().zip(&block.right).enumerate() {
+            for (k, (r, pushed)) in block
+                .work
+                .linear
+                .residual
+                .iter()
+                .zip(&block.right)
+                .enumerate()
+            {
                 if let Some(row) = rows.of_residual(b, k) {
                     (system.residual[row], system.pushed[row]) = (*r, *pushed);
                 }

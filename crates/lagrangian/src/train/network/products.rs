@@ -12,7 +12,10 @@ pub(super) fn mix(
     out: &mut [f64],
 ) {
     add_extra(left, right, learner, raw);
-    let (m, k) = (left.residual.len() / BLOCK, left.along.len() / BLOCK);
+    let (m, k) = (
+        left.linear.residual.len() / BLOCK,
+        left.linear.along.len() / BLOCK,
+    );
     let raw_size = k * BLOCK;
     out.fill(0.0);
     let mut between = [0.0; BLOCK];
@@ -20,7 +23,7 @@ pub(super) fn mix(
         for (i, l) in (0..m).flat_map(|i| (0..k).map(move |l| (i, l))) {
             // Σ over the outputs of the left sample, then over those of the right ones.
             between.fill(0.0);
-            for (c, d) in left.mix[(s * m + i) * k..][..k].iter().enumerate() {
+            for (c, d) in left.linear.d[(s * m + i) * k..][..k].iter().enumerate() {
                 let source = &raw[(c * BLOCK + s) * raw_size + l * BLOCK..][..BLOCK];
                 if *d != 0.0 {
                     between
@@ -32,7 +35,7 @@ pub(super) fn mix(
             for j in 0..m {
                 let target = &mut out[(i * BLOCK + s) * m * BLOCK + j * BLOCK..][..BLOCK];
                 for (t, (x, y)) in target.iter_mut().zip(&between).enumerate() {
-                    *x += y * right.mix[(t * m + j) * k + l];
+                    *x += y * right.linear.d[(t * m + j) * k + l];
                 }
             }
         }
@@ -43,14 +46,14 @@ pub(super) fn mix(
 fn add_extra(left: &Work<f64>, right: &Work<f64>, learner: &dyn Learner<f64>, raw: &mut [f64]) {
     let kinds = learner.extra();
     let same = |i: usize, j: usize| learner.coordinate(i) == learner.coordinate(j);
-    let k = left.along.len() / BLOCK;
+    let k = left.linear.along.len() / BLOCK;
     for (i, j) in pairs(k).filter(|(i, j)| kinds > 0 && same(*i, *j)) {
         for s in 0..BLOCK {
             let row = &mut raw[(i * BLOCK + s) * k * BLOCK + j * BLOCK..][..BLOCK];
             for e in 0..kinds {
-                let slope = left.extra[(s * k + i) * kinds + e];
+                let slope = left.linear.extra[(s * k + i) * kinds + e];
                 for (t, x) in row.iter_mut().enumerate() {
-                    *x += slope * right.extra[(t * k + j) * kinds + e];
+                    *x += slope * right.linear.extra[(t * k + j) * kinds + e];
                 }
             }
         }

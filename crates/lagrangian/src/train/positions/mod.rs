@@ -29,7 +29,7 @@ pub(crate) trait PointFamily<T: Real>: Send + Sync {
     fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2];
     /// Makes room for what it needs beside the pass.
     fn prepare(&self, _work: &mut Work<T>) {}
-    /// Carries all points forward and back: p, ∂L/∂q and, where `mass` is wanted, M in SI units into `work.jet`.
+    /// Carries all points forward and back: p, ∂L/∂q and, where `mass` is wanted, M in SI units into `work.mechanics.jet`.
     fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, mass: bool);
     /// Fills the components of the scalars Σᵢ weight(point, d, i) (α pᵢ − β ∂L/∂qᵢ)/E, after [`PointFamily::evaluate`].
     fn sensitivities(
@@ -120,10 +120,10 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (n, samples) = (self.family.dof(), work.samples);
-        work.points.resize((self.places(), samples, n));
-        work.jet.resize(work.pass.samples(), n);
+        work.own.points.resize((self.places(), samples, n));
+        work.mechanics.jet.resize(work.pass.samples(), n);
         self.family.prepare(work);
-        work.points.a.copy_from_slice(&work.qdd);
+        work.own.points.a.copy_from_slice(&work.states.qdd);
         self.place(work);
         self.balance(packed, extra, work, true);
         self.mass_as_jacobian(extra, work);
@@ -134,7 +134,7 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
         self.differences(packed, extra, work);
         self.correct(work);
         self.balance(packed, extra, work, false);
-        work.singular = 0;
+        work.linear.singular = 0;
         for s in 0..samples {
             self.residual(s, work);
         }
@@ -142,7 +142,7 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
         let (n, samples, places) = (self.family.dof(), work.samples, self.places());
-        let lambda = std::mem::take(&mut work.lambda);
+        let lambda = std::mem::take(&mut work.adjoint.lambda);
         let weight = |point: usize, _: usize, i: usize| {
             let (s, place) = (point % samples, point / samples);
             lambda[(s * n + i) * places + place].f64()
@@ -150,7 +150,7 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
         self.family.sensitivities(packed, work, 1, &weight);
         let pairs = self.family.pairs(0, 1);
         work.pass.add_products(self.family.net(), &pairs, gradient);
-        work.lambda = lambda;
+        work.adjoint.lambda = lambda;
     }
 
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
@@ -171,10 +171,10 @@ impl<F> PositionsLearner<'_, F> {
 
     /// Sets the points of all samples and their weights; those that a moves are behind the first half.
     fn place<T: Real>(&self, work: &mut Work<T>) {
-        let (samples, n) = (work.samples, work.qd.len() / work.samples);
-        let points = &mut work.points;
+        let (samples, n) = (work.samples, work.states.qd.len() / work.samples);
+        let points = &mut work.own.points;
         for s in 0..samples {
-            let (before, after) = (work.steps[2 * s], work.steps[2 * s + 1]);
+            let (before, after) = (work.states.steps[2 * s], work.states.steps[2 * s + 1]);
             let mean = 0.5 * (before + after);
             let (past, next) = (0.5 * before / mean, 0.5 * after / mean);
             // Share of the step between q and the point, α and β of each place.
@@ -194,7 +194,7 @@ impl<F> PositionsLearner<'_, F> {
                 let row = j * samples + s;
                 (points.momentum[row], points.slope[row]) = (*momentum, *slope);
                 for i in 0..n {
-                    let (q, v) = (work.q[s * n + i], work.qd[s * n + i]);
+                    let (q, v) = (work.states.q[s * n + i], work.states.qd[s * n + i]);
                     let ahead = j >= places.len() / 2;
                     let moved = if ahead {
                         v + mean * points.a[s * n + i]
@@ -219,29 +219,29 @@ impl<F> PositionsLearner<'_, F> {
         self.family.evaluate(packed, work, mass);
         let (n, samples, kinds) = (self.family.dof(), work.samples, self.forces.kinds());
         let (places, energy) = (self.places(), self.family.energy());
-        work.extra.fill(0.0);
+        work.linear.extra.fill(0.0);
         let mut slopes = [0.0; MAX_KINDS];
         for s in 0..samples {
-            let share = |j: usize| work.points.slope[j * samples + s];
+            let share = |j: usize| work.own.points.slope[j * samples + s];
             for i in 0..n {
                 let mut sum = 0.0;
                 for row in (0..places).map(|j| j * samples + s) {
-                    sum += work.points.momentum[row] * work.jet.momentum[row * n + i]
-                        - work.points.slope[row] * work.jet.dl_dq[row * n + i];
+                    sum += work.own.points.momentum[row] * work.mechanics.jet.momentum[row * n + i]
+                        - work.own.points.slope[row] * work.mechanics.jet.dl_dq[row * n + i];
                 }
                 for j in (0..places).filter(|&j| share(j) > 0.0) {
                     let drive = Drive {
-                        qd: work.points.v[(j * samples + s) * n + i],
-                        qdd: work.points.a[s * n + i],
-                        tau: &work.tau[s * n..][..n],
+                        qd: work.own.points.v[(j * samples + s) * n + i],
+                        qdd: work.own.points.a[s * n + i],
+                        tau: &work.states.tau[s * n..][..n],
                     };
                     sum += share(j) * self.forces.force(extra, i, &drive, &mut slopes[..kinds]);
-                    let own = &mut work.extra[(s * n + i) * places * kinds..][..kinds];
+                    let own = &mut work.linear.extra[(s * n + i) * places * kinds..][..kinds];
                     own.iter_mut()
                         .zip(&slopes)
                         .for_each(|(own, slope)| *own += share(j) * slope / energy);
                 }
-                work.points.balance[s * n + i] = sum;
+                work.own.points.balance[s * n + i] = sum;
             }
         }
     }
@@ -249,23 +249,24 @@ impl<F> PositionsLearner<'_, F> {
     /// ∂B/∂a ≈ M behind q.
     fn mass_as_jacobian<T: Real>(&self, extra: &[f64], work: &mut Work<T>) {
         let (samples, places) = (work.samples, self.places());
-        let n = work.qd.len() / samples;
+        let n = work.states.qd.len() / samples;
         for s in 0..samples {
             let row = places / 2 * samples + s;
-            let mass = &mut work.points.jacobian[s * n * n..][..n * n];
-            mass.copy_from_slice(&work.jet.mass_matrix[row * n * n..][..n * n]);
+            let mass = &mut work.own.points.jacobian[s * n * n..][..n * n];
+            mass.copy_from_slice(&work.mechanics.jet.mass_matrix[row * n * n..][..n * n]);
             (0..n).for_each(|i| mass[i * n + i] += self.forces.rotor(extra, i));
         }
     }
 
     /// a ← a − (∂B/∂a)⁻¹ B, and the points follow.
     fn correct<T: Real>(&self, work: &mut Work<T>) {
-        let n = work.qd.len() / work.samples;
-        let points = &mut work.points;
+        let n = work.states.qd.len() / work.samples;
+        let points = &mut work.own.points;
         for s in 0..work.samples {
             let (jacobian, row) = (&points.jacobian[s * n * n..][..n * n], s * n..s * n + n);
-            let change = &mut work.scratch[..n];
+            let change = &mut work.mechanics.scratch[..n];
             if !work
+                .mechanics
                 .solver
                 .solve_general(jacobian, &points.balance[row.clone()], change)
             {
@@ -286,16 +287,16 @@ impl<F> PositionsLearner<'_, F> {
         // The root of a rounding, in units of the velocities.
         let part = if size_of::<T>() == 4 { 1e-3 } else { 1e-7 };
         let step = |work: &Work<T>, s: usize, j: usize| {
-            let mean = 0.5 * (work.steps[2 * s] + work.steps[2 * s + 1]);
+            let mean = 0.5 * (work.states.steps[2 * s] + work.states.steps[2 * s + 1]);
             part * self.family.velocity_scale()[j] / mean
         };
-        let points = &mut work.points;
+        let points = &mut work.own.points;
         points.beside.copy_from_slice(&points.balance);
         for j in 0..n {
             for sign in [1.0, -1.0] {
                 for s in 0..work.samples {
                     let step = sign * step(work, s, j);
-                    work.points.a[s * n + j] += step;
+                    work.own.points.a[s * n + j] += step;
                 }
                 if sign > 0.0 {
                     self.place(work);
@@ -305,12 +306,13 @@ impl<F> PositionsLearner<'_, F> {
             for s in 0..work.samples {
                 let step = step(work, s, j);
                 for i in 0..n {
-                    let change = work.points.balance[s * n + i] - work.points.beside[s * n + i];
-                    work.points.jacobian[(s * n + i) * n + j] = change / step;
+                    let change =
+                        work.own.points.balance[s * n + i] - work.own.points.beside[s * n + i];
+                    work.own.points.jacobian[(s * n + i) * n + j] = change / step;
                 }
             }
         }
-        std::mem::swap(&mut work.points.balance, &mut work.points.beside);
+        std::mem::swap(&mut work.own.points.balance, &mut work.own.points.beside);
     }
 
     /// r = w (â − a), D = −w E (∂B/∂a)⁻¹, the same for all points of a coordinate.
@@ -320,26 +322,30 @@ impl<F> PositionsLearner<'_, F> {
     {
         let (n, places, energy) = (self.family.dof(), self.places(), self.family.energy());
         let (k, row) = (n * places, s * n..s * n + n);
-        let jacobian = &work.points.jacobian[s * n * n..][..n * n];
+        let jacobian = &work.own.points.jacobian[s * n * n..][..n * n];
         let mut regular = true;
-        let (unit, column) = work.scratch.split_at_mut(n);
+        let (unit, column) = work.mechanics.scratch.split_at_mut(n);
         for j in 0..n {
             unit.fill(0.0);
             unit[j] = energy;
-            regular &= work.solver.solve_general(jacobian, unit, &mut column[..n]);
+            regular &= work
+                .mechanics
+                .solver
+                .solve_general(jacobian, unit, &mut column[..n]);
             for (i, (weight, x)) in self.weights.iter().zip(&*column).enumerate() {
-                let mix = &mut work.mix[(s * n + i) * k + j * places..][..places];
+                let mix = &mut work.linear.d[(s * n + i) * k + j * places..][..places];
                 mix.fill(-weight * x);
             }
         }
         for (i, at) in row.clone().enumerate() {
-            work.residual[at] = self.weights[i] * (work.points.a[at] - work.qdd[at]);
-            regular &= work.points.a[at].abs() < 1e30;
+            work.linear.residual[at] =
+                self.weights[i] * (work.own.points.a[at] - work.states.qdd[at]);
+            regular &= work.own.points.a[at].abs() < 1e30;
         }
         if !regular {
-            work.singular += usize::from(s < work.count);
-            work.residual[row].fill(0.0);
-            work.mix[s * n * k..][..n * k].fill(0.0);
+            work.linear.singular += usize::from(s < work.count);
+            work.linear.residual[row].fill(0.0);
+            work.linear.d[s * n * k..][..n * k].fill(0.0);
         }
     }
 }

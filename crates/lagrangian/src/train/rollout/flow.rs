@@ -87,21 +87,21 @@ impl Flow<'_> {
             n, rates, outputs, ..
         } = self.sizes;
         work.count = self.sizes.samples;
-        work.qdd.fill(0.0);
-        work.tau.copy_from_slice(tau);
+        work.states.qdd.fill(0.0);
+        work.states.tau.copy_from_slice(tau);
         let phase = self.learner.phase();
         let second = match phase {
-            true => &mut work.p,
-            false => &mut work.qd,
+            true => &mut work.states.signals.p,
+            false => &mut work.states.signals.qd,
         };
         for (s, x) in x.chunks_exact(2 * n).enumerate() {
-            work.q[s * n..][..n].copy_from_slice(&x[..n]);
+            work.states.signals.q[s * n..][..n].copy_from_slice(&x[..n]);
             second[s * n..][..n].copy_from_slice(&x[n..]);
         }
         if phase {
             // Residuals against no rates are the rates.
-            work.qd.fill(0.0);
-            work.pd.fill(0.0);
+            work.states.qd.fill(0.0);
+            work.states.pd.fill(0.0);
         }
         self.learner
             .unweighted_residuals(self.packed, self.extra, work);
@@ -111,12 +111,12 @@ impl Flow<'_> {
             if !phase {
                 rate[..n].copy_from_slice(&x[s * 2 * n + n..][..n]);
             }
-            let found = &work.residual[s * rates..][..rates];
+            let found = &work.linear.residual[s * rates..][..rates];
             match rates == n {
                 true => rate[n..].copy_from_slice(found),
                 false => rate.iter_mut().zip(found).for_each(|(r, x)| *r += x),
             }
-            let mix = &work.mix[s * rates * outputs..][..rates * outputs];
+            let mix = &work.linear.d[s * rates * outputs..][..rates * outputs];
             let regular = mix.iter().any(|d| *d != 0.0);
             if !regular || rate.iter().any(|r| !r.is_finite() || r.abs() > LARGEST) {
                 failed[s] = true;
@@ -149,7 +149,7 @@ impl Flow<'_> {
         raw.resize(self.sizes.samples * outputs * 2 * n, 0.0);
         self.learner
             .state_slopes(self.packed, self.extra, work, &mut raw);
-        mix.copy_from_slice(&work.mix);
+        mix.copy_from_slice(&work.linear.d);
         let d = 2 * n;
         for (s, slopes) in slopes.chunks_exact_mut(d * d).enumerate() {
             slopes.fill(0.0);

@@ -174,7 +174,7 @@ impl LeastSquares for RolloutProblem<'_> {
         let kinds = learner.extra();
         for unit in units.iter() {
             for (e, raw) in unit.raw.chunks_exact(SEGMENTS * k).enumerate() {
-                let slopes = &unit.block.works[e].extra;
+                let slopes = &unit.block.works[e].linear.extra;
                 for (at, slope) in slopes.iter().enumerate() {
                     let (output, kind) = (at / kinds, at % kinds);
                     phi[net.parameters + kind * n + output % k % n] += slope * raw[output];

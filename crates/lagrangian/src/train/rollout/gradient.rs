@@ -171,13 +171,13 @@ impl Lane {
             for s in 0..sizes.samples {
                 let direct = &block.direct[(s * total + e) * d..][..d];
                 for j in 0..k {
-                    let mix = |i: usize| work.mix[(s * rates + i) * k + j];
+                    let mix = |i: usize| work.linear.d[(s * rates + i) * k + j];
                     let terms = (0..rates).map(|i| direct[d - rates + i] * mix(i));
                     let lambda = if block.failed[s] { 0.0 } else { terms.sum() };
-                    work.lambda[s * k + j] = lambda;
+                    work.adjoint.lambda[s * k + j] = lambda;
                     let kinds = self.extra.len() / n;
                     for kind in 0..kinds {
-                        let slope = work.extra[(s * k + j) * kinds + kind];
+                        let slope = work.linear.extra[(s * k + j) * kinds + kind];
                         self.extra[kind * n + j % n] += lambda * slope;
                     }
                 }

@@ -115,7 +115,7 @@ fn add_extra(left: &Work<f64>, right: &Work<f64>, (n, kinds): (usize, usize), ra
     if kinds == 0 {
         return;
     }
-    let tile = left.along.len();
+    let tile = left.linear.along.len();
     let k = tile / SEGMENTS;
     for (i, j) in (0..k).flat_map(|i| (0..k).map(move |j| (i, j))) {
         if i % n != j % n {
@@ -123,9 +123,9 @@ fn add_extra(left: &Work<f64>, right: &Work<f64>, (n, kinds): (usize, usize), ra
         }
         for s in 0..SEGMENTS {
             let row = &mut raw[(i * SEGMENTS + s) * tile + j * SEGMENTS..][..SEGMENTS];
-            let a = &left.extra[(s * k + i) * kinds..][..kinds];
+            let a = &left.linear.extra[(s * k + i) * kinds..][..kinds];
             for (t, x) in row.iter_mut().enumerate() {
-                let b = &right.extra[(t * k + j) * kinds..][..kinds];
+                let b = &right.linear.extra[(t * k + j) * kinds..][..kinds];
                 *x += crate::solve::dot(a, b);
             }
         }

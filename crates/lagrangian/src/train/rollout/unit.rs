@@ -84,7 +84,7 @@ impl Unit {
             work.pass.push_forward(net, phi, terms, &mut self.wide, raw);
             for (at, raw) in raw.iter_mut().enumerate() {
                 for e in 0..kinds {
-                    *raw += work.extra[at * kinds + e] * phi_extra[e * n + at % k % n];
+                    *raw += work.linear.extra[at * kinds + e] * phi_extra[e * n + at % k % n];
                 }
             }
         }
