@@ -92,7 +92,7 @@ impl<T: Real> Work<T> {
     pub(crate) fn new(learner: &dyn Learner<T>, samples: usize) -> Self {
         let (net, n) = (learner.net(), learner.dof());
         Self {
-            pass: Pass::new(net, samples * learner.points(), learner.room()),
+            pass: Pass::new(net, samples * learner.points(), learner.facts().directions),
             samples,
             count: 0,
             counted: learner.counted(),
@@ -218,78 +218,47 @@ pub(crate) enum At {
     Found(usize),
 }
 
-/// A model family in training. The parameters are those of its network, then `extra` for each coordinate.
-pub(crate) trait Learner<T: Real>: Send + Sync {
-    fn net(&self) -> &Net;
-    fn dof(&self) -> usize;
-    /// Directions that a pass needs room for.
-    fn room(&self) -> usize;
+/// What a learner is, in data.
+pub(crate) struct Facts<'a> {
+    /// The network.
+    pub(crate) net: &'a Net,
+    /// Degrees of freedom n.
+    pub(crate) dof: usize,
+    /// Directions that a pass holds at once.
+    pub(crate) directions: usize,
+    /// Raw outputs S of a sample, k.
+    pub(crate) outputs: usize,
+    /// Residuals of a sample, m.
+    pub(crate) residuals: usize,
+    /// Points of the network that a sample is made of. Where there are several, point j of sample s is row
+    /// j · samples + s of the pass, and raw output i of that point is number i · points + j of the sample.
+    pub(crate) points: usize,
+    /// Whether its states are (q, p), momenta in the place of velocities.
+    pub(crate) phase: bool,
+    /// What is minimised.
+    pub(crate) loss: Loss,
+    /// The weight of each coordinate's residual, `[n]`.
+    pub(crate) weights: &'a [f64],
     /// Forces that are learned beside the network: their parameters are stored `[kinds, n]` behind those of the
     /// network.
-    fn forces(&self) -> Option<&Forces> {
-        None
-    }
-    /// Whether its states are (q, p), momenta in the place of velocities.
-    fn phase(&self) -> bool {
-        false
-    }
-    /// Extra parameters of each coordinate.
-    fn extra(&self) -> usize {
-        self.forces().map_or(0, Forces::kinds)
-    }
+    pub(crate) forces: Option<&'a Forces>,
+}
+
+/// A model family in training. The parameters are those of its network, then those of the forces beside it.
+pub(crate) trait Learner<T: Real>: Send + Sync {
+    fn facts(&self) -> Facts<'_>;
     /// Residual i of a sample depends on the parameters through Σ (component of yz) ⊗ (component of a) over these
     /// pairs of components.
     fn terms(&self) -> Terms;
-    /// Raw outputs S of a sample, k.
-    fn outputs_each(&self) -> usize {
-        self.dof()
-    }
-    /// Points of the network that a sample is made of. Where there are several, point j of sample s is row
-    /// j · samples + s of the pass, and raw output i of that point is number i · points + j of the sample.
-    fn points(&self) -> usize {
-        1
-    }
-    /// The coordinate that raw output `output` of a sample belongs to.
-    fn coordinate(&self, output: usize) -> usize {
-        output / self.points() % self.dof()
-    }
-    /// What is minimised, and the weight of each coordinate's residual, `[n]`.
-    fn loss(&self) -> (Loss, &[f64]);
-    /// Residuals of a sample, m.
-    fn residuals_each(&self) -> usize {
-        self.loss().0.residuals(self.dof())
-    }
-    /// Those of them that count, as the residuals of parameters weigh nothing.
-    fn counted(&self) -> usize {
-        let (m, weights) = (self.residuals_each(), self.loss().1);
-        let held = weights.iter().filter(|w| **w == 0.0).count();
-        m - held * (m / weights.len().max(1))
-    }
-    /// Carries the block forward and fills `residual` and `mix`, all samples of the same weight.
+    /// Carries the block forward and fills `linear`, all samples of the same weight.
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>);
-    /// Carries the block forward and fills `residual` and `mix` (and what the two below need).
-    fn residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
-        self.unweighted_residuals(packed, extra, work);
-        let (loss, weights) = self.loss();
-        let n = weights.len();
-        if loss.weighting == Weighting::Relative {
-            for (s, qdd) in work.states.qdd.chunks_exact(n).enumerate() {
-                let weight = loss.sample_weight(qdd, weights);
-                work.linear.residual[s * n..][..n]
-                    .iter_mut()
-                    .for_each(|r| *r *= weight);
-                work.linear.d[s * n * n..][..n * n]
-                    .iter_mut()
-                    .for_each(|d| *d *= weight);
-            }
-        }
-    }
-    /// Adds ∂(Σ λ·S)/∂parameters to `gradient` (the network's part), for λ in `work.adjoint.lambda` `[samples, k]`.
+    /// Adds ∂(Σ λ·S)/∂parameters to `gradient` (the network's part), for λ in `work.adjoint` `[samples, k]`.
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>);
     /// Fills the components that [`Learner::terms`] names.
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>);
-    /// Writes ∂S/∂(q, q̇) `[samples, k, 2n]` (∂S/∂(q, p) where these are the states) at fixed τ and at the accelerations of `Work::along`, learned forces
-    /// included, after [`Learner::linearise`] (theory.md, equations 95 and 96); NaN for a learner that is no flow.
+    /// Writes ∂S/∂(q, q̇) `[samples, k, 2n]` (∂S/∂(q, p) where these are the states) at fixed τ and at the accelerations
+    /// of [`Linearisation::along`], learned forces included, after [`Learner::linearise`] (theory.md, equations 95 and
+    /// 96); NaN for a learner that is no flow.
     fn state_slopes(
         &self,
         packed: &Packed<T>,
@@ -300,27 +269,81 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
         let _ = (packed, extra, work);
         slopes.fill(f64::NAN);
     }
+}
+
+impl<'a, T: Real> dyn Learner<T> + 'a {
+    pub(crate) fn net(&self) -> &Net {
+        self.facts().net
+    }
+    pub(crate) fn dof(&self) -> usize {
+        self.facts().dof
+    }
+    pub(crate) fn forces(&self) -> Option<&Forces> {
+        self.facts().forces
+    }
+    /// Parameters of each coordinate beside those of the network.
+    pub(crate) fn extra(&self) -> usize {
+        self.forces().map_or(0, Forces::kinds)
+    }
+    pub(crate) fn outputs_each(&self) -> usize {
+        self.facts().outputs
+    }
+    pub(crate) fn residuals_each(&self) -> usize {
+        self.facts().residuals
+    }
+    pub(crate) fn points(&self) -> usize {
+        self.facts().points
+    }
+    /// The coordinate that raw output `output` of a sample belongs to.
+    pub(crate) fn coordinate(&self, output: usize) -> usize {
+        let facts = self.facts();
+        output / facts.points % facts.dof
+    }
+    /// The residuals of a sample that count, as those of parameters weigh nothing.
+    pub(crate) fn counted(&self) -> usize {
+        let Facts {
+            residuals, weights, ..
+        } = self.facts();
+        let held = weights.iter().filter(|w| **w == 0.0).count();
+        residuals - held * (residuals / weights.len().max(1))
+    }
+    /// Carries the block forward and fills `linear`.
+    pub(crate) fn residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
+        self.unweighted_residuals(packed, extra, work);
+        let Facts { loss, weights, .. } = self.facts();
+        if loss.weighting == Weighting::Uniform {
+            return;
+        }
+        let n = weights.len();
+        for (s, qdd) in work.states.qdd.chunks_exact(n).enumerate() {
+            let weight = loss.sample_weight(qdd, weights);
+            let residual = work.linear.residual[s * n..][..n].iter_mut();
+            residual.for_each(|r| *r *= weight);
+            let d = work.linear.d[s * n * n..][..n * n].iter_mut();
+            d.for_each(|d| *d *= weight);
+        }
+    }
     /// Moves parameters back into their domain.
-    fn project(&self, parameters: &mut [f64]) {
+    pub(crate) fn project(&self, parameters: &mut [f64]) {
         let net = self.net();
         let (weights, extra) = parameters.split_at_mut(net.parameters);
         net.project(weights);
         self.project_extra(extra);
     }
     /// The same for those beside the network's.
-    fn project_extra(&self, extra: &mut [f64]) {
+    pub(crate) fn project_extra(&self, extra: &mut [f64]) {
         if let Some(forces) = self.forces() {
             forces.project(extra);
         }
     }
     /// Random weights; friction begins small.
-    fn initialise(&self, seed: u64) -> Vec<f64> {
+    pub(crate) fn initialise(&self, seed: u64) -> Vec<f64> {
         let mut parameters = self.net().initialise(&mut ChaCha8Rng::seed_from_u64(seed));
         parameters.extend(self.forces().map(Forces::initial).unwrap_or_default());
         parameters
     }
     /// Number of all parameters.
-    fn parameters(&self) -> usize {
+    pub(crate) fn parameters(&self) -> usize {
         self.net().parameters + self.extra() * self.dof()
     }
 }

@@ -35,7 +35,7 @@ pub use choice::{Choice, Chosen, Known, Request};
 pub use fit::{Budget, Fit, FitConfig, Optimizer, Precision, fit};
 pub(crate) use forces::{FORCE_NAMES, Forces};
 pub use forces::{ForceTerms, Input};
-pub(crate) use learner::{At, Learner, MAX_DOF, Work};
+pub(crate) use learner::{At, Facts, Learner, MAX_DOF, Work};
 pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};
 pub use natural::{DampingRule, Natural, NaturalConfig, Part, StepSize, System};
 pub(crate) use nominal::remainder;

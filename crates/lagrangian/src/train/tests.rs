@@ -371,7 +371,7 @@ fn gradients_leave_a_parameter_out_and_agree_with_differences() {
         };
         let error = gradient_error(&learner, loss, &held);
         assert!(error < 1e-7, "delan {loss:?}: {error:e}");
-        assert_eq!(Learner::<f64>::counted(&learner), 1);
+        assert_eq!(<dyn Learner<f64>>::counted(&learner), 1);
     }
 }
 

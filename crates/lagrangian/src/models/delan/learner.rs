@@ -5,9 +5,9 @@ use super::{Block, DelanShape};
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
 use crate::train::Forces;
-use crate::train::{At, Learner, Loss, Work};
+use crate::train::{At, Facts, Learner, Loss, Work};
 use nets::simd::Real;
-use nets::{Gradient, Net, Packed, Terms};
+use nets::{Gradient, Packed, Terms};
 
 /// A [`Delan`](crate::lagrangian::Delan) in training.
 ///
@@ -25,30 +25,25 @@ pub(crate) struct DelanLearner<'a> {
 }
 
 impl<T: Real> Learner<T> for DelanLearner<'_> {
-    fn net(&self) -> &Net {
-        &self.shape.net
-    }
-    fn dof(&self) -> usize {
-        self.shape.dof()
-    }
-    fn room(&self) -> usize {
-        self.outputs()
-    }
-    fn forces(&self) -> Option<&Forces> {
-        Some(&self.forces)
-    }
-    fn outputs_each(&self) -> usize {
-        self.outputs()
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            net: &self.shape.net,
+            dof: self.shape.dof(),
+            directions: self.outputs(),
+            outputs: self.outputs(),
+            residuals: self.loss.residuals(self.shape.dof()),
+            points: 1,
+            phase: false,
+            loss: self.loss,
+            weights: &self.weights[..self.shape.dof()],
+            forces: Some(&self.forces),
+        }
     }
 
     fn terms(&self) -> Terms {
         let k = self.outputs();
         let pairs = |i| vec![(0, 2 + i), (1 + i, 1), (1 + k + i, 0)];
         Terms::new((0..k).map(pairs).collect())
-    }
-
-    fn loss(&self) -> (Loss, &[f64]) {
-        (self.loss, &self.weights[..self.shape.dof()])
     }
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {

@@ -3,10 +3,10 @@
 
 use super::{HnnNet, HnnShape, Momenta, Unit};
 use crate::train::Forces;
-use crate::train::{At, Learner, Loss, Work};
+use crate::train::{At, Facts, Learner, Loss, Work};
 use crate::trajectory::Signals;
 use nets::simd::Real;
-use nets::{Gradient, Net, Packed, Terms};
+use nets::{Gradient, Packed, Terms};
 
 /// An [`Hnn`](crate::hamiltonian::Hnn) in training:
 ///
@@ -25,26 +25,19 @@ pub(crate) struct HnnLearner<'a> {
 }
 
 impl<T: Real> Learner<T> for HnnLearner<'_> {
-    fn net(&self) -> &Net {
-        self.shape.layers()
-    }
-    fn dof(&self) -> usize {
-        self.shape.dof()
-    }
-    fn room(&self) -> usize {
-        2 * self.shape.dof()
-    }
-    fn forces(&self) -> Option<&Forces> {
-        Some(&self.forces)
-    }
-    fn phase(&self) -> bool {
-        self.phase
-    }
-    fn outputs_each(&self) -> usize {
-        2 * self.shape.dof()
-    }
-    fn residuals_each(&self) -> usize {
-        2 * self.shape.dof()
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            net: self.shape.layers(),
+            dof: self.shape.dof(),
+            directions: 2 * self.shape.dof(),
+            outputs: 2 * self.shape.dof(),
+            residuals: 2 * self.shape.dof(),
+            points: 1,
+            phase: self.phase,
+            loss: self.loss,
+            weights: &self.weights[..self.shape.dof()],
+            forces: Some(&self.forces),
+        }
     }
 
     fn terms(&self) -> Terms {
@@ -55,10 +48,6 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
             false => vec![(0, 2 + d), (1 + k + d, 0)],
         };
         Terms::new((0..k).map(pairs).collect())
-    }
-
-    fn loss(&self) -> (Loss, &[f64]) {
-        (self.loss, &self.weights[..self.shape.dof()])
     }
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {

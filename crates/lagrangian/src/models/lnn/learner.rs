@@ -5,9 +5,9 @@ use super::LnnShape;
 use crate::rigid::RigidBodies;
 use crate::solve::Regularity;
 use crate::train::Forces;
-use crate::train::{At, Learner, Loss, Work};
+use crate::train::{At, Facts, Learner, Loss, Work};
 use nets::simd::Real;
-use nets::{Gradient, Net, Packed, Terms};
+use nets::{Gradient, Packed, Terms};
 
 /// An [`Lnn`](crate::lagrangian::Lnn) in training.
 #[derive(Debug)]
@@ -22,27 +22,25 @@ pub(crate) struct LnnLearner<'a> {
 }
 
 impl<T: Real> Learner<T> for LnnLearner<'_> {
-    fn net(&self) -> &Net {
-        &self.shape.net
-    }
-    fn dof(&self) -> usize {
-        self.shape.dof()
-    }
-    fn room(&self) -> usize {
-        self.shape.dof()
-    }
-    fn forces(&self) -> Option<&Forces> {
-        Some(&self.forces)
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            net: &self.shape.net,
+            dof: self.shape.dof(),
+            directions: self.shape.dof(),
+            outputs: self.shape.dof(),
+            residuals: self.loss.residuals(self.shape.dof()),
+            points: 1,
+            phase: false,
+            loss: self.loss,
+            weights: self.weights,
+            forces: Some(&self.forces),
+        }
     }
 
     fn terms(&self) -> Terms {
         let n = self.shape.dof();
         let pairs = |i| vec![(0, 2 + n + i), (1, 2 + i), (2 + i, 1), (2 + n + i, 0)];
         Terms::of_value((0..n).map(pairs).collect())
-    }
-
-    fn loss(&self) -> (Loss, &[f64]) {
-        (self.loss, self.weights)
     }
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {

@@ -1,9 +1,9 @@
 //! Training of plain networks.
 
 use super::{Direction, MlpShape};
-use crate::train::{Learner, Loss, Work};
+use crate::train::{Facts, Learner, Loss, Work};
 use nets::simd::Real;
-use nets::{Gradient, Net, Packed, Terms};
+use nets::{Gradient, Packed, Terms};
 
 /// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse,
 /// (q̇, q̈) of a flow.
@@ -16,31 +16,24 @@ pub(crate) struct MlpLearner<'a> {
 }
 
 impl<T: Real> Learner<T> for MlpLearner<'_> {
-    fn net(&self) -> &Net {
-        &self.shape.net
-    }
-    fn dof(&self) -> usize {
-        self.shape.dof()
-    }
-    fn room(&self) -> usize {
-        // The sensitivities of the outputs stand in the first components.
-        self.shape.outputs().div_ceil(2)
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            net: &self.shape.net,
+            dof: self.shape.dof(),
+            // The sensitivities of the outputs stand in the first components.
+            directions: self.shape.outputs().div_ceil(2),
+            outputs: self.shape.outputs(),
+            residuals: self.shape.outputs(),
+            points: 1,
+            phase: false,
+            loss: self.loss,
+            weights: self.weights,
+            forces: None,
+        }
     }
 
     fn terms(&self) -> Terms {
         Terms::new((0..self.shape.outputs()).map(|i| vec![(i, 0)]).collect())
-    }
-
-    fn outputs_each(&self) -> usize {
-        self.shape.outputs()
-    }
-
-    fn residuals_each(&self) -> usize {
-        self.shape.outputs()
-    }
-
-    fn loss(&self) -> (Loss, &[f64]) {
-        (self.loss, self.weights)
     }
 
     fn unweighted_residuals(&self, packed: &Packed<T>, _extra: &[f64], work: &mut Work<T>) {

@@ -13,7 +13,7 @@
 //! implicit function theorem ∂r/∂θ = −w (∂B/∂a)⁻¹ ∂B/∂θ at â: a Lagrangian that is small everywhere gains nothing.
 
 use super::forces::{Drive, Forces};
-use super::learner::{Learner, Work};
+use super::learner::{Facts, Learner, Work};
 use super::loss::Loss;
 use crate::integrate::Rule;
 use nets::simd::Real;
@@ -92,27 +92,22 @@ pub(crate) struct PositionsLearner<'a, F> {
 pub(crate) const CHORDS: usize = 2;
 
 impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
-    fn net(&self) -> &Net {
-        self.family.net()
+    fn facts(&self) -> Facts<'_> {
+        let n = self.family.dof();
+        Facts {
+            net: self.family.net(),
+            dof: n,
+            directions: n,
+            outputs: self.places() * n,
+            residuals: self.loss.residuals(n),
+            points: self.places(),
+            phase: false,
+            loss: self.loss,
+            weights: self.weights,
+            forces: Some(&self.forces),
+        }
     }
-    fn dof(&self) -> usize {
-        self.family.dof()
-    }
-    fn room(&self) -> usize {
-        self.family.dof()
-    }
-    fn points(&self) -> usize {
-        self.places()
-    }
-    fn outputs_each(&self) -> usize {
-        self.places() * self.family.dof()
-    }
-    fn forces(&self) -> Option<&Forces> {
-        Some(&self.forces)
-    }
-    fn loss(&self) -> (Loss, &[f64]) {
-        (self.loss, self.weights)
-    }
+
     fn terms(&self) -> Terms {
         let n = self.family.dof();
         Terms::new((0..n).map(|i| self.family.pairs(i, n).to_vec()).collect())

@@ -89,7 +89,7 @@ impl Flow<'_> {
         work.count = self.sizes.samples;
         work.states.qdd.fill(0.0);
         work.states.tau.copy_from_slice(tau);
-        let phase = self.learner.phase();
+        let phase = self.learner.facts().phase;
         let second = match phase {
             true => &mut work.states.signals.p,
             false => &mut work.states.signals.qd,
