@@ -37,7 +37,10 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     )
 };
 
-const CONTESTANTS: [Contestant<fn() -> Box<dyn Family>>; 4] = [
+/// Makes a family of models.
+type MakeFamily = fn() -> Box<dyn Family>;
+
+const CONTESTANTS: [Contestant<MakeFamily>; 4] = [
     contestant("lnn", "Lagrangian network, free", Role::Lnn, || {
         families::lnn(WIDTH)
     }),
@@ -83,7 +86,7 @@ fn run(lab: &mut Lab) -> Result<()> {
 fn measure(
     lab: &mut Lab,
     field: Field,
-    who: &Contestant<fn() -> Box<dyn Family>>,
+    who: &Contestant<MakeFamily>,
     seed: u64,
     truth: &Orbit,
 ) -> Result<()> {

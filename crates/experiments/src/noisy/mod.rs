@@ -59,7 +59,10 @@ const LOSSES: [(&str, &str, Prediction); 5] = [
 const NARROW: usize = 16;
 const WIDTH: usize = 32;
 
-const FAMILIES: [Contestant<fn() -> Box<dyn Family>>; 4] = [
+/// Makes a family of models.
+type MakeFamily = fn() -> Box<dyn Family>;
+
+const FAMILIES: [Contestant<MakeFamily>; 4] = [
     contestant("lnn", "LNN", Role::Lnn, || families::convex(NARROW)),
     contestant("delan", "DeLaN", Role::Other(0), || families::delan(NARROW)),
     contestant("neural_ode", "neural ODE", Role::Baseline, || {
@@ -164,12 +167,7 @@ fn measure(lab: &mut Lab, system: &str, protocol: &Protocol) -> Result<()> {
 }
 
 /// Errors and valid times over the losses, and valid times over the step of the rollout.
-fn draw(
-    lab: &mut Lab,
-    group: &str,
-    family: &Contestant<fn() -> Box<dyn Family>>,
-    along: &[Errors],
-) {
+fn draw(lab: &mut Lab, group: &str, family: &Contestant<MakeFamily>, along: &[Errors]) {
     let id = group.replace([',', '%', ' '], "");
     let places: Vec<f64> = (0..along.len()).map(|k| k as f64).collect();
     let mut plot = |what: &str, title: &str, [x, y]: [Axis; 2], values: (&[f64], Vec<f64>)| {

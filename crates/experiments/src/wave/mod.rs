@@ -241,7 +241,7 @@ fn measure(
             .add("seconds_1000", test.seconds)
             .add("pulse_speed_error_1000", pulse);
     }
-    Ok(lab.progress.check()?)
+    lab.progress.check()
 }
 
 fn record(row: &mut Row, test: &FieldTest) {
@@ -404,7 +404,8 @@ fn cost(lab: &mut Lab, system: &WaveSystem) -> Result<()> {
         false => &[10, 30, 100, 300, 1000, 3000, 10_000],
     };
     let costs = step_costs(density, sizes, if lab.quick() { 2 } else { 7 })?;
-    let parts: [(&str, Role, fn(&StepCost) -> Option<f64>); 3] = [
+    type Of = fn(&StepCost) -> Option<f64>;
+    let parts: [(&str, Role, Of); 3] = [
         ("whole evaluation", Role::Lnn, |c| Some(c.seconds)),
         ("banded solve", Role::Other(0), |c| Some(c.solve)),
         ("dense assembly and solve", Role::Baseline, |c| c.dense),

@@ -159,6 +159,9 @@ impl FitConfig {
 
 impl Budget {
     /// Refuses a budget of nothing, and a validation that never comes.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the first of them.
     pub fn check(self, validate_every: usize) -> Result<()> {
         if validate_every == 0 {
             return refuse("validate_every", "0", "at least 1");

@@ -7,6 +7,8 @@
 //! | J | ∂r/∂θ, never formed | N × P |
 //! | φ | a direction in the space of the parameters | P |
 
+use std::ops::Add;
+
 use nets::simd::AdamRule;
 
 use super::batch::Samples;
@@ -53,10 +55,13 @@ impl LossValue {
             self.sum / self.count as f64
         }
     }
+}
 
-    /// The value on both batches together.
-    #[must_use]
-    pub fn add(self, other: Self) -> Self {
+/// The value on both batches together.
+impl Add for LossValue {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
         Self {
             sum: self.sum + other.sum,
             count: self.count + other.count,

@@ -248,7 +248,7 @@ pub(crate) fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &S
         loss,
         &parameters,
         Batch {
-            samples: samples,
+            samples,
             indices: &numbers,
         },
         Some(&mut gradient),
@@ -268,7 +268,7 @@ pub(crate) fn gradient_error(learner: &dyn Learner<f64>, loss: Loss, samples: &S
                     loss,
                     &moved,
                     Batch {
-                        samples: samples,
+                        samples,
                         indices: &numbers,
                     },
                     None,

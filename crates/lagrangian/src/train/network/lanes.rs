@@ -18,7 +18,7 @@ struct Lane<T: Real> {
     value: LossValue,
 }
 
-/// LossValues and gradients of a loss over batches.
+/// Values and gradients of a loss over batches.
 pub(crate) struct Batches<T: Real> {
     lanes: Vec<Lane<T>>,
     pub(crate) packed: Packed<T>,
@@ -86,7 +86,7 @@ impl<T: Real> Batches<T> {
             for indices in indices.chunks(block).skip(l).step_by(lanes) {
                 samples.gather(indices, &mut lane.work);
                 learner.residuals(packed, extra, &mut lane.work);
-                lane.value = lane.value.add(value(&lane.work, loss, m));
+                lane.value = lane.value + value(&lane.work, loss, m);
                 if wanted {
                     weigh(&mut lane.work, learner, loss, factor, &mut lane.extra);
                     learner.pull_back(packed, &mut lane.work, &mut lane.gradient);
@@ -100,7 +100,7 @@ impl<T: Real> Batches<T> {
         }
         self.lanes
             .iter()
-            .fold(LossValue::default(), |sum, lane| sum.add(lane.value))
+            .fold(LossValue::default(), |sum, lane| sum + lane.value)
     }
 
     /// Adds the parts of all lanes to the first, in their order.

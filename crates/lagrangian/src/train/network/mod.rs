@@ -11,6 +11,8 @@ mod tiles;
 pub(crate) use descent::NetworkDescent;
 pub(crate) use lanes::Batches;
 
+use std::ops::Add;
+
 use rayon::prelude::*;
 
 use block::{BLOCK, Block, Direction, level};

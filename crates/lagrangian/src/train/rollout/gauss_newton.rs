@@ -4,6 +4,8 @@
 //! the way back and Jₑ as for a loss of accelerations. Free starts are parameters of their segments alone: they add
 //! C Cᵀ to J Jᵀ (theory.md, equation 99).
 
+use std::ops::Add;
+
 use rayon::prelude::*;
 
 use super::config::{RolloutLoss, SEGMENTS};

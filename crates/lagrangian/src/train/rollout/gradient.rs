@@ -29,7 +29,7 @@ struct Lane {
     value: LossValue,
 }
 
-/// LossValues and gradients over batches of segments.
+/// Values and gradients over batches of segments.
 pub(super) struct Shooting {
     lanes: Vec<Lane>,
     packed: Packed<f64>,
@@ -88,7 +88,7 @@ impl Shooting {
             };
             for begins in begins.chunks(SEGMENTS).skip(l).step_by(lanes) {
                 lane.block.shoot(&flow, task, begins);
-                lane.value = lane.value.add(lane.block.value());
+                lane.value = lane.value + lane.block.value();
                 if let Some(factor) = factor {
                     lane.descend(&flow, task, factor);
                 }
@@ -110,7 +110,7 @@ impl Shooting {
         }
         self.lanes
             .iter()
-            .fold(LossValue::default(), |sum, lane| sum.add(lane.value))
+            .fold(LossValue::default(), |sum, lane| sum + lane.value)
     }
 }
 
