@@ -64,7 +64,7 @@ impl Letters {
     /// Reads `characters.csv`: columns trajectory, t, q, qd, qdd, tau, and the parts inertial, coriolis, gravity.
     ///
     /// # Errors
-    /// As [`csv::read`]; [`Error::Shape`] where a letter of [`TEST`] or all others are missing.
+    /// As [`csv::read`]; [`Error::Shape`] where a test letter or all others are missing.
     pub fn read(file: &[u8]) -> Result<Self> {
         let (coordinates, motions) = column(file, "tau")?;
         let [inertial, coriolis, gravity] = ["inertial", "coriolis", "gravity"].map(|part| {
