@@ -94,16 +94,16 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     };
     let page = draw::html(&page.report(Links::default())?);
     folder.write(REPORT, page.as_bytes())?;
-    let model = folder.file(MODEL);
+    let improved = improved(&fit, &config, &args);
     if manner.json {
         output::print_json(&json!({
             "command": "fit",
             "out": args.out,
-            "model": model,
+            "model": folder.file(MODEL),
             "report": folder.file(REPORT),
             "family": fit.model.family(),
             "ending": fit.ending,
-            "improved": improved(&fit, &config, &args),
+            "improved": improved,
             "steps": fit.steps,
             "seconds": fit.seconds,
             "loss": fit.best,
@@ -115,37 +115,43 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             "parameters": fit.model.parameters(),
         }))?;
     } else {
-        eprintln!(
-            "model: {} (loss {:.3e} at step {})",
-            model.display(),
-            fit.best,
-            fit.best_step
-        );
-        let all = fit.model.parameters();
-        for p in all.iter().filter(|p| shown(&fit.model, p)) {
-            let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
-            let error = error.unwrap_or_default();
-            eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
-        }
-        eprintln!("page:  {}", folder.file(REPORT).display());
+        tell(folder, &fit);
     }
-    Ok(match fit.ending {
-        Ending::Interrupted => ExitCode::from(INTERRUPTED),
-        _ if improved(&fit, &config, &args) => ExitCode::SUCCESS,
-        _ => {
-            eprintln!(
-                "{}",
-                failure::describe(&mistake(
-                    format!(
-                        "the fit did not improve: its best loss is {:.3e}, at step {}; the model is kept",
-                        fit.best, fit.best_step
-                    ),
-                    "look at the data with `lagrangian check`; take a smaller --learning-rate, --optimizer adam, or --form convex",
-                ))
-            );
-            ExitCode::from(FAILED)
-        }
-    })
+    Ok(exit_code(&fit, improved))
+}
+
+/// What a person reads of a fit.
+fn tell(folder: &RunFolder, fit: &Fit) {
+    eprintln!(
+        "model: {} (loss {:.3e} at step {})",
+        folder.file(MODEL).display(),
+        fit.best,
+        fit.best_step
+    );
+    let all = fit.model.parameters();
+    for p in all.iter().filter(|p| shown(&fit.model, p)) {
+        let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
+        let error = error.unwrap_or_default();
+        eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
+    }
+    eprintln!("page:  {}", folder.file(REPORT).display());
+}
+
+/// The exit code of a fit; of one that did not improve, after a word about it.
+fn exit_code(fit: &Fit, improved: bool) -> ExitCode {
+    if fit.ending == Ending::Interrupted {
+        return ExitCode::from(INTERRUPTED);
+    }
+    if improved {
+        return ExitCode::SUCCESS;
+    }
+    let finding = format!(
+        "the fit did not improve: its best loss is {:.3e}, at step {}; the model is kept",
+        fit.best, fit.best_step
+    );
+    let remedy = "look at the data with `lagrangian check`; take a smaller --learning-rate, --optimizer adam, or --form convex";
+    eprintln!("{}", failure::describe(&mistake(finding, remedy)));
+    ExitCode::from(FAILED)
 }
 
 /// Whether the loss became finite and better than that of a model that predicts nothing, which is 1 on motions like

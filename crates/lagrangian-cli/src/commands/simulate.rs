@@ -30,24 +30,7 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
         output::refuse_existing(path, existing)?;
     }
     let system = system(args)?;
-    let times = rollout::times(args.motion.duration, args.motion.step).advise(
-        "cannot simulate",
-        "give a shorter --duration or a longer --step",
-    )?;
-    refuse_too_many(args.trajectories, times.len())?;
-    let starts = starts(args, &*system)?;
-    let n = system.coordinates().dof();
-    let drive = rollout::sines(n, args.drive.unwrap_or(0.0), args.seed);
-    let friction = Dissipation::viscous(vec![args.friction; n]);
-    let force = rollout::with_friction(&drive, &friction);
-    let options = args.motion.options();
-    let mut rollouts = rollout_many(&*system, &starts, &times, &force, &options).advise(
-        "cannot simulate",
-        "give --q0 and --qd0 one value per coordinate, or neither for a random start",
-    )?;
-    rollouts
-        .iter_mut()
-        .for_each(|rollout| rollout::record_forces(&mut rollout.trajectory, &drive));
+    let mut rollouts = motions(args, &*system)?;
     let summaries: Vec<Summary> = rollouts
         .iter()
         .map(|rollout| Summary::of(rollout, &*system))
@@ -103,6 +86,29 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
         );
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The motions of the system, with the forces that drove them.
+fn motions(args: &SimulateArgs, system: &dyn AnalyticModel) -> Result<Vec<Rollout>> {
+    let times = rollout::times(args.motion.duration, args.motion.step).advise(
+        "cannot simulate",
+        "give a shorter --duration or a longer --step",
+    )?;
+    refuse_too_many(args.trajectories, times.len())?;
+    let starts = starts(args, system)?;
+    let n = system.coordinates().dof();
+    let drive = rollout::sines(n, args.drive.unwrap_or(0.0), args.seed);
+    let friction = Dissipation::viscous(vec![args.friction; n]);
+    let force = rollout::with_friction(&drive, &friction);
+    let options = args.motion.options();
+    let mut rollouts = rollout_many(system, &starts, &times, &force, &options).advise(
+        "cannot simulate",
+        "give --q0 and --qd0 one value per coordinate, or neither for a random start",
+    )?;
+    rollouts
+        .iter_mut()
+        .for_each(|rollout| rollout::record_forces(&mut rollout.trajectory, &drive));
+    Ok(rollouts)
 }
 
 /// Samples of all trajectories at most: they are held in memory.
