@@ -84,7 +84,7 @@ impl FitConfig {
         if let Some(first) = self.batch_first
             && !(1..=self.batch).contains(&first)
         {
-            let must = "between 1 and the samples of a later step";
+            let must = "between 1 and the samples of a later step (`batch`)";
             return refuse("first batch", first.to_string(), must);
         }
         let residuals = self.batch * self.residuals(dataset.train.n);

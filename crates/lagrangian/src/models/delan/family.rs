@@ -214,12 +214,12 @@ impl LearnedLagrangian for Delan {
     }
 }
 
-/// Loads a network whose mass matrix depends on `inertia`.
+/// Loads a network. One saved as a vin has a constant mass matrix; a vin of an older version was saved as a delan.
 pub(crate) fn load(saved: &SavedModel, inertia: Inertia) -> Result<Learned> {
     let header = &saved.header;
     let [weights, rotors] = saved.vectors([WEIGHTS, ROTORS])?;
     let config: DelanConfig = saved::read("architecture", &header.architecture)?;
-    if config.inertia != inertia {
+    if inertia == Inertia::Constant && config.inertia != inertia {
         let reason = format!("a {} of another inertia", header.family);
         return Err(saved::damaged(reason));
     }

@@ -187,7 +187,7 @@ pub fn identify(dataset: &Dataset, config: &RigidConfig, dissipation: bool) -> R
         return Err(Error::Argument {
             name: "forces",
             value: "none".into(),
-            must: "recorded: a rigid chain is identified from torques; a network such as lnn learns from free motions too",
+            must: "recorded (`tau`): a rigid chain is identified from torques; a network such as lnn learns from free motions too",
         });
     }
     let angles = match config.angles {

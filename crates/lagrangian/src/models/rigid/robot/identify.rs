@@ -46,7 +46,7 @@ pub(crate) fn identify(
         return Err(Error::Argument {
             name: "forces",
             value: "none".into(),
-            must: "recorded: a robot is identified from torques",
+            must: "recorded (`tau`): a robot is identified from torques",
         });
     }
     let problem = Problem::new(dataset, &robot, smoothing, dissipation);
