@@ -8,6 +8,7 @@
 
 pub mod delan;
 mod family;
+pub mod features;
 pub mod hnn;
 mod learned;
 pub mod lnn;
@@ -36,4 +37,5 @@ pub const FAMILIES: &[Entry] = &[
     mlp::family::ENTRY,
     neural_ode::family::ENTRY,
     rigid::ENTRY,
+    features::family::ENTRY,
 ];

@@ -1,0 +1,124 @@
+//! Random features as a family: what they can be fitted to, their settings, their saved form.
+
+use serde_json::Value;
+
+use super::{FeatureLagrangian, FeaturesConfig, solve};
+use crate::dataset::Dataset;
+use crate::models::family::{self, Abilities, Entry, Family, Plan};
+use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
+use crate::models::settings as shared;
+use crate::saved::{self, SavedModel};
+use crate::settings::{Kind, Range, Setting};
+use crate::train::{FitConfig, Loss};
+use crate::{Error, Result};
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "a Lagrangian linear in random features, solved for at once by ridge regression",
+    default: family::default::<FeaturesConfig>,
+    settings: SETTINGS,
+    choose: family::no_choice,
+    read: family::read::<FeaturesConfig>,
+    saved_as: &[NAME],
+    load,
+};
+
+const NAME: &str = "features";
+
+/// What people can set of random features.
+const SETTINGS: &[Setting] = &[
+    Setting::new(
+        "width",
+        Kind::Integer {
+            min: 1,
+            max: super::MAX_WIDTH as u64,
+        },
+        "The number of random features",
+    )
+    .or("128"),
+    shared::ACTIVATION,
+    Setting::new(
+        "spread",
+        Kind::Number(Range::Positive),
+        "The standard deviation of the random weights, for inputs of order one: larger for Lagrangians with more detail",
+    )
+    .or("0.05"),
+];
+
+impl Family for FeaturesConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn settings(&self) -> Result<Value> {
+        saved::describe(self)
+    }
+
+    fn summary(&self) -> String {
+        format!("{} random features, {:?}", self.width, self.activation)
+    }
+
+    fn abilities(&self) -> Abilities {
+        // Whatever is compared, the balance of forces is what the weights are solved from.
+        const LOSSES: &[Loss] = &[
+            Loss::ACCELERATION,
+            Loss::ACCELERATION_RELATIVE,
+            Loss::ACCELERATION_L1,
+            Loss::TORQUE,
+            Loss::TORQUE_L1,
+        ];
+        let remedy =
+            "acceleration or torque: random features are solved from the balance of forces";
+        Abilities {
+            solved: true,
+            ..Abilities::of_losses(LOSSES, remedy)
+        }
+    }
+
+    fn check(&self, _dataset: &Dataset, config: &FitConfig) -> Result<()> {
+        if config.forces.is_none() {
+            return Ok(());
+        }
+        Err(Error::Argument {
+            name: "forces",
+            value: "some beside random features".into(),
+            must: "none: take a network such as lnn to learn friction too",
+        })
+    }
+
+    fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+        self.validate()?;
+        let (own, seed) = (self.clone(), config.seed);
+        let solve = move |dataset: &Dataset| solve::solve(dataset, &own, seed);
+        Ok(Plan::Solve(Box::new(solve)))
+    }
+
+    fn boxed(&self) -> Box<dyn Family> {
+        Box::new(self.clone())
+    }
+}
+
+impl LearnedLagrangian for FeatureLagrangian {
+    fn description(&self) -> Description {
+        Description::mechanical(NAME, "A Lagrangian linear in random features")
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        let network = self.network();
+        Stored::new(NAME, self.config(), network.scaling(), network.parameters())
+    }
+
+    fn boxed(&self) -> Box<dyn LearnedLagrangian> {
+        Box::new(self.clone())
+    }
+}
+
+fn load(saved: &SavedModel) -> Result<Learned> {
+    let header = &saved.header;
+    let config = saved::read("architecture", &header.architecture)?;
+    let scaling = saved::read("scaling", &header.scaling)?;
+    let coordinates = header.coordinates.clone();
+    let lagrangian = FeatureLagrangian::new(coordinates, config, scaling, saved.weights()?)?;
+    Ok(saved.moving(lagrangian)?.into())
+}
