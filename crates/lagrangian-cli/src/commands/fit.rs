@@ -57,6 +57,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     let robot = args.robot.read()?;
     let dataset = dataset(&args, &data)?;
     let mut record = record(&args, &data, robot.as_ref())?;
+    let warnings = data.check.count(Verdict::Warn);
     let (judged, estimates) = data.judged();
     let Chosen { config, choices } = choose(&args, &dataset, &estimates, robot)?;
     record.choices.clone_from(&choices);
@@ -64,6 +65,9 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` tells what the flags may be",
     )?;
+    if warnings > 0 {
+        eprintln!("note: warnings about the data: {warnings}; the page lists them");
+    }
     let begun = match &checkpoint {
         Some(_) => same_data(&record, folder.record()?)?,
         None => {
@@ -309,13 +313,7 @@ fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Re
         .iter()
         .find(|item| item.verdict == Verdict::Fail)
     {
-        None => {
-            let warnings = report.count(Verdict::Warn);
-            if warnings > 0 {
-                eprintln!("note: warnings about the data: {warnings}; the page lists them");
-            }
-            Ok(report)
-        }
+        None => Ok(report),
         Some(item) => Err(mistake(
             format!(
                 "a fit of this data would be meaningless: {}{}: {}",

@@ -460,13 +460,13 @@ fn a_hamiltonian_network_says_what_it_needs() {
         ("plain.csv --model hnn --form convex", "--model lnn"),
         (
             "plain.csv --model hnn --masses 1 --loss torque",
-            "left away",
+            "acceleration",
         ),
         ("plain.csv --model hnn --p q9", "--p"),
         ("driven.csv --model hnn --momenta velocities", "--masses"),
         (
             "plain.csv --model hnn --momenta velocities --dissipation",
-            "left away",
+            "omitted",
         ),
         (
             "plain.csv --model hnn --masses 1 --nominal two_link_arm",

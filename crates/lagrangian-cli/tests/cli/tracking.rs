@@ -160,7 +160,7 @@ fn loops_that_make_no_sense_are_refused_with_a_hint() {
         (format!("{arm} --delay 999999999"), "at most 10000 ticks"),
         (format!("{arm} --delay 1.5"), "--delay"),
         (format!("{arm} --controller bang"), "computed-torque"),
-        (format!("{arm} --joints elbow"), "leave --joints away"),
+        (format!("{arm} --joints elbow"), "omit --joints"),
         (format!("{arm} --set mass=1"), "mass1"),
         (format!("{arm} --payload -1"), "0 or above"),
         (format!("{arm} --out motion.xlsx"), "npz"),
