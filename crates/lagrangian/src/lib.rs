@@ -49,7 +49,7 @@
 //! ```
 //! use lagrangian::dataset::split;
 //! use lagrangian::rollout::{energy_error, free, times};
-//! use lagrangian::{Budget, Dataset, Family, FitConfig, LnnConfig, RolloutOptions, analytic, fit, rollout};
+//! use lagrangian::{Budget, Dataset, FitConfig, LnnConfig, RolloutOptions, analytic, fit, rollout};
 //!
 //! // Ten motions of a pendulum; recordings come from files instead (`Format::read`).
 //! let pendulum = analytic::by_name("pendulum", &[("length", 0.5)])?;
