@@ -137,11 +137,11 @@ impl Family for HnnConfig {
             );
         }
         if !self.momenta.canonical() && dataset.forced {
-            let must = "recorded, or p = m q̇ with masses: a force changes p, not q̇";
+            let must = "recorded, or p = m q̇ with `masses`: a force changes p, not q̇";
             return argument("momenta", "velocities, with forces in the data", must);
         }
         if !self.momenta.canonical() && forces {
-            let must = "omitted, or momenta recorded or p = m q̇ with masses";
+            let must = "omitted, or momenta recorded or p = m q̇ with `masses`";
             return argument("forces", "beside velocities in the place of momenta", must);
         }
         family::check_first_order(config)?;
