@@ -7,7 +7,7 @@ use lagrangian::Coordinates;
 use lagrangian::dataset::Dataset;
 use lagrangian::lagrangian::{DelanConfig, LnnConfig, Scaling};
 use lagrangian::train::{
-    AdamConfig, Budget, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress, Stepper, fit,
+    AdamConfig, Budget, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress, fit,
 };
 use serde_json::json;
 
@@ -105,7 +105,7 @@ fn race(
         let object = json!({
             "n": samples.n, "q": samples.q, "qd": samples.qd, "qdd": samples.qdd, "tau": samples.tau,
             "scaling": scaling, "weights": weights,
-            "parameters": Stepper::new(data, config)?.parameters(),
+            "parameters": config.trainable(data)?.initialise(config.seed),
         });
         write(&task.file, &object)?;
     }

@@ -150,6 +150,12 @@ impl Training {
         self.0.assemble(parameters)
     }
 
+    /// The parameters that a fit with this seed begins with: random weights, and little friction.
+    #[must_use]
+    pub fn initialise(&self, seed: u64) -> Vec<f64> {
+        self.0.initialise(seed)
+    }
+
     /// Number of all parameters.
     #[must_use]
     pub fn parameters(&self) -> usize {

@@ -58,7 +58,7 @@ const SETTINGS: &[Setting] = &[
         "What a Hamiltonian network takes for momenta: recorded ones (columns p1, p2, …), or the velocities in their \
          place",
     )
-    .or("recorded, or p = m q̇ with `masses`"),
+    .or("recorded, or p = m q̇ with masses"),
     Setting::new(
         MASSES,
         Kind::Numbers(Range::Positive),
