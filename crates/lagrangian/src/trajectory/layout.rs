@@ -103,7 +103,7 @@ impl Layout {
     ///     [units]
     ///     x = "m"
     /// "#)?;
-    /// assert_eq!(layout.q, ["theta", "x"]);
+    /// assert_eq!(layout.columns.q, ["theta", "x"]);
     /// # Ok::<(), lagrangian::Error>(())
     /// ```
     ///
