@@ -6,6 +6,9 @@ use lagrangian::neural_ode::Order;
 use lagrangian::train::Family;
 use lagrangian::{DelanConfig, Form, LnnConfig, MlpConfig, NeuralOdeConfig};
 
+/// Makes a family of models.
+pub(crate) type MakeFamily = fn() -> Box<dyn Family>;
+
 /// Units of a layer unless an experiment says otherwise.
 pub(crate) const WIDTH: usize = 64;
 

@@ -5,10 +5,11 @@ mod orbits;
 use anyhow::Result;
 use lagrangian::DelanConfig;
 use lagrangian::dataset::random_starts;
-use lagrangian::train::{Family, FitConfig, Loss};
+use lagrangian::train::{FitConfig, Loss};
 use lagrangian_report::{Axis, Role};
 
 use crate::data::{beyond_delan, lagrangian_of};
+use crate::families::MakeFamily;
 use crate::families::{self, WIDTH};
 use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither};
 use orbits::{CIRCLE, Field, Orbit, acceleration_error, dataset, field_error, orbit};
@@ -36,9 +37,6 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         run,
     )
 };
-
-/// Makes a family of models.
-type MakeFamily = fn() -> Box<dyn Family>;
 
 const CONTESTANTS: [Contestant<MakeFamily>; 4] = [
     contestant("lnn", "Lagrangian network, free", Role::Lnn, || {

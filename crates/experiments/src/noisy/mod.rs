@@ -11,6 +11,7 @@ use lagrangian::train::{
 use lagrangian_report::{Axis, Role};
 
 use crate::families;
+use crate::families::MakeFamily;
 use crate::harness::{Contestant, Experiment, Lab, contestant, less, more, neither};
 use protocol::{Errors, Protocol, errors, record};
 
@@ -58,9 +59,6 @@ const LOSSES: [(&str, &str, Prediction); 5] = [
 /// Units of a layer: few for Lagrangians of noisy data, as `lagrangian fit` takes them.
 const NARROW: usize = 16;
 const WIDTH: usize = 32;
-
-/// Makes a family of models.
-type MakeFamily = fn() -> Box<dyn Family>;
 
 const FAMILIES: [Contestant<MakeFamily>; 4] = [
     contestant("lnn", "LNN", Role::Lnn, || families::convex(NARROW)),
