@@ -1,14 +1,13 @@
 //! The models that are compared.
 
-use lagrangian::train::Family;
 use lagrangian_report::Role;
 
-use crate::families::{self, WIDTH};
+use crate::families::{self, MakeFamily, WIDTH};
 use crate::harness::{Contestant, contestant};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
-    pub(super) family: fn() -> Box<dyn Family>,
+    pub(super) family: MakeFamily,
 }
 
 /// All of them, in the order of the tables.

@@ -1,16 +1,16 @@
 //! The models that are compared.
 
-use lagrangian::train::{Family, ForceTerms, Loss};
+use lagrangian::train::{ForceTerms, Loss};
 use lagrangian_report::Role;
 
-use crate::families::{self, WIDTH};
+use crate::families::{self, MakeFamily, WIDTH};
 use crate::harness::{Contestant, contestant};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
     pub(super) loss: Loss,
     pub(super) forces: ForceTerms,
-    pub(super) family: fn() -> Box<dyn Family>,
+    pub(super) family: MakeFamily,
 }
 
 /// No forces but those of L.
@@ -36,7 +36,7 @@ const fn plain(
     key: &'static str,
     name: &'static str,
     role: Role,
-    family: fn() -> Box<dyn Family>,
+    family: MakeFamily,
 ) -> Contestant<Recipe> {
     contestant(
         key,
@@ -55,7 +55,7 @@ const fn with_forces(
     key: &'static str,
     name: &'static str,
     role: Role,
-    family: fn() -> Box<dyn Family>,
+    family: MakeFamily,
 ) -> Contestant<Recipe> {
     contestant(
         key,

@@ -4,6 +4,7 @@ use lagrangian::train::{AdamConfig, Family, ForceTerms, Loss, Optimizer};
 use lagrangian_report::Role;
 
 use crate::families;
+use crate::families::MakeFamily;
 use crate::harness::{Contestant, contestant};
 
 pub(super) struct Candidate {
@@ -12,7 +13,7 @@ pub(super) struct Candidate {
     /// Weight decay of Adam.
     pub(super) decay: f64,
     pub(super) forces: fn() -> ForceTerms,
-    pub(super) family: fn() -> Box<dyn Family>,
+    pub(super) family: MakeFamily,
 }
 
 /// A candidate without weight decay.
@@ -20,7 +21,7 @@ const fn candidate(
     name: &'static str,
     loss: Loss,
     forces: fn() -> ForceTerms,
-    family: fn() -> Box<dyn Family>,
+    family: MakeFamily,
 ) -> Candidate {
     Candidate {
         name,

@@ -12,12 +12,12 @@ use lagrangian_report::Role;
 
 use super::measure::{acceleration_error, flow_acceleration_error};
 use super::{Lesson, Reads};
-use crate::families::{self, WIDTH};
+use crate::families::{self, MakeFamily, WIDTH};
 use crate::harness::{Contestant, contestant};
 
 /// How a contestant is fitted and measured.
 pub(super) struct Recipe {
-    pub(super) family: fn() -> Box<dyn Family>,
+    pub(super) family: MakeFamily,
     pub(super) loss: Loss,
     /// The method whose steps it is made for.
     pub(super) method: Method,
@@ -91,7 +91,7 @@ static LNN: Published = Published {
 };
 
 /// A family that is fitted to the accelerations of free motions and moves continuously.
-const fn free(family: fn() -> Box<dyn Family>) -> Recipe {
+const fn free(family: MakeFamily) -> Recipe {
     Recipe {
         family,
         loss: Loss::ACCELERATION,
@@ -104,7 +104,7 @@ const fn free(family: fn() -> Box<dyn Family>) -> Recipe {
 }
 
 /// A family that is fitted to q̇ and ṗ, or what stands for them: two equations for each coordinate.
-const fn flowing(family: fn() -> Box<dyn Family>) -> Recipe {
+const fn flowing(family: MakeFamily) -> Recipe {
     Recipe {
         batch: 64,
         ..free(family)
@@ -112,7 +112,7 @@ const fn flowing(family: fn() -> Box<dyn Family>) -> Recipe {
 }
 
 /// The same with momenta, at which its errors are measured too.
-const fn canonical(family: fn() -> Box<dyn Family>) -> Recipe {
+const fn canonical(family: MakeFamily) -> Recipe {
     Recipe {
         error: flow_acceleration_error,
         ..flowing(family)
@@ -120,7 +120,7 @@ const fn canonical(family: fn() -> Box<dyn Family>) -> Recipe {
 }
 
 /// A family that is fitted to the motion between the samples, by rollouts.
-const fn rolled(family: fn() -> Box<dyn Family>) -> Recipe {
+const fn rolled(family: MakeFamily) -> Recipe {
     Recipe {
         loss: Loss::ROLLOUT,
         reads: Reads::States,
