@@ -173,11 +173,7 @@ mod tests {
 
     #[test]
     fn what_the_library_refuses_is_bad_input() {
-        let refused = lagrangian::Error::Argument {
-            name: "step",
-            value: "0".into(),
-            must: "positive",
-        };
+        let refused = lagrangian::Error::argument("step", "0", "positive");
         assert_eq!(
             exit_code(&Error::new(refused).context("cannot roll out")),
             BAD_INPUT

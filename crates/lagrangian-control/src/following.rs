@@ -89,44 +89,41 @@ pub fn follow(
 
 fn refuse_robot(robot: &dyn Model, reference: &Reference) -> Result<()> {
     let (found, expected) = (reference.dof(), robot.coordinates().dof());
-    if found != expected {
-        return Err(Error::Shape {
-            what: "reference".into(),
-            found,
-            expected,
-            remedy: "give a column of q for each joint of the robot, or the robot of the reference"
-                .into(),
-        });
-    }
+    Error::check_shape(
+        "reference",
+        found,
+        expected,
+        "give a column of q for each joint of the robot, or the robot of the reference",
+    )?;
     if robot.moves() {
         return Ok(());
     }
-    Err(Error::Argument {
-        name: "robot",
-        value: "a model without forward dynamics".into(),
-        must: "a Lagrangian, a known system, or rigid bodies",
-    })
+    Err(Error::argument(
+        "robot",
+        "a model without forward dynamics",
+        "a Lagrangian, a known system, or rigid bodies",
+    ))
 }
 
 fn refuse_length(reference: &Reference, control: &LoopConfig) -> Result<()> {
     let seconds = reference.end() - reference.start();
     let ticks = seconds * control.rate;
     if !(FEWEST_TICKS..=MOST_TICKS).contains(&ticks) {
-        return Err(Error::Argument {
-            name: "length of the reference",
-            value: format!("{seconds} s, {ticks:.0} ticks"),
-            must: "10 to 5000000 ticks of the loop: change the rate, or the reference",
-        });
+        return Err(Error::argument(
+            "length of the reference",
+            format!("{seconds} s, {ticks:.0} ticks"),
+            "10 to 5000000 ticks of the loop: change the rate, or the reference",
+        ));
     }
     let delay = (control.actuation_delay + control.sensor_delay) as f64;
     if delay <= LONGEST_DELAY * ticks {
         return Ok(());
     }
-    Err(Error::Argument {
-        name: "delay",
-        value: format!("{delay} of {ticks:.0} ticks"),
-        must: "at most half of the reference: loops of robots have 0 to some 10 ticks",
-    })
+    Err(Error::argument(
+        "delay",
+        format!("{delay} of {ticks:.0} ticks"),
+        "at most half of the reference: loops of robots have 0 to some 10 ticks",
+    ))
 }
 
 fn run(

@@ -54,23 +54,16 @@ impl Gains {
     /// [`Error::Shape`] or [`Error::Argument`].
     pub fn validate(&self, n: usize) -> Result<()> {
         for (name, list) in [("kp", &self.kp), ("kd", &self.kd)] {
-            if list.len() != n {
-                return Err(Error::Shape {
-                    what: name.into(),
-                    found: list.len(),
-                    expected: n,
-                    remedy: "give one gain for each coordinate".into(),
-                });
-            }
+            Error::check_shape(name, list.len(), n, "give one gain for each coordinate")?;
             if let Some(gain) = list
                 .iter()
                 .find(|gain| !(gain.is_finite() && **gain >= 0.0))
             {
-                return Err(Error::Argument {
+                return Err(Error::argument(
                     name,
-                    value: gain.to_string(),
-                    must: "finite, and 0 or above: a negative gain drives the robot away",
-                });
+                    gain,
+                    "finite, and 0 or above: a negative gain drives the robot away",
+                ));
             }
         }
         Ok(())
@@ -118,19 +111,19 @@ pub(super) fn same_dof(model: &dyn Model, n: usize) -> Result<()> {
     if found == n {
         return Ok(());
     }
-    Err(Error::Shape {
-        what: "model".into(),
+    Err(Error::shape(
+        "model",
         found,
-        expected: n,
-        remedy: "give a reference and a model of the same coordinates".into(),
-    })
+        n,
+        "give a reference and a model of the same coordinates",
+    ))
 }
 
 /// The error for a model without inverse dynamics.
 pub(super) fn no_inverse() -> Error {
-    Error::Argument {
-        name: "model",
-        value: "one without inverse dynamics".into(),
-        must: "a Lagrangian, or a plain network that was fitted to torques",
-    }
+    Error::argument(
+        "model",
+        "one without inverse dynamics",
+        "a Lagrangian, or a plain network that was fitted to torques",
+    )
 }

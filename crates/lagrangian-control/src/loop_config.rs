@@ -73,12 +73,12 @@ impl LoopConfig {
             return argument("drive noise", noise.to_string(), must);
         }
         if !self.limit.is_empty() && self.limit.len() != n {
-            return Err(Error::Shape {
-                what: "torque limits".into(),
-                found: self.limit.len(),
-                expected: n,
-                remedy: "give one limit for each coordinate, or none".into(),
-            });
+            return Err(Error::shape(
+                "torque limits",
+                self.limit.len(),
+                n,
+                "give one limit for each coordinate, or none",
+            ));
         }
         if let Some(limit) = self.limit.iter().find(|x| x.is_nan() || **x < 0.0) {
             return argument("torque limit", limit.to_string(), "0 or above");

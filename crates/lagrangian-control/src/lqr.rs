@@ -57,10 +57,7 @@ impl Linearisation {
         (0..n).for_each(|i| a[i * size + n + i] = 1.0);
         b[n..].copy_from_slice(&slope(2 * n + actuated));
         if let Some(index) = a.iter().chain(&b).position(|x| !x.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "linearisation of the model".into(),
-                index,
-            });
+            return Err(Error::not_finite("linearisation of the model", index));
         }
         Ok(Self { a, b })
     }

@@ -46,11 +46,11 @@ impl Reference {
     pub fn new(trajectory: Trajectory) -> Result<Self> {
         trajectory.validate()?;
         if trajectory.len() < FEWEST {
-            return Err(Error::TooShort {
-                what: format!("reference '{}'", trajectory.name),
-                found: trajectory.len(),
-                needed: FEWEST,
-            });
+            return Err(Error::too_short(
+                format!("reference '{}'", trajectory.name),
+                trajectory.len(),
+                FEWEST,
+            ));
         }
         let qdd = if trajectory.qdd.is_empty() {
             differences(&trajectory)

@@ -50,11 +50,7 @@ impl Sensors {
         ];
         match all.iter().find(|(_, x)| !(x.is_finite() && *x >= 0.0)) {
             None => Ok(()),
-            Some(&(name, value)) => Err(Error::Argument {
-                name,
-                value: value.to_string(),
-                must: "finite, and 0 or above",
-            }),
+            Some(&(name, value)) => Err(Error::argument(name, value, "finite, and 0 or above")),
         }
     }
 }

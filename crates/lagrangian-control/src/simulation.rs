@@ -38,20 +38,8 @@ impl<'a> Simulation<'a> {
         let n = model.coordinates().dof();
         config.validate(n)?;
         for (what, x) in [("initial q", &start.q), ("initial qd", &start.qd)] {
-            if x.len() != n {
-                return Err(Error::Shape {
-                    what: what.into(),
-                    found: x.len(),
-                    expected: n,
-                    remedy: "give one number for each coordinate".into(),
-                });
-            }
-            if let Some(index) = x.iter().position(|x| !x.is_finite()) {
-                return Err(Error::NotFinite {
-                    what: what.into(),
-                    index,
-                });
-            }
+            Error::check_shape(what, x.len(), n, "give one number for each coordinate")?;
+            Error::check_finite(what, x)?;
         }
         let state = [&start.q[..], &start.qd[..]].concat();
         let readings = state.repeat(config.sensor_delay + 1);

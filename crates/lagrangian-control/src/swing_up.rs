@@ -90,14 +90,14 @@ impl<'a> SwingUp<'a> {
             self.speed = (2.0 * self.lift / inertia).sqrt();
             return Ok(());
         }
-        Err(Error::Argument {
-            name: "model",
-            value: format!(
+        Err(Error::argument(
+            "model",
+            format!(
                 "{:.3e} J between bottom and top, inertia {inertia:.3e}",
                 self.lift
             ),
-            must: "one whose pendulum hangs at q_up − π and stands at q_up: give other data or another family",
-        })
+            "one whose pendulum hangs at q_up − π and stands at q_up: give other data or another family",
+        ))
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Result<f64> {
@@ -106,11 +106,11 @@ impl<'a> SwingUp<'a> {
         if known && energy[0].is_finite() {
             return Ok(energy[0]);
         }
-        Err(Error::Argument {
-            name: "model",
-            value: "one without energy".into(),
-            must: "a Lagrangian: a plain network has no energy to shape",
-        })
+        Err(Error::argument(
+            "model",
+            "one without energy",
+            "a Lagrangian: a plain network has no energy to shape",
+        ))
     }
 
     /// x = (q − up, q̇), angles on the circle.

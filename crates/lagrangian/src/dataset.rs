@@ -218,24 +218,17 @@ impl Dataset {
         };
         let (p, pd) = match &hnn.momenta {
             Momenta::Recorded if data.p.is_empty() || data.pd.is_empty() => {
-                return Err(Error::Argument {
-                    name: "momenta",
-                    value: "none in the data".into(),
-                    must: "recorded (columns p1, p2, … or `p`), or p = m q̇ with `masses`, or `momenta` velocities",
-                });
+                return Err(Error::argument(
+                    "momenta",
+                    "none in the data",
+                    "recorded (columns p1, p2, … or `p`), or p = m q̇ with `masses`, or `momenta` velocities",
+                ));
             }
             Momenta::Recorded => (size_of_momenta(&data.p), size(&data.pd)),
             Momenta::Masses(m) => (times(&velocities, m), times(&accelerations, m)),
             Momenta::Velocities => (velocities.clone(), accelerations),
         };
-        if p.len() != n {
-            return Err(Error::Shape {
-                what: "masses".into(),
-                found: p.len(),
-                expected: n,
-                remedy: "give one for each coordinate".into(),
-            });
-        }
+        Error::check_shape("masses", p.len(), n, "give one for each coordinate")?;
         let moves = |i: &usize| !self.coordinates.is_parameter(*i);
         let moving: Vec<usize> = (0..n).filter(moves).collect();
         let energies = moving.iter().map(|&i| (p[i] * velocities[i]).ln());
@@ -358,11 +351,7 @@ pub fn split(
     use rand::SeedableRng;
     if !(0.0..=0.9).contains(&fraction) {
         let must = "between 0 and 0.9";
-        return Err(Error::Argument {
-            name: "validation fraction",
-            value: fraction.to_string(),
-            must,
-        });
+        return Err(Error::argument("validation fraction", fraction, must));
     }
     let total: usize = trajectories.iter().map(Trajectory::len).sum();
     let wanted = (total as f64 * fraction).round() as usize;
@@ -420,21 +409,19 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
         if trajectory.is_empty() {
             continue;
         }
-        if trajectory.dof() != n {
-            return Err(Error::Shape {
-                what: format!("trajectory '{}'", trajectory.name),
-                found: trajectory.dof(),
-                expected: n,
-                remedy: "give data of the coordinates that the model has".into(),
-            });
-        }
+        Error::check_shape(
+            format_args!("trajectory '{}'", trajectory.name),
+            trajectory.dof(),
+            n,
+            "give data of the coordinates that the model has",
+        )?;
         if trajectory.qdd.is_empty() {
-            return Err(Error::Shape {
-                what: format!("qdd of trajectory '{}'", trajectory.name),
-                found: 0,
-                expected: trajectory.q.len(),
-                remedy: "estimate the accelerations first".into(),
-            });
+            return Err(Error::shape(
+                format!("qdd of trajectory '{}'", trajectory.name),
+                0,
+                trajectory.q.len(),
+                "estimate the accelerations first",
+            ));
         }
         for ((_, all), (_, own)) in out.iter_mut().zip(trajectory.iter()) {
             all.extend(own);
@@ -462,35 +449,30 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
     for (signal, x) in samples.iter() {
         let unknown = matches!(signal, Signal::P | Signal::Pd) && x.is_empty();
         if samples.n != n || x.len() != size && !unknown || !size.is_multiple_of(n.max(1)) {
-            return Err(Error::Shape {
-                what: format!("{} of the samples", signal.name()),
-                found: x.len(),
-                expected: size,
-                remedy: format!("give {n} numbers for each sample"),
-            });
+            return Err(Error::shape(
+                format!("{} of the samples", signal.name()),
+                x.len(),
+                size,
+                format!("give {n} numbers for each sample"),
+            ));
         }
-        if let Some(index) = x.iter().position(|x| !x.is_finite()) {
-            return Err(Error::NotFinite {
-                what: format!("{} of the samples", signal.name()),
-                index,
-            });
-        }
+        Error::check_finite(format_args!("{} of the samples", signal.name()), x)?;
     }
     if !samples.steps.is_empty() && samples.steps.len() != 2 * samples.len() {
-        return Err(Error::Shape {
-            what: "steps of the samples".into(),
-            found: samples.steps.len(),
-            expected: 2 * samples.len(),
-            remedy: "give the step before and behind each sample, or none".into(),
-        });
+        return Err(Error::shape(
+            "steps of the samples",
+            samples.steps.len(),
+            2 * samples.len(),
+            "give the step before and behind each sample, or none",
+        ));
     }
     match samples.steps.iter().find(|h| !(h.is_finite() && **h > 0.0)) {
         None => Ok(()),
-        Some(h) => Err(Error::Argument {
-            name: "step between positions",
-            value: h.to_string(),
-            must: "finite and positive",
-        }),
+        Some(h) => Err(Error::argument(
+            "step between positions",
+            h,
+            "finite and positive",
+        )),
     }
 }
 

@@ -1,5 +1,7 @@
 //! The one error type of the library: variants carry values, messages end with the remedy.
 
+use std::fmt::Display;
+
 /// What can go wrong. A diverged rollout or a fit that did not converge is an outcome, not an error.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -221,17 +223,85 @@ pub enum Error {
 }
 
 impl Error {
+    /// An [`Error::Argument`].
+    pub fn argument(name: &'static str, value: impl ToString, must: &'static str) -> Self {
+        let value = value.to_string();
+        Self::Argument { name, value, must }
+    }
+
+    /// A [`Error::Setting`].
+    pub fn setting(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        let (problem, remedy) = (problem.into(), remedy.into());
+        Self::Setting { problem, remedy }
+    }
+
+    /// A [`Error::Shape`].
+    pub fn shape(
+        what: impl Into<String>,
+        found: usize,
+        expected: usize,
+        remedy: impl Into<String>,
+    ) -> Self {
+        let (what, remedy) = (what.into(), remedy.into());
+        Self::Shape {
+            what,
+            found,
+            expected,
+            remedy,
+        }
+    }
+
+    /// A [`Error::NotFinite`].
+    pub fn not_finite(what: impl Into<String>, index: usize) -> Self {
+        let what = what.into();
+        Self::NotFinite { what, index }
+    }
+
+    /// A [`Error::TooShort`].
+    pub fn too_short(what: impl Into<String>, found: usize, needed: usize) -> Self {
+        let what = what.into();
+        Self::TooShort {
+            what,
+            found,
+            needed,
+        }
+    }
+
+    /// Refuses values of which one is NaN or infinite.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] with the index of the first.
+    pub fn check_finite(what: impl Display, values: &[f64]) -> Result<()> {
+        match values.iter().position(|x| !x.is_finite()) {
+            None => Ok(()),
+            Some(index) => Err(Self::not_finite(what.to_string(), index)),
+        }
+    }
+
+    /// Refuses a number of values that is not the expected one.
+    ///
+    /// # Errors
+    /// [`Error::Shape`].
+    pub fn check_shape(
+        what: impl Display,
+        found: usize,
+        expected: usize,
+        remedy: impl Display,
+    ) -> Result<()> {
+        if found == expected {
+            return Ok(());
+        }
+        let (what, remedy) = (what.to_string(), remedy.to_string());
+        Err(Self::shape(what, found, expected, remedy))
+    }
+
     /// Refuses more coordinates than a network is trained with.
     pub(crate) fn check_dof(n: usize, most: usize) -> Result<()> {
         if n <= most {
             return Ok(());
         }
         let must = "at most 64: choose the coordinates to fit with `q`";
-        Err(Self::Argument {
-            name: "degrees of freedom",
-            value: n.to_string(),
-            must,
-        })
+        Err(Self::argument("degrees of freedom", n, must))
     }
 }
 

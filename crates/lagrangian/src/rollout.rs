@@ -189,20 +189,12 @@ pub fn rollout_phase(
 pub fn times(duration: f64, step: f64) -> Result<Vec<f64>> {
     if !(step.is_finite() && step > 0.0) {
         let must = "a finite number of seconds above 0";
-        return Err(Error::Argument {
-            name: "sample interval",
-            value: step.to_string(),
-            must,
-        });
+        return Err(Error::argument("sample interval", step, must));
     }
     let count = (duration / step * (1.0 + 1e-12) + 1e-9).floor();
     if !(duration.is_finite() && (0.0..=1e7).contains(&count)) {
         let must = "not negative, finite and at most 10⁷ sample intervals (`step`) long";
-        return Err(Error::Argument {
-            name: "duration",
-            value: format!("{duration:?}"),
-            must,
-        });
+        return Err(Error::argument("duration", format!("{duration:?}"), must));
     }
     Ok((0..=count as usize).map(|k| k as f64 * step).collect())
 }
@@ -216,60 +208,42 @@ fn check(
 ) -> Result<()> {
     options.control().validate()?;
     if !model.moves() {
-        return Err(Error::Argument {
-            name: "model",
-            value: "a plain network of torques".into(),
-            must: "one with forward dynamics: fit it with `loss` acceleration, or take another `family`",
-        });
+        return Err(Error::argument(
+            "model",
+            "a plain network of torques",
+            "one with forward dynamics: fit it with `loss` acceleration, or take another `family`",
+        ));
     }
     if options.method.rule().is_some() && model.mechanics().is_none() {
-        return Err(Error::Argument {
-            name: "method",
-            value: options.method.name().into(),
-            must: "one for a model without a Lagrangian: rk4, dopri5 or dop853 (`method`)",
-        });
+        return Err(Error::argument(
+            "method",
+            options.method.name(),
+            "one for a model without a Lagrangian: rk4, dopri5 or dop853 (`method`)",
+        ));
     }
     let n = model.coordinates().dof();
     for (what, x) in [("initial q", q0), ("initial qd", qd0)] {
         if x.len() != n || n == 0 {
-            return Err(Error::Shape {
-                what: what.into(),
-                found: x.len(),
-                expected: n.max(1),
-                remedy: "give one value per coordinate of the model".into(),
-            });
+            return Err(Error::shape(
+                what,
+                x.len(),
+                n.max(1),
+                "give one value per coordinate of the model",
+            ));
         }
-        if let Some(index) = x.iter().position(|x| !x.is_finite()) {
-            return Err(Error::NotFinite {
-                what: what.into(),
-                index,
-            });
-        }
+        Error::check_finite(what, x)?;
     }
     model
         .coordinates()
         .check_parameters("initial velocity", qd0)?;
-    if let Some(index) = times.iter().position(|t| !t.is_finite()) {
-        return Err(Error::NotFinite {
-            what: "times".into(),
-            index,
-        });
-    }
+    Error::check_finite("times", times)?;
     let must = "at least one time, strictly increasing";
     if times.is_empty() {
-        return Err(Error::Argument {
-            name: "times",
-            value: "empty".into(),
-            must,
-        });
+        return Err(Error::argument("times", "empty", must));
     }
     if let Some(k) = times.windows(2).position(|w| w[1] <= w[0]) {
         let value = format!("{} after {}", times[k + 1], times[k]);
-        return Err(Error::Argument {
-            name: "times",
-            value,
-            must,
-        });
+        return Err(Error::argument("times", value, must));
     }
     Ok(())
 }

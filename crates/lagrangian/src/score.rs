@@ -265,14 +265,12 @@ impl Squares {
 pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<Rollout> {
     truth.validate()?;
     let (n, found) = (model.coordinates().dof(), truth.dof());
-    if found != n {
-        return Err(Error::Shape {
-            what: format!("a state of trajectory '{}'", truth.name),
-            found,
-            expected: n,
-            remedy: "give data of the coordinates that the model has".into(),
-        });
-    }
+    Error::check_shape(
+        format_args!("a state of trajectory '{}'", truth.name),
+        found,
+        n,
+        "give data of the coordinates that the model has",
+    )?;
     if !truth.tau.is_empty() {
         return rollout_recorded(model, truth, Hold::Previous, options);
     }

@@ -119,28 +119,26 @@ pub struct TorquePrediction {
 pub fn predict_torque(model: &dyn Model, motion: &Trajectory) -> Result<TorquePrediction> {
     motion.validate()?;
     let (n, found) = (model.coordinates().dof(), motion.dof());
-    if found != n {
-        return Err(Error::Shape {
-            what: format!("a state of trajectory '{}'", motion.name),
-            found,
-            expected: n,
-            remedy: "give data of the coordinates that the model has".into(),
-        });
-    }
+    Error::check_shape(
+        format_args!("a state of trajectory '{}'", motion.name),
+        found,
+        n,
+        "give data of the coordinates that the model has",
+    )?;
     let Some(qdd) = motion.values(Signal::Qdd) else {
-        return Err(Error::Shape {
-            what: format!("qdd of trajectory '{}'", motion.name),
-            found: 0,
-            expected: motion.q.len(),
-            remedy: "estimate the accelerations when the recording becomes a trajectory".into(),
-        });
+        return Err(Error::shape(
+            format!("qdd of trajectory '{}'", motion.name),
+            0,
+            motion.q.len(),
+            "estimate the accelerations when the recording becomes a trajectory",
+        ));
     };
     let parts = split(&mut *model.evaluator(), &motion.q, &motion.qd, qdd);
-    let parts = parts.ok_or(Error::Argument {
-        name: "model",
-        value: "a network that predicts accelerations only".into(),
-        must: "one with inverse dynamics, such as a Lagrangian (`family` lnn)",
-    })?;
+    let parts = parts.ok_or(Error::argument(
+        "model",
+        "a network that predicts accelerations only",
+        "one with inverse dynamics, such as a Lagrangian (`family` lnn)",
+    ))?;
     Ok(TorquePrediction {
         name: motion.name.clone(),
         t: motion.t.clone(),

@@ -239,11 +239,11 @@ pub(crate) fn energy_scale(system: &dyn AnalyticModel, model: &dyn Model) -> Res
             .then_some(energy)
     };
     let (Some(truth), Some(learned)) = (energy(system), energy(model)) else {
-        return Err(Error::Argument {
-            name: "model",
-            value: "one without energy".into(),
-            must: "a Lagrangian",
-        });
+        return Err(Error::argument(
+            "model",
+            "one without energy",
+            "a Lagrangian",
+        ));
     };
     let mean = |x: &[f64]| x.iter().sum::<f64>() / STATES as f64;
     let (h, k) = (mean(&truth), mean(&learned));

@@ -27,14 +27,12 @@ impl<D: Lagrangian> Field<D> {
     /// three points, where left and right are the same point.
     pub fn new(density: D, points: usize) -> Result<Self> {
         let found = density.coordinates().dof();
-        if found != NEIGHBOURS {
-            return Err(Error::Shape {
-                what: "the density of a field".into(),
-                found,
-                expected: NEIGHBOURS,
-                remedy: "give a Lagrangian of the values left, here and right".into(),
-            });
-        }
+        Error::check_shape(
+            "the density of a field",
+            found,
+            NEIGHBOURS,
+            "give a Lagrangian of the values left, here and right",
+        )?;
         check_points(points)?;
         let here = density.coordinates().0[1].clone();
         let circle = density.coordinates().is_circle(1);
@@ -80,11 +78,11 @@ pub(super) fn check_points(points: usize) -> Result<()> {
     if (NEIGHBOURS..=MOST_POINTS).contains(&points) {
         return Ok(());
     }
-    Err(Error::Argument {
-        name: "points of a ring",
-        value: points.to_string(),
-        must: "3 to 1000000: with fewer, left and right are the same point",
-    })
+    Err(Error::argument(
+        "points of a ring",
+        points,
+        "3 to 1000000: with fewer, left and right are the same point",
+    ))
 }
 
 const MOST_POINTS: usize = 1_000_000;

@@ -44,11 +44,11 @@ impl DensityNet {
     pub fn load(saved: &SavedModel) -> Result<Self> {
         let header = &saved.header;
         if header.family != FIELD {
-            return Err(Error::Argument {
-                name: "saved model",
-                value: format!("one of the family '{}'", header.family),
-                must: "the density of a field: take a file that `DensityNet::save` wrote",
-            });
+            return Err(Error::argument(
+                "saved model",
+                format!("one of the family '{}'", header.family),
+                "the density of a field: take a file that `DensityNet::save` wrote",
+            ));
         }
         let weights = saved.tensors.get("parameters");
         let weights = weights.ok_or_else(|| damaged("it has no weights"))?;

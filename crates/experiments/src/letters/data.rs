@@ -83,12 +83,12 @@ impl Letters {
         let is_test = |letter: &Letter| TEST.contains(&letter.motion.name.as_str());
         let (test, train): (Vec<_>, Vec<_>) = letters.partition(is_test);
         if test.len() != TEST.len() || train.is_empty() {
-            return Err(Error::Shape {
-                what: "the file of letters".into(),
-                found: test.len(),
-                expected: TEST.len(),
-                remedy: "give one with the trajectories e, q, v and others to learn from".into(),
-            });
+            return Err(Error::shape(
+                "the file of letters",
+                test.len(),
+                TEST.len(),
+                "give one with the trajectories e, q, v and others to learn from",
+            ));
         }
         Ok(Self {
             coordinates,

@@ -198,11 +198,7 @@ fn valid(
     stride: f64,
 ) -> Result<f64> {
     let Some(first) = truth.first() else {
-        return Err(Error::Argument {
-            name: "true motions",
-            value: "none".into(),
-            must: "at least one",
-        });
+        return Err(Error::argument("true motions", "none", "at least one"));
     };
     let stride = (stride.round() as usize).max(1);
     let thin = |rollout: &Rollout| thinned(&rollout.trajectory, stride);

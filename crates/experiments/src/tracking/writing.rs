@@ -36,22 +36,18 @@ pub(crate) struct Writing {
 impl Writing {
     /// These letters in this order, sampled at 200 Hz; quintic polynomials lead from each to the next.
     pub(crate) fn new(letters: &[Trajectory]) -> Result<Self> {
-        let first = letters.first().ok_or_else(|| Error::TooShort {
-            what: "the text to write".into(),
-            found: 0,
-            needed: 1,
-        })?;
+        let first = letters
+            .first()
+            .ok_or_else(|| Error::too_short("the text to write", 0, 1))?;
         let mut path = Path::new();
         let mut spans = Vec::new();
         for letter in letters {
-            if letter.dof() != first.dof() {
-                return Err(Error::Shape {
-                    what: format!("letter '{}'", letter.name),
-                    found: letter.dof(),
-                    expected: first.dof(),
-                    remedy: "give letters of the same joints".into(),
-                });
-            }
+            Error::check_shape(
+                format_args!("letter '{}'", letter.name),
+                letter.dof(),
+                first.dof(),
+                "give letters of the same joints",
+            )?;
             let letter_path = Reference::new(letter.clone())?;
             let begin = path.add(&letter_path)?;
             spans.push((letter.name.clone(), begin, path.end()));

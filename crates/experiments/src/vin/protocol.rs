@@ -381,10 +381,12 @@ pub(crate) fn residual_of_truth(seen: &Seen, rule: Rule, baseline: usize) -> Res
     let truth = seen.system.truth()?;
     let motion = std::slice::from_ref(&seen.motion);
     let data = Dataset::of_positions(seen.coordinates.clone(), motion, &[], baseline)?;
-    let unsolved = || Error::Argument {
-        name: "step",
-        value: format!("{} samples", baseline),
-        must: "shorter: the discrete equation of the true model has no solution",
+    let unsolved = || {
+        Error::argument(
+            "step",
+            format!("{} samples", baseline),
+            "shorter: the discrete equation of the true model has no solution",
+        )
     };
     let mut mechanics = truth.mechanics().ok_or_else(unsolved)?;
     let mut slopes = |_: f64, q: &[f64], v: &[f64], slopes: &mut Slopes| {

@@ -28,34 +28,31 @@ impl Boundary {
             ("the last end of the path", to),
         ] {
             if x.len() != n || n == 0 {
-                return Err(Error::Shape {
-                    what: what.into(),
-                    found: x.len(),
-                    expected: n.max(1),
-                    remedy: "give one value per coordinate".into(),
-                });
+                return Err(Error::shape(
+                    what,
+                    x.len(),
+                    n.max(1),
+                    "give one value per coordinate",
+                ));
             }
-            if let Some(index) = x.iter().position(|x| !x.is_finite()) {
-                let what = what.into();
-                return Err(Error::NotFinite { what, index });
-            }
+            Error::check_finite(what, x)?;
         }
         if !(duration.is_finite() && duration > 0.0) {
-            return Err(Error::Argument {
-                name: "time between the ends",
-                value: duration.to_string(),
-                must: "a finite number of seconds above 0",
-            });
+            return Err(Error::argument(
+                "time between the ends",
+                duration,
+                "a finite number of seconds above 0",
+            ));
         }
         if let Some(i) = coordinates
             .parameters()
             .find(|&i| from[i].to_bits() != to[i].to_bits())
         {
-            return Err(Error::Argument {
-                name: "the last end of the path",
-                value: format!("{} for the parameter '{}'", to[i], coordinates.0[i].name),
-                must: "that of the first end: a parameter does not move",
-            });
+            return Err(Error::argument(
+                "the last end of the path",
+                format!("{} for the parameter '{}'", to[i], coordinates.0[i].name),
+                "that of the first end: a parameter does not move",
+            ));
         }
         let shorter = |(i, (&a, &b)): (usize, (&f64, &f64))| match coordinates.is_circle(i) {
             true => a + (b - a) - TAU * ((b - a) / TAU).round(),
@@ -73,21 +70,19 @@ impl Boundary {
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates; [`Error::Argument`] for turns of a coordinate on the line.
     pub fn winding(mut self, coordinates: &Coordinates, turns: &[i32]) -> Result<Self> {
-        if turns.len() != self.to.len() {
-            return Err(Error::Shape {
-                what: "turns".into(),
-                found: turns.len(),
-                expected: self.to.len(),
-                remedy: "give one whole number per coordinate, 0 for the shorter arc".into(),
-            });
-        }
+        Error::check_shape(
+            "turns",
+            turns.len(),
+            self.to.len(),
+            "give one whole number per coordinate, 0 for the shorter arc",
+        )?;
         for (i, (to, &turns)) in self.to.iter_mut().zip(turns).enumerate() {
             if turns != 0 && !coordinates.is_circle(i) {
-                return Err(Error::Argument {
-                    name: "turns",
-                    value: format!("{turns} for '{}', which is no angle", coordinates.0[i].name),
-                    must: "0 for coordinates on the line",
-                });
+                return Err(Error::argument(
+                    "turns",
+                    format!("{turns} for '{}', which is no angle", coordinates.0[i].name),
+                    "0 for coordinates on the line",
+                ));
             }
             *to += TAU * f64::from(turns);
         }

@@ -121,14 +121,12 @@ pub fn stationary_paths(
 ) -> Result<Search> {
     options.validate()?;
     let n = lagrangian.coordinates().dof();
-    if ends.dof() != n {
-        return Err(Error::Shape {
-            what: "an end of the path".into(),
-            found: ends.dof(),
-            expected: n,
-            remedy: "give one value per coordinate of the Lagrangian".into(),
-        });
-    }
+    Error::check_shape(
+        "an end of the path",
+        ends.dof(),
+        n,
+        "give one value per coordinate of the Lagrangian",
+    )?;
     let results: Vec<_> = (0..options.guesses)
         .into_par_iter()
         .map(|k| {
@@ -163,19 +161,19 @@ pub fn stationary_path_from(
 ) -> Result<std::result::Result<StationaryPath, Failure>> {
     let n = lagrangian.coordinates().dof();
     if first.dof != n || !first.q.len().is_multiple_of(n.max(1)) {
-        return Err(Error::Shape {
-            what: "a node of the path".into(),
-            found: first.dof,
-            expected: n,
-            remedy: "give one value per coordinate of the Lagrangian".into(),
-        });
+        return Err(Error::shape(
+            "a node of the path",
+            first.dof,
+            n,
+            "give one value per coordinate of the Lagrangian",
+        ));
     }
     if first.segments() < 2 {
-        return Err(Error::Argument {
-            name: "segments of the path",
-            value: first.segments().to_string(),
-            must: "2 or more",
-        });
+        return Err(Error::argument(
+            "segments of the path",
+            first.segments(),
+            "2 or more",
+        ));
     }
     Ok(improve(lagrangian, first.clone()))
 }

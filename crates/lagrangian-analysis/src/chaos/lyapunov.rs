@@ -61,11 +61,7 @@ pub fn largest_lyapunov_exponent(
 ) -> Result<Lyapunov> {
     if !(duration.is_finite() && duration > 0.0) {
         let must = "a finite number of seconds above 0";
-        return Err(Error::Argument {
-            name: "duration",
-            value: duration.to_string(),
-            must,
-        });
+        return Err(Error::argument("duration", duration, must));
     }
     // Its checks are those needed here.
     rollout(model, &start.q, &start.qd, &[0.0], &free, options)?;

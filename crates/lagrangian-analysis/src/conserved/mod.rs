@@ -153,29 +153,29 @@ fn validate(
 ) -> Result<()> {
     let n = physics.lagrangian.coordinates().dof();
     if motions.iter().all(|motion| motion.len() < 2) {
-        return Err(Error::Argument {
-            name: "motions",
-            value: "none of two samples or more".into(),
-            must: "at least one: give recordings, or roll the model out",
-        });
+        return Err(Error::argument(
+            "motions",
+            "none of two samples or more",
+            "at least one: give recordings, or roll the model out",
+        ));
     }
     if !(options.tolerance.is_finite() && options.tolerance > 0.0) {
-        return Err(Error::Argument {
-            name: "tolerance",
-            value: options.tolerance.to_string(),
-            must: "a number above 0, e.g. 0.01",
-        });
+        return Err(Error::argument(
+            "tolerance",
+            options.tolerance,
+            "a number above 0, e.g. 0.01",
+        ));
     }
     for motion in motions {
         motion.validate()?;
         let found = motion.dof();
         if found != n && !motion.is_empty() {
-            return Err(Error::Shape {
-                what: format!("a state of '{}'", motion.name),
+            return Err(Error::shape(
+                format!("a state of '{}'", motion.name),
                 found,
-                expected: n,
-                remedy: "give motions of the model's coordinates".into(),
-            });
+                n,
+                "give motions of the model's coordinates",
+            ));
         }
     }
     symmetries

@@ -70,10 +70,10 @@ impl States {
             .iter()
             .find_map(|x| x.iter().position(|x| !x.is_finite()))
         {
-            return Err(Error::NotFinite {
-                what: "the Lagrangian at a state of the motions".into(),
+            return Err(Error::not_finite(
+                "the Lagrangian at a state of the motions",
                 index,
-            });
+            ));
         }
         let (still, mut at_rest, mut bend) =
             (vec![0.0; qd.len()], Jet::default(), Curvature::default());

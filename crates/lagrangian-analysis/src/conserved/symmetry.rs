@@ -48,12 +48,12 @@ impl Symmetry {
             .find(|(found, expected)| found != expected)
         {
             None => Ok(()),
-            Some((found, expected)) => Err(Error::Shape {
-                what: format!("the direction of '{}'", self.name),
+            Some((found, expected)) => Err(Error::shape(
+                format!("the direction of '{}'", self.name),
                 found,
                 expected,
-                remedy: "give A for each pair of coordinates, and b for each".into(),
-            }),
+                "give A for each pair of coordinates, and b for each",
+            )),
         }
     }
 
@@ -114,13 +114,7 @@ pub fn candidates(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<Ve
 }
 
 fn check(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<()> {
-    let wrong = |value: String, must| {
-        Err(Error::Argument {
-            name: "points",
-            value,
-            must,
-        })
-    };
+    let wrong = |value: String, must| Err(Error::argument("points", value, must));
     let n = coordinates.dof();
     let mut seen = vec![false; n];
     for point in points {

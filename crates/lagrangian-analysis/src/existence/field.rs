@@ -25,25 +25,16 @@ impl FieldScale {
     /// [`Error::Shape`] for another number of scales, [`Error::Argument`] for a scale that is not finite and positive.
     pub fn validate(&self, n: usize) -> Result<()> {
         for (name, list) in [("scales of q", &self.q), ("scales of q̇", &self.qd)] {
-            if list.len() != n {
-                let remedy = "give one for each coordinate".into();
-                let (what, found) = (name.into(), list.len());
-                return Err(Error::Shape {
-                    what,
-                    found,
-                    expected: n,
-                    remedy,
-                });
-            }
+            Error::check_shape(name, list.len(), n, "give one for each coordinate")?;
         }
         let mut all = self.q.iter().chain(&self.qd).chain([&self.time]);
         match all.find(|x| !(x.is_finite() && **x > 0.0)) {
             None => Ok(()),
-            Some(x) => Err(Error::Argument {
-                name: "scale of the field",
-                value: x.to_string(),
-                must: "finite and positive: take the deviation of the data",
-            }),
+            Some(x) => Err(Error::argument(
+                "scale of the field",
+                x,
+                "finite and positive: take the deviation of the data",
+            )),
         }
     }
 }

@@ -55,11 +55,11 @@ pub fn helmholtz(
     let n = model.coordinates().dof();
     scale.validate(n)?;
     if !model.moves() {
-        return Err(Error::Argument {
-            name: "model",
-            value: "one without forward dynamics".into(),
-            must: "one that moves: fit accelerations, not torques",
-        });
+        return Err(Error::argument(
+            "model",
+            "one without forward dynamics",
+            "one that moves: fit accelerations, not torques",
+        ));
     }
     let mut field = Field::new(model, scale);
     let mut found = Vec::new();

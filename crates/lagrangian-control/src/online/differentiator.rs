@@ -40,11 +40,7 @@ impl Differentiator {
     /// [`Error::Argument`] for a window outside 1…1000.
     pub fn new(n: usize, ticks: usize) -> Result<Self> {
         if !(1..=1000).contains(&ticks) {
-            return Err(Error::Argument {
-                name: "window",
-                value: ticks.to_string(),
-                must: "between 1 and 1000 ticks",
-            });
+            return Err(Error::argument("window", ticks, "between 1 and 1000 ticks"));
         }
         let raw = (1..=ticks).map(|k| (k * (ticks + 1 - k)) as f64);
         let sum: f64 = raw.clone().sum();

@@ -55,11 +55,11 @@ impl Replay {
     pub fn new(n: usize, config: ReplayConfig, seed: u64) -> Result<Self> {
         let size = config.newest.saturating_add(config.reservoir);
         if config.newest == 0 || size > 1 << 22 || !(0.0..=1.0).contains(&config.newest_part) {
-            return Err(Error::Argument {
-                name: "replay",
-                value: format!("{config:?}"),
-                must: "at least one newest sample, at most 4194304 in all, and a part of the newest between 0 and 1",
-            });
+            return Err(Error::argument(
+                "replay",
+                format!("{config:?}"),
+                "at least one newest sample, at most 4194304 in all, and a part of the newest between 0 and 1",
+            ));
         }
         let column = || vec![0.0; size * n];
         Ok(Self {

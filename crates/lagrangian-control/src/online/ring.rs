@@ -40,11 +40,11 @@ const LARGEST: usize = 1 << 26;
 pub fn ring(slots: usize, width: usize) -> Result<(Writer, Reader)> {
     let size = slots.saturating_mul(width);
     if size == 0 || size > LARGEST {
-        return Err(Error::Argument {
-            name: "ring buffer",
-            value: format!("{slots} × {width}"),
-            must: "at least one row, and at most 67108864 values",
-        });
+        return Err(Error::argument(
+            "ring buffer",
+            format!("{slots} × {width}"),
+            "at least one row, and at most 67108864 values",
+        ));
     }
     let zeros = |count| (0..count).map(|_| AtomicU64::new(0)).collect();
     let shared = Arc::new(Shared {

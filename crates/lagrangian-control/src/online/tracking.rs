@@ -72,14 +72,12 @@ pub fn track(
     feed_forward: FeedForwardSource,
 ) -> Result<Tracked> {
     let n = reference.dof();
-    if config.robot.coordinates().dof() != n {
-        return Err(Error::Shape {
-            what: "reference".into(),
-            found: n,
-            expected: config.robot.coordinates().dof(),
-            remedy: "give a column of q and qd for each coordinate of the robot".into(),
-        });
-    }
+    Error::check_shape(
+        "reference",
+        n,
+        config.robot.coordinates().dof(),
+        "give a column of q and qd for each coordinate of the robot",
+    )?;
     let samples = reference.samples();
     let start = State::new(samples.q[..n].to_vec(), samples.qd[..n].to_vec());
     let mut run = Run {
@@ -181,11 +179,11 @@ impl<'a> Run<'a> {
         let rate = self.config.control.rate;
         let positive = |x: f64| x.is_finite() && x > 0.0;
         if !(positive(steps) && positive(hand_overs)) {
-            return Err(Error::Argument {
-                name: "steps and hand-overs a second",
-                value: format!("{steps} and {hand_overs}"),
-                must: "finite and above 0",
-            });
+            return Err(Error::argument(
+                "steps and hand-overs a second",
+                format!("{steps} and {hand_overs}"),
+                "finite and above 0",
+            ));
         }
         let every = (rate / hand_overs).round().max(1.0) as usize;
         let each = (steps * every as f64 / rate).round().max(1.0) as usize;

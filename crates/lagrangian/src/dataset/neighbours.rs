@@ -15,11 +15,11 @@ pub(super) fn all(
     needed: bool,
 ) -> Result<Samples> {
     if baseline == 0 {
-        return Err(Error::Argument {
-            name: "baseline",
-            value: "0".into(),
-            must: "at least 1: the distance of neighbouring positions, in samples",
-        });
+        return Err(Error::argument(
+            "baseline",
+            "0",
+            "at least 1: the distance of neighbouring positions, in samples",
+        ));
     }
     let n = coordinates.dof();
     let mut samples = Samples {
@@ -29,22 +29,22 @@ pub(super) fn all(
     for trajectory in trajectories {
         trajectory.validate()?;
         if !trajectory.is_empty() && trajectory.dof() != n {
-            return Err(Error::Shape {
-                what: format!("trajectory '{}'", trajectory.name),
-                found: trajectory.dof(),
-                expected: n,
-                remedy: "give data of the coordinates that the model has".into(),
-            });
+            return Err(Error::shape(
+                format!("trajectory '{}'", trajectory.name),
+                trajectory.dof(),
+                n,
+                "give data of the coordinates that the model has",
+            ));
         }
         add(coordinates, trajectory, baseline, &mut samples);
     }
     if needed && samples.is_empty() {
         let longest = trajectories.iter().map(Trajectory::len).max();
-        return Err(Error::TooShort {
-            what: "each trajectory, for three neighbouring positions without a gap in time,".into(),
-            found: longest.unwrap_or(0),
-            needed: 2 * baseline + 1,
-        });
+        return Err(Error::too_short(
+            "each trajectory, for three neighbouring positions without a gap in time,",
+            longest.unwrap_or(0),
+            2 * baseline + 1,
+        ));
     }
     Ok(samples)
 }

@@ -286,11 +286,7 @@ impl Control {
     /// [`Error::Argument`] for the first that is not.
     pub fn validate(&self) -> Result<()> {
         let positive = "a finite number above 0";
-        let refuse = |name, value: f64, must| Error::Argument {
-            name,
-            value: value.to_string(),
-            must,
-        };
+        let refuse = |name, value: f64, must| Error::argument(name, value, must);
         if !(self.step.is_finite() && self.step > 0.0) {
             return Err(refuse("step", self.step, positive));
         }

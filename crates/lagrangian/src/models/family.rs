@@ -139,14 +139,12 @@ impl Training {
     /// [`Error::NotFinite`] where training has diverged; [`Error::Shape`] for another number of parameters.
     pub fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
         let (found, expected) = (parameters.len(), self.0.parameters());
-        if found != expected {
-            return Err(Error::Shape {
-                what: "parameters".into(),
-                found,
-                expected,
-                remedy: "give those of a model of the same shape".into(),
-            });
-        }
+        Error::check_shape(
+            "parameters",
+            found,
+            expected,
+            "give those of a model of the same shape",
+        )?;
         self.0.assemble(parameters)
     }
 
@@ -289,11 +287,11 @@ pub(crate) fn check_first_order(config: &FitConfig) -> Result<()> {
     if config.loss != Loss::ROLLOUT || config.rollout.integrator != Method::StormerVerlet {
         return Ok(());
     }
-    Err(Error::Argument {
-        name: "integrator",
-        value: Method::StormerVerlet.name().into(),
-        must: "rk4 or implicit-midpoint (symplectic as well) for an equation of first order: the leapfrog needs dq/dt = q̇",
-    })
+    Err(Error::argument(
+        "integrator",
+        Method::StormerVerlet.name(),
+        "rk4 or implicit-midpoint (symplectic as well) for an equation of first order: the leapfrog needs dq/dt = q̇",
+    ))
 }
 
 impl dyn Family {

@@ -71,11 +71,11 @@ impl RigidBodies {
     /// [`Error::Argument`] where it is not finite.
     pub fn with_gravity(mut self, gravity: [f64; 3]) -> Result<Self> {
         if let Some(value) = gravity.iter().find(|g| !g.is_finite()) {
-            return Err(Error::Argument {
-                name: "gravity",
-                value: value.to_string(),
-                must: "three finite numbers, m/s²",
-            });
+            return Err(Error::argument(
+                "gravity",
+                value,
+                "three finite numbers, m/s²",
+            ));
         }
         self.gravity = gravity;
         Ok(self)
@@ -88,11 +88,7 @@ impl RigidBodies {
     pub fn with_payload(mut self, link: &str, mass: f64, centre: [f64; 3]) -> Result<Self> {
         if let Some(value) = centre.iter().chain([&mass]).find(|x| !x.is_finite()) {
             let must = "finite: kg, and m in the frame of the link";
-            return Err(Error::Argument {
-                name: "payload",
-                value: value.to_string(),
-                must,
-            });
+            return Err(Error::argument("payload", value, must));
         }
         let Some(place) = self.tree.places.iter().find(|p| p.link == link) else {
             let links: Vec<&str> = self.tree.places.iter().map(|p| p.link.as_str()).collect();
@@ -115,20 +111,13 @@ impl RigidBodies {
     /// [`Error::Shape`] for other lengths; [`Error::NotFinite`].
     pub fn with_drives(mut self, rotor: Vec<f64>, offset: Vec<f64>) -> Result<Self> {
         for (what, list) in [("rotor inertias", &rotor), ("torque offsets", &offset)] {
-            if list.len() != self.tree.bodies.len() {
-                return Err(Error::Shape {
-                    what: what.into(),
-                    found: list.len(),
-                    expected: self.tree.bodies.len(),
-                    remedy: "give one for each joint".into(),
-                });
-            }
-            if let Some(index) = list.iter().position(|x| !x.is_finite()) {
-                return Err(Error::NotFinite {
-                    what: what.into(),
-                    index,
-                });
-            }
+            Error::check_shape(
+                what,
+                list.len(),
+                self.tree.bodies.len(),
+                "give one for each joint",
+            )?;
+            Error::check_finite(what, list)?;
         }
         (self.rotor, self.offset) = (rotor, offset);
         Ok(self)
@@ -181,20 +170,13 @@ impl RigidBodies {
     /// [`Error::Shape`] for another number; [`Error::NotFinite`].
     pub fn with_inertial_parameters(mut self, parameters: &[f64]) -> Result<Self> {
         let expected = 10 * self.tree.bodies.len();
-        if parameters.len() != expected {
-            return Err(Error::Shape {
-                what: "inertial parameters".into(),
-                found: parameters.len(),
-                expected,
-                remedy: "give ten for each joint".into(),
-            });
-        }
-        if let Some(index) = parameters.iter().position(|x| !x.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "inertial parameters".into(),
-                index,
-            });
-        }
+        Error::check_shape(
+            "inertial parameters",
+            parameters.len(),
+            expected,
+            "give ten for each joint",
+        )?;
+        Error::check_finite("inertial parameters", parameters)?;
         for (body, own) in self
             .tree
             .bodies

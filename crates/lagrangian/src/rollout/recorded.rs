@@ -76,14 +76,12 @@ pub fn recorded<'a>(
 ) -> Result<Box<Force<'a>>> {
     trajectory.validate()?;
     let n = coordinates.dof();
-    if trajectory.dof() != n {
-        return Err(Error::Shape {
-            what: "a state of the trajectory with the forces".into(),
-            found: trajectory.dof(),
-            expected: n,
-            remedy: "take the forces from a trajectory of the same system".into(),
-        });
-    }
+    Error::check_shape(
+        "a state of the trajectory with the forces",
+        trajectory.dof(),
+        n,
+        "take the forces from a trajectory of the same system",
+    )?;
     Ok(Box::new(
         move |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| {
             let Some(recorded) = trajectory.values(Signal::Tau) else {

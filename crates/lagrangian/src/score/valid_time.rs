@@ -33,11 +33,7 @@ pub fn valid_prediction_time(
 ) -> Result<ValidTime> {
     if !(threshold.is_finite() && threshold > 0.0) {
         let must = "a finite number above 0, usually 0.5";
-        return Err(Error::Argument {
-            name: "threshold",
-            value: threshold.to_string(),
-            must,
-        });
+        return Err(Error::argument("threshold", threshold, must));
     }
     comparable(truth, prediction, coordinates)?;
     let error = NormalisedError::new(truth, coordinates);
@@ -83,12 +79,8 @@ fn comparable(
 ) -> Result<()> {
     truth.validate()?;
     prediction.validate()?;
-    let shape = |what: &str, found, expected, remedy: &str| Error::Shape {
-        what: what.into(),
-        found,
-        expected,
-        remedy: remedy.into(),
-    };
+    let shape =
+        |what: &str, found, expected, remedy: &str| Error::shape(what, found, expected, remedy);
     let n = coordinates.dof();
     for (what, trajectory) in [
         ("a state of the truth", truth),
@@ -112,11 +104,7 @@ fn comparable(
     if let Some(k) = truth.t.iter().zip(&prediction.t).position(differs) {
         let value = format!("{} where the truth has {}", prediction.t[k], truth.t[k]);
         let must = "the same in both: roll out at the time stamps of the truth";
-        return Err(Error::Argument {
-            name: "t",
-            value,
-            must,
-        });
+        return Err(Error::argument("t", value, must));
     }
     Ok(())
 }

@@ -38,11 +38,11 @@ impl FitConfig {
     pub fn trainable(&self, dataset: &Dataset) -> Result<Training> {
         match self.plan(dataset)? {
             Plan::Train(model) => Ok(model),
-            Plan::Solve(_) => Err(Error::Argument {
-                name: "family",
-                value: self.family.name().into(),
-                must: "a network: what is solved for at once has no steps",
-            }),
+            Plan::Solve(_) => Err(Error::argument(
+                "family",
+                self.family.name(),
+                "a network: what is solved for at once has no steps",
+            )),
         }
     }
 

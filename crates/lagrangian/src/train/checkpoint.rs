@@ -115,12 +115,12 @@ impl Checkpoint {
         if fits {
             return Ok(self);
         }
-        Err(Error::Shape {
-            what: "checkpoint".into(),
-            found: self.parameters.len(),
-            expected: parameters,
-            remedy: "resume with the settings that the run began with".into(),
-        })
+        Err(Error::shape(
+            "checkpoint",
+            self.parameters.len(),
+            parameters,
+            "resume with the settings that the run began with",
+        ))
     }
 
     /// As bytes (safetensors), exact to the bit.
@@ -192,13 +192,8 @@ impl Checkpoint {
             }
             let number = |b: &[u8]| f64::from_le_bytes(std::array::from_fn(|i| b[i]));
             let numbers: Vec<f64> = tensor.data().chunks_exact(8).map(number).collect();
-            match numbers.iter().position(|x| !x.is_finite()) {
-                Some(index) => Err(Error::NotFinite {
-                    what: format!("{name} of the checkpoint"),
-                    index,
-                }),
-                None => Ok(numbers),
-            }
+            Error::check_finite(format_args!("{name} of the checkpoint"), &numbers)?;
+            Ok(numbers)
         };
         let count = tensors
             .names()

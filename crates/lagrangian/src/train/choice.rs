@@ -271,20 +271,20 @@ impl Request {
             true => "omit it".into(),
             false => format!("omit it, or take `family` {}", others.join(" or ")),
         };
-        Err(Error::Setting {
-            problem: format!("`{name}` is no setting of {}", entry.name),
+        Err(Error::setting(
+            format!("`{name}` is no setting of {}", entry.name),
             remedy,
-        })
+        ))
     }
 
     /// The settings of the rollout loss; refuses them under any other, so that none is ignored.
     fn rollout(&self, loss: Loss) -> Result<RolloutLoss> {
         let given = present(&self.rollout);
         match given.keys().next() {
-            Some(name) if loss != Loss::ROLLOUT => Err(Error::Setting {
-                problem: format!("`{name}` is no setting of the loss {}", loss.name()),
-                remedy: "omit it, or take `loss` rollout".into(),
-            }),
+            Some(name) if loss != Loss::ROLLOUT => Err(Error::setting(
+                format!("`{name}` is no setting of the loss {}", loss.name()),
+                "omit it, or take `loss` rollout",
+            )),
             _ => read("the rollout loss", &self.rollout, ROLLOUT_SETTINGS),
         }
     }
@@ -298,20 +298,19 @@ fn present(values: &Values) -> Values {
 
 /// Reads the values of a table.
 fn read<T: DeserializeOwned>(what: &str, values: &Values, table: &[Setting]) -> Result<T> {
-    serde_json::from_value(Value::Object(present(values))).map_err(|e| Error::Setting {
-        problem: format!("a setting of {what} cannot be read ({e})"),
-        remedy: format!(
-            "give values of {}",
-            table.iter().map(|s| s.name).collect::<Vec<_>>().join(", ")
-        ),
+    serde_json::from_value(Value::Object(present(values))).map_err(|e| {
+        Error::setting(
+            format!("a setting of {what} cannot be read ({e})"),
+            format!(
+                "give values of {}",
+                table.iter().map(|s| s.name).collect::<Vec<_>>().join(", ")
+            ),
+        )
     })
 }
 
 fn setting_error(error: &serde_json::Error) -> Error {
-    Error::Setting {
-        problem: error.to_string(),
-        remedy: "correct the setting, or omit it".into(),
-    }
+    Error::setting(error.to_string(), "correct the setting, or omit it")
 }
 
 /// The name of the one setting of the training that a family chooses.
@@ -389,10 +388,10 @@ impl Trained {
             }
             OptimizerName::Adam => {
                 if self.asked.damping.is_some() {
-                    return Err(Error::Setting {
-                        problem: "`damping` is a setting of the natural gradient, and this fit is one by Adam".into(),
-                        remedy: "omit it, or take `optimizer` natural".into(),
-                    });
+                    return Err(Error::setting(
+                        "`damping` is a setting of the natural gradient, and this fit is one by Adam",
+                        "omit it, or take `optimizer` natural",
+                    ));
                 }
                 let default = AdamConfig::default();
                 Ok(Optimizer::Adam(AdamConfig {
@@ -407,10 +406,10 @@ impl Trained {
     fn damping(&mut self) -> Result<DampingName> {
         match self.asked.damping {
             Some(name) if self.loss == Loss::ROLLOUT && name != DampingName::Schedule => {
-                Err(Error::Setting {
-                    problem: "under the loss rollout the damping follows a schedule".into(),
-                    remedy: "omit `damping`, or choose another `loss`".into(),
-                })
+                Err(Error::setting(
+                    "under the loss rollout the damping follows a schedule",
+                    "omit `damping`, or choose another `loss`",
+                ))
             }
             Some(name) => Ok(name),
             None if self.follows_the_loss() => {

@@ -81,11 +81,11 @@ impl<'a> Run<'a> {
         observer: &mut dyn Observer,
     ) -> Result<(Ending, Progress)> {
         let Optimizer::Adam(config) = &self.config.optimizer else {
-            return Err(Error::Argument {
-                name: "precision",
-                value: "f32".into(),
-                must: "f64 under the natural gradient",
-            });
+            return Err(Error::argument(
+                "precision",
+                "f32",
+                "f64 under the natural gradient",
+            ));
         };
         let problem = NetworkDescent::new(learner, self.config.loss, self.batch());
         let engine = AdamEngine { problem, config };

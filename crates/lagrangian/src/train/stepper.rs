@@ -47,11 +47,11 @@ impl Stepper {
     /// As [`FitConfig::trainable`]; [`Error::Argument`] for another optimiser than the natural gradient.
     pub fn new(dataset: &Dataset, config: &FitConfig) -> Result<Self> {
         let Optimizer::Natural(settings) = &config.optimizer else {
-            return Err(Error::Argument {
-                name: "optimizer",
-                value: "adam".into(),
-                must: "natural, where steps are taken one by one",
-            });
+            return Err(Error::argument(
+                "optimizer",
+                "adam",
+                "natural, where steps are taken one by one",
+            ));
         };
         let model = config.trainable(dataset)?.0;
         let parameters = model.initialise(config.seed);
@@ -123,14 +123,12 @@ impl Stepper {
     /// # Errors
     /// [`Error::Shape`] for another number of them.
     pub fn set_parameters(&mut self, parameters: &[f64]) -> Result<()> {
-        if parameters.len() != self.parameters.len() {
-            return Err(Error::Shape {
-                what: "parameters".into(),
-                found: parameters.len(),
-                expected: self.parameters.len(),
-                remedy: "give those of a model of the same shape".into(),
-            });
-        }
+        Error::check_shape(
+            "parameters",
+            parameters.len(),
+            self.parameters.len(),
+            "give those of a model of the same shape",
+        )?;
         self.parameters.copy_from_slice(parameters);
         self.forget_momentum();
         Ok(())
@@ -162,10 +160,10 @@ impl Stepper {
         if fits && indices.iter().all(|&k| k < samples.len()) {
             return Ok(());
         }
-        Err(Error::Argument {
-            name: "sample indices",
-            value: format!("{} of {}", indices.len(), samples.len()),
-            must: "at least one, at most a batch, each below the number of samples",
-        })
+        Err(Error::argument(
+            "sample indices",
+            format!("{} of {}", indices.len(), samples.len()),
+            "at least one, at most a batch, each below the number of samples",
+        ))
     }
 }

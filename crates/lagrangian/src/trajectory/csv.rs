@@ -47,11 +47,11 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
         })
         .collect();
     if headers.is_empty() {
-        return Err(Error::TooShort {
-            what: format!("file '{name}' (it is empty, without even a header)"),
-            found: 0,
-            needed: 2,
-        });
+        return Err(Error::too_short(
+            format!("file '{name}' (it is empty, without even a header)"),
+            0,
+            2,
+        ));
     }
     let resolved = resolve(&headers, layout)?;
     let (numbers, trajectory) = (resolved.numbers.clone(), resolved.trajectory);

@@ -48,11 +48,11 @@ impl Recording {
         };
         let rows: Vec<usize> = (0..self.t.len()).filter(known).collect();
         if rows.len() < 2 {
-            return Err(Error::TooShort {
-                what: format!("trajectory '{}', its forces shifted,", self.name),
-                found: rows.len(),
-                needed: 2,
-            });
+            return Err(Error::too_short(
+                format!("trajectory '{}', its forces shifted,", self.name),
+                rows.len(),
+                2,
+            ));
         }
         let row = |k: &usize| -> Vec<f64> {
             let force =
@@ -78,21 +78,17 @@ impl Recording {
 
 fn one_each(delays: &[f64], n: usize) -> Result<Vec<f64>> {
     if let Some(delay) = delays.iter().find(|d| !d.is_finite()) {
-        return Err(Error::Argument {
-            name: "delay",
-            value: delay.to_string(),
-            must: "a finite time",
-        });
+        return Err(Error::argument("delay", delay, "a finite time"));
     }
     match delays {
         [delay] => Ok(vec![*delay; n]),
         _ if delays.len() == n => Ok(delays.to_vec()),
-        _ => Err(Error::Shape {
-            what: "delay".into(),
-            found: delays.len(),
-            expected: n,
-            remedy: "give one delay for all coordinates, or one for each".into(),
-        }),
+        _ => Err(Error::shape(
+            "delay",
+            delays.len(),
+            n,
+            "give one delay for all coordinates, or one for each",
+        )),
     }
 }
 

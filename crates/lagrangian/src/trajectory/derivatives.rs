@@ -57,27 +57,23 @@ impl EstimateOptions {
             .unwrap_or(self.longest_window)
             .min(self.longest_window);
         if window < SHORTEST {
-            return Err(Error::Argument {
-                name: "window",
-                value: window.to_string(),
-                must: "at least 6 samples",
-            });
+            return Err(Error::argument("window", window, "at least 6 samples"));
         }
         if let Some(seconds) = self.filter
             && !(seconds.is_finite() && seconds > 0.0)
         {
-            return Err(Error::Argument {
-                name: "filter",
-                value: seconds.to_string(),
-                must: "a finite number of seconds above 0",
-            });
+            return Err(Error::argument(
+                "filter",
+                seconds,
+                "a finite number of seconds above 0",
+            ));
         }
         if self.gap.is_nan() || self.gap <= 1.0 {
-            return Err(Error::Argument {
-                name: "gap",
-                value: self.gap.to_string(),
-                must: "above 1 (in median steps)",
-            });
+            return Err(Error::argument(
+                "gap",
+                self.gap,
+                "above 1 (in median steps)",
+            ));
         }
         Ok(())
     }
@@ -142,11 +138,7 @@ impl Fitted {
                 "trajectory '{}' (its longest piece without a gap)",
                 recording.name
             );
-            return Err(Error::TooShort {
-                what,
-                found: longest,
-                needed: SHORTEST,
-            });
+            return Err(Error::too_short(what, longest, SHORTEST));
         }
         all.retain(|s| s.len() >= SHORTEST);
         let mut fitted = Self {
@@ -203,14 +195,14 @@ impl Fitted {
         let window = 2 * half + 1;
         let longest = self.segments.iter().map(Range::len).max().unwrap_or(0);
         if longest <= window {
-            return Err(Error::TooShort {
-                what: format!(
+            return Err(Error::too_short(
+                format!(
                     "trajectory '{}', filtered over {seconds} s,",
                     recording.name
                 ),
-                found: longest,
-                needed: window + 1,
-            });
+                longest,
+                window + 1,
+            ));
         }
         self.segments.retain(|s| s.len() > window);
         let options = EstimateOptions {

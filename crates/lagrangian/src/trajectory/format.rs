@@ -127,11 +127,7 @@ impl WrittenColumns {
     pub(super) fn of(trajectories: &[Trajectory]) -> Result<Self> {
         let known = trajectories.iter().find(|t| !t.is_empty());
         let Some(first) = known.or(trajectories.first()) else {
-            return Err(Error::TooShort {
-                what: "the list of trajectories".into(),
-                found: 0,
-                needed: 1,
-            });
+            return Err(Error::too_short("the list of trajectories", 0, 1));
         };
         let n = first.dof();
         let is_written = |signal: &Signal| {
@@ -149,13 +145,12 @@ impl WrittenColumns {
         };
         match trajectories.iter().find(|t| !fits(t)) {
             None => Ok(Self { n, signals }),
-            Some(other) => Err(Error::Shape {
-                what: format!("trajectory '{}'", other.name),
-                found: other.dof(),
-                expected: n,
-                remedy: "trajectories of one file need the same coordinates and the same signals"
-                    .into(),
-            }),
+            Some(other) => Err(Error::shape(
+                format!("trajectory '{}'", other.name),
+                other.dof(),
+                n,
+                "trajectories of one file need the same coordinates and the same signals",
+            )),
         }
     }
 

@@ -156,30 +156,18 @@ impl Trajectory {
             return Ok(());
         };
         let (before, after) = (self.t[k], self.t[k + 1]);
-        Err(Error::Argument {
-            name: "t",
-            value: format!("{after} after {before} in trajectory '{}'", self.name),
-            must: "strictly increasing: sort the rows and remove repeats",
-        })
+        Err(Error::argument(
+            "t",
+            format!("{after} after {before} in trajectory '{}'", self.name),
+            "strictly increasing: sort the rows and remove repeats",
+        ))
     }
 
     fn check_signal(&self, name: &str, values: &[f64], expected: usize) -> Result<()> {
-        let what = || format!("{name} of trajectory '{}'", self.name);
-        if values.len() != expected {
-            let (len, n) = (self.len(), self.dof());
-            return Err(Error::Shape {
-                what: what(),
-                found: values.len(),
-                expected,
-                remedy: format!("give one value per sample and coordinate ({len} × {n})"),
-            });
-        }
-        match values.iter().position(|x| !x.is_finite()) {
-            None => Ok(()),
-            Some(index) => Err(Error::NotFinite {
-                what: what(),
-                index,
-            }),
-        }
+        let what = format!("{name} of trajectory '{}'", self.name);
+        let (len, n) = (self.len(), self.dof());
+        let remedy = format!("give one value per sample and coordinate ({len} × {n})");
+        Error::check_shape(&what, values.len(), expected, remedy)?;
+        Error::check_finite(what, values)
     }
 }

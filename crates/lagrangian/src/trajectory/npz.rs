@@ -220,14 +220,12 @@ fn check_lengths(resolved: &Resolved, headers: &[String], arrays: &[Array]) -> R
             .and_then(|a| a.header.shape.first().copied())
             .unwrap_or(0);
         let expected = *len.get_or_insert(found);
-        if found != expected {
-            return Err(Error::Shape {
-                what: format!("array '{}'", headers[column]),
-                found,
-                expected,
-                remedy: "all arrays need one row per time stamp".into(),
-            });
-        }
+        Error::check_shape(
+            format_args!("array '{}'", headers[column]),
+            found,
+            expected,
+            "all arrays need one row per time stamp",
+        )?;
     }
     Ok(len.unwrap_or(0))
 }

@@ -84,25 +84,25 @@ impl Recording {
             return Err(flaw);
         }
         if self.len() < 2 {
-            return Err(Error::TooShort {
-                what: format!("trajectory '{}'", self.name),
-                found: self.len(),
-                needed: 2,
-            });
+            return Err(Error::too_short(
+                format!("trajectory '{}'", self.name),
+                self.len(),
+                2,
+            ));
         }
         let n = self.dof();
         for (signal, values) in self.iter() {
             let measured = signal == Signal::Q || !values.is_empty();
             if measured && values.len() != self.len() * n || n == 0 {
-                return Err(Error::Shape {
-                    what: format!("{} of trajectory '{}'", signal.name(), self.name),
-                    found: values.len(),
-                    expected: self.len() * n,
-                    remedy: format!(
+                return Err(Error::shape(
+                    format!("{} of trajectory '{}'", signal.name(), self.name),
+                    values.len(),
+                    self.len() * n,
+                    format!(
                         "give one value per sample and coordinate ({} × {n})",
                         self.len()
                     ),
-                });
+                ));
             }
         }
         self.finite()?;

@@ -327,11 +327,7 @@ impl Rows {
 
     pub(super) fn finish(mut self) -> Result<Readings> {
         if self.partial.is_empty() {
-            return Err(Error::TooShort {
-                what: format!("file '{}'", self.file),
-                found: 0,
-                needed: 2,
-            });
+            return Err(Error::too_short(format!("file '{}'", self.file), 0, 2));
         }
         self.thin();
         let sampled = self.resolved.sample.is_some();

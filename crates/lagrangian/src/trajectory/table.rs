@@ -22,12 +22,12 @@ impl Table {
         let expected: usize = self.trajectories.iter().map(|t| t.1).sum();
         match self.columns.iter().find(|c| c.1.len() != expected) {
             None => Ok(()),
-            Some((name, values)) => Err(Error::Shape {
-                what: format!("column '{name}'"),
-                found: values.len(),
+            Some((name, values)) => Err(Error::shape(
+                format!("column '{name}'"),
+                values.len(),
                 expected,
-                remedy: "give one value for each sample of the trajectories".into(),
-            }),
+                "give one value for each sample of the trajectories",
+            )),
         }
     }
 }

@@ -33,11 +33,7 @@ pub(crate) const RESTART: f64 = 1e-4;
 /// The chain with so many links, in the coordinates of a chart upon the absolute angles.
 pub(crate) fn chain(links: usize, chart: Chart) -> Result<InChart<NLinkPendulum>> {
     if !(1..=7).contains(&links) {
-        return Err(Error::Argument {
-            name: "links",
-            value: links.to_string(),
-            must: "between 1 and 7",
-        });
+        return Err(Error::argument("links", links, "between 1 and 7"));
     }
     let ones = vec![1.0; links];
     let system = NLinkPendulum {

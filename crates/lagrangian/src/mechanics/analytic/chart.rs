@@ -55,11 +55,11 @@ impl Chart {
             && SymmetricSolver::new(n).solve(&normal, &vec![1.0; n], &mut unit)
                 == Regularity::Definite;
         if !regular {
-            return Err(Error::Argument {
-                name: "chart",
-                value: format!("{matrix:?}"),
-                must: "a regular square matrix, row by row: rows that are no multiples of each other",
-            });
+            return Err(Error::argument(
+                "chart",
+                format!("{matrix:?}"),
+                "a regular square matrix, row by row: rows that are no multiples of each other",
+            ));
         }
         Ok(Self::Linear(Linear { n, matrix, normal }))
     }
@@ -72,11 +72,11 @@ impl Chart {
         if amount.abs() < 1.0 {
             return Ok(Self::Sine(amount));
         }
-        Err(Error::Argument {
-            name: "chart",
-            value: amount.to_string(),
-            must: "between -1 and 1, so that the coordinates grow with each other",
-        })
+        Err(Error::argument(
+            "chart",
+            amount,
+            "between -1 and 1, so that the coordinates grow with each other",
+        ))
     }
 
     /// The coordinates of the chart, for a system with these.
@@ -91,12 +91,12 @@ impl Chart {
     /// Checks that the chart is one of `n` coordinates.
     fn check(&self, n: usize) -> Result<()> {
         match self {
-            Self::Linear(linear) if linear.n != n => Err(Error::Shape {
-                what: "matrix of the chart".into(),
-                found: linear.n,
-                expected: n,
-                remedy: "give a row and a column for each coordinate of the system".into(),
-            }),
+            Self::Linear(linear) if linear.n != n => Err(Error::shape(
+                "matrix of the chart",
+                linear.n,
+                n,
+                "give a row and a column for each coordinate of the system",
+            )),
             _ => Ok(()),
         }
     }

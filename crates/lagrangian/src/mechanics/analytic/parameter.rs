@@ -108,10 +108,6 @@ impl Parameter {
         if fits {
             return Ok(());
         }
-        Err(Error::Argument {
-            name: self.name,
-            value: value.to_string(),
-            must,
-        })
+        Err(Error::argument(self.name, value, must))
     }
 }

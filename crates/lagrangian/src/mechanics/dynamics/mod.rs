@@ -372,14 +372,12 @@ impl<L: Lagrangian> Mechanical<L> {
     /// [`Error::Shape`](crate::Error::Shape) where they are not those of its coordinates.
     pub fn driven(self, actuation: Actuation) -> Result<Self> {
         let n = self.lagrangian.coordinates().dof();
-        if actuation.dof() != n {
-            return Err(crate::Error::Shape {
-                what: "actuation".into(),
-                found: actuation.dof(),
-                expected: n,
-                remedy: "give a row of the input matrix and an offset for each coordinate".into(),
-            });
-        }
+        crate::Error::check_shape(
+            "actuation",
+            actuation.dof(),
+            n,
+            "give a row of the input matrix and an offset for each coordinate",
+        )?;
         let actuation = Some(actuation);
         Ok(Self { actuation, ..self })
     }

@@ -205,13 +205,12 @@ impl<'a> Dynamics<'a> {
         let n = self.coordinates.dof();
         let states = q.len() / n.max(1);
         let shape = |what: &str, found, expected| {
-            Err(Error::Shape {
-                what: what.into(),
+            Err(Error::shape(
+                what,
                 found,
                 expected,
-                remedy: "give one row for each state, and one value in it for each coordinate"
-                    .into(),
-            })
+                "give one row for each state, and one value in it for each coordinate",
+            ))
         };
         if q.len() != states * n || states == 0 {
             return shape("q", q.len(), n * states.max(1));
@@ -360,10 +359,10 @@ fn filled(
 ) -> Result<Vec<f64>> {
     let mut values = vec![0.0; size];
     match write(&mut values)? {
-        Evaluation::NotFinite { state } => Err(Error::NotFinite {
-            what: format!("the {what} of the model at state {state}"),
-            index: values.iter().position(|x| !x.is_finite()).unwrap_or(0),
-        }),
+        Evaluation::NotFinite { state } => Err(Error::not_finite(
+            format!("the {what} of the model at state {state}"),
+            values.iter().position(|x| !x.is_finite()).unwrap_or(0),
+        )),
         Evaluation::Regular | Evaluation::Singular { .. } => Ok(values),
     }
 }
@@ -380,11 +379,11 @@ fn finite(values: &[f64], width: usize) -> Evaluation {
 
 /// The error for a model that lacks a quantity.
 fn without(what: &str) -> Error {
-    Error::Argument {
-        name: "model",
-        value: format!("one without {what}"),
-        must: "a Lagrangian, a Hamiltonian, rigid bodies, or a plain network that was fitted to this quantity",
-    }
+    Error::argument(
+        "model",
+        format!("one without {what}"),
+        "a Lagrangian, a Hamiltonian, rigid bodies, or a plain network that was fitted to this quantity",
+    )
 }
 
 #[cfg(test)]

@@ -119,14 +119,12 @@ impl TryFrom<Described> for Actuation {
     fn try_from(described: Described) -> Result<Self> {
         let n = described.offset.len();
         if described.matrix.len() != n * n || !(1..=64).contains(&n) {
-            return Err(Error::Shape {
-                what: "input matrix".into(),
-                found: described.matrix.len(),
-                expected: n * n,
-                remedy:
-                    "give one row and one column for each coordinate, and one offset; at most 64"
-                        .into(),
-            });
+            return Err(Error::shape(
+                "input matrix",
+                described.matrix.len(),
+                n * n,
+                "give one row and one column for each coordinate, and one offset; at most 64",
+            ));
         }
         let numbers = described.matrix.iter().chain(&described.offset);
         if let Some(index) = numbers.clone().position(|x| !x.is_finite()) {
@@ -134,11 +132,11 @@ impl TryFrom<Described> for Actuation {
             return Err(Error::NotFinite { what, index });
         }
         if described.matrix.iter().all(|&b| b == 0.0) {
-            return Err(Error::Argument {
-                name: "input matrix",
-                value: "0".into(),
-                must: "not zero: some input must exert a force",
-            });
+            return Err(Error::argument(
+                "input matrix",
+                "0",
+                "not zero: some input must exert a force",
+            ));
         }
         let inverse = pseudo_inverse(&described.matrix, n);
         Ok(Self { described, inverse })

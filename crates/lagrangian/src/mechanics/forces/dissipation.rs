@@ -107,21 +107,10 @@ fn checked(
     right: impl Fn(f64) -> bool,
     must: &'static str,
 ) -> Result<()> {
-    if list.len() != n {
-        return Err(Error::Shape {
-            what: name.into(),
-            found: list.len(),
-            expected: n,
-            remedy: "give one coefficient per coordinate".into(),
-        });
-    }
+    Error::check_shape(name, list.len(), n, "give one coefficient per coordinate")?;
     match list.iter().find(|x| !(x.is_finite() && right(**x))) {
         None => Ok(()),
-        Some(value) => Err(Error::Argument {
-            name,
-            value: value.to_string(),
-            must,
-        }),
+        Some(value) => Err(Error::argument(name, value, must)),
     }
 }
 

@@ -43,14 +43,7 @@ impl Scaling {
             ("qd_scale", &self.qd_scale),
         ];
         for (name, list) in lists {
-            if list.len() != n {
-                return Err(Error::Shape {
-                    what: name.into(),
-                    found: list.len(),
-                    expected: n,
-                    remedy: "give one scale per coordinate".into(),
-                });
-            }
+            Error::check_shape(name, list.len(), n, "give one scale per coordinate")?;
         }
         let scales = self
             .q_scale
@@ -99,11 +92,7 @@ impl Scaling {
 }
 
 fn bad(value: f64) -> Error {
-    Error::Argument {
-        name: "scaling",
-        value: value.to_string(),
-        must: "finite, and positive where it divides",
-    }
+    Error::argument("scaling", value, "finite, and positive where it divides")
 }
 
 /// The features of one coordinate with their first and second derivatives: (cos q, sin q) or ((q − centre) / scale).

@@ -18,14 +18,12 @@ impl<A: Lagrangian, B: Lagrangian> Sum<A, B> {
     /// [`Error::Shape`] where they do not have the same number of coordinates.
     pub fn new(known: A, rest: B) -> Result<Self> {
         let (found, expected) = (known.coordinates().dof(), rest.coordinates().dof());
-        if found != expected {
-            return Err(Error::Shape {
-                what: "the known Lagrangian".into(),
-                found,
-                expected,
-                remedy: "give one of the same coordinates as the rest".into(),
-            });
-        }
+        Error::check_shape(
+            "the known Lagrangian",
+            found,
+            expected,
+            "give one of the same coordinates as the rest",
+        )?;
         Ok(Self { known, rest })
     }
 

@@ -114,11 +114,11 @@ impl Family for DelanConfig {
 
     fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
         if self.inertia == Inertia::Constant {
-            return Err(Error::Argument {
-                name: "inertia",
-                value: "constant".into(),
-                must: "that of the configuration: a constant mass matrix is the family vin",
-            });
+            return Err(Error::argument(
+                "inertia",
+                "constant",
+                "that of the configuration: a constant mass matrix is the family vin",
+            ));
         }
         prepare(self, dataset, config)
     }

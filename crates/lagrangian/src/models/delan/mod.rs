@@ -101,11 +101,11 @@ impl DelanConfig {
         if self.shift.is_finite() && self.shift > 0.0 {
             return Ok(());
         }
-        Err(Error::Argument {
-            name: "shift",
-            value: self.shift.to_string(),
-            must: "finite and positive: it keeps M positive definite",
-        })
+        Err(Error::argument(
+            "shift",
+            self.shift,
+            "finite and positive: it keeps M positive definite",
+        ))
     }
 
     /// Whether p = ∂L/∂q̇ does not depend on q.
@@ -231,19 +231,19 @@ impl Delan {
     ) -> Result<Self> {
         let packed = Packed::of(&shape.net, &parameters)?;
         if !rotors.is_empty() && rotors.len() != shape.dof() {
-            return Err(Error::Shape {
-                what: "rotor inertias".into(),
-                found: rotors.len(),
-                expected: shape.dof(),
-                remedy: "give one for each coordinate, or none".into(),
-            });
+            return Err(Error::shape(
+                "rotor inertias",
+                rotors.len(),
+                shape.dof(),
+                "give one for each coordinate, or none",
+            ));
         }
         if let Some(rotor) = rotors.iter().find(|j| !(j.is_finite() && **j >= 0.0)) {
-            return Err(Error::Argument {
-                name: "rotor inertia",
-                value: rotor.to_string(),
-                must: "finite and not negative",
-            });
+            return Err(Error::argument(
+                "rotor inertia",
+                rotor,
+                "finite and not negative",
+            ));
         }
         Ok(Self {
             shape,
@@ -326,11 +326,7 @@ impl DelanShape {
         config.validate()?;
         scaling.validate(coordinates.dof())?;
         if coordinates.dof() == 0 {
-            return Err(Error::Argument {
-                name: "coordinates",
-                value: "none".into(),
-                must: "at least one",
-            });
+            return Err(Error::argument("coordinates", "none", "at least one"));
         }
         Error::check_dof(coordinates.dof(), 64)?;
         let net = config.net(&coordinates);

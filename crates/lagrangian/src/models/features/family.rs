@@ -80,11 +80,11 @@ impl Family for FeaturesConfig {
         if config.forces.is_none() {
             return Ok(());
         }
-        Err(Error::Argument {
-            name: "forces",
-            value: "some beside random features".into(),
-            must: "none: take a network such as lnn to learn friction too",
-        })
+        Err(Error::argument(
+            "forces",
+            "some beside random features",
+            "none: take a network such as lnn to learn friction too",
+        ))
     }
 
     fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {

@@ -67,10 +67,7 @@ pub(super) fn solve(dataset: &Dataset, config: &FeaturesConfig, seed: u64) -> Re
         .filter(|(loss, validation, _)| loss.is_finite() && validation.is_none_or(f64::is_finite))
         .min_by(|a, b| a.1.unwrap_or(a.0).total_cmp(&b.1.unwrap_or(b.0)));
     let Some((loss, validation, weights)) = best else {
-        return Err(Error::NotFinite {
-            what: "the sums of squares of the samples".into(),
-            index: 0,
-        });
+        return Err(Error::not_finite("the sums of squares of the samples", 0));
     };
     let parameters = [problem.hidden, weights].concat();
     let coordinates = dataset.coordinates.clone();

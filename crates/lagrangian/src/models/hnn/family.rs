@@ -83,16 +83,16 @@ fn read(mut settings: Value) -> serde_json::Result<Box<dyn Family>> {
 fn choose(_: &Known, request: &Request) -> Result<Vec<Choice>> {
     let given = |name: &str| request.settings.get(name).and_then(Value::as_str);
     if given("momenta").is_some() && request.settings.contains_key(MASSES) {
-        return Err(Error::Setting {
-            problem: "`momenta` and `masses` exclude each other".into(),
-            remedy: "give one of them".into(),
-        });
+        return Err(Error::setting(
+            "`momenta` and `masses` exclude each other",
+            "give one of them",
+        ));
     }
     if given("structure") == Some("none") && given("momenta") != Some("velocities") {
-        return Err(Error::Setting {
-            problem: "`structure` none knows no momentum that belongs to a velocity".into(),
-            remedy: "add `momenta` velocities, or take `structure` free or mass".into(),
-        });
+        return Err(Error::setting(
+            "`structure` none knows no momentum that belongs to a velocity",
+            "add `momenta` velocities, or take `structure` free or mass",
+        ));
     }
     Ok(Vec::new())
 }

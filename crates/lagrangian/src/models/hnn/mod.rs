@@ -104,11 +104,7 @@ impl HnnConfig {
         } else {
             return Ok(());
         };
-        Err(Error::Argument {
-            name: "speed limit",
-            value: c.to_string(),
-            must,
-        })
+        Err(Error::argument("speed limit", c, must))
     }
 }
 
@@ -265,20 +261,9 @@ impl HnnShape {
         let n = coordinates.dof();
         config.check_speed_limit()?;
         if let Momenta::Masses(masses) = &config.momenta {
-            if masses.len() != n {
-                return Err(Error::Shape {
-                    what: "masses".into(),
-                    found: masses.len(),
-                    expected: n,
-                    remedy: "give one for each coordinate".into(),
-                });
-            }
+            Error::check_shape("masses", masses.len(), n, "give one for each coordinate")?;
             if let Some(mass) = masses.iter().find(|m| !(m.is_finite() && **m > 0.0)) {
-                return Err(Error::Argument {
-                    name: "mass",
-                    value: mass.to_string(),
-                    must: "finite and positive",
-                });
+                return Err(Error::argument("mass", mass, "finite and positive"));
             }
         }
         let (width, layers, activation) = (config.width, config.layers, config.activation);

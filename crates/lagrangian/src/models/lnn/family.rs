@@ -68,10 +68,10 @@ const SETTINGS: &[Setting] = &[
 fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
     let given = &request.settings;
     if given.contains_key("speed_chart") && !given.contains_key("speed_limit") {
-        return Err(Error::Setting {
-            problem: "`speed_chart` belongs to a limit of speed, and none is given".into(),
-            remedy: "give `speed_limit` too, or omit it".into(),
-        });
+        return Err(Error::setting(
+            "`speed_chart` belongs to a limit of speed, and none is given",
+            "give `speed_limit` too, or omit it",
+        ));
     }
     let form = if request.nominal.is_some() {
         let reason = "upon a known robot the network must be able to take inertia away";

@@ -255,11 +255,11 @@ impl Lnn {
     pub(crate) fn assemble(shape: LnnShape, parameters: Vec<f64>) -> Result<Self> {
         let packed = Packed::of(&shape.net, &parameters)?;
         if let Some(index) = shape.net.negative(&parameters) {
-            return Err(Error::Argument {
-                name: "weight of the convex form",
-                value: format!("{} at index {index}", parameters[index]),
-                must: "0 or above, or L is not convex in q̇: repeat the fit, or use the free form",
-            });
+            return Err(Error::argument(
+                "weight of the convex form",
+                format!("{} at index {index}", parameters[index]),
+                "0 or above, or L is not convex in q̇: repeat the fit, or use the free form",
+            ));
         }
         Ok(Self {
             shape,
@@ -326,11 +326,7 @@ impl LnnShape {
         config.validate()?;
         scaling.validate(coordinates.dof())?;
         if coordinates.dof() == 0 {
-            return Err(Error::Argument {
-                name: "coordinates",
-                value: "none".into(),
-                must: "at least one",
-            });
+            return Err(Error::argument("coordinates", "none", "at least one"));
         }
         let net = config.net(&coordinates);
         let seen = Seen::of_velocity(config.speed_limit, config.speed_chart);

@@ -169,11 +169,7 @@ impl MlpShape {
         };
         outputs.validate(n)?;
         if n == 0 {
-            return Err(Error::Argument {
-                name: "coordinates",
-                value: "none".into(),
-                must: "at least one",
-            });
+            return Err(Error::argument("coordinates", "none", "at least one"));
         }
         let driven = config.forced || config.direction == Direction::Inverse;
         let inputs = Scaling::features(&coordinates) + n + if driven { n } else { 0 };

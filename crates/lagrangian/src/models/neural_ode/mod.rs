@@ -92,11 +92,11 @@ impl NeuralOde {
     /// [`Error::Argument`] for an inverse network.
     pub fn new(network: Mlp) -> Result<Self> {
         if network.config().direction == Direction::Inverse {
-            return Err(Error::Argument {
-                name: "network of a neural ODE",
-                value: "inverse".into(),
-                must: "forward (second order) or flow (first order)",
-            });
+            return Err(Error::argument(
+                "network of a neural ODE",
+                "inverse",
+                "forward (second order) or flow (first order)",
+            ));
         }
         Ok(Self(network))
     }

@@ -119,19 +119,9 @@ impl Family for RigidConfig {
 
 /// Checks that there is one finite standard error for each of `expected` parameters.
 fn check_errors(errors: &[f64], expected: usize) -> Result<()> {
-    let what = "standard errors".to_string();
-    if errors.len() != expected {
-        return Err(Error::Shape {
-            what,
-            found: errors.len(),
-            expected,
-            remedy: "give one for each parameter".into(),
-        });
-    }
-    match errors.iter().position(|e| !e.is_finite()) {
-        Some(index) => Err(Error::NotFinite { what, index }),
-        None => Ok(()),
-    }
+    let what = "standard errors";
+    Error::check_shape(what, errors.len(), expected, "give one for each parameter")?;
+    Error::check_finite(what, errors)
 }
 
 /// A parameter that was solved for.

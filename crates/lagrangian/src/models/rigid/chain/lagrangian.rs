@@ -49,18 +49,13 @@ impl RigidChain {
     /// parameters; [`Error::NotFinite`].
     pub fn new(coordinates: Coordinates, angles: Angles, parameters: Vec<f64>) -> Result<Self> {
         let expected = Self::names(&coordinates, angles)?.len();
-        if parameters.len() != expected {
-            return Err(Error::Shape {
-                what: "base parameters".into(),
-                found: parameters.len(),
-                expected,
-                remedy: "give them in the order of their names".into(),
-            });
-        }
-        if let Some(index) = parameters.iter().position(|x| !x.is_finite()) {
-            let what = "base parameters".into();
-            return Err(Error::NotFinite { what, index });
-        }
+        Error::check_shape(
+            "base parameters",
+            parameters.len(),
+            expected,
+            "give them in the order of their names",
+        )?;
+        Error::check_finite("base parameters", &parameters)?;
         Ok(Self {
             coordinates,
             angles,
@@ -77,11 +72,11 @@ impl RigidChain {
         let n = coordinates.dof();
         if !(1..=MOST).contains(&n) || !(0..n).all(|i| coordinates.is_circle(i)) {
             let angles = (0..n).filter(|&i| coordinates.is_circle(i)).count();
-            return Err(Error::Argument {
-                name: "rigid chain",
-                value: format!("{n} coordinates, {angles} of them angles"),
-                must: "1 to 7 angles: declare them with `angles`, or fit a network (`family` lnn)",
-            });
+            return Err(Error::argument(
+                "rigid chain",
+                format!("{n} coordinates, {angles} of them angles"),
+                "1 to 7 angles: declare them with `angles`, or fit a network (`family` lnn)",
+            ));
         }
         let pairs = (1..=n).flat_map(|i| (i..=n).map(move |j| format!("inertia_{i}_{j}")));
         let rotors = (2..=n)

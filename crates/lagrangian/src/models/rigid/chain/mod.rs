@@ -184,11 +184,11 @@ impl From<Identified> for Solution {
 /// scale of a Lagrangian is undetermined. [`Error::NotFinite`] where the samples are too large to be squared.
 pub fn identify(dataset: &Dataset, config: &RigidConfig, dissipation: bool) -> Result<Identified> {
     if !dataset.forced || dataset.train.is_empty() {
-        return Err(Error::Argument {
-            name: "forces",
-            value: "none".into(),
-            must: "recorded (`tau`): a rigid chain is identified from torques; a network such as lnn learns from free motions too",
-        });
+        return Err(Error::argument(
+            "forces",
+            "none",
+            "recorded (`tau`): a rigid chain is identified from torques; a network such as lnn learns from free motions too",
+        ));
     }
     let angles = match config.angles {
         Some(angles) => vec![angles],
@@ -215,10 +215,7 @@ pub fn identify(dataset: &Dataset, config: &RigidConfig, dissipation: bool) -> R
     }
     match best {
         Some((_, found)) => Ok(found),
-        None => Err(Error::NotFinite {
-            what: "the sums of squares of the samples".into(),
-            index: 0,
-        }),
+        None => Err(Error::not_finite("the sums of squares of the samples", 0)),
     }
 }
 

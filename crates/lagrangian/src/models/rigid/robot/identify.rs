@@ -43,11 +43,11 @@ pub(crate) fn identify(
 ) -> Result<Solution> {
     let robot = robot.bodies(&dataset.coordinates)?;
     if !dataset.forced || dataset.train.is_empty() {
-        return Err(Error::Argument {
-            name: "forces",
-            value: "none".into(),
-            must: "recorded (`tau`): a robot is identified from torques",
-        });
+        return Err(Error::argument(
+            "forces",
+            "none",
+            "recorded (`tau`): a robot is identified from torques",
+        ));
     }
     let problem = Problem::new(dataset, &robot, smoothing, dissipation);
     let mut best: Option<(f64, Candidate)> = None;
@@ -68,10 +68,7 @@ pub(crate) fn identify(
         }
     }
     let what = || "the sums of squares of the samples".to_string();
-    let (_, candidate) = best.ok_or_else(|| Error::NotFinite {
-        what: what(),
-        index: 0,
-    })?;
+    let (_, candidate) = best.ok_or_else(|| Error::not_finite(what(), 0))?;
     problem.assemble(candidate)
 }
 
