@@ -5,9 +5,8 @@
 use std::f64::consts::TAU;
 
 use experiments::field::{
-    Chain, DensityConfig, DensityNet, Field, FieldFamily, FieldFitConfig, FieldScaling, Pulse,
-    RingStates, Symmetry, centre_of_pulse, dispersion, fit, kink, kink_position, ring_states,
-    speed_of_motion,
+    Chain, DensityConfig, DensityNet, Field, FieldFitConfig, FieldScaling, Pulse, RingStates,
+    Symmetry, centre_of_pulse, dispersion, fit, kink, kink_position, ring_states, speed_of_motion,
 };
 use lagrangian::dynamics::{Evaluator, Mechanical, Model};
 use lagrangian::integrate::Method;
@@ -282,11 +281,11 @@ fn rings(chain: Chain, motions: usize) -> (Dataset, RingStates) {
 
 fn config(symmetry: Symmetry, steps: usize) -> FieldFitConfig {
     FieldFitConfig {
-        family: FieldFamily::Density(DensityConfig {
+        network: DensityConfig {
             symmetry,
             width: 16,
             ..DensityConfig::default()
-        }),
+        },
         budget: Budget::Steps(steps),
         rings: 24,
         ..FieldFitConfig::default()

@@ -6,16 +6,7 @@ use lagrangian::Coordinates;
 use lagrangian::lagrangian::analytic::{ClosedForm, DualJets};
 use lagrangian::lagrangian::{Jets, Lagrangian};
 
-/// What holds a point of a [`Chain`] to its place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Potential {
-    /// ½ ω₀² φ².
-    Quadratic,
-    /// ω₀² (1 − cos φ), with φ an angle.
-    Cosine,
-}
-
-/// A chain of unit masses a spacing h apart (theory.md, 66):
+/// A chain of unit masses a spacing h = 1 apart (theory.md, 66), with U = ½ ω₀² φ² or, of angles, ω₀² (1 − cos φ):
 ///
 /// ℓ = ½ φ̇₀² + ½ (r/h)² (φ̇₊ − φ̇₀)² − ½ (c/h)² (φ₊ − φ₀)² − U(φ₀) .
 ///
@@ -27,21 +18,17 @@ pub struct Chain {
     speed: f64,
     radius: f64,
     gap: f64,
-    potential: Potential,
-    spacing: f64,
     coordinates: Coordinates,
 }
 
 impl Chain {
-    /// The wave equation φ̈ = c² φ″, at spacing 1.
+    /// The wave equation φ̈ = c² φ″.
     #[must_use]
     pub fn wave(speed: f64) -> Self {
         Self {
             speed,
             radius: 0.0,
             gap: 0.0,
-            potential: Potential::Quadratic,
-            spacing: 1.0,
             coordinates: Coordinates::lines(3),
         }
     }
@@ -69,7 +56,6 @@ impl Chain {
     pub fn sine_gordon(speed: f64, gap: f64) -> Self {
         Self {
             gap,
-            potential: Potential::Cosine,
             coordinates: Coordinates::angles(3),
             ..Self::wave(speed)
         }
@@ -84,7 +70,7 @@ impl Chain {
     /// ω(k) of small waves, rad/s; k in rad/m.
     #[must_use]
     pub fn frequency(&self, k: f64) -> f64 {
-        let kappa = 2.0 / self.spacing * (0.5 * k * self.spacing).sin();
+        let kappa = 2.0 * (0.5 * k).sin();
         let stiffness = self.gap.powi(2) + (self.speed * kappa).powi(2);
         (stiffness / (1.0 + (self.radius * kappa).powi(2))).sqrt()
     }
@@ -92,12 +78,11 @@ impl Chain {
 
 impl ClosedForm for Chain {
     fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
-        let h = self.spacing;
-        let (stretch, rate) = ((q[2] - q[1]) / h, (qd[2] - qd[1]) / h);
+        let (stretch, rate) = (q[2] - q[1], qd[2] - qd[1]);
         let kinetic = qd[1] * qd[1] + rate * rate * self.radius.powi(2);
-        let held = match self.potential {
-            Potential::Quadratic => q[1] * q[1] * 0.5,
-            Potential::Cosine => -q[1].cos() + 1.0,
+        let held = match self.coordinates.is_circle(1) {
+            true => -q[1].cos() + 1.0,
+            false => q[1] * q[1] * 0.5,
         };
         (kinetic - stretch * stretch * self.speed.powi(2)) * 0.5 - held * self.gap.powi(2)
     }

@@ -1,6 +1,5 @@
-//! A density that is a network.
+//! Networks of three neighbouring points, and a density that is one.
 
-use num_dual::DualNum;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -40,17 +39,39 @@ impl Default for DensityConfig {
     }
 }
 
-impl DensityConfig {
-    /// A network of one output with these inputs; a constant says nothing in a Lagrangian.
-    pub(super) fn net(&self, inputs: &Inputs, bias: bool) -> Net {
-        let mut build = Build::new(inputs.count(), 0);
-        let mut source = Source::Features;
-        for _ in 0..self.layers {
-            let layer = build.dense(self.width, &[(source, false)], true, Some(self.activation));
-            source = Source::Layer(layer);
-        }
-        build.dense(1, &[(source, false)], bias, None);
-        build.finish()
+/// What a network of three neighbouring points gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Output {
+    /// A density, from which the motion follows.
+    Density,
+    /// The acceleration of the point in the middle: the plain network.
+    Acceleration,
+}
+
+/// All of a network of three neighbouring points but its weights.
+#[derive(Debug, Clone)]
+pub(super) struct Shape {
+    pub(super) output: Output,
+    pub(super) config: DensityConfig,
+    pub(super) inputs: Inputs,
+    pub(super) net: Net,
+}
+
+/// A network of three neighbouring points with its weights.
+#[derive(Debug, Clone)]
+pub(super) struct Weighted {
+    pub(super) shape: Shape,
+    pub(super) parameters: Vec<f64>,
+    pub(super) packed: Packed<f64>,
+}
+
+impl Weighted {
+    pub(super) fn new(shape: Shape, parameters: Vec<f64>) -> Result<Self> {
+        Ok(Self {
+            packed: Packed::of(&shape.net, &parameters)?,
+            shape,
+            parameters,
+        })
     }
 }
 
@@ -59,17 +80,7 @@ impl DensityConfig {
 /// It is a Lagrangian of the values left, here and right; [`Field`](super::Field) sums it over a ring of any size.
 #[derive(Debug, Clone)]
 pub struct DensityNet {
-    pub(super) shape: DensityShape,
-    parameters: Vec<f64>,
-    packed: Packed<f64>,
-}
-
-/// All of a [`DensityNet`] but its weights.
-#[derive(Debug, Clone)]
-pub(super) struct DensityShape {
-    pub(super) config: DensityConfig,
-    pub(super) inputs: Inputs,
-    pub(super) net: Net,
+    network: Weighted,
     coordinates: Coordinates,
 }
 
@@ -79,78 +90,70 @@ impl DensityNet {
     /// # Errors
     /// None of its own: those of the kernels.
     pub fn random(config: DensityConfig, scaling: FieldScaling, seed: u64) -> Result<Self> {
-        let shape = DensityShape::new(config, scaling);
+        let shape = Shape::new(Output::Density, config, scaling);
         let parameters = shape.initialise(seed);
-        Self::assemble(shape, parameters)
+        Ok(Self::of(Weighted::new(shape, parameters)?))
     }
 
-    /// A network with given weights, in the order of [`DensityNet::parameters`].
-    ///
-    /// # Errors
-    /// As [`DensityNet::random`]; those of the kernels for another number of weights.
-    pub fn with_parameters(
-        config: DensityConfig,
-        scaling: FieldScaling,
-        parameters: Vec<f64>,
-    ) -> Result<Self> {
-        Self::assemble(DensityShape::new(config, scaling), parameters)
-    }
-
-    pub(super) fn assemble(shape: DensityShape, parameters: Vec<f64>) -> Result<Self> {
-        let packed = Packed::of(&shape.net, &parameters)?;
-        Ok(Self {
-            shape,
-            parameters,
-            packed,
-        })
+    pub(super) fn of(network: Weighted) -> Self {
+        Self {
+            coordinates: network.shape.inputs.coordinates(),
+            network,
+        }
     }
 
     /// All weights, layer by layer.
     #[must_use]
     pub fn parameters(&self) -> &[f64] {
-        &self.parameters
+        &self.network.parameters
     }
 
     /// Its configuration.
     #[must_use]
     pub fn config(&self) -> &DensityConfig {
-        &self.shape.config
+        &self.network.shape.config
     }
 
     /// Its scales.
     #[must_use]
     pub fn scaling(&self) -> &FieldScaling {
-        &self.shape.inputs.scaling
-    }
-
-    /// ℓ over any scalar: the slow, plain evaluation that the kernels are tested against. `phi`, `phid` are `[3]`.
-    pub fn density<D: DualNum<Primitive = f64> + Copy>(&self, phi: &[D], phid: &[D]) -> D {
-        let DensityShape { config, inputs, .. } = &self.shape;
-        let x = inputs.evaluate(phi, phid);
-        let value = self.shape.net.evaluate(&self.parameters, &x, &[])[0];
-        value * self.shape.energy() + phid[1] * phid[1] * (0.5 * config.kinetic)
+        &self.network.shape.inputs.scaling
     }
 }
 
-impl DensityShape {
-    pub(super) fn new(config: DensityConfig, scaling: FieldScaling) -> Self {
-        let inputs = Inputs::new(config.symmetry, scaling);
+impl Shape {
+    pub(super) fn new(output: Output, config: DensityConfig, scaling: FieldScaling) -> Self {
+        let inputs = Inputs {
+            symmetry: config.symmetry,
+            scaling,
+        };
+        let mut build = Build::new(inputs.count(), 0);
+        let mut source = Source::Features;
+        for _ in 0..config.layers {
+            let activation = Some(config.activation);
+            let layer = build.dense(config.width, &[(source, false)], true, activation);
+            source = Source::Layer(layer);
+        }
+        // A constant says nothing in a Lagrangian.
+        let bias = output == Output::Acceleration;
+        build.dense(1, &[(source, false)], bias, None);
         Self {
-            net: config.net(&inputs, false),
-            coordinates: inputs.coordinates(),
+            output,
+            net: build.finish(),
             config,
             inputs,
         }
     }
 
-    /// Random weights; those of the output are small, so that the mass matrix of a whole ring begins near κ: one that
-    /// begins indefinite may stay so.
+    /// Random weights; those of the output of a density are small, so that the mass matrix of a whole ring begins near κ:
+    /// one that begins indefinite may stay so.
     pub(super) fn initialise(&self, seed: u64) -> Vec<f64> {
         let mut parameters = self.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed));
-        let output = parameters.len() - self.config.width;
-        parameters[output..]
-            .iter_mut()
-            .for_each(|w| *w *= FIRST_OUTPUT);
+        if self.output == Output::Density {
+            let output = parameters.len() - self.config.width;
+            let weights = parameters[output..].iter_mut();
+            weights.for_each(|w| *w *= FIRST_OUTPUT);
+        }
         parameters
     }
 
@@ -224,13 +227,13 @@ impl DensityShape {
 
 impl Lagrangian for DensityNet {
     fn coordinates(&self) -> &Coordinates {
-        &self.shape.coordinates
+        &self.coordinates
     }
 
     fn jets(&self) -> Box<dyn Jets + '_> {
         Box::new(DensityJets {
-            density: self,
-            pass: Pass::new(&self.shape.net, BLOCK, NEIGHBOURS),
+            network: &self.network,
+            pass: Pass::new(&self.network.shape.net, BLOCK, NEIGHBOURS),
         })
     }
 }
@@ -242,14 +245,14 @@ const FIRST_OUTPUT: f64 = 0.1;
 const BLOCK: usize = 16;
 
 struct DensityJets<'a> {
-    density: &'a DensityNet,
+    network: &'a Weighted,
     pass: Pass<f64>,
 }
 
 impl Jets for DensityJets<'_> {
     fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
         const N: usize = NEIGHBOURS;
-        let (shape, pass) = (&self.density.shape, &mut self.pass);
+        let (Weighted { shape, packed, .. }, pass) = (self.network, &mut self.pass);
         let m = q.len() / N;
         jet.resize(m, N);
         for start in (0..m).step_by(BLOCK) {
@@ -259,8 +262,8 @@ impl Jets for DensityJets<'_> {
                 let at = (start + if s < count { s } else { 0 }) * N;
                 shape.write(pass, s, &q[at..at + N], &qd[at..at + N]);
             }
-            pass.forward_for_reverse(&shape.net, &self.density.packed, N, 1);
-            pass.reverse(&shape.net, &self.density.packed, N);
+            pass.forward_for_reverse(&shape.net, packed, N, 1);
+            pass.reverse(&shape.net, packed, N);
             for s in 0..count {
                 let at = (start + s) * N;
                 shape.read(pass, (s, start + s), &q[at..at + N], &qd[at..at + N], jet);
@@ -274,11 +277,20 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
     use super::*;
-    use lagrangian::lagrangian::analytic::{ClosedForm, DualJets};
+    use lagrangian::lagrangian::analytic::{ClosedForm, DualJets, DualNum};
 
+    /// The slow, plain evaluation that the kernels are tested against.
     impl ClosedForm for DensityNet {
         fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
-            self.density(q, qd)
+            let Shape {
+                config,
+                inputs,
+                net,
+                ..
+            } = &self.network.shape;
+            let x = inputs.evaluate(q, qd);
+            let value = net.evaluate(&self.network.parameters, &x, &[])[0];
+            value * self.network.shape.energy() + qd[1] * qd[1] * (0.5 * config.kinetic)
         }
     }
 

@@ -6,34 +6,25 @@ use std::time::Instant;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::density::{DensityConfig, DensityNet, DensityShape};
+use super::density::{DensityConfig, DensityNet, Output, Shape, Weighted};
 use super::inputs::FieldScaling;
 use super::natural::{RingMemory, RingProblem};
-use super::plain::{StencilNet, StencilShape};
+use super::plain::StencilNet;
 use super::ring::Field;
-use super::rows::FieldShape;
 use lagrangian::Result;
 use lagrangian::dataset::{Dataset, shuffle};
 use lagrangian::dynamics::Model;
 use lagrangian::train::{
-    Batch, Budget, LeastSquares, Natural, NaturalConfig, Observer, Progress, Samples, StepSize,
-    cosine,
+    Batch, Budget, LeastSquares, Natural, NaturalConfig, Observer, Progress, StepSize, cosine,
 };
-
-/// What is learned.
-#[derive(Debug, Clone, PartialEq)]
-pub enum FieldFamily {
-    /// A density, from which the motion follows.
-    Density(DensityConfig),
-    /// Accelerations themselves: the opponent.
-    Plain(DensityConfig),
-}
 
 /// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldFitConfig {
     /// What is learned.
-    pub family: FieldFamily,
+    pub output: Output,
+    /// The network.
+    pub network: DensityConfig,
     /// The optimiser.
     pub natural: NaturalConfig,
     /// How long.
@@ -49,7 +40,8 @@ pub struct FieldFitConfig {
 impl Default for FieldFitConfig {
     fn default() -> Self {
         Self {
-            family: FieldFamily::Density(DensityConfig::default()),
+            output: Output::Density,
+            network: DensityConfig::default(),
             natural: NaturalConfig {
                 damping_last: 1e-10,
                 // Longer first steps may carry the mass matrix of a ring past singularity, and it stays there.
@@ -93,28 +85,12 @@ pub struct FieldFit {
     pub model: LearnedField,
     /// Its mean squared error of accelerations on the validation rings, in units of their mean square.
     pub best: f64,
-    /// Steps done.
-    pub steps: usize,
     /// Seconds it took.
     pub seconds: f64,
 }
 
 /// A loss that exceeds the best by this factor goes back to the best, with more damping.
 const SETBACK: f64 = 10.0;
-
-impl FieldFitConfig {
-    fn shape(&self, samples: &Samples) -> FieldShape {
-        let scaling = |config: &DensityConfig| FieldScaling::of(samples, config.symmetry);
-        match &self.family {
-            FieldFamily::Density(config) => {
-                FieldShape::Density(DensityShape::new(config.clone(), scaling(config)))
-            }
-            FieldFamily::Plain(config) => {
-                FieldShape::Plain(StencilShape::new(config.clone(), scaling(config)))
-            }
-        }
-    }
-}
 
 /// Fits a density to a dataset whose coordinates are the points of a ring, by its accelerations.
 ///
@@ -126,7 +102,8 @@ pub fn fit(
     observer: &mut dyn Observer,
 ) -> Result<FieldFit> {
     config.budget.check(config.validate_every)?;
-    let shape = config.shape(&dataset.train);
+    let scaling = FieldScaling::of(&dataset.train, config.network.symmetry);
+    let shape = Shape::new(config.output, config.network.clone(), scaling);
     let mut run = Run::new(dataset, config, shape);
     run.descend(observer);
     run.finish()
@@ -136,7 +113,6 @@ pub fn fit(
 struct Run<'a> {
     dataset: &'a Dataset,
     config: &'a FieldFitConfig,
-    shape: FieldShape,
     natural: Natural,
     memory: RingMemory,
     parameters: Vec<f64>,
@@ -147,17 +123,16 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(dataset: &'a Dataset, config: &'a FieldFitConfig, shape: FieldShape) -> Self {
+    fn new(dataset: &'a Dataset, config: &'a FieldFitConfig, shape: Shape) -> Self {
         let parameters = shape.initialise(config.seed);
         let rings = config.rings.min(dataset.train.len());
         Self {
             natural: Natural::new(parameters.len()),
-            memory: RingMemory::new(&shape, dataset.coordinates.dof(), rings),
+            memory: RingMemory::new(shape, dataset.coordinates.dof(), rings),
             best: (f64::INFINITY, parameters.clone()),
             parameters,
             dataset,
             config,
-            shape,
             setbacks: 0,
             step: 0,
             clock: Instant::now(),
@@ -187,7 +162,6 @@ impl<'a> Run<'a> {
             }
             let mut problem = RingProblem {
                 memory: &mut self.memory,
-                shape: &self.shape,
                 batch: Batch {
                     samples: train,
                     indices: &order[self.step % per_pass * rings..][..rings],
@@ -238,7 +212,6 @@ impl<'a> Run<'a> {
         for part in indices.chunks(self.config.rings.min(self.dataset.train.len())) {
             let mut problem = RingProblem {
                 memory: &mut self.memory,
-                shape: &self.shape,
                 batch: Batch {
                     samples: validation,
                     indices: part,
@@ -257,18 +230,14 @@ impl<'a> Run<'a> {
 
     fn finish(self) -> Result<FieldFit> {
         let (best, parameters) = self.best;
-        let model = match self.shape {
-            FieldShape::Density(shape) => {
-                LearnedField::Density(DensityNet::assemble(shape, parameters)?)
-            }
-            FieldShape::Plain(shape) => {
-                LearnedField::Plain(StencilNet::assemble(shape, parameters)?)
-            }
+        let network = Weighted::new(self.memory.shape, parameters)?;
+        let model = match self.config.output {
+            Output::Density => LearnedField::Density(DensityNet::of(network)),
+            Output::Acceleration => LearnedField::Plain(StencilNet(network)),
         };
         Ok(FieldFit {
             model,
             best,
-            steps: self.step,
             seconds: self.clock.elapsed().as_secs_f64(),
         })
     }

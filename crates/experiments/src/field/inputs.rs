@@ -1,6 +1,5 @@
 //! What a network sees of three neighbouring points, scaled, and how each input depends on them.
 
-use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
 use super::stencil::NEIGHBOURS;
@@ -100,10 +99,6 @@ pub(super) struct Inputs {
 type Input = (f64, [f64; NEIGHBOURS]);
 
 impl Inputs {
-    pub(super) fn new(symmetry: Symmetry, scaling: FieldScaling) -> Self {
-        Self { symmetry, scaling }
-    }
-
     /// The coordinates of a density with these inputs.
     pub(super) fn coordinates(&self) -> Coordinates {
         let (unit, topology) = match self.symmetry {
@@ -162,8 +157,28 @@ impl Inputs {
         ]
     }
 
+    /// Writes the values of the inputs as sample `s`.
+    pub(super) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, phi: &[f64], phid: &[f64]) {
+        let first = self.of_values();
+        for (at, (value, _)) in self.values(phi)[..first].iter().enumerate() {
+            pass.set_feature(0, s, at, T::of(*value));
+        }
+        for (at, slopes) in self.rates().iter().enumerate() {
+            pass.set_feature(0, s, first + at, T::of(along(slopes, phid)));
+        }
+    }
+}
+
+/// The derivative along a change of the three points.
+#[inline]
+pub(super) fn along(slopes: &[f64; NEIGHBOURS], change: &[f64]) -> f64 {
+    slopes.iter().zip(change).map(|(s, x)| s * x).sum()
+}
+
+#[cfg(test)]
+impl Inputs {
     /// All inputs over any scalar.
-    pub(super) fn evaluate<D: DualNum<Primitive = f64> + Copy>(
+    pub(super) fn evaluate<D: num_dual::DualNum<Primitive = f64> + Copy>(
         &self,
         phi: &[D],
         phid: &[D],
@@ -184,21 +199,4 @@ impl Inputs {
         x.push(phid[1] / s.rate);
         x
     }
-
-    /// Writes the values of the inputs as sample `s`.
-    pub(super) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, phi: &[f64], phid: &[f64]) {
-        let first = self.of_values();
-        for (at, (value, _)) in self.values(phi)[..first].iter().enumerate() {
-            pass.set_feature(0, s, at, T::of(*value));
-        }
-        for (at, slopes) in self.rates().iter().enumerate() {
-            pass.set_feature(0, s, first + at, T::of(along(slopes, phid)));
-        }
-    }
-}
-
-/// The derivative along a change of the three points.
-#[inline]
-pub(super) fn along(slopes: &[f64; NEIGHBOURS], change: &[f64]) -> f64 {
-    slopes.iter().zip(change).map(|(s, x)| s * x).sum()
 }

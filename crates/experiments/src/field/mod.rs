@@ -11,8 +11,7 @@
 //!   fit ◄── Dataset whose coordinates are the points of a ring
 //! ```
 //!
-//! The mass matrix couples points at most two apart, so that a step costs O(points) in time and memory
-//! ([`CyclicBandSolver`](lagrangian::solve::CyclicBandSolver)).
+//! The mass matrix couples points at most two apart, so that a step costs O(points) in time and memory.
 //!
 //! ```
 //! use experiments::field::{Chain, Field};
@@ -27,6 +26,7 @@
 //! ```
 
 mod chain;
+mod cyclic_band;
 mod data;
 mod density;
 mod fit;
@@ -39,12 +39,12 @@ mod saved;
 mod stencil;
 mod waves;
 
-pub use chain::{Chain, Potential};
+pub use chain::Chain;
 pub use data::{RingStates, ring_states};
-pub use density::{DensityConfig, DensityNet};
-pub use fit::{FieldFamily, FieldFit, FieldFitConfig, LearnedField, fit};
+pub use density::{DensityConfig, DensityNet, Output};
+pub use fit::{FieldFit, FieldFitConfig, LearnedField, fit};
 pub use inputs::{FieldScaling, Symmetry};
 pub use plain::{StencilField, StencilNet};
 pub use ring::{Field, FieldEvaluator, MassBand};
-pub use stencil::{NEIGHBOURS, wrapped};
+pub use stencil::wrapped;
 pub use waves::{Pulse, centre_of_pulse, dispersion, kink, kink_position, speed_of_motion};

@@ -7,12 +7,14 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::rows::{FieldShape, Ring, RowWork};
+use super::density::Shape;
+use super::rows::{Ring, RowWork};
 use lagrangian::train::{Batch, LeastSquares, LossValue, ResidualSize, System};
 use nets::Packed;
 
-/// The memory in which the residuals of rings are evaluated.
+/// A network in training, with the memory in which the residuals of rings are evaluated.
 pub(super) struct RingMemory {
+    pub(super) shape: Shape,
     packed: Packed<f64>,
     works: Vec<RowWork>,
     /// r and J of the batch, `[rings · points]` and `[rings · points, P]`.
@@ -24,14 +26,14 @@ pub(super) struct RingMemory {
 
 impl RingMemory {
     /// For batches of so many rings of so many points.
-    pub(super) fn new(shape: &FieldShape, points: usize, rings: usize) -> Self {
-        let parameters = shape.net().parameters;
+    pub(super) fn new(shape: Shape, points: usize, rings: usize) -> Self {
         Self {
-            packed: Packed::new(shape.net()),
+            packed: Packed::new(&shape.net),
             works: (0..rings).map(|_| shape.work(points)).collect(),
             residual: vec![0.0; rings * points],
-            rows: vec![0.0; rings * points * parameters],
+            rows: vec![0.0; rings * points * shape.net.parameters],
             pushed: Vec::new(),
+            shape,
         }
     }
 }
@@ -39,9 +41,8 @@ impl RingMemory {
 /// The residuals of a batch of rings.
 pub(super) struct RingProblem<'p> {
     pub(super) memory: &'p mut RingMemory,
-    pub(super) shape: &'p FieldShape,
     pub(super) batch: Batch<'p>,
-    /// Whether J is wanted too.
+    /// Whether J is evaluated too.
     pub(super) linearised: bool,
 }
 
@@ -56,22 +57,24 @@ impl RingProblem<'_> {
 
     /// J, `[residuals, P]`.
     fn rows(&self) -> &[f64] {
-        &self.memory.rows[..self.count() * self.shape.net().parameters]
+        &self.memory.rows[..self.count() * self.memory.shape.net.parameters]
     }
 
-    /// Evaluates r, and J where it is wanted; returns the rings that were left out for a singular mass matrix.
+    /// Evaluates r, and J where it is asked for; returns the rings that were omitted for a singular mass matrix.
     fn evaluate(&mut self, theta: &[f64]) -> usize {
-        let (shape, linearised) = (self.shape, self.linearised);
+        let linearised = self.linearised;
         let Batch { samples, indices } = self.batch;
         let (n, p) = (samples.n, theta.len());
         let RingMemory {
+            shape,
             packed,
             works,
             residual,
             rows,
             ..
         } = &mut *self.memory;
-        packed.set(shape.net(), theta);
+        packed.set(&shape.net, theta);
+        let (shape, packed) = (&*shape, &*packed);
         let memory = works.par_iter_mut().zip(indices);
         let outputs = residual
             .par_chunks_exact_mut(n)
@@ -120,7 +123,7 @@ impl LeastSquares for RingProblem<'_> {
     fn products(&mut self, _damping: f64, system: &mut System) -> usize {
         let count = self.count();
         system.resize(count);
-        gram(self.rows(), self.shape.net().parameters, system);
+        gram(self.rows(), self.memory.shape.net.parameters, system);
         let residual = &self.memory.residual[..count];
         system.residual.copy_from_slice(residual);
         system.pushed.copy_from_slice(&self.memory.pushed);

@@ -1,87 +1,28 @@
-//! The opponent: a plain network of the same three points, (φ, φ̇) → φ̈, without a Lagrangian.
+//! The plain network of the same three points, (φ, φ̇) → φ̈, without a Lagrangian.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
-use super::density::DensityConfig;
-use super::inputs::{FieldScaling, Inputs};
-use super::ring::check_points;
-use super::stencil::{NEIGHBOURS, gather, gather_angles};
+use super::density::Weighted;
+use super::stencil::{Neighbours, ring_coordinates};
 use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::trajectory::Coordinate;
 use lagrangian::{Coordinates, Result};
-use nets::{Net, Packed, Pass};
+use nets::Pass;
 
 /// φ̈ᵢ = s N(what a [`DensityNet`](super::DensityNet) sees), the same at every point: a convolution over the ring.
 ///
 /// Same inputs, size, scales and optimiser as the density; but it knows no energy, and no point further than its
 /// neighbours.
 #[derive(Debug, Clone)]
-pub struct StencilNet {
-    pub(super) shape: StencilShape,
-    parameters: Vec<f64>,
-    packed: Packed<f64>,
-}
-
-/// All of a [`StencilNet`] but its weights.
-#[derive(Debug, Clone)]
-pub(super) struct StencilShape {
-    pub(super) config: DensityConfig,
-    pub(super) inputs: Inputs,
-    pub(super) net: Net,
-}
-
-impl StencilShape {
-    pub(super) fn new(config: DensityConfig, scaling: FieldScaling) -> Self {
-        let inputs = Inputs::new(config.symmetry, scaling);
-        Self {
-            net: config.net(&inputs, true),
-            config,
-            inputs,
-        }
-    }
-
-    pub(super) fn initialise(&self, seed: u64) -> Vec<f64> {
-        self.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed))
-    }
-}
+pub struct StencilNet(pub(super) Weighted);
 
 impl StencilNet {
-    pub(super) fn assemble(shape: StencilShape, parameters: Vec<f64>) -> Result<Self> {
-        let packed = Packed::of(&shape.net, &parameters)?;
-        Ok(Self {
-            shape,
-            parameters,
-            packed,
-        })
-    }
-
-    /// All weights, layer by layer.
-    #[must_use]
-    pub fn parameters(&self) -> &[f64] {
-        &self.parameters
-    }
-
-    /// Its configuration.
-    #[must_use]
-    pub fn config(&self) -> &DensityConfig {
-        &self.shape.config
-    }
-
     /// The same network at every point of a ring.
     ///
     /// # Errors
     /// [`lagrangian::Error::Argument`] for fewer than three points.
     pub fn ring(&self, points: usize) -> Result<StencilField<'_>> {
-        check_points(points)?;
-        let here = self.shape.inputs.coordinates().0.swap_remove(1);
-        let coordinate = |i| Coordinate {
-            name: format!("phi{i}"),
-            ..here.clone()
-        };
+        let here = &self.0.shape.inputs.coordinates().0[1];
         Ok(StencilField {
-            net: self,
-            coordinates: Coordinates((1..=points).map(coordinate).collect()),
+            network: &self.0,
+            coordinates: ring_coordinates(here, points)?,
         })
     }
 }
@@ -89,7 +30,7 @@ impl StencilNet {
 /// A [`StencilNet`] on a ring, as a model without energy.
 #[derive(Debug, Clone)]
 pub struct StencilField<'a> {
-    net: &'a StencilNet,
+    network: &'a Weighted,
     coordinates: Coordinates,
 }
 
@@ -99,14 +40,11 @@ impl Model for StencilField<'_> {
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        let points = self.coordinates.dof();
         Box::new(StencilEvaluator {
-            net: self.net,
-            circle: self.coordinates.is_circle(0),
-            points,
-            pass: Pass::new(&self.net.shape.net, BLOCK, 0),
-            phi: vec![0.0; points * NEIGHBOURS],
-            phid: vec![0.0; points * NEIGHBOURS],
+            network: self.network,
+            points: self.coordinates.dof(),
+            pass: Pass::new(&self.network.shape.net, BLOCK, 0),
+            neighbours: Neighbours::new(self.coordinates.dof(), &self.coordinates.0[0]),
         })
     }
 }
@@ -115,33 +53,24 @@ impl Model for StencilField<'_> {
 const BLOCK: usize = 16;
 
 struct StencilEvaluator<'a> {
-    net: &'a StencilNet,
-    circle: bool,
+    network: &'a Weighted,
     points: usize,
     pass: Pass<f64>,
-    phi: Vec<f64>,
-    phid: Vec<f64>,
+    neighbours: Neighbours,
 }
 
 impl StencilEvaluator<'_> {
     fn ring(&mut self, phi: &[f64], phid: &[f64], tau: &[f64], out: &mut [f64]) {
-        const N: usize = NEIGHBOURS;
-        if self.circle {
-            gather_angles(phi, &mut self.phi);
-        } else {
-            gather(phi, &mut self.phi);
-        }
-        gather(phid, &mut self.phid);
-        let shape = &self.net.shape;
+        self.neighbours.set(phi, phid);
+        let Weighted { shape, packed, .. } = self.network;
         let scale = shape.inputs.scaling.acceleration;
         for start in (0..out.len()).step_by(BLOCK) {
             let count = BLOCK.min(out.len() - start);
             for s in 0..BLOCK {
-                let at = (start + if s < count { s } else { 0 }) * N;
-                let (phi, phid) = (&self.phi[at..at + N], &self.phid[at..at + N]);
+                let (phi, phid) = self.neighbours.at(start + if s < count { s } else { 0 });
                 shape.inputs.write(&mut self.pass, s, phi, phid);
             }
-            self.pass.forward(&shape.net, &self.net.packed, None);
+            self.pass.forward(&shape.net, packed, None);
             for s in 0..count {
                 let found = self.pass.output(&shape.net, 0, s, 0);
                 // A force acts on unit masses.

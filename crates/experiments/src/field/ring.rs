@@ -1,22 +1,19 @@
 //! A field on a ring as a model: what moves by the Euler–Lagrange equation of the sum of its densities.
 
-use super::stencil::{Assembly, NEIGHBOURS, gather, gather_angles, scatter};
+use super::stencil::{Assembly, NEIGHBOURS, Neighbours, ring_coordinates};
 use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
 use lagrangian::solve::Regularity;
-use lagrangian::trajectory::Coordinate;
 use lagrangian::{Coordinates, Error, Result};
 
 /// The sum of one density over a ring of points (theory.md, 65).
 ///
 /// Its coordinates are the values at the points, `phi1 … phiN`. The mass matrix may be singular for a density that does
-/// not depend on velocities; such states are counted as for any model, and beyond
-/// [`DENSE_MOST`](lagrangian::solve::DENSE_MOST) points their acceleration is NaN.
+/// not depend on velocities; such states are counted as for any model, and beyond 64 points their acceleration is NaN.
 #[derive(Debug, Clone)]
 pub struct Field<D> {
     density: D,
     coordinates: Coordinates,
-    circle: bool,
 }
 
 impl<D: Lagrangian> Field<D> {
@@ -33,23 +30,10 @@ impl<D: Lagrangian> Field<D> {
             NEIGHBOURS,
             "give a Lagrangian of the values left, here and right",
         )?;
-        check_points(points)?;
-        let here = density.coordinates().0[1].clone();
-        let circle = density.coordinates().is_circle(1);
-        let coordinate = |i| Coordinate {
-            name: format!("phi{i}"),
-            ..here.clone()
-        };
         Ok(Self {
-            coordinates: Coordinates((1..=points).map(coordinate).collect()),
+            coordinates: ring_coordinates(&density.coordinates().0[1], points)?,
             density,
-            circle,
         })
-    }
-
-    /// Its density.
-    pub fn density(&self) -> &D {
-        &self.density
     }
 
     /// Number of points.
@@ -61,31 +45,14 @@ impl<D: Lagrangian> Field<D> {
     /// Something that evaluates it, as [`Model::evaluator`], and more.
     #[must_use]
     pub fn field_evaluator(&self) -> FieldEvaluator<'_> {
-        let points = self.points();
         FieldEvaluator {
-            circle: self.circle,
             jets: self.density.jets(),
             jet: Jet::default(),
-            phi: vec![0.0; points * NEIGHBOURS],
-            phid: vec![0.0; points * NEIGHBOURS],
-            assembly: Assembly::new(points),
+            neighbours: Neighbours::new(self.points(), &self.coordinates.0[0]),
+            assembly: Assembly::new(self.points()),
         }
     }
 }
-
-/// Refuses rings whose left and right neighbours are one point.
-pub(super) fn check_points(points: usize) -> Result<()> {
-    if (NEIGHBOURS..=MOST_POINTS).contains(&points) {
-        return Ok(());
-    }
-    Err(Error::argument(
-        "points of a ring",
-        points,
-        "3 to 1000000: with fewer, left and right are the same point",
-    ))
-}
-
-const MOST_POINTS: usize = 1_000_000;
 
 impl<D: Lagrangian> Model for Field<D> {
     fn coordinates(&self) -> &Coordinates {
@@ -99,12 +66,9 @@ impl<D: Lagrangian> Model for Field<D> {
 
 /// Evaluates one field; allocates nothing once warm.
 pub struct FieldEvaluator<'a> {
-    circle: bool,
     jets: Box<dyn Jets + 'a>,
     jet: Jet,
-    /// What each density sees, `[points, 3]`.
-    phi: Vec<f64>,
-    phid: Vec<f64>,
+    neighbours: Neighbours,
     assembly: Assembly,
 }
 
@@ -114,42 +78,35 @@ impl FieldEvaluator<'_> {
     }
 
     /// Evaluates all densities at one state.
-    fn look(&mut self, phi: &[f64], phid: &[f64]) {
-        if self.circle {
-            gather_angles(phi, &mut self.phi);
-        } else {
-            gather(phi, &mut self.phi);
-        }
-        gather(phid, &mut self.phid);
-        self.jets.jet(&self.phi, &self.phid, &mut self.jet);
+    fn evaluate(&mut self, phi: &[f64], phid: &[f64]) {
+        self.neighbours.set(phi, phid);
+        let Neighbours { phi, phid, .. } = &self.neighbours;
+        self.jets.jet(phi, phid, &mut self.jet);
+    }
+
+    /// Evaluates all densities at one state and puts M and c together.
+    fn assemble(&mut self, phi: &[f64], phid: &[f64]) -> &mut Assembly {
+        self.evaluate(phi, phid);
+        self.assembly.set(&self.jet);
+        &mut self.assembly
     }
 
     /// Writes the energy of each density, J, `[points]`; their sum is the energy.
     pub fn local_energies(&mut self, phi: &[f64], phid: &[f64], out: &mut [f64]) {
-        self.look(phi, phid);
-        lagrangian::dynamics::energy(&self.jet, NEIGHBOURS, &self.phid, out);
+        self.evaluate(phi, phid);
+        lagrangian::dynamics::energy(&self.jet, NEIGHBOURS, &self.neighbours.phid, out);
     }
 
     /// The mass matrix at one state, row-major `[points, points]`: for small rings, and to test by.
     #[must_use]
     pub fn mass_matrix(&mut self, phi: &[f64], phid: &[f64]) -> Vec<f64> {
-        self.look(phi, phid);
-        self.assembly.set(&self.jet);
-        self.assembly.mass.dense()
+        self.assemble(phi, phid).mass.dense()
     }
 
     /// The mass matrix at one state, ready to be solved.
     #[must_use]
     pub fn mass_band(&mut self, phi: &[f64], phid: &[f64]) -> MassBand {
-        self.look(phi, phid);
-        self.assembly.set(&self.jet);
-        MassBand(self.assembly.clone())
-    }
-
-    /// Writes the momenta at one state, `[points]`.
-    pub fn momentum(&mut self, phi: &[f64], phid: &[f64], out: &mut [f64]) {
-        self.look(phi, phid);
-        scatter(&self.jet.momentum, out);
+        MassBand(self.assemble(phi, phid).clone())
     }
 }
 
@@ -171,9 +128,8 @@ impl Evaluator for FieldEvaluator<'_> {
         let signals = tau.chunks_exact(n).zip(qdd.chunks_exact_mut(n));
         let mut singular = 0;
         for ((q, qd), (tau, qdd)) in states.zip(signals) {
-            self.look(q, qd);
-            self.assembly.set(&self.jet);
-            singular += usize::from(self.assembly.accelerate(tau, qdd) == Regularity::Singular);
+            let found = self.assemble(q, qd).accelerate(tau, qdd);
+            singular += usize::from(found == Regularity::Singular);
         }
         singular
     }
@@ -183,10 +139,9 @@ impl Evaluator for FieldEvaluator<'_> {
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
         let signals = qdd.chunks_exact(n).zip(tau.chunks_exact_mut(n));
         for ((q, qd), (qdd, tau)) in states.zip(signals) {
-            self.look(q, qd);
-            self.assembly.set(&self.jet);
-            self.assembly.mass.multiply(qdd, tau);
-            let pairs = tau.iter_mut().zip(&self.assembly.bias);
+            let assembly = self.assemble(q, qd);
+            assembly.mass.multiply(qdd, tau);
+            let pairs = tau.iter_mut().zip(&assembly.bias);
             pairs.for_each(|(tau, c)| *tau += c);
         }
         true

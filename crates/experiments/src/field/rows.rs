@@ -9,21 +9,12 @@
 //! (theory.md, 71: equation 15 over a ring.) A ring is one block of the network's kernels; the rows cost less than the
 //! Gram matrix of all S would, because M⁻¹ mixes 3 S a point to one residual.
 
-use super::Symmetry;
-use super::density::DensityShape;
-use super::plain::StencilShape;
-use super::stencil::{Assembly, NEIGHBOURS, gather, gather_angles, point};
+use super::density::{Output, Shape};
+use super::stencil::{Assembly, NEIGHBOURS, Neighbours, gather, point};
 use lagrangian::lagrangian::Jet;
 use lagrangian::solve::Regularity;
 use nets::simd::Buffer;
 use nets::{Gradient, Net, Packed, Pass, Terms};
-
-/// A family in training.
-#[derive(Debug, Clone)]
-pub(super) enum FieldShape {
-    Density(DensityShape),
-    Plain(StencilShape),
-}
 
 /// One ring with the accelerations that belong to it, `[points]` each.
 #[derive(Debug, Clone, Copy)]
@@ -40,8 +31,7 @@ pub(super) struct RowWork {
     gradient: Gradient<f64>,
     wide: Buffer<f64>,
     terms: Terms,
-    phi: Vec<f64>,
-    phid: Vec<f64>,
+    neighbours: Neighbours,
     jet: Jet,
     assembly: Assembly,
     /// φ̈ as predicted, and scratch.
@@ -52,48 +42,24 @@ pub(super) struct RowWork {
     weights: Vec<f64>,
 }
 
-impl FieldShape {
-    pub(super) fn net(&self) -> &Net {
-        match self {
-            Self::Density(shape) => &shape.net,
-            Self::Plain(shape) => &shape.net,
-        }
-    }
-
-    fn inputs(&self) -> &super::inputs::Inputs {
-        match self {
-            Self::Density(shape) => &shape.inputs,
-            Self::Plain(shape) => &shape.inputs,
-        }
-    }
-
-    pub(super) fn initialise(&self, seed: u64) -> Vec<f64> {
-        match self {
-            Self::Density(shape) => shape.initialise(seed),
-            Self::Plain(shape) => shape.initialise(seed),
-        }
-    }
-
+impl Shape {
     pub(super) fn work(&self, points: usize) -> RowWork {
         const N: usize = NEIGHBOURS;
-        let (room, terms) = match self {
-            Self::Density(_) => {
-                let mixed = |a| vec![(0, 2 + N + a), (1, 2 + a), (2 + a, 1), (2 + N + a, 0)];
-                (N, Terms::of_value((0..N).map(mixed).collect()))
-            }
-            Self::Plain(_) => (0, Terms::new(vec![vec![(0, 0)]])),
+        let mixed = |a| vec![(0, 2 + N + a), (1, 2 + a), (2 + a, 1), (2 + N + a, 0)];
+        let (directions, terms) = match self.output {
+            Output::Density => (N, Terms::of_value((0..N).map(mixed).collect())),
+            Output::Acceleration => (0, Terms::new(vec![vec![(0, 0)]])),
         };
-        let pass = Pass::new(self.net(), points, room);
+        let pass = Pass::new(&self.net, points, directions);
         let mut jet = Jet::default();
         jet.resize(points, N);
         RowWork {
             wide: Buffer::new(pass.widest()),
             pass,
-            gradient: Gradient::new(self.net()),
+            gradient: Gradient::new(&self.net),
             weights: vec![0.0; points * terms.outputs()],
             terms,
-            phi: vec![0.0; points * N],
-            phid: vec![0.0; points * N],
+            neighbours: Neighbours::new(points, &self.inputs.coordinates().0[1]),
             jet,
             assembly: Assembly::new(points),
             found: vec![0.0; points],
@@ -112,29 +78,18 @@ impl FieldShape {
         residual: &mut [f64],
         mut rows: Option<&mut [f64]>,
     ) -> bool {
-        if self.inputs().symmetry == Symmetry::Turn {
-            gather_angles(ring.phi, &mut work.phi);
-        } else {
-            gather(ring.phi, &mut work.phi);
-        }
-        gather(ring.phid, &mut work.phid);
-        let regular = match self {
-            Self::Density(shape) => {
-                let regular = work.accelerate(shape, packed);
-                if let Some(rows) = rows.as_deref_mut().filter(|_| regular) {
-                    work.density_rows(shape, packed, rows);
-                }
-                regular
-            }
-            Self::Plain(shape) => {
-                work.predict(shape, packed);
-                if let Some(rows) = rows.as_deref_mut() {
-                    work.plain_rows(shape, packed, rows);
-                }
-                true
-            }
+        work.neighbours.set(ring.phi, ring.phid);
+        let regular = match self.output {
+            Output::Density => work.accelerate(self, packed),
+            Output::Acceleration => work.predict(self, packed),
         };
-        let scale = self.inputs().scaling.acceleration;
+        if let Some(rows) = rows.as_deref_mut().filter(|_| regular) {
+            match self.output {
+                Output::Density => work.density_rows(self, packed, rows),
+                Output::Acceleration => work.plain_rows(self, packed, rows),
+            }
+        }
+        let scale = self.inputs.scaling.acceleration;
         for (r, (found, target)) in residual.iter_mut().zip(work.found.iter().zip(ring.phidd)) {
             *r = (found - target) / scale;
         }
@@ -154,21 +109,19 @@ const LARGEST: f64 = 1e30;
 
 impl RowWork {
     fn write(&mut self, mut put: impl FnMut(&mut Pass<f64>, usize, &[f64], &[f64])) {
-        let states = self.phi.chunks_exact(NEIGHBOURS);
-        let states = states.zip(self.phid.chunks_exact(NEIGHBOURS));
-        for (s, (phi, phid)) in states.enumerate() {
+        for s in 0..self.found.len() {
+            let (phi, phid) = self.neighbours.at(s);
             put(&mut self.pass, s, phi, phid);
         }
     }
 
-    /// φ̈ by the Euler–Lagrange equation, into `found`.
-    fn accelerate(&mut self, shape: &DensityShape, packed: &Packed<f64>) -> bool {
+    /// φ̈ by the Euler–Lagrange equation, into `found`; `false` where M is singular.
+    fn accelerate(&mut self, shape: &Shape, packed: &Packed<f64>) -> bool {
         self.write(|pass, s, phi, phid| shape.write(pass, s, phi, phid));
         self.pass.forward(&shape.net, packed, Some(NEIGHBOURS));
         self.pass.reverse(&shape.net, packed, NEIGHBOURS);
-        let states = self.phi.chunks_exact(NEIGHBOURS);
-        let states = states.zip(self.phid.chunks_exact(NEIGHBOURS));
-        for (s, (phi, phid)) in states.enumerate() {
+        for s in 0..self.found.len() {
+            let (phi, phid) = self.neighbours.at(s);
             shape.read(&self.pass, (s, s), phi, phid, &mut self.jet);
         }
         self.assembly.set(&self.jet);
@@ -178,7 +131,7 @@ impl RowWork {
     }
 
     /// J at the accelerations in `found`.
-    fn density_rows(&mut self, shape: &DensityShape, packed: &Packed<f64>, rows: &mut [f64]) {
+    fn density_rows(&mut self, shape: &Shape, packed: &Packed<f64>, rows: &mut [f64]) {
         const N: usize = NEIGHBOURS;
         let points = self.found.len();
         gather(&self.found, &mut self.weights);
@@ -203,15 +156,16 @@ impl RowWork {
     }
 
     /// φ̈ as a plain network predicts it, into `found`.
-    fn predict(&mut self, shape: &StencilShape, packed: &Packed<f64>) {
+    fn predict(&mut self, shape: &Shape, packed: &Packed<f64>) -> bool {
         self.write(|pass, s, phi, phid| shape.inputs.write(pass, s, phi, phid));
         self.pass.forward(&shape.net, packed, None);
         for (s, found) in self.found.iter_mut().enumerate() {
             *found = shape.inputs.scaling.acceleration * self.pass.output(&shape.net, 0, s, 0);
         }
+        true
     }
 
-    fn plain_rows(&mut self, shape: &StencilShape, packed: &Packed<f64>, rows: &mut [f64]) {
+    fn plain_rows(&mut self, shape: &Shape, packed: &Packed<f64>, rows: &mut [f64]) {
         self.pass.reverse_outputs(&shape.net, packed, 1);
         for (j, row) in rows.chunks_exact_mut(shape.net.parameters).enumerate() {
             self.weights.fill(0.0);
@@ -242,7 +196,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
     use super::*;
-    use crate::field::{DensityConfig, FieldScaling};
+    use crate::field::{DensityConfig, FieldScaling, Symmetry};
 
     fn scaling() -> FieldScaling {
         FieldScaling {
@@ -269,15 +223,15 @@ mod tests {
             width: 8,
             ..DensityConfig::default()
         };
-        let density = |s| FieldShape::Density(DensityShape::new(config(s), scaling()));
-        let plain = FieldShape::Plain(StencilShape::new(config(Symmetry::None), scaling()));
+        let density = |s| Shape::new(Output::Density, config(s), scaling());
+        let plain = Shape::new(Output::Acceleration, config(Symmetry::None), scaling());
         let all = [Symmetry::None, Symmetry::Shift, Symmetry::Turn].map(density);
         for shape in all.into_iter().chain([plain]) {
             let mut theta = shape.initialise(3);
-            let (mut packed, mut work) = (Packed::new(shape.net()), shape.work(phi.len()));
+            let (mut packed, mut work) = (Packed::new(&shape.net), shape.work(phi.len()));
             let mut rows = vec![0.0; phi.len() * theta.len()];
             let mut at = |theta: &[f64], rows: Option<&mut [f64]>| {
-                packed.set(shape.net(), theta);
+                packed.set(&shape.net, theta);
                 let mut r = vec![0.0; phi.len()];
                 assert!(shape.residuals(&packed, ring, &mut work, &mut r, rows));
                 r

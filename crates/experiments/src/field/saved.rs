@@ -5,7 +5,7 @@ use serde_json::Value;
 use lagrangian::saved::{Header, Provenance, SavedModel, Tensor};
 use lagrangian::{Error, Lagrangian, Result};
 
-use super::DensityNet;
+use super::density::{DensityNet, Output, Shape, Weighted};
 
 /// The name of the family.
 const FIELD: &str = "field";
@@ -52,11 +52,12 @@ impl DensityNet {
         }
         let weights = saved.tensors.get("parameters");
         let weights = weights.ok_or_else(|| damaged("it has no weights"))?;
-        let density = Self::with_parameters(
+        let (config, scaling) = (
             from_json(&header.architecture)?,
             from_json(&header.scaling)?,
-            weights.data().to_vec(),
-        )?;
+        );
+        let shape = Shape::new(Output::Density, config, scaling);
+        let density = Self::of(Weighted::new(shape, weights.data().to_vec())?);
         if *density.coordinates() == header.coordinates {
             return Ok(density);
         }

@@ -1,10 +1,13 @@
 //! Three neighbouring points of a ring: what a density sees, and what comes back from it.
 
 use lagrangian::lagrangian::Jet;
-use lagrangian::solve::{CyclicBand, CyclicBandSolver, Regularity};
+use lagrangian::solve::Regularity;
+use lagrangian::{Coordinate, Coordinates, Error, Result, Topology};
+
+use super::cyclic_band::{CyclicBand, CyclicBandSolver};
 
 /// Points that a density sees: left, here and right.
-pub const NEIGHBOURS: usize = 3;
+pub(super) const NEIGHBOURS: usize = 3;
 
 /// Two densities that share a point see points at most so far apart.
 const HALF: usize = 2;
@@ -32,15 +35,64 @@ pub(super) fn gather(signal: &[f64], local: &mut [f64]) {
     }
 }
 
-/// The same for angles: neighbours lie at most half a turn from the point between them, so that a field may wind
-/// around the circle along the ring.
-pub(super) fn gather_angles(signal: &[f64], local: &mut [f64]) {
-    gather(signal, local);
-    for slots in local.chunks_exact_mut(NEIGHBOURS) {
-        slots[0] = slots[1] - wrapped(slots[1] - slots[0]);
-        slots[2] = slots[1] + wrapped(slots[2] - slots[1]);
+/// What each density of a ring sees: φ and φ̇ left, here and right, `[points, 3]` each.
+#[derive(Debug, Clone)]
+pub(super) struct Neighbours {
+    angles: bool,
+    pub(super) phi: Vec<f64>,
+    pub(super) phid: Vec<f64>,
+}
+
+impl Neighbours {
+    /// On a ring of so many points with the coordinate `here` at each.
+    pub(super) fn new(points: usize, here: &Coordinate) -> Self {
+        Self {
+            angles: here.topology == Topology::Circle,
+            phi: vec![0.0; points * NEIGHBOURS],
+            phid: vec![0.0; points * NEIGHBOURS],
+        }
+    }
+
+    /// Takes a state of the ring. Neighbouring angles lie at most half a turn from the point between them, so that a
+    /// field may wind around the circle along the ring.
+    pub(super) fn set(&mut self, phi: &[f64], phid: &[f64]) {
+        gather(phi, &mut self.phi);
+        gather(phid, &mut self.phid);
+        if self.angles {
+            for slots in self.phi.chunks_exact_mut(NEIGHBOURS) {
+                slots[0] = slots[1] - wrapped(slots[1] - slots[0]);
+                slots[2] = slots[1] + wrapped(slots[2] - slots[1]);
+            }
+        }
+    }
+
+    /// What the density at point `i` sees.
+    pub(super) fn at(&self, i: usize) -> (&[f64], &[f64]) {
+        let slots = i * NEIGHBOURS..(i + 1) * NEIGHBOURS;
+        (&self.phi[slots.clone()], &self.phid[slots])
     }
 }
+
+/// The coordinates `phi1 … phiN` of a ring of `points`, each as `here`.
+///
+/// # Errors
+/// [`Error::Argument`] for rings whose left and right neighbours are one point, and for very many points.
+pub(super) fn ring_coordinates(here: &Coordinate, points: usize) -> Result<Coordinates> {
+    if !(NEIGHBOURS..=MOST_POINTS).contains(&points) {
+        return Err(Error::argument(
+            "points of a ring",
+            points,
+            "3 to 1000000: with fewer, left and right are the same point",
+        ));
+    }
+    let coordinate = |i| Coordinate {
+        name: format!("phi{i}"),
+        ..here.clone()
+    };
+    Ok(Coordinates((1..=points).map(coordinate).collect()))
+}
+
+const MOST_POINTS: usize = 1_000_000;
 
 /// Writes Σ over the densities that see a point of what each has to say of it, `[n, 3]` to `[n]`.
 pub(super) fn scatter(local: &[f64], out: &mut [f64]) {

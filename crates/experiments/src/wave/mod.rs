@@ -3,7 +3,7 @@
 mod systems;
 
 use crate::field::{
-    DensityConfig, Field, FieldFamily, FieldFitConfig, LearnedField, Symmetry, fit, ring_states,
+    DensityConfig, Field, FieldFitConfig, LearnedField, Output, Symmetry, fit, ring_states,
 };
 use anyhow::Result;
 use lagrangian::Trajectory;
@@ -106,16 +106,23 @@ impl Kind {
         self != Self::Untold || system.symmetry == Symmetry::Shift
     }
 
-    fn family(self, system: &WaveSystem) -> FieldFamily {
-        let config = |symmetry| DensityConfig {
-            symmetry,
-            width: WIDTH,
-            ..DensityConfig::default()
-        };
-        match self {
-            Self::Density => FieldFamily::Density(config(system.symmetry)),
-            Self::Untold => FieldFamily::Density(config(Symmetry::None)),
-            Self::Plain => FieldFamily::Plain(config(system.symmetry)),
+    fn config(self, system: &WaveSystem, budget: Budget, seed: u64) -> FieldFitConfig {
+        FieldFitConfig {
+            output: match self {
+                Self::Plain => Output::Acceleration,
+                _ => Output::Density,
+            },
+            network: DensityConfig {
+                symmetry: match self {
+                    Self::Untold => Symmetry::None,
+                    _ => system.symmetry,
+                },
+                width: WIDTH,
+                ..DensityConfig::default()
+            },
+            budget,
+            seed,
+            ..FieldFitConfig::default()
         }
     }
 }
@@ -196,12 +203,7 @@ fn measure(
     seed: u64,
 ) -> Result<()> {
     lab.begin(format!("{}, {}, seed {seed}", system.name, who.name))?;
-    let config = FieldFitConfig {
-        family: who.config.family(system),
-        budget: lab.budget(500, 100),
-        seed,
-        ..FieldFitConfig::default()
-    };
+    let config = who.config.config(system, lab.budget(500, 100), seed);
     let data = dataset(system, if lab.quick() { 60 } else { 250 }, seed)?;
     let fitted = fit(&data, &config, &mut lab.progress)?;
     lab.progress.check()?;
@@ -390,11 +392,7 @@ fn map(
 
 /// The time of one evaluation over the size of the ring; what a density has learned does not change its cost.
 fn cost(lab: &mut Lab, system: &WaveSystem) -> Result<()> {
-    let config = FieldFitConfig {
-        family: Kind::Density.family(system),
-        budget: Budget::Steps(1),
-        ..FieldFitConfig::default()
-    };
+    let config = Kind::Density.config(system, Budget::Steps(1), 0);
     let model = fit(&dataset(system, 10, lab.args.seed)?, &config, &mut ())?.model;
     let LearnedField::Density(density) = &model else {
         return Ok(());

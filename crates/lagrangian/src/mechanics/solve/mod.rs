@@ -2,12 +2,7 @@
 //!
 //! Cholesky where M ≻ 0; LU with scaled partial pivoting where it is indefinite; a truncated pseudo-inverse
 //! (Jacobi's eigenvalue method) only where it is singular. Meant for n up to some dozens: everything is
-//! plain loops over memory that is allocated once. The matrix of a field on a ring has its own solver, whose cost grows with
-//! the number of points alone ([`CyclicBandSolver`]).
-
-mod cyclic_band;
-
-pub use cyclic_band::{CyclicBand, CyclicBandSolver, DENSE_MOST};
+//! plain loops over memory that is allocated once.
 
 /// Pivots below this many roundings of their row count as zero.
 const PIVOT_ROUNDINGS: f64 = 16.0;

@@ -5,14 +5,17 @@
 //! without corners. Cholesky where M ≻ 0, LU with partial pivoting where it is indefinite; only a singular matrix is
 //! taken as dense (its pseudo-inverse, up to [`DENSE_MOST`] unknowns).
 
-use super::{PIVOT_ROUNDINGS, Regularity, SymmetricSolver};
+use lagrangian::solve::{Regularity, SymmetricSolver};
+
+/// Pivots below this many roundings of their row count as zero.
+const PIVOT_ROUNDINGS: f64 = 16.0;
 
 /// A singular matrix of more unknowns than this has no answer in reasonable time: it is NaN.
-pub const DENSE_MOST: usize = 64;
+pub(super) const DENSE_MOST: usize = 64;
 
 /// A symmetric matrix of a ring, as the sum of its couplings.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CyclicBand {
+pub(super) struct CyclicBand {
     n: usize,
     half: usize,
     /// What couples j and j + d (mod n), `[n, half + 1]`; d = 0 is the diagonal.
@@ -22,8 +25,7 @@ pub struct CyclicBand {
 impl CyclicBand {
     /// Zero, for `n` points coupled up to `half` apart (`half` < n). Where the band meets itself (n ≤ 2 `half`)
     /// couplings of the same two points add up.
-    #[must_use]
-    pub fn new(n: usize, half: usize) -> Self {
+    pub(super) fn new(n: usize, half: usize) -> Self {
         Self {
             n,
             half,
@@ -31,20 +33,14 @@ impl CyclicBand {
         }
     }
 
-    /// Number of unknowns.
-    #[must_use]
-    pub fn n(&self) -> usize {
-        self.n
-    }
-
     /// Sets all couplings to zero.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.entries.fill(0.0);
     }
 
     /// Adds `x` to the coupling of j and j + d (mod n), both `M_jk` and `M_kj`; d ≤ `half`.
     #[inline]
-    pub fn add(&mut self, j: usize, d: usize, x: f64) {
+    pub(super) fn add(&mut self, j: usize, d: usize, x: f64) {
         self.entries[j * (self.half + 1) + d] += x;
     }
 
@@ -58,7 +54,7 @@ impl CyclicBand {
     }
 
     /// Writes M x to `out`, both `[n]`.
-    pub fn multiply(&self, x: &[f64], out: &mut [f64]) {
+    pub(super) fn multiply(&self, x: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for (j, k, m) in self.couplings() {
             out[j] += m * x[k];
@@ -69,8 +65,7 @@ impl CyclicBand {
     }
 
     /// The same matrix row-major, `[n, n]`: for small rings, and to test by.
-    #[must_use]
-    pub fn dense(&self) -> Vec<f64> {
+    pub(super) fn dense(&self) -> Vec<f64> {
         let mut dense = vec![0.0; self.n * self.n];
         for (j, k, m) in self.couplings() {
             dense[j * self.n + k] += m;
@@ -84,7 +79,7 @@ impl CyclicBand {
 
 /// Solves M x = b for matrices of one size; owns its memory, so that solving allocates nothing.
 #[derive(Debug, Clone)]
-pub struct CyclicBandSolver {
+pub(super) struct CyclicBandSolver {
     n: usize,
     /// Half-width of the folded band.
     wide: usize,
@@ -102,8 +97,7 @@ pub struct CyclicBandSolver {
 
 impl CyclicBandSolver {
     /// A solver for matrices of this size.
-    #[must_use]
-    pub fn new(n: usize, half: usize) -> Self {
+    pub(super) fn new(n: usize, half: usize) -> Self {
         let wide = (2 * half).min(n.saturating_sub(1));
         let place = |j| {
             if 2 * j < n {
@@ -125,14 +119,14 @@ impl CyclicBandSolver {
     }
 
     /// Writes the solution of M x = b to `x`, both `[n]`.
-    pub fn solve(&mut self, m: &CyclicBand, b: &[f64], x: &mut [f64]) -> Regularity {
+    pub(super) fn solve(&mut self, m: &CyclicBand, b: &[f64], x: &mut [f64]) -> Regularity {
         let regularity = self.factor(m);
         self.substitute(b, x);
         regularity
     }
 
     /// Divides M into factors, for [`CyclicBandSolver::substitute`].
-    pub fn factor(&mut self, m: &CyclicBand) -> Regularity {
+    pub(super) fn factor(&mut self, m: &CyclicBand) -> Regularity {
         self.regularity = if !m.entries.iter().all(|x| x.is_finite()) {
             Regularity::NotFinite
         } else if self.fold(m).cholesky() {
@@ -151,7 +145,7 @@ impl CyclicBandSolver {
     }
 
     /// Writes the solution for another right-hand side and the matrix of the last [`CyclicBandSolver::factor`].
-    pub fn substitute(&mut self, b: &[f64], x: &mut [f64]) {
+    pub(super) fn substitute(&mut self, b: &[f64], x: &mut [f64]) {
         match self.regularity {
             Regularity::NotFinite => return x.fill(f64::NAN),
             Regularity::Singular if self.dense.is_empty() => return x.fill(f64::NAN),
