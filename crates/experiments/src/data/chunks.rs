@@ -6,8 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::{Jet, Lagrangian};
 use lagrangian::rollout::{RolloutOptions, free, rollout_many};
-use lagrangian::trajectory::Signals;
-use lagrangian::{Error, Result, State, Trajectory};
+use lagrangian::{Result, State, Trajectory};
 
 /// Where motions are cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,25 +19,8 @@ pub(crate) struct Cut {
     pub(crate) places: usize,
 }
 
-impl Cut {
-    fn validate(&self) -> Result<()> {
-        let argument = |name, value, must| Err(Error::Argument { name, value, must });
-        if !(self.interval.is_finite() && self.interval > 0.0) {
-            let value = self.interval.to_string();
-            return argument("interval", value, "a finite number of seconds above 0");
-        }
-        if self.samples < 2 {
-            return argument("samples", self.samples.to_string(), "at least 2 in a chunk");
-        }
-        if !(1..=10_000).contains(&self.places) {
-            return argument("places", self.places.to_string(), "between 1 and 10000");
-        }
-        Ok(())
-    }
-}
-
 /// A chunk of the free motion of `model` from each start, at a random place, with its accelerations. Motions that do not
-/// reach their chunk are left out.
+/// reach their chunk are omitted.
 pub(crate) fn chunks(
     model: &dyn Model,
     starts: &[State],
@@ -46,14 +28,11 @@ pub(crate) fn chunks(
     options: &RolloutOptions,
     seed: u64,
 ) -> Result<Vec<Trajectory>> {
-    cut.validate()?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(1);
-    let place: Vec<usize> = starts
-        .iter()
-        .map(|_| rng.random_range(0..cut.places))
-        .collect();
-    let mut found: Vec<Option<Trajectory>> = vec![None; starts.len()];
+    let places = starts.iter().map(|_| rng.random_range(0..cut.places));
+    let place: Vec<usize> = places.collect();
+    let mut all: Vec<Option<Trajectory>> = vec![None; starts.len()];
     // Motions with the same place share their times.
     for at in 0..cut.places {
         let chosen: Vec<usize> = (0..starts.len()).filter(|&k| place[k] == at).collect();
@@ -69,11 +48,11 @@ pub(crate) fn chunks(
             if rollout.outcome.is_finished() {
                 let mut chunk = rollout.trajectory.after(usize::from(at > 0));
                 chunk.name = k.to_string();
-                found[k] = Some(chunk);
+                all[k] = Some(chunk);
             }
         }
     }
-    Ok(found.into_iter().flatten().collect())
+    Ok(all.into_iter().flatten().collect())
 }
 
 /// The same motions with momenta p = ∂L/∂q̇ and their rates, which are ∂L/∂q where no force acts.
@@ -82,14 +61,9 @@ pub(crate) fn with_momenta(lagrangian: &dyn Lagrangian, motions: &[Trajectory]) 
     let mut jet = Jet::default();
     let mut one = |motion: &Trajectory| {
         jets.jet(&motion.q, &motion.qd, &mut jet);
-        Trajectory {
-            signals: Signals {
-                p: jet.momentum.clone(),
-                pd: jet.dl_dq.clone(),
-                ..motion.clone().signals
-            },
-            ..motion.clone()
-        }
+        let mut motion = motion.clone();
+        (motion.p, motion.pd) = (jet.momentum.clone(), jet.dl_dq.clone());
+        motion
     };
     motions.iter().map(&mut one).collect()
 }

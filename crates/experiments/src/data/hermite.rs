@@ -2,21 +2,23 @@
 
 use lagrangian::dynamics::Model;
 use lagrangian::rollout::{RolloutOptions, free, rollout_many};
-use lagrangian::trajectory::Signals;
 use lagrangian::{Result, State, Trajectory};
+
+use super::first_state;
 
 /// The same motions with accelerations from their coordinates and velocities: of each the polynomial through all of
 /// them, of degree 2 K − 1 for K samples (Hermite), differentiated twice (theory.md, 114). For few samples without
 /// noise: a long motion would swing between its samples.
 pub(crate) fn with_estimated_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
-    let estimated = |motion: &Trajectory| Trajectory {
-        signals: Signals {
-            qdd: accelerations(motion),
-            ..motion.clone().signals
-        },
-        ..motion.clone()
-    };
+    let estimated = |motion: &Trajectory| with(motion, accelerations(motion));
     motions.iter().map(estimated).collect()
+}
+
+/// A motion with these accelerations.
+fn with(motion: &Trajectory, qdd: Vec<f64>) -> Trajectory {
+    let mut motion = motion.clone();
+    motion.qdd = qdd;
+    motion
 }
 
 /// The same motions with accelerations that a model makes more accurate: those along its own motion from the first
@@ -31,36 +33,23 @@ pub(crate) fn with_corrected_accelerations(
     let Some(first) = motions.first() else {
         return Ok(Vec::new());
     };
-    let n = first.dof();
     let from_zero: Vec<f64> = first.t.iter().map(|t| t - first.t[0]).collect();
-    let start = |m: &Trajectory| State::new(m.q[..n].to_vec(), m.qd[..n].to_vec());
-    let starts: Vec<State> = motions.iter().map(start).collect();
+    let starts: Vec<State> = motions.iter().map(first_state).collect();
     let followed = rollout_many(model, &starts, &from_zero, &free, options)?;
     let corrected = motions.iter().zip(followed).map(|(motion, followed)| {
         let own = followed.trajectory;
         if own.qdd.is_empty() || !followed.outcome.is_finished() {
             return motion.clone();
         }
-        let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
-        let left = Trajectory {
-            signals: Signals {
-                q: minus(&motion.q, &own.q),
-                qd: minus(&motion.qd, &own.qd),
-                ..motion.clone().signals
-            },
-            ..motion.clone()
-        };
-        let qdd = accelerations(&left)
-            .into_iter()
-            .zip(&own.qdd)
-            .map(|(a, b)| a + b);
-        Trajectory {
-            signals: Signals {
-                qdd: qdd.collect(),
-                ..motion.clone().signals
-            },
-            ..motion.clone()
+        let mut rest = motion.clone();
+        for (x, own) in [
+            (&mut rest.signals.q, &own.q),
+            (&mut rest.signals.qd, &own.qd),
+        ] {
+            x.iter_mut().zip(own).for_each(|(x, own)| *x -= own);
         }
+        let qdd = accelerations(&rest).into_iter().zip(&own.qdd);
+        with(motion, qdd.map(|(a, b)| a + b).collect())
     });
     Ok(corrected.collect())
 }
@@ -125,6 +114,7 @@ impl Rule {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use lagrangian::trajectory::Signals;
 
     fn motion(t: &[f64], q: impl Fn(f64) -> f64, qd: impl Fn(f64) -> f64) -> Trajectory {
         Trajectory::new(

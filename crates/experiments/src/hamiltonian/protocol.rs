@@ -6,36 +6,36 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
-
 use lagrangian::analytic::normal;
 use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::{Model, momenta};
 use lagrangian::hamiltonian::{Hamiltonian, HamiltonianOf};
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rollout::{RolloutOptions, free, rollout, rollout_phase};
-use lagrangian::train::Samples;
+use lagrangian::train::{Loss, Samples};
 use lagrangian::{Result, Trajectory};
+use nets::Activation;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
-/// A system of the comparison.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum Task {
-    /// H = q² + p².
-    MassSpring,
-    /// H = 3 (1 − cos q) + p².
-    Pendulum,
-    /// Two unit masses that attract each other with G = 1, on nearly circular orbits.
-    TwoBodies,
-    /// Three of them.
-    ThreeBodies,
+use crate::data::prediction;
+
+/// A system of the comparison, with how its data are made and how all contestants are fitted to them.
+pub(crate) struct Task {
+    /// Its name in files.
+    pub(crate) key: &'static str,
+    /// The name of the system and its parameters.
+    system: (&'static str, &'static [(&'static str, f64)]),
+    /// The mass of p = m q̇, the same for all coordinates.
+    mass: f64,
+    /// A start (q, p) of the training data.
+    start: fn(&mut ChaCha8Rng) -> [Vec<f64>; 2],
+    pub(crate) recordings: Recordings,
+    pub(crate) training: Training,
 }
 
-/// How data of a task are made.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(crate) struct Protocol {
+/// How the data of a task are made.
+pub(crate) struct Recordings {
     /// Motions to train on; as many test motions were recorded for the first two tasks.
     pub(crate) trajectories: usize,
     /// Samples of each.
@@ -44,98 +44,152 @@ pub(crate) struct Protocol {
     pub(crate) seconds: f64,
     /// Standard deviation of the noise on q and p; the rates are exact.
     pub(crate) noise: f64,
-    /// Starts of the test.
-    pub(crate) starts: usize,
     /// Length of a test, s.
     pub(crate) test_seconds: f64,
 }
 
+/// How all contestants are fitted to a task.
+pub(crate) struct Training {
+    pub(crate) width: usize,
+    pub(crate) layers: usize,
+    pub(crate) activation: Activation,
+    pub(crate) loss: Loss,
+    pub(crate) batch: usize,
+    pub(crate) steps: usize,
+    /// Steps of a quick run, and the part of the data that it takes.
+    pub(crate) quick: (usize, f64),
+    /// The least damping of the natural gradient.
+    pub(crate) damping: f64,
+    /// Expected seconds of a fit.
+    pub(crate) weight: f64,
+}
+
+/// Noise in the inputs needs a small network and damping that ends where the noise begins: larger ones follow it.
+const NOISY: Training = Training {
+    width: 16,
+    layers: 1,
+    activation: Activation::Softplus,
+    loss: Loss::ACCELERATION,
+    batch: 384,
+    steps: 75,
+    quick: (75, 1.0),
+    damping: 1e-2,
+    weight: 1.5,
+};
+
+const BODIES: Training = Training {
+    width: 64,
+    layers: 2,
+    activation: Activation::Tanh,
+    loss: Loss::ACCELERATION,
+    batch: 96,
+    steps: 100,
+    quick: (20, 0.02),
+    damping: 1e-7,
+    weight: 10.0,
+};
+
+/// Starts of a test.
+pub(crate) const STARTS: usize = 15;
+
+/// H = q² + p² and H = 3 (1 − cos q) + p², then two and three unit masses that attract each other with G = 1, on nearly
+/// circular orbits: all, in the order of the paper.
+pub(crate) static TASKS: [Task; 4] = [
+    Task {
+        key: "mass_spring",
+        system: ("mass-spring", &[("mass", 0.5), ("stiffness", 2.0)]),
+        mass: 0.5,
+        start: |rng| on_a_circle(rng.random_range(0.1..1.0), rng),
+        recordings: Recordings {
+            trajectories: 25,
+            samples: 30,
+            seconds: 3.0,
+            noise: 0.1,
+            test_seconds: 20.0,
+        },
+        training: NOISY,
+    },
+    Task {
+        key: "pendulum",
+        system: ("pendulum", &[("mass", 0.5), ("gravity", 6.0)]),
+        mass: 0.5,
+        start: |rng| on_a_circle(rng.random_range(1.3..2.3), rng),
+        recordings: Recordings {
+            trajectories: 25,
+            samples: 45,
+            seconds: 3.0,
+            noise: 0.1,
+            test_seconds: 20.0,
+        },
+        training: NOISY,
+    },
+    Task {
+        key: "two_bodies",
+        system: ("n-body", &[("bodies", 2.0)]),
+        mass: 1.0,
+        start: two_bodies,
+        recordings: Recordings {
+            trajectories: 800,
+            samples: 50,
+            seconds: 20.0,
+            noise: 0.0,
+            test_seconds: 20.0,
+        },
+        training: BODIES,
+    },
+    Task {
+        key: "three_bodies",
+        system: ("n-body", &[("bodies", 3.0)]),
+        mass: 1.0,
+        start: three_bodies,
+        recordings: Recordings {
+            trajectories: 4000,
+            samples: 20,
+            seconds: 5.0,
+            noise: 0.0,
+            test_seconds: 5.0,
+        },
+        // Bodies that nearly meet carry most of the squares of the forces, and no batch has two of them.
+        training: Training {
+            width: 96,
+            loss: Loss::ACCELERATION_L1,
+            steps: 600,
+            quick: (8, 0.005),
+            weight: 60.0,
+            ..BODIES
+        },
+    },
+];
+
 impl Task {
-    /// All, in the order of the paper.
-    pub(crate) const ALL: [Self; 4] = [
-        Self::MassSpring,
-        Self::Pendulum,
-        Self::TwoBodies,
-        Self::ThreeBodies,
-    ];
-
-    /// Its name in files.
-    pub(crate) fn key(self) -> &'static str {
-        match self {
-            Self::MassSpring => "mass_spring",
-            Self::Pendulum => "pendulum",
-            Self::TwoBodies => "two_bodies",
-            Self::ThreeBodies => "three_bodies",
-        }
-    }
-
-    /// Its protocol.
-    pub(crate) fn protocol(self) -> Protocol {
-        let (trajectories, samples, seconds, noise, test_seconds) = match self {
-            Self::MassSpring => (25, 30, 3.0, 0.1, 20.0),
-            Self::Pendulum => (25, 45, 3.0, 0.1, 20.0),
-            Self::TwoBodies => (800, 50, 20.0, 0.0, 20.0),
-            Self::ThreeBodies => (4000, 20, 5.0, 0.0, 5.0),
-        };
-        Protocol {
-            trajectories,
-            samples,
-            seconds,
-            noise,
-            starts: 15,
-            test_seconds,
-        }
+    /// Whether it is one of bodies in a plane; the other tasks have one coordinate.
+    pub(crate) fn has_bodies(&self) -> bool {
+        self.system.0 == "n-body"
     }
 
     /// The true system.
-    pub(crate) fn system(self) -> Result<Box<dyn AnalyticModel>> {
-        match self {
-            Self::MassSpring => by_name("mass-spring", &[("mass", 0.5), ("stiffness", 2.0)]),
-            Self::Pendulum => by_name("pendulum", &[("mass", 0.5), ("gravity", 6.0)]),
-            Self::TwoBodies => by_name("n-body", &[("bodies", 2.0)]),
-            Self::ThreeBodies => by_name("n-body", &[("bodies", 3.0)]),
-        }
+    pub(crate) fn system(&self) -> Result<Box<dyn AnalyticModel>> {
+        by_name(self.system.0, self.system.1)
     }
 
-    /// The mass of p = m q̇, the same for all coordinates.
-    pub(crate) fn mass(self) -> f64 {
-        match self {
-            Self::MassSpring | Self::Pendulum => 0.5,
-            Self::TwoBodies | Self::ThreeBodies => 1.0,
+    /// A start (q, p) of a test: those of one coordinate keep away from the axes, as published.
+    fn test_start(&self, rng: &mut ChaCha8Rng) -> [Vec<f64>; 2] {
+        if self.has_bodies() {
+            return (self.start)(rng);
         }
-    }
-
-    /// A start (q, p) of the training data.
-    fn start(self, rng: &mut ChaCha8Rng) -> [Vec<f64>; 2] {
-        match self {
-            Self::MassSpring => on_a_circle(rng.random_range(0.1..1.0), rng),
-            Self::Pendulum => on_a_circle(rng.random_range(1.3..2.3), rng),
-            Self::TwoBodies => two_bodies(rng),
-            Self::ThreeBodies => three_bodies(rng),
-        }
-    }
-
-    /// A start (q, p) of a test: those of the first tasks keep away from the axes, as published.
-    fn test_start(self, rng: &mut ChaCha8Rng) -> [Vec<f64>; 2] {
-        match self {
-            Self::MassSpring | Self::Pendulum => {
-                let mut away = || {
-                    let x: f64 = rng.random_range(-0.8..0.8);
-                    vec![x + 0.2 * x.signum()]
-                };
-                [away(), away()]
-            }
-            Self::TwoBodies | Self::ThreeBodies => self.start(rng),
-        }
+        let mut away = || {
+            let x: f64 = rng.random_range(-0.8..0.8);
+            vec![x + 0.2 * x.signum()]
+        };
+        [away(), away()]
     }
 
     /// Noisy samples with exact rates: `part` of the training motions to fit, and a tenth of as many to choose the
     /// weights by.
-    pub(crate) fn dataset(self, seed: u64, part: f64) -> Result<Dataset> {
-        let protocol = self.protocol();
+    pub(crate) fn dataset(&self, seed: u64, part: f64) -> Result<Dataset> {
         let system = self.system()?;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let count = ((protocol.trajectories as f64 * part).round() as usize).max(2);
+        let count = ((self.recordings.trajectories as f64 * part).round() as usize).max(2);
         let held = count.div_ceil(10);
         let train = self.samples(&*system, count - held, &mut rng)?;
         let validation = self.samples(&*system, held, &mut rng)?;
@@ -143,31 +197,28 @@ impl Task {
     }
 
     fn samples(
-        self,
+        &self,
         system: &dyn AnalyticModel,
         trajectories: usize,
         rng: &mut ChaCha8Rng,
     ) -> Result<Samples> {
-        let protocol = self.protocol();
         let n = system.coordinates().dof();
         let mut all = Samples {
             n,
             ..Samples::default()
         };
         for _ in 0..trajectories {
-            let [q0, p0] = self.start(rng);
-            let at = instants(protocol.seconds, protocol.samples);
-            let motion = self.motion(system, &q0, &p0, &at)?;
+            let at = instants(self.recordings.seconds, self.recordings.samples);
+            let motion = self.motion(system, &(self.start)(rng), &at)?;
             let len = motion.len() * n;
-            let mut noisy = |x: &f64| x + protocol.noise * normal(rng);
-            let p = motion.p.as_slice();
+            let mut noisy = |x: &f64| x + self.recordings.noise * normal(rng);
             all.q.extend(motion.q.iter().map(&mut noisy));
-            all.p.extend(p.iter().map(&mut noisy));
+            all.p.extend(motion.p.iter().map(&mut noisy));
             // The rates of the true state, as in the published data.
             all.qd.extend(&motion.qd);
             let mut qdd = motion.signals.qdd;
             qdd.resize(len, 0.0);
-            all.pd.extend(qdd.iter().map(|a| self.mass() * a));
+            all.pd.extend(qdd.iter().map(|a| self.mass * a));
             all.qdd.extend(qdd);
             let size = all.q.len();
             all.tau.resize(size, 0.0);
@@ -177,13 +228,12 @@ impl Task {
 
     /// The true motion with its momenta.
     fn motion(
-        self,
+        &self,
         system: &dyn AnalyticModel,
-        q0: &[f64],
-        p0: &[f64],
+        [q0, p0]: &[Vec<f64>; 2],
         at: &[f64],
     ) -> Result<Trajectory> {
-        let qd0: Vec<f64> = p0.iter().map(|p| p / self.mass()).collect();
+        let qd0: Vec<f64> = p0.iter().map(|p| p / self.mass).collect();
         let truth = RolloutOptions::truth();
         let mut motion = rollout(system, q0, &qd0, at, &free, &truth)?.trajectory;
         motion.p = momenta(system.lagrangian(), &motion.q, &motion.qd);
@@ -191,26 +241,21 @@ impl Task {
     }
 
     /// Rolls a model that moves in (q, p) out from the starts of `seed`, the same for all models.
-    pub(crate) fn test(self, model: &dyn Model, seed: u64) -> Result<Vec<PhaseTest>> {
-        let protocol = self.protocol();
+    pub(crate) fn test(&self, model: &dyn Model, seed: u64) -> Result<Vec<PhaseTest>> {
         let system = self.system()?;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         // Another stream than that of the training data.
         rng.set_stream(1);
-        let at = instants(protocol.test_seconds, TESTED);
-        let options = RolloutOptions {
-            rtol: 1e-9,
-            atol: 1e-9,
-            max_steps: 100_000,
-            ..RolloutOptions::default()
-        };
-        let test = |[q0, p0]: [Vec<f64>; 2]| {
-            let truth = self.motion(&*system, &q0, &p0, &at)?;
-            let found = rollout_phase(model, &q0, &p0, &at, &free, &options)?;
+        let at = instants(self.recordings.test_seconds, TESTED);
+        let options = prediction(100_000);
+        let test = |start: [Vec<f64>; 2]| {
+            let truth = self.motion(&*system, &start, &at)?;
+            let [q0, p0] = &start;
+            let found = rollout_phase(model, q0, p0, &at, &free, &options)?;
             let finished = found.outcome.is_finished();
             Ok(PhaseTest::of(&*system, truth, found.trajectory, finished))
         };
-        (0..protocol.starts)
+        (0..STARTS)
             .map(|_| self.test_start(&mut rng))
             .map(test)
             .collect()
@@ -225,7 +270,7 @@ const TESTED: usize = 101;
 pub(crate) struct PhaseTest {
     /// The true motion.
     pub(crate) truth: Trajectory,
-    /// The model's, as far as it came.
+    /// The motion of the model, as far as it came.
     pub(crate) found: Trajectory,
     /// Whether it came to the end.
     pub(crate) finished: bool,
@@ -255,8 +300,7 @@ impl PhaseTest {
         };
         let energies = [energy(&truth), energy(&found)];
         let energy_mse = mean_square(&energies[0], &energies[1]);
-        let [p, found_p] = [&truth, &found].map(|t| t.p.as_slice());
-        let coordinates = mean_square(&truth.q, &found.q) + mean_square(p, found_p);
+        let coordinates = mean_square(&truth.q, &found.q) + mean_square(&truth.p, &found.p);
         Self {
             energy_mse,
             coordinate_mse: 0.5 * coordinates,
@@ -321,21 +365,21 @@ mod tests {
 
     #[test]
     fn the_true_hamiltonian_passes_its_own_test() {
-        for task in Task::ALL {
+        for task in &TASKS {
             let system = task.system().unwrap();
             let model = Canonical::conservative(HamiltonianOf::new(system.lagrangian()));
             let tests = task.test(&model, 3).unwrap();
             assert_eq!(tests.len(), 15);
             for test in tests {
-                assert!(test.finished && test.energy_mse < 1e-14, "{task:?}");
-                assert!(test.coordinate_mse < 1e-8, "{task:?}");
+                assert!(test.finished && test.energy_mse < 1e-14, "{}", task.key);
+                assert!(test.coordinate_mse < 1e-8, "{}", task.key);
             }
         }
     }
 
     #[test]
     fn the_energies_are_those_of_the_paper() {
-        let value = |task: Task, q: f64, p: f64| {
+        let value = |task: &Task, q: f64, p: f64| {
             let system = task.system().unwrap();
             let mut h = [0.0];
             HamiltonianOf::new(system.lagrangian())
@@ -343,14 +387,14 @@ mod tests {
                 .value(&[q], &[p], &mut h);
             h[0]
         };
-        assert!((value(Task::MassSpring, 0.6, 0.8) - 1.0).abs() < 1e-12);
-        let pendulum = value(Task::Pendulum, 1.0, 0.5) - value(Task::Pendulum, 0.0, 0.0);
+        assert!((value(&TASKS[0], 0.6, 0.8) - 1.0).abs() < 1e-12);
+        let pendulum = value(&TASKS[1], 1.0, 0.5) - value(&TASKS[1], 0.0, 0.0);
         assert!((pendulum - (3.0 * (1.0 - 1f64.cos()) + 0.25)).abs() < 1e-12);
     }
 
     #[test]
     fn samples_hold_the_exact_rates_of_noisy_states() {
-        let data = Task::MassSpring.dataset(1, 1.0).unwrap();
+        let data = TASKS[0].dataset(1, 1.0).unwrap();
         assert_eq!(data.train.len() + data.validation.len(), 25 * 30);
         let errors = |a: &[f64], b: &[f64], factor: f64| {
             let off = a.iter().zip(b).map(|(a, b)| (a - factor * b).powi(2));
@@ -366,10 +410,10 @@ mod tests {
     fn bodies_begin_on_nearly_circular_orbits() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         for _ in 0..20 {
-            let system = Task::TwoBodies.system().unwrap();
+            let system = TASKS[2].system().unwrap();
             let at = instants(20.0, 50);
-            let [q0, p0] = Task::TwoBodies.start(&mut rng);
-            let motion = Task::TwoBodies.motion(&*system, &q0, &p0, &at).unwrap();
+            let start = two_bodies(&mut rng);
+            let motion = TASKS[2].motion(&*system, &start, &at).unwrap();
             let radius = |k: usize| motion.q[4 * k].hypot(motion.q[4 * k + 1]);
             assert!((0..50).all(|k| (radius(k) / radius(0) - 1.0).abs() < 0.6));
         }

@@ -44,7 +44,7 @@ impl Folder {
             command: command_line(),
             version: env!("CARGO_PKG_VERSION"),
             platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            threads: threads(),
             settings: args,
         };
         folder.write("run.toml", toml::to_string(&record)?.as_bytes())?;
@@ -63,6 +63,11 @@ impl Folder {
             "check that the folder may be written to and has room",
         )
     }
+}
+
+/// Threads of the machine.
+pub(super) fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 fn free(name: &str, force: bool) -> PathBuf {

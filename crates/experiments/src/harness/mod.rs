@@ -26,7 +26,7 @@ use progress::Progress;
 pub(crate) use history::{History, fit_with_history};
 pub(crate) use lab::Lab;
 pub(crate) use results::{
-    Contestant, Published, Quantity, Results, Row, contestant, less, more, neither,
+    Contestant, Published, Quantity, Results, Row, contestant, less, more, neither, published,
 };
 
 /// A comparison: what is asked, what is measured, and what was published of it.
@@ -134,9 +134,18 @@ fn run(args: &Args) -> Result<()> {
     };
     (experiment.run)(&mut lab)?;
     let seconds = lab.progress.finish();
+    let length = match args.quick {
+        true => "quick: to see that it works, not for comparisons",
+        false => "full",
+    };
+    let seeds = args.seeds().len();
+    lab.setting("Seeds", format!("{seeds} from {}", args.seed));
+    lab.setting("Whole experiment", format!("{seconds:.0} s"));
+    lab.setting("Threads", folder::threads().to_string());
+    lab.setting("Length", length);
     let figures = figures(args, &lab.results, seconds);
     let summary = page::summary(experiment, &lab.results);
-    let report = page::report(experiment, lab.results, args, seconds);
+    let report = page::report(experiment, lab.results);
     folder.write("figures.json", &serde_json::to_vec_pretty(&figures)?)?;
     folder.write("report.html", draw::html(&report).as_bytes())?;
     match args.json {

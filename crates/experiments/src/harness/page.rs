@@ -3,10 +3,9 @@
 
 use lagrangian_report::{Axis, Command, Figure, Headline, Report, Role, Series, Table};
 
-use super::args::Args;
 use super::folder::command_line;
 use super::results::{Better, Published, Quantity, Results, Row};
-use super::spread::{cell, scientific};
+use super::spread::{cell, median, scientific};
 use super::{Experiment, Layout};
 
 /// What a reader wants to know first.
@@ -24,37 +23,34 @@ pub(super) fn summary(experiment: &Experiment, results: &Results) -> Table {
     }
 }
 
+/// A line of a table.
+fn line(first: impl Into<String>, cells: impl Iterator<Item = String>) -> Vec<String> {
+    std::iter::once(first.into()).chain(cells).collect()
+}
+
 /// A row for each contestant in each group, a column for each quantity; published lines after those of their group.
 fn by_quantity(experiment: &Experiment, results: &Results, quantities: &[Quantity]) -> Table {
+    let header = line("model", quantities.iter().map(Quantity::heading));
+    let mut lines = vec![("", header)];
     let groups = results.groups();
-    let grouped = groups.iter().any(|group| !group.is_empty());
-    let line = |group: &str, name: String, cells: Vec<String>| {
-        let first = grouped.then(|| group.to_string());
-        first
-            .into_iter()
-            .chain([name])
-            .chain(cells)
-            .collect::<Vec<_>>()
-    };
-    let mut rows = Vec::new();
     for group in &groups {
         for row in results.rows.iter().filter(|row| row.group == *group) {
             let cells = quantities.iter().map(|q| cell(row.values(q.key)));
-            rows.push(line(group, name(row), cells.collect()));
+            lines.push((group, line(name(row), cells)));
         }
-        for published in experiment.published.iter().filter(|p| p.group == *group) {
-            let cells = quantities.iter().map(|q| published_cell(published, q));
-            rows.push(line(
-                group,
-                format!("published: {}", published.name),
-                cells.collect(),
-            ));
+        for known in experiment.published.iter().filter(|p| p.group == *group) {
+            let cells = quantities.iter().map(|q| published_cell(known, q));
+            lines.push((group, line(format!("published: {}", known.name), cells)));
         }
     }
-    let header = quantities.iter().map(Quantity::heading).collect();
+    let grouped = groups.iter().any(|group| !group.is_empty());
+    let mut rows = lines.into_iter().map(|(group, cells)| match grouped {
+        true => line(group, cells.into_iter()),
+        false => cells,
+    });
     Table {
-        header: line("", "model".into(), header),
-        rows,
+        header: rows.next().unwrap_or_default(),
+        rows: rows.collect(),
         ..Table::default()
     }
 }
@@ -71,36 +67,27 @@ fn by_group(experiment: &Experiment, results: &Results) -> Table {
         }
     }
     let ours = |contestant: &String| {
-        let of = |group: &&str| {
+        let cells = groups.iter().map(|group| {
             let mut rows = results.rows.iter();
-            rows.find(|row| row.group == **group && name(row) == *contestant)
+            rows.find(|row| row.group == *group && name(row) == *contestant)
                 .map_or_else(|| "–".into(), |row| cell(row.values(quantity.key)))
-        };
-        std::iter::once(contestant.clone())
-            .chain(groups.iter().map(of))
-            .collect::<Vec<_>>()
+        });
+        line(contestant, cells)
     };
     let mut published: Vec<&str> = experiment.published.iter().map(|p| p.name).collect();
     published.dedup();
     let theirs = |known: &&str| {
-        let of = |group: &&str| {
+        let cells = groups.iter().map(|group| {
             let mut all = experiment.published.iter();
             all.find(|p| p.group == *group && p.name == *known)
                 .map_or_else(|| "–".into(), |p| published_cell(p, quantity))
-        };
-        let first = format!("published: {known}");
-        std::iter::once(first)
-            .chain(groups.iter().map(of))
-            .collect::<Vec<_>>()
+        });
+        line(format!("published: {known}"), cells)
     };
-    let header = groups.iter().map(|group| (*group).to_string());
+    let ours = names.iter().map(ours);
     Table {
-        header: std::iter::once(quantity.heading()).chain(header).collect(),
-        rows: names
-            .iter()
-            .map(ours)
-            .chain(published.iter().map(theirs))
-            .collect(),
+        header: line(quantity.heading(), groups.iter().map(ToString::to_string)),
+        rows: ours.chain(published.iter().map(theirs)).collect(),
         ..Table::default()
     }
 }
@@ -113,10 +100,8 @@ fn name(row: &Row) -> String {
 }
 
 fn published_cell(published: &Published, quantity: &Quantity) -> String {
-    let value = published
-        .values
-        .iter()
-        .find(|(key, _)| *key == quantity.key);
+    let mut values = published.values.iter();
+    let value = values.find(|(key, _)| *key == quantity.key);
     value.map_or_else(|| "–".into(), |(_, value)| scientific(*value))
 }
 
@@ -130,41 +115,30 @@ fn headlines(experiment: &Experiment, results: &Results) -> Vec<Headline> {
         let main = of_group()
             .find(|row| row.role == Role::Lnn)
             .or(of_group().next())?;
+        let median = |row: &Row| median(row.values(quantity.key));
         let published = experiment.published.iter().filter(|p| p.group == *group);
         let published =
             published.map(|p| format!("published {}: {}", p.name, published_cell(p, quantity)));
         let plain = of_group().filter(|row| row.role == Role::Baseline);
-        let plain =
-            plain.map(|row| format!("{}: {}", row.name, scientific(row.median(quantity.key))));
-        let value = main.median(quantity.key);
+        let plain = plain.map(|row| format!("{}: {}", row.name, scientific(median(row))));
+        let value = median(main);
         value.is_finite().then(|| Headline {
             label: [quantity.name, *group].join(if group.is_empty() { "" } else { ", " }),
             value: scientific(value),
             unit: quantity.unit.into(),
-            note: std::iter::once(main.name.clone())
-                .chain(published)
-                .chain(plain)
-                .collect::<Vec<_>>()
-                .join("; "),
+            note: line(&main.name, published.chain(plain)).join("; "),
             role: Some(main.role),
         })
     };
-    results
-        .groups()
-        .iter()
-        .filter_map(headline)
-        .take(6)
-        .collect()
+    let groups = results.groups();
+    groups.iter().filter_map(headline).take(6).collect()
 }
 
 /// The first quantity of all contestants of a group, a dot for each seed.
 fn spread(experiment: &Experiment, results: &Results, group: &str) -> Option<Figure> {
     let quantity = experiment.quantities.first()?;
-    let rows: Vec<&Row> = results
-        .rows
-        .iter()
-        .filter(|row| row.group == group)
-        .collect();
+    let rows = results.rows.iter().filter(|row| row.group == group);
+    let rows: Vec<&Row> = rows.collect();
     let series = rows.iter().enumerate().map(|(at, row)| {
         let y = row.values(quantity.key).to_vec();
         Series::points(&row.name, row.role, vec![at as f64; y.len()], y)
@@ -191,19 +165,12 @@ fn spread(experiment: &Experiment, results: &Results, group: &str) -> Option<Fig
 }
 
 /// The whole page.
-pub(super) fn report(
-    experiment: &Experiment,
-    results: Results,
-    args: &Args,
-    seconds: f64,
-) -> Report {
-    let mut figures = results.figures();
-    figures.extend(
-        results
-            .groups()
-            .iter()
-            .filter_map(|group| spread(experiment, &results, group)),
-    );
+pub(super) fn report(experiment: &Experiment, results: Results) -> Report {
+    let groups = results.groups();
+    let spreads = groups
+        .iter()
+        .filter_map(|g| spread(experiment, &results, g));
+    let figures = results.figures().into_iter().chain(spreads).collect();
     let mut tables = vec![summary(experiment, &results)];
     if !experiment.details.is_empty() {
         tables.push(Table {
@@ -220,36 +187,13 @@ pub(super) fn report(
         figures,
         maps: results.maps,
         tables: tables.into_iter().chain(results.tables).collect(),
-        settings: results
-            .settings
-            .into_iter()
-            .chain(settings(args, seconds))
-            .collect(),
+        settings: results.settings,
         commands: vec![Command {
             makes: "This page; all figures as JSON with --json".into(),
             line: command_line(),
         }],
         ..Report::default()
     }
-}
-
-fn settings(args: &Args, seconds: f64) -> [(String, String); 4] {
-    let length = if args.quick {
-        "quick: to see that it works, not for comparisons"
-    } else {
-        "full"
-    };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    [
-        (
-            "Seeds",
-            format!("{} from {}", args.seeds().len(), args.seed),
-        ),
-        ("Whole experiment", format!("{seconds:.0} s")),
-        ("Threads", threads.to_string()),
-        ("Length", length.into()),
-    ]
-    .map(|(name, value)| (name.to_string(), value))
 }
 
 /// A table as lines of text, its columns aligned.
@@ -260,10 +204,8 @@ pub(super) fn as_text(table: &Table) -> String {
         cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
     };
     let line = |row: &&Vec<String>| {
-        let cells = row
-            .iter()
-            .enumerate()
-            .map(|(k, cell)| format!("{cell:<0$}", width(k)));
+        let cells = row.iter().enumerate();
+        let cells = cells.map(|(k, cell)| format!("{cell:<0$}", width(k)));
         cells.collect::<Vec<_>>().join("  ").trim_end().to_string() + "\n"
     };
     rows.iter().map(line).collect()

@@ -4,8 +4,6 @@ use lagrangian_report::{Axis, Figure, HeatMap, Role, Series, Table};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::spread::median;
-
 /// Who is compared, and how it is fitted: a `FitConfig` or what makes one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Contestant<C = ()> {
@@ -54,48 +52,43 @@ pub(crate) struct Quantity {
 
 /// A quantity that should be small.
 pub(crate) const fn less(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
-    Quantity {
-        key,
-        name,
-        unit,
-        better: Better::Less,
-    }
+    quantity(key, name, unit, Better::Less)
 }
 
 /// A quantity that should be large.
 pub(crate) const fn more(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
-    Quantity {
-        key,
-        name,
-        unit,
-        better: Better::More,
-    }
+    quantity(key, name, unit, Better::More)
 }
 
 /// A quantity that is neither good nor bad.
 pub(crate) const fn neither(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
+    quantity(key, name, unit, Better::Neither)
+}
+
+const fn quantity(
+    key: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    better: Better,
+) -> Quantity {
     Quantity {
         key,
         name,
         unit,
-        better: Better::Neither,
+        better,
     }
 }
 
 impl Quantity {
     /// The heading of its column: an arrow says which way is better.
     pub(crate) fn heading(&self) -> String {
-        let unit = if self.unit.is_empty() {
-            String::new()
-        } else {
-            format!(", {}", self.unit)
-        };
+        let comma = if self.unit.is_empty() { "" } else { ", " };
         let arrow = match self.better {
             Better::Less => " ↓",
             Better::More => " ↑",
             Better::Neither => "",
         };
-        format!("{}{unit}{arrow}", self.name)
+        format!("{}{comma}{}{arrow}", self.name, self.unit)
     }
 }
 
@@ -107,6 +100,28 @@ pub(crate) struct Published {
     pub(crate) name: &'static str,
     /// Keys of quantities with their values.
     pub(crate) values: &'static [(&'static str, f64)],
+}
+
+/// A published line in one line.
+pub(crate) const fn published(
+    group: &'static str,
+    name: &'static str,
+    values: &'static [(&'static str, f64)],
+) -> Published {
+    Published {
+        group,
+        name,
+        values,
+    }
+}
+
+/// The first item for which `is` holds; where there is none, a new one at the end.
+fn entry<T>(items: &mut Vec<T>, is: impl Fn(&T) -> bool, new: impl FnOnce() -> T) -> &mut T {
+    let at = items.iter().position(is).unwrap_or_else(|| {
+        items.push(new());
+        items.len() - 1
+    });
+    &mut items[at]
 }
 
 /// All that was measured for one contestant in one group (a system, a task, a level of noise).
@@ -123,12 +138,15 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// Adds the value of one seed; NaN where nothing could be measured.
-    pub(crate) fn add(&mut self, quantity: &'static str, value: f64) -> &mut Self {
-        match self.values.iter_mut().find(|(key, _)| *key == quantity) {
-            Some((_, values)) => values.push(value),
-            None => self.values.push((quantity, vec![value])),
-        }
+    /// Adds the value of one seed; none, or NaN, where nothing could be measured.
+    pub(crate) fn add(
+        &mut self,
+        quantity: &'static str,
+        value: impl Into<Option<f64>>,
+    ) -> &mut Self {
+        let is = |(key, _): &(&str, Vec<f64>)| *key == quantity;
+        let (_, values) = entry(&mut self.values, is, || (quantity, Vec::new()));
+        values.push(value.into().unwrap_or(f64::NAN));
         self
     }
 
@@ -143,13 +161,8 @@ impl Row {
 
     /// The values of a quantity, one for each seed.
     pub(crate) fn values(&self, quantity: &str) -> &[f64] {
-        let found = self.values.iter().find(|(key, _)| *key == quantity);
-        found.map_or(&[], |(_, values)| values)
-    }
-
-    /// The median over the seeds.
-    pub(crate) fn median(&self, quantity: &str) -> f64 {
-        median(self.values(quantity))
+        let known = self.values.iter().find(|(key, _)| *key == quantity);
+        known.map_or(&[], |(_, values)| values)
     }
 
     fn json(&self) -> Value {
@@ -195,20 +208,16 @@ impl Plot {
 
     /// Adds the curve of one seed. One at other abscissae than the first of its name is not drawn.
     pub(crate) fn add(&mut self, name: &str, role: Role, x: &[f64], y: Vec<f64>) -> &mut Self {
-        let same = |a: &[f64]| {
-            a.iter()
-                .map(|x| x.to_bits())
-                .eq(x.iter().map(|x| x.to_bits()))
-        };
-        match self.curves.iter_mut().find(|curve| curve.name == name) {
-            Some(curve) if same(&curve.x) => curve.runs.push(y),
-            Some(_) => {}
-            None => self.curves.push(Curve {
-                name: name.into(),
-                role,
-                x: x.to_vec(),
-                runs: vec![y],
-            }),
+        let is = |curve: &Curve| curve.name == name;
+        let curve = entry(&mut self.curves, is, || Curve {
+            name: name.into(),
+            role,
+            x: x.to_vec(),
+            runs: Vec::new(),
+        });
+        let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        if bits(&curve.x) == bits(x) {
+            curve.runs.push(y);
         }
         self
     }
@@ -223,13 +232,10 @@ impl Plot {
 
     /// Adds a dot to the series of this name.
     pub(crate) fn dot(&mut self, name: &str, role: Role, x: f64, y: f64) -> &mut Self {
-        let all = &mut self.figure.series;
-        let at = all.iter().position(|s| s.name == name).unwrap_or_else(|| {
-            all.push(Series::points(name, role, Vec::new(), Vec::new()));
-            all.len() - 1
-        });
-        all[at].x.push(x);
-        all[at].y.push(y);
+        let new = || Series::points(name, role, Vec::new(), Vec::new());
+        let series = entry(&mut self.figure.series, |s| s.name == name, new);
+        series.x.push(x);
+        series.y.push(y);
         self
     }
 
@@ -244,7 +250,7 @@ impl Plot {
     }
 }
 
-/// The grid, and what is drawn and told beside it.
+/// The grid, and what is drawn and written beside it.
 #[derive(Debug, Default)]
 pub(crate) struct Results {
     pub(crate) rows: Vec<Row>,
@@ -268,37 +274,29 @@ impl Results {
     /// The same of one whose name is put together.
     pub(crate) fn row_of(&mut self, group: &str, key: &str, name: &str, role: Role) -> &mut Row {
         let known = |row: &Row| row.group == group && row.key == key;
-        let at = self.rows.iter().position(known).unwrap_or_else(|| {
-            self.rows.push(Row {
-                group: group.into(),
-                key: key.into(),
-                name: name.into(),
-                role,
-                cannot: Vec::new(),
-                values: Vec::new(),
-                details: Map::new(),
-            });
-            self.rows.len() - 1
-        });
-        &mut self.rows[at]
+        entry(&mut self.rows, known, || Row {
+            group: group.into(),
+            key: key.into(),
+            name: name.into(),
+            role,
+            cannot: Vec::new(),
+            values: Vec::new(),
+            details: Map::new(),
+        })
     }
 
     /// The figure with this id; a new one where there is none.
     pub(crate) fn plot(&mut self, id: impl Into<String>, title: impl Into<String>) -> &mut Plot {
-        let id = id.into();
-        let at = self.plots.iter().position(|plot| plot.figure.id == id);
-        let at = at.unwrap_or_else(|| {
-            self.plots.push(Plot {
-                figure: Figure {
-                    id,
-                    title: title.into(),
-                    ..Figure::default()
-                },
-                curves: Vec::new(),
-            });
-            self.plots.len() - 1
-        });
-        &mut self.plots[at]
+        let (id, title) = (id.into(), title.into());
+        let is = |plot: &Plot| plot.figure.id == id;
+        entry(&mut self.plots, is, || Plot {
+            figure: Figure {
+                id: id.clone(),
+                title,
+                ..Figure::default()
+            },
+            curves: Vec::new(),
+        })
     }
 
     pub(super) fn figures(&self) -> Vec<Figure> {

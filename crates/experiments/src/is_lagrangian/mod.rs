@@ -7,7 +7,7 @@ use lagrangian_analysis::existence::{Survey, SurveyConfig, survey};
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::{Experiment, Lab, contestant, less, more, neither};
-use systems::{System, noisy};
+use systems::{SYSTEMS, System, noisy};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
     title: "Is it Lagrangian?",
@@ -45,24 +45,17 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
 const RECORDINGS: usize = 24;
 /// Noise of the accelerations, as parts of their root mean squares.
 const NOISES: [f64; 2] = [0.0, 0.01];
-/// Systems of a quick run.
-const QUICK: [System; 4] = [
-    System::Pendulum,
-    System::ChargedParticle,
-    System::CoulombPendulum,
-    System::VanDerPol,
-];
-
 fn run(lab: &mut Lab) -> Result<()> {
-    let systems: &[System] = if lab.quick() { &QUICK } else { &System::ALL };
+    let (quick, all) = (lab.quick(), SYSTEMS.iter());
+    let systems: Vec<&System> = all.filter(|system| system.quick || !quick).collect();
     let noises: &[f64] = if lab.quick() { &NOISES[..1] } else { &NOISES };
     lab.plan(systems.len() * noises.len() * lab.seeds().len());
     let (mut right, mut of) = (0, 0);
     for &noise in noises {
-        for (place, &system) in systems.iter().enumerate() {
+        for (place, system) in systems.iter().enumerate() {
             let coordinates = system.coordinates()?;
             for seed in lab.seeds() {
-                lab.begin(format!("{}, noise {noise}, seed {seed}", system.name()))?;
+                lab.begin(format!("{}, noise {noise}, seed {seed}", system.name))?;
                 let recordings = noisy(system.recordings(RECORDINGS, seed)?, noise, seed);
                 let config = SurveyConfig {
                     budget: lab.budget(300, 80),
@@ -71,19 +64,15 @@ fn run(lab: &mut Lab) -> Result<()> {
                 };
                 let survey = survey(&coordinates, &recordings, &config, &mut lab.progress)?;
                 lab.progress.check()?;
-                right += usize::from(survey.verdict.existence == system.truth());
+                right += usize::from(survey.verdict.existence == system.truth);
                 of += 1;
                 record(lab, system, noise, &survey);
                 draw(lab, place, noise, &survey);
                 if noise == 0.0 && seed == lab.args.seed {
                     let verdict = &survey.verdict;
                     let reasons = verdict.reasons.join(" ");
-                    let text = format!(
-                        "{} {}: {}. {reasons}",
-                        place + 1,
-                        system.name(),
-                        verdict.existence
-                    );
+                    let (place, existence) = (place + 1, verdict.existence);
+                    let text = format!("{place} {}: {existence}. {reasons}", system.name);
                     lab.results.text.push(text);
                 }
             }
@@ -95,28 +84,31 @@ fn run(lab: &mut Lab) -> Result<()> {
     Ok(())
 }
 
-fn record(lab: &mut Lab, system: System, noise: f64, survey: &Survey) {
-    let who = contestant(system.name(), system.name(), Role::Lnn, ());
-    let truth = system.truth();
+fn record(lab: &mut Lab, system: &System, noise: f64, survey: &Survey) {
+    let who = contestant(system.name, system.name, Role::Lnn, ());
+    let truth = system.truth;
     let asymmetry = survey.asymmetry.as_ref();
     let damping = survey.damping.as_ref();
     let divergence = survey.contraction;
-    let or_nan = |x: Option<f64>| x.unwrap_or(f64::NAN);
     lab.row(&format!("noise_{noise}"), &who)
         .add(
             "right",
-            f64::from(u8::from(survey.verdict.existence == truth)),
+            if survey.verdict.existence == truth {
+                1.0
+            } else {
+                0.0
+            },
         )
         .add("confidence", survey.verdict.confidence)
         .add("lagrangian", survey.conservative.relative)
         .add("with_friction", survey.friction.relative)
         .add("any_force", survey.unrestricted.relative)
-        .add("asymmetry", or_nan(asymmetry.map(|a| a.median)))
-        .add("asymmetry_chance", or_nan(asymmetry.map(|a| a.chance)))
-        .add("coupled_damping", or_nan(damping.map(|d| d.coupled)))
-        .add("coupled_chance", or_nan(damping.map(|d| d.chance)))
-        .add("divergence", or_nan(divergence.map(|c| c.divergence.rate)))
-        .add("divergence_error", or_nan(divergence.map(|c| c.error())))
+        .add("asymmetry", asymmetry.map(|a| a.median))
+        .add("asymmetry_chance", asymmetry.map(|a| a.chance))
+        .add("coupled_damping", damping.map(|d| d.coupled))
+        .add("coupled_chance", damping.map(|d| d.chance))
+        .add("divergence", divergence.map(|c| c.divergence.rate))
+        .add("divergence_error", divergence.map(|c| c.error()))
         .detail("truth", truth)
         .detail("survey", survey);
 }
@@ -185,12 +177,8 @@ fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
             .axes(Axis::linear("system", ""), Axis::log(y, ""));
         for (k, (name, role, value)) in values.into_iter().enumerate() {
             if let Some(value) = value {
-                plot.dot(
-                    name,
-                    role,
-                    (place + 1) as f64 + 0.15 * (k as f64 - 1.0),
-                    value,
-                );
+                let x = (place + 1) as f64 + 0.15 * (k as f64 - 1.0);
+                plot.dot(name, role, x, value);
             }
         }
     }

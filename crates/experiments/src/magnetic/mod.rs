@@ -8,11 +8,12 @@ use lagrangian::dataset::random_starts;
 use lagrangian::train::{FitConfig, Loss};
 use lagrangian_report::{Axis, Role};
 
-use crate::data::{beyond_delan, lagrangian_of};
-use crate::families::MakeFamily;
-use crate::families::{self, WIDTH};
+use crate::data::{beyond_delan, column, lagrangian_of};
+use crate::families::{self, MakeFamily, WIDTH};
 use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither};
-use orbits::{CIRCLE, Field, Orbit, acceleration_error, dataset, field_error, orbit};
+use orbits::{
+    CIRCLE, FIELDS, Field, MIRROR, Orbit, acceleration_error, dataset, field_error, orbit,
+};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
     title: "Particles in magnetic fields",
@@ -60,10 +61,10 @@ const CONTESTANTS: [Contestant<MakeFamily>; 4] = [
 const TEST_SEED: u64 = 1_000_003;
 
 fn run(lab: &mut Lab) -> Result<()> {
-    lab.plan(Field::ALL.len() * CONTESTANTS.len() * lab.seeds().len());
+    lab.plan(FIELDS.len() * CONTESTANTS.len() * lab.seeds().len());
     let circles = if lab.quick() { 20.0 } else { 100.0 };
     lab.setting("Free orbits", format!("{circles} gyro-periods"));
-    for field in Field::ALL {
+    for field in FIELDS {
         let system = field.system()?;
         let truth = orbit(&*system, field, circles)?;
         draw(lab, field, "truth", Role::Truth, &truth);
@@ -71,7 +72,7 @@ fn run(lab: &mut Lab) -> Result<()> {
         for who in &CONTESTANTS {
             if let Some(config) = (who.config)().downcast_ref::<DelanConfig>() {
                 let reasons = beyond_delan(system.lagrangian(), &states, config.vector_potential);
-                lab.cannot(field.name(), who, reasons);
+                lab.cannot(field.name, who, reasons);
             }
             for seed in lab.seeds() {
                 measure(lab, field, who, seed, &truth)?;
@@ -83,13 +84,13 @@ fn run(lab: &mut Lab) -> Result<()> {
 
 fn measure(
     lab: &mut Lab,
-    field: Field,
+    field: &Field,
     who: &Contestant<MakeFamily>,
     seed: u64,
     truth: &Orbit,
 ) -> Result<()> {
     let system = field.system()?;
-    lab.begin(format!("{} field, {}, seed {seed}", field.name(), who.key))?;
+    lab.begin(format!("{} field, {}, seed {seed}", field.name, who.key))?;
     let data = dataset(&*system, if lab.quick() { 2_000 } else { 20_000 }, seed)?;
     let config = FitConfig {
         family: (who.config)(),
@@ -101,32 +102,25 @@ fn measure(
     };
     let fitted = lab.fit(&data, &config)?;
     let model = &fitted.model;
-    lab.save(&format!("{}-{}", field.name(), who.key), model, seed)?;
-    let field_error = match lagrangian_of(model) {
-        Some(lagrangian) => field_error(lagrangian, &*system, TEST_SEED),
-        None => f64::NAN,
-    };
+    lab.save(&format!("{}-{}", field.name, who.key), model, seed)?;
+    let field_error = lagrangian_of(model).map(|l| field_error(l, &*system, TEST_SEED));
     let periods = truth.t.last().map_or(0.0, |t| t / CIRCLE);
     let own = orbit(model, field, periods)?;
     let distance = own.distance(truth);
-    lab.row(field.name(), who)
+    let error = acceleration_error(model, &*system, TEST_SEED);
+    let largest = distance.iter().fold(0.0, |most: f64, x| most.max(*x));
+    lab.row(field.name, who)
         .add("field_error", field_error)
-        .add(
-            "acceleration_error",
-            acceleration_error(model, &*system, TEST_SEED),
-        )
+        .add("acceleration_error", error)
         .add("energy_drift", own.drift())
-        .add(
-            "largest_distance",
-            distance.iter().fold(0.0, |most: f64, x| most.max(*x)),
-        )
+        .add("largest_distance", largest)
         .add("seconds", fitted.seconds);
     if seed == lab.args.seed {
         draw(lab, field, who.name, who.role, &own);
         let periods = in_periods(&own);
         lab.plot(
-            format!("distance-{}", field.name()),
-            format!("Distance from the true orbit, {} field", field.name()),
+            format!("distance-{}", field.name),
+            format!("Distance from the true orbit, {} field", field.name),
         )
         .caption("From the same start.")
         .axes(
@@ -142,24 +136,15 @@ fn in_periods(orbit: &Orbit) -> Vec<f64> {
     orbit.t.iter().map(|t| t / CIRCLE).collect()
 }
 
-fn coordinate(orbit: &Orbit, i: usize) -> Vec<f64> {
-    let n = orbit.q.len() / orbit.t.len().max(1);
-    orbit.q.iter().skip(i).step_by(n).copied().collect()
-}
-
 /// The path, the energy, and between mirrors the bounce and the magnetic moment.
-fn draw(lab: &mut Lab, field: Field, name: &str, role: Role, orbit: &Orbit) {
+fn draw(lab: &mut Lab, field: &Field, name: &str, role: Role, orbit: &Orbit) {
+    let coordinate = |i| column(&orbit.q, orbit.q.len() / orbit.t.len().max(1), i);
     // The first ten circles, before lines cover lines.
-    let cut = |i: usize| {
-        coordinate(orbit, i)
-            .into_iter()
-            .take(200)
-            .collect::<Vec<f64>>()
-    };
+    let cut = |i| coordinate(i).into_iter().take(200).collect::<Vec<f64>>();
     let mut plot = |what: &str, title: &str, [x, y]: [Axis; 2], values: (&[f64], Vec<f64>)| {
         lab.plot(
-            format!("{what}-{}", field.name()),
-            format!("{title}, {} field", field.name()),
+            format!("{what}-{}", field.name),
+            format!("{title}, {} field", field.name),
         )
         .axes(x, y)
         .add(name, role, values.0, values.1);
@@ -182,9 +167,9 @@ fn draw(lab: &mut Lab, field: Field, name: &str, role: Role, orbit: &Orbit) {
         axes,
         (&periods, errors),
     );
-    if field == Field::Mirror {
+    if field.name == MIRROR.name {
         // It turns round near ± 2.25 m, where B is |v|²/v⊥² times that in the middle.
-        let z = (&periods[..], coordinate(orbit, 2));
+        let z = (&periods[..], coordinate(2));
         plot(
             "bounce",
             "Bouncing between the mirrors",

@@ -11,41 +11,38 @@ use lagrangian::train::Samples;
 use lagrangian::trajectory::Signals;
 use lagrangian::{Dataset, Result, State};
 
-/// The field that a particle is in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Field {
-    /// The same everywhere, in a plane.
-    Uniform,
-    /// Two magnetic mirrors.
-    Mirror,
+use crate::data::{accelerations, energies, relative_error};
+
+/// The field that a particle is in; mass, charge and field are 1.
+pub(crate) struct Field {
+    /// Its name in files.
+    pub(crate) name: &'static str,
+    /// The name of the system.
+    system: &'static str,
+    /// Where its long orbit begins.
+    start: fn() -> State,
 }
 
+/// The same field everywhere, in a plane.
+static UNIFORM: Field = Field {
+    name: "uniform",
+    system: "charged-particle",
+    start: || State::new(vec![0.8, 0.0], vec![0.0, -0.8]),
+};
+
+/// Two magnetic mirrors; the orbit turns round near z = ± 0.75 a.
+pub(crate) static MIRROR: Field = Field {
+    name: "mirror",
+    system: "magnetic-mirror",
+    start: || State::new(vec![0.4, 0.0, 0.0], vec![0.0, -0.4, 0.3]),
+};
+
+pub(crate) static FIELDS: [&Field; 2] = [&UNIFORM, &MIRROR];
+
 impl Field {
-    /// Both.
-    pub(crate) const ALL: [Self; 2] = [Self::Uniform, Self::Mirror];
-
-    /// Its name in files.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Uniform => "uniform",
-            Self::Mirror => "mirror",
-        }
-    }
-
-    /// The particle, with mass, charge and field of 1.
-    pub(crate) fn system(self) -> Result<Box<dyn AnalyticModel>> {
-        match self {
-            Self::Uniform => by_name("charged-particle", &[]),
-            Self::Mirror => by_name("magnetic-mirror", &[]),
-        }
-    }
-
-    /// Where its long orbit begins: in the mirror field it turns round near z = ± 0.75 a.
-    pub(crate) fn start(self) -> State {
-        match self {
-            Self::Uniform => State::new(vec![0.8, 0.0], vec![0.0, -0.8]),
-            Self::Mirror => State::new(vec![0.4, 0.0, 0.0], vec![0.0, -0.4, 0.3]),
-        }
+    /// The particle in it.
+    pub(crate) fn system(&self) -> Result<Box<dyn AnalyticModel>> {
+        by_name(self.system, &[])
     }
 }
 
@@ -67,18 +64,14 @@ fn samples(system: &dyn AnalyticModel, count: usize, seed: u64) -> Samples {
         qd.extend(state.qd);
         tau.extend(uniform(&mut rng, n, -1.0, 1.0));
     }
-    let mut qdd = vec![0.0; q.len()];
-    let _ = system.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
-    Samples::new(
-        n,
-        Signals {
-            q,
-            qd,
-            qdd,
-            tau,
-            ..Signals::default()
-        },
-    )
+    let signals = Signals {
+        qdd: accelerations(system, &q, &qd, &tau),
+        q,
+        qd,
+        tau,
+        ..Signals::default()
+    };
+    Samples::new(n, signals)
 }
 
 /// States to learn from and to choose the weights by.
@@ -110,30 +103,14 @@ pub(crate) fn field_error(found: &dyn Lagrangian, system: &dyn AnalyticModel, se
     let states: Vec<State> = (0..500).map(|_| system.sample_state(&mut rng)).collect();
     let truth = field(system.lagrangian(), &states);
     let found = field(found, &states);
-    let square = |sum: f64, x: f64| sum + x * x;
-    let error = found
-        .iter()
-        .zip(&truth)
-        .map(|(a, b)| a - b)
-        .fold(0.0, square);
-    (error / truth.iter().copied().fold(0.0, square)).sqrt()
+    relative_error(found.iter().zip(&truth))
 }
 
 /// Root of the mean squared error of q̈ over that of q̈ itself, on states that are not in the data.
 pub(crate) fn acceleration_error(model: &dyn Model, system: &dyn AnalyticModel, seed: u64) -> f64 {
     let samples = samples(system, 5000, seed);
-    let mut found = vec![0.0; samples.qdd.len()];
-    let (q, qd) = (&samples.q, &samples.qd);
-    let _ = model
-        .evaluator()
-        .forward_dynamics(q, qd, &samples.tau, &mut found);
-    let square = |sum: f64, x: f64| sum + x * x;
-    let error = found
-        .iter()
-        .zip(&samples.qdd)
-        .map(|(a, b)| a - b)
-        .fold(0.0, square);
-    (error / samples.qdd.iter().copied().fold(0.0, square)).sqrt()
+    let found = accelerations(model, &samples.q, &samples.qd, &samples.tau);
+    relative_error(found.iter().zip(&samples.qdd))
 }
 
 /// A free orbit.
@@ -171,9 +148,9 @@ impl Orbit {
 }
 
 /// The free orbit of `model` over so many circles, 20 samples each.
-pub(crate) fn orbit(model: &dyn Model, which: Field, circles: f64) -> Result<Orbit> {
+pub(crate) fn orbit(model: &dyn Model, which: &Field, circles: f64) -> Result<Orbit> {
     let system = which.system()?;
-    let start = which.start();
+    let start = (which.start)();
     let times = times(circles * CIRCLE, CIRCLE / 20.0)?;
     let options = RolloutOptions {
         max_steps: MOST_STEPS,
@@ -181,23 +158,16 @@ pub(crate) fn orbit(model: &dyn Model, which: Field, circles: f64) -> Result<Orb
     };
     let motion = rollout(model, &start.q, &start.qd, &times, &free, &options)?;
     let trajectory = motion.trajectory;
-    let n = start.q.len();
-    let mut energy = vec![0.0; trajectory.len()];
-    system
-        .evaluator()
-        .energy(&trajectory.q, &trajectory.qd, &mut energy);
-    let states = trajectory
-        .q
-        .chunks_exact(n)
-        .zip(trajectory.qd.chunks_exact(n));
-    let moment = states
-        .map(|(q, qd)| moment(system.lagrangian(), &State::new(q.to_vec(), qd.to_vec())))
-        .collect();
+    let moment = (0..trajectory.len()).map(|k| {
+        let Signals { q, qd, .. } = trajectory.row(k);
+        moment(system.lagrangian(), &State::new(q.to_vec(), qd.to_vec()))
+    });
+    let moment = relative(moment.collect());
     Ok(Orbit {
+        energy: relative(energies(&*system, &trajectory).unwrap_or_default()),
+        moment,
         t: trajectory.t,
         q: trajectory.signals.q,
-        energy: relative(energy),
-        moment: relative(moment),
         outcome: motion.outcome,
     })
 }
@@ -230,12 +200,13 @@ fn moment(lagrangian: &dyn Lagrangian, state: &State) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use crate::data::column;
     use lagrangian::lagrangian::analytic::{MagneticMirror, System};
 
     #[test]
     fn the_antisymmetric_part_of_the_momenta_is_the_field() {
         let mirror = MagneticMirror::new(&[1.0, 1.0, 1.0, 3.0]);
-        let system = Field::Mirror.system().unwrap();
+        let system = MIRROR.system().unwrap();
         let state = State::new(vec![0.3, -0.5, 1.2], vec![0.2, 0.7, -0.4]);
         let found = field(system.lagrangian(), std::slice::from_ref(&state));
         let [x, y, z] = mirror.field(&state.q);
@@ -247,11 +218,13 @@ mod tests {
 
     #[test]
     fn a_slow_particle_bounces_between_the_mirrors_and_keeps_energy_and_magnetic_moment() {
-        let system = Field::Mirror.system().unwrap();
-        let orbit = orbit(&*system, Field::Mirror, 30.0).unwrap();
+        let system = MIRROR.system().unwrap();
+        let orbit = orbit(&*system, &MIRROR, 30.0).unwrap();
         assert!(orbit.drift() < 1e-8, "{}", orbit.drift());
-        let z = orbit.q.iter().skip(2).step_by(3);
-        let (low, high) = z.fold((0.0_f64, 0.0_f64), |(l, h), z| (l.min(*z), h.max(*z)));
+        let z = column(&orbit.q, 3, 2);
+        let (low, high) = z
+            .iter()
+            .fold((0.0_f64, 0.0_f64), |(l, h), z| (l.min(*z), h.max(*z)));
         // B = B₀ |v|²/v⊥² at z = ± (0.3/0.4) 3 m.
         assert!(
             (high - 2.25).abs() < 0.15 && (low + 2.25).abs() < 0.15,
@@ -264,9 +237,9 @@ mod tests {
     fn a_deep_lagrangian_network_without_a_vector_potential_is_known_to_fail() {
         use crate::data::beyond_delan;
         use crate::relativistic::Particle;
-        for which in Field::ALL {
+        for which in FIELDS {
             let system = which.system().unwrap();
-            let states = [which.start()];
+            let states = [(which.start)()];
             assert_eq!(beyond_delan(system.lagrangian(), &states, false).len(), 1);
             assert!(beyond_delan(system.lagrangian(), &states, true).is_empty());
         }

@@ -10,8 +10,7 @@ use lagrangian::train::{
 };
 use lagrangian_report::{Axis, Role};
 
-use crate::families;
-use crate::families::MakeFamily;
+use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, Experiment, Lab, contestant, less, more, neither};
 use protocol::{Errors, Protocol, errors, record};
 

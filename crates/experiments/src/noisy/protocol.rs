@@ -1,12 +1,8 @@
 //! Models of noisy recordings: fits of estimated accelerations against fits through an integrator.
 //!
 //! Recordings are free motions with white noise on positions and velocities, in parts of the deviation of each
-//! component. What a fit found is judged without noise: accelerations along true motions, and how long its motion stays
+//! component. A fit is judged without noise: accelerations along true motions, and how long its motion stays
 //! near the true one.
-
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
 
 use lagrangian::analytic::normal;
 use lagrangian::dataset::Dataset;
@@ -14,12 +10,16 @@ use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::analytic::AnalyticModel;
 use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
 use lagrangian::score::valid_prediction_time;
-use lagrangian::trajectory::Signals;
-use lagrangian::trajectory::{Columns, EstimateOptions, Recording};
+use lagrangian::trajectory::{EstimateOptions, Signals};
 use lagrangian::{Coordinates, Error, Result, Trajectory};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::data::{accelerations, column, first_state, recorded, relative_error, thinned};
+use crate::harness::spread::median;
 
 /// How recordings are made.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protocol {
     /// Recordings to fit, and as many more for validation by a quarter.
     pub(crate) recordings: usize,
@@ -58,57 +58,44 @@ pub(crate) fn record(system: &dyn AnalyticModel, protocol: &Protocol, seed: u64)
     let clean = motions(protocol.recordings + held, protocol.duration)?;
     let mut truth = motions(protocol.tests, protocol.test_duration)?;
     for rollout in &mut truth {
-        rollout.trajectory.qdd = accelerations(system, &rollout.trajectory);
+        rollout.trajectory.qdd = free_accelerations(system, &rollout.trajectory);
     }
     let scales = deviations(&clean, system.coordinates());
     let sigma: Vec<f64> = scales.iter().map(|s| s * protocol.noise).collect();
-    let mut trajectories = Vec::new();
-    let (mut errors, mut squares) = (0.0, 0.0);
+    let (mut trajectories, mut exact) = (Vec::new(), Vec::new());
     for rollout in &clean {
         let noisy = with_noise(&rollout.trajectory, &sigma, &mut rng);
-        let recording = recording(noisy, system.coordinates());
+        let recording = recorded(noisy, system.coordinates());
         let (trajectory, _) = recording.into_trajectory(&EstimateOptions::default())?;
-        let exact = accelerations(system, &rollout.trajectory);
-        for (a, b) in trajectory.qdd.iter().zip(&exact) {
-            errors += (a - b).powi(2);
-            squares += b * b;
-        }
+        exact.push(free_accelerations(system, &rollout.trajectory));
         trajectories.push(trajectory);
     }
+    let estimated = trajectories.iter().flat_map(|t| &t.signals.qdd);
+    let estimate_error = relative_error(estimated.zip(exact.iter().flatten()));
     let (train, validation) = trajectories.split_at(protocol.recordings);
     Ok(Noisy {
         dataset: Dataset::new(system.coordinates().clone(), train, validation)?,
         truth,
-        estimate_error: (errors / squares).sqrt(),
+        estimate_error,
     })
 }
 
-fn accelerations(system: &dyn Model, trajectory: &Trajectory) -> Vec<f64> {
-    let mut qdd = vec![0.0; trajectory.q.len()];
-    let free = vec![0.0; trajectory.q.len()];
-    let mut evaluator = system.evaluator();
-    let _ = evaluator.forward_dynamics(&trajectory.q, &trajectory.qd, &free, &mut qdd);
-    qdd
+fn free_accelerations(model: &dyn Model, motion: &Trajectory) -> Vec<f64> {
+    accelerations(model, &motion.q, &motion.qd, &vec![0.0; motion.q.len()])
 }
 
 /// Deviations of the components of (q, q̇) over all motions, `[2n]`; of an angle at most that of a uniform one.
 fn deviations(motions: &[Rollout], coordinates: &Coordinates) -> Vec<f64> {
     let n = coordinates.dof();
     let one = |c: usize| {
-        let values = || {
-            let of = |r: &'_ Rollout| {
-                let x = if c < n {
-                    &r.trajectory.q
-                } else {
-                    &r.trajectory.qd
-                };
-                x.iter().skip(c % n).step_by(n).copied().collect::<Vec<_>>()
-            };
-            motions.iter().flat_map(of)
-        };
-        let count = values().count().max(1) as f64;
-        let mean = values().sum::<f64>() / count;
-        let deviation = (values().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt();
+        let signals = motions.iter().map(|r| match c < n {
+            true => &r.trajectory.signals.q,
+            false => &r.trajectory.signals.qd,
+        });
+        let values: Vec<f64> = signals.flat_map(|x| column(x, n, c % n)).collect();
+        let count = values.len().max(1) as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let deviation = (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt();
         match c < n && coordinates.is_circle(c) {
             true => deviation.min(std::f64::consts::PI / 3f64.sqrt()),
             false => deviation,
@@ -128,25 +115,8 @@ fn with_noise(trajectory: &Trajectory, sigma: &[f64], rng: &mut ChaCha8Rng) -> T
     noisy
 }
 
-/// As it would stand in a file.
-fn recording(trajectory: Trajectory, coordinates: &Coordinates) -> Recording {
-    Recording {
-        name: trajectory.name,
-        coordinates: coordinates.clone(),
-        t: trajectory.t,
-        columns: Columns::default(),
-        unwrapped: vec![0; coordinates.dof()],
-        sampled: None,
-        signals: Signals {
-            q: trajectory.signals.q,
-            qd: trajectory.signals.qd,
-            ..Signals::default()
-        },
-    }
-}
-
 /// How well a model knows the motion without noise.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Errors {
     /// Root mean square error of accelerations along true motions, over their root mean square.
     pub(crate) acceleration: f64,
@@ -160,17 +130,16 @@ pub(crate) struct Errors {
 /// The error, in deviations of the motion, beyond which a prediction is no longer valid.
 const THRESHOLD: f64 = 0.5;
 
+/// Steps of rollouts over that of the data.
+const STEPS: [f64; 3] = [0.25, 1.0, 4.0];
+
 /// The errors of a model along the true motions; `step` is that of the data.
 pub(crate) fn errors(model: &dyn Model, truth: &[Rollout], step: f64) -> Result<Errors> {
-    let (mut errors, mut squares) = (0.0, 0.0);
-    for rollout in truth {
-        let found = accelerations(model, &rollout.trajectory);
-        let exact = rollout.trajectory.qdd.iter();
-        for (a, b) in found.iter().zip(exact) {
-            errors += (a - b).powi(2);
-            squares += b * b;
-        }
-    }
+    let found = truth
+        .iter()
+        .map(|r| free_accelerations(model, &r.trajectory));
+    let found: Vec<f64> = found.flatten().collect();
+    let right = truth.iter().flat_map(|r| &r.trajectory.signals.qdd);
     let exact = RolloutOptions::default();
     let fixed = |factor: f64| -> Result<(f64, f64)> {
         let options = RolloutOptions {
@@ -181,12 +150,9 @@ pub(crate) fn errors(model: &dyn Model, truth: &[Rollout], step: f64) -> Result<
         Ok((factor, valid(model, truth, &options, factor)?))
     };
     Ok(Errors {
-        acceleration: (errors / squares).sqrt(),
+        acceleration: relative_error(found.iter().zip(right)),
         valid: valid(model, truth, &exact, 1.0)?,
-        steps: [0.25, 1.0, 4.0]
-            .into_iter()
-            .map(fixed)
-            .collect::<Result<_>>()?,
+        steps: STEPS.into_iter().map(fixed).collect::<Result<_>>()?,
     })
 }
 
@@ -203,44 +169,15 @@ fn valid(
     let stride = (stride.round() as usize).max(1);
     let thin = |rollout: &Rollout| thinned(&rollout.trajectory, stride);
     let truth: Vec<Trajectory> = truth.iter().map(thin).collect();
-    let starts: Vec<_> = truth.iter().map(start).collect();
+    let starts: Vec<_> = truth.iter().map(first_state).collect();
     let times = &thinned(&first.trajectory, stride).t;
     let found = rollout_many(model, &starts, times, &free, options)?;
-    let mut seconds = Vec::new();
-    for (truth, found) in truth.iter().zip(&found) {
-        let coordinates = model.coordinates();
+    let coordinates = model.coordinates();
+    let seconds = truth.iter().zip(&found).map(|(truth, found)| {
         let valid = valid_prediction_time(truth, &found.trajectory, coordinates, THRESHOLD)?;
-        seconds.push(valid.seconds);
-    }
-    seconds.sort_by(f64::total_cmp);
-    let middle = seconds.len() / 2;
-    Ok(match seconds.len().is_multiple_of(2) {
-        true => 0.5 * (seconds[middle - 1] + seconds[middle]),
-        false => seconds[middle],
-    })
-}
-
-fn start(trajectory: &Trajectory) -> lagrangian::State {
-    let n = trajectory.dof();
-    lagrangian::State::new(trajectory.q[..n].to_vec(), trajectory.qd[..n].to_vec())
-}
-
-/// Every `stride`-th sample.
-fn thinned(trajectory: &Trajectory, stride: usize) -> Trajectory {
-    let n = trajectory.dof().max(1);
-    let rows = |x: &[f64]| -> Vec<f64> {
-        let rows = x.chunks_exact(n).step_by(stride);
-        rows.flatten().copied().collect()
-    };
-    Trajectory::new(
-        trajectory.name.clone(),
-        trajectory.t.iter().step_by(stride).copied().collect(),
-        Signals {
-            q: rows(&trajectory.q),
-            qd: rows(&trajectory.qd),
-            ..Signals::default()
-        },
-    )
+        Ok(valid.seconds)
+    });
+    Ok(median(&seconds.collect::<Result<Vec<f64>>>()?))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::Task;
-use crate::data::with_estimated_accelerations;
+use crate::data::{column_sizes, with_estimated_accelerations};
 use lagrangian::dataset::Dataset;
 use lagrangian::dynamics::Model;
 use lagrangian::lagrangian::analytic::{AnalyticModel, Chart, Rng, normal};
@@ -20,17 +20,6 @@ pub(crate) struct Size {
     pub(crate) held: usize,
     /// To judge by.
     pub(crate) test: usize,
-}
-
-/// A column of the data that can be withheld.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Hidden {
-    /// q̈, and ṗ.
-    Accelerations,
-    /// τ.
-    Torques,
-    /// p.
-    Momenta,
 }
 
 /// What a family reads of the chunks.
@@ -75,8 +64,13 @@ impl Lesson {
         self.dataset(reads, &train, &held)
     }
 
-    /// The same without one of their columns.
-    pub(crate) fn data_without(&self, hidden: Hidden, reads: Reads, seed: u64) -> Result<Dataset> {
+    /// The same without some of their signals.
+    pub(crate) fn data_without(
+        &self,
+        hidden: &[Signal],
+        reads: Reads,
+        seed: u64,
+    ) -> Result<Dataset> {
         let (train, held) = self.motions(reads, seed);
         self.dataset(reads, &strip(&train, hidden), &strip(&held, hidden))
     }
@@ -122,15 +116,15 @@ impl Lesson {
     fn disturb(&self, motions: &mut [Trajectory], rng: &mut dyn Rng) {
         let coordinates = self.coordinates();
         let n = coordinates.dof();
-        let mut q = sizes(n, motions.iter().map(|m| &m.q[..]));
+        let mut q = column_sizes(n, motions.iter().map(|m| &m.q[..]));
         for (i, size) in q.iter_mut().enumerate() {
             if coordinates.is_circle(i) {
                 *size = 1.0;
             }
         }
-        let qd = sizes(n, motions.iter().map(|m| &m.qd[..]));
+        let qd = column_sizes(n, motions.iter().map(|m| &m.qd[..]));
         let others = [Signal::Qdd, Signal::P, Signal::Pd];
-        let size_of = |signal| sizes(n, motions.iter().filter_map(|m| m.values(signal)));
+        let size_of = |signal| column_sizes(n, motions.iter().filter_map(|m| m.values(signal)));
         let others = others.map(|signal| (signal, size_of(signal)));
         let mut add = |x: &mut [f64], size: &[f64]| {
             let places = x.iter_mut().enumerate();
@@ -154,17 +148,11 @@ impl Lesson {
         let mut under = |motion: &Trajectory| {
             let size = motion.qdd.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
             let tau: Vec<f64> = motion.q.iter().map(|_| size * normal(&mut rng)).collect();
-            let mut qdd = vec![0.0; tau.len()];
-            evaluator.forward_dynamics(&motion.q, &motion.qd, &tau, &mut qdd);
-            Trajectory {
-                signals: Signals {
-                    qdd,
-                    tau,
-                    pd: Vec::new(),
-                    ..motion.clone().signals
-                },
-                ..motion.clone()
-            }
+            let mut under = motion.clone();
+            let Signals { q, qd, qdd, .. } = &mut under.signals;
+            evaluator.forward_dynamics(q, qd, &tau, qdd);
+            (under.tau, under.pd) = (tau, Vec::new());
+            under
         };
         let train = self.train.iter().map(&mut under).collect();
         (train, self.held.iter().map(&mut under).collect())
@@ -189,40 +177,19 @@ fn with_mean_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
         }
         slope.repeat(motion.len())
     };
-    let estimated = |motion: &Trajectory| Trajectory {
-        signals: Signals {
-            qdd: slopes(motion),
-            ..motion.clone().signals
-        },
-        ..motion.clone()
+    let estimated = |motion: &Trajectory| {
+        let mut motion = motion.clone();
+        motion.qdd = slopes(&motion);
+        motion
     };
     motions.iter().map(estimated).collect()
 }
 
-/// Root mean square of each of the `n` columns of some signals.
-fn sizes<'a>(n: usize, signals: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
-    let (mut squares, mut count) = (vec![0.0; n], 0.0);
-    for row in signals.flat_map(|signal| signal.chunks_exact(n)) {
-        count += 1.0;
-        let pairs = squares.iter_mut().zip(row);
-        pairs.for_each(|(sum, x)| *sum += x * x);
+/// The motions without these signals.
+fn strip(motions: &[Trajectory], hidden: &[Signal]) -> Vec<Trajectory> {
+    let mut motions = motions.to_vec();
+    for motion in &mut motions {
+        hidden.iter().for_each(|s| motion.get_mut(*s).clear());
     }
-    squares
-        .iter()
-        .map(|sum| (sum / f64::max(count, 1.0)).sqrt())
-        .collect()
-}
-
-/// The motions without a column.
-fn strip(motions: &[Trajectory], hidden: Hidden) -> Vec<Trajectory> {
-    let one = |motion: &Trajectory| {
-        let mut motion = motion.clone();
-        match hidden {
-            Hidden::Accelerations => (motion.qdd, motion.pd) = (Vec::new(), Vec::new()),
-            Hidden::Torques => motion.tau = Vec::new(),
-            Hidden::Momenta => (motion.p, motion.pd) = (Vec::new(), Vec::new()),
-        }
-        motion
-    };
-    motions.iter().map(one).collect()
+    motions
 }

@@ -2,22 +2,21 @@
 
 use anyhow::Result;
 use lagrangian::Error;
-use lagrangian::dynamics::Model;
 use lagrangian::train::{
     Budget, FitConfig, Learned, Loss, NaturalConfig, Observer, Optimizer, RolloutLoss, fit,
 };
+use lagrangian::trajectory::Signal;
 
-use super::columns::{Column, Measured, OWN_ENERGY};
+use super::columns::{Column, Measured};
 use super::contestants::Recipe;
 use super::hopeless::Hopeless;
 use super::measure::{call_seconds, energy_drift, step_errors};
-use super::{Hidden, Lesson, Plan, Reads, SAMPLES, Task};
+use super::{Cell, Lesson, Plan, Reads, SAMPLES, Task};
+use crate::data::energies;
 use crate::harness::{Contestant, History, Lab, fit_with_history};
 
 /// A row of the table.
 type Row = &'static Contestant<Recipe>;
-/// Cells that were measured for one seed.
-type Cells = Vec<(Row, Column, Measured)>;
 
 /// Noise, as a share of the states.
 const NOISE: f64 = 0.05;
@@ -32,10 +31,11 @@ const MAIN: [Column; 5] = [
     Column::Training,
     Column::Call,
 ];
-const NEEDS: [(Column, Hidden); 3] = [
-    (Column::Accelerations, Hidden::Accelerations),
-    (Column::Torques, Hidden::Torques),
-    (Column::Momenta, Hidden::Momenta),
+/// Columns of what data may lack.
+const NEEDS: [(Column, &[Signal]); 3] = [
+    (Column::Accelerations, &[Signal::Qdd, Signal::Pd]),
+    (Column::Torques, &[Signal::Tau]),
+    (Column::Momenta, &[Signal::P, Signal::Pd]),
 ];
 /// Columns of an error in several tasks, of which the largest counts.
 const SEVERAL: [(Column, &[Task]); 2] = [
@@ -54,50 +54,34 @@ pub(super) fn fits(plan: &Plan, seeds: usize) -> usize {
     seeds * plan.rows.len() * fits
 }
 
-/// All cells that are asked for, for one seed.
-pub(super) fn measure(plan: &Plan, seed: u64, lab: &mut Lab) -> Result<Cells> {
-    let mut found = Vec::new();
+/// Measures all cells that are asked for, for one seed.
+pub(super) fn measure(plan: &Plan, seed: u64, lab: &mut Lab, cells: &mut Vec<Cell>) -> Result<()> {
+    let mut measuring = Measuring {
+        plan,
+        seed,
+        lab,
+        cells,
+    };
+    let pendulum = || Task::Pendulum.lesson(plan.size, seed);
     if plan.asks(&MAIN) {
-        let lesson = Task::Pendulum.lesson(plan.size, seed)?;
-        each(
-            plan,
-            &lesson,
-            ("double pendulum", seed),
-            lab,
-            &mut found,
-            main,
-        )?;
+        measuring.one_lesson("double pendulum", &pendulum()?, &MAIN)?;
     }
-    let needs = NEEDS.map(|(column, _)| column);
-    if plan.asks(&needs) {
-        let lesson = Task::Pendulum.lesson(plan.size, seed)?;
+    if plan.asks(&NEEDS.map(|(column, _)| column)) {
+        let lesson = pendulum()?;
         for &row in &plan.rows {
             for (column, hidden) in NEEDS.into_iter().filter(|(c, _)| plan.asks(&[*c])) {
-                found.push((row, column, without(plan, row, &lesson, hidden, seed)));
+                let measured = measuring.without(row, &lesson, hidden);
+                measuring.add(row, column, measured);
             }
         }
     }
     if plan.asks(&[Column::Noise]) {
-        let lesson = Task::Pendulum.lesson(plan.size, seed)?.noisy(NOISE);
-        each(
-            plan,
-            &lesson,
-            ("noise", seed),
-            lab,
-            &mut found,
-            |_, row, lesson, fitted| {
-                let error = (row.config.error)(&fitted.model, lesson);
-                Ok(vec![(
-                    Column::Noise,
-                    fitted.with_steps(Measured::value(error)),
-                )])
-            },
-        )?;
+        measuring.one_lesson("noise", &pendulum()?.noisy(NOISE), &[Column::Noise])?;
     }
     for (column, tasks) in SEVERAL.into_iter().filter(|(c, _)| plan.asks(&[*c])) {
-        found.extend(several(plan, column, tasks, seed, lab)?);
+        measuring.several(column, tasks)?;
     }
-    Ok(found)
+    Ok(())
 }
 
 /// A fitted model with what was seen on the way.
@@ -108,225 +92,192 @@ struct Fitted {
 }
 
 impl Fitted {
-    /// A cell that says how long the fit was.
-    fn with_steps(&self, mut cell: Measured) -> Measured {
-        cell.figures.push(("steps", self.steps as f64));
-        cell
-    }
-
     /// Seconds and steps until the error was at [`LEARNED`].
     fn time(&self) -> Measured {
-        let history = self.history.moments.iter().map(|m| (m.step, m.value));
-        let mut cell = match self.history.moments.iter().find(|m| m.value <= LEARNED) {
+        let moments = &self.history.moments;
+        let cell = match moments.iter().find(|m| m.value <= LEARNED) {
             Some(moment) => Measured {
                 figures: vec![("steps", moment.step as f64)],
                 ..Measured::value(moment.seconds)
             },
             None => Measured::refused(&"not within the fit"),
         };
-        cell.history = history.collect();
-        cell
+        Measured {
+            history: moments.iter().map(|m| (m.step, m.value)).collect(),
+            ..cell
+        }
+    }
+
+    /// The cell of a row and a column of the lesson that was fitted.
+    fn cell(&self, plan: &Plan, row: Row, lesson: &Lesson, column: Column) -> Result<Measured> {
+        let (model, method) = (&self.model, row.config.method);
+        Ok(match column {
+            Column::Continuous => step_errors(model, lesson, method)?,
+            Column::Conservation => energy_drift(model, lesson, method, plan.long)?,
+            Column::Training => self.time(),
+            Column::Call => Measured::value(1e6 * call_seconds(model, lesson)),
+            _ => Measured {
+                figures: vec![("steps", self.steps as f64)],
+                ..Measured::value((row.config.error)(model, lesson))
+            },
+        })
     }
 }
 
-/// Fits every row to a lesson and measures it; a row that is refused says so in its cells.
-fn each(
-    plan: &Plan,
-    lesson: &Lesson,
-    (name, seed): (&str, u64),
-    lab: &mut Lab,
-    found: &mut Cells,
-    mut measure: impl FnMut(&Plan, Row, &Lesson, &Fitted) -> Result<Vec<(Column, Measured)>>,
-) -> Result<()> {
-    for &row in &plan.rows {
-        lab.begin(format!("{name}, {}, seed {seed}", row.name))?;
-        match fitted(plan, row, lesson, seed, lab) {
-            Ok(fitted) => {
-                let cells = measure(plan, row, lesson, &fitted)?;
-                found.extend(cells.into_iter().map(|(column, cell)| (row, column, cell)));
-            }
-            Err(reason) => {
-                let columns: &[Column] = if name == "noise" {
-                    &[Column::Noise]
-                } else {
-                    &MAIN
+/// The measurements of one seed.
+struct Measuring<'a, 'l> {
+    plan: &'a Plan,
+    seed: u64,
+    lab: &'a mut Lab<'l>,
+    cells: &'a mut Vec<Cell>,
+}
+
+impl Measuring<'_, '_> {
+    fn add(&mut self, row: Row, column: Column, measured: Measured) {
+        super::record(self.lab, row, column, &measured);
+        let known = |c: &&mut Cell| c.row.key == row.key && c.column == column;
+        match self.cells.iter_mut().find(known) {
+            Some(cell) => cell.measured.push(measured),
+            None => self.cells.push(Cell {
+                row,
+                column,
+                measured: vec![measured],
+            }),
+        }
+    }
+
+    /// Fits every row to a lesson and measures these columns of it; a row that is refused says so in its cells.
+    fn one_lesson(&mut self, name: &str, lesson: &Lesson, columns: &[Column]) -> Result<()> {
+        let plan = self.plan;
+        let asked = || columns.iter().filter(|c| plan.asks(&[**c]));
+        for &row in &plan.rows {
+            let fitted = self.fitted(name, row, lesson)?;
+            for &column in asked() {
+                let measured = match &fitted {
+                    Ok(fitted) => fitted.cell(plan, row, lesson, column)?,
+                    Err(reason) => Measured::refused(reason),
                 };
-                let asked = columns.iter().filter(|c| plan.asks(&[**c]));
-                found.extend(asked.map(|c| (row, *c, Measured::refused(&reason))));
+                self.add(row, column, measured);
+            }
+            self.lab.progress.check()?;
+        }
+        Ok(())
+    }
+
+    /// The largest error of several tasks.
+    fn several(&mut self, column: Column, tasks: &[Task]) -> Result<()> {
+        let rows = self.plan.rows.iter();
+        let mut cells: Vec<_> = rows.map(|row| (*row, Measured::value(0.0))).collect();
+        for task in tasks {
+            let lesson = task.lesson(self.plan.size, self.seed)?;
+            for (row, cell) in &mut cells {
+                match self.fitted(task.name(), row, &lesson)? {
+                    Ok(fitted) => {
+                        let error = (row.config.error)(&fitted.model, &lesson);
+                        cell.figures.push((task.name(), error));
+                        // A model without energy has no Lagrangian or Hamiltonian that it could have learned.
+                        cell.spoiled |= column == Column::Lagrangians
+                            && energies(&fitted.model, &lesson.test[0]).is_none();
+                        let value = cell.value.filter(|_| error.is_finite());
+                        cell.value = value.map(|x| x.max(error));
+                    }
+                    Err(reason) => {
+                        cell.value = None;
+                        cell.note
+                            .get_or_insert(format!("{}: {reason}", task.name()));
+                    }
+                }
+                self.lab.progress.check()?;
             }
         }
-        lab.progress.check()?;
+        for (row, measured) in cells {
+            self.add(row, column, measured);
+        }
+        Ok(())
     }
-    Ok(())
-}
 
-/// The cells of the fit to the double pendulum.
-fn main(
-    plan: &Plan,
-    row: Row,
-    lesson: &Lesson,
-    fitted: &Fitted,
-) -> Result<Vec<(Column, Measured)>> {
-    let model = &fitted.model;
-    let mut cells = Vec::new();
-    for column in MAIN.into_iter().filter(|c| plan.asks(&[*c])) {
-        let cell = match column {
-            Column::Dynamics => {
-                fitted.with_steps(Measured::value((row.config.error)(model, lesson)))
+    fn config(&self, row: Row, noisy: bool) -> FitConfig {
+        let default = NaturalConfig::default();
+        FitConfig {
+            family: (row.config.family)(),
+            loss: row.config.loss,
+            budget: self.plan.budget,
+            batch: row.config.batch,
+            optimizer: Optimizer::Natural(NaturalConfig {
+                damping_last: if noisy {
+                    NOISY_DAMPING
+                } else {
+                    default.damping_last
+                },
+                ..default
+            }),
+            seed: self.seed,
+            validate_every: 10,
+            rollout: RolloutLoss {
+                horizon: SAMPLES - 1,
+                ..RolloutLoss::default()
+            },
+            ..FitConfig::default()
+        }
+    }
+
+    /// One fit, or why it is refused.
+    fn fitted(&mut self, name: &str, row: Row, lesson: &Lesson) -> Result<Result<Fitted, Error>> {
+        self.lab
+            .begin(format!("{name}, {}, seed {}", row.name, self.seed))?;
+        Ok(self.fit(row, lesson))
+    }
+
+    fn fit(&mut self, row: Row, lesson: &Lesson) -> Result<Fitted, Error> {
+        let data = lesson.data(row.config.reads, self.seed)?;
+        let error = |model: &Learned| (row.config.error)(model, lesson);
+        let mut config = self.config(row, lesson.noise > 0.0);
+        if lesson.task == Task::Pendulum && lesson.noise <= 0.0 {
+            config.budget = self.plan.longest;
+        }
+        let progress = &mut self.lab.progress;
+        // What rollouts leave under noise is that of their starts, so that their loss does not say how far they are.
+        let watched = row.config.loss != Loss::ROLLOUT || lesson.noise <= 0.0;
+        let mut hopeless;
+        let observer: &mut dyn Observer = match watched {
+            true => {
+                hopeless = Hopeless::new(progress);
+                &mut hopeless
             }
-            Column::Continuous => {
-                let errors = step_errors(model, lesson, row.config.method)?;
-                Measured {
-                    figures: vec![
-                        ("h", errors.trained),
-                        ("half", errors.half),
-                        ("double", errors.double),
-                        ("adaptive", errors.adaptive),
-                    ],
-                    ..Measured::value(errors.ratio)
-                }
-            }
-            Column::Conservation => {
-                let drift = energy_drift(model, lesson, row.config.method, plan.long)?;
-                Measured {
-                    spoiled: drift.own.is_none_or(|own| own > OWN_ENERGY),
-                    figures: vec![
-                        ("own_energy", drift.own.unwrap_or(f64::NAN)),
-                        ("truth", drift.truth),
-                        ("unfinished", drift.unfinished as f64),
-                    ],
-                    ..Measured::value(drift.exact)
-                }
-            }
-            Column::Training => fitted.time(),
-            _ => Measured::value(1e6 * call_seconds(model, lesson)),
+            false => progress,
         };
-        cells.push((column, cell));
+        let (fit, history) = fit_with_history(&data, &config, observer, &error)?;
+        Ok(Fitted {
+            model: fit.model,
+            steps: fit.steps,
+            history,
+        })
     }
-    Ok(cells)
-}
 
-/// The largest error of several tasks.
-fn several(plan: &Plan, column: Column, tasks: &[Task], seed: u64, lab: &mut Lab) -> Result<Cells> {
-    let mut cells: Cells = plan
-        .rows
-        .iter()
-        .map(|row| (*row, column, Measured::value(0.0)))
-        .collect();
-    for task in tasks {
-        let lesson = task.lesson(plan.size, seed)?;
-        for (row, _, cell) in &mut cells {
-            let part = format!("{}, {}, seed {seed}", task.name(), row.name);
-            lab.begin(part)?;
-            match fitted(plan, row, &lesson, seed, lab) {
-                Ok(fitted) => {
-                    let error = (row.config.error)(&fitted.model, &lesson);
-                    cell.figures.push((task.name(), error));
-                    cell.spoiled |=
-                        column == Column::Lagrangians && !has_energy(&fitted.model, &lesson);
-                    cell.value = cell
-                        .value
-                        .filter(|_| error.is_finite())
-                        .map(|x| x.max(error));
-                }
-                Err(reason) => {
-                    cell.value = None;
-                    cell.note
-                        .get_or_insert(format!("{}: {reason}", task.name()));
-                }
-            }
-            lab.progress.check()?;
+    /// Whether a fit accepts the data without some of their signals.
+    fn without(&self, row: Row, lesson: &Lesson, hidden: &[Signal]) -> Measured {
+        let config = FitConfig {
+            budget: Budget::Steps(1),
+            ..self.config(row, false)
+        };
+        // Nobody is given torques but who cannot do without.
+        let reads = match row.config.reads {
+            Reads::Torques if hidden.contains(&Signal::Tau) => Reads::Motions,
+            reads => reads,
+        };
+        let tried = lesson.data_without(hidden, reads, self.seed);
+        match tried.and_then(|data| fit(&data, &config, None, &mut ())) {
+            Ok(_) => Measured {
+                accepted: Some(true),
+                ..Measured::default()
+            },
+            Err(reason) => Measured {
+                accepted: Some(false),
+                ..Measured::refused(&reason)
+            },
         }
     }
-    Ok(cells)
-}
-
-/// Whether a model has an energy, and so a Lagrangian or Hamiltonian that it could have learned.
-fn has_energy(model: &Learned, lesson: &Lesson) -> bool {
-    let motion = &lesson.test[0];
-    let mut energy = vec![0.0; motion.len()];
-    model.evaluator().energy(&motion.q, &motion.qd, &mut energy)
 }
 
 /// What a fit is ended with under noise: each batch is solved for itself, noise and all.
 const NOISY_DAMPING: f64 = 1e-2;
-
-fn config(plan: &Plan, row: Row, seed: u64, noisy: bool) -> FitConfig {
-    let default = NaturalConfig::default();
-    FitConfig {
-        family: (row.config.family)(),
-        loss: row.config.loss,
-        budget: plan.budget,
-        batch: row.config.batch,
-        optimizer: Optimizer::Natural(NaturalConfig {
-            damping_last: if noisy {
-                NOISY_DAMPING
-            } else {
-                default.damping_last
-            },
-            ..default
-        }),
-        seed,
-        validate_every: 10,
-        rollout: RolloutLoss {
-            horizon: SAMPLES - 1,
-            ..RolloutLoss::default()
-        },
-        ..FitConfig::default()
-    }
-}
-
-fn fitted(
-    plan: &Plan,
-    row: Row,
-    lesson: &Lesson,
-    seed: u64,
-    lab: &mut Lab,
-) -> Result<Fitted, Error> {
-    let data = lesson.data(row.config.reads, seed)?;
-    let error = |model: &Learned| (row.config.error)(model, lesson);
-    let mut config = config(plan, row, seed, lesson.noise > 0.0);
-    if lesson.task == Task::Pendulum && lesson.noise <= 0.0 {
-        config.budget = plan.longest;
-    }
-    // What rollouts leave under noise is that of their starts, so that their loss does not say how far they are.
-    let watched = row.config.loss != Loss::ROLLOUT || lesson.noise <= 0.0;
-    let mut hopeless;
-    let observer: &mut dyn Observer = match watched {
-        true => {
-            hopeless = Hopeless::new(&mut lab.progress);
-            &mut hopeless
-        }
-        false => &mut lab.progress,
-    };
-    let (fit, history) = fit_with_history(&data, &config, observer, &error)?;
-    Ok(Fitted {
-        model: fit.model,
-        steps: fit.steps,
-        history,
-    })
-}
-
-/// Whether a fit accepts the data without one of their columns.
-fn without(plan: &Plan, row: Row, lesson: &Lesson, hidden: Hidden, seed: u64) -> Measured {
-    let config = FitConfig {
-        budget: Budget::Steps(1),
-        ..config(plan, row, seed, false)
-    };
-    // Nobody is given torques but who cannot do without.
-    let reads = match (hidden, row.config.reads) {
-        (Hidden::Torques, Reads::Torques) => Reads::Motions,
-        (_, reads) => reads,
-    };
-    let tried = lesson.data_without(hidden, reads, seed);
-    match tried.and_then(|data| fit(&data, &config, None, &mut ())) {
-        Ok(_) => Measured {
-            accepted: Some(true),
-            ..Measured::default()
-        },
-        Err(reason) => Measured {
-            accepted: Some(false),
-            ..Measured::refused(&reason)
-        },
-    }
-}

@@ -19,7 +19,7 @@ use crate::harness::failure::mistake;
 use crate::harness::{Contestant, Experiment, Lab};
 use columns::{Column, Measured};
 use contestants::{CONTESTANTS, Recipe};
-use lesson::{Hidden, Lesson, Reads, Size};
+use lesson::{Lesson, Reads, Size};
 use task::{SAMPLES, Task};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -77,13 +77,12 @@ impl Plan {
 /// The rows and columns of `ROW`, `ROW:COLUMN` or `:COLUMN`.
 fn chosen(only: Option<&str>) -> Result<(Vec<&'static Contestant<Recipe>>, Vec<Column>)> {
     let (row, column) = only.map_or(("", ""), |o| o.split_once(':').unwrap_or((o, "")));
-    let rows = CONTESTANTS
-        .iter()
-        .filter(|c| row.is_empty() || c.key == row);
-    let columns = Column::ALL
-        .into_iter()
-        .filter(|c| column.is_empty() || c.key() == column);
-    let (rows, columns): (Vec<_>, Vec<_>) = (rows.collect(), columns.collect());
+    let rows = CONTESTANTS.iter();
+    let rows: Vec<_> = rows.filter(|c| row.is_empty() || c.key == row).collect();
+    let columns = Column::ALL.into_iter();
+    let columns: Vec<_> = columns
+        .filter(|c| column.is_empty() || c.key() == column)
+        .collect();
     let unknown = |what: &str, name: &str, known: Vec<&str>| {
         mistake(
             format!("the table has no {what} '{name}'"),
@@ -91,18 +90,12 @@ fn chosen(only: Option<&str>) -> Result<(Vec<&'static Contestant<Recipe>>, Vec<C
         )
     };
     if rows.is_empty() {
-        return Err(unknown(
-            "row",
-            row,
-            CONTESTANTS.iter().map(|c| c.key).collect(),
-        ));
+        let known = CONTESTANTS.iter().map(|c| c.key);
+        return Err(unknown("row", row, known.collect()));
     }
     if columns.is_empty() {
-        return Err(unknown(
-            "column",
-            column,
-            Column::ALL.map(Column::key).to_vec(),
-        ));
+        let known = Column::ALL.map(Column::key);
+        return Err(unknown("column", column, known.to_vec()));
     }
     Ok((rows, columns))
 }
@@ -117,20 +110,9 @@ struct Cell {
 fn run(lab: &mut Lab) -> Result<()> {
     let plan = Plan::of(lab)?;
     lab.plan(measuring::fits(&plan, lab.seeds().len()));
-    let mut cells: Vec<Cell> = Vec::new();
+    let mut cells = Vec::new();
     for seed in lab.seeds() {
-        for (row, column, measured) in measuring::measure(&plan, seed, lab)? {
-            record(lab, row, column, &measured);
-            let known = |c: &&mut Cell| c.row.key == row.key && c.column == column;
-            match cells.iter_mut().find(known) {
-                Some(cell) => cell.measured.push(measured),
-                None => cells.push(Cell {
-                    row,
-                    column,
-                    measured: vec![measured],
-                }),
-            }
-        }
+        measuring::measure(&plan, seed, lab, &mut cells)?;
     }
     page::complete(lab, &plan, &cells);
     Ok(())
@@ -139,7 +121,7 @@ fn run(lab: &mut Lab) -> Result<()> {
 /// The value of a cell, whether it is ticked, its parts, and why nothing could be measured.
 fn record(lab: &mut Lab, row: &Contestant<Recipe>, column: Column, measured: &Measured) {
     let line = lab.row("", row);
-    line.add(column.key(), measured.value.unwrap_or(f64::NAN));
+    line.add(column.key(), measured.value);
     line.detail(&format!("{} tick", column.key()), measured.tick(column));
     for (name, part) in &measured.figures {
         line.detail(&format!("{} {name}", column.key()), part);

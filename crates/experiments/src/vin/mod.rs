@@ -5,13 +5,12 @@ mod protocol;
 use anyhow::Result;
 use lagrangian::dynamics::Model;
 use lagrangian::integrate::Method;
-use lagrangian::train::Learned;
 use lagrangian_report::{Axis, Role};
 
-use crate::harness::{Experiment, Lab, less};
+use crate::harness::{Contestant, Experiment, Lab, less};
 use protocol::{
-    Effort, Errors, HORIZON, Kind, STEP, System, drift, errors, learn, predict, residual_of_truth,
-    seen,
+    CONTESTANTS, Effort, Errors, HORIZON, MASS_SPRING, PENDULUM, Recipe, STEP, System,
+    VIN_MIDPOINT, drift, errors, learn, predict, residual_of_truth, seen,
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -57,7 +56,7 @@ const STEPS: [f64; 5] = [0.0125, 0.025, 0.05, 0.1, 0.2];
 
 /// What is fitted and how long.
 struct Plan {
-    systems: &'static [System],
+    systems: &'static [&'static System],
     noises: &'static [f64],
     baselines: &'static [usize],
     starts: usize,
@@ -66,7 +65,7 @@ struct Plan {
 }
 
 const FULL: Plan = Plan {
-    systems: &System::ALL,
+    systems: &[&PENDULUM, &MASS_SPRING],
     noises: &[0.0, 0.001, NOISE],
     baselines: &[1, 2, 5],
     starts: 5,
@@ -75,7 +74,7 @@ const FULL: Plan = Plan {
 };
 
 const QUICK: Plan = Plan {
-    systems: &[System::Pendulum],
+    systems: &[&PENDULUM],
     noises: &[0.0, NOISE],
     baselines: &[1, 5],
     starts: 2,
@@ -84,10 +83,9 @@ const QUICK: Plan = Plan {
 };
 
 /// One line of the table.
-#[derive(Clone, Copy)]
-struct Case {
-    system: System,
-    kind: Kind,
+struct Case<'a> {
+    system: &'static System,
+    who: &'a Contestant<Recipe>,
     noise: f64,
     /// Positions of the motion that is seen, and the time between two of them, s.
     sampling: (usize, f64),
@@ -95,9 +93,9 @@ struct Case {
     baseline: usize,
 }
 
-impl Case {
+impl Case<'_> {
     fn group(&self) -> String {
-        format!("{}, noise {}", self.system.name(), self.noise)
+        format!("{}, noise {}", self.system.name, self.noise)
     }
 
     fn is_dense(&self) -> bool {
@@ -106,80 +104,76 @@ impl Case {
 
     fn name(&self) -> String {
         match self.is_dense() {
-            false => self.kind.name().into(),
+            false => self.who.name.into(),
             true => format!(
                 "{}, every {} s, baseline {}",
-                self.kind.name(),
-                self.sampling.1,
-                self.baseline
+                self.who.name, self.sampling.1, self.baseline
             ),
         }
     }
 
     /// The method and the step that it learns with.
     fn own(&self) -> (Method, f64) {
-        (self.kind.method(), self.sampling.1 * self.baseline as f64)
+        (
+            self.who.config.method(),
+            self.sampling.1 * self.baseline as f64,
+        )
     }
 }
 
 fn run(lab: &mut Lab) -> Result<()> {
     let plan = if lab.quick() { QUICK } else { FULL };
-    let fits = plan.noises.len() * Kind::ALL.len() + plan.baselines.len();
+    let fits = plan.noises.len() * CONTESTANTS.len() + plan.baselines.len();
     lab.plan(plan.systems.len() * fits * lab.seeds().len());
     for &system in plan.systems {
         truth(lab, system, &plan)?;
         for &noise in plan.noises {
-            for kind in Kind::ALL {
-                let sampling = (SAMPLES, STEP);
+            for who in &CONTESTANTS {
                 let case = Case {
                     system,
-                    kind,
+                    who,
                     noise,
-                    sampling,
+                    sampling: (SAMPLES, STEP),
                     baseline: 1,
                 };
-                measure(lab, case, &plan)?;
+                measure(lab, &case, &plan)?;
             }
         }
         for &baseline in plan.baselines {
-            let kind = Kind::VinMidpoint;
             let case = Case {
                 system,
-                kind,
+                who: &VIN_MIDPOINT,
                 noise: NOISE,
                 sampling: DENSE,
                 baseline,
             };
-            measure(lab, case, &plan)?;
+            measure(lab, &case, &plan)?;
         }
     }
     Ok(())
 }
 
 /// The true model by the methods of the contestants, and what the discrete equation leaves of it.
-fn truth(lab: &mut Lab, system: System, plan: &Plan) -> Result<()> {
+fn truth(lab: &mut Lab, system: &'static System, plan: &Plan) -> Result<()> {
     let truth = system.truth()?;
     let starts = system.starts(plan.starts, START_SEED);
     let exact = errors(system, &*truth, &starts, (Method::Dop853, STEP), DURATION)?;
-    for kind in [Kind::VinTrapezoidal, Kind::VinMidpoint] {
-        let own = errors(system, &*truth, &starts, (kind.method(), STEP), DURATION)?;
-        let group = format!("{}, noise 0", system.name());
-        let name = format!("true model, {}", kind.method().name());
-        record(
-            lab,
-            &group,
-            &format!("truth {}", kind.key()),
-            (&name, Role::Truth),
-            &own,
-            &exact,
+    for who in [&CONTESTANTS[0], &VIN_MIDPOINT] {
+        let method = who.config.method();
+        let own = errors(system, &*truth, &starts, (method, STEP), DURATION)?;
+        let group = format!("{}, noise 0", system.name);
+        let (key, name) = (
+            format!("truth {}", who.key),
+            format!("true model, {}", method.name()),
         );
+        record(lab, &group, &key, (&name, Role::Truth), [&own, &exact]);
         let sparse = plan.noises.iter().map(|noise| (*noise, (SAMPLES, STEP), 1));
         let dense = plan
             .baselines
             .iter()
             .map(|baseline| (NOISE, DENSE, *baseline));
         for (noise, sampling, baseline) in sparse.chain(dense) {
-            let Some(rule) = kind.loss().rule() else {
+            let Some(rule) = who.config.loss.rule() else {
                 continue;
             };
             let data = seen(system, sampling, noise, lab.args.seed)?;
@@ -188,22 +182,17 @@ fn truth(lab: &mut Lab, system: System, plan: &Plan) -> Result<()> {
             lab.setting(
                 &format!(
                     "Residual of the truth: {}, noise {noise}, {}",
-                    system.name(),
-                    kind.method().name()
+                    system.name,
+                    method.name()
                 ),
                 format!("{residual:.2e} ({apart:.2} s apart)"),
             );
         }
     }
-    if system == System::Pendulum {
-        draw(
-            lab,
-            "true motion",
-            Role::Truth,
-            &*truth,
-            (Method::Dop853, STEP),
-        )?;
-        at_other_steps(lab, "true model", Role::Truth, &*truth, plan)?;
+    if system.is_pendulum() {
+        let method = (Method::Dop853, STEP);
+        draw(lab, ("true motion", Role::Truth), &*truth, method)?;
+        at_other_steps(lab, ("true model", Role::Truth), &*truth, plan)?;
     }
     Ok(())
 }
@@ -213,8 +202,7 @@ fn record(
     group: &str,
     key: &str,
     (name, role): (&str, Role),
-    own: &Errors,
-    exact: &Errors,
+    [own, exact]: [&Errors; 2],
 ) {
     lab.results
         .row_of(group, key, name, role)
@@ -224,13 +212,11 @@ fn record(
         .add("lost", own.lost as f64);
 }
 
-fn measure(lab: &mut Lab, case: Case, plan: &Plan) -> Result<()> {
+fn measure(lab: &mut Lab, case: &Case, plan: &Plan) -> Result<()> {
     let Case {
-        system,
-        kind,
-        noise,
-        ..
-    } = case;
+        system, who, noise, ..
+    } = *case;
+    let (recipe, role) = (&who.config, who.role);
     let starts = system.starts(plan.starts, START_SEED);
     for seed in lab.seeds() {
         lab.begin(format!("{}, {}, seed {seed}", case.group(), case.name()))?;
@@ -241,41 +227,32 @@ fn measure(lab: &mut Lab, case: Case, plan: &Plan) -> Result<()> {
             seed,
         };
         let data = seen(system, case.sampling, noise, seed)?;
-        let model = learn(kind, &data, noise > 0.0, effort, &mut lab.progress)?;
+        let model = learn(recipe, &data, noise > 0.0, effort, &mut lab.progress)?;
         lab.progress.check()?;
         let own = errors(system, &model, &starts, case.own(), DURATION)?;
         let exact = errors(system, &model, &starts, (Method::Dop853, STEP), DURATION)?;
         let key = match case.is_dense() {
-            false => kind.key().to_string(),
-            true => format!("{} baseline {}", kind.key(), case.baseline),
+            false => who.key.to_string(),
+            true => format!("{} baseline {}", who.key, case.baseline),
         };
         record(
             lab,
             &case.group(),
             &key,
-            (&case.name(), kind.role()),
-            &own,
-            &exact,
+            (&case.name(), role),
+            [&own, &exact],
         );
         if !case.is_dense() {
-            let place = plan
-                .noises
-                .iter()
-                .position(|x| x.to_bits() == noise.to_bits());
-            draw_noise(lab, case, place.unwrap_or(0), own.error, plan);
+            let same = |x: &f64| x.to_bits() == noise.to_bits();
+            let place = plan.noises.iter().position(same).unwrap_or(0);
+            draw_noise(lab, case, place, own.error, plan);
         }
-        if seed == lab.args.seed && noise == 0.0 && system == System::Pendulum {
-            drawn(lab, kind, &model, plan)?;
+        if seed == lab.args.seed && noise == 0.0 && system.is_pendulum() {
+            draw(lab, (who.name, role), &model, (recipe.method(), STEP))?;
+            if who.key == VIN_MIDPOINT.key {
+                at_other_steps(lab, (who.name, role), &model, plan)?;
+            }
         }
-    }
-    Ok(())
-}
-
-/// The motion of a model of the first seed, and what other steps do to it.
-fn drawn(lab: &mut Lab, kind: Kind, model: &Learned, plan: &Plan) -> Result<()> {
-    draw(lab, kind.name(), kind.role(), model, (kind.method(), STEP))?;
-    if kind == Kind::VinMidpoint {
-        at_other_steps(lab, kind.name(), kind.role(), model, plan)?;
     }
     Ok(())
 }
@@ -283,33 +260,29 @@ fn drawn(lab: &mut Lab, kind: Kind, model: &Learned, plan: &Plan) -> Result<()> 
 /// Angle and energy from one start of the pendulum.
 fn draw(
     lab: &mut Lab,
-    name: &str,
-    role: Role,
+    (name, role): (&str, Role),
     model: &dyn Model,
     method: (Method, f64),
 ) -> Result<()> {
-    let start = &System::Pendulum.starts(1, START_SEED)[0];
+    let start = &PENDULUM.starts(1, START_SEED)[0];
     let motion = predict(model, start, method, DURATION)?.trajectory;
-    let energy = drift(System::Pendulum, &motion)?;
+    let energy = drift(&PENDULUM, &motion)?;
     let near = motion.t.iter().filter(|t| **t <= HORIZON).count();
     // A model that is lost has left the picture.
     let shown = |y: &[f64]| -> Vec<f64> {
-        y.iter()
-            .map(|y| if y.abs() < 20.0 { *y } else { f64::NAN })
-            .collect()
+        let y = y.iter().map(|y| if y.abs() < 20.0 { *y } else { f64::NAN });
+        y.collect()
     };
     let caption = "From a start that was not seen, without noise; each model by its own method at the step of the data.";
+    let time = || Axis::linear("time", "s");
     lab.plot("angle", "Angle of the pendulum")
         .caption(caption)
-        .axes(
-            Axis::linear("time", "s"),
-            Axis::linear("angle from hanging down", "rad"),
-        )
+        .axes(time(), Axis::linear("angle from hanging down", "rad"))
         .add(name, role, &motion.t[..near], shown(&motion.q[..near]));
     let change = Axis::linear("change of energy", "of the highest").between(-0.1, 0.1);
     lab.plot("energy", "True energy along the predictions")
         .caption(caption)
-        .axes(Axis::linear("time", "s"), change)
+        .axes(time(), change)
         .add(name, role, &motion.t, shown(&energy));
     Ok(())
 }
@@ -317,15 +290,14 @@ fn draw(
 /// The error over the step of the rollout by the midpoint rule.
 fn at_other_steps(
     lab: &mut Lab,
-    name: &str,
-    role: Role,
+    (name, role): (&str, Role),
     model: &dyn Model,
     plan: &Plan,
 ) -> Result<()> {
-    let starts = System::Pendulum.starts(plan.starts, START_SEED);
+    let starts = PENDULUM.starts(plan.starts, START_SEED);
     let error = |step: f64| -> Result<f64> {
         let method = (Method::VariationalMidpoint, step);
-        Ok(errors(System::Pendulum, model, &starts, method, HORIZON)?.error)
+        Ok(errors(&PENDULUM, model, &starts, method, HORIZON)?.error)
     };
     let all = STEPS.into_iter().map(error).collect::<Result<Vec<f64>>>()?;
     lab.plot("steps", "A variational integrator network at other steps")
@@ -338,11 +310,11 @@ fn at_other_steps(
 }
 
 /// The error over the noise.
-fn draw_noise(lab: &mut Lab, case: Case, place: usize, error: f64, plan: &Plan) {
+fn draw_noise(lab: &mut Lab, case: &Case, place: usize, error: f64, plan: &Plan) {
     let names = plan.noises.iter().map(|noise| noise.to_string()).collect();
     lab.plot(
-        format!("noise-{}", case.system.name()),
-        format!("Error and noise, {}", case.system.name()),
+        format!("noise-{}", case.system.name),
+        format!("Error and noise, {}", case.system.name),
     )
     .caption(format!(
         "Position error over {HORIZON} s, a dot for each seed."
@@ -351,5 +323,5 @@ fn draw_noise(lab: &mut Lab, case: Case, place: usize, error: f64, plan: &Plan) 
         Axis::of_names("noise of the positions", names),
         Axis::log("position error", ""),
     )
-    .dot(case.kind.name(), case.kind.role(), place as f64, error);
+    .dot(case.who.name, case.who.role, place as f64, error);
 }

@@ -4,93 +4,84 @@
 //! that were not seen. The paper adds noise of deviation 0.33 to positions and velocities and infers initial states with a
 //! recurrent network; here the noise is a setting, and only positions are seen.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
-
 use lagrangian::dataset::{Dataset, split};
 use lagrangian::dynamics::{Model, Slopes};
 use lagrangian::integrate::{Method, Rule, Variational};
 use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::models::vin::VinConfig;
-use lagrangian::rollout::energy_error;
-use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
+use lagrangian::rollout::{Rollout, RolloutOptions, energy_error, free, rollout, times};
 use lagrangian::train::{
     Budget, Family, FitConfig, Learned, Loss, NaturalConfig, Observer, Optimizer, fit,
 };
-use lagrangian::trajectory::Signals;
-use lagrangian::trajectory::{Columns, EstimateOptions, Recording};
+use lagrangian::trajectory::EstimateOptions;
 use lagrangian::{Coordinates, Error, Result, State, Trajectory};
 use lagrangian_report::Role;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
+use crate::data::recorded;
 use crate::families;
+use crate::harness::{Contestant, contestant};
 
 /// Time between samples, s.
 pub(crate) const STEP: f64 = 0.1;
 
 /// A system of the paper.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum System {
-    /// m = 1 kg, l = 1 m, g = 9.82 m/s²; starts within 90° of the top, so that most motions are large swings.
-    Pendulum,
-    /// m = 1 kg, k = 2 N/m.
-    MassSpring,
+#[derive(Debug)]
+pub(crate) struct System {
+    /// Its name among the analytic systems.
+    pub(crate) name: &'static str,
+    /// The parameter that is not the usual one.
+    parameter: (&'static str, f64),
+    /// A random start of the paper.
+    start: fn(&mut ChaCha8Rng) -> State,
+    /// The energy that drifts are compared with, J: that of the highest position, or of the widest swing.
+    reference_energy: f64,
+}
+
+/// m = 1 kg, l = 1 m, g = 9.82 m/s²; starts within 90° of the top, so that most motions are large swings.
+pub(crate) static PENDULUM: System = System {
+    name: "pendulum",
+    parameter: ("gravity", 9.82),
+    start: |rng| {
+        let (sign, pi) = (sign(rng), std::f64::consts::PI);
+        let q = sign * (pi - rng.random_range(0.1..0.5 * pi));
+        State::new(vec![q], vec![rng.random_range(-1.0..1.0)])
+    },
+    reference_energy: 2.0 * 9.82,
+};
+
+/// m = 1 kg, k = 2 N/m.
+pub(crate) static MASS_SPRING: System = System {
+    name: "mass-spring",
+    parameter: ("stiffness", 2.0),
+    start: |rng| {
+        let (q, v) = (sign(rng), sign(rng));
+        let q = q * rng.random_range(0.5..1.5);
+        State::new(vec![q], vec![v * rng.random_range(-0.5..0.5)])
+    },
+    reference_energy: 2.25,
+};
+
+fn sign(rng: &mut ChaCha8Rng) -> f64 {
+    if rng.random() { 1.0 } else { -1.0 }
 }
 
 impl System {
-    /// Both.
-    pub(crate) const ALL: [Self; 2] = [Self::Pendulum, Self::MassSpring];
-
-    /// Its name among the analytic systems.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Pendulum => "pendulum",
-            Self::MassSpring => "mass-spring",
-        }
+    /// Whether it is the pendulum, whose coordinate is an angle and whose motions are drawn.
+    pub(crate) fn is_pendulum(&self) -> bool {
+        self.name == PENDULUM.name
     }
 
     /// The true model.
-    pub(crate) fn truth(self) -> Result<Box<dyn AnalyticModel>> {
-        match self {
-            Self::Pendulum => by_name(self.name(), &[("gravity", 9.82)]),
-            Self::MassSpring => by_name(self.name(), &[("stiffness", 2.0)]),
-        }
-    }
-
-    /// A random start of the paper.
-    fn start(self, rng: &mut ChaCha8Rng) -> State {
-        let mut sign = |x: f64| if rng.random() { x } else { -x };
-        let (q, v) = match self {
-            Self::Pendulum => (sign(1.0), 0.0),
-            Self::MassSpring => (sign(1.0), sign(1.0)),
-        };
-        let pi = std::f64::consts::PI;
-        let (q, v) = match self {
-            Self::Pendulum => (
-                q * (pi - rng.random_range(0.1..0.5 * pi)),
-                rng.random_range(-1.0..1.0),
-            ),
-            Self::MassSpring => (
-                q * rng.random_range(0.5..1.5),
-                v * rng.random_range(-0.5..0.5),
-            ),
-        };
-        State::new(vec![q], vec![v])
+    pub(crate) fn truth(&self) -> Result<Box<dyn AnalyticModel>> {
+        by_name(self.name, &[self.parameter])
     }
 
     /// So many random starts.
-    pub(crate) fn starts(self, count: usize, seed: u64) -> Vec<State> {
+    pub(crate) fn starts(&self, count: usize, seed: u64) -> Vec<State> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        (0..count).map(|_| self.start(&mut rng)).collect()
-    }
-
-    /// The energy that drifts are compared with, J: that of the highest position, or of the widest swing.
-    pub(crate) fn reference_energy(self) -> f64 {
-        match self {
-            Self::Pendulum => 2.0 * 9.82,
-            Self::MassSpring => 2.25,
-        }
+        (0..count).map(|_| (self.start)(&mut rng)).collect()
     }
 }
 
@@ -98,7 +89,7 @@ impl System {
 #[derive(Debug, Clone)]
 pub(crate) struct Seen {
     /// The system.
-    pub(crate) system: System,
+    pub(crate) system: &'static System,
     /// The noisy positions; velocities are zeros.
     pub(crate) motion: Trajectory,
     coordinates: Coordinates,
@@ -106,14 +97,14 @@ pub(crate) struct Seen {
 
 /// One motion of `samples` positions every `step` seconds with noise of deviation `noise` (rad or m).
 pub(crate) fn seen(
-    system: System,
+    system: &'static System,
     (samples, step): (usize, f64),
     noise: f64,
     seed: u64,
 ) -> Result<Seen> {
     let truth = system.truth()?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let start = system.start(&mut rng);
+    let start = (system.start)(&mut rng);
     let duration = step * samples.saturating_sub(1) as f64;
     let times = times(duration, step)?;
     let options = RolloutOptions::truth();
@@ -132,113 +123,82 @@ pub(crate) fn seen(
 impl Seen {
     /// The motion with velocities and accelerations estimated from its positions.
     fn estimated(&self) -> Result<Trajectory> {
-        let recording = Recording {
-            name: self.motion.name.clone(),
-            coordinates: self.coordinates.clone(),
-            t: self.motion.t.clone(),
-            columns: Columns::default(),
-            unwrapped: vec![0],
-            sampled: None,
-            signals: Signals {
-                q: self.motion.q.clone(),
-                ..Signals::default()
-            },
-        };
+        let mut positions = self.motion.clone();
+        positions.qd = Vec::new();
+        let recording = recorded(positions, &self.coordinates);
         Ok(recording.into_trajectory(&EstimateOptions::default())?.0)
     }
 }
 
-/// The models that are compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Kind {
-    /// Constant M and V(q), by the trapezoidal rule: VIN-SV of the paper.
-    VinTrapezoidal,
-    /// The same by the midpoint rule.
-    VinMidpoint,
-    /// M(q) and V(q), positions by the midpoint rule.
-    Delan,
-    /// Any L, positions by the midpoint rule.
-    Lnn,
-    /// Any L, accelerations estimated from the positions.
-    LnnEstimates,
-    /// Plain network, accelerations estimated from the positions.
-    Mlp,
+/// What a contestant learns by, and as what.
+#[derive(Clone, Copy)]
+pub(crate) struct Recipe {
+    pub(crate) loss: Loss,
+    /// The family, of layers with so many units.
+    family: fn(usize) -> Box<dyn Family>,
 }
 
-impl Kind {
-    /// All of them.
-    pub(crate) const ALL: [Self; 6] = [
-        Self::VinTrapezoidal,
-        Self::VinMidpoint,
-        Self::Delan,
-        Self::Lnn,
-        Self::LnnEstimates,
-        Self::Mlp,
-    ];
+/// The models that are compared.
+pub(crate) const CONTESTANTS: [Contestant<Recipe>; 6] = [
+    contestant(
+        "vin-trapezoidal",
+        "VIN, trapezoidal (VIN-SV)",
+        Role::Other(0),
+        by(Loss::POSITIONS_TRAPEZOIDAL, vin),
+    ),
+    VIN_MIDPOINT,
+    contestant(
+        "delan",
+        "deep Lagrangian network",
+        Role::Other(1),
+        by(Loss::POSITIONS, families::delan),
+    ),
+    contestant(
+        "lnn",
+        "Lagrangian network",
+        Role::Other(2),
+        by(Loss::POSITIONS, families::lnn),
+    ),
+    contestant(
+        "lnn-estimates",
+        "Lagrangian network, estimated q̈",
+        Role::Other(3),
+        by(Loss::ACCELERATION, families::lnn),
+    ),
+    contestant(
+        "mlp",
+        "plain network, estimated q̈",
+        Role::Baseline,
+        by(Loss::ACCELERATION, families::mlp),
+    ),
+];
 
-    /// Its name in JSON.
-    pub(crate) fn key(self) -> &'static str {
-        match self {
-            Self::VinTrapezoidal => "vin-trapezoidal",
-            Self::VinMidpoint => "vin-midpoint",
-            Self::Delan => "delan",
-            Self::Lnn => "lnn",
-            Self::LnnEstimates => "lnn-estimates",
-            Self::Mlp => "mlp",
-        }
-    }
+/// Constant M and V(q), by the midpoint rule.
+pub(crate) const VIN_MIDPOINT: Contestant<Recipe> = contestant(
+    "vin-midpoint",
+    "VIN, midpoint",
+    Role::Lnn,
+    by(Loss::POSITIONS, vin),
+);
 
-    /// Its name on the page.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::VinTrapezoidal => "VIN, trapezoidal (VIN-SV)",
-            Self::VinMidpoint => "VIN, midpoint",
-            Self::Delan => "deep Lagrangian network",
-            Self::Lnn => "Lagrangian network",
-            Self::LnnEstimates => "Lagrangian network, estimated q̈",
-            Self::Mlp => "plain network, estimated q̈",
-        }
-    }
+const fn by(loss: Loss, family: fn(usize) -> Box<dyn Family>) -> Recipe {
+    Recipe { loss, family }
+}
 
-    pub(crate) fn role(self) -> Role {
-        match self {
-            Self::VinMidpoint => Role::Lnn,
-            Self::Mlp => Role::Baseline,
-            Self::VinTrapezoidal => Role::Other(0),
-            Self::Delan => Role::Other(1),
-            Self::Lnn => Role::Other(2),
-            Self::LnnEstimates => Role::Other(3),
-        }
-    }
+fn vin(width: usize) -> Box<dyn Family> {
+    Box::new(VinConfig {
+        width,
+        ..VinConfig::default()
+    })
+}
 
-    /// The loss that it minimises.
-    pub(crate) fn loss(self) -> Loss {
-        match self {
-            Self::VinTrapezoidal => Loss::POSITIONS_TRAPEZOIDAL,
-            Self::VinMidpoint | Self::Delan | Self::Lnn => Loss::POSITIONS,
-            Self::LnnEstimates | Self::Mlp => Loss::ACCELERATION,
-        }
-    }
-
+impl Recipe {
     /// The method that it is rolled out by at the step of the data: its own, where it learned with one.
-    pub(crate) fn method(self) -> Method {
-        match self.loss().rule() {
+    pub(crate) fn method(&self) -> Method {
+        match self.loss.rule() {
             Some(Rule::Midpoint) => Method::VariationalMidpoint,
             Some(Rule::Trapezoidal) => Method::VariationalTrapezoidal,
             None => Method::Dop853,
-        }
-    }
-
-    fn family(self, width: usize) -> Box<dyn Family> {
-        match self {
-            Self::VinTrapezoidal | Self::VinMidpoint => Box::new(VinConfig {
-                width,
-                ..VinConfig::default()
-            }),
-            Self::Delan => families::delan(width),
-            Self::Lnn | Self::LnnEstimates => families::lnn(width),
-            Self::Mlp => families::mlp(width),
         }
     }
 }
@@ -263,13 +223,13 @@ fn damping(noisy: bool) -> f64 {
 
 /// Fits a contestant to what was seen; the last tenth of it chooses the weights.
 pub(crate) fn learn(
-    kind: Kind,
+    recipe: &Recipe,
     seen: &Seen,
     noisy: bool,
     effort: Effort,
     observer: &mut dyn Observer,
 ) -> Result<Learned> {
-    let positions = kind.loss().rule().is_some();
+    let positions = recipe.loss.rule().is_some();
     let motion = match positions {
         true => seen.motion.clone(),
         false => seen.estimated()?,
@@ -281,8 +241,8 @@ pub(crate) fn learn(
         false => Dataset::new(coordinates, &train, &validation)?,
     };
     let config = FitConfig {
-        family: kind.family(effort.width),
-        loss: kind.loss(),
+        family: (recipe.family)(effort.width),
+        loss: recipe.loss,
         optimizer: Optimizer::Natural(NaturalConfig {
             damping_last: damping(noisy),
             ..NaturalConfig::default()
@@ -296,7 +256,7 @@ pub(crate) fn learn(
 }
 
 /// How good predictions are; medians over the starts.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Errors {
     /// Root mean square of the position error over the first 10 s, rad or m.
     pub(crate) error: f64,
@@ -328,15 +288,15 @@ pub(crate) fn predict(
 }
 
 /// Change of the true energy along a prediction, relative to the reference.
-pub(crate) fn drift(system: System, prediction: &Trajectory) -> Result<Vec<f64>> {
+pub(crate) fn drift(system: &System, prediction: &Trajectory) -> Result<Vec<f64>> {
     let truth = system.truth()?;
-    let percent = energy_error(&*truth, prediction, system.reference_energy());
+    let percent = energy_error(&*truth, prediction, system.reference_energy);
     Ok(percent.into_iter().map(|p| 0.01 * p).collect())
 }
 
 /// Predictions of `duration` by `model` from `starts`, with `method` at `step`, against the truth.
 pub(crate) fn errors(
-    system: System,
+    system: &'static System,
     model: &dyn Model,
     starts: &[State],
     method: (Method, f64),
@@ -348,12 +308,9 @@ pub(crate) fn errors(
         let prediction = predict(model, start, method, duration)?;
         let changes = drift(system, &prediction.trajectory)?;
         let worst = changes.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
-        lost += usize::from(!prediction.outcome.is_finished() || worst > 1.0);
-        drifts.push(if prediction.outcome.is_finished() {
-            worst
-        } else {
-            f64::INFINITY
-        });
+        let finished = prediction.outcome.is_finished();
+        lost += usize::from(!finished || worst > 1.0);
+        drifts.push(if finished { worst } else { f64::INFINITY });
         let t = &prediction.trajectory;
         let near = t.t.iter().filter(|t| **t <= HORIZON + 1e-9).count();
         let options = RolloutOptions::truth();
@@ -408,11 +365,10 @@ pub(crate) fn residual_of_truth(seen: &Seen, rule: Rule, baseline: usize) -> Res
 }
 
 /// a − b, of angles by the shorter way.
-fn difference(system: System, a: f64, b: f64) -> f64 {
-    let turn = match system {
-        System::Pendulum => std::f64::consts::TAU,
-        System::MassSpring => return a - b,
-    };
-    let difference = a - b;
-    difference - turn * (difference / turn).round()
+fn difference(system: &System, a: f64, b: f64) -> f64 {
+    let (difference, turn) = (a - b, std::f64::consts::TAU);
+    match system.is_pendulum() {
+        true => difference - turn * (difference / turn).round(),
+        false => difference,
+    }
 }
