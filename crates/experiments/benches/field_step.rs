@@ -15,7 +15,7 @@ use std::hint::black_box;
 
 use experiments::field::{DensityConfig, DensityNet, Field, FieldScaling};
 use lagrangian::Evaluator;
-use lagrangian::solve::SymmetricSolver;
+use lagrangian::mechanics::SymmetricSolver;
 use meter::data::wave;
 use meter::{Case, Meter, expect};
 

@@ -1,10 +1,9 @@
 //! Families of models as experiments compare them: two hidden layers of a width, all else as it is by default.
 
-use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
-use lagrangian::identify::RigidConfig;
-use lagrangian::neural_ode::Order;
-use lagrangian::train::Family;
-use lagrangian::{DelanConfig, Form, LnnConfig, MlpConfig, NeuralOdeConfig};
+use lagrangian::models::{Form, HnnStructure, Momenta, Order};
+use lagrangian::{
+    DelanConfig, Family, HnnConfig, LnnConfig, MlpConfig, NeuralOdeConfig, RigidConfig,
+};
 
 /// Makes a family of models.
 pub(crate) type MakeFamily = fn() -> Box<dyn Family>;

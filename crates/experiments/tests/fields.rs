@@ -8,12 +8,12 @@ use experiments::field::{
     Chain, DensityConfig, DensityNet, Field, FieldFitConfig, FieldScaling, Pulse, RingStates,
     Symmetry, centre_of_pulse, dispersion, fit, kink, kink_position, ring_states, speed_of_motion,
 };
-use lagrangian::dynamics::{Evaluator, Mechanical, Model};
-use lagrangian::integrate::Method;
-use lagrangian::lagrangian::analytic::{Analytic, DualNum, Parameter, Rng, System};
-use lagrangian::rollout::{RolloutOptions, free, rollout, times};
-use lagrangian::train::Budget;
-use lagrangian::{Coordinates, Dataset, Error, Lagrangian, State, dataset};
+use lagrangian::analytic::{Analytic, DualNum, Parameter, Rng, System};
+use lagrangian::rollout::{free, times};
+use lagrangian::{
+    Budget, Coordinates, Dataset, Error, Evaluator, Lagrangian, Mechanical, Method, Model,
+    RolloutOptions, State, rollout, split,
+};
 
 /// The whole Lagrangian of a rod of sine-Gordon pendulums, written without any density: the dense oracle.
 struct WholeRing {
@@ -271,7 +271,7 @@ fn rings(chain: Chain, motions: usize) -> (Dataset, RingStates) {
     };
     let truth = Field::new(chain, 10).unwrap();
     let all = ring_states(&truth, &states, motions, 3).unwrap();
-    let (train, validation) = dataset::split(all, 0.2, 0).unwrap();
+    let (train, validation) = split(all, 0.2, 0).unwrap();
     let coordinates = truth.coordinates().clone();
     (
         Dataset::new(coordinates, &train, &validation).unwrap(),
@@ -332,7 +332,7 @@ fn what_cannot_be_a_field_is_refused_with_the_remedy() {
 
 #[test]
 fn a_saved_density_is_the_same_law_and_no_ordinary_model() {
-    use lagrangian::saved::{Provenance, SavedModel};
+    use lagrangian::{Provenance, SavedModel};
     let density = random(Symmetry::Turn, 9);
     let bytes = density
         .save(Provenance::of_seed(9))

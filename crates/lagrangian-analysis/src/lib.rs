@@ -36,7 +36,8 @@
 //! # What a planet conserves
 //!
 //! ```
-//! use lagrangian::rollout::{RolloutOptions, free, rollout, times};
+//! use lagrangian::{RolloutOptions, rollout};
+//! use lagrangian::rollout::{free, times};
 //! use lagrangian_analysis::conserved::{ConservedOptions, Physics, candidates, conserved};
 //!
 //! let planet = lagrangian::analytic::by_name("kepler", &[])?;

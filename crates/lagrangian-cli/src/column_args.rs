@@ -1,7 +1,7 @@
 //! The flags that name the columns of signals: one for each signal that a file may hold.
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
-use lagrangian::trajectory::{Signal, Signals};
+use lagrangian::{Signal, Signals};
 use serde::{Deserialize, Serialize};
 
 /// The columns of each signal, as they were named.

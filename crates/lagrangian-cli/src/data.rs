@@ -4,13 +4,11 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use lagrangian::check::{CheckOptions, CheckReport, check_with};
-use lagrangian::saved::SavedModel;
-use lagrangian::train::Learned;
-use lagrangian::trajectory::{
-    Estimate, EstimateOptions, Format, Layout, Readings, Recording, Sampling, thin,
+use lagrangian::trajectory::{Sampling, thin};
+use lagrangian::{
+    CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Format, Layout, Learned,
+    Readings, Recording, SavedModel, Trajectory,
 };
-use lagrangian::{Coordinates, Trajectory};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake, with_flags};
@@ -161,7 +159,7 @@ fn read_file(
 
 /// Checks recordings; remedies name the flags.
 pub(crate) fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
-    let mut report = check_with(recordings, options);
+    let mut report = lagrangian::check(recordings, options);
     for remedy in report
         .items
         .iter_mut()

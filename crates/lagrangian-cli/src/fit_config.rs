@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use lagrangian::models::Momenta;
-use lagrangian::rigid::RobotConfig;
-use lagrangian::train::{Budget, Known, Loss, Request};
+use lagrangian::train::{Known, Request};
+use lagrangian::{Budget, Loss, RobotConfig};
 
 use crate::fit_args::{FitArgs, TrainingArgs};
 

@@ -1,8 +1,6 @@
 //! From the flags of a motion to what the library takes.
 
-use lagrangian::State;
-use lagrangian::integrate::Method;
-use lagrangian::rollout::RolloutOptions;
+use lagrangian::{Method, RolloutOptions, State};
 
 use crate::cli::MotionArgs;
 

@@ -5,8 +5,8 @@ use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use lagrangian::trajectory::{Format, Layout, csv};
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::trajectory::csv;
+use lagrangian::{Coordinates, Format, Layout, Trajectory};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use lagrangian::models::{Entry, FAMILIES};
-use lagrangian::rigid::{self, RobotConfig};
 use lagrangian::settings::{Kind, Setting};
 use lagrangian::train::Request;
+use lagrangian::{RobotConfig, rigid};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};

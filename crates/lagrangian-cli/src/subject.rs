@@ -4,9 +4,8 @@ use std::path::Path;
 
 use anyhow::Result;
 use clap::Args;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::train::Learned;
-use lagrangian::{Coordinates, Lagrangian};
+use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::{Coordinates, Lagrangian, Learned};
 use lagrangian_analysis::conserved::Physics;
 
 use crate::data;

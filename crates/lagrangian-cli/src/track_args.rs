@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use lagrangian::trajectory::Signals;
+use lagrangian::Signals;
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::column_args::ColumnArgs;

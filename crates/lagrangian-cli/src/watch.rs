@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use lagrangian::train::{Checkpoint, Observer, Progress};
+use lagrangian::{Checkpoint, Observer, Progress};
 
 use crate::progress;
 use crate::run_folder::{CHECKPOINT, Metrics, RunFolder};

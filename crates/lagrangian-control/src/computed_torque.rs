@@ -2,8 +2,7 @@
 
 use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Reference};
-use lagrangian::Result;
-use lagrangian::dynamics::{Evaluator, Model};
+use lagrangian::{Evaluator, Model, Result};
 
 /// τ = M̂(q) (`q̈_d` + `K_p` e + `K_d` ė) + ĉ(q, q̇), theory.md (52): with a perfect model ë + `K_d` ė + `K_p` e = 0.
 ///

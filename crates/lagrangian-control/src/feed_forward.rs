@@ -2,8 +2,7 @@
 
 use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Reference};
-use lagrangian::Result;
-use lagrangian::dynamics::{Evaluator, Model};
+use lagrangian::{Evaluator, Model, Result};
 
 /// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
 ///

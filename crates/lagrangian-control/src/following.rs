@@ -6,8 +6,7 @@ use super::{
     ComputedTorque, Controller, Desired, Driven, FeedForward, Gains, LoopConfig, Pd, Reference,
     Simulation,
 };
-use lagrangian::dynamics::Model;
-use lagrangian::{Error, Result, State};
+use lagrangian::{Error, Model, Result, State};
 
 /// The control law, with the gains of [`Pd`], [`FeedForward`] or [`ComputedTorque`].
 #[derive(Clone, Copy)]

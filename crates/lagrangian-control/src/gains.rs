@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Desired, Reference};
-use lagrangian::dynamics::Model;
-use lagrangian::{Error, Result};
+use lagrangian::{Error, Model, Result};
 
 /// Gains of a proportional-derivative law: the force for a unit of error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

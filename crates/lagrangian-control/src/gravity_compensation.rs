@@ -1,7 +1,7 @@
 //! Gravity compensation.
 
 use super::Controller;
-use lagrangian::dynamics::{Evaluator, Model};
+use lagrangian::{Evaluator, Model};
 
 /// τ = ĝ(q) − D q̇ with ĝ(q) = ĉ(q, 0), theory.md (53): the robot stays where it is placed, damped by D.
 pub struct GravityCompensation<'a> {

@@ -33,7 +33,8 @@
 //! # Following a motion with the torque that a model predicts
 //!
 //! ```
-//! use lagrangian::rollout::{RolloutOptions, rollout, sines, times};
+//! use lagrangian::{RolloutOptions, rollout};
+//! use lagrangian::rollout::{sines, times};
 //! use lagrangian_control::{ControlLaw, Gains, LoopConfig, Reference, follow};
 //!
 //! // A motion that the arm can make, as samples of q and q̇.

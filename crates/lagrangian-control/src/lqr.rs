@@ -9,9 +9,8 @@
 //!
 //! One input. P is the limit of P ← Q + Fᵀ P F − Fᵀ P G (R + Gᵀ P G)⁻¹ Gᵀ P F, u = −K x (theory.md, 55 and 56).
 
-use lagrangian::dynamics::Model;
-use lagrangian::solve::dot;
-use lagrangian::{Error, Result};
+use lagrangian::mechanics::dot;
+use lagrangian::{Error, Model, Result};
 
 /// A model near an equilibrium: x′ = A x + B u.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use lagrangian::lagrangian::analytic::normal;
+use lagrangian::analytic::normal;
 use lagrangian::{Error, Result, State};
 
 /// The source of measured velocities.

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Latency;
-use lagrangian::trajectory::Signals;
-use lagrangian::{State, Trajectory};
+use lagrangian::{Signals, State, Trajectory};
 
 /// How a simulated loop ended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

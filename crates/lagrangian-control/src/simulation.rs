@@ -5,9 +5,8 @@ use std::time::Instant;
 use super::sensors::Readout;
 use super::simulated::Tick;
 use super::{Controller, Driven, LoopConfig, LoopOutcome};
-use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::integrate::Rk4;
-use lagrangian::{Error, Result, State};
+use lagrangian::{Error, Evaluator, Model, Result, State};
 
 /// A simulated robot under control, tick by tick. The same seed gives the same bits.
 pub struct Simulation<'a> {

@@ -14,8 +14,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{Controller, Linearisation, Lqr, SwingUpConfig};
-use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::{Error, Result};
+use lagrangian::{Error, Evaluator, Model, Result};
 
 /// The regulator gives up where the pendulum is this many times `catch` from the top.
 const LET_GO: f64 = 2.0;

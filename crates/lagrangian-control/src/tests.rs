@@ -2,11 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::*;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rollout::times;
-use lagrangian::trajectory::Signals;
-use lagrangian::{State, Trajectory};
+use lagrangian::{Model, Signals, State, Trajectory};
 
 /// A smooth motion of the arm, known in closed form.
 fn swing(seconds: f64) -> Reference {

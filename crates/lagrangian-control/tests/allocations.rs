@@ -4,10 +4,9 @@
 #[path = "../../lagrangian/tests/counting/mod.rs"]
 mod counting;
 
-use lagrangian::dynamics::Mechanical;
-use lagrangian::lagrangian::{Delan, DelanConfig, Scaling};
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::mechanics::Scaling;
+use lagrangian::models::Delan;
+use lagrangian::{Coordinates, DelanConfig, Mechanical, Signals, Trajectory};
 use lagrangian_control::{
     ComputedTorque, Controller, FeedForward, Gains, GravityCompensation, Pd, Reference,
 };

@@ -18,11 +18,8 @@ mod meter;
 
 use std::time::Instant;
 
-use lagrangian::Coordinates;
-use lagrangian::lagrangian::LnnConfig;
-use lagrangian::train::{
-    Batch, Budget, FitConfig, NaturalConfig, Optimizer, Part, Samples, StepSize, Stepper,
-};
+use lagrangian::train::{Batch, NaturalConfig, Part, Samples, StepSize, Stepper};
+use lagrangian::{Budget, Coordinates, FitConfig, LnnConfig, Optimizer};
 use meter::data::dataset;
 use meter::networks::lnn_weights;
 use meter::{Case, Meter, expect, on_threads, threads};

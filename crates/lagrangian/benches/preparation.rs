@@ -11,8 +11,9 @@ mod meter;
 use std::hint::black_box;
 use std::io::Cursor;
 
-use lagrangian::trajectory::{EstimateOptions, Recording, Signals};
-use lagrangian::{Coordinates, Dataset, Format, Layout, Trajectory};
+use lagrangian::{
+    Coordinates, Dataset, EstimateOptions, Format, Layout, Recording, Signals, Trajectory,
+};
 use meter::{Case, Meter, expect};
 
 fn main() {

@@ -9,8 +9,7 @@ mod meter;
 use std::hint::black_box;
 use std::io::Cursor;
 
-use lagrangian::trajectory::Signals;
-use lagrangian::{Format, Layout, Trajectory};
+use lagrangian::{Format, Layout, Signals, Trajectory};
 use meter::data::wave;
 use meter::{Case, Meter, expect};
 

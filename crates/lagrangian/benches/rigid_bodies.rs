@@ -9,7 +9,8 @@ mod meter;
 
 use std::hint::black_box;
 
-use lagrangian::lagrangian::{Jet, Lagrangian};
+use lagrangian::Lagrangian;
+use lagrangian::mechanics::Jet;
 use lagrangian::rigid::{self, RigidBodies};
 use meter::data::wave;
 use meter::{Case, Meter, expect};

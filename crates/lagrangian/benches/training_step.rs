@@ -18,12 +18,11 @@ mod meter;
 
 use std::ops::ControlFlow;
 
-use lagrangian::Coordinates;
-use lagrangian::hamiltonian::{HnnConfig, Momenta};
-use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig};
-use lagrangian::saved::Provenance;
-use lagrangian::train::{
-    AdamConfig, Budget, Family, FitConfig, Loss, Observer, Optimizer, Precision, Progress, fit,
+use lagrangian::models::{Form, Momenta};
+use lagrangian::train::{AdamConfig, Precision};
+use lagrangian::{
+    Budget, Coordinates, DelanConfig, Family, FitConfig, HnnConfig, LnnConfig, Loss, Observer,
+    Optimizer, Progress, Provenance, fit,
 };
 use meter::data::dataset;
 use meter::networks::{convex_weights, delan_weights, lnn_weights};

@@ -2,11 +2,10 @@
 //!
 //! `cargo run --release -p lagrangian --example energy_of_a_learned_model`
 
-use lagrangian::dataset::{random_starts, random_states};
-use lagrangian::rollout::energy_test;
-use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::rollout::{energy_test, free, rollout_many, times};
 use lagrangian::{
     Budget, Family, FitConfig, LnnConfig, MlpConfig, Result, RolloutOptions, analytic, fit,
+    random_starts, random_states,
 };
 
 fn main() -> Result<()> {

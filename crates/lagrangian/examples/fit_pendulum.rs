@@ -4,11 +4,10 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::dataset::split;
 use lagrangian::rollout::{free, times};
-use lagrangian::score::score;
-use lagrangian::{Budget, Dataset, FitConfig, Result, RolloutOptions, analytic};
-use lagrangian::{fit, rollout};
+use lagrangian::{
+    Budget, Dataset, FitConfig, Result, RolloutOptions, analytic, fit, rollout, score, split,
+};
 
 fn main() -> Result<()> {
     // Ten motions of four seconds, fifty samples a second, of a pendulum of half a metre.

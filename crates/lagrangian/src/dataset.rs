@@ -3,9 +3,9 @@
 mod neighbours;
 mod random;
 
-use crate::hamiltonian::{HnnConfig, Momenta};
-use crate::lagrangian::Scaling;
-use crate::solve::SymmetricSolver;
+use crate::mechanics::lagrangian::Scaling;
+use crate::mechanics::solve::SymmetricSolver;
+use crate::models::hnn::{HnnConfig, Momenta};
 use crate::train::Samples;
 use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Trajectory};

@@ -39,17 +39,16 @@
 //!              └────────────────── a rollout is a Trajectory too ────────────────────┘
 //! ```
 //!
-//! [`trajectory`] reads files, [`mod@check`] judges them, [`dataset`] divides and scales them, [`train`] fits,
-//! [`saved`] stores, [`mod@rollout`] predicts, [`mod@score`] compares. An analytic Lagrangian
-//! ([`analytic`]) that is rolled out is where test data come from: there is no separate simulator. The names that
-//! most programs need stand at the root of the library.
+//! [`Format::read`] reads files, [`check()`] examines them, [`Dataset`] divides and scales them, [`fit`] trains a model
+//! of a [`Family`], [`SavedModel`] stores it, [`rollout()`] predicts and [`score()`] compares. Test data come from an
+//! analytic Lagrangian ([`analytic`]) that is rolled out: there is no separate simulator. What most programs need is
+//! at the root of the library; each module holds the rest of its subject.
 //!
 //! # From motions to a Lagrangian
 //!
 //! ```
-//! use lagrangian::dataset::split;
 //! use lagrangian::rollout::{energy_error, free, times};
-//! use lagrangian::{Budget, Dataset, FitConfig, LnnConfig, RolloutOptions, analytic, fit, rollout};
+//! use lagrangian::{Budget, Dataset, FitConfig, LnnConfig, RolloutOptions, analytic, fit, rollout, split};
 //!
 //! // Ten motions of a pendulum; recordings come from files instead (`Format::read`).
 //! let pendulum = analytic::by_name("pendulum", &[("length", 0.5)])?;
@@ -81,9 +80,9 @@
 
 #![forbid(unsafe_code)]
 
-pub mod check;
-pub mod dataset;
-pub mod error;
+mod check;
+mod dataset;
+mod error;
 pub mod integrate;
 pub mod mechanics;
 pub mod models;
@@ -96,24 +95,29 @@ pub mod torque;
 pub mod train;
 pub mod trajectory;
 
-pub use mechanics::{dynamics, hamiltonian, lagrangian, solve};
-pub use models::{mlp as baseline, neural_ode, rigid::chain as identify};
-
-pub use baseline::{Mlp, MlpConfig};
-pub use dataset::Dataset;
-pub use dynamics::{Dynamics, Evaluation, Evaluator, Mechanical, Model, Quantities};
+pub use check::{CheckOptions, CheckReport, Item, Verdict, check};
+pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
 pub use error::{Error, Result};
-pub use hamiltonian::{Canonical, Hamiltonian, Hnn, HnnConfig};
 pub use integrate::Method;
-pub use lagrangian::{
-    Actuation, Delan, DelanConfig, Dissipation, Form, Lagrangian, Lnn, LnnConfig, analytic,
+pub use mechanics::{
+    Actuation, Dissipation, Dynamics, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical,
+    Model, Quantities, analytic,
 };
-pub use neural_ode::{NeuralOde, NeuralOdeConfig};
+pub use models::{
+    DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig, NeuralOdeConfig,
+    RigidConfig, VinConfig,
+};
+pub use rigid::RobotConfig;
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
+pub use saved::{Provenance, SavedModel};
+pub use score::{Score, score};
 pub use train::{
-    Budget, Family, Fit, FitConfig, ForceTerms, Learned, Loss, Observer, Optimizer, fit,
+    Budget, Checkpoint, Fit, FitConfig, ForceTerms, Loss, Observer, Optimizer, Progress, fit,
 };
-pub use trajectory::{Coordinate, Coordinates, Format, Layout, State, Topology, Trajectory};
+pub use trajectory::{
+    Coordinate, Coordinates, Estimate, EstimateOptions, Format, Layout, Readings, Recording,
+    Signal, Signals, State, Topology, Trajectory,
+};
 
 /// The program in the README compiles.
 #[cfg(doctest)]

@@ -12,8 +12,8 @@ use std::cell::RefCell;
 
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
 use crate::integrate::{Control, Ending, Failure, Method};
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
 use crate::trajectory::Signals;
 use crate::{Error, Result, Trajectory};
 
@@ -130,8 +130,9 @@ pub struct Rollout {
 /// Rolls `model` out from (q₀, q̇₀) at `times[0]` under the forces `tau`, sampled at `times`.
 ///
 /// ```
-/// use lagrangian::lagrangian::analytic::by_name;
-/// use lagrangian::rollout::{RolloutOptions, free, rollout, times};
+/// use lagrangian::{RolloutOptions, rollout};
+/// use lagrangian::analytic::by_name;
+/// use lagrangian::rollout::{free, times};
 ///
 /// let pendulum = by_name("pendulum", &[])?;
 /// let rollout = rollout(&*pendulum, &[1.0], &[0.0], &times(10.0, 0.1)?, &free, &RolloutOptions::default())?;

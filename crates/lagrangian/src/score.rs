@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::dynamics::Model;
+use crate::mechanics::dynamics::Model;
 use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
 use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Trajectory};
@@ -371,7 +371,7 @@ impl Errors {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::lagrangian::analytic::by_name;
+    use crate::mechanics::analytic::by_name;
     use crate::rollout::times;
 
     #[test]

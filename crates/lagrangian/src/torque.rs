@@ -11,12 +11,11 @@
 //! Nothing but the model's own inverse dynamics is asked, so that every family is divided alike.
 //!
 //! ```
+//! use lagrangian::{Model, torque};
 //! use lagrangian::analytic::by_name;
-//! use lagrangian::dynamics::Model;
-//! use lagrangian::torque::split;
 //!
 //! let pendulum = by_name("pendulum", &[("length", 2.0)])?;
-//! let parts = split(&mut *pendulum.evaluator(), &[0.5], &[3.0], &[1.0]).ok_or("no inverse dynamics")?;
+//! let parts = torque::parts(&mut *pendulum.evaluator(), &[0.5], &[3.0], &[1.0]).ok_or("no inverse dynamics")?;
 //! // m l² q̈ and m g l sin q.
 //! assert!((parts.inertial[0] - 4.0).abs() < 1e-12 && parts.coriolis[0].abs() < 1e-12);
 //! assert!((parts.gravity[0] - 19.6 * 0.5_f64.sin()).abs() < 1e-12);
@@ -25,7 +24,7 @@
 
 use serde::Serialize;
 
-use crate::dynamics::{Evaluator, Model};
+use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::score::{Errors, SignalError};
 use crate::trajectory::{Signal, Table};
 use crate::{Error, Result, Trajectory};
@@ -70,7 +69,7 @@ impl TorqueParts {
 }
 
 /// Divides the torques at `m` states, `[m, n]`; `None` for a model without inverse dynamics.
-pub fn split(
+pub fn parts(
     evaluator: &mut dyn Evaluator,
     q: &[f64],
     qd: &[f64],
@@ -133,7 +132,7 @@ pub fn predict_torque(model: &dyn Model, motion: &Trajectory) -> Result<TorquePr
             "estimate the accelerations when the recording becomes a trajectory",
         ));
     };
-    let parts = split(&mut *model.evaluator(), &motion.q, &motion.qd, qdd);
+    let parts = parts(&mut *model.evaluator(), &motion.q, &motion.qd, qdd);
     let parts = parts.ok_or(Error::argument(
         "model",
         "a network that predicts accelerations only",
@@ -248,9 +247,9 @@ pub fn table(predictions: &[TorquePrediction], n: usize) -> Table {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::dynamics::Mechanical;
-    use crate::lagrangian::analytic::by_name;
-    use crate::lagrangian::{Actuation, Dissipation};
+    use crate::mechanics::analytic::by_name;
+    use crate::mechanics::dynamics::Mechanical;
+    use crate::mechanics::forces::{Actuation, Dissipation};
     use crate::trajectory::Signals;
 
     /// States of a double pendulum, `[3, 2]` each.
@@ -268,27 +267,27 @@ mod tests {
     #[test]
     fn the_parts_are_those_of_the_mechanics_and_add_up_to_the_torque() {
         with_damped(|model| {
-            let parts = split(&mut *model.evaluator(), &Q, &QD, &QDD).unwrap();
+            let once = parts(&mut *model.evaluator(), &Q, &QD, &QDD).unwrap();
             let mut tau = [0.0; 6];
             model.evaluator().inverse_dynamics(&Q, &QD, &QDD, &mut tau);
             let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
-            assert!(same(&parts.total(), &tau));
+            assert!(same(&once.total(), &tau));
             let friction: Vec<f64> = QD
                 .iter()
                 .enumerate()
                 .map(|(k, v)| v * [0.3, 0.2][k % 2])
                 .collect();
-            assert!(same(&parts.friction, &friction));
+            assert!(same(&once.friction, &friction));
             // Coriolis forces are quadratic in the velocity, inertial forces linear in the acceleration, and neither
             // changes with the other.
             let twice = |x: &[f64; 6]| x.map(|x| 2.0 * x);
-            let faster = split(&mut *model.evaluator(), &Q, &twice(&QD), &twice(&QDD)).unwrap();
+            let faster = parts(&mut *model.evaluator(), &Q, &twice(&QD), &twice(&QDD)).unwrap();
             let times =
                 |x: &[f64], factor: f64| -> Vec<f64> { x.iter().map(|x| factor * x).collect() };
-            assert!(same(&faster.coriolis, &times(&parts.coriolis, 4.0)));
-            assert!(same(&faster.inertial, &times(&parts.inertial, 2.0)));
-            assert!(same(&faster.gravity, &parts.gravity));
-            assert!(parts.coriolis.iter().any(|c| c.abs() > 0.1));
+            assert!(same(&faster.coriolis, &times(&once.coriolis, 4.0)));
+            assert!(same(&faster.inertial, &times(&once.inertial, 2.0)));
+            assert!(same(&faster.gravity, &once.gravity));
+            assert!(once.coriolis.iter().any(|c| c.abs() > 0.1));
         });
     }
 
@@ -300,9 +299,9 @@ mod tests {
             Mechanical::dissipative(system.lagrangian(), d).unwrap()
         };
         let gains = Actuation::gains(&[2.0, 4.0], vec![0.5, -1.0]).unwrap();
-        let torques = split(&mut *lagrangian().evaluator(), &Q, &QD, &QDD).unwrap();
+        let torques = parts(&mut *lagrangian().evaluator(), &Q, &QD, &QDD).unwrap();
         let driven = lagrangian().driven(gains).unwrap();
-        let inputs = split(&mut *driven.evaluator(), &Q, &QD, &QDD).unwrap();
+        let inputs = parts(&mut *driven.evaluator(), &Q, &QD, &QDD).unwrap();
         for (k, gain) in [2.0, 4.0].into_iter().cycle().take(6).enumerate() {
             for ((name, torque), (_, input)) in torques.named().into_iter().zip(inputs.named()) {
                 let offset = if name == "offset" {
@@ -324,7 +323,7 @@ mod tests {
     fn the_power_of_gravity_is_the_change_of_the_potential_energy() {
         with_damped(|model| {
             let mut evaluator = model.evaluator();
-            let gravity = split(&mut *evaluator, &Q, &QD, &QDD).unwrap().gravity;
+            let gravity = parts(&mut *evaluator, &Q, &QD, &QDD).unwrap().gravity;
             let mut potential = |q: &[f64; 6]| {
                 let mut energy = [0.0; 3];
                 evaluator.energy(q, &[0.0; 6], &mut energy);

@@ -3,13 +3,12 @@
 
 mod counting;
 
-use lagrangian::Coordinates;
-use lagrangian::baseline::{Mlp, MlpConfig};
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::{
-    Actuation, Delan, DelanConfig, Dissipation, Form, Lnn, LnnConfig, Scaling,
-};
+use lagrangian::mechanics::Scaling;
+use lagrangian::models::{Delan, Form, Lnn, Mlp};
 use lagrangian::rigid::{self, RigidBodies};
+use lagrangian::{
+    Actuation, Coordinates, DelanConfig, Dissipation, LnnConfig, Mechanical, MlpConfig, Model,
+};
 
 use counting::allocations_of;
 

@@ -3,8 +3,10 @@
 
 use std::io::{Cursor, Read, Seek, SeekFrom, Write};
 
-use lagrangian::trajectory::{EstimateOptions, Format, Layout, Readings, Signals, csv};
-use lagrangian::{Error, Result, Trajectory};
+use lagrangian::trajectory::csv;
+use lagrangian::{
+    CheckOptions, Error, EstimateOptions, Format, Layout, Readings, Result, Signals, Trajectory,
+};
 use proptest::prelude::*;
 
 fn read(text: &str) -> Result<Readings> {
@@ -425,7 +427,7 @@ proptest! {
     #[test]
     fn text_of_any_kind_never_panics(text in "t,q1,qd1\n([0-9einaf.,\"\n;-]{0,60}\n){0,8}") {
         if let Ok(readings) = read(&text) {
-            let report = lagrangian::check::check(&readings.recordings);
+            let report = lagrangian::check(&readings.recordings, &CheckOptions::default());
             prop_assert!(!report.passed() || !report.items.is_empty());
             for recording in readings.recordings {
                 let _ = recording.into_trajectory(&EstimateOptions::default());

@@ -4,8 +4,7 @@
 use std::f64::consts::{PI, TAU};
 use std::io::Cursor;
 
-use lagrangian::check::{CheckReport, Item, Verdict, check};
-use lagrangian::trajectory::{Format, Layout};
+use lagrangian::{CheckOptions, CheckReport, Format, Item, Layout, Verdict, check};
 
 /// Rows t, q, qd, tau of a swing at 100 Hz, as `row` makes them of (sample, t, q, qd).
 fn checked(layout: &Layout, row: impl Fn(u32, f64, f64, f64) -> String) -> CheckReport {
@@ -28,6 +27,7 @@ fn checked_text(text: &str, layout: &Layout) -> CheckReport {
             .read(Cursor::new(text.to_owned()), "swing", layout)
             .unwrap()
             .recordings,
+        &CheckOptions::default(),
     )
 }
 
@@ -217,7 +217,7 @@ fn gaps_jitter_repeats_and_saturation_are_warned_of() {
 
 #[test]
 fn nothing_at_all_fails() {
-    assert!(!check(&[]).passed());
+    assert!(!check(&[], &CheckOptions::default()).passed());
 }
 
 #[test]

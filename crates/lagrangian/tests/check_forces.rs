@@ -3,10 +3,11 @@
 
 use std::io::Cursor;
 
-use lagrangian::check::{CheckReport, Item, Verdict, check};
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::{Dissipation, Lagrangian, analytic::by_name};
-use lagrangian::trajectory::{Format, Layout, Recording, Signals};
+use lagrangian::analytic::by_name;
+use lagrangian::{
+    CheckOptions, CheckReport, Dissipation, Format, Item, Lagrangian, Layout, Mechanical, Model,
+    Recording, Signals, Verdict, check,
+};
 
 /// Sums of sines of incommensurate frequencies: (amplitude, frequency, phase).
 type Waves = [(f64, f64, f64)];
@@ -127,7 +128,7 @@ impl Machine {
     }
 
     fn checked(&self) -> CheckReport {
-        check(&[self.recorded()])
+        check(&[self.recorded()], &CheckOptions::default())
     }
 }
 
@@ -176,7 +177,7 @@ fn torques_that_were_shifted_by_the_delay_have_none() {
         ..PENDULUM
     };
     let mended = late.recorded().delayed(&[0.0171]).unwrap();
-    for item in items(&check(&[mended]), "delay") {
+    for item in items(&check(&[mended], &CheckOptions::default()), "delay") {
         assert_eq!(item.verdict, Verdict::Pass, "{item:?}");
         assert!(item.values["delay_samples"].abs() < 0.5, "{item:?}");
     }
@@ -221,6 +222,7 @@ fn two_joints(row: impl Fn(f64) -> String) -> CheckReport {
             .read(Cursor::new(text), "two", &Layout::default())
             .unwrap()
             .recordings,
+        &CheckOptions::default(),
     )
 }
 
@@ -277,6 +279,7 @@ fn time_in_milliseconds_is_called_that() {
                 .read(Cursor::new(text), "ms", &Layout::default())
                 .unwrap()
                 .recordings,
+            &CheckOptions::default(),
         );
         assert!(
             report
@@ -305,6 +308,7 @@ fn single_samples_that_are_missing_are_counted() {
             )
             .unwrap()
             .recordings,
+        &CheckOptions::default(),
     );
     let item = items(&report, "dropped")[0];
     assert!(
@@ -324,7 +328,7 @@ fn a_trajectory_that_is_too_short_to_be_differentiated_fails() {
         .read(Cursor::new(text), "x", &Layout::default())
         .unwrap()
         .recordings;
-    let report = check(&recordings);
+    let report = check(&recordings, &CheckOptions::default());
     let short = report
         .items
         .iter()

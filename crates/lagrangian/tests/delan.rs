@@ -1,12 +1,11 @@
 //! Laws of deep Lagrangian networks, on random weights: what robotics builds on holds whatever was learned.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::{
-    Actuation, Delan, DelanConfig, Dissipation, Jet, Lagrangian, Scaling, Stribeck, Trunks,
+use lagrangian::mechanics::{Jet, Regularity, Scaling, Stribeck, SymmetricSolver};
+use lagrangian::models::{Delan, Trunks};
+use lagrangian::{
+    Actuation, Coordinates, DelanConfig, Dissipation, Lagrangian, Mechanical, Model, Topology,
 };
-use lagrangian::solve::{Regularity, SymmetricSolver};
-use lagrangian::{Coordinates, Topology};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

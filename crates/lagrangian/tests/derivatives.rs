@@ -1,8 +1,8 @@
 //! Estimated velocities and accelerations against closed forms, and the error that they claim against the true one.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::trajectory::{Columns, Estimate, EstimateOptions, Recording, Signals, Source};
-use lagrangian::{Coordinates, Error, Trajectory};
+use lagrangian::trajectory::{Columns, Source};
+use lagrangian::{Coordinates, Error, Estimate, EstimateOptions, Recording, Signals, Trajectory};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -1,15 +1,14 @@
 //! Lagrangians that are linear in random features.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dataset::random_states;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::models::features::{FeatureLagrangian, FeaturesConfig};
+use lagrangian::analytic::by_name;
+use lagrangian::models::FeatureLagrangian;
 use lagrangian::rollout::{free, times};
-use lagrangian::saved::{Provenance, SavedModel};
-use lagrangian::train::{ForceTerms, Request, Samples};
-use lagrangian::trajectory::Signals;
-use lagrangian::{Dataset, Error, FitConfig, Learned, Loss, Outcome, RolloutOptions, fit, rollout};
+use lagrangian::train::{Request, Samples};
+use lagrangian::{
+    Dataset, Error, FeaturesConfig, FitConfig, ForceTerms, Learned, Loss, Model, Outcome,
+    Provenance, RolloutOptions, SavedModel, Signals, fit, random_states, rollout,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;

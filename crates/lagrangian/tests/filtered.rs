@@ -1,11 +1,10 @@
 //! Filtering motion and forces alike keeps the equation of motion where noise would bend it.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dataset::Dataset;
-use lagrangian::identify::{RigidConfig, identify};
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::trajectory::{Columns, EstimateOptions, Recording, Signals};
-use lagrangian::{Coordinates, Error};
+use lagrangian::analytic::by_name;
+use lagrangian::models::identify;
+use lagrangian::trajectory::Columns;
+use lagrangian::{Coordinates, Dataset, Error, EstimateOptions, Recording, RigidConfig, Signals};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -4,8 +4,9 @@
 use std::f64::consts::{PI, TAU};
 use std::io::Cursor;
 
-use lagrangian::trajectory::{EstimateOptions, Format, Layout, Readings, Signals};
-use lagrangian::{Coordinates, Topology, Trajectory};
+use lagrangian::{
+    Coordinates, EstimateOptions, Format, Layout, Readings, Signals, Topology, Trajectory,
+};
 use proptest::prelude::*;
 
 fn formats() -> Vec<Format> {

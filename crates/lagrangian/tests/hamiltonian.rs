@@ -1,15 +1,14 @@
 //! Hamilton's equations and the Legendre transform, on systems that are known and on random networks.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::Model;
-use lagrangian::hamiltonian::{
-    Canonical, Hamiltonian, HamiltonianJet, HamiltonianOf, Hnn, HnnConfig, HnnStructure,
-    LagrangianOf, Momenta,
-};
-use lagrangian::lagrangian::analytic::{by_name, systems};
-use lagrangian::lagrangian::{Jet, Lagrangian, Scaling};
+use lagrangian::analytic::{by_name, systems};
+use lagrangian::mechanics::{Canonical, HamiltonianJet, HamiltonianOf, Jet, LagrangianOf, Scaling};
+use lagrangian::models::{Hnn, HnnStructure, Momenta};
 use lagrangian::rollout::{free, rollout_phase, times};
-use lagrangian::{Coordinates, Dissipation, Method, RolloutOptions, rollout};
+use lagrangian::{
+    Coordinates, Dissipation, Hamiltonian, HnnConfig, Lagrangian, Method, Model, RolloutOptions,
+    rollout,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

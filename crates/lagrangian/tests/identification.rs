@@ -1,14 +1,12 @@
 //! Chains of rigid links are found again from their motions and torques.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::identify::{Identified, RigidConfig, identify};
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::lagrangian::{Angles, Dissipation, RigidChain};
+use lagrangian::analytic::by_name;
+use lagrangian::models::{Angles, Identified, RigidChain, identify};
 use lagrangian::train::Samples;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, Error};
+use lagrangian::{
+    Coordinates, Dataset, Dissipation, Error, Mechanical, Model, RigidConfig, Signals,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

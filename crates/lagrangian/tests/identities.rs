@@ -1,10 +1,9 @@
 //! Laws of mechanics on random Lagrangians that are nobody's: whatever L is, these must hold.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{EulerLagrange, Evaluator, Mechanical, Model, bias};
-use lagrangian::lagrangian::analytic::{Analytic, Domain, Parameter, System, systems};
-use lagrangian::lagrangian::{Dissipation, Jet, Lagrangian};
-use lagrangian::{Coordinates, State};
+use lagrangian::analytic::{Analytic, Domain, Parameter, System, systems};
+use lagrangian::mechanics::{EulerLagrange, Jet, bias};
+use lagrangian::{Coordinates, Dissipation, Evaluator, Lagrangian, Mechanical, Model, State};
 use num_dual::DualNum;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -265,7 +264,7 @@ fn coriolis_forces_of_a_quadratic_kinetic_energy_do_half_the_work_of_the_changin
     // q̇ᵀ(Ṁ − 2C)q̇ = 0, with C q̇ = c(q, q̇) − c(q, 0).
     let mut rng = ChaCha8Rng::seed_from_u64(16);
     for name in ["double-pendulum", "n-link-pendulum"] {
-        let model = lagrangian::lagrangian::analytic::by_name(name, &[]).unwrap();
+        let model = lagrangian::analytic::by_name(name, &[]).unwrap();
         let State { q, qd } = model.sample_state(&mut rng);
         let n = q.len();
         let bias_at = |qd: &[f64]| {

@@ -4,17 +4,15 @@
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 
-use lagrangian::dataset::Dataset;
-use lagrangian::dataset::random_states;
-use lagrangian::hamiltonian::{HnnConfig, Momenta};
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::lagrangian::{Delan, DelanConfig, Form, Lnn, LnnConfig, Scaling};
-use lagrangian::rollout::{RolloutOptions, free, rollout, times};
-use lagrangian::train::{
-    AdamConfig, Budget, Family, FitConfig, NaturalConfig, Observer, Optimizer, Precision, Progress,
-    fit,
+use lagrangian::analytic::by_name;
+use lagrangian::mechanics::Scaling;
+use lagrangian::models::{Delan, Form, Lnn, Momenta};
+use lagrangian::rollout::{free, times};
+use lagrangian::train::{AdamConfig, NaturalConfig, Precision};
+use lagrangian::{
+    Budget, Coordinates, Dataset, DelanConfig, Family, FitConfig, HnnConfig, LnnConfig, Mechanical,
+    Model, Observer, Optimizer, Progress, RolloutOptions, fit, random_states, rollout,
 };
-use lagrangian::{Coordinates, Mechanical, Model};
 use nets::simd::{Level, levels, set_level};
 
 /// The level is one for the whole process: tests that choose it take turns.

@@ -1,11 +1,9 @@
 //! Networks through the kernels against the same networks over dual numbers.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::{
-    Delan, DelanConfig, Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling, SpeedChart, Trunks,
-};
-use lagrangian::{Coordinates, Topology};
+use lagrangian::mechanics::{Jet, Scaling, SpeedChart};
+use lagrangian::models::{Delan, Form, Lnn, Trunks};
+use lagrangian::{Coordinates, DelanConfig, Lagrangian, LnnConfig, Mechanical, Model, Topology};
 use nets::Activation;
 use num_dual::{Dual64, DualNum, HyperDual64};
 use rand::{RngExt, SeedableRng};

@@ -2,15 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use lagrangian::lagrangian::{DelanConfig, Dissipation, Jet, Lagrangian, Scaling, Sum};
-use lagrangian::rigid::{self, RigidBodies, RobotConfig};
+use lagrangian::mechanics::{EulerLagrange, Jet, Scaling, Sum};
+use lagrangian::models::Lnn;
+use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{free, times};
-use lagrangian::saved::{Provenance, SavedModel};
-use lagrangian::train::{ForceTerms, Samples};
-use lagrangian::trajectory::Signals;
+use lagrangian::train::Samples;
 use lagrangian::{
-    Budget, Dataset, Family, FitConfig, Learned, Lnn, LnnConfig, Loss, RolloutOptions, fit, rollout,
+    Budget, Dataset, DelanConfig, Dissipation, Evaluator, Family, FitConfig, ForceTerms,
+    Lagrangian, Learned, LnnConfig, Loss, Mechanical, Model, Provenance, RobotConfig,
+    RolloutOptions, SavedModel, Signals, fit, rollout,
 };
 use rand::{RngExt, SeedableRng};
 
@@ -286,7 +286,7 @@ fn a_family_that_cannot_stand_on_a_robot_says_so() {
     let data = dataset(&loaded(), 50);
     for family in [
         Box::<dyn Family>::from(lagrangian::MlpConfig::default()),
-        Box::<dyn Family>::from(lagrangian::identify::RigidConfig::default()),
+        Box::<dyn Family>::from(lagrangian::RigidConfig::default()),
     ] {
         let settings = FitConfig {
             loss: Loss::ACCELERATION,

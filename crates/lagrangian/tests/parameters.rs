@@ -1,14 +1,15 @@
 //! Coordinates that never move: a model with a parameter is a family of models without.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::baseline::{Mlp, MlpConfig};
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::analytic::{Analytic, AnalyticModel, Parameter, System, by_name};
-use lagrangian::lagrangian::{Delan, DelanConfig, Form, Jet, Lagrangian, Lnn, LnnConfig, Scaling};
-use lagrangian::rollout::{RolloutOptions, free, rollout, times};
+use lagrangian::analytic::{Analytic, AnalyticModel, Parameter, System, by_name};
+use lagrangian::mechanics::{Jet, Scaling};
+use lagrangian::models::{Delan, Form, Lnn, Mlp};
+use lagrangian::rollout::{free, times};
 use lagrangian::train::Samples;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, Dataset, Error, State, Topology};
+use lagrangian::{
+    Coordinates, Dataset, DelanConfig, Error, Lagrangian, LnnConfig, Mechanical, MlpConfig, Model,
+    RolloutOptions, Signals, State, Topology, rollout,
+};
 use num_dual::DualNum;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -5,8 +5,10 @@
 use std::fs::File;
 use std::path::PathBuf;
 
-use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict, check, check_with};
-use lagrangian::trajectory::{Estimate, EstimateOptions, Format, Layout, Recording};
+use lagrangian::{
+    CheckOptions, CheckReport, Estimate, EstimateOptions, Format, Item, Layout, Recording, Verdict,
+    check,
+};
 
 /// The folder of recorded data, if it is there.
 fn data() -> Option<PathBuf> {
@@ -58,7 +60,7 @@ fn logs_of_the_real_double_pendulum_pass_the_check_and_give_sensible_acceleratio
         let Some(recordings) = read("double_pendulum_real", &format!("trajectory_{file}")) else {
             return;
         };
-        let report = check(&recordings);
+        let report = check(&recordings, &CheckOptions::default());
         show(&report);
         assert!(report.passed(), "trajectory_{file}");
         for e in estimates(recordings) {
@@ -83,7 +85,7 @@ fn logs_of_the_real_pendulum_pass_the_check() {
         let Some(recordings) = read("pendulum_real", file) else {
             return;
         };
-        let report = check(&recordings);
+        let report = check(&recordings, &CheckOptions::default());
         println!("{file}");
         show(&report);
         assert!(report.passed(), "{file}");
@@ -99,7 +101,7 @@ fn the_simulated_arm_passes_the_check_and_its_own_accelerations_are_found_again(
     let Some(recordings) = read("characters", "characters") else {
         return;
     };
-    let report = check(&recordings);
+    let report = check(&recordings, &CheckOptions::default());
     show(&report);
     assert!(report.passed());
     assert_eq!(recordings.len(), 20);
@@ -129,7 +131,7 @@ fn the_simulated_arm_passes_the_check_and_its_own_accelerations_are_found_again(
 fn delays(folder: &str, files: &[&str], filter: Option<f64>) -> Option<Vec<Item>> {
     let logs: Option<Vec<_>> = files.iter().map(|file| read(folder, file)).collect();
     let recordings: Vec<Recording> = logs?.into_iter().flatten().collect();
-    let mut items = check_with(&recordings, &CheckOptions { filter }).items;
+    let mut items = check(&recordings, &CheckOptions { filter }).items;
     items.retain(|i| ["delay", "inertia", "acceleration"].contains(&i.name));
     for item in &items {
         println!(

@@ -4,12 +4,10 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::dynamics::bias;
-use lagrangian::integrate::Method;
-use lagrangian::lagrangian::Jet;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name, systems};
-use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
-use lagrangian::{Error, State, Trajectory};
+use lagrangian::analytic::{AnalyticModel, by_name, systems};
+use lagrangian::mechanics::{Jet, bias};
+use lagrangian::rollout::{free, times};
+use lagrangian::{Error, Method, Rollout, RolloutOptions, State, Trajectory, rollout};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

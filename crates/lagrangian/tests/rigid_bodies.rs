@@ -2,11 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use lagrangian::lagrangian::{Jet, Lagrangian};
+use lagrangian::mechanics::{EulerLagrange, Jet};
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{free, times};
-use lagrangian::{Method, RolloutOptions, rollout};
+use lagrangian::{Evaluator, Lagrangian, Mechanical, Method, Model, RolloutOptions, rollout};
 use rand::{RngExt, SeedableRng};
 use serde::Deserialize;
 

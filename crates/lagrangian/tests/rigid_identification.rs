@@ -2,14 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::identify::RigidConfig;
-use lagrangian::lagrangian::Dissipation;
-use lagrangian::rigid::{self, IdentifiedRobot, RigidBodies, RobotConfig};
-use lagrangian::saved::{Provenance, SavedModel};
-use lagrangian::train::{ForceTerms, Samples};
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, Dataset, Error, Family, FitConfig, Learned, Loss, fit};
+use lagrangian::rigid::{self, IdentifiedRobot, RigidBodies};
+use lagrangian::train::Samples;
+use lagrangian::{
+    Coordinates, Dataset, Dissipation, Error, Family, FitConfig, ForceTerms, Learned, Loss,
+    Mechanical, Model, Provenance, RigidConfig, RobotConfig, SavedModel, Signals, fit,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

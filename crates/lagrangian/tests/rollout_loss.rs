@@ -3,16 +3,14 @@
 
 use std::ops::ControlFlow;
 
-use lagrangian::dataset::random_starts;
-use lagrangian::lagrangian::DelanConfig;
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::neural_ode::{NeuralOdeConfig, Order};
+use lagrangian::analytic::by_name;
+use lagrangian::models::{Delan, Order};
 use lagrangian::rollout::{free, rollout_many, times};
-use lagrangian::train::{
-    AdamConfig, Budget, Checkpoint, Family, FitConfig, Learned, Loss, NaturalConfig, Observer,
-    Optimizer, Progress, RolloutLoss, Start, fit,
+use lagrangian::train::{AdamConfig, NaturalConfig, RolloutLoss, Start};
+use lagrangian::{
+    Budget, Checkpoint, Dataset, DelanConfig, Family, FitConfig, Learned, Loss, Method, Model,
+    NeuralOdeConfig, Observer, Optimizer, Progress, RolloutOptions, Trajectory, fit, random_starts,
 };
-use lagrangian::{Dataset, Delan, Method, Model, RolloutOptions, Trajectory};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -217,7 +215,7 @@ fn a_saved_neural_ode_moves_as_before() {
         let fitted = fit(&data.dataset, &config(family, 3), None, &mut ()).unwrap();
         let saved = fitted.model.save(Default::default()).unwrap();
         let bytes = saved.to_bytes().unwrap();
-        let saved = lagrangian::saved::SavedModel::from_bytes(&bytes).unwrap();
+        let saved = lagrangian::SavedModel::from_bytes(&bytes).unwrap();
         let again = Learned::load(&saved).unwrap();
         assert_eq!(again.family(), "neural-ode");
         let flow = |model: &Learned| {

@@ -2,16 +2,16 @@
 //! a prediction stays valid.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::integrate::{Control, Dop853, Dopri5, EmbeddedPair, Failure, Method, adaptive};
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::lagrangian::{Dissipation, Lnn, LnnConfig, Scaling};
-use lagrangian::rollout::{
-    Hold, Outcome, RolloutOptions, free, recorded, rollout, rollout_many, rollout_recorded, times,
-};
+use lagrangian::analytic::by_name;
+use lagrangian::integrate::{Control, Dop853, Dopri5, EmbeddedPair, Failure, adaptive};
+use lagrangian::mechanics::Scaling;
+use lagrangian::models::Lnn;
+use lagrangian::rollout::{Hold, free, recorded, rollout_many, rollout_recorded, times};
 use lagrangian::score::valid_prediction_time;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, State, Trajectory};
+use lagrangian::{
+    Coordinates, Dissipation, LnnConfig, Mechanical, Method, Model, Outcome, RolloutOptions,
+    Signals, State, Trajectory, rollout,
+};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

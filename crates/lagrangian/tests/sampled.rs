@@ -7,11 +7,11 @@ use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 use std::io::{Cursor, Read};
 
-use lagrangian::check::{Verdict, check};
-use lagrangian::trajectory::{
-    EstimateOptions, Format, Layout, Readings, Recording, Sampling, Signals, csv, thin,
+use lagrangian::trajectory::{Sampling, csv, thin};
+use lagrangian::{
+    CheckOptions, Error, EstimateOptions, Format, Layout, Readings, Recording, Signals, Trajectory,
+    Verdict, check,
 };
-use lagrangian::{Error, Trajectory};
 
 /// Notes the most bytes that this thread has held.
 struct Peak;
@@ -184,7 +184,7 @@ fn a_value_that_is_no_number_is_refused_with_its_row_wherever_it_stands() {
                 "{error}"
             );
             assert!(error.to_string().contains(finding), "{error}");
-            let report = check(&[log]);
+            let report = check(&[log], &CheckOptions::default());
             let item = report.items.iter().find(|i| i.name == "sample").unwrap();
             assert_eq!(item.verdict, Verdict::Fail);
         }
@@ -315,7 +315,10 @@ fn a_sample_is_no_log_with_gaps_but_a_gap_in_it_is_found() {
             format!("{t:.4},{:.9}\n", t.sin())
         };
         let all: String = (0..30_000).map(row).collect();
-        let report = check(&[one(&format!("t,q1\n{all}"), &sampled(LIMIT, 0))]);
+        let report = check(
+            &[one(&format!("t,q1\n{all}"), &sampled(LIMIT, 0))],
+            &CheckOptions::default(),
+        );
         assert!(report.items.iter().all(|i| i.name != "jumps"));
         let gaps = report.items.iter().find(|i| i.name == "gaps");
         gaps.map(|i| (i.verdict, i.values["longest_s"])).unwrap()

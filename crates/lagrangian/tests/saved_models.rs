@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use lagrangian::saved::{Header, MAX_HEADER, Provenance, SavedModel, Tensor, VERSION};
-use lagrangian::{Coordinates, Error};
+use lagrangian::saved::{Header, MAX_HEADER, Tensor, VERSION};
+use lagrangian::{Coordinates, Error, Provenance, SavedModel};
 use proptest::prelude::*;
 use safetensors::tensor::{Dtype, TensorView};
 use serde_json::json;
@@ -247,14 +247,11 @@ proptest! {
 
 mod families {
     use super::*;
-    use lagrangian::baseline::{Direction, Mlp, MlpConfig};
-    use lagrangian::dynamics::{Mechanical, Model};
-    use lagrangian::identify::Rigid;
-    use lagrangian::lagrangian::{
-        Angles, Delan, DelanConfig, Dissipation, Form, Inertia, Jet, Lnn, LnnConfig, RigidChain,
-        Scaling,
+    use lagrangian::mechanics::{Jet, Scaling};
+    use lagrangian::models::{
+        Angles, Delan, Direction, Form, Inertia, Lnn, Mlp, Rigid, RigidChain,
     };
-    use lagrangian::train::Learned;
+    use lagrangian::{DelanConfig, Dissipation, Learned, LnnConfig, Mechanical, MlpConfig, Model};
 
     fn lnn(form: Form) -> Lnn {
         let config = LnnConfig {

@@ -3,19 +3,15 @@
 
 use std::ops::ControlFlow;
 
-use lagrangian::baseline::MlpConfig;
-use lagrangian::dataset::Dataset;
-use lagrangian::dataset::{random_starts, random_states};
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::lagrangian::{Form, LnnConfig};
-use lagrangian::rollout::energy_test;
-use lagrangian::rollout::{RolloutOptions, free, rollout, rollout_many, times};
-use lagrangian::saved::Provenance;
-use lagrangian::train::{
-    AdamConfig, Budget, Checkpoint, Family, FitConfig, Learned, NaturalConfig, Observer, Optimizer,
-    Progress, fit,
+use lagrangian::analytic::by_name;
+use lagrangian::models::Form;
+use lagrangian::rollout::{energy_test, free, rollout_many, times};
+use lagrangian::train::{AdamConfig, NaturalConfig};
+use lagrangian::{
+    Budget, Checkpoint, Dataset, Error, Family, FitConfig, Learned, LnnConfig, MlpConfig, Model,
+    Observer, Optimizer, Progress, Provenance, RolloutOptions, fit, random_starts, random_states,
+    rollout,
 };
-use lagrangian::{Error, Model};
 
 fn pendulum(samples: usize) -> Dataset {
     random_states(&*by_name("pendulum", &[]).unwrap(), samples, 64, 5).unwrap()
@@ -178,7 +174,7 @@ fn a_plain_network_of_torques_has_inverse_dynamics_and_does_not_move() {
     let (train, held) = (force(states.train), force(states.validation));
     let data = Dataset::from_samples(coordinates, train, held).unwrap();
     let mut config = config(Optimizer::default(), 200);
-    config.loss = lagrangian::train::Loss::TORQUE;
+    config.loss = lagrangian::Loss::TORQUE;
     config.family = Box::<dyn Family>::from(MlpConfig {
         width: 16,
         ..MlpConfig::default()
@@ -227,7 +223,7 @@ fn settings_outside_their_domain_are_refused_with_their_name() {
     assert!(refused(&|c| c.family = lnn(0, 2)).contains("width"));
     assert!(refused(&|c| c.family = lnn(1 << 40, 2)).contains("width"));
     assert!(refused(&|c| c.family = lnn(16, 1000)).contains("layers"));
-    assert!(refused(&|c| c.loss = lagrangian::train::Loss::TORQUE).contains("torque"));
+    assert!(refused(&|c| c.loss = lagrangian::Loss::TORQUE).contains("torque"));
 }
 
 #[test]

@@ -1,12 +1,15 @@
 //! Variational integrators: what they keep, their order, and that nothing but the action decides.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::dynamics::{Mechanical, Model, Slopes};
-use lagrangian::integrate::{Method, Rule, Variational};
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::lagrangian::{Dissipation, Lnn, LnnConfig, Scaling};
-use lagrangian::rollout::{Outcome, Rollout, RolloutOptions, free, rollout, times};
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::analytic::by_name;
+use lagrangian::integrate::{Rule, Variational};
+use lagrangian::mechanics::{Scaling, Slopes};
+use lagrangian::models::Lnn;
+use lagrangian::rollout::{free, times};
+use lagrangian::{
+    Coordinates, Dissipation, LnnConfig, Mechanical, Method, Model, Outcome, Rollout,
+    RolloutOptions, Trajectory, rollout,
+};
 
 const RULES: [Method; 2] = [Method::VariationalMidpoint, Method::VariationalTrapezoidal];
 

@@ -4,15 +4,15 @@ use std::fs;
 use std::time::Instant;
 
 use experiments::letters::{Letters, error};
-use lagrangian::dataset::Dataset;
-use lagrangian::dataset::{random_starts, random_states};
-use lagrangian::lagrangian::{Delan, DelanConfig, Lnn, LnnConfig, Scaling};
+use lagrangian::mechanics::Scaling;
+use lagrangian::models::{Delan, Lnn};
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
-use lagrangian::train::{
-    Batch, Budget, Checkpoint, Family, FitConfig, Loss, NaturalConfig, Observer, Optimizer,
-    Progress, Samples, Stepper, fit,
+use lagrangian::train::{Batch, NaturalConfig, Samples, Stepper};
+use lagrangian::{
+    Budget, Checkpoint, Dataset, DelanConfig, Family, FitConfig, LnnConfig, Loss, Mechanical,
+    Observer, Optimizer, Progress, RolloutOptions, Trajectory, analytic, fit, random_starts,
+    random_states,
 };
-use lagrangian::{Mechanical, RolloutOptions, Trajectory, analytic};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 

@@ -3,11 +3,13 @@
 use std::hint::black_box;
 
 use experiments::field::{DensityConfig, DensityNet, Field, FieldScaling};
-use lagrangian::dynamics::Evaluator;
-use lagrangian::integrate::Method;
-use lagrangian::lagrangian::{Delan, DelanConfig, Lnn, LnnConfig, Scaling};
+use lagrangian::mechanics::Scaling;
+use lagrangian::models::{Delan, Lnn};
 use lagrangian::rollout::{free, rollout_many, times};
-use lagrangian::{Coordinates, Mechanical, Model, RolloutOptions, State, rollout};
+use lagrangian::{
+    Coordinates, DelanConfig, Evaluator, LnnConfig, Mechanical, Method, Model, RolloutOptions,
+    State, rollout,
+};
 use rayon::prelude::*;
 use serde_json::json;
 

@@ -5,9 +5,8 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use lagrangian::dataset::{Dataset, split};
-use lagrangian::train::{Budget, FitConfig, Loss, fit};
-use lagrangian::trajectory::{EstimateOptions, Format, Layout, Sampling};
+use lagrangian::trajectory::Sampling;
+use lagrangian::{Budget, Dataset, EstimateOptions, FitConfig, Format, Layout, Loss, fit, split};
 
 use crate::Outcome;
 use crate::protocol::{Request, Talk, Task};

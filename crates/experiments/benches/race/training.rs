@@ -3,11 +3,11 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use lagrangian::Coordinates;
-use lagrangian::dataset::Dataset;
-use lagrangian::lagrangian::{DelanConfig, LnnConfig, Scaling};
-use lagrangian::train::{
-    AdamConfig, Budget, FitConfig, Loss, NaturalConfig, Observer, Optimizer, Progress, fit,
+use lagrangian::mechanics::Scaling;
+use lagrangian::train::{AdamConfig, NaturalConfig};
+use lagrangian::{
+    Budget, Coordinates, Dataset, DelanConfig, FitConfig, LnnConfig, Loss, Observer, Optimizer,
+    Progress, fit,
 };
 use serde_json::json;
 

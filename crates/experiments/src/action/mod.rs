@@ -4,9 +4,8 @@ mod paths;
 
 use anyhow::{Result, anyhow};
 use lagrangian::analytic::AnalyticModel;
-use lagrangian::dataset::random_states;
-use lagrangian::train::{FitConfig, Learned, Loss};
-use lagrangian::{Form, Lagrangian, LnnConfig};
+use lagrangian::models::Form;
+use lagrangian::{FitConfig, Lagrangian, Learned, LnnConfig, Loss, random_states};
 use lagrangian_analysis::action::{DiscreteAction, Path, PathKind, action_variation};
 use lagrangian_report::{Axis, Role};
 

@@ -8,12 +8,10 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::lagrangian::{Jet, Lagrangian};
-use lagrangian::rollout::{RolloutOptions, free, rollout};
-use lagrangian::solve::dot;
-use lagrangian::{Error, Result};
+use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::mechanics::{Jet, dot};
+use lagrangian::rollout::free;
+use lagrangian::{Error, Lagrangian, Model, Result, RolloutOptions, rollout};
 use lagrangian_analysis::action::{
     ActionVariation, DiscreteAction, Path, StationaryPath, action_variation, conjugate_times,
     stationary_path_from,

@@ -1,10 +1,8 @@
 //! The models that learn chains.
 
-use lagrangian::hamiltonian::{HnnStructure, Momenta};
-use lagrangian::lagrangian::Angles;
-use lagrangian::lagrangian::analytic::Chart;
-use lagrangian::neural_ode::Order;
-use lagrangian::train::{Family, Loss};
+use lagrangian::analytic::Chart;
+use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
+use lagrangian::{Family, Loss};
 use lagrangian_report::Role;
 
 use super::learning::Teaching;

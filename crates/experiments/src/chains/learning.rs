@@ -2,9 +2,7 @@
 
 use crate::data::{with_corrected_accelerations, with_estimated_accelerations};
 use anyhow::Result;
-use lagrangian::dynamics::Model;
-use lagrangian::train::{Budget, FitConfig, Learned, Loss};
-use lagrangian::{Dataset, Trajectory};
+use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model, Trajectory};
 
 use super::protocol::options;
 use crate::harness::Lab;

@@ -6,9 +6,8 @@ mod protocol;
 
 use anyhow::Result;
 use lagrangian::analytic::Chart;
-use lagrangian::rollout::Rollout;
-use lagrangian::train::{FitConfig, RolloutLoss};
-use lagrangian::{State, Trajectory};
+use lagrangian::train::RolloutLoss;
+use lagrangian::{FitConfig, Rollout, State, Trajectory};
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::failure::mistake;

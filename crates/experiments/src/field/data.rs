@@ -4,10 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Field;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::Lagrangian;
-use lagrangian::rollout::{RolloutOptions, free, rollout, times};
-use lagrangian::{Result, Trajectory};
+use lagrangian::rollout::{free, times};
+use lagrangian::{Lagrangian, Model, Result, RolloutOptions, Trajectory, rollout};
 use nets::normal;
 
 /// The distribution of random rings: Fourier modes with normal amplitudes, equal for all wave numbers.
@@ -52,7 +50,7 @@ fn modes(points: usize, size: f64, rng: &mut impl rand::Rng) -> Vec<f64> {
 /// `count` motions of `truth` from random states, with their accelerations.
 ///
 /// # Errors
-/// As [`times`] and [`rollout`].
+/// As [`times`] and [`rollout()`].
 pub fn ring_states<D: Lagrangian>(
     truth: &Field<D>,
     states: &RingStates,

@@ -116,7 +116,9 @@ impl LeastSquares for RingProblem<'_> {
 
     fn linearise(&mut self, phi: &[f64]) {
         let rows = self.rows().chunks_exact(phi.len());
-        let pushed: Vec<f64> = rows.map(|row| lagrangian::solve::dot(row, phi)).collect();
+        let pushed: Vec<f64> = rows
+            .map(|row| lagrangian::mechanics::dot(row, phi))
+            .collect();
         self.memory.pushed = pushed;
     }
 

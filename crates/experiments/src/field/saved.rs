@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use lagrangian::saved::{Header, Provenance, SavedModel, Tensor};
-use lagrangian::{Error, Lagrangian, Result};
+use lagrangian::saved::{Header, Tensor};
+use lagrangian::{Error, Lagrangian, Provenance, Result, SavedModel};
 
 use super::density::{DensityNet, Output, Shape, Weighted};
 

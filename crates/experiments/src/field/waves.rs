@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::wrapped;
-use lagrangian::dynamics::Model;
+use lagrangian::Model;
 
 /// ω² of small waves with `mode` wavelengths around a ring, by the model's own accelerations: −1 times the share of
 /// cos kx in φ̈ at φ = ± `amplitude` · cos kx at rest, over the amplitude. Negative where the ring is unstable.
@@ -19,9 +19,9 @@ pub fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 {
     for sign in [1.0, -1.0] {
         let phi: Vec<f64> = shape.iter().map(|x| sign * amplitude * x).collect();
         evaluator.forward_dynamics(&phi, &zero, &zero, &mut qdd);
-        share += 0.5 * sign * lagrangian::solve::dot(&qdd, &shape);
+        share += 0.5 * sign * lagrangian::mechanics::dot(&qdd, &shape);
     }
-    let norm = lagrangian::solve::dot(&shape, &shape);
+    let norm = lagrangian::mechanics::dot(&shape, &shape);
     -share / (norm * amplitude)
 }
 

@@ -4,9 +4,7 @@ use std::ops::ControlFlow;
 
 use serde::Serialize;
 
-use lagrangian::Result;
-use lagrangian::dataset::Dataset;
-use lagrangian::train::{Checkpoint, Fit, FitConfig, Learned, Observer, Progress, fit};
+use lagrangian::{Checkpoint, Dataset, Fit, FitConfig, Learned, Observer, Progress, Result, fit};
 
 /// What was measured on the best model so far at one time of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -111,10 +109,9 @@ impl Observer for Keeper<'_> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian::dataset::random_states;
-    use lagrangian::lagrangian::analytic::by_name;
-    use lagrangian::train::Budget;
-    use lagrangian::{Lnn, LnnConfig};
+    use lagrangian::analytic::by_name;
+    use lagrangian::models::Lnn;
+    use lagrangian::{Budget, LnnConfig, random_states};
 
     #[test]
     fn a_measured_fit_ends_with_the_same_bits_and_its_last_moment_is_its_model() {

@@ -4,9 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
-use lagrangian::dataset::Dataset;
-use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Budget, Fit, FitConfig, Learned};
+use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Provenance, train};
 
 use super::args::Args;
 use super::failure::{Advise, mistake};

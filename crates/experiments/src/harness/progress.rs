@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressStyle};
-use lagrangian::train::{self, Observer};
+use lagrangian::{Observer, train};
 
 /// Time between plain lines where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(5);

@@ -6,14 +6,14 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::torque::{self, TorqueError, torque_error, variances};
-use lagrangian::dataset::shuffle;
-use lagrangian::dynamics::Model;
-use lagrangian::integrate::Method;
-use lagrangian::rollout::{Hold, RolloutOptions, rollout_recorded};
+use lagrangian::rollout::{Hold, rollout_recorded};
+use lagrangian::shuffle;
 use lagrangian::torque::TorqueParts;
-use lagrangian::trajectory::Signals;
-use lagrangian::trajectory::{EstimateOptions, Layout, csv};
-use lagrangian::{Coordinates, Error, Result, Trajectory};
+use lagrangian::trajectory::csv;
+use lagrangian::{
+    Coordinates, Error, EstimateOptions, Layout, Method, Model, Result, RolloutOptions, Signals,
+    Trajectory,
+};
 
 /// Letters that no model is trained on.
 const TEST: [&str; 3] = ["e", "q", "v"];

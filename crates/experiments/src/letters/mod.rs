@@ -7,9 +7,7 @@ mod noise;
 mod torque;
 
 use anyhow::{Result, anyhow};
-use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::Model;
-use lagrangian::train::{Budget, FitConfig, Learned, Loss};
+use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model};
 use lagrangian_report::Axis;
 
 use crate::harness::failure::Advise;

@@ -2,8 +2,8 @@
 //! step at which each fit is at its best.
 
 use anyhow::Result;
-use lagrangian::dataset::Dataset;
-use lagrangian::train::{NaturalConfig, Optimizer};
+use lagrangian::train::NaturalConfig;
+use lagrangian::{Dataset, Optimizer};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 

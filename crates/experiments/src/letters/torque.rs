@@ -5,16 +5,14 @@
 
 use serde::Serialize;
 
-use lagrangian::Trajectory;
-use lagrangian::dynamics::Model;
-use lagrangian::torque::{TorqueParts, split};
-use lagrangian::trajectory::Signal;
+use lagrangian::torque::{self, TorqueParts};
+use lagrangian::{Model, Signal, Trajectory};
 
 /// The parts that `model` sees in a motion with accelerations; `None` where it has no inverse dynamics, or the motion no
 /// accelerations.
 pub(super) fn parts_of(model: &dyn Model, motion: &Trajectory) -> Option<TorqueParts> {
     let qdd = motion.values(Signal::Qdd)?;
-    split(&mut *model.evaluator(), &motion.q, &motion.qd, qdd)
+    torque::parts(&mut *model.evaluator(), &motion.q, &motion.qd, qdd)
 }
 
 /// Those of the same path, `alpha` times as fast, where nothing rubs.
@@ -100,8 +98,9 @@ pub(super) fn variances(x: &[f64], n: usize) -> Vec<f64> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian::lagrangian::analytic::by_name;
-    use lagrangian::rollout::{RolloutOptions, free, rollout, times};
+    use lagrangian::analytic::by_name;
+    use lagrangian::rollout::{free, times};
+    use lagrangian::{RolloutOptions, rollout};
 
     fn motion(model: &dyn Model) -> Trajectory {
         let times = times(2.0, 0.05).unwrap();

@@ -3,9 +3,7 @@
 mod orbits;
 
 use anyhow::Result;
-use lagrangian::DelanConfig;
-use lagrangian::dataset::random_starts;
-use lagrangian::train::{FitConfig, Loss};
+use lagrangian::{DelanConfig, FitConfig, Loss, random_starts};
 use lagrangian_report::{Axis, Role};
 
 use crate::data::{beyond_delan, column, lagrangian_of};

@@ -4,10 +4,9 @@ mod protocol;
 
 use anyhow::Result;
 use lagrangian::analytic::by_name;
-use lagrangian::neural_ode::Order;
-use lagrangian::train::{
-    AdamConfig, Family, FitConfig, Loss, NaturalConfig, Optimizer, RolloutLoss, Start,
-};
+use lagrangian::models::Order;
+use lagrangian::train::{AdamConfig, NaturalConfig, RolloutLoss, Start};
+use lagrangian::{Family, FitConfig, Loss, Optimizer};
 use lagrangian_report::{Axis, Role};
 
 use crate::families::{self, MakeFamily};

@@ -1,6 +1,6 @@
 //! The models that are compared.
 
-use lagrangian::train::{ForceTerms, Loss};
+use lagrangian::{ForceTerms, Loss};
 use lagrangian_report::Role;
 
 use crate::families::{self, MakeFamily, WIDTH};

@@ -7,10 +7,7 @@ pub(crate) mod premises;
 
 use anyhow::Result;
 use lagrangian::analytic::by_name;
-use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::Model;
-use lagrangian::train::{Budget, FitConfig, Learned};
-use lagrangian::{State, Trajectory};
+use lagrangian::{Budget, Dataset, FitConfig, Learned, Model, State, Trajectory};
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more, neither};

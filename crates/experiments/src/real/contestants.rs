@@ -1,6 +1,7 @@
 //! The models of real machines, and the candidates among which each one's validation samples choose.
 
-use lagrangian::train::{AdamConfig, Family, ForceTerms, Loss, Optimizer};
+use lagrangian::train::AdamConfig;
+use lagrangian::{Family, ForceTerms, Loss, Optimizer};
 use lagrangian_report::Role;
 
 use crate::families;

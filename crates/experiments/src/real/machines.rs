@@ -1,9 +1,9 @@
 //! The machines: which logs are learned from and which are kept.
 
 use anyhow::Result;
-use lagrangian::dataset::split;
-use lagrangian::trajectory::{EstimateOptions, Format, Layout, Recording};
-use lagrangian::{Coordinates, Dataset, Trajectory};
+use lagrangian::{
+    Coordinates, Dataset, EstimateOptions, Format, Layout, Recording, Trajectory, split,
+};
 
 use crate::harness::Lab;
 use crate::harness::failure::Advise;

@@ -5,10 +5,7 @@ mod contestants;
 mod machines;
 
 use anyhow::Result;
-use lagrangian::Trajectory;
-use lagrangian::rollout::RolloutOptions;
-use lagrangian::score::{Score, score};
-use lagrangian::train::{FitConfig, Learned};
+use lagrangian::{FitConfig, Learned, RolloutOptions, Score, Trajectory, score};
 
 use crate::harness::failure::Advise;
 use crate::harness::{Contestant, Experiment, Lab, less, more};

@@ -1,9 +1,11 @@
 //! The models that are compared, with the starts that the validation loss chooses from.
 
-use lagrangian::baseline::MlpConfig;
-use lagrangian::hamiltonian::{HnnConfig, Momenta};
-use lagrangian::lagrangian::{DelanConfig, Form, LnnConfig, SpeedChart};
-use lagrangian::train::{Budget, Family, FitConfig, Loss, NaturalConfig, Optimizer};
+use lagrangian::mechanics::SpeedChart;
+use lagrangian::models::{Form, Momenta};
+use lagrangian::train::NaturalConfig;
+use lagrangian::{
+    Budget, DelanConfig, Family, FitConfig, HnnConfig, LnnConfig, Loss, MlpConfig, Optimizer,
+};
 use lagrangian_report::Role;
 
 use crate::harness::{Contestant, contestant};

@@ -5,15 +5,15 @@ use num_dual::DualNum;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::{
+use lagrangian::analytic::{
     Analytic, AnalyticModel, Parameter, RelativisticParticle, RelativisticParticlePublished,
     System, uniform,
 };
-use lagrangian::lagrangian::{Jet, Lagrangian};
+use lagrangian::mechanics::Jet;
 use lagrangian::train::Samples;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinate, Coordinates, Dataset, Result, State, Topology};
+use lagrangian::{
+    Coordinate, Coordinates, Dataset, Lagrangian, Model, Result, Signals, State, Topology,
+};
 
 /// Which particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

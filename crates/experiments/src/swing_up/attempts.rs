@@ -3,11 +3,8 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::trajectory::Signals;
-use lagrangian::{Result, Trajectory};
+use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::{Dataset, Model, Result, Signals, Trajectory};
 use lagrangian_control::{LoopConfig, LoopOutcome, Machine, Simulation, SwingUp};
 
 /// Time that a swing-up may take, s.

@@ -3,9 +3,7 @@
 mod attempts;
 
 use anyhow::Result;
-use lagrangian::DelanConfig;
-use lagrangian::dynamics::Model;
-use lagrangian::train::{FitConfig, Loss};
+use lagrangian::{DelanConfig, FitConfig, Loss, Model};
 use lagrangian_control::Machine;
 use lagrangian_report::{Axis, Role};
 

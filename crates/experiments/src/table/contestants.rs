@@ -1,13 +1,7 @@
 //! The rows of the table.
 
-use lagrangian::dynamics::Model;
-use lagrangian::hamiltonian::{HnnStructure, Momenta};
-use lagrangian::identify::RigidConfig;
-use lagrangian::integrate::Method;
-use lagrangian::lagrangian::Angles;
-use lagrangian::models::vin::VinConfig;
-use lagrangian::neural_ode::Order;
-use lagrangian::train::{Family, Loss};
+use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
+use lagrangian::{Family, Loss, Method, Model, RigidConfig, VinConfig};
 use lagrangian_report::Role;
 
 use super::measure::{acceleration_error, flow_acceleration_error};

@@ -2,8 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use lagrangian::Result;
-use lagrangian::train::{Checkpoint, Observer, Progress};
+use lagrangian::{Checkpoint, Observer, Progress, Result};
 
 /// A loss on held-back pieces, as a part of that of a model that predicts nothing, above which a fit is far from its end.
 pub(super) const FAR: f64 = 0.1;

@@ -13,7 +13,7 @@ mod page;
 mod task;
 
 use anyhow::Result;
-use lagrangian::train::Budget;
+use lagrangian::Budget;
 
 use crate::harness::failure::mistake;
 use crate::harness::{Contestant, Experiment, Lab};

@@ -1,6 +1,6 @@
 //! The ticks, their thresholds, and what was refused.
 
-use lagrangian::train::Budget;
+use lagrangian::Budget;
 use lagrangian_report::{Axis, Table};
 
 use super::columns::{Column, OWN_ENERGY};

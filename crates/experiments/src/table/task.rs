@@ -5,12 +5,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Lesson, Size};
 use crate::data::{Cut, chunks, with_momenta};
-use lagrangian::lagrangian::analytic::{
+use lagrangian::analytic::{
     ChargedParticle, Chart, DoublePendulum, InChart, Parameter, RelativisticParticle, Rng, System,
     normal, uniform,
 };
-use lagrangian::rollout::RolloutOptions;
-use lagrangian::{Coordinates, Result, State, Trajectory};
+use lagrangian::{Coordinates, Result, RolloutOptions, State, Trajectory};
 
 /// What is to be learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

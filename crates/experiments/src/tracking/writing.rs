@@ -4,12 +4,9 @@
 use std::f64::consts::TAU;
 
 use crate::families;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::by_name;
+use lagrangian::analytic::by_name;
 use lagrangian::rigid::{RigidBodies, example};
-use lagrangian::train::Family;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Error, Result, Trajectory};
+use lagrangian::{Error, Family, Model, Result, Signals, Trajectory};
 use lagrangian_control::online::{
     FeedForwardSource, OnlineConfig, OnlineLearner, Record, RobotChange, TrackingConfig, track,
 };

@@ -6,11 +6,7 @@ use crate::field::{
     DensityConfig, Field, FieldFitConfig, LearnedField, Output, Symmetry, fit, ring_states,
 };
 use anyhow::Result;
-use lagrangian::Trajectory;
-use lagrangian::dataset::{Dataset, split};
-use lagrangian::dynamics::Model;
-use lagrangian::saved::Provenance;
-use lagrangian::train::Budget;
+use lagrangian::{Budget, Dataset, Model, Provenance, Trajectory, split};
 use lagrangian_report::{Axis, HeatMap, Role};
 use serde_json::json;
 

@@ -6,12 +6,12 @@ use crate::field::{
     Chain, Field, Pulse, RingStates, Symmetry, centre_of_pulse, dispersion, kink, kink_position,
     speed_of_motion,
 };
-use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::lagrangian::Lagrangian;
-use lagrangian::rollout::{Outcome, Rollout, RolloutOptions, free, rollout, times};
-use lagrangian::solve::SymmetricSolver;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Result, Trajectory};
+use lagrangian::mechanics::SymmetricSolver;
+use lagrangian::rollout::{free, times};
+use lagrangian::{
+    Evaluator, Lagrangian, Model, Outcome, Result, Rollout, RolloutOptions, Signals, Trajectory,
+    rollout,
+};
 
 /// A field with a known density, its data, and its test.
 #[derive(Debug, Clone)]

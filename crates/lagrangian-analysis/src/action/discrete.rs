@@ -1,7 +1,8 @@
 //! The action of a path by the midpoint rule, its gradient and its Hessian.
 
 use super::tridiagonal::BlockTridiagonal;
-use lagrangian::lagrangian::{Curvature, Jet, Jets, Lagrangian};
+use lagrangian::Lagrangian;
+use lagrangian::mechanics::{Curvature, Jet, Jets};
 
 /// A path on an even grid of time.
 #[derive(Debug, Clone, PartialEq)]

@@ -10,8 +10,7 @@ use super::discrete::{DiscreteAction, Path};
 use super::guess::guess;
 use super::newton::{End, newton};
 use super::stationary::{Grids, StationaryPath, extent};
-use lagrangian::lagrangian::Lagrangian;
-use lagrangian::{Error, Result};
+use lagrangian::{Error, Lagrangian, Result};
 
 /// Settings of a search for stationary paths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

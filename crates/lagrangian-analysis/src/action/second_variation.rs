@@ -2,7 +2,7 @@
 
 use super::discrete::{DiscreteAction, Path};
 use super::tridiagonal::{BlockTridiagonal, Factored};
-use lagrangian::solve::{diagonalise, inverse_root, product};
+use lagrangian::mechanics::{diagonalise, inverse_root, product};
 
 /// Halvings of an interval that holds an eigenvalue.
 const BISECTIONS: usize = 60;

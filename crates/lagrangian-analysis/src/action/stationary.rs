@@ -4,10 +4,8 @@ use serde::Serialize;
 
 use super::discrete::{DiscreteAction, Path};
 use super::second_variation::SecondVariation;
-use lagrangian::Trajectory;
-use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
-use lagrangian::solve::SymmetricSolver;
-use lagrangian::trajectory::Signals;
+use lagrangian::mechanics::{Jet, Jets, SymmetricSolver};
+use lagrangian::{Lagrangian, Signals, Trajectory};
 
 /// Whether a stationary path is a minimum of the action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -2,8 +2,9 @@
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::rollout::{RolloutOptions, free, rollout};
+use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::rollout::free;
+use lagrangian::{RolloutOptions, rollout};
 
 fn oscillator() -> Box<dyn AnalyticModel> {
     by_name("mass-spring", &[("mass", 2.0), ("stiffness", 8.0)]).unwrap() // ω = 2
@@ -295,9 +296,7 @@ fn two_directions_that_meet_at_once_count_twice() {
 #[test]
 fn another_gauge_moves_the_action_and_not_the_path() {
     // B × x/2 against x B: dF/dt with F = −½ e B x y is the difference of two vector potentials.
-    use lagrangian::lagrangian::analytic::{
-        Analytic, ChargedParticle, Domain, Parameter, Rng, System,
-    };
+    use lagrangian::analytic::{Analytic, ChargedParticle, Domain, Parameter, Rng, System};
     use lagrangian::{Coordinates, State};
     #[derive(Clone)]
     struct Landau(ChargedParticle);

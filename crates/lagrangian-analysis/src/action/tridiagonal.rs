@@ -1,6 +1,6 @@
 //! Symmetric block-tridiagonal matrices: H = L D Lᵀ in O(N), its inertia, and systems with it.
 
-use lagrangian::solve::{diagonalise, dot};
+use lagrangian::mechanics::{diagonalise, dot};
 
 /// K blocks of n × n on the diagonal, and blocks between neighbours; the upper block of the last row couples to what
 /// follows and is no part of the matrix.

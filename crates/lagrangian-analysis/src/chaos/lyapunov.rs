@@ -1,9 +1,8 @@
 //! The largest Lyapunov exponent of a motion.
 
-use lagrangian::dynamics::{Evaluator, Model};
 use lagrangian::integrate::{Control, Dop853, Ending, adaptive};
-use lagrangian::rollout::{RolloutOptions, free, rollout};
-use lagrangian::{Error, Result, State};
+use lagrangian::rollout::free;
+use lagrangian::{Error, Evaluator, Model, Result, RolloutOptions, State, rollout};
 
 /// Distance of the neighbour in the state space, in SI units.
 const SEPARATION: f64 = 1e-8;
@@ -52,7 +51,7 @@ impl Lyapunov {
 /// same steps; `options` gives the tolerances of the 8th-order method.
 ///
 /// # Errors
-/// As [`rollout`]; [`Error::Argument`] where the duration is not positive.
+/// As [`rollout()`]; [`Error::Argument`] where the duration is not positive.
 pub fn largest_lyapunov_exponent(
     model: &dyn Model,
     start: &State,
@@ -168,7 +167,7 @@ impl<'a> Pair<'a> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian::lagrangian::analytic::by_name;
+    use lagrangian::analytic::by_name;
 
     #[test]
     fn the_double_pendulum_is_chaotic_where_it_falls_and_regular_where_it_swings_gently() {

@@ -1,9 +1,8 @@
 //! How long predictions stay valid, in Lyapunov times of the true motion.
 
-use lagrangian::dynamics::Model;
-use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout_many};
+use lagrangian::rollout::{free, rollout_many};
 use lagrangian::score::valid_prediction_time;
-use lagrangian::{Result, State};
+use lagrangian::{Model, Result, Rollout, RolloutOptions, State};
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -5,8 +5,7 @@ use serde::Serialize;
 use super::states::States;
 use super::symmetry::Symmetry;
 use lagrangian::Coordinates;
-use lagrangian::lagrangian::Jet;
-use lagrangian::solve::{SymmetricSolver, dot};
+use lagrangian::mechanics::{Jet, SymmetricSolver, dot};
 
 /// The part F of a charge Q = ξ·p − F (theory.md, equation 79).
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -95,7 +94,7 @@ impl Charge {
         let n = coordinates.dof();
         let Some(symmetry) = &self.symmetry else {
             let mut energy = vec![0.0; jet.lagrangian.len()];
-            lagrangian::dynamics::energy(jet, n, qd, &mut energy);
+            lagrangian::mechanics::energy(jet, n, qd, &mut energy);
             return energy;
         };
         let momenta = jet.momentum.chunks_exact(n).zip(rest.chunks_exact(n));

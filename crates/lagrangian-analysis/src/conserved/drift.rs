@@ -4,10 +4,8 @@ use serde::Serialize;
 
 use super::Physics;
 use super::charge::Charge;
-use lagrangian::lagrangian::Jet;
-use lagrangian::solve::dot;
-use lagrangian::trajectory::Signal;
-use lagrangian::{Result, Trajectory};
+use lagrangian::mechanics::{Jet, dot};
+use lagrangian::{Result, Signal, Trajectory};
 
 /// The change of a quantity along motions.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -6,7 +6,7 @@ use super::charge::{function_rates, rate};
 use super::states::States;
 use super::symmetry::Symmetry;
 use lagrangian::Topology;
-use lagrangian::solve::{diagonalise, dot, inverse_root, product};
+use lagrangian::mechanics::{diagonalise, dot, inverse_root, product};
 
 /// A linear direction that is a symmetry.
 #[derive(Debug, Clone, PartialEq, Serialize)]

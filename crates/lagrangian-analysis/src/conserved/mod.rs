@@ -19,10 +19,10 @@ pub use symmetry::{Symmetry, candidates, points_by_name};
 
 use charge::Charge;
 use drift::Forces;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::{Actuation, Dissipation, Lagrangian};
-use lagrangian::rollout::{RolloutOptions, free, rollout};
-use lagrangian::{Error, Result, Trajectory};
+use lagrangian::rollout::free;
+use lagrangian::{
+    Actuation, Dissipation, Error, Lagrangian, Model, Result, RolloutOptions, Trajectory, rollout,
+};
 use states::States;
 
 /// A model, its Lagrangian and its forces.

@@ -1,9 +1,7 @@
 //! The states that symmetries are measured at, with the derivatives of L there.
 
-use lagrangian::dynamics;
-use lagrangian::lagrangian::{Curvature, Jet, Lagrangian};
-use lagrangian::solve::{SymmetricSolver, dot};
-use lagrangian::{Coordinates, Error, Result, Trajectory};
+use lagrangian::mechanics::{Curvature, Jet, SymmetricSolver, dot};
+use lagrangian::{Coordinates, Error, Lagrangian, Result, Trajectory, mechanics as dynamics};
 
 /// States of motions, thinned, with what theory.md (78) to (80) need there; arrays are `[m, n]` or `[m, n, n]`.
 pub(super) struct States {

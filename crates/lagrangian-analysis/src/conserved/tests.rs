@@ -3,7 +3,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rollout::{record_forces, rollout_many, sines, times, with_friction};
 
 fn physics(system: &dyn AnalyticModel) -> Physics<'_> {
@@ -95,7 +95,7 @@ fn two_bodies_in_space_keep_energy_and_two_vectors() {
     let starts: Vec<_> = (0..10)
         .map(|_| {
             let mut state = system.sample_state(&mut rng);
-            let tilt = lagrangian::lagrangian::analytic::uniform(&mut rng, 6, -0.4, 0.4);
+            let tilt = lagrangian::analytic::uniform(&mut rng, 6, -0.4, 0.4);
             state.q.iter_mut().zip(&tilt).for_each(|(q, t)| *q += t);
             state
                 .qd
@@ -217,7 +217,7 @@ fn the_work_of_forces_and_friction_is_taken_off() {
 #[test]
 fn another_gauge_changes_nothing() {
     // L + dG/dt with G = sin(x) y has p and δL of its own.
-    use lagrangian::lagrangian::analytic::{Analytic, Domain, Kepler, Parameter, Rng, System};
+    use lagrangian::analytic::{Analytic, Domain, Kepler, Parameter, Rng, System};
     use lagrangian::{Coordinates, State};
     #[derive(Clone)]
     struct Gauged(Kepler);

@@ -8,9 +8,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use serde::Serialize;
 
 use super::field::{Field, FieldScale, States};
-use lagrangian::Trajectory;
-use lagrangian::dynamics::Model;
-use lagrangian::trajectory::Signal;
+use lagrangian::{Model, Signal, Trajectory};
 
 /// The number of states at which the damping is measured.
 const STATES: usize = 200;
@@ -137,10 +135,9 @@ fn thinned(recordings: &[Trajectory], n: usize) -> [Vec<f64>; 3] {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian::dynamics::Mechanical;
-    use lagrangian::lagrangian::Dissipation;
-    use lagrangian::lagrangian::analytic::by_name;
-    use lagrangian::rollout::{RolloutOptions, rollout, sines, times};
+    use lagrangian::analytic::by_name;
+    use lagrangian::rollout::{sines, times};
+    use lagrangian::{Dissipation, Mechanical, RolloutOptions, rollout};
 
     #[test]
     fn the_damping_that_is_seen_is_the_friction_of_the_joints_whatever_the_mass_matrix_does() {

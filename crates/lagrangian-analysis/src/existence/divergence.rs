@@ -6,9 +6,7 @@
 use serde::Serialize;
 
 use super::field::{Field, FieldScale, States};
-use lagrangian::dynamics::Model;
-use lagrangian::trajectory::Signal;
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::{Coordinates, Model, Signal, Trajectory};
 
 /// A motion returns where the state differs by less than this part of its scale, root mean square.
 const RETURNED: f64 = 0.3;
@@ -145,7 +143,7 @@ mod tests {
     use super::super::tests::{Starts, recordings};
     use super::super::van_der_pol;
     use super::*;
-    use lagrangian::lagrangian::analytic::by_name;
+    use lagrangian::analytic::by_name;
 
     fn of(model: &dyn Model, duration: f64, q: f64, qd: f64) -> Option<Divergence> {
         let recordings = recordings(model, &Starts { duration, q, qd }, 8, 3);

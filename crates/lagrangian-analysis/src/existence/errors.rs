@@ -4,9 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use lagrangian::Trajectory;
-use lagrangian::dynamics::Model;
-use lagrangian::trajectory::Signal;
+use lagrangian::{Model, Signal, Trajectory};
 
 /// Fewer recordings than this are cut into pieces, so that there is something to resample.
 const FEWEST: usize = 8;

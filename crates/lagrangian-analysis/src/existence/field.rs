@@ -1,7 +1,6 @@
 //! Derivatives of a field of accelerations f(q, q̇), of any model.
 
-use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::{Error, Result};
+use lagrangian::{Error, Evaluator, Model, Result};
 
 /// The step of finite differences relative to the scale of a signal, and along the motion relative to the time.
 const STEP: f64 = 1e-4;
@@ -170,9 +169,8 @@ impl<'a> Field<'a> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian::dynamics::Mechanical;
-    use lagrangian::lagrangian::Dissipation;
-    use lagrangian::lagrangian::analytic::by_name;
+    use lagrangian::analytic::by_name;
+    use lagrangian::{Dissipation, Mechanical};
 
     fn scale(n: usize) -> FieldScale {
         FieldScale {

@@ -8,14 +8,12 @@ use rand_chacha::ChaCha8Rng;
 use super::errors::HeldOutErrors;
 use super::parts::Parts;
 use super::survey::SurveyConfig;
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::analytic::normal;
-use lagrangian::lagrangian::{Form, LnnConfig};
-use lagrangian::train::{
-    Family, Fit, FitConfig, ForceTerms, Learned, Loss, Observer, Progress, fit,
+use lagrangian::analytic::normal;
+use lagrangian::models::{Form, Lnn};
+use lagrangian::{
+    Dataset, Family, Fit, FitConfig, ForceTerms, Learned, LnnConfig, Loss, Mechanical, MlpConfig,
+    Model, Observer, Progress, Result, Signals, fit,
 };
-use lagrangian::trajectory::Signals;
-use lagrangian::{Dataset, Lnn, MlpConfig, Result};
 
 /// Fits of a survey at most.
 const MOST: usize = 9;

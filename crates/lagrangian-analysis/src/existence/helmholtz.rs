@@ -9,10 +9,8 @@ use serde::Serialize;
 
 use super::field::{Field, FieldScale};
 use super::matrices::{basis, identity, product, skew_part};
-use lagrangian::dynamics::Model;
-use lagrangian::integrate::Method;
-use lagrangian::rollout::{RolloutOptions, free, rollout, times};
-use lagrangian::{Error, Result, State, Trajectory};
+use lagrangian::rollout::{free, times};
+use lagrangian::{Error, Method, Model, Result, RolloutOptions, State, Trajectory, rollout};
 
 /// Length of a motion in times of [`FieldScale`], and steps of the frame along it; Φ is taken at twice as many.
 const LENGTH: f64 = 6.0;
@@ -35,7 +33,7 @@ pub struct Violation {
 ///
 /// ```
 /// use lagrangian_analysis::existence::{FieldScale, helmholtz};
-/// use lagrangian::lagrangian::analytic::by_name;
+/// use lagrangian::analytic::by_name;
 ///
 /// let pendulum = by_name("double-pendulum", &[])?;
 /// let scale = FieldScale { q: vec![1.0; 2], qd: vec![2.0; 2], time: 0.3 };
@@ -46,7 +44,7 @@ pub struct Violation {
 /// ```
 ///
 /// # Errors
-/// As [`FieldScale::validate`] and [`rollout`]; [`Error::Argument`] for a model that does not move.
+/// As [`FieldScale::validate`] and [`rollout()`]; [`Error::Argument`] for a model that does not move.
 pub fn helmholtz(
     model: &dyn Model,
     starts: &[State],

@@ -1,10 +1,10 @@
 //! The result of a survey as an item of the check of recordings.
 
-use lagrangian::check::Item;
+use lagrangian::Item;
 
 use super::{Existence, Survey};
 
-/// The result of a [`survey`](super::survey()) as an item beside those of [`check`](lagrangian::check::check()).
+/// The result of a [`survey`](super::survey()) as an item beside those of [`check`](lagrangian::check()).
 ///
 /// Recordings without a Lagrangian can be fitted all the same, so it warns and does not fail.
 #[must_use]

@@ -1,7 +1,6 @@
 //! Laws of motion that are given by their accelerations, three of which have no Lagrangian.
 
-use lagrangian::Coordinates;
-use lagrangian::dynamics::{Evaluator, Model};
+use lagrangian::{Coordinates, Evaluator, Model};
 
 /// A law of motion of unit masses, q̈ = a(q, q̇) + τ, as a [`Model`].
 #[derive(Debug, Clone)]

@@ -5,8 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::errors::pieces;
 use super::field::FieldScale;
-use lagrangian::dataset::split;
-use lagrangian::{Coordinates, Dataset, Error, Result, State, Trajectory};
+use lagrangian::{Coordinates, Dataset, Error, Result, State, Trajectory, split};
 
 /// The parts of the recordings that are held out of all fits, and that validate the weights.
 const HELD_OUT: f64 = 0.25;

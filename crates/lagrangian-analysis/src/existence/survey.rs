@@ -10,10 +10,7 @@ use super::fits::Fits;
 use super::helmholtz::{Violation, helmholtz, helmholtz_between};
 use super::parts::Parts;
 use super::verdict::{Conclusion, hidden, unsupported, verdict};
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::LnnConfig;
-use lagrangian::train::{Budget, Observer};
-use lagrangian::{Coordinates, Result, State, Trajectory};
+use lagrangian::{Budget, Coordinates, LnnConfig, Model, Observer, Result, State, Trajectory};
 
 /// Settings of the fits of a survey.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

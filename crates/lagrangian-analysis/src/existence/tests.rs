@@ -1,11 +1,10 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 use super::*;
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::Dissipation;
-use lagrangian::lagrangian::analytic::{by_name, normal};
-use lagrangian::rollout::{RolloutOptions, free, rollout, times};
-use lagrangian::train::Budget;
-use lagrangian::{Coordinates, Error, Trajectory};
+use lagrangian::analytic::{by_name, normal};
+use lagrangian::rollout::{free, times};
+use lagrangian::{
+    Budget, Coordinates, Dissipation, Error, Mechanical, Model, RolloutOptions, Trajectory, rollout,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

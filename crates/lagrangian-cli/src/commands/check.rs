@@ -4,8 +4,8 @@ use std::io::{IsTerminal, stdout};
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::check::{CheckOptions, CheckReport, Item, Verdict};
-use lagrangian::trajectory::{Recording, Sampling};
+use lagrangian::trajectory::Sampling;
+use lagrangian::{CheckOptions, CheckReport, Item, Recording, Verdict};
 use serde_json::{Value, json};
 
 use super::{Manner, existence};

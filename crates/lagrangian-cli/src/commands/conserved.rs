@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::rollout::{RolloutOptions, free, rollout_many, times};
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::{Coordinates, RolloutOptions, Trajectory};
 use lagrangian_analysis::conserved::{
     Conserved, ConservedOptions, Drift, Gauge, Quantity, candidates, conserved, points_by_name,
 };

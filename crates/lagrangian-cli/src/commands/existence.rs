@@ -5,9 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, bail};
-use lagrangian::check::{CheckReport, Item};
-use lagrangian::train::{self, Budget, Observer};
-use lagrangian::trajectory::{EstimateOptions, Recording};
+use lagrangian::{Budget, CheckReport, EstimateOptions, Item, Observer, Recording, train};
 use lagrangian_analysis::existence::{SurveyConfig, check_item, survey};
 
 use super::Manner;

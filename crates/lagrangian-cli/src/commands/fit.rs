@@ -5,14 +5,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use lagrangian::check::{CheckOptions, CheckReport, Verdict};
-use lagrangian::dataset::{Dataset, split};
-use lagrangian::saved::Provenance;
-use lagrangian::train::{
-    self, Checkpoint, Choice, Chosen, Ending, Fit, FitConfig, Learned, Parameter,
+use lagrangian::models::Parameter;
+use lagrangian::train::{self, Choice, Chosen, Ending};
+use lagrangian::trajectory::Sampling;
+use lagrangian::{
+    CheckOptions, CheckReport, Checkpoint, Coordinates, Dataset, Estimate, EstimateOptions, Fit,
+    FitConfig, Learned, Provenance, Recording, Trajectory, Verdict, split,
 };
-use lagrangian::trajectory::{Estimate, EstimateOptions, Recording, Sampling};
-use lagrangian::{Coordinates, Trajectory};
 use lagrangian_report::draw;
 use serde_json::json;
 

@@ -4,10 +4,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::dynamics::Model;
-use lagrangian::rollout::{self, Outcome, Rollout, free};
+use lagrangian::rollout::{self, free};
 use lagrangian::score::predict;
-use lagrangian::trajectory::EstimateOptions;
+use lagrangian::{EstimateOptions, Model, Outcome, Rollout};
 use serde_json::json;
 
 use super::Manner;

@@ -3,9 +3,8 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::dynamics::Model;
-use lagrangian::score::{Score, SignalError, score};
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::score::SignalError;
+use lagrangian::{Coordinates, Model, Score, Trajectory, score};
 use serde_json::json;
 
 use super::Manner;

@@ -3,12 +3,11 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::dynamics::momenta;
-use lagrangian::lagrangian::Dissipation;
-use lagrangian::lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
+use lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
+use lagrangian::mechanics::momenta;
 use lagrangian::rigid::RigidBodies;
-use lagrangian::rollout::{self, Outcome, Rollout, rollout_many};
-use lagrangian::{State, Trajectory};
+use lagrangian::rollout::{self, rollout_many};
+use lagrangian::{Dissipation, Outcome, Rollout, State, Trajectory};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde::Serialize;
@@ -255,7 +254,7 @@ fn list(manner: Manner) -> Result<ExitCode> {
     if manner.json {
         let parameter =
             |p: &Parameter| json!({ "name": p.name, "unit": p.unit, "default": p.value });
-        let entry = |e: &lagrangian::lagrangian::analytic::SystemEntry| {
+        let entry = |e: &lagrangian::analytic::SystemEntry| {
             let parameters: Vec<_> = e.parameters.iter().map(parameter).collect();
             json!({ "name": e.name, "about": e.about, "parameters": parameters })
         };

@@ -3,9 +3,8 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::dynamics::Model;
 use lagrangian::torque::{TorquePrediction, TorqueSummary, predict_torque, summarise, table};
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::{Coordinates, Model, Trajectory};
 use lagrangian_report::draw;
 use lagrangian_report::{Report, Table, torque_parts};
 use serde_json::json;

@@ -1,9 +1,6 @@
 //! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
 
-use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::rollout::Rollout;
-use lagrangian::trajectory::Signal;
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::{Coordinates, Evaluator, Model, Rollout, Signal, Trajectory};
 use lagrangian_report::{
     Animation, Curve, Figure, Motion, Pairs, Panel, Role, energy_error_over_time, loss_curves,
     parity, phase_portrait, trajectories,

@@ -7,11 +7,8 @@ use std::path::Path;
 
 use anyhow::Result;
 use figures::Followed;
-use lagrangian::Trajectory;
-use lagrangian::check::CheckReport;
-use lagrangian::dynamics::Model;
-use lagrangian::score::{Score, SignalError, predict_all, score_predictions};
-use lagrangian::train::Learned;
+use lagrangian::score::{SignalError, predict_all, score_predictions};
+use lagrangian::{CheckReport, Learned, Model, Score, Trajectory};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Headline, Report, Role};
 

@@ -1,10 +1,8 @@
 //! The tables of a run's page.
 
-use lagrangian::check::{Item, Verdict};
-use lagrangian::dynamics::Model;
-use lagrangian::rollout::Outcome;
-use lagrangian::score::{Score, SignalError};
+use lagrangian::score::SignalError;
 use lagrangian::train::Choice;
+use lagrangian::{Item, Model, Outcome, Score, Verdict};
 use lagrangian_report::Table;
 use lagrangian_report::draw::short;
 
@@ -72,7 +70,7 @@ fn rows(run: &Run, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String
 
 /// What was learned that has a name and a unit.
 fn parameters(run: &Run) -> Table {
-    let row = |p: lagrangian::train::Parameter| {
+    let row = |p: lagrangian::models::Parameter| {
         let error = p.standard_error.map(|e| format!(" ± {}", short(e)));
         let value = format!("{}{}", short(p.value), error.unwrap_or_default());
         vec![p.name, value, p.unit]

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::ReplayConfig;
-use lagrangian::train::{Family, FitConfig, ForceTerms, Loss, NaturalConfig, Optimizer};
-use lagrangian::{DelanConfig, Error, Result};
+use lagrangian::train::NaturalConfig;
+use lagrangian::{DelanConfig, Error, Family, FitConfig, ForceTerms, Loss, Optimizer, Result};
 
 /// Settings of an online learner.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

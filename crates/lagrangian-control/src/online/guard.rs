@@ -1,7 +1,7 @@
 //! The test that a model must pass before a controller uses it.
 
-use lagrangian::dynamics::{Evaluation, Model};
-use lagrangian::solve::{Regularity, SymmetricSolver};
+use lagrangian::mechanics::{Regularity, SymmetricSolver};
+use lagrangian::{Evaluation, Model};
 
 /// Tests models at probe states: torques must be finite and, for a Lagrangian, M positive definite.
 #[derive(Debug, Clone, Default)]

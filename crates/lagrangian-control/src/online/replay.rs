@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Sample;
 use lagrangian::train::Samples;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Error, Result};
+use lagrangian::{Error, Result, Signals};
 
 /// Settings of a [`Replay`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

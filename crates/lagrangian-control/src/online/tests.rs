@@ -3,10 +3,9 @@
 
 use super::*;
 use crate::{Desired, Gains, LoopConfig, LoopOutcome, Reference};
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rollout::times;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::{Coordinates, Signals, Trajectory};
 
 fn arm(payload: f64) -> Box<dyn AnalyticModel> {
     by_name("two-link-arm", &[("payload", payload)]).unwrap()
@@ -187,14 +186,12 @@ fn a_learner_that_diverges_goes_back_to_the_last_good_model_and_says_so() {
 
 #[test]
 fn the_guard_lets_no_indefinite_mass_matrix_pass() {
-    use lagrangian::lagrangian::analytic::{Analytic, System};
+    use lagrangian::analytic::{Analytic, System};
     let arm = arm(0.0);
     let guard = Guard::new(2, vec![0.1, 0.2, 1.0, -2.0], vec![0.0; 4]);
     assert!(guard.objection(&*arm).is_none());
     // A pendulum of negative mass, which the table of systems would refuse.
-    let wrong = Analytic::new(lagrangian::lagrangian::analytic::Pendulum::new(&[
-        -1.0, 1.0, 9.8,
-    ]));
+    let wrong = Analytic::new(lagrangian::analytic::Pendulum::new(&[-1.0, 1.0, 9.8]));
     let guard = Guard::new(1, vec![0.1], vec![0.0]);
     assert!(guard.objection(&wrong).unwrap().contains("definite"));
 }

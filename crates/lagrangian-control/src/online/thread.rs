@@ -8,8 +8,7 @@ use std::time::Duration;
 use super::ring::{Reader, Writer, ring};
 use super::slot::{Publisher, Subscriber, slot};
 use super::{Differentiator, OnlineLearner, Record};
-use lagrangian::train::Learned;
-use lagrangian::{Error, Result};
+use lagrangian::{Error, Learned, Result};
 
 /// A learner on its thread, and the two ends that the control loop holds.
 pub struct OnlineThread {

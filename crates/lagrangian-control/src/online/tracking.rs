@@ -8,9 +8,7 @@ use super::{OnlineLearner, Record, spawn};
 use crate::{
     Controller, Driven, FeedForward, Gains, LoopConfig, LoopOutcome, Pd, Reference, Simulation,
 };
-use lagrangian::dynamics::Model;
-use lagrangian::train::Learned;
-use lagrangian::{Error, Result, State};
+use lagrangian::{Error, Learned, Model, Result, State};
 
 /// The source of the feed-forward torque.
 pub enum FeedForwardSource<'a> {

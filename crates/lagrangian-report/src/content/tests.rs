@@ -6,8 +6,7 @@
 
 use std::f64::consts::PI;
 
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::{Coordinates, Signals, Trajectory};
 
 use super::*;
 

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::lagrangian::analytic::by_name;
-use lagrangian::rollout::{RolloutOptions, rollout, times};
-use lagrangian::{Coordinates, Trajectory};
+use lagrangian::analytic::by_name;
+use lagrangian::rollout::times;
+use lagrangian::{Coordinates, RolloutOptions, Trajectory, rollout};
 
 use crate::{
     Animation, Command, Curve, Figure, Headline, Motion, Pairs, Panel, Report, Role, Series, Table,

@@ -3,8 +3,7 @@
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-use lagrangian::Trajectory;
-use lagrangian::trajectory::Signals;
+use lagrangian::{Signals, Trajectory};
 
 use super::demo::{demo, headline, swing};
 use super::*;

@@ -1,9 +1,7 @@
 //! Numbers that have no structure to learn: what they are does not matter for the time of a step.
 
-use lagrangian::dataset::Dataset;
 use lagrangian::train::Samples;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, Result};
+use lagrangian::{Coordinates, Dataset, Result, Signals};
 
 /// Numbers between −`size` and `size`, smooth and without structure.
 pub(crate) fn wave(len: usize, frequency: f64, size: f64) -> Vec<f64> {

@@ -1,7 +1,8 @@
 //! Networks of two hidden layers with random weights, and how many weights their matrices have.
 
-use lagrangian::lagrangian::{Delan, DelanConfig, Lnn, LnnConfig, Scaling};
-use lagrangian::{Coordinates, Mechanical};
+use lagrangian::mechanics::Scaling;
+use lagrangian::models::{Delan, Lnn};
+use lagrangian::{Coordinates, DelanConfig, LnnConfig, Mechanical};
 
 use super::expect;
 

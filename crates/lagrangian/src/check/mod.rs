@@ -126,36 +126,30 @@ impl CheckReport {
     }
 }
 
-/// Looks at recordings before they are fitted. It never fails itself: whatever is wrong is an item.
-///
-/// # Example
-/// ```
-/// use lagrangian::check::{check, Verdict};
-/// use lagrangian::trajectory::{Format, Layout};
-/// // q̇ in degrees per second, q in radians.
-/// let rows: String = (0..200).map(|k| f64::from(k) * 0.02)
-///     .map(|t| format!("{t},{},{}\n", t.sin(), t.cos().to_degrees())).collect();
-/// let file = std::io::Cursor::new(format!("t,q1,qd1\n{rows}"));
-/// let report = check(&Format::Csv.read(file, "swing", &Layout::default())?.recordings);
-/// assert!(!report.passed());
-/// assert!(report.items.iter().any(|i| i.verdict == Verdict::Fail && i.finding.contains("degrees")));
-/// # Ok::<(), lagrangian::Error>(())
-/// ```
-#[must_use]
-pub fn check(recordings: &[Recording]) -> CheckReport {
-    check_with(recordings, &CheckOptions::default())
-}
-
-/// How the check looks.
+/// Options of [`check`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CheckOptions {
     /// Window of the filter for motion and forces, s, that a fit will use; chosen from the data where there is none.
     pub filter: Option<f64>,
 }
 
-/// As [`check`], with options.
+/// Looks at recordings before they are fitted. It never fails itself: whatever is wrong is an item.
+///
+/// # Example
+/// ```
+/// use lagrangian::{CheckOptions, Format, Layout, Verdict, check};
+/// // q̇ in degrees per second, q in radians.
+/// let rows: String = (0..200).map(|k| f64::from(k) * 0.02)
+///     .map(|t| format!("{t},{},{}\n", t.sin(), t.cos().to_degrees())).collect();
+/// let file = std::io::Cursor::new(format!("t,q1,qd1\n{rows}"));
+/// let recordings = Format::Csv.read(file, "swing", &Layout::default())?.recordings;
+/// let report = check(&recordings, &CheckOptions::default());
+/// assert!(!report.passed());
+/// assert!(report.items.iter().any(|i| i.verdict == Verdict::Fail && i.finding.contains("degrees")));
+/// # Ok::<(), lagrangian::Error>(())
+/// ```
 #[must_use]
-pub fn check_with(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
+pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     let mut items = vec![
         length(recordings),
         coverage::coverage(recordings),

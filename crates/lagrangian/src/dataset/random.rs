@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::Dataset;
-use crate::lagrangian::analytic::AnalyticModel;
+use crate::mechanics::analytic::AnalyticModel;
 use crate::train::Samples;
 use crate::trajectory::Signals;
 use crate::{Result, State};

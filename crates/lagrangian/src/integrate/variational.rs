@@ -1,8 +1,8 @@
 //! Variational integrators: methods that discretise the action, not the equation of motion.
 
 use super::Failure;
-use crate::dynamics::Slopes;
-use crate::solve::{Regularity, SymmetricSolver};
+use crate::mechanics::dynamics::Slopes;
+use crate::mechanics::solve::{Regularity, SymmetricSolver};
 
 /// A Lagrangian with its forces: (t, q, v, slopes), which writes the slopes.
 pub type Mechanics<'a> = dyn FnMut(f64, &[f64], &[f64], &mut Slopes) + 'a;

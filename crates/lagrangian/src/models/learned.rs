@@ -8,8 +8,9 @@ use serde_json::Value;
 
 use super::FAMILIES;
 use super::named::{Named, Parameter};
-use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::lagrangian::{Actuation, Dissipation, Lagrangian, Sum};
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::lagrangian::{Lagrangian, Sum};
 use crate::rigid::{RigidBodies, RobotShape};
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
 use crate::{Coordinates, Result};
@@ -292,7 +293,7 @@ impl Learned {
         (&*self.0 as &dyn Any).downcast_ref()
     }
 
-    /// The Lagrangian that was learned, if it is one of type `L`, such as [`Lnn`](crate::Lnn).
+    /// The Lagrangian that was learned, if it is one of type `L`, such as [`Lnn`](crate::models::Lnn).
     #[must_use]
     pub fn lagrangian_as<L: LearnedLagrangian + Clone>(&self) -> Option<&L> {
         self.downcast_ref::<Mechanical<L>>()

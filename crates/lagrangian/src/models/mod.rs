@@ -6,27 +6,35 @@
 //! | `family.rs` | what it can be fitted to, how it is prepared for training, how it is saved |
 //! | `learner.rs` | its residuals and their derivatives |
 
-pub mod delan;
+pub(crate) mod delan;
 mod family;
-pub mod features;
-pub mod hnn;
+pub(crate) mod features;
+pub(crate) mod hnn;
 mod learned;
-pub mod lnn;
-pub mod mlp;
+pub(crate) mod lnn;
+pub(crate) mod mlp;
 mod named;
-pub mod neural_ode;
-pub mod rigid;
+pub(crate) mod neural_ode;
+pub(crate) mod rigid;
 mod settings;
 mod setup;
-pub mod vin;
+pub(crate) mod vin;
 
+pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub use family::{Abilities, Entry, Family, Plan, Solution, Solve, Training};
 pub(crate) use family::{Residuals, Trainable};
-pub use hnn::Momenta;
+pub use features::{FeatureLagrangian, FeaturesConfig};
+pub use hnn::{Hnn, HnnConfig, HnnStructure, Momenta};
 pub(crate) use learned::WEIGHTS;
 pub use learned::{Description, FittedForces, FittedModel, Learned, LearnedLagrangian, Stored};
-pub use lnn::LnnConfig;
+pub use lnn::{Form, Lnn, LnnConfig};
+pub use mlp::{Direction, Mlp, MlpConfig};
 pub use named::Parameter;
+pub use neural_ode::{NeuralOde, NeuralOdeConfig, Order};
+pub use rigid::chain::{Identified, Rigid, identify};
+pub use rigid::robot::IdentifiedRobot;
+pub use rigid::{Angles, RigidChain, RigidConfig};
+pub use vin::VinConfig;
 
 /// All families, in the order in which they are offered.
 pub const FAMILIES: &[Entry] = &[

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::learned::FittedForces;
 use crate::Coordinates;
-use crate::lagrangian::{Actuation, Dissipation};
+use crate::mechanics::forces::{Actuation, Dissipation};
 
 /// A parameter with a meaning: a coefficient of friction, an offset, a gain, an inertia.
 #[derive(Debug, Clone, PartialEq, Serialize)]

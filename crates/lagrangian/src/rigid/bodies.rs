@@ -4,8 +4,9 @@ use super::dynamics::RigidDynamics;
 use super::spatial::{Inertia, Vec3, transposed, turn};
 use super::tree::Tree;
 use super::urdf::{Description, unusable};
-use crate::dynamics::{Evaluator, Model};
-use crate::lagrangian::{Dissipation, Jets, Lagrangian};
+use crate::mechanics::dynamics::{Evaluator, Model};
+use crate::mechanics::forces::Dissipation;
+use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
 
 /// Gravity where nothing else is said, m/s².
@@ -18,7 +19,7 @@ pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// −o q. Friction is no part of a Lagrangian: [`RigidBodies::dissipation`] has that of the description.
 ///
 /// ```
-/// use lagrangian::dynamics::{Evaluator, Model};
+/// use lagrangian::{Evaluator, Model};
 /// use lagrangian::rigid::{self, RigidBodies};
 ///
 /// let arm = RigidBodies::from_urdf(rigid::example("two_link_arm").unwrap_or_default())?;

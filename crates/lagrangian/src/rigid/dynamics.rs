@@ -4,9 +4,9 @@
 use super::bodies::RigidBodies;
 use super::spatial::{Frame, Inertia, Twist, Vec3, Wrench, add, cross, dot, scale, turn};
 use super::tree::Body;
-use crate::dynamics::Evaluator;
-use crate::lagrangian::{Jet, Jets};
-use crate::solve::{Regularity, SymmetricSolver};
+use crate::mechanics::dynamics::Evaluator;
+use crate::mechanics::lagrangian::{Jet, Jets};
+use crate::mechanics::solve::{Regularity, SymmetricSolver};
 
 /// What a sweep knows of one body.
 #[derive(Debug, Clone, Copy)]

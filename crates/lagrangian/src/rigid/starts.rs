@@ -4,8 +4,8 @@ use rand::{Rng, RngExt};
 
 use super::bodies::RigidBodies;
 use crate::State;
-use crate::lagrangian::Lagrangian;
-use crate::lagrangian::analytic::AnalyticModel;
+use crate::mechanics::analytic::AnalyticModel;
+use crate::mechanics::lagrangian::Lagrangian;
 
 /// The fastest joint of a random state, rad/s or m/s.
 const SPEED: f64 = 2.0;

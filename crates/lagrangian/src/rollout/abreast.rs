@@ -5,8 +5,8 @@ use std::cell::RefCell;
 use super::round::Round;
 use super::{Force, Known, Rollout, RolloutOptions, record};
 use crate::State;
-use crate::dynamics::Model;
 use crate::integrate::{Ending, Rk4, fixed};
+use crate::mechanics::dynamics::Model;
 
 /// Rolls a group out together by the Runge–Kutta method of order 4. `None` where not all of them came to their last
 /// time, or began: then each goes its own way.

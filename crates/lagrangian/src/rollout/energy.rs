@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Rollout;
 use crate::Trajectory;
-use crate::dynamics::Model;
+use crate::mechanics::dynamics::Model;
 
 /// How well free rollouts keep the true energy.
 #[derive(Debug, Clone, PartialEq, Serialize)]

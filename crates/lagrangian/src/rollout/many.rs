@@ -4,10 +4,9 @@ use rayon::prelude::*;
 
 use super::round::Round;
 use super::{Force, Known, Rollout, RolloutOptions, abreast, check, record, rollout};
-use crate::dynamics::{Evaluator, Model};
 use crate::integrate::adaptive::Stepper;
-use crate::integrate::{Dop853, Dopri5, EmbeddedPair, Method};
-use crate::integrate::{Ending, Failure};
+use crate::integrate::{Dop853, Dopri5, EmbeddedPair, Ending, Failure, Method};
+use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::{Result, State};
 
 /// Rollouts that share evaluations at most: as many samples as a network takes in one block.

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Force, Rollout, RolloutOptions, Run, check};
-use crate::dynamics::Model;
 use crate::integrate::Ending;
+use crate::mechanics::dynamics::Model;
 use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Trajectory};
 

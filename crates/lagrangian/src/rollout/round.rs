@@ -1,7 +1,7 @@
 //! The evaluations that several rollouts ask for at one time, as one batch.
 
 use super::{Force, Known};
-use crate::dynamics::{Evaluator, Model};
+use crate::mechanics::dynamics::{Evaluator, Model};
 
 /// A batch of states, a row each, and their rates.
 pub(super) struct Round<'a> {

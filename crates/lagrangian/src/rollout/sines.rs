@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::lagrangian::Dissipation;
+use crate::mechanics::forces::Dissipation;
 use crate::trajectory::{Signals, Trajectory};
 
 /// Frequencies of the sines, Hz.
@@ -68,7 +68,7 @@ pub fn record_forces(
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::lagrangian::analytic::by_name;
+    use crate::mechanics::analytic::by_name;
     use crate::rollout::{RolloutOptions, rollout, times};
 
     #[test]

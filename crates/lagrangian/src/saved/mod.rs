@@ -18,8 +18,8 @@ use std::io::{Read, Write};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::dynamics::Mechanical;
-use crate::lagrangian::Lagrangian;
+use crate::mechanics::dynamics::Mechanical;
+use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::WEIGHTS;
 use crate::{Coordinates, Error, Result};
 
@@ -102,8 +102,8 @@ struct Envelope {
 /// A model as it is stored: what it is, and its weights by name.
 ///
 /// ```
-/// use lagrangian::saved::{Header, Provenance, SavedModel, Tensor};
-/// use lagrangian::Coordinates;
+/// use lagrangian::{Coordinates, Provenance, SavedModel};
+/// use lagrangian::saved::{Header, Tensor};
 ///
 /// let header = Header {
 ///     family: "lnn".into(),

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::lagrangian::{Actuation, Dissipation, Stribeck};
+use crate::mechanics::forces::{Actuation, Dissipation, Stribeck};
 use crate::settings::{Named, Values, named};
 use crate::{Error, Result};
 

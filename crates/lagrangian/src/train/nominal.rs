@@ -2,8 +2,8 @@
 
 use super::learner::{At, Work};
 use crate::dataset::Dataset;
-use crate::dynamics::Model;
-use crate::lagrangian::Lagrangian;
+use crate::mechanics::dynamics::Model;
+use crate::mechanics::lagrangian::Lagrangian;
 use crate::rigid::RigidBodies;
 use crate::train::Samples;
 use crate::trajectory::Signals;

@@ -11,14 +11,15 @@ use super::natural::{Natural, NaturalConfig, StepSize};
 use super::network::{Batches, NetworkMemory};
 use super::positions::PositionsLearner;
 use super::problem::{Batch, LeastSquares};
-use crate::baseline::{MlpConfig, MlpShape};
-use crate::lagrangian::{
-    DelanConfig, DelanShape, Form, Inertia, LnnConfig, LnnShape, Scaling, SpeedChart, Trunks,
-};
+use crate::mechanics::lagrangian::{DelanShape, LnnShape, Scaling, SpeedChart};
 use crate::models::delan::learner::DelanLearner;
+use crate::models::delan::points::DelanPoints;
+use crate::models::delan::{DelanConfig, Inertia, Trunks};
 use crate::models::lnn::learner::LnnLearner;
+use crate::models::lnn::points::LnnPoints;
+use crate::models::lnn::{Form, LnnConfig};
 use crate::models::mlp::learner::MlpLearner;
-use crate::models::{delan::points::DelanPoints, lnn::points::LnnPoints};
+use crate::models::mlp::{MlpConfig, MlpShape};
 use crate::rigid::{self, RigidBodies};
 use crate::trajectory::Signals;
 use crate::{Coordinates, Topology};

@@ -19,7 +19,7 @@ impl Recording {
     ///
     /// # Example
     /// ```
-    /// use lagrangian::trajectory::{Format, Layout};
+    /// use lagrangian::{Format, Layout};
     /// let rows: String = (0..9).map(|k| format!("{k},0,{}\n", 10 * k)).collect();
     /// let file = std::io::Cursor::new(format!("t,q1,tau1\n{rows}"));
     /// let recording = Format::Csv.read(file, "ramp", &Layout::default())?.recordings.remove(0);

@@ -94,7 +94,7 @@ impl Layout {
     /// Reads the small TOML file that may stand beside the data.
     ///
     /// ```
-    /// let layout = lagrangian::trajectory::Layout::from_toml(r#"
+    /// let layout = lagrangian::Layout::from_toml(r#"
     ///     angle = ["theta"]            # or "all"
     ///     degrees = true
     ///     [columns]

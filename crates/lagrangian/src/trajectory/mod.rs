@@ -70,7 +70,7 @@ impl Trajectory {
     /// The motion with these signals at the times `t`.
     ///
     /// ```
-    /// use lagrangian::trajectory::{Signals, Trajectory};
+    /// use lagrangian::{Signals, Trajectory};
     /// let signals = Signals { q: vec![0.0, 0.1], qd: vec![1.0, 1.0], ..Signals::default() };
     /// let glide = Trajectory::new("glide", vec![0.0, 0.1], signals);
     /// assert_eq!((glide.len(), glide.dof()), (2, 1));

@@ -214,7 +214,7 @@ impl Recording {
     ///
     /// # Example
     /// ```
-    /// use lagrangian::trajectory::{Format, Layout, EstimateOptions};
+    /// use lagrangian::{EstimateOptions, Format, Layout};
     /// let text: String = (0..50).map(|k| f64::from(k) * 0.02).map(|t| format!("{t},{}\n", t.sin())).collect();
     /// let file = std::io::Cursor::new(format!("t,q1\n{text}"));
     /// let recording = Format::Csv.read(file, "swing", &Layout::default())?.recordings.remove(0);

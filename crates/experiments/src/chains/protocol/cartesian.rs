@@ -1,7 +1,7 @@
 //! Between the angles of a chain and the positions of its masses.
 
 use lagrangian::State;
-use lagrangian::solve::{SymmetricSolver, dot};
+use lagrangian::mechanics::{SymmetricSolver, dot};
 
 /// Gauss–Newton steps at most; a disturbed state needs five or so.
 const STEPS: usize = 50;

@@ -6,10 +6,9 @@ use serde::Serialize;
 
 use super::{INTERVAL, RESTART, SAMPLES, STEPS, cartesian, chain, on_the_rods, options, samples};
 use crate::data::{Cut, chunks, with_momenta};
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::{Chart, normal};
-use lagrangian::rollout::{Rollout, free, rollout_many, times};
-use lagrangian::{Result, State};
+use lagrangian::analytic::{Chart, normal};
+use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::{Model, Result, Rollout, State};
 
 /// Added to every error, so that its logarithm exists.
 const LEAST: f64 = 1e-8;

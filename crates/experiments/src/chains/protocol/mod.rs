@@ -17,9 +17,8 @@ pub(crate) use error::{Score, floor, motions, predictions, score, test_starts};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use lagrangian::lagrangian::analytic::{Chart, InChart, NLinkPendulum, Rng, normal};
-use lagrangian::rollout::RolloutOptions;
-use lagrangian::{Error, Result, State};
+use lagrangian::analytic::{Chart, InChart, NLinkPendulum, Rng, normal};
+use lagrangian::{Error, Result, RolloutOptions, State};
 
 /// Time between two samples, s.
 pub(crate) const INTERVAL: f64 = 0.1;

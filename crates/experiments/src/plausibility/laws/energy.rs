@@ -1,9 +1,8 @@
 //! What a model makes of energy: its balance under forces, and its drift without.
 
 use super::{Row, States, derivative, dot, root_mean_square};
-use lagrangian::dynamics::Model;
-use lagrangian::rollout::{RolloutOptions, free, rollout_many, times};
-use lagrangian::{Result, State, Trajectory};
+use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::{Model, Result, RolloutOptions, State, Trajectory};
 
 /// Length of a free motion and time between its samples, s.
 const DURATION: f64 = 10.0;

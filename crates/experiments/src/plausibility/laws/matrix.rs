@@ -3,7 +3,7 @@
 use faer::{Mat, Side};
 
 use super::{Row, dot};
-use lagrangian::dynamics::Evaluator;
+use lagrangian::Evaluator;
 
 /// Step of the differences over torques, N·m.
 const TORQUE: f64 = 1e-3;

@@ -14,9 +14,8 @@ mod matrix;
 use serde::Serialize;
 
 use energy::{balance, drifts};
-use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::solve::dot;
-use lagrangian::{Result, State, Trajectory};
+use lagrangian::mechanics::dot;
+use lagrangian::{Evaluator, Model, Result, State, Trajectory};
 use matrix::Matrix;
 
 /// How far a model is from each law. Powers are root mean squares over the states, as parts of that of τ·q̇.
@@ -167,8 +166,9 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
     use crate::plausibility::premises::Premise;
-    use lagrangian::lagrangian::{Lnn, LnnConfig, Scaling};
-    use lagrangian::{Coordinates, Mlp, MlpConfig};
+    use lagrangian::mechanics::Scaling;
+    use lagrangian::models::{Lnn, Mlp};
+    use lagrangian::{Coordinates, LnnConfig, MlpConfig};
 
     fn starts() -> Vec<State> {
         vec![State::new(vec![0.5, -0.4], vec![0.0, 0.0])]

@@ -3,7 +3,7 @@
 use num_dual::DualNum;
 use rand::Rng;
 
-use lagrangian::lagrangian::analytic::{Parameter, System, uniform};
+use lagrangian::analytic::{Parameter, System, uniform};
 use lagrangian::{Coordinates, State};
 
 /// Mass at the end of each link, kg, length of a link, m, gravity, m/s², and inertia of a rotor at its joint, kg·m².

@@ -4,9 +4,8 @@
 use num_dual::DualNum;
 use rand::Rng;
 
-use lagrangian::lagrangian::analytic::{Parameter, System, uniform};
-use lagrangian::trajectory::{Coordinate, Topology};
-use lagrangian::{Coordinates, State};
+use lagrangian::analytic::{Parameter, System, uniform};
+use lagrangian::{Coordinate, Coordinates, State, Topology};
 
 /// Mass, kg, inertia about the centre of mass, kg·m², and how far behind it the blade stands, m.
 const MASS: f64 = 2.0;

@@ -2,11 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::dynamics::Model;
-use lagrangian::integrate::Method;
-use lagrangian::rollout::{Hold, RolloutOptions, rollout_recorded};
-use lagrangian::trajectory::Signal;
-use lagrangian::{Result, Trajectory};
+use lagrangian::rollout::{Hold, rollout_recorded};
+use lagrangian::{Method, Model, Result, RolloutOptions, Signal, Trajectory};
 
 /// Root mean square over samples and coordinates of the recorded torque less the model's, N·m; `None` where it has no
 /// inverse dynamics or nothing is recorded.

@@ -19,12 +19,11 @@ mod misfit;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use lagrangian::dynamics::Model;
-use lagrangian::integrate::Method;
-use lagrangian::lagrangian::analytic::Analytic;
-use lagrangian::rollout::{Force, RolloutOptions, rollout, times};
-use lagrangian::trajectory::Signals;
-use lagrangian::{Coordinates, Result, Trajectory};
+use lagrangian::analytic::Analytic;
+use lagrangian::rollout::{Force, times};
+use lagrangian::{
+    Coordinates, Method, Model, Result, RolloutOptions, Signals, Trajectory, rollout,
+};
 
 pub(crate) use arm::Arm;
 use arm::Geared;

@@ -1,9 +1,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 use super::*;
 use crate::existence::{LawOfMotion, active_particle, curl_force};
-use lagrangian::dynamics::Mechanical;
-use lagrangian::lagrangian::Dissipation;
-use lagrangian::lagrangian::analytic::by_name;
+use lagrangian::analytic::by_name;
+use lagrangian::{Dissipation, Mechanical};
 
 fn unit(n: usize, time: f64) -> FieldScale {
     FieldScale {

@@ -1,14 +1,9 @@
 //! What the demo measures: energy over long rollouts and valid prediction times, of both models and of the truth.
 
 use anyhow::Result;
-use lagrangian::State;
-use lagrangian::dataset::random_starts;
-use lagrangian::dynamics::Model;
-use lagrangian::integrate::Method;
-use lagrangian::lagrangian::analytic::AnalyticModel;
-use lagrangian::rollout::{
-    EnergyTest, Rollout, RolloutOptions, energy_test, free, rollout_many, times,
-};
+use lagrangian::analytic::AnalyticModel;
+use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
+use lagrangian::{Method, Model, Rollout, RolloutOptions, State, random_starts};
 use lagrangian_analysis::chaos::{
     Predictability, ValidTimes, predictability, restarted, valid_times,
 };

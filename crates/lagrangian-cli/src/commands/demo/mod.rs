@@ -10,13 +10,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use lagrangian::baseline::MlpConfig;
-use lagrangian::dataset::Dataset;
-use lagrangian::dataset::random_states;
-use lagrangian::lagrangian::LnnConfig;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::saved::Provenance;
-use lagrangian::train::{self, Budget, Ending, Family, Fit, FitConfig, Loss};
+use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::train::{self, Ending};
+use lagrangian::{
+    Budget, Dataset, Family, Fit, FitConfig, LnnConfig, Loss, MlpConfig, Provenance, random_states,
+};
 use serde_json::json;
 
 use super::Manner;

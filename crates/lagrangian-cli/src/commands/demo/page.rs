@@ -1,11 +1,9 @@
 //! The page of the demo.
 
 use anyhow::Result;
-use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::AnalyticModel;
-use lagrangian::rollout::energy_error;
-use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout, times};
+use lagrangian::analytic::AnalyticModel;
+use lagrangian::rollout::{energy_error, free, times};
+use lagrangian::{Dataset, Model, Rollout, RolloutOptions, rollout};
 use lagrangian_analysis::chaos::ValidTimes;
 use lagrangian_report::draw::short;
 use lagrangian_report::{

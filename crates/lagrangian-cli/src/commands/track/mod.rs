@@ -6,8 +6,7 @@ mod truth;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::Model;
-use lagrangian::train::Learned;
+use lagrangian::{Learned, Model};
 use lagrangian_control::{
     ControlLaw, Followed, Gains, LoopConfig, LoopOutcome, Reference, Sensors, follow, inertia_along,
 };

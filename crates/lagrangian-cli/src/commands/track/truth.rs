@@ -3,10 +3,9 @@
 use std::path::Path;
 
 use anyhow::Result;
-use lagrangian::lagrangian::analytic::{by_name, systems};
+use lagrangian::analytic::{by_name, systems};
 use lagrangian::rigid::RigidBodies;
-use lagrangian::train::Learned;
-use lagrangian::{Model, Trajectory};
+use lagrangian::{Learned, Model, Trajectory};
 
 use crate::failure::{Advise, mistake};
 use crate::robot;

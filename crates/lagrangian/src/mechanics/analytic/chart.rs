@@ -7,9 +7,9 @@ use num_dual::DualNum;
 use rand::Rng;
 
 use super::{AnalyticModel, ClosedForm, DualJets, System};
-use crate::dynamics::{EulerLagrange, Evaluator, Model};
-use crate::lagrangian::{Jets, Lagrangian};
-use crate::solve::{Regularity, SymmetricSolver};
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Model};
+use crate::mechanics::lagrangian::{Jets, Lagrangian};
+use crate::mechanics::solve::{Regularity, SymmetricSolver};
 use crate::{Coordinates, Error, Result, State};
 
 /// A change of coordinates q = f(Q) from those of a chart, Q, to those of a system, q.

@@ -7,8 +7,8 @@ use num_dual::{Dual64, DualNum, HyperDual64};
 use rand::Rng;
 
 use super::{AnalyticModel, System};
-use crate::dynamics::{EulerLagrange, Evaluator, Model};
-use crate::lagrangian::{Curvature, Jet, Jets, Lagrangian};
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Model};
+use crate::mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use crate::{Coordinates, State};
 
 /// An analytic system as a [`Lagrangian`] and, free of dissipation, as a [`Model`].

@@ -18,7 +18,7 @@ pub use parameter::{Domain, Parameter};
 pub use rand::Rng;
 
 use super::lagrangian::Lagrangian;
-use crate::dynamics::Model;
+use crate::mechanics::dynamics::Model;
 use crate::{Coordinates, Error, Result, State};
 
 /// A mechanical system whose Lagrangian is known in closed form.
@@ -142,7 +142,7 @@ pub fn systems() -> &'static [SystemEntry] {
 /// The system of this name, with some of its parameters set.
 ///
 /// ```
-/// let pendulum = lagrangian::lagrangian::analytic::by_name("pendulum", &[("length", 2.0)])?;
+/// let pendulum = lagrangian::analytic::by_name("pendulum", &[("length", 2.0)])?;
 /// assert_eq!(pendulum.coordinates().dof(), 1);
 /// # Ok::<(), lagrangian::Error>(())
 /// ```

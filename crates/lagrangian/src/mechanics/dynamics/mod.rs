@@ -4,9 +4,8 @@
 //! the energy H = p·q̇ − L changes by the power of the forces, dH/dt = (τ − d)·q̇.
 //!
 //! ```
-//! use lagrangian::dynamics::{Mechanical, Model};
-//! use lagrangian::lagrangian::Dissipation;
-//! use lagrangian::lagrangian::analytic::by_name;
+//! use lagrangian::{Dissipation, Mechanical, Model};
+//! use lagrangian::analytic::by_name;
 //!
 //! let pendulum = by_name("pendulum", &[("length", 2.0)])?;
 //! let damped = Mechanical::dissipative(pendulum.lagrangian(), Dissipation::viscous(vec![0.4]))?;
@@ -19,8 +18,9 @@
 
 mod query;
 
-use crate::lagrangian::{Actuation, Dissipation, Jet, Jets, Lagrangian};
-use crate::solve::{Regularity, SymmetricSolver};
+use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::lagrangian::{Jet, Jets, Lagrangian};
+use crate::mechanics::solve::{Regularity, SymmetricSolver};
 use crate::{Coordinates, Result};
 
 pub use query::{Dynamics, Evaluation, Quantities};

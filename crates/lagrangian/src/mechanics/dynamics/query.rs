@@ -3,7 +3,7 @@
 //! All arrays are rows of states, `[m, n]` or `[m, n, n]`, in SI units; one state is m = 1.
 //!
 //! ```
-//! use lagrangian::dynamics::{Evaluation, Model, Quantities};
+//! use lagrangian::{Evaluation, Model, Quantities};
 //!
 //! let arm = lagrangian::analytic::by_name("two-link-arm", &[])?;
 //! // One state, as new arrays.
@@ -21,7 +21,7 @@
 //! ```
 
 use super::{EulerLagrange, Evaluator, Model, bias, energy};
-use crate::solve::dot;
+use crate::mechanics::solve::dot;
 use crate::{Coordinates, Error, Result};
 
 /// How an evaluation at a batch of states ended.
@@ -390,9 +390,9 @@ fn without(what: &str) -> Error {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::dynamics::Mechanical;
-    use crate::lagrangian::analytic::{by_name, uniform};
-    use crate::lagrangian::{Dissipation, analytic::AnalyticModel};
+    use crate::mechanics::analytic::{AnalyticModel, by_name, uniform};
+    use crate::mechanics::dynamics::Mechanical;
+    use crate::mechanics::forces::Dissipation;
     use rand::SeedableRng;
 
     const SYSTEMS: [&str; 5] = [

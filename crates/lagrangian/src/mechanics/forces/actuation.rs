@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solve::{SymmetricSolver, dot};
+use crate::mechanics::solve::{SymmetricSolver, dot};
 use crate::{Error, Result};
 
 /// The forces B u − o that inputs u exert: M q̈ + c = B u − o − d (theory.md, equation 37).

@@ -3,8 +3,8 @@
 use super::legendre::Velocity;
 use super::newton::Newton;
 use super::{Hamiltonian, HamiltonianJet, HamiltonianJets, LagrangianOf};
-use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::lagrangian::{Actuation, Dissipation};
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use crate::mechanics::forces::{Actuation, Dissipation};
 use crate::{Coordinates, Result};
 
 /// The model of a Hamiltonian, with dissipation and inputs if there are any: it moves in (q, p), and is a model of
@@ -84,7 +84,7 @@ impl<H: Hamiltonian> Model for Canonical<H> {
     }
 }
 
-use crate::lagrangian::Lagrangian;
+use crate::mechanics::lagrangian::Lagrangian;
 
 struct Hamilton<'a> {
     source: Velocity<'a>,

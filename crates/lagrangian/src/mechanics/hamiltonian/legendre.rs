@@ -4,8 +4,8 @@
 use super::newton::{Gradient, Newton};
 use super::{Hamiltonian, HamiltonianJet, HamiltonianJets};
 use crate::Coordinates;
-use crate::lagrangian::{Jet, Jets, Lagrangian};
-use crate::solve::{SymmetricSolver, dot};
+use crate::mechanics::lagrangian::{Jet, Jets, Lagrangian};
+use crate::mechanics::solve::{SymmetricSolver, dot};
 
 /// The Hamiltonian of a Lagrangian; velocities from momenta by Newton's method.
 ///
@@ -13,8 +13,9 @@ use crate::solve::{SymmetricSolver, dot};
 /// find it, all derivatives are NaN.
 ///
 /// ```
-/// use lagrangian::hamiltonian::{Canonical, Hamiltonian, HamiltonianOf};
-/// use lagrangian::lagrangian::analytic::by_name;
+/// use lagrangian::Hamiltonian;
+/// use lagrangian::analytic::by_name;
+/// use lagrangian::mechanics::{Canonical, HamiltonianOf};
 ///
 /// let pendulum = by_name("pendulum", &[("length", 2.0)])?;
 /// let hamiltonian = HamiltonianOf::new(pendulum.lagrangian());

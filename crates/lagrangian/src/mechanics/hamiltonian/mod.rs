@@ -4,7 +4,6 @@ mod canonical;
 mod legendre;
 mod newton;
 
-pub use crate::models::hnn::{Hnn, HnnConfig, HnnStructure, Momenta};
 pub use canonical::Canonical;
 pub use legendre::{HamiltonianOf, LagrangianOf};
 

@@ -1,6 +1,6 @@
 //! Newton's method for the Legendre transform: y with ∂F/∂y (q, y) = x, for a batch of states at once.
 
-use crate::solve::{Regularity, SymmetricSolver};
+use crate::mechanics::solve::{Regularity, SymmetricSolver};
 
 /// Rounds at most, each one evaluation of the batch.
 const MAX_ROUNDS: usize = 300;

@@ -105,8 +105,10 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::lagrangian::analytic::{systems, uniform};
-    use crate::lagrangian::{Delan, DelanConfig, Form, Lagrangian, Lnn, LnnConfig, Scaling, Sum};
+    use crate::mechanics::analytic::{systems, uniform};
+    use crate::mechanics::lagrangian::{Lagrangian, Scaling, Sum};
+    use crate::models::delan::{Delan, DelanConfig};
+    use crate::models::lnn::{Form, Lnn, LnnConfig};
     use crate::{Coordinate, Topology};
 
     /// Largest difference of two lists over the largest entry.

@@ -6,13 +6,8 @@ pub(crate) mod scaled;
 pub(crate) mod seen;
 mod sum;
 
-pub use super::analytic;
-pub use super::forces::{Actuation, Dissipation, Stribeck};
 pub(crate) use crate::models::delan::{Block, DelanShape, Factor};
-pub use crate::models::delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub(crate) use crate::models::lnn::LnnShape;
-pub use crate::models::lnn::{Form, Lnn, LnnConfig};
-pub use crate::models::rigid::{Angles, RigidChain};
 pub use curvature::Curvature;
 pub(crate) use scaled::Features;
 pub use scaled::Scaling;

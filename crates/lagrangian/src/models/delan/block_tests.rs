@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{Block, DelanConfig, DelanShape, Inertia, Trunks};
-use crate::lagrangian::Scaling;
+use crate::mechanics::lagrangian::Scaling;
 use crate::trajectory::{Coordinates, Topology};
 use nets::simd::Real;
 use nets::{Packed, Pass};

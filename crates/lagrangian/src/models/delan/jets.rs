@@ -2,8 +2,8 @@
 
 use super::one::One;
 use super::{Delan, Factor};
-use crate::lagrangian::curvature::{STEP, differences};
-use crate::lagrangian::{Curvature, Jet, Jets};
+use crate::mechanics::lagrangian::curvature::{STEP, differences};
+use crate::mechanics::lagrangian::{Curvature, Jet, Jets};
 use nets::Pass;
 
 /// Samples of a block when many states are evaluated at once.

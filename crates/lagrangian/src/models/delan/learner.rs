@@ -2,14 +2,13 @@
 //! change along q̇ and their change along one more direction in q (theory.md, section 14).
 
 use super::{Block, DelanShape};
+use crate::mechanics::solve::Regularity;
 use crate::rigid::RigidBodies;
-use crate::solve::Regularity;
-use crate::train::Forces;
-use crate::train::{At, Facts, Learner, Loss, Work};
+use crate::train::{At, Facts, Forces, Learner, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
-/// A [`Delan`](crate::lagrangian::Delan) in training.
+/// A [`Delan`](crate::models::delan::Delan) in training.
 ///
 /// Directions of a pass: one for each raw output S, that is for each coordinate at each acceleration that the loss
 /// needs; for the pull-back, one for each acceleration.

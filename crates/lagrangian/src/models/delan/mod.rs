@@ -22,8 +22,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::lagrangian::scaled::{Features, Scaling};
-use crate::lagrangian::{Jets, Lagrangian};
+use crate::mechanics::lagrangian::scaled::{Features, Scaling};
+use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::models::lnn::LnnConfig;
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
@@ -159,8 +159,9 @@ impl DelanConfig {
 /// precision.
 ///
 /// ```
-/// use lagrangian::lagrangian::{Delan, DelanConfig, Scaling};
-/// use lagrangian::{Coordinates, Mechanical, Model};
+/// use lagrangian::{Coordinates, DelanConfig, Mechanical, Model};
+/// use lagrangian::mechanics::Scaling;
+/// use lagrangian::models::Delan;
 ///
 /// let arm = Delan::random(Coordinates::angles(2), DelanConfig::default(), Scaling::identity(2), 1)?;
 /// let mut structure = arm.structure();

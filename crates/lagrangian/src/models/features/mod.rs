@@ -15,7 +15,8 @@ use nets::Activation;
 use serde::{Deserialize, Serialize};
 
 use super::lnn::Form;
-use crate::lagrangian::{Jets, Lagrangian, Lnn, LnnConfig, Scaling};
+use crate::mechanics::lagrangian::{Jets, Lagrangian, Scaling};
+use crate::models::lnn::{Lnn, LnnConfig};
 use crate::{Coordinates, Error, Result};
 
 /// The shape of a Lagrangian that is linear in random features.

@@ -21,9 +21,9 @@ use rayon::prelude::*;
 
 use super::{FeatureLagrangian, FeaturesConfig, KINETIC};
 use crate::dataset::Dataset;
-use crate::dynamics::Mechanical;
-use crate::lagrangian::Scaling;
-use crate::lagrangian::scaled::Features;
+use crate::mechanics::dynamics::Mechanical;
+use crate::mechanics::lagrangian::Scaling;
+use crate::mechanics::lagrangian::scaled::Features;
 use crate::models::Solution;
 use crate::train::Samples;
 use crate::{Coordinates, Error, Result};
@@ -307,8 +307,8 @@ fn squared_distance(sums: &Mat<f64>, weights: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::dataset::random_states;
-    use crate::dynamics::Model;
-    use crate::lagrangian::analytic::by_name;
+    use crate::mechanics::analytic::by_name;
+    use crate::mechanics::dynamics::Model;
 
     #[test]
     fn the_columns_are_the_inverse_dynamics_of_the_network_that_has_these_weights() {

@@ -2,8 +2,8 @@
 //! the motion.
 
 use super::{Hnn, HnnNet};
-use crate::hamiltonian::{HamiltonianJet, HamiltonianJets};
-use crate::lagrangian::{Factor, Jet};
+use crate::mechanics::hamiltonian::{HamiltonianJet, HamiltonianJets};
+use crate::mechanics::lagrangian::{Factor, Jet};
 use nets::Pass;
 
 /// Samples of a block when many states are evaluated at once.

@@ -2,13 +2,12 @@
 //! that one reverse pass makes them (theory.md, equation 93).
 
 use super::{HnnNet, HnnShape, Momenta, Unit};
-use crate::train::Forces;
-use crate::train::{At, Facts, Learner, Loss, Work};
+use crate::train::{At, Facts, Forces, Learner, Loss, Work};
 use crate::trajectory::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
-/// An [`Hnn`](crate::hamiltonian::Hnn) in training:
+/// An [`Hnn`](crate::models::hnn::Hnn) in training:
 ///
 ///   r = w (∂H/∂p − q̇,  −∂H/∂q + τ − d − ṗ),   S = (∂N/∂π, −∂N/∂q),   D diagonal.
 ///
@@ -252,10 +251,9 @@ mod tests {
     use super::super::{HnnConfig, HnnStructure};
     use super::*;
     use crate::Coordinates;
-    use crate::lagrangian::Scaling;
-    use crate::train::ForceTerms;
-    use crate::train::Samples;
+    use crate::mechanics::lagrangian::Scaling;
     use crate::train::tests::{assert_step_solves, forces, gradient_error, samples};
+    use crate::train::{ForceTerms, Samples};
     use crate::trajectory::Signals;
 
     fn shape(

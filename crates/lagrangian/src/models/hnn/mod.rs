@@ -10,10 +10,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::hamiltonian::{Hamiltonian, HamiltonianJets};
-use crate::lagrangian::{
-    Delan, DelanConfig, DelanShape, Features, Lnn, LnnConfig, LnnShape, Scaling, Seen,
-};
+use crate::mechanics::hamiltonian::{Hamiltonian, HamiltonianJets};
+use crate::mechanics::lagrangian::{DelanShape, Features, LnnShape, Scaling, Seen};
+use crate::models::delan::{Delan, DelanConfig};
+use crate::models::lnn::{Lnn, LnnConfig};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Packed, Pass, Source};
@@ -119,9 +119,9 @@ const KINETIC: f64 = 1.0;
 /// positive definite. In double precision.
 ///
 /// ```
-/// use lagrangian::hamiltonian::{Canonical, Hnn, HnnConfig, HnnStructure};
-/// use lagrangian::lagrangian::Scaling;
-/// use lagrangian::{Coordinates, Model};
+/// use lagrangian::{Coordinates, HnnConfig, Model};
+/// use lagrangian::mechanics::{Canonical, Scaling};
+/// use lagrangian::models::{Hnn, HnnStructure};
 ///
 /// let config = HnnConfig { structure: HnnStructure::Mass, ..HnnConfig::default() };
 /// let arm = Hnn::random(Coordinates::angles(2), config, Scaling::identity(2), 1)?;

@@ -3,7 +3,7 @@
 
 use super::HnnNet;
 use super::learner::HnnLearner;
-use crate::lagrangian::{Features, Scaling};
+use crate::mechanics::lagrangian::{Features, Scaling};
 use crate::train::Work;
 use nets::Packed;
 use nets::simd::Real;

@@ -1,8 +1,8 @@
 //! ∂²L/∂q∂q and ∂p/∂q of a Lagrangian network: one pass with the 2 n tangents of all of (q̇, q).
 
 use super::{BLOCK, Lnn, LnnShape};
-use crate::lagrangian::Curvature;
-use crate::lagrangian::scaled::Features;
+use crate::mechanics::lagrangian::Curvature;
+use crate::mechanics::lagrangian::scaled::Features;
 use nets::Pass;
 use nets::simd::Real;
 

@@ -2,14 +2,13 @@
 //! derivative of its solve (theory.md, equations 15 and 16).
 
 use super::LnnShape;
+use crate::mechanics::solve::Regularity;
 use crate::rigid::RigidBodies;
-use crate::solve::Regularity;
-use crate::train::Forces;
-use crate::train::{At, Facts, Learner, Loss, Work};
+use crate::train::{At, Facts, Forces, Learner, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
-/// An [`Lnn`](crate::lagrangian::Lnn) in training.
+/// An [`Lnn`](crate::models::lnn::Lnn) in training.
 #[derive(Debug)]
 pub(crate) struct LnnLearner<'a> {
     pub(crate) shape: &'a LnnShape,

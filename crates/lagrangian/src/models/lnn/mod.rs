@@ -11,9 +11,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::lagrangian::scaled::{Features, Scaling};
-use crate::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
-use crate::lagrangian::{Curvature, Jet, Jets, Lagrangian};
+use crate::mechanics::lagrangian::scaled::{Features, Scaling};
+use crate::mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
+use crate::mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Packed, Pass, Source};

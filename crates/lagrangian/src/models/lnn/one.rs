@@ -1,10 +1,10 @@
 //! The derivatives of a Lagrangian network at one state, as a control loop and an integrator ask for them.
 
 use super::{Form, Lnn, LnnShape};
-use crate::lagrangian::Jet;
-use crate::lagrangian::positions::Positions;
-use crate::lagrangian::scaled::Scaling;
-use crate::lagrangian::seen::VelocityFeature;
+use crate::mechanics::lagrangian::Jet;
+use crate::mechanics::lagrangian::positions::Positions;
+use crate::mechanics::lagrangian::scaled::Scaling;
+use crate::mechanics::lagrangian::seen::VelocityFeature;
 use nets::Chain;
 
 /// Evaluates them in the free form, whose layers are a chain.

@@ -7,7 +7,7 @@ use super::learner::MlpLearner;
 use super::{Direction, Mlp, MlpConfig, MlpShape};
 use crate::Result;
 use crate::dataset::Dataset;
-use crate::lagrangian::Scaling;
+use crate::mechanics::lagrangian::Scaling;
 use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::settings as shared;

@@ -5,7 +5,7 @@ use crate::train::{Facts, Learner, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
-/// An [`Mlp`](crate::baseline::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse,
+/// An [`Mlp`](crate::models::mlp::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse,
 /// (q̇, q̈) of a flow.
 #[derive(Debug)]
 pub(crate) struct MlpLearner<'a> {

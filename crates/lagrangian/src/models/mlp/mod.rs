@@ -8,8 +8,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::{Evaluator, Model};
-use crate::lagrangian::{Features, Scaling};
+use crate::mechanics::dynamics::{Evaluator, Model};
+use crate::mechanics::lagrangian::{Features, Scaling};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Packed, Pass, Source};
@@ -81,7 +81,7 @@ impl Mlp {
     /// A network with random weights; `qdd_scale` and `tau_scale` are `[n]`, positive.
     ///
     /// # Errors
-    /// As [`crate::lagrangian::LnnConfig::validate`] and [`Scaling::validate`].
+    /// As [`crate::models::lnn::LnnConfig::validate`] and [`Scaling::validate`].
     pub fn random(
         coordinates: Coordinates,
         config: MlpConfig,
@@ -153,7 +153,7 @@ impl MlpShape {
         (qdd_scale, tau_scale): (Vec<f64>, Vec<f64>),
     ) -> Result<Self> {
         let n = coordinates.dof();
-        crate::lagrangian::LnnConfig {
+        crate::models::lnn::LnnConfig {
             width: config.width,
             layers: config.layers,
             ..Default::default()

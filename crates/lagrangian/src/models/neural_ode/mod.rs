@@ -8,8 +8,8 @@ pub(crate) mod family;
 
 use serde::{Deserialize, Serialize};
 
-use crate::baseline::{Direction, Mlp, MlpConfig};
-use crate::dynamics::{Evaluator, Model};
+use crate::mechanics::dynamics::{Evaluator, Model};
+use crate::models::mlp::{Direction, Mlp, MlpConfig};
 use crate::{Coordinates, Error, Result};
 use nets::Activation;
 
@@ -69,9 +69,9 @@ impl NeuralOdeConfig {
 /// A neural ODE. It has neither energy nor inverse dynamics.
 ///
 /// ```
-/// use lagrangian::baseline::{Direction, Mlp, MlpConfig};
-/// use lagrangian::lagrangian::Scaling;
-/// use lagrangian::{Coordinates, Model, NeuralOde};
+/// use lagrangian::{Coordinates, MlpConfig, Model};
+/// use lagrangian::mechanics::Scaling;
+/// use lagrangian::models::{Direction, Mlp, NeuralOde};
 ///
 /// let network = MlpConfig { direction: Direction::Flow, ..MlpConfig::default() };
 /// let scales = (vec![1.0], vec![1.0]);

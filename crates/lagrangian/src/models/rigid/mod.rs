@@ -3,8 +3,8 @@
 //!
 //! Without a description the machine is a planar [`chain`]; with one it is the [`robot`] of that description.
 
-pub mod chain;
-pub mod robot;
+pub(crate) mod chain;
+pub(crate) mod robot;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

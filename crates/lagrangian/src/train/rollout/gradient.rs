@@ -6,7 +6,7 @@ use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::Flow;
 use super::shoot::{Back, Block, Task};
 use super::step::evaluations;
-use crate::solve::SymmetricSolver;
+use crate::mechanics::solve::SymmetricSolver;
 use crate::train::learner::Learner;
 use crate::train::problem::LossValue;
 use nets::{Gradient, Packed};

@@ -74,7 +74,7 @@ impl GaussNewton {
                     let width = between.len();
                     let others = b.mixed[t * rows * width..][..rows * width].chunks_exact(width);
                     for (x, other) in out.iter_mut().zip(others) {
-                        *x = crate::solve::dot(&between, other);
+                        *x = crate::mechanics::solve::dot(&between, other);
                     }
                     starts_kernel((&a.block, s, i), (&b.block, t), task, out);
                 }
@@ -126,7 +126,7 @@ fn add_extra(left: &Work<f64>, right: &Work<f64>, (n, kinds): (usize, usize), ra
             let a = &left.linear.extra[(s * k + i) * kinds..][..kinds];
             for (t, x) in row.iter_mut().enumerate() {
                 let b = &right.linear.extra[(t * k + j) * kinds..][..kinds];
-                *x += crate::solve::dot(a, b);
+                *x += crate::mechanics::solve::dot(a, b);
             }
         }
     }

@@ -44,7 +44,7 @@ pub(super) fn add_transposed(m: &[f64], x: &[f64], factor: f64, out: &mut [f64])
 /// M x.
 pub(super) fn product(m: &[f64], x: &[f64], out: &mut [f64]) {
     for (row, out) in m.chunks_exact(x.len()).zip(out) {
-        *out = crate::solve::dot(row, x);
+        *out = crate::mechanics::solve::dot(row, x);
     }
 }
 

@@ -5,14 +5,15 @@ use super::flow::Flow;
 use super::gradient::{Shooting, Wanted};
 use super::segments::{Recorded, Rows};
 use super::shoot::{Back, Block, Task};
-use crate::baseline::MlpConfig;
 use crate::dataset::Dataset;
-use crate::dynamics::Model;
-use crate::hamiltonian::{HnnConfig, HnnStructure, Momenta};
 use crate::integrate::Method;
-use crate::lagrangian::{DelanConfig, Form, LnnConfig};
+use crate::mechanics::dynamics::Model;
 use crate::models::Trainable;
-use crate::neural_ode::{NeuralOdeConfig, Order};
+use crate::models::delan::DelanConfig;
+use crate::models::hnn::{HnnConfig, HnnStructure, Momenta};
+use crate::models::lnn::{Form, LnnConfig};
+use crate::models::mlp::MlpConfig;
+use crate::models::neural_ode::{NeuralOdeConfig, Order};
 use crate::train::{Family, FitConfig, ForceTerms, Loss};
 use crate::trajectory::Signals;
 use crate::{Coordinates, Trajectory};
@@ -197,7 +198,7 @@ fn slopes(
         let far = (at(2.0 * step) - at(-2.0 * step)) / (4.0 * step);
         let near = (at(step) - at(-step)) / (2.0 * step);
         (
-            crate::solve::dot(&gradient, &along),
+            crate::mechanics::solve::dot(&gradient, &along),
             (4.0 * near - far) / 3.0,
         )
     };

@@ -94,7 +94,7 @@ impl Unit {
             let (s, mixed) = (at / rows, &self.mixed[at * total * k..][..total * k]);
             for (e, mixed) in mixed.chunks_exact(k).enumerate() {
                 let raw = &self.raw[(e * SEGMENTS + s) * k..][..k];
-                *right += crate::solve::dot(mixed, raw);
+                *right += crate::mechanics::solve::dot(mixed, raw);
             }
         }
     }

@@ -3,8 +3,8 @@
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
-use crate::lagrangian::analytic::{ClosedForm, DualJets};
-use crate::lagrangian::{Jets, Lagrangian};
+use crate::mechanics::analytic::{ClosedForm, DualJets};
+use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
 
 /// What the angles of a chain are measured against.

@@ -19,12 +19,12 @@ pub use lagrangian::{Angles, RigidChain};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-pub use super::RigidConfig;
-use super::{NAME, check_errors, solved};
+use super::{NAME, RigidConfig, check_errors, solved};
 
 use crate::dataset::Dataset;
-use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::lagrangian::{Dissipation, Lagrangian};
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use crate::mechanics::forces::Dissipation;
+use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::learned::{Description, FittedForces, FittedModel, Stored, WEIGHTS};
 use crate::models::{Parameter, Solution};
 use crate::saved::{self, SavedModel};

@@ -12,13 +12,12 @@
 
 use super::IdentifiedRobot;
 use crate::dataset::Dataset;
-use crate::dynamics::Mechanical;
-use crate::lagrangian::Dissipation;
+use crate::mechanics::dynamics::Mechanical;
+use crate::mechanics::forces::Dissipation;
 use crate::models::Solution;
 use crate::models::rigid::chain::{SMOOTHING, Sums};
-use crate::rigid::RigidBodies;
-use crate::rigid::RobotConfig;
 use crate::rigid::regressor::PER_BODY;
+use crate::rigid::{RigidBodies, RobotConfig};
 use crate::train::Samples;
 use crate::{Error, Result};
 

@@ -8,8 +8,8 @@ use serde_json::Value;
 
 use super::{NAME, check_errors, solved};
 
-use crate::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::lagrangian::Lagrangian;
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::Parameter;
 use crate::models::learned::{Description, FittedForces, FittedModel, Stored, WEIGHTS};
 use crate::rigid::regressor::NAMES;
