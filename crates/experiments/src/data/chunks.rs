@@ -3,10 +3,9 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::{Jet, Lagrangian};
-use lagrangian::rollout::{RolloutOptions, free, rollout_many};
-use lagrangian::{Result, State, Trajectory};
+use lagrangian::mechanics::Jet;
+use lagrangian::rollout::{free, rollout_many};
+use lagrangian::{Lagrangian, Model, Result, RolloutOptions, State, Trajectory};
 
 /// Where motions are cut.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,7 @@
 //! Accelerations of a short piece of motion from its states alone.
 
-use lagrangian::dynamics::Model;
-use lagrangian::rollout::{RolloutOptions, free, rollout_many};
-use lagrangian::{Result, State, Trajectory};
+use lagrangian::rollout::{free, rollout_many};
+use lagrangian::{Model, Result, RolloutOptions, State, Trajectory};
 
 use super::first_state;
 
@@ -114,7 +113,7 @@ impl Rule {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian::trajectory::Signals;
+    use lagrangian::Signals;
 
     fn motion(t: &[f64], q: impl Fn(f64) -> f64, qd: impl Fn(f64) -> f64) -> Trajectory {
         Trajectory::new(

@@ -1,9 +1,7 @@
 //! Questions that several experiments ask of motions and of models along them.
 
-use lagrangian::dynamics::Model;
-use lagrangian::rollout::RolloutOptions;
-use lagrangian::trajectory::{Columns, Recording, Signals};
-use lagrangian::{Coordinates, State, Trajectory};
+use lagrangian::trajectory::Columns;
+use lagrangian::{Coordinates, Model, Recording, RolloutOptions, Signals, State, Trajectory};
 
 /// Column i of a signal `[len, n]`.
 pub(crate) fn column(signal: &[f64], n: usize, i: usize) -> Vec<f64> {

@@ -5,7 +5,7 @@
 //! without corners. Cholesky where M ≻ 0, LU with partial pivoting where it is indefinite; only a singular matrix is
 //! taken as dense (its pseudo-inverse, up to [`DENSE_MOST`] unknowns).
 
-use lagrangian::solve::{Regularity, SymmetricSolver};
+use lagrangian::mechanics::{Regularity, SymmetricSolver};
 
 /// Pivots below this many roundings of their row count as zero.
 const PIVOT_ROUNDINGS: f64 = 16.0;

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::inputs::{FieldScaling, Inputs, Symmetry, along};
 use super::stencil::NEIGHBOURS;
-use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
-use lagrangian::{Coordinates, Result};
+use lagrangian::mechanics::{Jet, Jets};
+use lagrangian::{Coordinates, Lagrangian, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Packed, Pass, Source};
 
@@ -277,7 +277,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
     use super::*;
-    use lagrangian::lagrangian::analytic::{ClosedForm, DualJets, DualNum};
+    use lagrangian::analytic::{ClosedForm, DualJets, DualNum};
 
     /// The slow, plain evaluation that the kernels are tested against.
     impl ClosedForm for DensityNet {

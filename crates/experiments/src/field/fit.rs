@@ -11,12 +11,9 @@ use super::inputs::FieldScaling;
 use super::natural::{RingMemory, RingProblem};
 use super::plain::StencilNet;
 use super::ring::Field;
-use lagrangian::Result;
-use lagrangian::dataset::{Dataset, shuffle};
-use lagrangian::dynamics::Model;
-use lagrangian::train::{
-    Batch, Budget, LeastSquares, Natural, NaturalConfig, Observer, Progress, StepSize, cosine,
-};
+use lagrangian::shuffle;
+use lagrangian::train::{Batch, LeastSquares, Natural, NaturalConfig, StepSize, cosine};
+use lagrangian::{Budget, Dataset, Model, Observer, Progress, Result};
 
 /// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]

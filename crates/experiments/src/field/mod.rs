@@ -15,7 +15,8 @@
 //!
 //! ```
 //! use experiments::field::{Chain, Field};
-//! use lagrangian::rollout::{RolloutOptions, free, rollout, times};
+//! use lagrangian::{RolloutOptions, rollout};
+//! use lagrangian::rollout::{free, times};
 //!
 //! let string = Field::new(Chain::wave(1.0), 100)?;
 //! let pulse: Vec<f64> = (0..100).map(|i| (-((f64::from(i) - 50.0) / 5.0).powi(2)).exp()).collect();

@@ -2,8 +2,7 @@
 
 use super::density::Weighted;
 use super::stencil::{Neighbours, ring_coordinates};
-use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::{Coordinates, Result};
+use lagrangian::{Coordinates, Evaluator, Model, Result};
 use nets::Pass;
 
 /// φ̈ᵢ = s N(what a [`DensityNet`](super::DensityNet) sees), the same at every point: a convolution over the ring.

@@ -1,10 +1,8 @@
 //! A field on a ring as a model: what moves by the Euler–Lagrange equation of the sum of its densities.
 
 use super::stencil::{Assembly, NEIGHBOURS, Neighbours, ring_coordinates};
-use lagrangian::dynamics::{Evaluator, Model};
-use lagrangian::lagrangian::{Jet, Jets, Lagrangian};
-use lagrangian::solve::Regularity;
-use lagrangian::{Coordinates, Error, Result};
+use lagrangian::mechanics::{Jet, Jets, Regularity};
+use lagrangian::{Coordinates, Error, Evaluator, Lagrangian, Model, Result};
 
 /// The sum of one density over a ring of points (theory.md, 65).
 ///
@@ -94,7 +92,7 @@ impl FieldEvaluator<'_> {
     /// Writes the energy of each density, J, `[points]`; their sum is the energy.
     pub fn local_energies(&mut self, phi: &[f64], phid: &[f64], out: &mut [f64]) {
         self.evaluate(phi, phid);
-        lagrangian::dynamics::energy(&self.jet, NEIGHBOURS, &self.neighbours.phid, out);
+        lagrangian::mechanics::energy(&self.jet, NEIGHBOURS, &self.neighbours.phid, out);
     }
 
     /// The mass matrix at one state, row-major `[points, points]`: for small rings, and to test by.

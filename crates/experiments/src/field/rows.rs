@@ -11,8 +11,7 @@
 
 use super::density::{Output, Shape};
 use super::stencil::{Assembly, NEIGHBOURS, Neighbours, gather, point};
-use lagrangian::lagrangian::Jet;
-use lagrangian::solve::Regularity;
+use lagrangian::mechanics::{Jet, Regularity};
 use nets::simd::Buffer;
 use nets::{Gradient, Net, Packed, Pass, Terms};
 

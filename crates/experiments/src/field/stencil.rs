@@ -1,7 +1,6 @@
 //! Three neighbouring points of a ring: what a density sees, and what comes back from it.
 
-use lagrangian::lagrangian::Jet;
-use lagrangian::solve::Regularity;
+use lagrangian::mechanics::{Jet, Regularity};
 use lagrangian::{Coordinate, Coordinates, Error, Result, Topology};
 
 use super::cyclic_band::{CyclicBand, CyclicBandSolver};
@@ -124,7 +123,7 @@ impl Assembly {
 
     /// Takes the derivatives of all densities of a ring.
     pub(super) fn set(&mut self, jet: &Jet) {
-        lagrangian::dynamics::bias(jet, &mut self.local);
+        lagrangian::mechanics::bias(jet, &mut self.local);
         scatter(&self.local, &mut self.bias);
         let n = self.bias.len();
         self.mass.clear();

@@ -3,8 +3,9 @@
 mod protocol;
 
 use anyhow::Result;
-use lagrangian::hamiltonian::{HnnConfig, HnnStructure, Momenta};
-use lagrangian::train::{FitConfig, NaturalConfig, Optimizer};
+use lagrangian::models::{HnnStructure, Momenta};
+use lagrangian::train::NaturalConfig;
+use lagrangian::{FitConfig, HnnConfig, Optimizer};
 use lagrangian_report::{Axis, Role};
 
 use crate::data::column;

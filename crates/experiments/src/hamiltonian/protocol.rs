@@ -6,14 +6,11 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use lagrangian::analytic::normal;
-use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::{Model, momenta};
-use lagrangian::hamiltonian::{Hamiltonian, HamiltonianOf};
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::rollout::{RolloutOptions, free, rollout, rollout_phase};
-use lagrangian::train::{Loss, Samples};
-use lagrangian::{Result, Trajectory};
+use lagrangian::analytic::{AnalyticModel, by_name, normal};
+use lagrangian::mechanics::{HamiltonianOf, momenta};
+use lagrangian::rollout::{free, rollout_phase};
+use lagrangian::train::Samples;
+use lagrangian::{Dataset, Hamiltonian, Loss, Model, Result, RolloutOptions, Trajectory, rollout};
 use nets::Activation;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -361,7 +358,7 @@ fn three_bodies(rng: &mut ChaCha8Rng) -> [Vec<f64>; 2] {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian::hamiltonian::Canonical;
+    use lagrangian::mechanics::Canonical;
 
     #[test]
     fn the_true_hamiltonian_passes_its_own_test() {

@@ -5,13 +5,11 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::data::column_sizes;
 use crate::plausibility::premises::Premise;
-use lagrangian::dynamics::{Mechanical, Model};
-use lagrangian::lagrangian::Dissipation;
-use lagrangian::lagrangian::analytic::{
-    Analytic, DoublePendulum, Pendulum, System as Known, by_name, normal,
+use lagrangian::analytic::{Analytic, DoublePendulum, Pendulum, System as Known, by_name, normal};
+use lagrangian::rollout::{free, times};
+use lagrangian::{
+    Coordinates, Dissipation, Mechanical, Model, Result, RolloutOptions, Trajectory, rollout,
 };
-use lagrangian::rollout::{RolloutOptions, free, rollout, times};
-use lagrangian::{Coordinates, Result, Trajectory};
 use lagrangian_analysis::existence::{Existence, active_particle, curl_force, van_der_pol};
 
 /// A system whose Lagrangian exists, needs friction beside it, or does not exist.

@@ -3,13 +3,13 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name, uniform};
-use lagrangian::lagrangian::{Curvature, Jet, Lagrangian};
-use lagrangian::rollout::{Outcome, RolloutOptions, free, rollout, times};
+use lagrangian::analytic::{AnalyticModel, by_name, uniform};
+use lagrangian::mechanics::{Curvature, Jet};
+use lagrangian::rollout::{free, times};
 use lagrangian::train::Samples;
-use lagrangian::trajectory::Signals;
-use lagrangian::{Dataset, Result, State};
+use lagrangian::{
+    Dataset, Lagrangian, Model, Outcome, Result, RolloutOptions, Signals, State, rollout,
+};
 
 use crate::data::{accelerations, energies, relative_error};
 
@@ -201,7 +201,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
     use crate::data::column;
-    use lagrangian::lagrangian::analytic::{MagneticMirror, System};
+    use lagrangian::analytic::{MagneticMirror, System};
 
     #[test]
     fn the_antisymmetric_part_of_the_momenta_is_the_field() {

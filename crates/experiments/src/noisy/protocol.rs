@@ -4,14 +4,13 @@
 //! component. A fit is judged without noise: accelerations along true motions, and how long its motion stays
 //! near the true one.
 
-use lagrangian::analytic::normal;
-use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::AnalyticModel;
-use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
+use lagrangian::analytic::{AnalyticModel, normal};
+use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::score::valid_prediction_time;
-use lagrangian::trajectory::{EstimateOptions, Signals};
-use lagrangian::{Coordinates, Error, Result, Trajectory};
+use lagrangian::{
+    Coordinates, Dataset, Error, EstimateOptions, Model, Result, Rollout, RolloutOptions, Signals,
+    Trajectory,
+};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -184,7 +183,7 @@ fn valid(
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian::lagrangian::analytic::by_name;
+    use lagrangian::analytic::by_name;
 
     const PROTOCOL: Protocol = Protocol {
         recordings: 3,

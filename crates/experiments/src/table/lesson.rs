@@ -5,11 +5,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Task;
 use crate::data::{column_sizes, with_estimated_accelerations};
-use lagrangian::dataset::Dataset;
-use lagrangian::dynamics::Model;
-use lagrangian::lagrangian::analytic::{AnalyticModel, Chart, Rng, normal};
-use lagrangian::trajectory::{Signal, Signals};
-use lagrangian::{Coordinates, Result, Trajectory};
+use lagrangian::analytic::{AnalyticModel, Chart, Rng, normal};
+use lagrangian::{Coordinates, Dataset, Model, Result, Signal, Signals, Trajectory};
 
 /// How many chunks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,11 +6,8 @@ use std::time::Instant;
 use super::Lesson;
 use super::columns::{Measured, OWN_ENERGY};
 use crate::data::{accelerations, energies, first_state};
-use lagrangian::dynamics::Model;
-use lagrangian::integrate::Method;
-use lagrangian::rollout::{Rollout, RolloutOptions, free, rollout_many, times};
-use lagrangian::trajectory::Signals;
-use lagrangian::{Result, State, Trajectory};
+use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::{Method, Model, Result, Rollout, RolloutOptions, Signals, State, Trajectory};
 
 /// Root mean square of the error of q̈ at the test states over that of q̈ itself, both in the system's own coordinates:
 /// an error Δ in the chart is (∂f/∂Q) Δ there, whatever the chart.
@@ -243,8 +240,8 @@ mod tests {
     use super::super::task::OnLines;
     use super::super::{Reads, Size, Task};
     use super::*;
-    use lagrangian::lagrangian::analytic::{DoublePendulum, InChart};
-    use lagrangian::trajectory::Signal;
+    use lagrangian::Signal;
+    use lagrangian::analytic::{DoublePendulum, InChart};
 
     const FEW: Size = Size {
         train: 6,

@@ -1,11 +1,8 @@
 //! The measurements behind the cells, one fit for as many of them as it can serve.
 
 use anyhow::Result;
-use lagrangian::Error;
-use lagrangian::train::{
-    Budget, FitConfig, Learned, Loss, NaturalConfig, Observer, Optimizer, RolloutLoss, fit,
-};
-use lagrangian::trajectory::Signal;
+use lagrangian::train::{NaturalConfig, RolloutLoss};
+use lagrangian::{Budget, Error, FitConfig, Learned, Loss, Observer, Optimizer, Signal, fit};
 
 use super::columns::{Column, Measured};
 use super::contestants::Recipe;

@@ -3,8 +3,7 @@
 mod protocol;
 
 use anyhow::Result;
-use lagrangian::dynamics::Model;
-use lagrangian::integrate::Method;
+use lagrangian::{Method, Model};
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::{Contestant, Experiment, Lab, less};

@@ -4,17 +4,16 @@
 //! that were not seen. The paper adds noise of deviation 0.33 to positions and velocities and infers initial states with a
 //! recurrent network; here the noise is a setting, and only positions are seen.
 
-use lagrangian::dataset::{Dataset, split};
-use lagrangian::dynamics::{Model, Slopes};
-use lagrangian::integrate::{Method, Rule, Variational};
-use lagrangian::lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::models::vin::VinConfig;
-use lagrangian::rollout::{Rollout, RolloutOptions, energy_error, free, rollout, times};
-use lagrangian::train::{
-    Budget, Family, FitConfig, Learned, Loss, NaturalConfig, Observer, Optimizer, fit,
+use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::integrate::{Rule, Variational};
+use lagrangian::mechanics::Slopes;
+use lagrangian::rollout::{energy_error, free, times};
+use lagrangian::train::NaturalConfig;
+use lagrangian::{
+    Budget, Coordinates, Dataset, Error, EstimateOptions, Family, FitConfig, Learned, Loss, Method,
+    Model, Observer, Optimizer, Result, Rollout, RolloutOptions, State, Trajectory, VinConfig, fit,
+    rollout, split,
 };
-use lagrangian::trajectory::EstimateOptions;
-use lagrangian::{Coordinates, Error, Result, State, Trajectory};
 use lagrangian_report::Role;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -25,7 +25,4 @@ pub use hamiltonian::{
     Canonical, Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, LagrangianOf,
 };
 pub use lagrangian::{Curvature, Jet, Jets, Lagrangian, Scaling, SpeedChart, Sum};
-pub use solve::{
-    CyclicBand, CyclicBandSolver, DENSE_MOST, Regularity, SymmetricSolver, diagonalise, dot,
-    inverse_root, product,
-};
+pub use solve::{Regularity, SymmetricSolver, diagonalise, dot, inverse_root, product};
