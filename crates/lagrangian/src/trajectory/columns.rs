@@ -35,6 +35,11 @@ pub(super) struct Resolved {
 }
 
 impl Resolved {
+    /// Positions of all columns that are read, that of the trajectory last.
+    pub(super) fn used(&self) -> impl Iterator<Item = usize> {
+        self.numbers.iter().copied().chain(self.trajectory)
+    }
+
     /// The names of the number columns, in the order of `numbers`.
     pub(super) fn names(&self) -> impl Iterator<Item = &String> {
         let signals = self.columns.signals.iter().flat_map(|(_, names)| names);

@@ -1,11 +1,12 @@
 //! CSV: a header, then one sample a line.
 
 use std::cell::Cell;
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 
 use super::columns::resolve;
+use super::contents::Contents;
 use super::rows::Rows;
-use super::{Layout, Readings, Table, Trajectory, unique_names};
+use super::{Layout, Readings, Trajectory};
 use crate::{Error, Result};
 
 /// The longest row that is read, bytes: what is no table cannot fill the memory.
@@ -33,20 +34,11 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
         .delimiter(delimiter)
         .trim(csv::Trim::All)
         .from_reader(source);
-    let headers: Vec<String> = reader
-        .headers()
-        .map_err(malformed)?
-        .iter()
-        .enumerate()
-        .map(|(i, h)| {
-            if i == 0 {
-                h.trim_start_matches('\u{feff}').trim().to_owned()
-            } else {
-                h.to_owned()
-            }
-        })
-        .collect();
-    if headers.is_empty() {
+    let headers = reader.headers().map_err(malformed)?;
+    let mut headers: Vec<String> = headers.iter().map(String::from).collect();
+    if let Some(first) = headers.first_mut() {
+        *first = first.trim_start_matches('\u{feff}').trim().into();
+    } else {
         return Err(Error::too_short(
             format!("file '{name}' (it is empty, without even a header)"),
             0,
@@ -61,11 +53,8 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
     while reader.read_record(&mut record).map_err(malformed)? {
         unread.set(0);
         // The record's own position stands before the blank lines that were skipped.
-        let (start, next) = (
-            record.position().map_or(0, csv::Position::line),
-            reader.position().line(),
-        );
-        let line = start.max(next.saturating_sub(1));
+        let start = record.position().map_or(0, csv::Position::line);
+        let line = start.max(reader.position().line().saturating_sub(1));
         for (value, &column) in values.iter_mut().zip(&numbers) {
             *value = number(&record, column, &headers, line)?;
         }
@@ -122,20 +111,12 @@ fn number(record: &csv::StringRecord, column: usize, headers: &[String], line: u
         return Ok(f64::NAN);
     }
     text.parse().map_err(|_| {
-        let (column, shown) = (headers[column].clone(), text.chars().take(80).collect());
+        let column = headers[column].clone();
         let comma = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
-        if comma {
-            Error::DecimalComma {
-                line,
-                column,
-                text: shown,
-            }
-        } else {
-            Error::Cell {
-                line,
-                column,
-                text: shown,
-            }
+        let text = text.chars().take(80).collect();
+        match comma {
+            true => Error::DecimalComma { line, column, text },
+            false => Error::Cell { line, column, text },
         }
     })
 }
@@ -179,53 +160,30 @@ fn malformed(error: csv::Error) -> Error {
 /// # Errors
 /// [`Error::Io`]; [`Error::Shape`] if their degrees of freedom or signals differ.
 pub fn write(sink: impl Write, trajectories: &[Trajectory]) -> Result<()> {
-    let shape = super::WrittenColumns::of(trajectories)?;
-    let mut sink = std::io::BufWriter::new(sink);
-    let several = trajectories.len() > 1;
-    let mut header = if several {
-        vec!["trajectory".to_owned()]
-    } else {
-        Vec::new()
-    };
-    header.extend(shape.headers());
-    writeln!(sink, "{}", header.join(","))?;
-    for (name, trajectory) in unique_names(trajectories).iter().zip(trajectories) {
-        let name = quoted(name);
-        for k in 0..trajectory.len() {
-            if several {
-                write!(sink, "{name},")?;
-            }
-            write!(sink, "{}", Shortest(trajectory.t[k]))?;
-            for x in shape.row(trajectory, k) {
-                write!(sink, ",{}", Shortest(x))?;
+    write_contents(sink, &Contents::of_motions(trajectories)?)
+}
+
+/// Writes a header and a line for each row.
+pub(super) fn write_contents(sink: impl Write, contents: &Contents) -> Result<()> {
+    let mut sink = BufWriter::new(sink);
+    let headers: Vec<String> = contents.headers().iter().map(|h| quoted(h)).collect();
+    writeln!(sink, "{}", headers.join(","))?;
+    for (i, (name, rows)) in contents.trajectories.iter().enumerate() {
+        let name = match contents.is_of_several() {
+            true => quoted(name) + ",",
+            false => String::new(),
+        };
+        for k in 0..*rows {
+            write!(sink, "{name}")?;
+            let mut separator = "";
+            for x in contents.row(i, k) {
+                write!(sink, "{separator}{}", Shortest(x))?;
+                separator = ",";
             }
             writeln!(sink)?;
         }
     }
-    sink.flush()?;
-    Ok(())
-}
-
-/// Writes named columns, the name of the trajectory before them where there are several.
-pub(super) fn write_table(sink: impl Write, table: &Table) -> Result<()> {
-    let mut sink = std::io::BufWriter::new(sink);
-    let several = table.trajectories.len() > 1;
-    let names = several.then(|| "trajectory".to_owned());
-    let headers = names
-        .into_iter()
-        .chain(table.columns.iter().map(|c| quoted(&c.0)));
-    writeln!(sink, "{}", headers.collect::<Vec<_>>().join(","))?;
-    for (k, name) in table.row_names().enumerate() {
-        let name = several.then(|| quoted(name));
-        let cells = table
-            .columns
-            .iter()
-            .map(|(_, x)| Shortest(x[k]).to_string());
-        let row: Vec<String> = name.into_iter().chain(cells).collect();
-        writeln!(sink, "{}", row.join(","))?;
-    }
-    sink.flush()?;
-    Ok(())
+    Ok(sink.flush()?)
 }
 
 /// The shortest text that reads back to the same bits, with an exponent where that is shorter to read.

@@ -1,6 +1,7 @@
 //! Motions of a system: time, coordinates, velocities and, where known, accelerations and forces.
 
 mod columns;
+mod contents;
 mod coordinates;
 pub mod csv;
 mod delay;
@@ -10,9 +11,9 @@ mod layout;
 pub(crate) mod local_polynomial;
 mod noise;
 mod npy;
-pub mod npz;
+mod npz;
 #[cfg(feature = "parquet")]
-pub mod parquet;
+mod parquet;
 mod recording;
 mod rows;
 mod sample;
@@ -32,8 +33,6 @@ pub use sample::{Sampled, Sampling, thin};
 pub use signals::{Signal, Signals};
 pub use state::State;
 pub use table::Table;
-
-use format::{WrittenColumns, unique_names};
 
 use std::ops::{Deref, DerefMut, Range};
 

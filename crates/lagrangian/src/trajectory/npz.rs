@@ -1,17 +1,18 @@
 //! NPZ: a zip of `NumPy` arrays, `t` `[len]`, and `q` `[len, n]` or `q1 …` `[len]` each.
 
-use std::io::{BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 
 use zip::read::ZipFile;
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::columns::{Resolved, resolve};
+use super::columns::resolve;
+use super::contents::Contents;
 use super::npy::{Header, malformed, write_header};
 use super::rows::Rows;
 use super::shared::Shared;
-use super::{Layout, Readings, Table, Trajectory, WrittenColumns, unique_names};
+use super::{Layout, Readings};
 use crate::{Error, Result};
 
 /// An archive may unpack to this many bytes …
@@ -24,6 +25,26 @@ struct Array {
     /// Its name, without `.npy`.
     name: String,
     header: Header,
+}
+
+/// A column of an array.
+#[derive(Clone, Copy)]
+struct Column<'a> {
+    array: &'a Array,
+    place: usize,
+}
+
+impl Array {
+    /// Its columns with their names: `q` of shape `[len, 2]` has the columns `q1`, `q2`.
+    fn columns(&self) -> impl Iterator<Item = (String, Column<'_>)> {
+        let width = self.header.shape.get(1).copied();
+        let name = move |place| match width {
+            Some(_) => format!("{}{}", self.name, place + 1),
+            None => self.name.clone(),
+        };
+        let column = move |place| (name(place), Column { array: self, place });
+        (0..width.unwrap_or(1).min(1 << 12)).map(column)
+    }
 }
 
 /// A column as a stream of its own: of one array, the first value at `skip`, the next ones at every `stride`.
@@ -41,56 +62,43 @@ struct Stream<R> {
 /// # Errors
 /// [`Error::Columns`]; [`Error::Malformed`] for anything that is not such an archive; [`Error::Shape`] for arrays
 /// of different lengths; [`Error::TooShort`] if there is no row.
-pub fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Result<Readings> {
+pub(super) fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Result<Readings> {
     let shared = Shared::new(source)?;
     let arrays = list(&shared)?;
     let layout = spread(layout, &arrays);
-    let headers: Vec<String> = arrays.iter().flat_map(columns_of).collect();
+    let (headers, all): (Vec<String>, Vec<Column>) = arrays.iter().flat_map(Array::columns).unzip();
     let resolved = resolve(&headers, &layout)?;
-    let rows = check_lengths(&resolved, &headers, &arrays)?;
-
-    let used = resolved.numbers.iter().chain(resolved.trajectory.as_ref());
-    let places: Vec<(usize, usize)> = used.map(|c| place(*c, &arrays)).collect();
+    let used = resolved
+        .used()
+        .map(|column| all[column])
+        .collect::<Vec<_>>();
+    let rows = check_lengths(&used)?;
     let mut archives = Vec::new();
-    for _ in &places {
+    for _ in &used {
         archives.push(ZipArchive::new(BufReader::new(shared.at(0))).map_err(zipped)?);
     }
     let mut streams = Vec::new();
-    for (archive, (array, column)) in archives.iter_mut().zip(&places) {
-        let entry = archive
-            .by_name(&format!("{}.npy", arrays[*array].name))
-            .map_err(zipped)?;
-        streams.push(Stream::new(BufReader::new(entry), *column)?);
+    for (archive, column) in archives.iter_mut().zip(&used) {
+        let entry = format!("{}.npy", column.array.name);
+        let entry = archive.by_name(&entry).map_err(zipped)?;
+        streams.push(Stream::new(BufReader::new(entry), column.place)?);
     }
-    let text = resolved.trajectory.and_then(|_| streams.pop());
+    let mut names = resolved.trajectory.and_then(|_| streams.pop());
     let titles = resolved.names().cloned().collect::<Vec<_>>();
-    collect(Rows::new(resolved, name), streams, text, &titles, rows)
-}
-
-fn collect<R: Read>(
-    mut rows: Rows,
-    mut streams: Vec<Stream<R>>,
-    mut trajectory: Option<Stream<R>>,
-    titles: &[String],
-    len: usize,
-) -> Result<Readings> {
     let mut values = vec![0.0; streams.len()];
-    for row in 0..len {
-        for ((value, stream), title) in values.iter_mut().zip(&mut streams).zip(titles) {
-            stream.pass()?;
-            *value = stream
-                .header
-                .number(&mut stream.source)?
-                .ok_or_else(|| Error::Cell {
-                    line: row as u64 + 1,
-                    column: title.clone(),
-                    text: "text".into(),
-                })?;
+    let mut collected = Rows::new(resolved, name);
+    for row in 0..rows {
+        for ((value, stream), title) in values.iter_mut().zip(&mut streams).zip(&titles) {
+            *value = stream.number()?.ok_or_else(|| Error::Cell {
+                line: row as u64 + 1,
+                column: title.clone(),
+                text: "text".into(),
+            })?;
         }
-        let name = trajectory.as_mut().map(Stream::text).transpose()?;
-        rows.push(name.as_deref(), &mut values)?;
+        let name = names.as_mut().map(Stream::text).transpose()?;
+        collected.push(name.as_deref(), &mut values)?;
     }
-    rows.finish()
+    collected.finish()
 }
 
 impl<R: Read> Stream<R> {
@@ -111,12 +119,13 @@ impl<R: Read> Stream<R> {
         })
     }
 
-    fn pass(&mut self) -> Result<()> {
+    /// The next value; none if it is text.
+    fn number(&mut self) -> Result<Option<f64>> {
         for _ in 0..self.skip {
             self.header.number(&mut self.source)?;
         }
         self.skip = self.stride - 1;
-        Ok(())
+        self.header.number(&mut self.source)
     }
 
     fn text(&mut self) -> Result<String> {
@@ -144,12 +153,10 @@ fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<Vec<Array>> {
         let Some(name) = array_name(&entry) else {
             continue;
         };
-        let Ok(header) = Header::read(&mut entry) else {
+        let header = Header::read(&mut entry).ok();
+        let Some(header) = header.filter(|h| matches!(h.shape.len(), 1 | 2)) else {
             continue;
         };
-        if !matches!(header.shape.len(), 1 | 2) {
-            continue;
-        }
         let claimed = header.bytes().ok_or_else(|| {
             malformed(format!(
                 "array '{name}' claims a shape of {:?}",
@@ -173,166 +180,83 @@ fn array_name<R: Read>(entry: &ZipFile<R>) -> Option<String> {
     Some(name.strip_suffix(".npy")?.to_owned())
 }
 
-/// `q` of shape `[len, 2]` stands for the columns `q1`, `q2`.
-fn columns_of(array: &Array) -> Vec<String> {
-    match array.header.shape.get(1) {
-        Some(&width) => (1..=width.min(1 << 12))
-            .map(|i| format!("{}{i}", array.name))
-            .collect(),
-        None => vec![array.name.clone()],
-    }
-}
-
-/// The array that column `column` of the headers stands in, and its place there.
-fn place(mut column: usize, arrays: &[Array]) -> (usize, usize) {
-    for (i, array) in arrays.iter().enumerate() {
-        let width = columns_of(array).len();
-        if column < width {
-            return (i, column);
-        }
-        column -= width;
-    }
-    (arrays.len(), 0)
-}
-
 /// Names of two-axis arrays in the layout become the names of their columns.
 fn spread(layout: &Layout, arrays: &[Array]) -> Layout {
     let mut layout = layout.clone();
     let signals = layout.columns.iter_mut().map(|(_, names)| names);
     for names in signals.chain([&mut layout.angles]) {
-        let columns = |name: &String| {
-            let matrix = arrays
-                .iter()
-                .find(|a| a.name == *name && a.header.shape.len() == 2);
-            matrix.map_or_else(|| vec![name.clone()], columns_of)
+        let matrices = arrays.iter().filter(|a| a.header.shape.len() == 2);
+        let columns = |name: String| match matrices.clone().find(|a| a.name == name) {
+            Some(matrix) => matrix.columns().map(|(name, _)| name).collect(),
+            None => vec![name],
         };
-        *names = names.iter().flat_map(columns).collect();
+        *names = std::mem::take(names)
+            .into_iter()
+            .flat_map(columns)
+            .collect();
     }
     layout
 }
 
 /// All used arrays have the same length, which it returns.
-fn check_lengths(resolved: &Resolved, headers: &[String], arrays: &[Array]) -> Result<usize> {
-    let mut len = None;
-    for &column in resolved.numbers.iter().chain(resolved.trajectory.as_ref()) {
-        let found = arrays
-            .get(place(column, arrays).0)
-            .and_then(|a| a.header.shape.first().copied())
-            .unwrap_or(0);
-        let expected = *len.get_or_insert(found);
-        Error::check_shape(
-            format_args!("array '{}'", headers[column]),
-            found,
-            expected,
-            "all arrays need one row per time stamp",
-        )?;
+fn check_lengths(used: &[Column]) -> Result<usize> {
+    let rows = |column: &Column| column.array.header.shape.first().copied().unwrap_or(0);
+    let expected = used.first().map_or(0, rows);
+    for column in used {
+        let what = format_args!("array '{}'", column.array.name);
+        let remedy = "all arrays need one row per time stamp";
+        Error::check_shape(what, rows(column), expected, remedy)?;
     }
-    Ok(len.unwrap_or(0))
+    Ok(expected)
 }
 
-/// Writes arrays `t` `[len]` and `q`, `qd`, … `[len, n]`, all trajectories one after another; `trajectory` holds
-/// their names where there are several.
-///
-/// # Errors
-/// [`Error::Io`]; [`Error::Shape`] if their degrees of freedom or signals differ.
-pub fn write(sink: impl Write + Seek, trajectories: &[Trajectory]) -> Result<()> {
-    let shape = WrittenColumns::of(trajectories)?;
-    let rows = trajectories.iter().map(Trajectory::len).sum::<usize>();
+/// Writes all trajectories one after another: an array for each signal, and one of the names of the trajectories where
+/// there are several.
+pub(super) fn write(sink: impl Write + Seek, contents: &Contents) -> Result<()> {
     let mut archive = ZipWriter::new(FailsOnce::new(sink));
     let options = SimpleFileOptions::default()
         .large_file(true)
         .compression_method(CompressionMethod::Stored);
-    if trajectories.len() > 1 {
+    let rows = contents.trajectories.iter().map(|t| t.1).sum();
+    if contents.is_of_several() {
         archive
             .start_file("trajectory.npy", options)
             .map_err(zipped)?;
-        write_names(&mut std::io::BufWriter::new(&mut archive), trajectories)?;
+        write_names(&mut archive, &contents.trajectories, rows)?;
     }
-    archive.start_file("t.npy", options).map_err(zipped)?;
-    write_array(
-        &mut archive,
-        &[rows],
-        trajectories.iter().map(|t| t.t.as_slice()),
-    )?;
-    for signal in &shape.signals {
-        archive
-            .start_file(format!("{}.npy", signal.name()), options)
-            .map_err(zipped)?;
-        let values = trajectories.iter().map(|t| t.get(*signal).as_slice());
-        write_array(&mut archive, &[rows, shape.n], values)?;
+    for array in &contents.arrays {
+        let entry = format!("{}.npy", array.name);
+        archive.start_file(entry, options).map_err(zipped)?;
+        let shape: Vec<usize> = [rows].into_iter().chain(array.columns).collect();
+        write_array(&mut archive, &shape, &array.values)?;
     }
-    archive.finish().map_err(zipped)?.sink.flush()?;
-    Ok(())
+    Ok(archive.finish().map_err(zipped)?.sink.flush()?)
 }
 
-/// Writes each column as an array of one axis, and the names of the trajectories where there are several.
-pub(super) fn write_table(sink: impl Write + Seek, table: &Table) -> Result<()> {
-    let mut archive = ZipWriter::new(FailsOnce::new(sink));
-    let options = SimpleFileOptions::default()
-        .large_file(true)
-        .compression_method(CompressionMethod::Stored);
-    if table.trajectories.len() > 1 {
-        archive
-            .start_file("trajectory.npy", options)
-            .map_err(zipped)?;
-        let names: Vec<&str> = table.row_names().collect();
-        write_texts(&mut std::io::BufWriter::new(&mut archive), &names)?;
-    }
-    for (name, values) in &table.columns {
-        archive
-            .start_file(format!("{name}.npy"), options)
-            .map_err(zipped)?;
-        write_array(
-            &mut archive,
-            &[values.len()],
-            std::iter::once(values.as_slice()),
-        )?;
-    }
-    archive.finish().map_err(zipped)?.sink.flush()?;
-    Ok(())
-}
-
-fn write_array<'a>(
-    sink: impl Write,
-    shape: &[usize],
-    values: impl Iterator<Item = &'a [f64]>,
-) -> Result<()> {
-    let mut sink = std::io::BufWriter::new(sink);
+fn write_array(sink: impl Write, shape: &[usize], values: &[&[f64]]) -> Result<()> {
+    let mut sink = BufWriter::new(sink);
     write_header(&mut sink, "<f8", shape)?;
-    for x in values.flatten() {
+    for x in values.iter().copied().flatten() {
         sink.write_all(&x.to_le_bytes())?;
     }
-    sink.flush()?;
-    Ok(())
+    Ok(sink.flush()?)
 }
 
-fn write_names(sink: &mut impl Write, trajectories: &[Trajectory]) -> Result<()> {
-    let names = unique_names(trajectories);
-    let rows = names.iter().zip(trajectories);
-    let texts: Vec<&str> = rows
-        .flat_map(|(name, t)| vec![name.as_str(); t.len()])
-        .collect();
-    write_texts(sink, &texts)
-}
-
-fn write_texts(sink: &mut impl Write, texts: &[&str]) -> Result<()> {
-    let width = texts
-        .iter()
-        .map(|n| n.chars().count())
-        .max()
-        .unwrap_or(0)
-        .max(1);
-    write_header(sink, &format!("<U{width}"), &[texts.len()])?;
-    for text in texts {
-        let mut element: Vec<u8> = text
-            .chars()
-            .flat_map(|c| u32::from(c).to_le_bytes())
-            .collect();
+/// Writes the name of each trajectory as often as it has rows.
+fn write_names(sink: impl Write, trajectories: &[(String, usize)], rows: usize) -> Result<()> {
+    let mut sink = BufWriter::new(sink);
+    let lengths = trajectories.iter().map(|(name, _)| name.chars().count());
+    let width = lengths.max().unwrap_or(0).max(1);
+    write_header(&mut sink, &format!("<U{width}"), &[rows])?;
+    for (name, rows) in trajectories {
+        let codes = name.chars().flat_map(|c| u32::from(c).to_le_bytes());
+        let mut element: Vec<u8> = codes.collect();
         element.resize(4 * width, 0);
-        sink.write_all(&element)?;
+        for _ in 0..*rows {
+            sink.write_all(&element)?;
+        }
     }
-    sink.flush()?;
-    Ok(())
+    Ok(sink.flush()?)
 }
 
 /// A sink that reports its first failure and from then on pretends: a zip writer that is dropped tries to end its
@@ -358,8 +282,8 @@ impl<W> FailsOnce<W> {
     fn advance(
         &mut self,
         pretended: u64,
-        act: impl FnOnce(&mut W) -> std::io::Result<u64>,
-    ) -> std::io::Result<u64> {
+        act: impl FnOnce(&mut W) -> io::Result<u64>,
+    ) -> io::Result<u64> {
         self.position = if self.failed {
             pretended
         } else {
@@ -371,7 +295,7 @@ impl<W> FailsOnce<W> {
 }
 
 impl<W: Write> Write for FailsOnce<W> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let before = self.position;
         let wanted = before + bytes.len() as u64;
         let after = self.advance(wanted, |sink| Ok(before + sink.write(bytes)? as u64))?;
@@ -379,7 +303,7 @@ impl<W: Write> Write for FailsOnce<W> {
         Ok((after - before) as usize)
     }
 
-    fn flush(&mut self) -> std::io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         if self.failed {
             Ok(())
         } else {
@@ -389,7 +313,7 @@ impl<W: Write> Write for FailsOnce<W> {
 }
 
 impl<W: Seek> Seek for FailsOnce<W> {
-    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let pretended = match to {
             SeekFrom::Start(position) => position,
             SeekFrom::End(offset) => self.end.saturating_add_signed(offset),

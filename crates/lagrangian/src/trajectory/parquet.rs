@@ -14,9 +14,10 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{ChunkReader, Length};
 
 use super::columns::resolve;
+use super::contents::Contents;
 use super::rows::Rows;
 use super::shared::Shared;
-use super::{Layout, Readings, Table, Trajectory, WrittenColumns, unique_names};
+use super::{Layout, Readings};
 use crate::{Error, Result};
 
 /// Rows that are decoded at a time.
@@ -65,7 +66,7 @@ fn malformed(error: impl std::fmt::Display) -> Error {
 /// # Errors
 /// [`Error::Columns`]; [`Error::Cell`] for columns that hold no numbers; [`Error::Malformed`] for anything that is
 /// not a Parquet file; [`Error::TooShort`] if there is no row.
-pub fn read(
+pub(super) fn read(
     source: impl Read + Seek + Send + 'static,
     name: &str,
     layout: &Layout,
@@ -88,20 +89,10 @@ pub fn read(
                 .into(),
         });
     }
-    let headers: Vec<String> = builder
-        .schema()
-        .fields()
-        .iter()
-        .map(|f| f.name().clone())
-        .collect();
+    let fields = builder.schema().fields().iter();
+    let headers: Vec<String> = fields.map(|f| f.name().clone()).collect();
     let resolved = resolve(&headers, layout)?;
-    let used: Vec<usize> = resolved
-        .numbers
-        .iter()
-        .chain(resolved.trajectory.as_ref())
-        .copied()
-        .collect();
-    let mask = ProjectionMask::roots(builder.parquet_schema(), used.iter().copied());
+    let mask = ProjectionMask::roots(builder.parquet_schema(), resolved.used());
     let reader = builder
         .with_projection(mask)
         .with_batch_size(BATCH)
@@ -140,10 +131,10 @@ fn column<'a>(batch: &'a RecordBatch, title: &str) -> Result<&'a ArrayRef> {
 }
 
 macro_rules! as_numbers {
-    ($column:expr, $($arrow:ident as $convert:expr),+ $(,)?) => {
+    ($column:expr, $($arrow:ident $kind:ident as $convert:expr),+ $(,)?) => {
         match $column.data_type() {
             $(DataType::$arrow => {
-                let values = $column.as_primitive::<arrow_type!($arrow)>();
+                let values = $column.as_primitive::<types::$kind>();
                 Some(values.iter().map(|x| x.map_or(f64::NAN, $convert)).collect())
             })+
             _ => None,
@@ -151,46 +142,16 @@ macro_rules! as_numbers {
     };
 }
 
-macro_rules! arrow_type {
-    (Float64) => {
-        types::Float64Type
-    };
-    (Float32) => {
-        types::Float32Type
-    };
-    (Int64) => {
-        types::Int64Type
-    };
-    (Int32) => {
-        types::Int32Type
-    };
-    (Int16) => {
-        types::Int16Type
-    };
-    (Int8) => {
-        types::Int8Type
-    };
-    (UInt64) => {
-        types::UInt64Type
-    };
-    (UInt32) => {
-        types::UInt32Type
-    };
-    (UInt16) => {
-        types::UInt16Type
-    };
-    (UInt8) => {
-        types::UInt8Type
-    };
-}
-
 fn numbers(batch: &RecordBatch, title: &str, row: u64) -> Result<Vec<f64>> {
     let column = column(batch, title)?;
     #[allow(clippy::cast_precision_loss, reason = "numbers of any type become f64")]
     let values = as_numbers!(
-        column, Float64 as |x| x, Float32 as f64::from, Int64 as |x| x as f64, UInt64 as |x| x as f64,
-        Int32 as f64::from, Int16 as f64::from, Int8 as f64::from, UInt32 as f64::from, UInt16 as f64::from,
-        UInt8 as f64::from,
+        column,
+        Float64 Float64Type as |x| x, Float32 Float32Type as f64::from,
+        Int64 Int64Type as |x| x as f64, UInt64 UInt64Type as |x| x as f64,
+        Int32 Int32Type as f64::from, UInt32 UInt32Type as f64::from,
+        Int16 Int16Type as f64::from, UInt16 UInt16Type as f64::from,
+        Int8 Int8Type as f64::from, UInt8 UInt8Type as f64::from,
     );
     values.ok_or_else(|| Error::Cell {
         line: row + 1,
@@ -213,45 +174,31 @@ fn texts(batch: &RecordBatch, title: &str) -> Result<Vec<String>> {
     })
 }
 
-/// Writes trajectories with the default column names, in groups of rows; a column `trajectory` where there
-/// are several.
-///
-/// # Errors
-/// [`Error::Io`]; [`Error::Shape`] if their degrees of freedom or signals differ.
-pub fn write(sink: impl Write + Send, trajectories: &[Trajectory]) -> Result<()> {
-    let shape = WrittenColumns::of(trajectories)?;
-    let several = trajectories.len() > 1;
-    let mut fields: Vec<Field> = Vec::new();
-    if several {
-        fields.push(Field::new("trajectory", DataType::Utf8, false));
-    }
-    fields.extend(
-        shape
-            .headers()
-            .iter()
-            .map(|name| Field::new(name, DataType::Float64, false)),
-    );
+/// Writes a column for each of the contents, in groups of rows.
+pub(super) fn write(sink: impl Write + Send, contents: &Contents) -> Result<()> {
+    let type_of = |name: &str| match name {
+        "trajectory" if contents.is_of_several() => DataType::Utf8,
+        _ => DataType::Float64,
+    };
+    let field = |name: String| Field::new(&name, type_of(&name), false);
+    let fields: Vec<Field> = contents.headers().into_iter().map(field).collect();
     let schema = Arc::new(Schema::new(fields));
     let properties = WriterProperties::builder()
         .set_compression(parquet::basic::Compression::SNAPPY)
         .build();
     let mut writer =
         ArrowWriter::try_new(sink, Arc::clone(&schema), Some(properties)).map_err(failed)?;
-    for (name, t) in unique_names(trajectories).iter().zip(trajectories) {
-        for start in (0..t.len()).step_by(BATCH) {
-            let rows = start..(start + BATCH).min(t.len());
+    for (t, (name, len)) in contents.trajectories.iter().enumerate() {
+        for start in (0..*len).step_by(BATCH) {
+            let rows = start..(start + BATCH).min(*len);
             let mut columns: Vec<ArrayRef> = Vec::new();
-            if several {
-                columns.push(Arc::new(StringArray::from_iter_values(
-                    rows.clone().map(|_| name),
-                )));
+            if contents.is_of_several() {
+                let names = StringArray::from_iter_values(rows.clone().map(|_| name));
+                columns.push(Arc::new(names));
             }
-            columns.push(Arc::new(Float64Array::from_iter_values(
-                t.t[rows.clone()].iter().copied(),
-            )));
-            for signal in shape.values(t) {
-                for i in 0..shape.n {
-                    let values = rows.clone().map(|k| signal[k * shape.n + i]);
+            for array in &contents.arrays {
+                for i in 0..array.columns.unwrap_or(1) {
+                    let values = rows.clone().map(|k| array.row(t, k)[i]);
                     columns.push(Arc::new(Float64Array::from_iter_values(values)));
                 }
             }
@@ -259,24 +206,6 @@ pub fn write(sink: impl Write + Send, trajectories: &[Trajectory]) -> Result<()>
             writer.write(&batch).map_err(failed)?;
         }
     }
-    writer.close().map_err(failed)?;
-    Ok(())
-}
-
-/// Writes named columns, and the name of the trajectory where there are several.
-pub(super) fn write_table(sink: impl Write + Send, table: &Table) -> Result<()> {
-    let mut columns: Vec<(&str, ArrayRef)> = Vec::new();
-    if table.trajectories.len() > 1 {
-        let names = StringArray::from_iter_values(table.row_names());
-        columns.push(("trajectory", Arc::new(names)));
-    }
-    for (name, values) in &table.columns {
-        let values = Float64Array::from_iter_values(values.iter().copied());
-        columns.push((name, Arc::new(values)));
-    }
-    let batch = RecordBatch::try_from_iter(columns).map_err(malformed)?;
-    let mut writer = ArrowWriter::try_new(sink, batch.schema(), None).map_err(failed)?;
-    writer.write(&batch).map_err(failed)?;
     writer.close().map_err(failed)?;
     Ok(())
 }

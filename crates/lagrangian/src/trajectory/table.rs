@@ -1,35 +1,12 @@
 //! Columns of numbers that are no trajectory, such as the parts of a torque.
 
-use crate::{Error, Result};
-
 /// Named columns over the samples of some trajectories; [`super::Format::write_table`] writes them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
-    /// Names and numbers of samples of the trajectories, one behind the other.
+    /// Names and numbers of samples of the trajectories, one after another.
     pub trajectories: Vec<(String, usize)>,
     /// Names and values, each of as many values as there are samples.
     pub columns: Vec<(String, Vec<f64>)>,
-}
-
-impl Table {
-    /// The name of the trajectory of each row.
-    pub(super) fn row_names(&self) -> impl Iterator<Item = &str> {
-        let names = self.trajectories.iter();
-        names.flat_map(|(name, rows)| std::iter::repeat_n(name.as_str(), *rows))
-    }
-
-    pub(super) fn validate(&self) -> Result<()> {
-        let expected: usize = self.trajectories.iter().map(|t| t.1).sum();
-        match self.columns.iter().find(|c| c.1.len() != expected) {
-            None => Ok(()),
-            Some((name, values)) => Err(Error::shape(
-                format!("column '{name}'"),
-                values.len(),
-                expected,
-                "give one value for each sample of the trajectories",
-            )),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -38,6 +15,7 @@ mod tests {
     use std::io::Cursor;
 
     use super::*;
+    use crate::Error;
     use crate::trajectory::{Format, Layout};
 
     #[test]
