@@ -5,11 +5,11 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian::{Coordinates, Lagrangian};
 use lagrangian_analysis::action::{
-    ActionVariation, Boundary, DiscreteAction, Path, PathKind, Search, SearchOptions,
-    StationaryPath, action_variation, stationary_paths,
+    ActionVariation, Boundary, DiscreteAction, PathKind, Search, SearchOptions, StationaryPath,
+    action_variation, stationary_paths,
 };
 use lagrangian_report::{
-    Curve, Figure, Report, Role, Table, VariedPath, action_of_families, varied_paths,
+    Figure, Report, Role, Series, Table, VariedPath, action_of_families, varied_paths,
 };
 use serde_json::json;
 
@@ -130,26 +130,21 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
     };
     let mut all: Vec<Figure> = (0..path.dof).map(drawn).collect();
     let mut action = DiscreteAction::new(lagrangian);
-    let mut of = |eta: &[f64], path: &Path| action_variation(&mut action, path, eta, &SIZES);
-    let mut families: Vec<(String, Role, ActionVariation)> = (0..path.dof)
-        .map(|i| {
-            let name = format!("half wave of {}", coordinates.0[i].name);
-            (name, Role::Other(i as u8), of(&sine(i), path))
-        })
-        .collect();
-    families.push((
-        "least curved".into(),
+    let mut family = |name: &str, role, eta: &[f64]| {
+        let family = action_variation(&mut action, path, eta, &SIZES);
+        Series::line(name, role, family.epsilon, family.change)
+    };
+    let mut families = Vec::new();
+    for i in 0..path.dof {
+        let name = format!("half wave of {}", coordinates.0[i].name);
+        families.push(family(&name, Role::Other(i as u8), &sine(i)));
+    }
+    families.push(family(
+        "least curved",
         Role::Truth,
-        of(&found.second_variation.mode, path),
+        &found.second_variation.mode,
     ));
-    let curves = families.iter().map(|(name, role, family)| Curve {
-        name,
-        role: *role,
-        x: &family.epsilon,
-        y: &family.change,
-    });
-    let curves: Vec<Curve> = curves.collect();
-    all.push(action_of_families(&curves));
+    all.push(action_of_families(families));
     all
 }
 

@@ -1,9 +1,9 @@
 //! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
 
-use lagrangian::{Coordinates, Evaluator, Model, Rollout, Signal, Trajectory};
+use lagrangian::{Coordinate, Evaluator, Model, Rollout, Signal, Trajectory};
 use lagrangian_report::{
-    Animation, Curve, Figure, Motion, Pairs, Panel, Role, energy_error_over_time, loss_curves,
-    parity, phase_portrait, trajectories,
+    Animation, Figure, Motion, Panel, Role, Series, energy_error_over_time, loss_curves, parity,
+    phase_portrait, trajectories,
 };
 
 use super::Run;
@@ -104,26 +104,18 @@ impl<'a> Followed<'a> {
         let mut evaluator = run.model.evaluator();
         let scale = largest_kinetic_energy(&mut *evaluator, self.truth)?;
         let motions = self.motions(run.role());
-        let errors = motions
-            .iter()
-            .map(|motion| energy_errors(&mut *evaluator, motion.trajectory, scale))
-            .collect::<Option<Vec<_>>>()?;
-        let curves: Vec<Curve> = motions
-            .iter()
-            .zip(&errors)
-            .map(|(motion, y)| Curve {
-                name: motion.name,
-                role: motion.role,
-                x: &motion.trajectory.t,
-                y,
-            })
-            .collect();
+        let mut line = |motion: &Motion| {
+            let errors = energy_errors(&mut *evaluator, motion.trajectory, scale)?;
+            let t = motion.trajectory.t.clone();
+            Some(Series::line(motion.name, motion.role, t, errors))
+        };
+        let lines = motions.iter().map(&mut line).collect::<Option<_>>()?;
         Some(Figure {
             title: "Change of the learned energy".into(),
             caption: "Of the largest kinetic energy of the motion. Along the recorded motion it tells how well the \
                       model explains it; along its own prediction, the error of the integrator."
                 .into(),
-            ..energy_error_over_time(&curves)
+            ..energy_error_over_time(lines)
         })
     }
 }
@@ -165,22 +157,15 @@ fn absolute(motion: &Trajectory) -> Trajectory {
 
 /// Loss over steps.
 pub(super) fn loss(metrics: &[Metric], role: Role) -> Figure {
-    let column = |name: &str| -> (Vec<f64>, Vec<f64>) {
-        metrics
-            .iter()
-            .filter_map(|m| Some((m.step as f64, *m.figures.get(name)?)))
-            .unzip()
+    let line = |name, role, key: &str| {
+        let known = metrics.iter();
+        let known = known.filter_map(|m| Some((m.step as f64, *m.figures.get(key)?)));
+        let (x, y) = known.unzip();
+        Series::line(name, role, x, y)
     };
-    let (train, validation) = (column("loss/train"), column("loss/validation"));
-    let curve = |name, role, (x, y)| Curve { name, role, x, y };
-    loss_curves(
-        "step",
-        "",
-        &[
-            curve("training", Role::Other(0), (&train.0, &train.1)),
-            curve("validation", role, (&validation.0, &validation.1)),
-        ],
-    )
+    let training = line("training", Role::Other(0), "loss/train");
+    let validation = line("validation", role, "loss/validation");
+    loss_curves("step", "", vec![training, validation])
 }
 
 /// Accelerations, predicted over recorded, for each coordinate.
@@ -203,50 +188,27 @@ pub(super) fn parities(run: &Run) -> Vec<Figure> {
     }
     let every = (truth.len() / n.max(1)).div_ceil(DOTS).max(1);
     let column = |signal: &[f64], i: usize| -> Vec<f64> {
-        signal
-            .chunks_exact(n)
-            .step_by(every)
-            .map(|row| row[i])
-            .collect()
+        let rows = signal.chunks_exact(n).step_by(every);
+        rows.map(|row| row[i]).collect()
     };
-    let figure = |i| {
-        parity_of(
-            run,
-            coordinates,
-            i,
-            &column(&truth, i),
-            &column(&predicted, i),
-        )
+    let figure = |i: usize| {
+        let Coordinate { name, unit, .. } = &coordinates.0[i];
+        let (truth, predicted) = (column(&truth, i), column(&predicted, i));
+        let model = Series::points("model", run.role(), truth, predicted);
+        let figure = parity(
+            &format!("acceleration of {name}"),
+            &format!("{unit}/s²"),
+            vec![model],
+        );
+        if run.judged.held_out {
+            return figure;
+        }
+        let caption =
+            "Each dot is a sample of the training data; a perfect model puts it on the diagonal.";
+        Figure {
+            caption: caption.into(),
+            ..figure
+        }
     };
     (0..n).filter(|_| !truth.is_empty()).map(figure).collect()
-}
-
-fn parity_of(
-    run: &Run,
-    coordinates: &Coordinates,
-    i: usize,
-    truth: &[f64],
-    predicted: &[f64],
-) -> Figure {
-    let coordinate = &coordinates.0[i];
-    let pairs = Pairs {
-        name: "model",
-        role: run.role(),
-        truth,
-        predicted,
-    };
-    let figure = parity(
-        &format!("acceleration of {}", coordinate.name),
-        &format!("{}/s²", coordinate.unit),
-        &[pairs],
-    );
-    if run.judged.held_out {
-        return figure;
-    }
-    Figure {
-        caption:
-            "Each dot is a sample of the training data; a perfect model puts it on the diagonal."
-                .into(),
-        ..figure
-    }
 }

@@ -3,7 +3,6 @@
 use lagrangian::Coordinates;
 
 use super::coordinate::{column, label};
-use super::curves::{Curve, lines};
 use super::{Axis, Figure, Role, Series};
 
 /// A path q(t) on a grid of times and the neighbours q + ε η that are drawn beside it.
@@ -49,7 +48,7 @@ pub fn varied_paths(coordinates: &Coordinates, i: usize, path: &VariedPath) -> F
 
 /// S(q + ε η) − S(q), J·s, over ε along several variations.
 #[must_use]
-pub fn action_of_families(families: &[Curve]) -> Figure {
+pub fn action_of_families(series: Vec<Series>) -> Figure {
     Figure {
         id: "families".into(),
         title: "Action of the varied paths".into(),
@@ -58,6 +57,6 @@ pub fn action_of_families(families: &[Curve]) -> Figure {
             .into(),
         x: Axis::linear("size of the variation ε", ""),
         y: Axis::linear("S(ε) − S(0)", "J·s"),
-        series: lines(families),
+        series,
     }
 }

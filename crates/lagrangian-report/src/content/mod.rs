@@ -18,12 +18,12 @@ use serde::{Deserialize, Serialize};
 
 pub use action::{VariedPath, action_of_families, varied_paths};
 pub use animation::{Animation, Panel};
-pub use curves::{Curve, energy_error_over_time, loss_curves};
+pub use curves::{energy_error_over_time, loss_curves};
 pub use decimate::decimate;
 pub use figure::{Axis, Figure, Kind, Role, Scale, Series};
 pub use heat_map::HeatMap;
 pub use motions::{Motion, phase_portrait, trajectories};
-pub use parity::{Pairs, parity};
+pub use parity::parity;
 pub use torque::torque_parts;
 pub use tracking::{Follower, followed_motion, tracking_error};
 

@@ -3,33 +3,11 @@
 use super::coordinate::span;
 use super::{Axis, Figure, Role, Series};
 
-/// True and predicted values of one quantity; the shorter of the two counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pairs<'a> {
-    /// The model's name in the legend.
-    pub name: &'a str,
-    /// The model's role, which gives it its colour.
-    pub role: Role,
-    /// True values.
-    pub truth: &'a [f64],
-    /// Predicted values.
-    pub predicted: &'a [f64],
-}
-
-/// Predicted over true values of one quantity, with the diagonal on which a perfect model lies.
+/// Predicted over true values of one quantity, with the diagonal on which a perfect model lies; the points of
+/// each model have the true values as abscissae.
 #[must_use]
-pub fn parity(quantity: &str, unit: &str, models: &[Pairs]) -> Figure {
-    let (low, high) = span(models.iter().flat_map(|model| model.truth));
-    let dots = models.iter().map(|model| {
-        let len = model.truth.len().min(model.predicted.len());
-        Series::points(
-            model.name,
-            model.role,
-            model.truth[..len].to_vec(),
-            model.predicted[..len].to_vec(),
-        )
-    });
-    let mut series: Vec<Series> = dots.collect();
+pub fn parity(quantity: &str, unit: &str, mut series: Vec<Series>) -> Figure {
+    let (low, high) = span(series.iter().flat_map(|model| &model.x));
     let mut axes = (
         Axis::linear(&format!("true {quantity}"), unit),
         Axis::linear(&format!("predicted {quantity}"), unit),

@@ -129,26 +129,16 @@ fn a_figure_of_a_coordinate_that_does_not_exist_is_empty() {
 #[test]
 fn exact_predictions_lie_on_the_diagonal_of_a_parity_plot() {
     let truth: Vec<f64> = (0..50).map(|k| f64::from(k).sin()).collect();
-    let pairs = Pairs {
-        name: "LNN",
-        role: Role::Lnn,
-        truth: &truth,
-        predicted: &truth,
-    };
-    let figure = parity("acceleration", "rad/s²", &[pairs]);
+    let model = Series::points("LNN", Role::Lnn, truth.clone(), truth);
+    let figure = parity("acceleration", "rad/s²", vec![model]);
     assert_eq!(figure.series[1].x, figure.series[1].y);
     assert_eq!(figure.x.range, figure.y.range);
 }
 
 #[test]
 fn energy_errors_are_shown_as_positive_percentages() {
-    let curve = Curve {
-        name: "LNN",
-        role: Role::Lnn,
-        x: &[0.0, 1.0],
-        y: &[0.0, -0.01],
-    };
-    assert_eq!(energy_error_over_time(&[curve]).series[0].y, [0.0, 1.0]);
+    let error = Series::line("LNN", Role::Lnn, vec![0.0, 1.0], vec![0.0, -0.01]);
+    assert_eq!(energy_error_over_time(vec![error]).series[0].y, [0.0, 1.0]);
 }
 
 #[test]

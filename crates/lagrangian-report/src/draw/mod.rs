@@ -48,6 +48,4 @@ fn escaped(text: &str) -> String {
 }
 
 #[cfg(test)]
-mod demo;
-#[cfg(test)]
 mod tests;

@@ -1,13 +1,15 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod demo;
+
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use lagrangian::{Signals, Trajectory};
 
-use super::demo::{demo, headline, swing};
 use super::*;
 use crate::{Animation, Axis, Command, Figure, HeatMap, Panel, Report, Role, Series, Table};
+use demo::{demo, headline, swing};
 
 fn target(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

@@ -7,14 +7,13 @@ use lagrangian::{Dataset, Model, Rollout, RolloutOptions, rollout};
 use lagrangian_analysis::chaos::ValidTimes;
 use lagrangian_report::draw::short;
 use lagrangian_report::{
-    Animation, Axis, Command, Curve, Figure, Headline, Motion, Pairs, Panel, Report, Role, Series,
-    Table, loss_curves, parity, phase_portrait, trajectories,
+    Animation, Axis, Command, Figure, Headline, Motion, Panel, Report, Role, Series, Table,
+    loss_curves, parity, phase_portrait, trajectories,
 };
 
 use super::judge::{DURATION, Judged, Judgement, RESTART, options};
 use super::{REFERENCE_ENERGY, Trained};
 use crate::cli::DemoArgs;
-use crate::run_folder::Metric;
 
 const NAMES: [(&str, Role); 3] = [
     ("Truth", Role::Truth),
@@ -244,32 +243,15 @@ fn energy_figure(system: &dyn AnalyticModel, judgement: &Judgement) -> Figure {
 }
 
 fn loss_figure(trained: [&Trained; 2]) -> Figure {
-    let names = [
-        "Lagrangian, training",
-        "Lagrangian, validation",
-        "Plain, training",
-        "Plain, validation",
-    ];
-    let columns: Vec<(Vec<f64>, Vec<f64>)> = trained
-        .iter()
-        .flat_map(|t| ["loss/train", "loss/validation"].map(|name| column(&t.metrics, name)))
-        .collect();
-    let roles = [Role::Lnn, Role::Lnn, Role::Baseline, Role::Baseline];
-    let curves: Vec<Curve> = columns
-        .iter()
-        .zip(names.into_iter().zip(roles))
-        .map(|((x, y), (name, role))| Curve { name, role, x, y })
-        .skip(1)
-        .step_by(2)
-        .collect();
-    loss_curves("training time", "s", &curves)
-}
-
-fn column(metrics: &[Metric], name: &str) -> (Vec<f64>, Vec<f64>) {
-    metrics
-        .iter()
-        .filter_map(|m| Some((m.seconds, *m.figures.get(name)?)))
-        .unzip()
+    let names = ["Lagrangian, validation", "Plain, validation"];
+    let roles = [Role::Lnn, Role::Baseline];
+    let line = |k: usize| {
+        let metrics = trained[k].metrics.iter();
+        let known = metrics.filter_map(|m| Some((m.seconds, *m.figures.get("loss/validation")?)));
+        let (x, y) = known.unzip();
+        Series::line(names[k], roles[k], x, y)
+    };
+    loss_curves("training time", "s", vec![line(0), line(1)])
 }
 
 /// Predicted over true accelerations of validation states.
@@ -277,25 +259,15 @@ fn parity_figure(data: &Dataset, trained: [&Trained; 2]) -> Figure {
     let n = data.coordinates.dof();
     let held = &data.validation;
     let size = (PARITY * n).min(held.q.len());
-    let predicted = trained.map(|t| {
-        let mut qdd = vec![0.0; size];
-        let mut evaluator = t.fit.model.evaluator();
-        evaluator.forward_dynamics(
-            &held.q[..size],
-            &held.qd[..size],
-            &held.tau[..size],
-            &mut qdd,
-        );
-        qdd
-    });
     let truth = &held.qdd[..size];
-    let pair = |k: usize| Pairs {
-        name: NAMES[k + 1].0,
-        role: NAMES[k + 1].1,
-        truth,
-        predicted: &predicted[k],
+    let model = |k: usize| {
+        let mut qdd = vec![0.0; size];
+        let (q, qd, tau) = (&held.q[..size], &held.qd[..size], &held.tau[..size]);
+        let mut evaluator = trained[k].fit.model.evaluator();
+        evaluator.forward_dynamics(q, qd, tau, &mut qdd);
+        Series::points(NAMES[k + 1].0, NAMES[k + 1].1, truth.to_vec(), qdd)
     };
-    parity("acceleration", "rad/s²", &[pair(1), pair(0)])
+    parity("acceleration", "rad/s²", vec![model(1), model(0)])
 }
 
 fn table(judgement: &Judgement) -> Table {

@@ -7,7 +7,7 @@ use lagrangian::rollout::times;
 use lagrangian::{Coordinates, RolloutOptions, Trajectory, rollout};
 
 use crate::{
-    Animation, Command, Curve, Figure, Headline, Motion, Pairs, Panel, Report, Role, Series, Table,
+    Animation, Command, Figure, Headline, Motion, Panel, Report, Role, Series, Table,
     energy_error_over_time, loss_curves, parity, phase_portrait, trajectories,
 };
 
@@ -138,13 +138,11 @@ pub(super) fn headline(
 }
 
 fn demo_figures(motions: &[Motion], errors: &[Vec<f64>], coordinates: &Coordinates) -> Vec<Figure> {
-    let curve = |k: usize| Curve {
-        name: motions[k].name,
-        role: motions[k].role,
-        x: &motions[k].trajectory.t,
-        y: &errors[k],
+    let pairs = motions.iter().zip(errors);
+    let line = |(m, error): (&Motion, &Vec<f64>)| {
+        Series::line(m.name, m.role, m.trajectory.t.clone(), error.clone())
     };
-    let mut energy = energy_error_over_time(&[curve(0), curve(1), curve(2)]);
+    let mut energy = energy_error_over_time(pairs.map(line).collect());
     let t: Vec<f64> = (0..200).map(|k| f64::from(k) * 0.5).collect();
     let runs: Vec<Vec<f64>> = (1..40)
         .map(|run| energy_error(&t, 3e-4 * f64::from(run), 0.01))
@@ -159,19 +157,14 @@ fn demo_figures(motions: &[Motion], errors: &[Vec<f64>], coordinates: &Coordinat
             .collect::<Vec<_>>()
     };
     let (train, validation, network) = (loss(1.0, 3.0), loss(1.2, 4.0), loss(40.0, 9.0));
-    let named = |name, role, y| Curve {
-        name,
-        role,
-        x: &step,
-        y,
-    };
+    let named = |name, role, y| Series::line(name, role, step.clone(), y);
     let losses = loss_curves(
         "step",
         "",
-        &[
-            named("Lagrangian, training", Role::Lnn, &train),
-            named("Lagrangian, validation", Role::Other(1), &validation),
-            named("Plain network, training", Role::Baseline, &network),
+        vec![
+            named("Lagrangian, training", Role::Lnn, train),
+            named("Lagrangian, validation", Role::Other(1), validation),
+            named("Plain network, training", Role::Baseline, network),
         ],
     );
     let accelerations: Vec<f64> = (0..4000)
@@ -185,19 +178,10 @@ fn demo_figures(motions: &[Motion], errors: &[Vec<f64>], coordinates: &Coordinat
             .collect()
     };
     let (close, far) = (off(0.002), off(0.08));
-    let pairs = [
-        Pairs {
-            name: "Plain network",
-            role: Role::Baseline,
-            truth: &accelerations,
-            predicted: &far,
-        },
-        Pairs {
-            name: "Lagrangian network",
-            role: Role::Lnn,
-            truth: &accelerations,
-            predicted: &close,
-        },
+    let dots = |name, role, predicted| Series::points(name, role, accelerations.clone(), predicted);
+    let models = vec![
+        dots("Plain network", Role::Baseline, far),
+        dots("Lagrangian network", Role::Lnn, close),
     ];
     vec![
         energy,
@@ -205,7 +189,7 @@ fn demo_figures(motions: &[Motion], errors: &[Vec<f64>], coordinates: &Coordinat
         trajectories(coordinates, 1, motions),
         phase_portrait(coordinates, 0, motions),
         phase_portrait(coordinates, 1, motions),
-        parity("acceleration", "rad/s²", &pairs),
+        parity("acceleration", "rad/s²", models),
         losses,
     ]
 }
