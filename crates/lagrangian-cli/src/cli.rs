@@ -8,8 +8,10 @@ use lagrangian::Method;
 use lagrangian::trajectory::Sampling;
 
 use crate::column_args::ColumnArgs;
+use crate::commands::Manner;
 use crate::fit_args::FitArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
+use crate::out_args::{OutArgs, PlotArgs};
 use crate::track_args::TrackArgs;
 use crate::values::{Rows, assignment, finite, method, non_negative, positive, rows, seed};
 
@@ -33,13 +35,8 @@ Begin with:
 Environment:
   LAGRANGIAN_SIMD=NAME   CPU instructions of the kernels, in place of the fastest; `lagrangian --version` lists them")]
 pub(crate) struct Cli {
-    /// Print exactly one JSON object on standard output; all else goes to standard error
-    #[arg(long, global = true)]
-    pub(crate) json: bool,
-
-    /// Show no progress
-    #[arg(long, global = true)]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) manner: Manner,
 
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -205,6 +202,7 @@ Examples:
   lagrangian simulate pendulum --set length=2 --q0 0.1 --qd0 0 --noise 0.001 --out noisy.csv
 
 `lagrangian simulate list` names the systems and their parameters.")]
+#[command(mut_arg("out", |arg| arg.help("File for the trajectories, .csv, .npz or .parquet; a .toml that declares the angles is put beside it [default: CSV on standard output]")))]
 pub(crate) struct SimulateArgs {
     /// Name of the system, or `list`
     #[arg(required_unless_present = "urdf")]
@@ -226,14 +224,8 @@ pub(crate) struct SimulateArgs {
     #[arg(long, value_name = "COEFFICIENT", default_value_t = 0.0, value_parser = non_negative)]
     pub(crate) friction: f64,
 
-    /// File for the trajectories, .csv, .npz or .parquet; a .toml that declares the angles is put beside it
-    /// [default: CSV on standard output]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// Replace the files if they exist
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) output: OutArgs,
 
     /// A parameter of the system; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
@@ -323,18 +315,14 @@ Examples:
   lagrangian check motion.csv
   lagrangian check log1.csv log2.csv --time t --q theta --qd omega --tau torque --angle theta
   lagrangian check motion.csv --lagrangian --seconds 10")]
+#[command(mut_arg("out", |arg| arg.help("File for the findings as JSON")))]
 pub(crate) struct CheckArgs {
     /// Files with recordings: .csv, .npz, .parquet
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
 
-    /// File for the findings as JSON
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// Replace that file if it exists
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) output: OutArgs,
 
     /// Judge the forces behind the filter of `fit --filter`, of this length, s
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
@@ -368,13 +356,8 @@ pub(crate) struct ScoreArgs {
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
 
-    /// File for the figures as JSON
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// Replace that file if it exists
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) output: OutArgs,
 
     #[command(flatten)]
     pub(crate) estimate: EstimateArgs,
@@ -391,6 +374,8 @@ Examples:
   lagrangian torque run/model.safetensors test.csv
   lagrangian torque run/model.safetensors test.csv --out torques.parquet --plot torques.html
   lagrangian torque run/model.safetensors log.csv --filter 0.3 --delay 16 --json")]
+#[command(mut_arg("out", |arg| arg.help("File for the torques and their parts at every sample, .csv, .npz or .parquet")))]
+#[command(mut_arg("plot", |arg| arg.help("File for a drawing of the first motion: .html for a page, .svg or .png for its first joint")))]
 pub(crate) struct TorqueArgs {
     /// A saved model
     pub(crate) model: PathBuf,
@@ -399,17 +384,8 @@ pub(crate) struct TorqueArgs {
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
 
-    /// File for the torques and their parts at every sample, .csv, .npz or .parquet
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// File for a drawing of the first motion: .html for a page, .svg or .png for its first joint
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plot: Option<PathBuf>,
-
-    /// Replace the files if they exist
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) output: PlotArgs,
 
     #[command(flatten)]
     pub(crate) estimate: EstimateArgs,
@@ -423,17 +399,13 @@ pub(crate) struct TorqueArgs {
 Examples:
   lagrangian rollout run/model.safetensors --q0 1.5,0 --qd0 0,0 --duration 100 --out motion.csv
   lagrangian rollout run/model.safetensors --follow test.csv    from its first state, under its torques")]
+#[command(mut_arg("out", |arg| arg.help("File for the trajectory, .csv, .npz or .parquet [default: CSV on standard output]")))]
 pub(crate) struct RolloutArgs {
     /// A saved model
     pub(crate) model: PathBuf,
 
-    /// File for the trajectory, .csv, .npz or .parquet [default: CSV on standard output]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// Replace that file if it exists
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) output: OutArgs,
 
     /// Start where this recording starts, under its forces, at its times
     #[arg(long, value_name = "FILE", conflicts_with = "q0")]
@@ -455,13 +427,13 @@ Examples:
   lagrangian report run
   lagrangian report run --out page.html --pictures pictures
   lagrangian report lagrangian-demo --gif demo.gif")]
+#[command(mut_arg("out", |arg| arg.help("File for the page [default: report.html in the run]")))]
 pub(crate) struct ReportArgs {
     /// Folder of a run, or of a demo
     pub(crate) run: PathBuf,
 
-    /// File for the page [default: report.html in the run]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) output: OutArgs,
 
     /// Folder for the figures as separate pictures, SVG and PNG
     #[arg(long, value_name = "DIR")]
@@ -474,10 +446,6 @@ pub(crate) struct ReportArgs {
     /// Where the moving chain of a run measures its angles
     #[arg(long, value_enum, default_value_t)]
     pub(crate) links: Links,
-
-    /// Replace files that exist
-    #[arg(long)]
-    pub(crate) force: bool,
 }
 
 /// Where the links of a drawn chain measure their angles.

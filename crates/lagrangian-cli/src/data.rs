@@ -1,5 +1,6 @@
 //! From the files that the user names to recordings.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
@@ -248,6 +249,11 @@ pub(crate) fn note_estimates(estimates: &[Estimate]) {
             );
         }
     }
+}
+
+/// The signals that were estimated, each once.
+pub(crate) fn estimated_signals(estimates: &[Estimate]) -> BTreeSet<&'static str> {
+    estimates.iter().map(|e| e.signal).collect()
 }
 
 /// Reads a saved model.

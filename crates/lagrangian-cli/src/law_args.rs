@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::{DataArgs, EstimateArgs};
+use crate::out_args::{OutArgs, PlotArgs};
 use crate::subject::SubjectArgs;
 use crate::values::{finite, positive, seed};
 
@@ -16,6 +17,8 @@ Examples:
   lagrangian action pendulum --from 0.2 --to 1.5 --time 0.7
   lagrangian action pendulum --from 0 --to 0.5 --turns 1 --time 1.2 --plot over-the-top.html
   lagrangian action run/model.safetensors --from 0.6,-0.3 --to 1,0.4 --time 0.5 --out path.csv --json")]
+#[command(mut_arg("out", |arg| arg.help("File for the paths, .csv, .npz or .parquet, the one of least action first")))]
+#[command(mut_arg("plot", |arg| arg.help("File for a drawing of the path of least action: .html for a page, .svg or .png for its first coordinate")))]
 pub(crate) struct ActionArgs {
     #[command(flatten)]
     pub(crate) subject: SubjectArgs,
@@ -53,17 +56,8 @@ pub(crate) struct ActionArgs {
     #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
-    /// File for the paths, .csv, .npz or .parquet, the one of least action first
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// File for a drawing of the path of least action: .html for a page, .svg or .png for its first coordinate
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plot: Option<PathBuf>,
-
-    /// Replace the files if they exist
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) output: PlotArgs,
 }
 
 #[derive(Debug, Args)]
@@ -103,13 +97,8 @@ pub(crate) struct ConservedArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
     pub(crate) duration: f64,
 
-    /// File for the figures as JSON
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// Replace that file if it exists
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) output: OutArgs,
 
     #[command(flatten)]
     pub(crate) estimate: EstimateArgs,

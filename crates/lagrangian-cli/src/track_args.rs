@@ -8,6 +8,7 @@ use lagrangian::Signals;
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::column_args::ColumnArgs;
+use crate::out_args::PlotArgs;
 use crate::values::{assignment, non_negative, positive, seed};
 
 #[derive(Debug, Args)]
@@ -19,6 +20,8 @@ Examples:
   lagrangian track run/model.safetensors --reference letter.csv --robot robot.urdf --payload 0.5 --limit 30
   lagrangian track run/model.safetensors --reference letter.csv --robot iiwa7 --kp 40 --kd 4 --noise 1e-5,2e-3 \\
       --delay 2 --out motion.csv --plot track.html --json")]
+#[command(mut_arg("out", |arg| arg.help("File for the motion and its torques, .csv, .npz or .parquet; a .toml that declares the angles is put beside it")))]
+#[command(mut_arg("plot", |arg| arg.help("File for a drawing: .html for a page, .svg or .png for the motion of the first joint")))]
 pub(crate) struct TrackArgs {
     /// A saved model: what the controller knows
     pub(crate) model: PathBuf,
@@ -27,17 +30,8 @@ pub(crate) struct TrackArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) reference: PathBuf,
 
-    /// File for the motion and its torques, .csv, .npz or .parquet; a .toml that declares the angles is put beside it
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-
-    /// File for a drawing: .html for a page, .svg or .png for the motion of the first joint
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plot: Option<PathBuf>,
-
-    /// Replace the files if they exist
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) output: PlotArgs,
 
     #[command(flatten)]
     pub(crate) truth: TruthArgs,

@@ -16,24 +16,14 @@ use serde_json::json;
 use super::Manner;
 use crate::failure::{Advise, FAILED};
 use crate::law_args::ActionArgs;
-use crate::output::{self, Existing};
-use crate::picture::{self, Drawing};
+use crate::output;
 use crate::run_folder::command_line;
 
 /// Sizes of the variations that are drawn.
 const SIZES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
 
 pub(super) fn run(args: &ActionArgs, manner: Manner) -> Result<ExitCode> {
-    let existing = Existing::from_force(args.force);
-    if let Some(path) = &args.out {
-        output::format_of(path)?;
-    }
-    if let Some(path) = &args.plot {
-        Drawing::of(path)?;
-    }
-    for path in [&args.out, &args.plot].into_iter().flatten() {
-        output::refuse_existing(path, existing)?;
-    }
+    args.output.refuse_unwritable()?;
     let subject = args.subject.open()?;
     let physics = subject.physics()?;
     if physics.dissipation.is_some() {
@@ -50,27 +40,24 @@ pub(super) fn run(args: &ActionArgs, manner: Manner) -> Result<ExitCode> {
     };
     let search = stationary_paths(lagrangian, &ends, &options)
         .advise("cannot look for a path", "correct --steps or --guesses")?;
-    write(args, existing, lagrangian, &search)?;
+    write(args, lagrangian, &search)?;
     let failure = search.failure();
-    if manner.json {
-        output::print_json(&json!({
-            "command": "action",
-            "subject": args.subject.subject,
-            "from": ends.from,
-            "to": ends.to,
-            "time": ends.duration,
-            "steps": args.steps,
-            "out": args.out,
-            "plot": args.plot,
-            "paths": search.paths,
-            "tried": search.tried,
-            "led_nowhere": search.failures.len(),
-            "failure": failure,
-            "reason": failure.map(|f| f.to_string()),
-        }))?;
-    } else {
-        output::print(&as_text(&search))?;
-    }
+    let figures = json!({
+        "command": "action",
+        "subject": args.subject.subject,
+        "from": ends.from,
+        "to": ends.to,
+        "time": ends.duration,
+        "steps": args.steps,
+        "out": args.output.file.out,
+        "plot": args.output.plot,
+        "paths": search.paths,
+        "tried": search.tried,
+        "led_nowhere": search.failures.len(),
+        "failure": failure,
+        "reason": failure.map(|f| f.to_string()),
+    });
+    manner.print(&figures, || as_text(&search))?;
     if let Some(failure) = failure {
         eprintln!("no path: {failure}");
         return Ok(ExitCode::from(FAILED));
@@ -92,27 +79,21 @@ fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
     }
 }
 
-/// The files that were asked for; of nothing found, none.
-fn write(
-    args: &ActionArgs,
-    existing: Existing,
-    lagrangian: &dyn Lagrangian,
-    search: &Search,
-) -> Result<()> {
-    let coordinates = lagrangian.coordinates();
-    let numbered = search.paths.iter().enumerate();
-    if let Some(path) = args.out.as_ref().filter(|_| !search.paths.is_empty()) {
+/// Writes the files that are asked for, where a path was found.
+fn write(args: &ActionArgs, lagrangian: &dyn Lagrangian, search: &Search) -> Result<()> {
+    let Some(first) = search.paths.first() else {
+        return Ok(());
+    };
+    let file = &args.output.file;
+    if let Some(path) = &file.out {
+        let numbered = (1..).zip(&search.paths);
         let motions: Vec<_> = numbered
-            .map(|(k, p)| p.trajectory(&(k + 1).to_string()))
+            .map(|(k, p)| p.trajectory(&format!("{k}")))
             .collect();
-        output::write_trajectories(path, existing, &motions, coordinates)?;
+        output::write_trajectories(path, file.existing(), &motions, lagrangian.coordinates())?;
     }
-    if let (Some(path), Some(first)) = (&args.plot, search.paths.first()) {
-        let figures = figures(lagrangian, first);
-        let page = || page(args, search, figures.clone());
-        picture::write(path, existing, page, || figures[0].clone())?;
-    }
-    Ok(())
+    args.output
+        .draw(|| page(args, search, figures(lagrangian, first)))
 }
 
 /// The path with its neighbours, a figure for each coordinate, and the action of these.

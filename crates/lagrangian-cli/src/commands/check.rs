@@ -12,13 +12,9 @@ use super::{Manner, existence};
 use crate::cli::CheckArgs;
 use crate::data;
 use crate::failure::{FAILED, with_flags};
-use crate::output::{self, Existing};
 
 pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
-    let existing = Existing::from_force(args.force);
-    if let Some(path) = &args.out {
-        output::refuse_existing(path, existing)?;
-    }
+    args.output.refuse_existing()?;
     let sampling = args.sample.sampling(0, Sampling::LONG);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
     let filter = args.filter;
@@ -29,18 +25,11 @@ pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
         report.items.push(Item { remedy, ..item });
     }
     let findings = as_json(args, &recordings, &report);
-    if let Some(path) = &args.out {
-        output::write_bytes(path, existing, &serde_json::to_vec_pretty(&findings)?)?;
-    }
-    if manner.json {
-        output::print_json(&findings)?;
-    } else {
-        output::print(&as_text(&recordings, &report, stdout().is_terminal()))?;
-    }
-    Ok(if report.passed() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(FAILED)
+    let text = || as_text(&recordings, &report, stdout().is_terminal());
+    args.output.write_figures(manner, &findings, text)?;
+    Ok(match report.passed() {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::from(FAILED),
     })
 }
 

@@ -16,7 +16,6 @@ use super::Manner;
 use crate::data;
 use crate::failure::{Advise, mistake};
 use crate::law_args::ConservedArgs;
-use crate::output::{self, Existing};
 use crate::subject::{Subject, coordinate};
 
 /// Motions of a system that is rolled out, and their samples in a second.
@@ -24,10 +23,7 @@ const MOTIONS: usize = 20;
 const RATE: f64 = 50.0;
 
 pub(super) fn run(args: &ConservedArgs, manner: Manner) -> Result<ExitCode> {
-    let existing = Existing::from_force(args.force);
-    if let Some(path) = &args.out {
-        output::refuse_existing(path, existing)?;
-    }
+    args.output.refuse_existing()?;
     let subject = args.subject.open()?;
     let coordinates = subject.coordinates()?;
     let points = points(args, coordinates)?;
@@ -53,13 +49,8 @@ pub(super) fn run(args: &ConservedArgs, manner: Manner) -> Result<ExitCode> {
         "tolerance": args.tolerance,
         "conserved": found,
     });
-    if let Some(path) = &args.out {
-        output::write_bytes(path, existing, &serde_json::to_vec_pretty(&figures)?)?;
-    }
-    match manner.json {
-        true => output::print_json(&figures)?,
-        false => output::print(&as_text(&found))?,
-    }
+    let text = || as_text(&found);
+    args.output.write_figures(manner, &figures, text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -16,24 +16,37 @@ mod track;
 use std::process::ExitCode;
 
 use anyhow::Result;
+use clap::Args;
+use serde_json::Value;
 
 use crate::cli::{Cli, Command};
+use crate::output;
 
-/// What every command needs to know of the command line.
-#[derive(Debug, Clone, Copy)]
+/// How a command speaks.
+#[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct Manner {
-    /// One JSON object on standard output and nothing else there.
+    /// Print exactly one JSON object on standard output; all else goes to standard error
+    #[arg(long, global = true)]
     pub(crate) json: bool,
-    /// No progress.
+
+    /// Show no progress
+    #[arg(long, global = true)]
     pub(crate) quiet: bool,
+}
+
+impl Manner {
+    /// Prints figures as JSON, or `text` for people.
+    pub(crate) fn print(self, figures: &Value, text: impl FnOnce() -> String) -> Result<()> {
+        match self.json {
+            true => output::print_json(figures),
+            false => output::print(&text()),
+        }
+    }
 }
 
 /// Runs the command that was asked for.
 pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
-    let manner = Manner {
-        json: cli.json,
-        quiet: cli.quiet,
-    };
+    let manner = cli.manner;
     match cli.command {
         Command::Demo(args) => demo::run(&args, manner),
         Command::Simulate(args) => simulate::run(&args, manner),

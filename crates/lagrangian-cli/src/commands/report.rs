@@ -13,20 +13,21 @@ use super::{Manner, fit};
 use crate::cli::{Links, ReportArgs};
 use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::out_args::write_png;
 use crate::output::{self, Existing};
 use crate::run_folder::{FIGURES, MODEL, REPORT, RunFolder};
 use crate::run_page::Run;
 
 pub(super) fn run(args: &ReportArgs, manner: Manner) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
-    let existing = Existing::from_force(args.force);
-    for path in [&args.out, &args.gif].into_iter().flatten() {
+    let (out, existing) = (&args.output.out, args.output.existing());
+    for path in [out, &args.gif].into_iter().flatten() {
         output::refuse_existing(path, existing)?;
     }
     let report = of_run(&folder, args.links)?;
-    let path = args.out.clone().unwrap_or_else(|| folder.file(REPORT));
+    let path = out.clone().unwrap_or_else(|| folder.file(REPORT));
     // The run's own page is made to be made again.
-    let replace = Existing::from_force(args.force || args.out.is_none());
+    let replace = Existing::from_force(args.output.force || out.is_none());
     output::write_bytes(&path, replace, draw::html(&report).as_bytes())?;
     if let Some(pictures) = &args.pictures {
         draw_figures(&report, pictures, existing)?;
@@ -88,16 +89,9 @@ fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()
         "give another folder to --pictures",
     )?;
     for figure in &report.figures {
-        output::write_bytes(
-            &folder.join(format!("{}.svg", figure.id)),
-            existing,
-            draw::svg(figure).as_bytes(),
-        )?;
-        output::write_file(
-            &folder.join(format!("{}.png", figure.id)),
-            existing,
-            |sink| Ok(draw::png(figure, 1280, 840, sink)?),
-        )?;
+        let file = |format: &str| folder.join(format!("{}.{format}", figure.id));
+        output::write_bytes(&file("svg"), existing, draw::svg(figure).as_bytes())?;
+        write_png(&file("png"), existing, figure)?;
     }
     Ok(())
 }

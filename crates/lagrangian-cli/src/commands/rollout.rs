@@ -13,14 +13,11 @@ use super::Manner;
 use crate::cli::RolloutArgs;
 use crate::data;
 use crate::failure::{Advise, mistake};
-use crate::output::{self, Existing};
+use crate::output;
 
 pub(super) fn run(args: &RolloutArgs, manner: Manner) -> Result<ExitCode> {
-    let existing = Existing::from_force(args.force);
-    if let Some(path) = &args.out {
-        output::format_of(path)?;
-        output::refuse_existing(path, existing)?;
-    }
+    let output = &args.output;
+    output.refuse_unwritable()?;
     let model = data::model(&args.model)?;
     let rollout = match &args.follow {
         Some(path) => follow(&model, path, args)?,
@@ -28,9 +25,10 @@ pub(super) fn run(args: &RolloutArgs, manner: Manner) -> Result<ExitCode> {
     };
     note(rollout.outcome);
     let trajectories = std::slice::from_ref(&rollout.trajectory);
-    match &args.out {
+    match &output.out {
         Some(path) => {
-            output::write_trajectories(path, existing, trajectories, model.coordinates())?;
+            let (existing, coordinates) = (output.existing(), model.coordinates());
+            output::write_trajectories(path, existing, trajectories, coordinates)?;
         }
         None if manner.json => {}
         None => output::print_trajectories(trajectories)?,
@@ -39,7 +37,7 @@ pub(super) fn run(args: &RolloutArgs, manner: Manner) -> Result<ExitCode> {
         output::print_json(&json!({
             "command": "rollout",
             "model": args.model,
-            "out": args.out,
+            "out": output.out,
             "samples": rollout.trajectory.len(),
             "outcome": rollout.outcome,
             "steps": rollout.steps,

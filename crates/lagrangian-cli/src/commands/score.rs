@@ -12,13 +12,9 @@ use crate::cli::ScoreArgs;
 use crate::data;
 use crate::failure::Advise;
 use crate::motion;
-use crate::output::{self, Existing};
 
 pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
-    let existing = Existing::from_force(args.force);
-    if let Some(path) = &args.out {
-        output::refuse_existing(path, existing)?;
-    }
+    args.output.refuse_existing()?;
     let model = data::model(&args.model)?;
     let recordings = data::read(&args.files, &args.data)?;
     data::require_dof(&recordings, model.coordinates())?;
@@ -31,17 +27,11 @@ pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
         "command": "score",
         "model": args.model,
         "files": args.files,
-        "estimated": estimates.iter().map(|e| e.signal).collect::<std::collections::BTreeSet<_>>(),
+        "estimated": data::estimated_signals(&estimates),
         "score": score,
     });
-    if let Some(path) = &args.out {
-        output::write_bytes(path, existing, &serde_json::to_vec_pretty(&figures)?)?;
-    }
-    if manner.json {
-        output::print_json(&figures)?;
-    } else {
-        output::print(&as_text(&score, &trajectories, model.coordinates()))?;
-    }
+    let text = || as_text(&score, &trajectories, model.coordinates());
+    args.output.write_figures(manner, &figures, text)?;
     Ok(ExitCode::SUCCESS)
 }
 

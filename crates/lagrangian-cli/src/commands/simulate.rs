@@ -16,18 +16,14 @@ use serde_json::json;
 use super::Manner;
 use crate::cli::{SimulateArgs, Starts};
 use crate::failure::{Advise, mistake};
-use crate::output::{self, Existing};
+use crate::output;
 use crate::robot;
 
 pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
     if args.system.as_deref() == Some("list") {
         return list(manner);
     }
-    let existing = Existing::from_force(args.force);
-    if let Some(path) = &args.out {
-        output::format_of(path)?;
-        output::refuse_existing(path, existing)?;
-    }
+    args.output.refuse_unwritable()?;
     let system = system(args)?;
     let mut rollouts = motions(args, &*system)?;
     let summaries: Vec<Summary> = rollouts
@@ -45,7 +41,8 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
         }
     }
     let trajectories = recorded(rollouts, args);
-    let layout = match &args.out {
+    let (out, existing) = (&args.output.out, args.output.existing());
+    let layout = match out {
         Some(path) => Some(output::write_trajectories(
             path,
             existing,
@@ -70,11 +67,11 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
             "motion": args.motion,
             "momenta": args.momenta,
             "noise": args.noise,
-            "out": args.out,
+            "out": out,
             "layout": layout,
             "trajectories": summaries,
         }))?;
-    } else if let (Some(path), Some(layout)) = (&args.out, layout) {
+    } else if let (Some(path), Some(layout)) = (out, layout) {
         let samples: usize = trajectories.iter().map(Trajectory::len).sum();
         let count = trajectories.len();
         eprintln!(

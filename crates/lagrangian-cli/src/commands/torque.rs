@@ -13,54 +13,41 @@ use super::Manner;
 use crate::cli::TorqueArgs;
 use crate::data;
 use crate::failure::Advise;
-use crate::output::{self, Existing};
-use crate::picture::{self, Drawing};
+use crate::out_args::PlotArgs;
+use crate::output;
 use crate::run_folder::command_line;
 
 pub(super) fn run(args: &TorqueArgs, manner: Manner) -> Result<ExitCode> {
-    let existing = Existing::from_force(args.force);
-    if let Some(path) = &args.out {
-        output::format_of(path)?;
-    }
-    if let Some(path) = &args.plot {
-        Drawing::of(path)?;
-    }
-    for path in [&args.out, &args.plot].into_iter().flatten() {
-        output::refuse_existing(path, existing)?;
-    }
+    args.output.refuse_unwritable()?;
     let model = data::model(&args.model)?;
     let recordings = data::read(&args.files, &args.data)?;
     data::require_dof(&recordings, model.coordinates())?;
     let (motions, estimates) = data::trajectories(recordings, &args.estimate.options())?;
     let predictions = predictions(&model, &motions)?;
     note_not_finite(&predictions);
-    let n = model.coordinates().dof();
-    let summary = summarise(&predictions, n);
-    if let Some(path) = &args.out {
+    let coordinates = model.coordinates();
+    let summary = summarise(&predictions, coordinates.dof());
+    let PlotArgs { file, plot } = &args.output;
+    if let Some(path) = &file.out {
         let format = output::format_of(path)?;
-        let columns = table(&predictions, n);
-        output::write_file(path, existing, |sink| {
+        let columns = table(&predictions, coordinates.dof());
+        output::write_file(path, file.existing(), |sink| {
             Ok(format.write_table(sink, &columns)?)
         })?;
     }
-    if let (Some(path), Some(first)) = (&args.plot, predictions.first()) {
-        let coordinates = model.coordinates();
-        let page = || page(coordinates, first, &summary);
-        picture::write(path, existing, page, || torque_parts(coordinates, 0, first))?;
+    if let Some(first) = predictions.first() {
+        args.output.draw(|| page(coordinates, first, &summary))?;
     }
-    if manner.json {
-        output::print_json(&json!({
-            "command": "torque",
-            "model": args.model,
-            "files": args.files,
-            "out": args.out,
-            "plot": args.plot,
-            "estimated": estimates.iter().map(|e| e.signal).collect::<std::collections::BTreeSet<_>>(),
-            "torque": summary,
-        }))?;
-    } else {
-        output::print(&as_text(&summary, model.coordinates()))?;
-    }
+    let figures = json!({
+        "command": "torque",
+        "model": args.model,
+        "files": args.files,
+        "out": file.out,
+        "plot": plot,
+        "estimated": data::estimated_signals(&estimates),
+        "torque": summary,
+    });
+    manner.print(&figures, || as_text(&summary, coordinates))?;
     Ok(ExitCode::SUCCESS)
 }
 

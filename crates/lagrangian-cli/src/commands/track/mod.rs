@@ -15,16 +15,19 @@ use serde_json::json;
 use super::Manner;
 use crate::data;
 use crate::failure::{Advise, mistake};
-use crate::output::{self, Existing};
-use crate::picture::{self, Drawing};
+use crate::out_args::PlotArgs;
+use crate::output;
 use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 
 /// Bandwidth of the feedback where no gains are given, rad/s: low, as where a model is to do the work.
 const BANDWIDTH: f64 = 5.0;
 
 pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
-    let existing = Existing::from_force(args.force);
-    refuse_outputs(args, existing)?;
+    let PlotArgs { file, plot } = &args.output;
+    args.output.refuse_unwritable()?;
+    if let Some(path) = &file.out {
+        output::refuse_existing(&path.with_extension("toml"), file.existing())?;
+    }
     let model = data::model(&args.model)?;
     let reference = reference(args, &model)?;
     let truth = truth::read(&args.truth, &model, reference.samples())?;
@@ -50,9 +53,9 @@ pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
         run.warn();
         runs.push(run);
     }
-    if let (Some(path), Some(first)) = (&args.out, runs.first()) {
+    if let (Some(path), Some(first)) = (&file.out, runs.first()) {
         let motion = std::slice::from_ref(&first.followed.driven.trajectory);
-        output::write_trajectories(path, existing, motion, model.coordinates())?;
+        output::write_trajectories(path, file.existing(), motion, model.coordinates())?;
     }
     let story = page::Story {
         coordinates: model.coordinates(),
@@ -60,11 +63,8 @@ pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
         rate: control.rate,
         runs: &runs,
     };
-    if let Some(path) = &args.plot {
-        picture::write(path, existing, || story.page(), || story.motion(0))?;
-    }
-    if manner.json {
-        output::print_json(&json!({
+    args.output.draw(|| story.page())?;
+    let figures = json!({
             "command": "track",
             "model": args.model,
             "reference": args.reference,
@@ -74,33 +74,17 @@ pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
             "gains": gains.own,
             "feedback_gains": gains.forces,
             "coordinates": model.coordinates(),
-            "out": args.out,
-            "plot": args.plot,
+            "out": file.out,
+            "plot": plot,
             "tracking": tracking(&runs),
-        }))?;
-    } else {
-        output::print(&story.text())?;
-    }
+    });
+    manner.print(&figures, || story.text())?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {
     let entry = |run: &Run| (run.key.to_string(), run.as_json());
     runs.iter().map(entry).collect()
-}
-
-fn refuse_outputs(args: &TrackArgs, existing: Existing) -> Result<()> {
-    if let Some(path) = &args.out {
-        output::format_of(path)?;
-        output::refuse_existing(&path.with_extension("toml"), existing)?;
-    }
-    if let Some(path) = &args.plot {
-        Drawing::of(path)?;
-    }
-    for path in [&args.out, &args.plot].into_iter().flatten() {
-        output::refuse_existing(path, existing)?;
-    }
-    Ok(())
 }
 
 fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {

@@ -1,0 +1,128 @@
+//! The flags that name files to write, and how they are written.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::Args;
+use lagrangian_report::{Figure, Report, draw};
+use serde_json::Value;
+
+use crate::commands::Manner;
+use crate::failure::mistake;
+use crate::output::{self, Existing};
+
+/// A file to write.
+#[derive(Debug, Args)]
+pub(crate) struct OutArgs {
+    /// File for the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+impl OutArgs {
+    /// What to do with files that are already there.
+    pub(crate) fn existing(&self) -> Existing {
+        Existing::from_force(self.force)
+    }
+
+    /// Refuses a file that must not be replaced, before any work is done for it.
+    pub(crate) fn refuse_existing(&self) -> Result<()> {
+        let mut out = self.out.iter();
+        out.try_for_each(|path| output::refuse_existing(path, self.existing()))
+    }
+
+    /// [`Self::refuse_existing`], and a name that tells no format of motions.
+    pub(crate) fn refuse_unwritable(&self) -> Result<()> {
+        let mut out = self.out.iter();
+        out.try_for_each(|path| output::format_of(path).map(|_| ()))?;
+        self.refuse_existing()
+    }
+
+    /// Writes figures to the file, and as JSON or `text` to standard output.
+    pub(crate) fn write_figures(
+        &self,
+        manner: Manner,
+        figures: &Value,
+        text: impl FnOnce() -> String,
+    ) -> Result<()> {
+        if let Some(path) = &self.out {
+            let json = serde_json::to_vec_pretty(figures)?;
+            output::write_bytes(path, self.existing(), &json)?;
+        }
+        manner.print(figures, text)
+    }
+}
+
+/// A file to write, and one to draw.
+#[derive(Debug, Args)]
+pub(crate) struct PlotArgs {
+    #[command(flatten)]
+    pub(crate) file: OutArgs,
+
+    /// File for a drawing: .html for a page, .svg or .png for its first figure
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+}
+
+impl PlotArgs {
+    /// Refuses files that cannot be written or must not be replaced, before any work is done for them.
+    pub(crate) fn refuse_unwritable(&self) -> Result<()> {
+        self.file.refuse_unwritable()?;
+        if let Some(path) = &self.plot {
+            Drawing::of(path)?;
+            output::refuse_existing(path, self.file.existing())?;
+        }
+        Ok(())
+    }
+
+    /// Draws the page, or its first figure alone, as the name of the file says.
+    pub(crate) fn draw(&self, page: impl FnOnce() -> Report) -> Result<()> {
+        let Some(path) = &self.plot else {
+            return Ok(());
+        };
+        let (drawing, existing, page) = (Drawing::of(path)?, self.file.existing(), page());
+        let figure = || page.figures.first().cloned().unwrap_or_default();
+        match drawing {
+            Drawing::Page => output::write_bytes(path, existing, draw::html(&page).as_bytes()),
+            Drawing::Svg => output::write_bytes(path, existing, draw::svg(&figure()).as_bytes()),
+            Drawing::Png => write_png(path, existing, &figure()),
+        }
+    }
+}
+
+/// Writes a figure as a bitmap.
+pub(crate) fn write_png(path: &Path, existing: Existing, figure: &Figure) -> Result<()> {
+    output::write_file(path, existing, |sink| {
+        Ok(draw::png(figure, 1280, 840, sink)?)
+    })
+}
+
+/// What a file is drawn as.
+#[derive(Debug, Clone, Copy)]
+enum Drawing {
+    /// A page of one file.
+    Page,
+    /// A vector graphic.
+    Svg,
+    /// A bitmap.
+    Png,
+}
+
+impl Drawing {
+    /// By the end of the name.
+    fn of(path: &Path) -> Result<Self> {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("html") => Ok(Self::Page),
+            Some("svg") => Ok(Self::Svg),
+            Some("png") => Ok(Self::Png),
+            _ => Err(mistake(
+                format!("cannot draw '{}'", path.display()),
+                "end the name of --plot with .html, .svg or .png",
+            )),
+        }
+    }
+}
