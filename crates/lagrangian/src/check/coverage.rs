@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
-use super::Item;
+use super::{Item, range};
 use crate::trajectory::{Recording, Signal};
 
 /// Below this part of what the number of samples allows, most of the box was never visited.
@@ -18,25 +18,14 @@ pub(super) fn coverage(recordings: &[Recording]) -> Item {
         return Item::pass("coverage", "not assessed: no velocities were measured");
     };
     let states: Vec<Vec<f64>> = states.into_iter().filter(|s| s.len() == axes).collect();
-    let cells = (states.len() as f64 / 10.0)
-        .powf((axes as f64).recip())
-        .floor()
-        .clamp(2.0, 10.0);
-    let bound = |pick: fn(f64, f64) -> f64, start: f64| -> Vec<f64> {
-        (0..axes)
-            .map(|i| states.iter().map(|s| s[i]).fold(start, pick))
-            .collect()
+    let cells = (states.len() as f64 / 10.0).powf((axes as f64).recip());
+    let cells = cells.floor().clamp(2.0, 10.0);
+    let ends = |i: usize| range(states.iter().map(|s| s[i]));
+    let ends: Vec<(f64, f64)> = (0..axes).map(ends).collect();
+    let place = |(x, (low, high)): (&f64, &(f64, f64))| {
+        (cells * (x - low) / (high - low)).clamp(0.0, cells - 1.0) as u8
     };
-    let (low, high) = (
-        bound(f64::min, f64::INFINITY),
-        bound(f64::max, f64::NEG_INFINITY),
-    );
-    let cell = |s: &Vec<f64>| -> Vec<u8> {
-        let place = |(i, x): (usize, &f64)| {
-            (cells * (x - low[i]) / (high[i] - low[i])).clamp(0.0, cells - 1.0) as u8
-        };
-        s.iter().enumerate().map(place).collect()
-    };
+    let cell = |s: &Vec<f64>| -> Vec<u8> { s.iter().zip(&ends).map(place).collect() };
     let occupied = states.iter().map(cell).collect::<HashSet<_>>().len() as f64;
     let possible = cells.powf(axes as f64).min(states.len() as f64);
     let fraction = occupied / possible;
@@ -44,13 +33,10 @@ pub(super) fn coverage(recordings: &[Recording]) -> Item {
         "{occupied} of {possible} cells ({:.1} %) of the box of {axes} axes of positions and velocities were visited",
         100.0 * fraction
     );
-    let item = if fraction < THIN {
-        let remedy = "a model knows nothing of states that were not visited: excite all joints together, at more amplitudes and speeds";
-        Item::warn("coverage", finding, remedy)
-    } else {
-        Item::pass("coverage", finding)
-    };
-    item.value("occupied", occupied)
+    let remedy = "a model knows nothing of states that were not visited: excite all joints together, at more amplitudes and speeds";
+    Item::pass("coverage", finding)
+        .warn_if(fraction < THIN, remedy)
+        .value("occupied", occupied)
         .value("cells", possible)
         .value("fraction", fraction)
 }
@@ -61,22 +47,16 @@ fn states(recording: &Recording) -> Vec<Vec<f64>> {
     let Some(qd) = recording.values(Signal::Qd).filter(|_| n > 0) else {
         return Vec::new();
     };
-    let turn = |(i, q): (usize, &f64)| {
-        if recording.coordinates.is_circle(i) {
-            q.rem_euclid(TAU)
-        } else {
-            *q
-        }
+    let turn = |(i, q): (usize, &f64)| match recording.coordinates.is_circle(i) {
+        true => q.rem_euclid(TAU),
+        false => *q,
     };
     let moving = || (0..n).filter(|&i| !recording.coordinates.is_parameter(i));
     let rows = recording.q.chunks_exact(n).zip(qd.chunks_exact(n));
-    rows.map(|(q, qd)| {
-        q.iter()
-            .enumerate()
-            .map(turn)
-            .chain(moving().map(|i| qd[i]))
-            .collect::<Vec<f64>>()
-    })
-    .filter(|s| s.iter().all(|x| x.is_finite()))
-    .collect()
+    let state = |(q, qd): (&[f64], &[f64])| -> Vec<f64> {
+        let q = q.iter().enumerate().map(turn);
+        q.chain(moving().map(|i| qd[i])).collect()
+    };
+    let is_finite = |state: &Vec<f64>| state.iter().all(|x| x.is_finite());
+    rows.map(state).filter(is_finite).collect()
 }

@@ -47,10 +47,8 @@ fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
 /// Whether the positions show what the force does not know, so that neither inertias nor delays can be trusted: the
 /// accelerations of all joints stand in the regressor of each.
 fn is_shaken(findings: &Findings) -> bool {
-    let joints = findings.joints.iter().flatten();
-    joints
-        .filter(|f| f.explained.0 > EXPLAINED)
-        .any(|f| f.growth.abs() > GROWTH)
+    let mut joints = findings.joints.iter().flatten();
+    joints.any(|f| f.explained.0 > EXPLAINED && f.growth.abs() > GROWTH)
 }
 
 fn is_delay(found: &Found, step: f64) -> bool {
@@ -67,57 +65,40 @@ fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
         Some(f) if !shaken && is_delay(f, step) => format!("{:.3}", 1e3 * f.delay),
         _ => "0".into(),
     };
-    let flag = findings
-        .joints
-        .iter()
-        .map(milliseconds)
-        .collect::<Vec<_>>()
-        .join(",");
+    let values: Vec<String> = findings.joints.iter().map(milliseconds).collect();
+    let remedy = format!("shift the forces: `delay` {}", values.join(","));
     let item = |(i, name): (usize, &str)| {
         let found = findings.joints[i]?;
         let explained = 100.0 * found.explained.0;
-        let size = format!(
-            "{:.2} ± {:.2} samples ({:.2} ± {:.2} ms)",
-            found.delay / step,
-            found.error / step,
-            1e3 * found.delay,
-            1e3 * found.error
-        );
-        let item = if found.explained.0 <= WELL_EXPLAINED {
-            let finding = format!(
-                "{name}: cannot be told: the motion explains {explained:.0} % of the force"
-            );
-            Item::pass("delay", finding)
-        } else if shaken {
-            let finding =
-                format!("{name}: {size}: not to be trusted before the motion is filtered");
-            Item::pass("delay", finding)
-        } else if found.at_end {
-            Item::pass("delay", format!("{name}: cannot be told from this motion"))
-        } else if is_delay(&found, step) {
-            let side = if found.delay > 0.0 { "after" } else { "before" };
-            let finding = format!(
-                "{name} moves {size} {side} its force: that explains {explained:.2} % of the force, no delay {:.2} %",
-                100.0 * found.explained.1
-            );
-            Item::warn(
-                "delay",
-                finding,
-                format!("shift the forces: `delay` {flag}"),
+        let (samples, error) = (found.delay / step, found.error / step);
+        let (ms, ms_error) = (1e3 * found.delay, 1e3 * found.error);
+        let size = format!("{samples:.2} ± {error:.2} samples ({ms:.2} ± {ms_error:.2} ms)");
+        let trusted = found.explained.0 > WELL_EXPLAINED && !shaken && !found.at_end;
+        let delayed = trusted && is_delay(&found, step);
+        let finding = if found.explained.0 <= WELL_EXPLAINED {
+            format!(
+                "{name}: cannot be determined: the motion explains {explained:.0} % of the force"
             )
+        } else if shaken {
+            format!("{name}: {size}: not to be trusted before the motion is filtered")
+        } else if found.at_end {
+            format!("{name}: cannot be determined from this motion")
+        } else if delayed {
+            let side = if found.delay > 0.0 { "after" } else { "before" };
+            let without = 100.0 * found.explained.1;
+            format!(
+                "{name} moves {size} {side} its force: that explains {explained:.2} % of the force, no delay {without:.2} %"
+            )
+        } else if found.delay.abs() > ERRORS * found.error {
+            format!("{name}: {size}: too little to matter")
         } else {
-            let certain = found.delay.abs() > ERRORS * found.error;
-            let verdict = if certain {
-                "too little to matter"
-            } else {
-                "none that is certain"
-            };
-            Item::pass("delay", format!("{name}: {size}: {verdict}"))
+            format!("{name}: {size}: none that is certain")
         };
-        let item = item
+        let item = Item::pass("delay", finding)
+            .warn_if(delayed, &remedy)
             .value("delay_s", found.delay)
             .value("error_s", found.error)
-            .value("delay_samples", found.delay / step)
+            .value("delay_samples", samples)
             .value("explained", found.explained.0)
             .value("explained_without", found.explained.1);
         Some(item)
@@ -137,16 +118,13 @@ fn inertias(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
         let finding = format!("{name}: inertia {inertia:.3e} ± {error:.1e} {unit}");
         let certain = inertia.abs() > SIGN_ERRORS * error && found.share > SHARE;
         let item = if certain && inertia < 0.0 {
-            let remedy = "turn the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
-            Item::fail(
-                "inertia",
-                format!("{finding}: the force pushes against the acceleration"),
-                remedy,
-            )
+            let finding = format!("{finding}: the force pushes against the acceleration");
+            let remedy = "reverse the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
+            Item::fail("inertia", finding, remedy)
         } else if certain && !(INERTIA.0..INERTIA.1).contains(&inertia) {
-            let remedy =
-                "check the unit of that force (N·m, N) and of the coordinate: SI is expected";
-            Item::warn("inertia", format!("{finding}: hardly a machine"), remedy)
+            let finding = format!("{finding}: implausible for a machine");
+            let remedy = "check the unit of that force (N·m, N) and of the coordinate: SI units are expected";
+            Item::warn("inertia", finding, remedy)
         } else {
             Item::pass("inertia", finding)
         };
@@ -157,45 +135,33 @@ fn inertias(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
 
 /// Whether noise spoils the accelerations.
 fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> {
-    let (at, worst) = findings
-        .certainty
-        .iter()
-        .enumerate()
+    let certainty = findings.certainty.iter().enumerate();
+    let (at, worst) = certainty
         .filter(|(_, c)| c.error.is_finite() && c.filter.is_finite())
         .max_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
     let name = |i: usize| names(recordings).nth(i).map_or("", |n| n.1);
-    let mut finding = format!(
-        "estimated q̈ is uncertain by {:.1} % ({})",
-        100.0 * worst.error,
-        name(at)
-    );
+    let (percent, joint) = (100.0 * worst.error, name(at));
+    let mut finding = format!("estimated q̈ is uncertain by {percent:.1} % ({joint})");
     let explained = |f: &Found| f.explained.0 > EXPLAINED && f.inertia.0 > 0.0;
     let grown = findings.joints.iter().enumerate();
     let grown = grown.filter_map(|(i, f)| Some((i, f.filter(explained)?.growth)));
     let grown = grown.max_by(|a, b| a.1.total_cmp(&b.1));
     let shrunk = grown.is_some_and(|(_, growth)| growth > GROWTH);
     if let Some((i, growth)) = grown.filter(|_| shrunk) {
+        let (joint, percent) = (name(i), 100.0 * growth);
         finding += &format!(
-            "; the inertia of {} comes out {:.0} % larger in windows 1.4 times as long: noise, play or vibrations make it too small",
-            name(i),
-            100.0 * growth
+            "; the inertia of {joint} comes out {percent:.0} % larger in windows 1.4 times as long: noise, play or vibrations make it too small"
         );
     }
     let windows = findings.certainty.iter().map(|c| c.filter);
-    let seconds = windows
-        .filter(|s| s.is_finite())
-        .fold(f64::INFINITY, f64::min);
-    let item = if worst.error > UNCERTAIN || shrunk {
-        let remedy = format!(
-            "filter motion and forces alike, `filter` {seconds:.2}; longer as long as the inertia grows with it, but at most a quarter of the fastest period"
-        );
-        Item::warn("acceleration", finding, remedy)
-    } else {
-        Item::pass("acceleration", finding)
-    };
-    Some(
-        item.value("uncertainty", worst.error)
-            .value("inertia_growth", grown.map_or(0.0, |g| g.1))
-            .value("filter_s", seconds),
-    )
+    let windows = windows.filter(|s| s.is_finite());
+    let seconds = windows.fold(f64::INFINITY, f64::min);
+    let remedy = format!(
+        "filter motion and forces alike, `filter` {seconds:.2}; longer as long as the inertia grows with it, but at most a quarter of the fastest period"
+    );
+    let item = Item::pass("acceleration", finding)
+        .warn_if(worst.error > UNCERTAIN || shrunk, remedy)
+        .value("uncertainty", worst.error)
+        .value("inertia_growth", grown.map_or(0.0, |g| g.1));
+    Some(item.value("filter_s", seconds))
 }

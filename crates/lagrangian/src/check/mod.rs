@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::trajectory::{Recording, Signal};
+use crate::trajectory::{Recording, Signal, Topology};
 
 /// Fewer samples than this in all cannot carry a fit.
 const FEWEST_SAMPLES: usize = 20;
@@ -52,7 +52,6 @@ pub struct Item {
 
 impl Item {
     /// An item that passes.
-    #[must_use]
     pub fn pass(name: &'static str, finding: impl Into<String>) -> Self {
         Self {
             name,
@@ -65,20 +64,27 @@ impl Item {
     }
 
     /// An item that warns and says what to do.
-    #[must_use]
     pub fn warn(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self {
-            verdict: Verdict::Warn,
-            remedy: Some(remedy.into()),
-            ..Self::pass(name, finding)
-        }
+        Self::pass(name, finding).with(Verdict::Warn, remedy)
     }
 
     fn fail(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::pass(name, finding).with(Verdict::Fail, remedy)
+    }
+
+    fn with(self, verdict: Verdict, remedy: impl Into<String>) -> Self {
         Self {
-            verdict: Verdict::Fail,
+            verdict,
             remedy: Some(remedy.into()),
-            ..Self::pass(name, finding)
+            ..self
+        }
+    }
+
+    /// The same, with a warning where the condition holds.
+    fn warn_if(self, condition: bool, remedy: impl Into<String>) -> Self {
+        match condition {
+            true => self.with(Verdict::Warn, remedy),
+            false => self,
         }
     }
 
@@ -112,11 +118,8 @@ impl CheckReport {
     /// The worst verdict.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
-        self.items
-            .iter()
-            .map(|i| i.verdict)
-            .max()
-            .unwrap_or(Verdict::Fail)
+        let verdicts = self.items.iter().map(|i| i.verdict);
+        verdicts.max().unwrap_or(Verdict::Fail)
     }
 
     /// How many items have this verdict.
@@ -158,9 +161,8 @@ pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     items.extend(signals::excitation(recordings));
     items.extend(drive::items(recordings, options));
     for recording in recordings {
-        let shaped = shapes(recording);
-        let whole = shaped.is_none();
-        let mut own: Vec<Item> = shaped.into_iter().collect();
+        let mut own: Vec<Item> = shapes(recording).into_iter().collect();
+        let whole = own.is_empty();
         own.extend(time::sample(recording));
         own.extend(time::items(recording));
         own.extend(time::too_short(recording));
@@ -181,34 +183,23 @@ pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
 /// Whether there is enough of it.
 fn length(recordings: &[Recording]) -> Item {
     let samples: usize = recordings.iter().map(Recording::len).sum();
-    let seconds: f64 = recordings
-        .iter()
-        .filter_map(|r| Some(r.t.last()? - r.t.first()?))
-        .sum();
+    let durations = recordings.iter();
+    let durations = durations.filter_map(|r| Some(r.t.last()? - r.t.first()?));
+    let seconds: f64 = durations.sum();
     let n = recordings.first().map_or(0, Recording::dof);
     let finding = format!(
         "{samples} samples, {seconds:.4} s, {} trajectories, {n} coordinates",
         recordings.len()
     );
+    let enough = SAMPLES_PER_AXIS * 2 * n;
     let item = if samples < FEWEST_SAMPLES {
-        Item::fail(
-            "length",
-            finding,
-            format!(
-                "record more: at least {FEWEST_SAMPLES} samples, some thousand for a learned model"
-            ),
-        )
-    } else if samples < SAMPLES_PER_AXIS * 2 * n {
-        Item::warn(
-            "length",
-            finding,
-            format!(
-                "record more: {} samples or more for {n} coordinates",
-                SAMPLES_PER_AXIS * 2 * n
-            ),
-        )
+        let remedy = format!(
+            "record more: at least {FEWEST_SAMPLES} samples, some thousand for a learned model"
+        );
+        Item::fail("length", finding, remedy)
     } else {
-        Item::pass("length", finding)
+        let remedy = format!("record more: {enough} samples or more for {n} coordinates");
+        Item::pass("length", finding).warn_if(samples < enough, remedy)
     };
     item.value("samples", samples as f64)
         .value("seconds", seconds)
@@ -217,70 +208,47 @@ fn length(recordings: &[Recording]) -> Item {
 
 fn same_coordinates(recordings: &[Recording]) -> Item {
     let Some(first) = recordings.first() else {
-        return Item::fail(
-            "coordinates",
-            "there is no recording",
-            "name files that hold some",
-        );
+        let finding = "there is no recording";
+        return Item::fail("coordinates", finding, "name files that hold some");
     };
-    match recordings
-        .iter()
-        .find(|r| r.coordinates != first.coordinates)
-    {
-        Some(other) => Item::fail(
-            "coordinates",
-            format!(
-                "'{}' and '{}' have different coordinates",
-                first.name, other.name
-            ),
-            "fit recordings of one system at a time; name the columns with `q`, the angles with `angles`",
-        ),
-        None => {
-            let names: Vec<String> = first
-                .coordinates
-                .0
-                .iter()
-                .enumerate()
-                .map(|(i, c)| describe(first, i, &c.name))
-                .collect();
-            Item::pass("coordinates", names.join(", "))
-        }
+    let mut others = recordings.iter();
+    if let Some(other) = others.find(|r| r.coordinates != first.coordinates) {
+        let (one, other) = (&first.name, &other.name);
+        let finding = format!("'{one}' and '{other}' have different coordinates");
+        let remedy = "fit recordings of one system at a time; name the columns with `q`, the angles with `angles`";
+        return Item::fail("coordinates", finding, remedy);
     }
+    let named = first.coordinates.0.iter().enumerate();
+    let names: Vec<String> = named.map(|(i, c)| describe(first, i, &c.name)).collect();
+    Item::pass("coordinates", names.join(", "))
 }
 
 fn describe(recording: &Recording, i: usize, name: &str) -> String {
-    let kind = if recording.coordinates.is_circle(i) {
-        "angle"
-    } else if recording.coordinates.is_parameter(i) {
-        "parameter"
-    } else {
-        "line"
+    let kind = match recording.coordinates.0[i].topology {
+        Topology::Circle => "angle",
+        Topology::Parameter => "parameter",
+        Topology::Line => "line",
     };
-    let force = recording.columns.signals.tau.get(i);
-    let free = force.is_some_and(String::is_empty);
-    let drive = if free {
-        ", no column of its force: 0"
-    } else {
-        ""
+    let drive = match recording.columns.signals.tau.get(i) {
+        Some(column) if column.is_empty() => ", no column of its force: 0",
+        _ => "",
     };
     format!("{name} ({kind}{drive})")
 }
 
 /// An item if a parameter is not constant.
 fn parameters(recording: &Recording) -> Option<Item> {
-    match recording.parameters_are_constant() {
-        Err(crate::Error::Sample {
-            row,
-            finding,
-            remedy,
-            ..
-        }) => Some(Item::fail(
-            "parameter",
-            format!("{finding} at sample {row}"),
-            remedy,
-        )),
-        _ => None,
-    }
+    let Err(crate::Error::Sample {
+        row,
+        finding,
+        remedy,
+        ..
+    }) = recording.parameters_are_constant()
+    else {
+        return None;
+    };
+    let finding = format!("{finding} at sample {row}");
+    Some(Item::fail("parameter", finding, remedy))
 }
 
 /// An item if a signal has another length than the time stamps.
@@ -290,14 +258,14 @@ fn shapes(recording: &Recording) -> Option<Item> {
         let measured = *signal == Signal::Q || !values.is_empty();
         measured && values.len() != expected
     })?;
-    let finding = format!(
-        "{} has {} values where {expected} are needed",
-        signal.name(),
-        values.len()
-    );
-    Some(Item::fail(
-        "shape",
-        finding,
-        "give one value per sample and coordinate",
-    ))
+    let (signal, count) = (signal.name(), values.len());
+    let finding = format!("{signal} has {count} values where {expected} are needed");
+    let remedy = "give one value per sample and coordinate";
+    Some(Item::fail("shape", finding, remedy))
+}
+
+/// The lowest and the highest of some values, NaN left aside; an empty range of none.
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let start = (f64::INFINITY, f64::NEG_INFINITY);
+    values.fold(start, |(low, high), x| (low.min(x), high.max(x)))
 }

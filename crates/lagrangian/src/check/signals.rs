@@ -1,11 +1,12 @@
 //! Each signal by itself: finite, moving, jumps, noise, quantisation, saturation, repeats.
 
+use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
-use super::{Item, time};
-use crate::trajectory::Recording;
+use super::{Item, range, time};
 use crate::trajectory::local_polynomial::{Series, median, median_step, segments};
 use crate::trajectory::window::noise_variance;
+use crate::trajectory::{Recording, Signal};
 
 /// A coordinate declared as an angle that turns more often than this may be in degrees.
 const MANY_TURNS: f64 = 15.0;
@@ -38,18 +39,16 @@ struct Column<'a> {
 
 impl Column<'_> {
     fn iter(&self) -> impl Iterator<Item = f64> {
-        self.values
-            .iter()
-            .skip(self.coordinate)
-            .step_by(self.n)
-            .copied()
+        let own = self.values.iter().skip(self.coordinate);
+        own.step_by(self.n).copied()
     }
 
     fn range(&self) -> (f64, f64) {
-        self.iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-                (l.min(x), h.max(x))
-            })
+        range(self.iter())
+    }
+
+    fn is_finite(&self) -> bool {
+        self.iter().all(f64::is_finite)
     }
 
     fn deviation(&self) -> f64 {
@@ -61,103 +60,77 @@ impl Column<'_> {
 
 fn columns(recording: &Recording) -> Vec<Column<'_>> {
     let n = recording.dof();
-    let signals = recording.known();
-    signals
-        .flat_map(|(signal, values)| {
-            let names = recording.columns.signals.get(signal);
-            (0..n).map(move |coordinate| {
-                let name = names.get(coordinate).map_or(signal.name(), String::as_str);
-                Column {
-                    signal: signal.name(),
-                    name,
-                    coordinate,
-                    n,
-                    values,
-                }
-            })
+    let of_signal = |(signal, values): (Signal, _)| {
+        let names = recording.columns.signals.get(signal);
+        (0..n).map(move |coordinate| Column {
+            signal: signal.name(),
+            name: names.get(coordinate).map_or(signal.name(), String::as_str),
+            coordinate,
+            n,
+            values,
         })
-        // A force without a column is 0 by declaration.
-        .filter(|column| !column.name.is_empty())
-        .collect()
+    };
+    let all = recording.known().flat_map(of_signal);
+    // A force without a column is 0 by declaration.
+    all.filter(|column| !column.name.is_empty()).collect()
 }
 
 /// Whether each coordinate moves in any of the recordings: about all of them together.
 pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
     let first = recordings.first()?;
-    let still = |i: &usize| {
-        let moves = |r: &Recording| {
-            let column = Column {
-                signal: "q",
-                name: "",
-                coordinate: *i,
-                n: r.dof(),
-                values: &r.q,
-            };
-            let (low, high) = column.range();
-            // A parameter is constant along a motion: what counts is that motions differ.
-            high > low || (first.coordinates.is_parameter(*i) && r.q.get(*i) != first.q.get(*i))
-        };
-        !recordings
-            .iter()
-            .filter(|r| *i < r.dof() && !r.is_empty())
-            .any(moves)
+    let coordinates = &first.coordinates;
+    let moves = |i: usize, r: &Recording| {
+        let (low, high) = range(r.q.iter().skip(i).step_by(r.dof()).copied());
+        // A parameter is constant along a motion: what counts is that motions differ.
+        high > low || (coordinates.is_parameter(i) && r.q.get(i) != first.q.get(i))
     };
-    let still: Vec<&str> = (0..first.dof())
-        .filter(still)
-        .map(|i| first.coordinates.0[i].name.as_str())
+    let is_still = |i: &usize| {
+        let mut known = recordings.iter().filter(|r| *i < r.dof() && !r.is_empty());
+        !known.any(|r| moves(*i, r))
+    };
+    let still: Vec<usize> = (0..first.dof()).filter(is_still).collect();
+    let mut free = (0..first.dof()).filter(|&i| !coordinates.is_parameter(i));
+    if free.all(|i| still.contains(&i)) {
+        let remedy = "record a motion, or name the right columns with `q`";
+        return Some(Item::fail("excitation", "no coordinate moves", remedy));
+    }
+    if still.is_empty() {
+        let (forces, all) = (
+            recordings.iter().filter(|r| !r.tau.is_empty()),
+            recordings.len(),
+        );
+        let forces = forces.count();
+        let finding = format!("every coordinate moves; {forces} of {all} recordings have forces");
+        return Some(Item::pass("excitation", finding));
+    }
+    let names: Vec<&str> = still
+        .iter()
+        .map(|&i| coordinates.0[i].name.as_str())
         .collect();
-    let forces = recordings.iter().filter(|r| !r.tau.is_empty()).count();
-    let moving = first.dof() - first.coordinates.parameters().count();
-    let moves = |name: &&str| {
-        let same = |i: usize| first.coordinates.0[i].name == *name;
-        !first.coordinates.parameters().any(same)
-    };
-    Some(
-        if still.iter().filter(|name| moves(name)).count() == moving {
-            Item::fail(
-                "excitation",
-                "no coordinate moves",
-                "record a motion, or name the right columns with `q`",
-            )
-        } else if !still.is_empty() {
-            let finding = format!("{} never moves", still.join(", "));
-            Item::warn(
-                "excitation",
-                finding,
-                "leave it out with `q`, or excite it: nothing about it can be learned",
-            )
-        } else {
-            let finding = format!(
-                "every coordinate moves; {forces} of {} recordings have forces",
-                recordings.len()
-            );
-            Item::pass("excitation", finding)
-        },
-    )
+    let finding = format!("{} never moves", names.join(", "));
+    let remedy = "omit it with `q`, or excite it: nothing about it can be learned";
+    Some(Item::warn("excitation", finding, remedy))
 }
 
 /// Items that need no usable time stamps.
 pub(super) fn items(recording: &Recording) -> Vec<Item> {
     let columns = columns(recording);
     let mut items = vec![finite(&columns), ranges(recording, &columns)];
-    items.extend(saturation(&columns));
+    let limited = columns.iter().filter(|c| matches!(c.signal, "q" | "tau"));
+    items.extend(limited.filter_map(saturation));
     items
 }
 
 /// Items that need usable time stamps.
 pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
     let columns = columns(recording);
-    if columns.iter().any(|c| c.iter().any(|x| !x.is_finite())) {
+    if !columns.iter().all(Column::is_finite) {
         return Vec::new();
     }
     let steps: Vec<f64> = columns.iter().map(quantisation_step).collect();
     let mut items = vec![wraps(recording)];
-    items.extend(
-        columns
-            .iter()
-            .filter(|c| c.signal == "q")
-            .filter_map(|c| jumps(recording, c)),
-    );
+    let positions = columns.iter().filter(|c| c.signal == "q");
+    items.extend(positions.filter_map(|c| jumps(recording, c)));
     items.push(repeats(recording, &steps));
     items.push(noise(recording, &columns));
     items.push(quantisation(&columns, &steps));
@@ -168,19 +141,16 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
 const LARGEST: f64 = 1e100;
 
 fn finite(columns: &[Column<'_>]) -> Item {
-    let usable = |x: &f64| x.abs() <= LARGEST;
-    let bad = |c: &&Column<'_>| c.iter().any(|x| !usable(&x));
-    let total: usize = columns
-        .iter()
-        .map(|c| c.iter().filter(|x| !usable(x)).count())
-        .sum();
-    let item = match columns.iter().find(bad) {
+    let unusable = |x: &f64| x.abs().partial_cmp(&LARGEST).is_none_or(Ordering::is_gt);
+    let counts = columns.iter().map(|c| c.iter().filter(unusable).count());
+    let total: usize = counts.sum();
+    let first =
+        |c: &Column<'_>| Some((c.name.to_owned(), c.iter().position(|x| unusable(&x))? + 1));
+    let item = match columns.iter().find_map(first) {
         None => Item::pass("finite", "all values are finite"),
-        Some(c) => {
-            let row = c.iter().position(|x| !usable(&x)).unwrap_or(0) + 1;
+        Some((name, row)) => {
             let finding = format!(
-                "{total} values are NaN, infinite, above 1e100 or empty, first in column '{}' at sample {row}",
-                c.name
+                "{total} values are NaN, infinite, above 1e100 or empty, first in column '{name}' at sample {row}"
             );
             Item::fail("finite", finding, "remove or repair those rows")
         }
@@ -190,10 +160,9 @@ fn finite(columns: &[Column<'_>]) -> Item {
 
 /// A figure that stays readable whatever its size.
 fn short(x: f64) -> String {
-    if x.abs() < 1e6 {
-        format!("{x:.4}")
-    } else {
-        format!("{x:.4e}")
+    match x.abs() < 1e6 {
+        true => format!("{x:.4}"),
+        false => format!("{x:.4e}"),
     }
 }
 
@@ -207,13 +176,12 @@ fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
             .value(format!("{}_min", c.name), low)
             .value(format!("{}_max", c.name), high);
         let turns = (high - low) / TAU;
-        if c.signal == "q" && recording.coordinates.is_circle(c.coordinate) && turns > MANY_TURNS {
-            item.verdict = super::Verdict::Warn;
-            item.remedy = Some(format!(
-                "{} spans {turns:.1} turns: if it is in degrees, declare `degrees`; if it is no angle, leave it out of `angles`",
-                c.name
-            ));
-        }
+        let is_angle = c.signal == "q" && recording.coordinates.is_circle(c.coordinate);
+        let remedy = format!(
+            "{} spans {turns:.1} turns: if it is in degrees, declare `degrees`; if it is no angle, omit it from `angles`",
+            c.name
+        );
+        item = item.warn_if(is_angle && turns > MANY_TURNS, remedy);
     }
     item.finding = texts.join(", ");
     item
@@ -221,10 +189,9 @@ fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
 
 fn wraps(recording: &Recording) -> Item {
     let total: usize = recording.unwrapped.iter().sum();
-    let finding = if total == 0 {
-        "none to unwrap".into()
-    } else {
-        format!("{total} jumps of wrapped angles were unwrapped")
+    let finding = match total {
+        0 => "none to unwrap".into(),
+        _ => format!("{total} jumps of wrapped angles were unwrapped"),
     };
     Item::pass("wraps", finding).value("unwrapped", total as f64)
 }
@@ -246,93 +213,63 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
     let (low, high) = c.range();
     let usual = median(&mut surprises.clone());
     let threshold = (JUMP * usual).max(SMALLEST_JUMP * (high - low));
-    let mut found: Vec<usize> = (0..surprises.len())
-        .filter(|k| surprises[*k] > threshold)
+    // The neighbours of a jump are surprised by half of it.
+    let is_jump = |&k: &usize| {
+        let own = surprises[k];
+        own > threshold
+            && surprises.get(k.wrapping_sub(1)).is_none_or(|s| *s < own)
+            && surprises.get(k + 1).is_none_or(|s| *s <= own)
+    };
+    let found: Vec<usize> = (0..surprises.len())
+        .filter(is_jump)
         .map(|k| k + 1)
         .collect();
-    // The neighbours of a jump are surprised by half of it.
-    found.retain(|&k| {
-        let own = surprises[k - 1];
-        surprises.get(k.wrapping_sub(2)).is_none_or(|s| *s < own)
-            && surprises.get(k).is_none_or(|s| *s <= own)
-    });
     let &k = found.first()?;
-    let step = q[k + 1] - q[k];
+    let (step, count, at, name) = (q[k + 1] - q[k], found.len(), t[k + 1], c.name);
     let whole_turn =
         |turn: f64| ((step.abs() - turn).abs() < 0.1 * turn) && high - low < 1.05 * turn;
-    let finding = format!(
-        "{} jumps {} times, first by {step:.4} at t = {:.4} s",
-        c.name,
-        found.len(),
-        t[k + 1]
-    );
-    let item = if !recording.coordinates.is_circle(c.coordinate)
-        && (whole_turn(TAU) || whole_turn(360.0))
-    {
+    let finding = format!("{name} jumps {count} times, first by {step:.4} at t = {at:.4} s");
+    let circle = recording.coordinates.is_circle(c.coordinate);
+    let item = if !circle && (whole_turn(TAU) || whole_turn(360.0)) {
         let degrees = if whole_turn(TAU) { "" } else { " `degrees`" };
-        Item::fail(
-            "jumps",
-            finding,
-            format!(
-                "it looks like a wrapped angle: declare it, `angles` {}{degrees}",
-                c.name
-            ),
-        )
+        let remedy = format!("it looks like a wrapped angle: declare it, `angles` {name}{degrees}");
+        Item::fail("jumps", finding, remedy)
     } else {
-        Item::warn(
-            "jumps",
-            finding,
-            "cut the recording there, or remove the outliers: a derivative across a jump is meaningless",
-        )
+        let remedy = "cut the recording there, or remove the outliers: a derivative across a jump is meaningless";
+        Item::warn("jumps", finding, remedy)
     };
-    Some(
-        item.value("jumps", found.len() as f64)
-            .value("first_s", t[k + 1]),
-    )
+    Some(item.value("jumps", count as f64).value("first_s", at))
 }
 
 /// Rows that repeat the one before although the system moves faster than a quantisation step a sample.
 fn repeats(recording: &Recording, steps: &[f64]) -> Item {
     let n = recording.dof();
-    let same = |k: usize| {
-        recording.known().all(|(_, s)| {
-            s[k * n..(k + 1) * n]
-                .iter()
-                .zip(&s[(k - 1) * n..k * n])
-                .all(|(a, b)| a.total_cmp(b).is_eq())
+    let row = |k: usize| recording.signals.row(n, k);
+    let same = |&k: &usize| {
+        let mut pairs = row(k).into_iter().zip(row(k - 1));
+        pairs.all(|((_, now), (_, before))| {
+            let mut values = now.iter().zip(before);
+            values.all(|(a, b)| a.total_cmp(b).is_eq())
         })
     };
-    let moving = |k: usize| {
+    let moving = |&&k: &&usize| {
         let (from, to) = (k.saturating_sub(5), (k + 5).min(recording.len() - 1));
-        (0..n).any(|i| {
-            (recording.q[to * n + i] - recording.q[from * n + i]).abs()
-                > 2.0 * steps[i] * (to - from) as f64
-        })
+        let mut ends = row(from).q.iter().zip(row(to).q).zip(steps);
+        ends.any(|((from_q, to_q), step)| (to_q - from_q).abs() > 2.0 * step * (to - from) as f64)
     };
-    let repeated: Vec<usize> = (1..recording.len()).filter(|k| same(*k)).collect();
-    let stuck = repeated.iter().filter(|k| moving(**k)).count();
-    let finding = format!(
-        "{} rows repeat the one before, {stuck} of them while it moves",
-        repeated.len()
-    );
-    let item = if stuck as f64 > MANY_REPEATS * recording.len() as f64 {
-        Item::warn(
-            "repeats",
-            finding,
-            "the signals are slower than the log: thin it to their true rate with `every`",
-        )
-    } else {
-        Item::pass("repeats", finding)
-    };
-    item.value("repeated", repeated.len() as f64)
+    let repeated: Vec<usize> = (1..recording.len()).filter(same).collect();
+    let (repeated, stuck) = (repeated.len(), repeated.iter().filter(moving).count());
+    let finding = format!("{repeated} rows repeat the one before, {stuck} of them while it moves");
+    let remedy = "the signals are slower than the log: thin it to their true rate with `every`";
+    Item::pass("repeats", finding)
+        .warn_if(stuck as f64 > MANY_REPEATS * recording.len() as f64, remedy)
+        .value("repeated", repeated as f64)
         .value("stuck", stuck as f64)
 }
 
 fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
-    let segments: Vec<_> = segments(&recording.t, time::GAP)
-        .into_iter()
-        .filter(|s| s.len() >= 8)
-        .collect();
+    let mut segments = segments(&recording.t, time::GAP);
+    segments.retain(|s| s.len() >= 8);
     let mut item = Item::pass("noise", "");
     let (mut texts, mut loud) = (Vec::new(), Vec::new());
     for c in columns {
@@ -344,45 +281,29 @@ fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
         };
         let sigma = noise_variance(series, &segments, 3, 8).sqrt();
         let deviation = c.deviation();
-        texts.push(format!(
-            "{} {sigma:.2e} ({:.2} %)",
-            c.name,
-            100.0 * sigma / deviation.max(f64::MIN_POSITIVE)
-        ));
+        let percent = 100.0 * sigma / deviation.max(f64::MIN_POSITIVE);
+        texts.push(format!("{} {sigma:.2e} ({percent:.2} %)", c.name));
         item = item.value(c.name, sigma);
         if sigma > MUCH_NOISE * deviation && deviation > 0.0 {
             loud.push(c.name);
         }
     }
-    item.finding = format!(
-        "standard deviation (part of the signal's): {}",
-        texts.join(", ")
+    let texts = texts.join(", ");
+    item.finding = format!("standard deviation (part of the signal's): {texts}");
+    let remedy = format!(
+        "{} is mostly noise: filter it at the source, or omit it and let it be estimated",
+        loud.join(", ")
     );
-    if !loud.is_empty() {
-        item.verdict = super::Verdict::Warn;
-        item.remedy = Some(format!(
-            "{} is mostly noise: filter it at the source, or leave it out and let it be estimated",
-            loud.join(", ")
-        ));
-    }
-    item
+    item.warn_if(!loud.is_empty(), remedy)
 }
 
 /// Smallest step between the values of a column; 0 where they are all alike.
 fn quantisation_step(c: &Column<'_>) -> f64 {
     let mut values: Vec<f64> = c.iter().collect();
     values.sort_unstable_by(f64::total_cmp);
-    let (low, high) = (
-        values.first().copied().unwrap_or(0.0),
-        values.last().copied().unwrap_or(0.0),
-    );
-    let least = 1e-9 * (high - low);
-    values
-        .windows(2)
-        .map(|w| w[1] - w[0])
-        .filter(|d| *d > least)
-        .fold(f64::INFINITY, f64::min)
-        .min(high - low)
+    let span = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
+    let steps = values.windows(2).map(|w| w[1] - w[0]);
+    steps.filter(|d| *d > 1e-9 * span).fold(span, f64::min)
 }
 
 fn quantisation(columns: &[Column<'_>], steps: &[f64]) -> Item {
@@ -397,22 +318,17 @@ fn quantisation(columns: &[Column<'_>], steps: &[f64]) -> Item {
         }
     }
     item.finding = format!("smallest step: {}", texts.join(", "));
-    if !coarse.is_empty() {
-        item.verdict = super::Verdict::Warn;
-        item.remedy = Some(format!(
-            "{} has fewer than {COARSE_LEVELS} levels: use a finer sensor or larger motions",
-            coarse.join(", ")
-        ));
-    }
-    item
+    let remedy = format!(
+        "{} has fewer than {COARSE_LEVELS} levels: use a finer sensor or larger motions",
+        coarse.join(", ")
+    );
+    item.warn_if(!coarse.is_empty(), remedy)
 }
 
 /// Joints whose forces are 0, or small beside those of another joint.
 pub(super) fn passive(recording: &Recording) -> Vec<Item> {
-    let forces: Vec<Column<'_>> = columns(recording)
-        .into_iter()
-        .filter(|c| c.signal == "tau")
-        .collect();
+    let mut forces = columns(recording);
+    forces.retain(|c| c.signal == "tau");
     let size = |c: &Column<'_>| {
         let (sum, count) = c.iter().fold((0.0, 0.0), |(s, k), x| (s + x * x, k + 1.0));
         f64::sqrt(sum / count)
@@ -433,23 +349,12 @@ pub(super) fn passive(recording: &Recording) -> Vec<Item> {
         };
         Some(Item::pass("passive", finding).value("rms", own))
     };
-    forces
-        .iter()
-        .filter(|_| largest > 0.0)
-        .filter_map(item)
-        .collect()
+    let known = forces.iter().filter(|_| largest > 0.0);
+    known.filter_map(item).collect()
 }
 
-/// Signals that stay at one of their extremes.
-fn saturation(columns: &[Column<'_>]) -> Vec<Item> {
-    columns
-        .iter()
-        .filter(|c| matches!(c.signal, "q" | "tau"))
-        .filter_map(saturated)
-        .collect()
-}
-
-fn saturated(c: &Column<'_>) -> Option<Item> {
+/// An item where a signal stays at one of its extremes.
+fn saturation(c: &Column<'_>) -> Option<Item> {
     let (low, high) = c.range();
     let len = c.iter().count() as f64;
     if !(low.is_finite() && high.is_finite()) {
@@ -458,13 +363,8 @@ fn saturated(c: &Column<'_>) -> Option<Item> {
     if high <= low {
         let forced = c.signal == "tau" && low.abs() > 0.0;
         let finding = format!("{} is constant at {low:.4e}", c.name);
-        return forced.then(|| {
-            Item::warn(
-                "saturation",
-                finding,
-                "check that it was recorded: a constant force excites nothing",
-            )
-        });
+        let remedy = "check that it was recorded: a constant force excites nothing";
+        return forced.then(|| Item::warn("saturation", finding, remedy));
     }
     let mean = c.iter().sum::<f64>() / len;
     if c.signal == "tau" && c.deviation() < HARDLY_CHANGES * mean.abs() {
@@ -479,20 +379,11 @@ fn saturated(c: &Column<'_>) -> Option<Item> {
     }
     let near = 1e-6 * (high - low);
     let at = |extreme: f64| c.iter().filter(|x| (x - extreme).abs() <= near).count() as f64 / len;
-    let (part, extreme) = if at(low) > at(high) {
-        (at(low), low)
-    } else {
-        (at(high), high)
-    };
-    let limit_is_rest = extreme.abs() <= near;
-    let item = || {
-        let finding = format!(
-            "{} stands at {extreme:.4} for {:.1} % of the samples",
-            c.name,
-            100.0 * part
-        );
-        Item::warn("saturation", finding, "what the limit hides cannot be learned: check that the true value is recorded, or stay below the limit")
-            .value("fraction", part)
-    };
-    (part > MUCH_SATURATION && !limit_is_rest).then(item)
+    let extreme = if at(low) > at(high) { low } else { high };
+    let (part, limit_is_rest) = (at(extreme), extreme.abs() <= near);
+    let (name, percent) = (c.name, 100.0 * part);
+    let finding = format!("{name} stands at {extreme:.4} for {percent:.1} % of the samples");
+    let remedy = "what the limit hides cannot be learned: check that the true value is recorded, or stay below the limit";
+    let item = Item::warn("saturation", finding, remedy).value("fraction", part);
+    (part > MUCH_SATURATION && !limit_is_rest).then_some(item)
 }

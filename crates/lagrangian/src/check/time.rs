@@ -25,10 +25,9 @@ pub(super) fn too_short(recording: &Recording) -> Option<Item> {
     let longest = pieces.iter().map(std::ops::Range::len).max().unwrap_or(0);
     let finding =
         format!("{longest} samples without a gap, where {SHORTEST} are needed to estimate q̈");
-    (longest < SHORTEST).then(|| {
-        let remedy = "leave this trajectory out, or record a longer one";
-        Item::fail("length", finding, remedy).value("longest", longest as f64)
-    })
+    let remedy = "omit this trajectory, or record a longer one";
+    let item = Item::fail("length", finding, remedy).value("longest", longest as f64);
+    (longest < SHORTEST).then_some(item)
 }
 
 /// Whether time can be worked with: finite and increasing, with enough samples for a window.
@@ -41,21 +40,16 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
     let t = &recording.t;
     if t.len() < 2 {
         let finding = format!("{} sample", t.len());
-        return vec![Item::fail(
-            "time",
-            finding,
-            "a trajectory needs at least two: remove it or record more",
-        )];
+        let remedy = "a trajectory needs at least two: remove it or record more";
+        return vec![Item::fail("time", finding, remedy)];
     }
     if let Some(k) = t.iter().position(|t| !t.is_finite()) {
         let finding = format!("time is {} at sample {}", t[k], k + 1);
         return vec![Item::fail("time", finding, "remove or repair that row")];
     }
     let back = t.windows(2).filter(|w| w[1] < w[0]).count();
-    let repeated = t
-        .windows(2)
-        .filter(|w| w[1].total_cmp(&w[0]).is_eq())
-        .count();
+    let repeats = |w: &&[f64]| w[1].total_cmp(&w[0]).is_eq();
+    let repeated = t.windows(2).filter(repeats).count();
     if back + repeated > 0 {
         let at = t.windows(2).position(|w| w[1] <= w[0]).unwrap_or(0) + 2;
         let finding = format!(
@@ -63,17 +57,11 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
         );
         let remedy =
             "sort the rows by time, remove repeats, or tell trajectories apart with `trajectory`";
-        let item = Item::fail("time", finding, remedy);
-        return vec![
-            item.value("back", back as f64)
-                .value("repeated", repeated as f64),
-        ];
+        let item = Item::fail("time", finding, remedy).value("back", back as f64);
+        return vec![item.value("repeated", repeated as f64)];
     }
     let rate = rate(t);
-    let even = rate
-        .values
-        .get("jitter")
-        .is_some_and(|j| *j < LITTLE_JITTER);
+    let even = rate.values["jitter"] < LITTLE_JITTER;
     let mut items = vec![whole_numbers(t).unwrap_or(rate), gaps(recording)];
     items.extend(dropped(t).filter(|_| even));
     items
@@ -84,18 +72,12 @@ fn rate(t: &[f64]) -> Item {
     let mut off: Vec<f64> = t.windows(2).map(|w| (w[1] - w[0] - step).abs()).collect();
     // 1.4826: the median absolute deviation of a normal distribution, in standard deviations.
     let jitter = 1.4826 * median(&mut off) / step;
-    let finding = format!(
-        "{:.4} Hz, jitter {:.2} % of a step",
-        step.recip(),
-        100.0 * jitter
-    );
-    let item = if jitter > MUCH_JITTER {
-        let remedy = "the true time stamps are used, but check that they tell when a sample was taken, not when it was written";
-        Item::warn("rate", finding, remedy)
-    } else {
-        Item::pass("rate", finding)
-    };
-    item.value("rate_hz", step.recip())
+    let (rate, percent) = (step.recip(), 100.0 * jitter);
+    let finding = format!("{rate:.4} Hz, jitter {percent:.2} % of a step");
+    let remedy = "the true time stamps are used, but check that they tell when a sample was taken, not when it was written";
+    Item::pass("rate", finding)
+        .warn_if(jitter > MUCH_JITTER, remedy)
+        .value("rate_hz", rate)
         .value("jitter", jitter)
         .value("step_s", step)
 }
@@ -104,39 +86,30 @@ fn rate(t: &[f64]) -> Item {
 fn whole_numbers(t: &[f64]) -> Option<Item> {
     let step = median_step(t);
     let whole = t.iter().all(|t| t.fract().abs() <= 0.0) && step >= 2.0;
-    whole.then(|| {
-        let finding =
-            format!("time comes in whole numbers, {step} apart: it looks like milliseconds");
-        let remedy = "divide the column of time by 1000 (or by what makes it seconds)";
-        Item::warn("rate", finding, remedy)
-            .value("rate_hz", step.recip())
-            .value("step_s", step)
-    })
+    let finding = format!("time comes in whole numbers, {step} apart: it looks like milliseconds");
+    let remedy = "divide the column of time by 1000 (or by what makes it seconds)";
+    let item = Item::warn("rate", finding, remedy).value("rate_hz", step.recip());
+    whole.then_some(item.value("step_s", step))
 }
 
 /// Single samples that are missing: steps of two to five usual ones.
 fn dropped(t: &[f64]) -> Option<Item> {
     let step = median_step(t);
     let ratios = t.windows(2).map(|w| (w[1] - w[0]) / step);
-    let missing: f64 = ratios
-        .filter(|r| *r > 1.5 && *r <= GAP)
-        .map(|r| r.round() - 1.0)
-        .sum();
-    (missing > MANY_DROPPED * t.len() as f64).then(|| {
-        let finding = format!("{missing} single samples are missing");
-        let remedy = "the true time stamps are used, but a log that loses samples may also be late: check the recorder";
-        Item::warn("dropped", finding, remedy).value("missing", missing)
-    })
+    let dropped = ratios.filter(|r| *r > 1.5 && *r <= GAP);
+    let missing: f64 = dropped.map(|r| r.round() - 1.0).sum();
+    let finding = format!("{missing} single samples are missing");
+    let remedy = "the true time stamps are used, but a log that loses samples may also be late: check the recorder";
+    let item = Item::warn("dropped", finding, remedy).value("missing", missing);
+    (missing > MANY_DROPPED * t.len() as f64).then_some(item)
 }
 
 /// What is known of the whole recording, where only a sample of it was kept.
 pub(super) fn sample(recording: &Recording) -> Option<Item> {
     let part = recording.part()?;
     let (rows, runs) = (recording.len(), part.runs(recording.len()).len());
-    let finding = format!(
-        "{rows} of {} rows, in {runs} pieces, are looked at below",
-        part.rows
-    );
+    let all = part.rows;
+    let finding = format!("{rows} of {all} rows, in {runs} pieces, are checked below");
     let item = match recording.flaw() {
         Some(crate::Error::Sample {
             row,
@@ -144,17 +117,14 @@ pub(super) fn sample(recording: &Recording) -> Option<Item> {
             finding,
             remedy,
             ..
-        }) => Item::fail(
-            "sample",
-            format!("column '{column}' at row {row}: {finding}"),
-            remedy,
-        ),
+        }) => {
+            let finding = format!("column '{column}' at row {row}: {finding}");
+            Item::fail("sample", finding, remedy)
+        }
         _ => Item::pass("sample", finding),
     };
-    Some(
-        item.value("rows", part.rows as f64)
-            .value("kept", rows as f64),
-    )
+    let item = item.value("rows", all as f64);
+    Some(item.value("kept", rows as f64))
 }
 
 /// Steps of time that are gaps, but for those where rows were passed over; of these the longest alone is known.
@@ -181,15 +151,11 @@ fn gaps(recording: &Recording) -> Item {
     let item = match longest {
         None => Item::pass("gaps", "none"),
         Some((before, dt)) => {
-            let finding = format!(
-                "{} gaps, the longest {dt:.4} s after t = {before:.4} s",
-                gaps.len()
-            );
-            Item::warn(
-                "gaps",
-                finding,
-                "nothing is estimated across them; samples that stand alone between them are left out",
-            )
+            let count = gaps.len();
+            let finding = format!("{count} gaps, the longest {dt:.4} s after t = {before:.4} s");
+            let remedy =
+                "nothing is estimated across them; single samples between them are omitted";
+            Item::warn("gaps", finding, remedy)
         }
     };
     item.value("gaps", gaps.len() as f64)

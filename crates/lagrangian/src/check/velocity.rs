@@ -32,10 +32,8 @@ struct Relation {
 /// One item for each coordinate whose velocity was measured.
 pub(super) fn items(recording: &Recording) -> Vec<Item> {
     let Some(qd) = recording.values(Signal::Qd) else {
-        return vec![Item::pass(
-            "velocity",
-            "not measured: it will be estimated from q",
-        )];
+        let finding = "not measured: it will be estimated from q";
+        return vec![Item::pass("velocity", finding)];
     };
     let n = recording.dof();
     if recording.q.iter().chain(qd).any(|x| !x.is_finite()) {
@@ -52,58 +50,41 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
         };
         let (derivative, choice) = velocity(series, &segments);
         let measured: Vec<f64> = qd.iter().skip(i).step_by(n).copied().collect();
-        let name = recording
-            .columns
-            .signals
-            .qd
-            .get(i)
-            .map_or("qd", String::as_str);
-        let still = rms(&derivative) <= 3.0 * choice.standard_error() || rms(&derivative) <= 0.0;
-        if still {
-            return Item::pass(
-                "velocity",
-                format!("{name}: q hardly moves, so that they cannot be compared"),
-            );
+        let name = recording.columns.signals.qd.get(i);
+        let name = name.map_or("qd", String::as_str);
+        if rms(&derivative) <= (3.0 * choice.standard_error()).max(0.0) {
+            let finding = format!("{name}: q hardly moves, so that they cannot be compared");
+            return Item::pass("velocity", finding);
         }
-        judge(recording, i, name, &relate(&measured, &derivative))
+        finding(recording, i, name, &relate(&measured, &derivative))
     };
-    (0..n)
-        .filter(|&i| !recording.coordinates.is_parameter(i))
-        .filter(|_| !segments.is_empty())
-        .map(item)
-        .collect()
+    let compared = |i: &usize| !recording.coordinates.is_parameter(*i) && !segments.is_empty();
+    (0..n).filter(compared).map(item).collect()
 }
 
 fn rms(values: &[f64]) -> f64 {
-    let (sum, count) = values
-        .iter()
-        .filter(|x| x.is_finite())
-        .fold((0.0, 0.0), |(s, c), x| (s + x * x, c + 1.0));
-    if count > 0.0 {
-        (sum / count).sqrt()
-    } else {
-        0.0
+    let finite = values.iter().filter(|x| x.is_finite());
+    let (sum, count) = finite.fold((0.0, 0.0), |(s, c), x| (s + x * x, c + 1.0));
+    match count > 0.0 {
+        true => f64::sqrt(sum / count),
+        false => 0.0,
     }
 }
 
 /// Σ over samples where both are known, of v shifted by `lag` samples against d: (⟨v d⟩, ⟨d d⟩, ⟨v v⟩).
 fn moments(v: &[f64], d: &[f64], lag: isize) -> (f64, f64, f64) {
     let (skip_v, skip_d) = (lag.max(0).unsigned_abs(), (-lag).max(0).unsigned_abs());
-    let pairs = v
-        .iter()
-        .skip(skip_v)
-        .zip(d.iter().skip(skip_d))
-        .filter(|(_, d)| d.is_finite());
-    pairs.fold((0.0, 0.0, 0.0), |(vd, dd, vv), (v, d)| {
+    let pairs = v.iter().skip(skip_v).zip(d.iter().skip(skip_d));
+    let known = pairs.filter(|(_, d)| d.is_finite());
+    known.fold((0.0, 0.0, 0.0), |(vd, dd, vv), (v, d)| {
         (vd + v * d, dd + d * d, vv + v * v)
     })
 }
 
 fn correlation((vd, dd, vv): (f64, f64, f64)) -> f64 {
-    if dd * vv > 0.0 {
-        vd / (dd * vv).sqrt()
-    } else {
-        0.0
+    match dd * vv > 0.0 {
+        true => vd / (dd * vv).sqrt(),
+        false => 0.0,
     }
 }
 
@@ -159,37 +140,23 @@ fn successive_differences(recording: &Recording, i: usize) -> bool {
     2 * equal > moving
 }
 
-/// What to do about another unit of time.
-const IN_SECONDS: &str = "convert the column of time to seconds";
+const SECONDS: &str = "convert the column of time to seconds";
+const SI: &str = "convert it to rad/s";
 
-/// Slopes that give away a unit: (slope, what it means, what to do).
+/// Slopes that reveal a unit: the slope, its meaning, the remedy.
+#[rustfmt::skip]
 const UNITS: [(f64, &str, &str); 7] = [
-    (
-        360.0 / TAU,
-        "it is in degrees per second while q is in radians",
-        "convert it to rad/s",
-    ),
-    (
-        TAU / 360.0,
-        "q is in degrees while it is in radians per second",
-        "convert q to radians",
-    ),
-    (
-        60.0 / TAU,
-        "it is in revolutions per minute while q is in radians",
-        "convert it to rad/s",
-    ),
-    (1e3, "time looks like milliseconds", IN_SECONDS),
-    (1e6, "time looks like microseconds", IN_SECONDS),
-    (1e9, "time looks like nanoseconds", IN_SECONDS),
-    (
-        -1.0,
-        "its sign is opposite to that of q",
-        "turn one of the two signs",
-    ),
+    (360.0 / TAU, "it is in degrees per second while q is in radians", SI),
+    (TAU / 360.0, "q is in degrees while it is in radians per second", "convert q to radians"),
+    (60.0 / TAU, "it is in revolutions per minute while q is in radians", SI),
+    (1e3, "time looks like milliseconds", SECONDS),
+    (1e6, "time looks like microseconds", SECONDS),
+    (1e9, "time looks like nanoseconds", SECONDS),
+    (-1.0, "its sign is opposite to that of q", "reverse one of the two signs"),
 ];
 
-fn judge(recording: &Recording, i: usize, name: &str, r: &Relation) -> Item {
+/// The item of a coordinate that moves.
+fn finding(recording: &Recording, i: usize, name: &str, r: &Relation) -> Item {
     let seconds = r.lag * median_step(&recording.t);
     let q = &recording.coordinates.0[i].name;
     let finding = format!(
@@ -199,41 +166,25 @@ fn judge(recording: &Recording, i: usize, name: &str, r: &Relation) -> Item {
     let unit = UNITS
         .iter()
         .find(|(slope, ..)| (r.slope / slope - 1.0).abs() < SLOPE && r.correlation.abs() > POOR);
-    let (verdict, meaning, remedy) = if let Some((_, meaning, remedy)) = unit {
-        (Verdict::Fail, *meaning, Some(*remedy))
+    let pass = |meaning: &str| Item::pass("velocity", format!("{finding}: {meaning}"));
+    let fail = |meaning, remedy| pass(meaning).with(Verdict::Fail, remedy);
+    let warn = |meaning, remedy| pass(meaning).with(Verdict::Warn, remedy);
+    let item = if let Some((_, meaning, remedy)) = unit {
+        fail(meaning, *remedy)
     } else if r.correlation < POOR || !(0.5..2.0).contains(&r.slope) {
-        let remedy =
-            "name the right columns with `q` and `qd`, or leave qd out and let it be estimated";
-        (Verdict::Fail, "it is not the derivative of q", Some(remedy))
+        let remedy = "name the right columns with `q` and `qd`, or omit qd and let it be estimated";
+        fail("it is not the derivative of q", remedy)
     } else if (r.slope - 1.0).abs() > SLOPE || r.correlation < FAIR {
-        (
-            Verdict::Warn,
-            "it is a poor measurement of the derivative of q",
-            Some("leave it out and let it be estimated from q"),
-        )
+        let remedy = "omit it and let it be estimated from q";
+        warn("it is a poor measurement of the derivative of q", remedy)
     } else if r.lag.abs() > 1.0 && r.lag_error > LAG_ERROR {
-        (
-            Verdict::Warn,
-            "it is late or early",
-            Some(
-                "it was probably filtered: leave it out and let it be estimated from q, or shift it",
-            ),
-        )
+        let remedy =
+            "it was probably filtered: omit it and let it be estimated from q, or shift it";
+        warn("it is late or early", remedy)
+    } else if successive_differences(recording, i) {
+        pass(DIFFERENCES)
     } else {
-        (
-            Verdict::Pass,
-            if successive_differences(recording, i) {
-                DIFFERENCES
-            } else {
-                "it is the derivative of q"
-            },
-            None,
-        )
-    };
-    let item = Item {
-        verdict,
-        remedy: remedy.map(str::to_owned),
-        ..Item::pass("velocity", format!("{finding}: {meaning}"))
+        pass("it is the derivative of q")
     };
     item.value("slope", r.slope)
         .value("correlation", r.correlation)
