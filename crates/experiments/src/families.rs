@@ -5,8 +5,8 @@ use lagrangian::{
     DelanConfig, Family, HnnConfig, LnnConfig, MlpConfig, NeuralOdeConfig, RigidConfig,
 };
 
-/// Makes a family of models.
-pub(crate) type MakeFamily = fn() -> Box<dyn Family>;
+/// Makes a family of models whose layers have so many units.
+pub(crate) type MakeFamily = fn(usize) -> Box<dyn Family>;
 
 /// Units of a layer unless an experiment says otherwise.
 pub(crate) const WIDTH: usize = 64;
@@ -65,6 +65,7 @@ pub(crate) fn mlp(width: usize) -> Box<dyn Family> {
     })
 }
 
-pub(crate) fn rigid() -> Box<dyn Family> {
+/// A chain of links, which has no layers.
+pub(crate) fn rigid(_: usize) -> Box<dyn Family> {
     Box::new(RigidConfig::default())
 }

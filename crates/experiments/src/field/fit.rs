@@ -11,9 +11,8 @@ use super::inputs::FieldScaling;
 use super::natural::{RingMemory, RingProblem};
 use super::plain::StencilNet;
 use super::ring::Field;
-use lagrangian::shuffle;
 use lagrangian::train::{Batch, LeastSquares, Natural, NaturalConfig, StepSize, cosine};
-use lagrangian::{Budget, Dataset, Model, Observer, Progress, Result};
+use lagrangian::{Budget, Dataset, Model, Observer, Progress, Result, shuffle};
 
 /// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]

@@ -48,4 +48,4 @@ pub use inputs::{FieldScaling, Symmetry};
 pub use plain::{StencilField, StencilNet};
 pub use ring::{Field, FieldEvaluator, MassBand};
 pub use stencil::wrapped;
-pub use waves::{Pulse, centre_of_pulse, dispersion, kink, kink_position, speed_of_motion};
+pub use waves::{Pulse, centre_of_pulse, dispersion, kink, kink_position, slope, speed_of_motion};

@@ -96,11 +96,14 @@ pub fn speed_of_motion(times: &[f64], places: &[f64], length: f64) -> f64 {
         let step: f64 = place - last;
         unrolled.push(place - length * (step / length).round());
     }
-    let count = times.len() as f64;
-    let (t, x) = (
-        times.iter().sum::<f64>() / count,
-        unrolled.iter().sum::<f64>() / count,
-    );
-    let pairs = || times.iter().zip(&unrolled).map(|(a, b)| (a - t, b - x));
+    slope(times, &unrolled)
+}
+
+/// The slope of the line through points (x, y) by least squares.
+#[must_use]
+pub fn slope(x: &[f64], y: &[f64]) -> f64 {
+    let count = x.len() as f64;
+    let (mx, my) = (x.iter().sum::<f64>() / count, y.iter().sum::<f64>() / count);
+    let pairs = || x.iter().zip(y).map(|(a, b)| (a - mx, b - my));
     pairs().map(|(a, b)| a * b).sum::<f64>() / pairs().map(|(a, _)| a * a).sum::<f64>()
 }

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
-use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Provenance, train};
+use lagrangian::train::{self};
+use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Provenance};
 
 use super::args::Args;
 use super::failure::{Advise, mistake};

@@ -7,12 +7,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::torque::{self, TorqueError, torque_error, variances};
 use lagrangian::rollout::{Hold, rollout_recorded};
-use lagrangian::shuffle;
 use lagrangian::torque::TorqueParts;
 use lagrangian::trajectory::csv;
 use lagrangian::{
     Coordinates, Error, EstimateOptions, Layout, Method, Model, Result, RolloutOptions, Signals,
-    Trajectory,
+    Trajectory, shuffle,
 };
 
 /// Letters that no model is trained on.
@@ -38,13 +37,8 @@ impl Letter {
     #[must_use]
     pub fn faster(&self, alpha: f64) -> Self {
         let parts = torque::faster(&self.parts, alpha);
-        let motion = Trajectory {
-            signals: Signals {
-                tau: parts.total(),
-                ..self.motion.faster(alpha).signals
-            },
-            ..self.motion.faster(alpha)
-        };
+        let mut motion = self.motion.faster(alpha);
+        motion.tau = parts.total();
         Self { motion, parts }
     }
 }

@@ -10,9 +10,10 @@ use anyhow::{Result, anyhow};
 use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model};
 use lagrangian_report::Axis;
 
+use crate::families::{MakeFamily, WIDTH};
 use crate::harness::failure::Advise;
-use crate::harness::{Contestant, Experiment, Lab, Published, less, more, neither};
-use contestants::{CONTESTANTS, Recipe};
+use crate::harness::{Contestant, Experiment, Lab, less, more, neither, published};
+use contestants::CONTESTANTS;
 use data::valid_seconds;
 pub use data::{Letter, Letters, error};
 pub use torque::TorqueError;
@@ -46,21 +47,21 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         neither("train_seconds", "training", "s"),
     ],
     published: &[
-        Published {
-            group: "",
-            name: "deep Lagrangian network, public code (177 s)",
-            values: &[("torque_mse", 2.2e-5), ("valid_seconds", 2.3)],
-        },
-        Published {
-            group: "",
-            name: "black-box Lagrangian, public code",
-            values: &[("torque_mse", 2.8e-5), ("valid_seconds", 2.8)],
-        },
-        Published {
-            group: "",
-            name: "plain network, public code",
-            values: &[("torque_mse", 6.2e-4), ("valid_seconds", 1.8)],
-        },
+        published(
+            "",
+            "deep Lagrangian network, public code (177 s)",
+            &[("torque_mse", 2.2e-5), ("valid_seconds", 2.3)],
+        ),
+        published(
+            "",
+            "black-box Lagrangian, public code",
+            &[("torque_mse", 2.8e-5), ("valid_seconds", 2.8)],
+        ),
+        published(
+            "",
+            "plain network, public code",
+            &[("torque_mse", 6.2e-4), ("valid_seconds", 1.8)],
+        ),
     ],
     ..Experiment::new(
         "letters",
@@ -87,33 +88,34 @@ struct Plan {
 
 impl Plan {
     fn of(lab: &Lab) -> Self {
-        let main = lab
-            .args
-            .seconds
-            .unwrap_or(if lab.quick() { 1.5 } else { 60.0 });
-        Self {
-            main,
-            short: if lab.quick() { 0.2 * main } else { 0.1 * main },
-            counts: if lab.quick() {
-                &[1, 4, 17]
-            } else {
-                &[1, 2, 3, 4, 6, 8, 12, 17]
+        let usual = if lab.quick() { 1.5 } else { 60.0 };
+        let main = lab.args.seconds.unwrap_or(usual);
+        match lab.quick() {
+            true => Self {
+                main,
+                short: 0.2 * main,
+                counts: &[1, 4, 17],
+            },
+            false => Self {
+                main,
+                short: 0.1 * main,
+                counts: &[1, 2, 3, 4, 6, 8, 12, 17],
             },
         }
     }
 
     /// Expected seconds of the whole.
     fn seconds(&self, seeds: usize) -> f64 {
-        let trained = CONTESTANTS.iter().filter(|c| c.config.is_trained()).count() as f64;
+        let trained = CONTESTANTS.iter().filter(|c| c.is_trained()).count() as f64;
         let short = self.counts.len() + noise::LEVELS.len() * noise::CANDIDATES.len();
         seeds as f64 * ((trained + COMPANION) * self.main + trained * short as f64 * self.short)
     }
 }
 
 /// The settings of a fit of this length.
-fn config(recipe: &Recipe, seconds: f64, seed: u64) -> FitConfig {
+fn config(family: MakeFamily, seconds: f64, seed: u64) -> FitConfig {
     FitConfig {
-        family: (recipe.family)(),
+        family: family(WIDTH),
         loss: Loss::TORQUE,
         budget: Budget::Seconds(seconds),
         seed,
@@ -135,7 +137,7 @@ fn run(lab: &mut Lab) -> Result<()> {
         format!("{} s", plan.short),
     );
     for who in &CONTESTANTS {
-        lab.setting(who.name, who.config.size());
+        lab.setting(who.name, (who.config)(WIDTH).summary());
         for seed in lab.seeds() {
             main_fit(lab, &letters, &plan, who, seed)?;
         }
@@ -148,8 +150,14 @@ fn run(lab: &mut Lab) -> Result<()> {
     noise::measure(lab, &letters, plan.short)
 }
 
-fn begin(lab: &mut Lab, part: String, recipe: &Recipe, seconds: f64) -> Result<()> {
-    lab.begin_weighted(part, if recipe.is_trained() { seconds } else { 0.0 })
+fn begin(
+    lab: &mut Lab,
+    who: &Contestant<MakeFamily>,
+    part: impl std::fmt::Display,
+    seconds: f64,
+) -> Result<()> {
+    let part = format!("{}{part}", who.name);
+    lab.begin_weighted(part, if who.is_trained() { seconds } else { 0.0 })
 }
 
 fn mse(model: &dyn Model, letters: &[Letter]) -> f64 {
@@ -161,20 +169,15 @@ fn main_fit(
     lab: &mut Lab,
     letters: &Letters,
     plan: &Plan,
-    who: &Contestant<Recipe>,
+    who: &Contestant<MakeFamily>,
     seed: u64,
 ) -> Result<()> {
-    begin(
-        lab,
-        format!("{}, seed {seed}", who.name),
-        &who.config,
-        plan.main,
-    )?;
+    begin(lab, who, format_args!(", seed {seed}"), plan.main)?;
     let motions = letters.chosen(usize::MAX, 0);
     // Nothing is held back: the weights are those of the least training loss.
     let data = Dataset::new(letters.coordinates.clone(), &motions, &motions)?;
     let measure = |model: &Learned| mse(model, &letters.test);
-    let config = config(&who.config, plan.main, seed);
+    let config = config(who.config, plan.main, seed);
     let (fitted, history) = lab.fit_with_history(&data, &config, &measure)?;
     let model = &fitted.model;
     lab.save(who.key, model, seed)?;
@@ -182,12 +185,8 @@ fn main_fit(
         true => valid_seconds(model, &letters.test)?,
         false => {
             let seconds = COMPANION * plan.main;
-            begin(
-                lab,
-                format!("{}, seed {seed}, forward", who.name),
-                &who.config,
-                seconds,
-            )?;
+            let part = format_args!(", seed {seed}, forward");
+            begin(lab, who, part, seconds)?;
             let forward = FitConfig {
                 loss: Loss::ACCELERATION,
                 budget: Budget::Seconds(seconds),
@@ -208,7 +207,7 @@ fn main_fit(
         .add("steps", fitted.steps as f64)
         .add("train_seconds", fitted.seconds);
     for (name, bound) in BOUNDS {
-        row.add(name, history.seconds_to(bound).unwrap_or(f64::NAN));
+        row.add(name, history.seconds_to(bound));
     }
     draw(lab, letters, plan, who, model, &history);
     Ok(())
@@ -219,11 +218,11 @@ fn draw(
     lab: &mut Lab,
     letters: &Letters,
     plan: &Plan,
-    who: &Contestant<Recipe>,
+    who: &Contestant<MakeFamily>,
     model: &Learned,
     history: &crate::harness::History,
 ) {
-    if who.config.is_trained() {
+    if who.is_trained() {
         let at = |k: i32| 0.005 * plan.main * 200.0_f64.powf(f64::from(k) / 119.0);
         let times: Vec<f64> = (0..120).map(at).collect();
         let values = times.iter().map(|t| history.at(*t)).collect();
@@ -259,8 +258,8 @@ fn draw(
 
 /// Errors that are not rounding: an axis would stretch to those.
 fn above_rounding(errors: &[f64]) -> Vec<f64> {
+    let errors = errors.iter();
     errors
-        .iter()
         .map(|e| if *e < LEAST { f64::NAN } else { *e })
         .collect()
 }
@@ -270,19 +269,17 @@ fn learning_curve(
     lab: &mut Lab,
     letters: &Letters,
     plan: &Plan,
-    who: &Contestant<Recipe>,
+    who: &Contestant<MakeFamily>,
     seed: u64,
 ) -> Result<()> {
     let mut errors = Vec::new();
     for &count in plan.counts {
-        let part = format!("{} from {count} letters, seed {seed}", who.name);
-        begin(lab, part, &who.config, plan.short)?;
+        let part = format_args!(" from {count} letters, seed {seed}");
+        begin(lab, who, part, plan.short)?;
         let motions = letters.chosen(count, seed);
         let data = Dataset::new(letters.coordinates.clone(), &motions, &motions)?;
-        let model = lab
-            .fit(&data, &config(&who.config, plan.short, seed))?
-            .model;
-        errors.push(mse(&model, &letters.test));
+        let fitted = lab.fit(&data, &config(who.config, plan.short, seed))?;
+        errors.push(mse(&fitted.model, &letters.test));
     }
     lab.row("", who).detail("learning_curve", &errors);
     let counts: Vec<f64> = plan.counts.iter().map(|count| *count as f64).collect();

@@ -7,9 +7,10 @@ use lagrangian::{Dataset, Optimizer};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::contestants::{CONTESTANTS, Recipe};
+use super::contestants::CONTESTANTS;
 use super::data::Letters;
 use super::{begin, config, mse};
+use crate::families::MakeFamily;
 use crate::harness::{Contestant, Lab};
 
 /// Deviations of the noise, as parts of the torques' own.
@@ -33,22 +34,22 @@ pub(super) fn measure(lab: &mut Lab, letters: &Letters, seconds: f64) -> Result<
 fn one(
     lab: &mut Lab,
     letters: &Letters,
-    who: &Contestant<Recipe>,
+    who: &Contestant<MakeFamily>,
     (level, seconds): (f64, f64),
     seed: u64,
 ) -> Result<()> {
     let own = letters.torque_variance();
     let variances: Vec<f64> = own.iter().map(|v| level * level * v).collect();
     let data = noisy(letters, &variances, seed)?;
-    let candidates: Vec<Option<f64>> = match who.config.is_trained() {
+    let candidates: Vec<Option<f64>> = match who.is_trained() {
         true => CANDIDATES.map(Some).to_vec(),
         false => vec![None],
     };
     let mut best: Option<(f64, f64, Option<f64>)> = None;
     for damping in candidates {
-        let part = format!("{}, noise {level}, seed {seed}", who.name);
-        begin(lab, part, &who.config, seconds)?;
-        let mut settings = config(&who.config, seconds, seed);
+        let part = format_args!(", noise {level}, seed {seed}");
+        begin(lab, who, part, seconds)?;
+        let mut settings = config(who.config, seconds, seed);
         if let Some(damping_last) = damping {
             settings.optimizer = Optimizer::Natural(NaturalConfig {
                 damping_last,
@@ -61,11 +62,9 @@ fn one(
         }
     }
     let (_, clean, damping) = best.unwrap_or((f64::NAN, f64::NAN, None));
+    let relative = clean / variances.iter().sum::<f64>();
     lab.row(&format!("noise {} %", 100.0 * level), who)
-        .add(
-            "error_over_noise_variance",
-            clean / variances.iter().sum::<f64>(),
-        )
+        .add("error_over_noise_variance", relative)
         .detail("damping", damping);
     Ok(())
 }

@@ -3,10 +3,10 @@
 //! In a motion α times as fast the inertial and the Coriolis part are α² times as large and gravity the same, where L is
 //! quadratic in q̇ and nothing rubs.
 
-use serde::Serialize;
-
 use lagrangian::torque::{self, TorqueParts};
 use lagrangian::{Model, Signal, Trajectory};
+
+use crate::data::column;
 
 /// The parts that `model` sees in a motion with accelerations; `None` where it has no inverse dynamics, or the motion no
 /// accelerations.
@@ -26,7 +26,7 @@ pub(super) fn faster(parts: &TorqueParts, alpha: f64) -> TorqueParts {
 }
 
 /// Errors of predicted torques over all samples of some motions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorqueError {
     /// Mean squared error of τ, summed over the joints, (N·m)².
     pub mse: f64,
@@ -56,10 +56,8 @@ pub(super) fn torque_error(
     }
     let (tau, own) = (truth.total(), found.total());
     let by_joint = |true_: &[f64], found: &[f64]| -> Vec<f64> {
-        let column = |x: &[f64], i: usize| x.iter().skip(i).step_by(n).copied().collect::<Vec<_>>();
-        (0..n)
-            .map(|i| mean_square(&column(true_, i), &column(found, i)))
-            .collect()
+        let joint = |i| mean_square(&column(true_, n, i), &column(found, n, i));
+        (0..n).map(joint).collect()
     };
     let sum = |true_: &[f64], found: &[f64]| by_joint(true_, found).iter().sum::<f64>();
     let variances = variances(&tau, n);
@@ -87,9 +85,9 @@ fn mean_square(x: &[f64], y: &[f64]) -> f64 {
 pub(super) fn variances(x: &[f64], n: usize) -> Vec<f64> {
     let count = (x.len() / n) as f64;
     let variance = |i: usize| {
-        let column = || x.iter().skip(i).step_by(n);
-        let mean = column().sum::<f64>() / count;
-        column().map(|x| (x - mean).powi(2)).sum::<f64>() / count
+        let column = column(x, n, i);
+        let mean = column.iter().sum::<f64>() / count;
+        column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count
     };
     (0..n).map(variance).collect()
 }

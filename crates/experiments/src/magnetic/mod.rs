@@ -38,21 +38,20 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
 };
 
 const CONTESTANTS: [Contestant<MakeFamily>; 4] = [
-    contestant("lnn", "Lagrangian network, free", Role::Lnn, || {
-        families::lnn(WIDTH)
-    }),
+    contestant("lnn", "Lagrangian network, free", Role::Lnn, families::lnn),
     contestant(
         "delan_vector_potential",
         "deep Lagrangian network with A(q)·q̇",
         Role::Other(0),
-        || families::delan_with_vector_potential(WIDTH),
+        families::delan_with_vector_potential,
     ),
-    contestant("delan", "deep Lagrangian network", Role::Other(1), || {
-        families::delan(WIDTH)
-    }),
-    contestant("baseline", "plain network", Role::Baseline, || {
-        families::mlp(WIDTH)
-    }),
+    contestant(
+        "delan",
+        "deep Lagrangian network",
+        Role::Other(1),
+        families::delan,
+    ),
+    contestant("baseline", "plain network", Role::Baseline, families::mlp),
 ];
 
 /// The states of the test are the same for all models and seeds.
@@ -68,7 +67,7 @@ fn run(lab: &mut Lab) -> Result<()> {
         draw(lab, field, "truth", Role::Truth, &truth);
         let states = random_starts(&*system, 20, TEST_SEED);
         for who in &CONTESTANTS {
-            if let Some(config) = (who.config)().downcast_ref::<DelanConfig>() {
+            if let Some(config) = (who.config)(WIDTH).downcast_ref::<DelanConfig>() {
                 let reasons = beyond_delan(system.lagrangian(), &states, config.vector_potential);
                 lab.cannot(field.name, who, reasons);
             }
@@ -91,7 +90,7 @@ fn measure(
     lab.begin(format!("{} field, {}, seed {seed}", field.name, who.key))?;
     let data = dataset(&*system, if lab.quick() { 2_000 } else { 20_000 }, seed)?;
     let config = FitConfig {
-        family: (who.config)(),
+        family: (who.config)(WIDTH),
         loss: Loss::ACCELERATION,
         budget: lab.budget(5000, 100),
         batch: 128,

@@ -59,16 +59,18 @@ const NARROW: usize = 16;
 const WIDTH: usize = 32;
 
 const FAMILIES: [Contestant<MakeFamily>; 4] = [
-    contestant("lnn", "LNN", Role::Lnn, || families::convex(NARROW)),
-    contestant("delan", "DeLaN", Role::Other(0), || families::delan(NARROW)),
-    contestant("neural_ode", "neural ODE", Role::Baseline, || {
-        families::neural_ode(Order::Second, WIDTH)
+    contestant("lnn", "LNN", Role::Lnn, |_| families::convex(NARROW)),
+    contestant("delan", "DeLaN", Role::Other(0), |_| {
+        families::delan(NARROW)
+    }),
+    contestant("neural_ode", "neural ODE", Role::Baseline, |width| {
+        families::neural_ode(Order::Second, width)
     }),
     contestant(
         "neural_ode_1",
         "neural ODE, order 1",
         Role::Other(1),
-        || families::neural_ode(Order::First, WIDTH),
+        |width| families::neural_ode(Order::First, width),
     ),
 ];
 
@@ -140,7 +142,7 @@ fn measure(lab: &mut Lab, system: &str, protocol: &Protocol) -> Result<()> {
             let mut along = Vec::new();
             for (loss, _, prediction) in LOSSES {
                 lab.begin(format!("{group}, {}, {loss}", family.name))?;
-                let config = config((family.config)(), prediction, lab, seed);
+                let config = config((family.config)(WIDTH), prediction, lab, seed);
                 let fitted = lab.fit(&data.dataset, &config)?;
                 let errors = errors(&fitted.model, &data.truth, STEP)?;
                 let (key, name) = (

@@ -1,5 +1,6 @@
 //! The models that are compared.
 
+use lagrangian::train::Input;
 use lagrangian::{ForceTerms, Loss};
 use lagrangian_report::Role;
 
@@ -20,7 +21,7 @@ const NONE: ForceTerms = ForceTerms {
     stribeck: false,
     offset: false,
     rotor: false,
-    input: lagrangian::train::Input::Torque,
+    input: Input::Torque,
 };
 
 /// Friction and a constant torque.
@@ -32,104 +33,82 @@ const FORCES: ForceTerms = ForceTerms {
 };
 
 /// A model of torques without further forces.
-const fn plain(
-    key: &'static str,
-    name: &'static str,
-    role: Role,
-    family: MakeFamily,
-) -> Contestant<Recipe> {
-    contestant(
-        key,
-        name,
-        role,
-        Recipe {
-            loss: Loss::TORQUE,
-            forces: NONE,
-            family,
-        },
-    )
+const fn plain(family: MakeFamily) -> Recipe {
+    Recipe {
+        loss: Loss::TORQUE,
+        forces: NONE,
+        family,
+    }
 }
 
 /// The same with friction and a constant torque.
-const fn with_forces(
-    key: &'static str,
-    name: &'static str,
-    role: Role,
-    family: MakeFamily,
-) -> Contestant<Recipe> {
-    contestant(
-        key,
-        name,
-        role,
-        Recipe {
-            loss: Loss::TORQUE,
-            forces: FORCES,
-            family,
-        },
-    )
+const fn with_forces(family: MakeFamily) -> Recipe {
+    Recipe {
+        forces: FORCES,
+        ..plain(family)
+    }
 }
+
+const DELAN: Recipe = plain(families::delan);
+const LNN: Recipe = plain(families::lnn);
+const MLP: Recipe = plain(families::mlp);
 
 /// Those whose laws are measured.
 pub(super) const OBEYED: [Contestant<Recipe>; 6] = [
-    plain("delan", "deep Lagrangian network", Role::Lnn, || {
-        families::delan(WIDTH)
-    }),
-    plain("lnn", "black-box Lagrangian", Role::Other(0), || {
-        families::lnn(WIDTH)
-    }),
-    plain("lnn_convex", "convex Lagrangian", Role::Other(2), || {
-        families::convex(WIDTH)
-    }),
+    contestant("delan", "deep Lagrangian network", Role::Lnn, DELAN),
+    contestant("lnn", "black-box Lagrangian", Role::Other(0), LNN),
+    contestant(
+        "lnn_convex",
+        "convex Lagrangian",
+        Role::Other(2),
+        plain(families::convex),
+    ),
     contestant(
         "mlp",
         "plain network, q̈",
         Role::Baseline,
         Recipe {
             loss: Loss::ACCELERATION,
-            forces: NONE,
-            family: || families::mlp(WIDTH),
+            ..MLP
         },
     ),
-    plain("mlp_inverse", "plain network, τ", Role::Baseline, || {
-        families::mlp(WIDTH)
-    }),
-    plain("rigid", "identified chain", Role::Other(1), families::rigid),
+    contestant("mlp_inverse", "plain network, τ", Role::Baseline, MLP),
+    contestant(
+        "rigid",
+        "identified chain",
+        Role::Other(1),
+        plain(families::rigid),
+    ),
 ];
 
 /// Those that meet broken premises.
 pub(super) const BROKEN: [Contestant<Recipe>; 6] = [
-    with_forces(
+    contestant(
         "delan_forces",
         "deep Lagrangian with forces",
         Role::Lnn,
-        || families::delan(WIDTH),
+        with_forces(families::delan),
     ),
-    plain("delan", "deep Lagrangian network", Role::Other(0), || {
-        families::delan(WIDTH)
-    }),
-    plain("lnn", "black-box Lagrangian", Role::Other(2), || {
-        families::lnn(WIDTH)
-    }),
-    with_forces(
+    contestant("delan", "deep Lagrangian network", Role::Other(0), DELAN),
+    contestant("lnn", "black-box Lagrangian", Role::Other(2), LNN),
+    contestant(
         "lnn_forces",
         "black-box with forces",
         Role::Other(3),
-        || families::lnn(WIDTH),
+        with_forces(families::lnn),
     ),
-    plain("mlp", "plain network", Role::Baseline, || {
-        families::mlp(WIDTH)
-    }),
-    with_forces(
+    contestant("mlp", "plain network", Role::Baseline, MLP),
+    contestant(
         "rigid_forces",
         "identified chain with friction",
         Role::Other(1),
-        families::rigid,
+        with_forces(families::rigid),
     ),
 ];
 
 impl Recipe {
     /// Whether it is a chain of links, which has angles alone and is solved for.
     pub(super) fn is_chain(&self) -> bool {
-        (self.family)().name() == "rigid"
+        (self.family)(WIDTH).name() == "rigid"
     }
 }

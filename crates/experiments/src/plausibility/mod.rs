@@ -10,6 +10,7 @@ use lagrangian::analytic::by_name;
 use lagrangian::{Budget, Dataset, FitConfig, Learned, Model, State, Trajectory};
 use lagrangian_report::{Axis, Role};
 
+use crate::families::WIDTH;
 use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more, neither};
 use contestants::{BROKEN, OBEYED, Recipe};
 use laws::{Laws, laws};
@@ -87,9 +88,8 @@ fn run(lab: &mut Lab) -> Result<()> {
 }
 
 fn seconds(lab: &Lab) -> f64 {
-    lab.args
-        .seconds
-        .unwrap_or(if lab.quick() { 0.15 } else { 3.0 })
+    let usual = if lab.quick() { 0.15 } else { 3.0 };
+    lab.args.seconds.unwrap_or(usual)
 }
 
 fn begin(lab: &mut Lab, what: &str, who: &Contestant<Recipe>, seed: u64) -> Result<()> {
@@ -108,7 +108,7 @@ fn fitted(
     let held = recordings.split_off(TRAIN);
     let data = Dataset::new(truth.coordinates().clone(), &recordings, &held)?;
     let config = FitConfig {
-        family: (who.config.family)(),
+        family: (who.config.family)(WIDTH),
         loss: who.config.loss,
         forces: who.config.forces,
         budget: Budget::Seconds(seconds(lab)),
@@ -128,14 +128,11 @@ fn obeyed(lab: &mut Lab, name: &str) -> Result<()> {
     let test = driven(&*truth, TEST, TEST_SEED)?;
     let n = truth.coordinates().dof();
     // At rest where other motions begin, so that the energy is one that was seen.
-    let starts: Vec<State> = driven(&*truth, STARTS, TEST_SEED + 1)?
-        .iter()
-        .map(|motion| State::new(motion.q[..n].to_vec(), vec![0.0; n]))
-        .collect();
-    record(
-        lab.row(name, &TRUTH),
-        &laws(&*truth, &*truth, &test, &starts)?,
-    );
+    let others = driven(&*truth, STARTS, TEST_SEED + 1)?;
+    let at_rest = |motion: &Trajectory| State::new(motion.q[..n].to_vec(), vec![0.0; n]);
+    let starts: Vec<State> = others.iter().map(at_rest).collect();
+    let exact = laws(&*truth, &*truth, &test, &starts)?;
+    record(lab.row(name, &TRUTH), &exact);
     for who in &OBEYED {
         for seed in lab.seeds() {
             begin(lab, name, who, seed)?;
@@ -148,15 +145,14 @@ fn obeyed(lab: &mut Lab, name: &str) -> Result<()> {
 }
 
 fn record(row: &mut Row, laws: &Laws) {
-    let known = |x: Option<f64>| x.unwrap_or(f64::NAN);
     row.add("asymmetry", laws.asymmetry)
         .add("definite", laws.definite)
         .add("least_eigenvalue", laws.least_eigenvalue)
-        .add("skew", known(laws.skew))
-        .add("own_power", known(laws.own_power))
-        .add("true_power", known(laws.true_power))
-        .add("own_drift", known(laws.own_drift))
-        .add("true_drift", known(laws.true_drift))
+        .add("skew", laws.skew)
+        .add("own_power", laws.own_power)
+        .add("true_power", laws.true_power)
+        .add("own_drift", laws.own_drift)
+        .add("true_drift", laws.true_drift)
         .add("unfinished", laws.unfinished as f64);
 }
 
@@ -175,13 +171,8 @@ fn broken(lab: &mut Lab, premise: Premise, amount: f64, unbroken: f64) -> Result
         violation
     };
     if violation > 1e-6 {
-        draw(
-            lab,
-            premise,
-            "exact Lagrangian of the unbroken machine",
-            Role::Truth,
-            (place, violation),
-        );
+        let name = "exact Lagrangian of the unbroken machine";
+        draw(lab, premise, name, Role::Truth, (place, violation));
     }
     // The body on a blade is no chain of links.
     let applies =
@@ -192,7 +183,7 @@ fn broken(lab: &mut Lab, premise: Premise, amount: f64, unbroken: f64) -> Result
             begin(lab, group, who, seed)?;
             let model = fitted(lab, who, &*premise.unbroken(), recordings.clone(), seed)?;
             let torque = torque_misfit(&model, &test).unwrap_or(f64::NAN);
-            let ahead = motion_misfit(&model, &test, AHEAD)?.unwrap_or(f64::NAN);
+            let ahead = motion_misfit(&model, &test, AHEAD)?;
             lab.row(group, who)
                 .add("torque_rms", torque)
                 .add("ahead_rms", ahead);

@@ -1,35 +1,34 @@
 //! The models of real machines, and the candidates among which each one's validation samples choose.
 
 use lagrangian::train::AdamConfig;
-use lagrangian::{Family, ForceTerms, Loss, Optimizer};
+use lagrangian::{ForceTerms, Loss, Optimizer};
 use lagrangian_report::Role;
 
-use crate::families;
-use crate::families::MakeFamily;
+use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, contestant};
 
+/// How a contestant is fitted.
+pub(super) struct Recipe {
+    pub(super) family: MakeFamily,
+    /// Units of a layer.
+    pub(super) width: usize,
+    pub(super) forces: fn() -> ForceTerms,
+    pub(super) candidates: &'static [Candidate],
+}
+
+/// A loss, and the weight decay of Adam.
 pub(super) struct Candidate {
     pub(super) name: &'static str,
     pub(super) loss: Loss,
-    /// Weight decay of Adam.
-    pub(super) decay: f64,
-    pub(super) forces: fn() -> ForceTerms,
-    pub(super) family: MakeFamily,
+    decay: f64,
 }
 
 /// A candidate without weight decay.
-const fn candidate(
-    name: &'static str,
-    loss: Loss,
-    forces: fn() -> ForceTerms,
-    family: MakeFamily,
-) -> Candidate {
+const fn candidate(name: &'static str, loss: Loss) -> Candidate {
     Candidate {
         name,
         loss,
         decay: 0.0,
-        forces,
-        family,
     }
 }
 
@@ -43,18 +42,6 @@ impl Candidate {
     }
 }
 
-fn delan() -> Box<dyn Family> {
-    families::delan(16)
-}
-
-fn lnn() -> Box<dyn Family> {
-    families::convex(16)
-}
-
-fn mlp() -> Box<dyn Family> {
-    families::mlp(32)
-}
-
 fn friction_and_rotor() -> ForceTerms {
     ForceTerms {
         rotor: true,
@@ -62,67 +49,72 @@ fn friction_and_rotor() -> ForceTerms {
     }
 }
 
-const DELAN: &[Candidate] = &[
-    candidate("torque", Loss::TORQUE, friction_and_rotor, delan),
-    Candidate {
-        decay: 0.1,
-        ..candidate("torque, decay 0.1", Loss::TORQUE, friction_and_rotor, delan)
-    },
-    candidate(
-        "torque and acceleration",
-        Loss::TORQUE_ACCELERATION,
-        friction_and_rotor,
-        delan,
-    ),
-    candidate(
-        "acceleration",
-        Loss::ACCELERATION,
-        friction_and_rotor,
-        delan,
-    ),
-];
+const TORQUE: Candidate = candidate("torque", Loss::TORQUE);
+const ACCELERATION: Candidate = candidate("acceleration", Loss::ACCELERATION);
 
-const LNN: &[Candidate] = &[
-    candidate("torque", Loss::TORQUE, ForceTerms::friction, lnn),
-    candidate(
-        "acceleration",
-        Loss::ACCELERATION,
-        ForceTerms::friction,
-        lnn,
-    ),
-];
-
-const FORWARD: &[Candidate] = &[candidate(
-    "acceleration",
-    Loss::ACCELERATION,
-    ForceTerms::default,
-    mlp,
-)];
-
-const INVERSE: &[Candidate] = &[candidate("torque", Loss::TORQUE, ForceTerms::default, mlp)];
-
-const RIGID: &[Candidate] = &[candidate(
-    "least squares",
-    Loss::TORQUE,
-    ForceTerms::friction,
-    families::rigid,
-)];
+/// A plain network, which has its forces in itself.
+const fn plain(candidates: &'static [Candidate]) -> Recipe {
+    Recipe {
+        family: families::mlp,
+        width: 32,
+        forces: ForceTerms::default,
+        candidates,
+    }
+}
 
 /// All of them, in the order of the tables.
-pub(super) const CONTESTANTS: &[Contestant<&[Candidate]>] = &[
-    contestant("delan", "deep Lagrangian network", Role::Lnn, DELAN),
-    contestant("lnn", "black-box Lagrangian", Role::Other(0), LNN),
+pub(super) const CONTESTANTS: &[Contestant<Recipe>] = &[
+    contestant(
+        "delan",
+        "deep Lagrangian network",
+        Role::Lnn,
+        Recipe {
+            family: families::delan,
+            width: 16,
+            forces: friction_and_rotor,
+            candidates: &[
+                TORQUE,
+                Candidate {
+                    decay: 0.1,
+                    ..candidate("torque, decay 0.1", Loss::TORQUE)
+                },
+                candidate("torque and acceleration", Loss::TORQUE_ACCELERATION),
+                ACCELERATION,
+            ],
+        },
+    ),
+    contestant(
+        "lnn",
+        "black-box Lagrangian",
+        Role::Other(0),
+        Recipe {
+            family: families::convex,
+            width: 16,
+            forces: ForceTerms::friction,
+            candidates: &[TORQUE, ACCELERATION],
+        },
+    ),
     contestant(
         "mlp_forward",
         "plain network of accelerations",
         Role::Baseline,
-        FORWARD,
+        plain(&[ACCELERATION]),
     ),
     contestant(
         "mlp_inverse",
         "plain network of torques",
         Role::Other(1),
-        INVERSE,
+        plain(&[TORQUE]),
     ),
-    contestant("rigid", "identified rigid links", Role::Other(2), RIGID),
+    contestant(
+        "rigid",
+        "identified rigid links",
+        Role::Other(2),
+        Recipe {
+            family: families::rigid,
+            width: 0,
+            forces: ForceTerms::friction,
+            candidates: &[candidate("least squares", Loss::TORQUE)],
+        },
+    ),
 ];

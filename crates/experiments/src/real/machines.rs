@@ -6,7 +6,7 @@ use lagrangian::{
 };
 
 use crate::harness::Lab;
-use crate::harness::failure::Advise;
+use crate::harness::failure::{Advise, mistake};
 
 /// A machine and the protocol of its data.
 pub(super) struct Machine {
@@ -90,11 +90,8 @@ impl Machine {
             filter: Some(self.filter),
             ..EstimateOptions::default()
         };
-        let first = read.recordings.into_iter().next();
-        let motion = first.map(|r: Recording| r.into_trajectory(&options));
-        match motion {
-            Some(motion) => Ok(motion.advise(shown, hint)?.0),
-            None => Err(crate::harness::failure::mistake(shown, hint)),
-        }
+        let first: Option<Recording> = read.recordings.into_iter().next();
+        let first = first.ok_or_else(|| mistake(&shown, hint))?;
+        Ok(first.into_trajectory(&options).advise(shown, hint)?.0)
     }
 }

@@ -9,7 +9,7 @@ use lagrangian::{FitConfig, Learned, RolloutOptions, Score, Trajectory, score};
 
 use crate::harness::failure::Advise;
 use crate::harness::{Contestant, Experiment, Lab, less, more};
-use contestants::{CONTESTANTS, Candidate};
+use contestants::{CONTESTANTS, Candidate, Recipe};
 use machines::{MACHINES, Machine, Recordings};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -49,7 +49,10 @@ const JOINTS: [[&str; 3]; 2] = [
 ];
 
 fn run(lab: &mut Lab) -> Result<()> {
-    let fits: usize = CONTESTANTS.iter().map(|who| who.config.len()).sum();
+    let fits: usize = CONTESTANTS
+        .iter()
+        .map(|who| who.config.candidates.len())
+        .sum();
     lab.plan(fits * MACHINES.len() * lab.seeds().len());
     for machine in MACHINES {
         let about = format!("{}, after a filter of {} s.", machine.about, machine.filter);
@@ -69,19 +72,18 @@ fn compete(
     lab: &mut Lab,
     machine: &Machine,
     recordings: &Recordings,
-    who: &Contestant<&'static [Candidate]>,
+    who: &Contestant<Recipe>,
     seed: u64,
 ) -> Result<()> {
+    let recipe = &who.config;
     let mut best: Option<(f64, &Candidate, Learned)> = None;
-    for candidate in who.config {
-        lab.begin(format!(
-            "{}, {}, {}",
-            machine.name, who.name, candidate.name
-        ))?;
+    for candidate in recipe.candidates {
+        let part = format!("{}, {}, {}", machine.name, who.name, candidate.name);
+        lab.begin(part)?;
         let config = FitConfig {
-            family: (candidate.family)(),
+            family: (recipe.family)(recipe.width),
             loss: candidate.loss,
-            forces: (candidate.forces)(),
+            forces: (recipe.forces)(),
             optimizer: candidate.optimizer(),
             budget: lab.budget(3000, 200),
             batch: 512,
@@ -102,19 +104,17 @@ fn compete(
         let group = format!("{}: {}, {duration:.1} s", machine.name, log.name);
         let score = scored(&model, std::slice::from_ref(log))?;
         let row = lab.row(&group, who);
-        row.detail("chosen", candidate.name);
-        let followed = score.rollouts.first().map_or(f64::NAN, |r| r.valid_seconds);
-        row.add("followed_seconds", followed);
-        let after = score.restarts.first().map(|r| &r.q_rms_end);
+        let followed = score.rollouts.first().map(|r| r.valid_seconds);
+        row.detail("chosen", candidate.name)
+            .add("followed_seconds", followed);
         let signals = [
             score.torque.as_ref().map(|e| &e.nmse),
             score.acceleration.as_ref().map(|e| &e.nmse),
-            after,
+            score.restarts.first().map(|r| &r.q_rms_end),
         ];
         for (joint, names) in JOINTS.iter().enumerate().take(log.dof()) {
             for (name, signal) in names.iter().zip(&signals) {
-                let value = signal.and_then(|x| x.get(joint).copied());
-                row.add(name, value.unwrap_or(f64::NAN));
+                row.add(name, signal.and_then(|x| x.get(joint).copied()));
             }
         }
     }
@@ -135,11 +135,7 @@ fn scored(model: &Learned, trajectories: &[Trajectory]) -> Result<Score> {
 /// that of the torques. Accelerations, because a machine that swings freely has torques near 0 whatever its scale.
 fn validation_error(model: &Learned, validation: &[Trajectory]) -> f64 {
     let mean = |error: &[f64]| error.iter().sum::<f64>() / error.len() as f64;
-    match scored(model, validation) {
-        Ok(score) => {
-            let error = score.acceleration.or(score.torque);
-            error.map_or(f64::INFINITY, |e| mean(&e.nmse))
-        }
-        Err(_) => f64::INFINITY,
-    }
+    let score = scored(model, validation).ok();
+    let error = score.and_then(|score| score.acceleration.or(score.torque));
+    error.map_or(f64::INFINITY, |e| mean(&e.nmse))
 }

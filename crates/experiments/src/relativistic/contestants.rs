@@ -3,11 +3,10 @@
 use lagrangian::mechanics::SpeedChart;
 use lagrangian::models::{Form, Momenta};
 use lagrangian::train::NaturalConfig;
-use lagrangian::{
-    Budget, DelanConfig, Family, FitConfig, HnnConfig, LnnConfig, Loss, MlpConfig, Optimizer,
-};
+use lagrangian::{Budget, Family, FitConfig, HnnConfig, LnnConfig, Loss, Optimizer};
 use lagrangian_report::Role;
 
+use crate::families;
 use crate::harness::{Contestant, contestant};
 
 /// Where a fit starts from.
@@ -145,12 +144,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
         "deep Lagrangian network",
         Role::Other(2),
         Recipe {
-            family: |_| {
-                Box::new(DelanConfig {
-                    width: WIDTH,
-                    ..DelanConfig::default()
-                })
-            },
+            family: |_| families::delan(WIDTH),
             starts: PLAIN,
             loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
@@ -161,12 +155,7 @@ pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
         "plain network",
         Role::Baseline,
         Recipe {
-            family: |_| {
-                Box::new(MlpConfig {
-                    width: WIDTH,
-                    ..MlpConfig::default()
-                })
-            },
+            family: |_| families::mlp(WIDTH),
             starts: PLAIN,
             loss: Loss::ACCELERATION_RELATIVE,
             steps: STEPS,
@@ -199,10 +188,8 @@ impl Recipe {
             return Vec::new();
         }
         let each = seconds.map(|s| 0.5 * s / self.starts.len() as f64);
-        let starts = self.starts.iter();
-        starts
-            .map(|start| self.config(start, (TRIAL, each), seed))
-            .collect()
+        let trial = |start| self.config(start, (TRIAL, each), seed);
+        self.starts.iter().map(trial).collect()
     }
 
     /// The fit from start number `start`.

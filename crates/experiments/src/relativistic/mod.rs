@@ -7,10 +7,9 @@ use anyhow::Result;
 use lagrangian::State;
 use lagrangian::train::Samples;
 use lagrangian_report::{Axis, Role};
-use serde_json::json;
 
 use crate::data::{beyond_delan, lagrangian_of};
-use crate::harness::{Contestant, Experiment, Lab, Published, contestant, less, neither};
+use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither, published};
 use contestants::{CONTESTANTS, Recipe};
 pub(crate) use particle::Particle;
 use particle::{Sweep, dataset, recovered, samples, sweep, weighted_error, weighted_flow_error};
@@ -34,21 +33,9 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        fit has seen, and 1 − R² of the momentum p(q̇) up to its gauge at speeds to 0.99. Seconds: all \
                        starts of a seed.",
     published: &[
-        Published {
-            group: "published",
-            name: "LNN",
-            values: &[("weighted_l1", 7.9e-4)],
-        },
-        Published {
-            group: "published",
-            name: "HNN on (q, q̇)",
-            values: &[("weighted_l1", 0.41)],
-        },
-        Published {
-            group: "published",
-            name: "HNN on (q, p)",
-            values: &[("weighted_l1", 2.4e-4)],
-        },
+        published("published", "LNN", &[("weighted_l1", 7.9e-4)]),
+        published("published", "HNN on (q, q̇)", &[("weighted_l1", 0.41)]),
+        published("published", "HNN on (q, p)", &[("weighted_l1", 2.4e-4)]),
     ],
     ..Experiment::new(
         "relativistic",
@@ -141,7 +128,7 @@ fn measure(
         .add("momentum_unexplained", 1.0 - r2(FAST))
         .add("momentum_unexplained_all_speeds", 1.0 - r2(FASTEST))
         .add("seconds", seeking + fit.seconds)
-        .detail("start", json!(who.config.describe(start)));
+        .detail("start", who.config.describe(start));
     if seed == lab.args.seed {
         let own = sweep(model, lagrangian, (FASTEST, FIELD));
         draw(lab, particle, (who.name, who.role), &own, truth);
@@ -205,16 +192,11 @@ fn masses(own: &Sweep, truth: &Sweep) -> Vec<f64> {
 fn momenta(own: &Sweep, truth: &Sweep) -> Vec<f64> {
     let slow = |s: &Sweep| -> Vec<f64> {
         let pairs = s.speed.iter().zip(&s.momentum);
-        pairs
-            .filter(|(v, _)| v.abs() < 0.99)
-            .map(|(_, p)| *p)
-            .collect()
+        let slow = pairs.filter(|(v, _)| v.abs() < 0.99);
+        slow.map(|(_, p)| *p).collect()
     };
     let (_, slope) = recovered(&slow(own), &slow(truth));
-    let rest = own
-        .momentum
-        .get(own.momentum.len() / 2)
-        .copied()
-        .unwrap_or(f64::NAN);
+    let rest = own.momentum.get(own.momentum.len() / 2);
+    let rest = rest.copied().unwrap_or(f64::NAN);
     own.momentum.iter().map(|p| (p - rest) * slope).collect()
 }

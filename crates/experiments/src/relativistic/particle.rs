@@ -15,6 +15,8 @@ use lagrangian::{
     Coordinate, Coordinates, Dataset, Lagrangian, Model, Result, Signals, State, Topology,
 };
 
+use crate::data::{accelerations, column};
+
 /// Which particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Particle {
@@ -46,10 +48,10 @@ impl Particle {
 
     /// Mass ∂p/∂q̇ at speed v, `M(v)`, in rest masses.
     pub(crate) fn mass(self, v: f64) -> f64 {
-        let room = (1.0 - v) * (1.0 + v);
+        let square = (1.0 - v) * (1.0 + v);
         match self {
-            Self::Published => (1.0 + 2.0 * v * v) * room.powf(-2.5),
-            Self::Physical => room.powf(-1.5),
+            Self::Published => (1.0 + 2.0 * v * v) * square.powf(-2.5),
+            Self::Physical => square.powf(-1.5),
         }
     }
 }
@@ -109,22 +111,19 @@ pub(crate) fn samples(particle: Particle, count: usize, seed: u64) -> Samples {
         q.extend(state.q);
         qd.extend(state.qd);
     }
-    let (tau, mut qdd) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-    let _ = system.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
+    let tau = vec![0.0; q.len()];
     let mut jet = Jet::default();
     system.lagrangian().jets().jet(&q, &qd, &mut jet);
     (0..count).for_each(|row| jet.hold(system.lagrangian().coordinates(), row));
-    Samples::new(
-        2,
-        Signals {
-            q,
-            qd,
-            qdd,
-            tau,
-            p: jet.momentum,
-            pd: jet.dl_dq,
-        },
-    )
+    let signals = Signals {
+        qdd: accelerations(&*system, &q, &qd, &tau),
+        q,
+        qd,
+        tau,
+        p: jet.momentum,
+        pd: jet.dl_dq,
+    };
+    Samples::new(2, signals)
 }
 
 /// Samples to learn from and to choose the weights by.
@@ -138,23 +137,8 @@ pub(crate) fn dataset(particle: Particle, count: usize, seed: u64) -> Result<Dat
 /// Σ w |q̈ predicted − q̈| / Σ w with w = 1 + 1/√(1 − q̇²), 1/s: the error of the published notebook, where 0.41 is that
 /// of predicting no acceleration of the published particle. Infinite where a prediction is not finite.
 pub(crate) fn weighted_error(model: &dyn Model, samples: &Samples) -> f64 {
-    let mut found = vec![0.0; samples.qdd.len()];
-    let tau = &samples.tau;
-    let _ = model
-        .evaluator()
-        .forward_dynamics(&samples.q, &samples.qd, tau, &mut found);
-    let (mut sum, mut weights) = (0.0, 0.0);
-    let pairs = samples.qdd.chunks_exact(2).zip(found.chunks_exact(2));
-    for ((truth, found), qd) in pairs.zip(samples.qd.chunks_exact(2)) {
-        let weight = 1.0 + 1.0 / ((1.0 - qd[0]) * (1.0 + qd[0])).sqrt();
-        sum += weight * (found[0] - truth[0]).abs();
-        weights += weight;
-    }
-    if sum.is_finite() {
-        sum / weights
-    } else {
-        f64::INFINITY
-    }
+    let found = accelerations(model, &samples.q, &samples.qd, &samples.tau);
+    weighted(samples, |k| (found[k] - samples.qdd[k]).abs())
 }
 
 /// The same of a model that moves in (q, p): Σ w (|q̇ found − q̇| + |q̈ found − q̈|) / Σ w, as published, with
@@ -163,18 +147,24 @@ pub(crate) fn weighted_flow_error(model: &dyn Model, particle: Particle, samples
     let (mut rate, mut push) = (vec![0.0; samples.q.len()], vec![0.0; samples.q.len()]);
     let (q, p, tau) = (&samples.q, &samples.p, &samples.tau);
     let _ = model.evaluator().flow(q, p, tau, &mut rate, &mut push);
+    weighted(samples, |k| {
+        let (v, qdd) = (samples.qd[k], samples.qdd[k]);
+        (rate[k] - v).abs() + (push[k] / particle.mass(v) - qdd).abs()
+    })
+}
+
+/// The mean of the errors of the particle by the weights w; infinite where one is not finite.
+fn weighted(samples: &Samples, error: impl Fn(usize) -> f64) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for k in (0..samples.q.len()).step_by(2) {
-        let (v, qdd) = (samples.qd[k], samples.qdd[k]);
+        let v = samples.qd[k];
         let weight = 1.0 + 1.0 / ((1.0 - v) * (1.0 + v)).sqrt();
-        let found = push[k] / particle.mass(v);
-        sum += weight * ((rate[k] - v).abs() + (found - qdd).abs());
+        sum += weight * error(k);
         weights += weight;
     }
-    if sum.is_finite() {
-        sum / weights
-    } else {
-        f64::INFINITY
+    match sum.is_finite() {
+        true => sum / weights,
+        false => f64::INFINITY,
     }
 }
 
@@ -206,16 +196,15 @@ pub(crate) fn sweep(
         speed.iter().flat_map(|v| [first(*v), second]).collect()
     };
     let (q, qd) = (pair(&|_| 0.0, g), pair(&|v| v, 0.0));
-    let (tau, mut qdd) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-    let _ = model.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
+    let qdd = accelerations(model, &q, &qd, &vec![0.0; q.len()]);
     let mut jet = Jet::default();
     if let Some(lagrangian) = lagrangian {
         lagrangian.jets().jet(&q, &qd, &mut jet);
     }
     Sweep {
-        acceleration: qdd.iter().step_by(2).copied().collect(),
-        momentum: jet.momentum.iter().step_by(2).copied().collect(),
-        mass: jet.mass_matrix.iter().step_by(4).copied().collect(),
+        acceleration: column(&qdd, 2, 0),
+        momentum: column(&jet.momentum, 2, 0),
+        mass: column(&jet.mass_matrix, 4, 0),
         speed,
     }
 }
@@ -260,13 +249,8 @@ mod tests {
     #[test]
     fn predicting_no_acceleration_of_the_published_particle_has_the_error_of_the_plateau() {
         let samples = samples(Particle::Published, 200_000, 2);
-        let nothing = Samples {
-            signals: Signals {
-                qdd: vec![0.0; samples.qdd.len()],
-                ..samples.clone().signals
-            },
-            ..samples.clone()
-        };
+        let mut nothing = samples.clone();
+        nothing.qdd.fill(0.0);
         let error = weighted_error(&*Particle::Published.system(), &nothing);
         // 0.41 is where the published networks begin.
         assert!((0.40..0.43).contains(&error), "{error}");

@@ -3,8 +3,9 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::data::{accelerations, thinned};
 use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::{Dataset, Model, Result, Signals, Trajectory};
+use lagrangian::{Dataset, Model, Result, Trajectory};
 use lagrangian_control::{LoopConfig, LoopOutcome, Machine, Simulation, SwingUp};
 
 /// Time that a swing-up may take, s.
@@ -34,8 +35,10 @@ pub(crate) fn machine(machine: Machine) -> Result<Box<dyn AnalyticModel>> {
 /// sampled at 100 Hz with exact accelerations.
 pub(crate) fn excitation(kind: Machine, seconds: f64, seed: u64) -> Result<Dataset> {
     const EPISODE: f64 = 5.0;
+    /// Ticks between two samples.
+    const EVERY: usize = 5;
     let system = machine(kind)?;
-    let (settings, n) = (kind.config(), system.coordinates().dof());
+    let settings = kind.config();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut motions = Vec::new();
     for _ in 0..(seconds / EPISODE).ceil().max(1.0) as usize {
@@ -52,35 +55,13 @@ pub(crate) fn excitation(kind: Machine, seconds: f64, seed: u64) -> Result<Datas
             tau[settings.actuated] = push;
         };
         simulation.run(&mut controller, EPISODE);
-        motions.push(thinned(simulation.finish().trajectory, n, &*system));
+        let mut motion = thinned(&simulation.finish().trajectory, EVERY);
+        motion.qdd = accelerations(&*system, &motion.q, &motion.qd, &motion.tau);
+        motions.push(motion);
     }
     let held = motions.len() / 10;
     let validation = motions.split_off(motions.len() - held);
     Dataset::new(system.coordinates().clone(), &motions, &validation)
-}
-
-/// Every fifth sample, with the accelerations of the true model.
-fn thinned(motion: Trajectory, n: usize, system: &dyn Model) -> Trajectory {
-    const EVERY: usize = 5;
-    let rows = |x: &[f64], n: usize| -> Vec<f64> {
-        let rows = x.chunks_exact(n).step_by(EVERY);
-        rows.flatten().copied().collect()
-    };
-    let (q, qd) = (rows(&motion.q, n), rows(&motion.qd, n));
-    let tau = rows(motion.tau.as_slice(), n);
-    let mut qdd = vec![0.0; q.len()];
-    let _ = system.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
-    Trajectory {
-        t: rows(&motion.t, 1),
-        signals: Signals {
-            qdd,
-            tau,
-            q,
-            qd,
-            ..motion.signals
-        },
-        ..motion
-    }
 }
 
 /// `count` attempts from random starts, the same for every model and seed; the controller knows `model`, the robot is

@@ -7,6 +7,7 @@ use lagrangian::{DelanConfig, FitConfig, Loss, Model};
 use lagrangian_control::Machine;
 use lagrangian_report::{Axis, Role};
 
+use crate::harness::spread::median;
 use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more};
 use attempts::{Attempt, attempts, excitation, machine};
 
@@ -74,12 +75,10 @@ fn run(lab: &mut Lab) -> Result<()> {
 fn record(row: &mut Row, runs: &[Attempt]) {
     let times: Vec<f64> = runs.iter().filter_map(|a| a.up_since).collect();
     let success = times.len() as f64 / runs.len().max(1) as f64;
-    row.add("success", success);
-    row.add("up_since", crate::harness::spread::median(&times));
-    row.detail(
-        "up_since_each",
-        runs.iter().map(|a| a.up_since).collect::<Vec<_>>(),
-    );
+    let each: Vec<_> = runs.iter().map(|a| a.up_since).collect();
+    row.add("success", success)
+        .add("up_since", median(&times))
+        .detail("up_since_each", each);
 }
 
 /// The pendulum's angle in the first attempt.

@@ -1,12 +1,12 @@
 //! The rows of the table.
 
 use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
-use lagrangian::{Family, Loss, Method, Model, RigidConfig, VinConfig};
+use lagrangian::{Loss, Method, Model, RigidConfig, VinConfig};
 use lagrangian_report::Role;
 
 use super::measure::{acceleration_error, flow_acceleration_error};
 use super::{Lesson, Reads};
-use crate::families::{self, MakeFamily, WIDTH};
+use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, contestant};
 
 /// How a contestant is fitted and measured.
@@ -130,34 +130,30 @@ const fn published(row: &'static Published, recipe: Recipe) -> Recipe {
     }
 }
 
-fn delan() -> Box<dyn Family> {
-    families::delan(WIDTH)
-}
-
 pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
     contestant(
         "lnn",
         "LNN, free",
         Role::Lnn,
-        published(&LNN, free(|| families::lnn(WIDTH))),
+        published(&LNN, free(families::lnn)),
     ),
     contestant(
         "lnn-convex",
         "LNN, convex",
         Role::Other(5),
-        free(|| families::convex(WIDTH)),
+        free(families::convex),
     ),
     contestant(
         "delan",
         "DeLaN",
         Role::Other(0),
-        published(&DLN, free(delan)),
+        published(&DLN, free(families::delan)),
     ),
     contestant(
         "delan-potential",
         "DeLaN + A(q)·q̇",
         Role::Other(6),
-        free(|| families::delan_with_vector_potential(WIDTH)),
+        free(families::delan_with_vector_potential),
     ),
     contestant(
         "hnn",
@@ -165,32 +161,35 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
         Role::Other(1),
         published(
             &HNN,
-            canonical(|| families::hnn(HnnStructure::Free, Momenta::Recorded, WIDTH)),
+            canonical(|width| families::hnn(HnnStructure::Free, Momenta::Recorded, width)),
         ),
     ),
     contestant(
         "hnn-mass",
         "HNN, M(q)",
         Role::Other(5),
-        canonical(|| families::hnn(HnnStructure::Mass, Momenta::Recorded, WIDTH)),
+        canonical(|width| families::hnn(HnnStructure::Mass, Momenta::Recorded, width)),
     ),
     contestant(
         "hnn-velocities",
         "HNN, q̇ for p",
         Role::Other(6),
-        flowing(|| families::hnn(HnnStructure::Free, Momenta::Velocities, WIDTH)),
+        flowing(|width| families::hnn(HnnStructure::Free, Momenta::Velocities, width)),
     ),
     contestant(
         "neural-ode",
         "neural ODE, order 2",
         Role::Other(2),
-        published(&FLOW, rolled(|| families::neural_ode(Order::Second, WIDTH))),
+        published(
+            &FLOW,
+            rolled(|width| families::neural_ode(Order::Second, width)),
+        ),
     ),
     contestant(
         "neural-ode-first",
         "neural ODE, order 1",
         Role::Other(5),
-        rolled(|| families::neural_ode(Order::First, WIDTH)),
+        rolled(|width| families::neural_ode(Order::First, width)),
     ),
     contestant(
         "flow",
@@ -198,7 +197,7 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
         Role::Other(4),
         published(
             &FLOW,
-            flowing(|| families::hnn(HnnStructure::None, Momenta::Velocities, WIDTH)),
+            flowing(|width| families::hnn(HnnStructure::None, Momenta::Velocities, width)),
         ),
     ),
     contestant(
@@ -209,7 +208,7 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
             reads: Reads::Positions,
             loss: Loss::POSITIONS_TRAPEZOIDAL,
             method: Method::VariationalTrapezoidal,
-            ..free(|| Box::new(VinConfig::default()))
+            ..free(|_| Box::new(VinConfig::default()))
         },
     ),
     contestant(
@@ -220,14 +219,14 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
             reads: Reads::Positions,
             loss: Loss::POSITIONS,
             method: Method::VariationalMidpoint,
-            ..free(delan)
+            ..free(families::delan)
         },
     ),
     contestant(
         "mlp",
         "plain network",
         Role::Baseline,
-        published(&NETWORK, free(|| families::mlp(WIDTH))),
+        published(&NETWORK, free(families::mlp)),
     ),
     contestant(
         "rigid",
@@ -236,7 +235,7 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
         Recipe {
             loss: Loss::TORQUE,
             reads: Reads::Torques,
-            ..free(|| {
+            ..free(|_| {
                 Box::new(RigidConfig {
                     angles: Some(Angles::Absolute),
                     ..RigidConfig::default()

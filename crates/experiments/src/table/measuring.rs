@@ -10,6 +10,7 @@ use super::hopeless::Hopeless;
 use super::measure::{call_seconds, energy_drift, step_errors};
 use super::{Cell, Lesson, Plan, Reads, SAMPLES, Task};
 use crate::data::energies;
+use crate::families::WIDTH;
 use crate::harness::{Contestant, History, Lab, fit_with_history};
 
 /// A row of the table.
@@ -196,7 +197,7 @@ impl Measuring<'_, '_> {
     fn config(&self, row: Row, noisy: bool) -> FitConfig {
         let default = NaturalConfig::default();
         FitConfig {
-            family: (row.config.family)(),
+            family: (row.config.family)(WIDTH),
             loss: row.config.loss,
             budget: self.plan.budget,
             batch: row.config.batch,

@@ -8,9 +8,9 @@ use lagrangian::Trajectory;
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::failure::Advise;
-use crate::harness::{Contestant, Experiment, Lab, Row, less};
+use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less};
 use crate::letters::Letters;
-use writing::{Arm, Condition, Lesson, Outcome, WINDOW, Writing, curves, recovery, run as track};
+use writing::{Arm, Clock, Condition, Outcome, Run, Span, WINDOW, Writing, curves, recovery};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
     title: "Tracking: an arm that learns its model while it writes",
@@ -43,41 +43,27 @@ const RECOVERED: f64 = 1.2;
 const FOLLOWS: f64 = 10.0;
 
 const CONDITIONS: [Contestant<Condition>; 5] = [
-    condition("perfect", "true model", Role::Truth, Condition::Perfect),
-    condition(
+    contestant("perfect", "true model", Role::Truth, Condition::Perfect),
+    contestant(
         "delan",
         "deep Lagrangian network, learned online",
         Role::Lnn,
         Condition::Learned,
     ),
-    condition(
+    contestant(
         "mlp",
         "plain network, learned online",
         Role::Baseline,
         Condition::Plain,
     ),
-    condition("pd", "feedback alone", Role::Other(0), Condition::Pd),
-    condition(
+    contestant("pd", "feedback alone", Role::Other(0), Condition::Pd),
+    contestant(
         "perfect_loaded",
         "true model that knows the payload",
         Role::Other(1),
         Condition::PerfectLoaded,
     ),
 ];
-
-const fn condition(
-    key: &'static str,
-    name: &'static str,
-    role: Role,
-    config: Condition,
-) -> Contestant<Condition> {
-    Contestant {
-        key,
-        name,
-        role,
-        config,
-    }
-}
 
 fn run(lab: &mut Lab) -> Result<()> {
     let letters = text(lab, if lab.quick() { 3 } else { 10 } + 1)?;
@@ -91,7 +77,7 @@ fn run(lab: &mut Lab) -> Result<()> {
     for arm in arms {
         let text: Vec<Trajectory> = letters.iter().map(|letter| arm.write(letter)).collect();
         let writing = Writing::new(&text)?;
-        let names: Vec<&str> = writing.letters.iter().map(|l| l.0.as_str()).collect();
+        let names: Vec<&str> = writing.letters.iter().map(|l| l.name.as_str()).collect();
         lab.setting(&format!("Letters, {}", arm.name), names.join(", "));
         lab.setting(
             &format!("Payload, {}", arm.name),
@@ -105,12 +91,8 @@ fn run(lab: &mut Lab) -> Result<()> {
                 if who.config == Condition::Perfect {
                     perfect.push(before);
                 }
-                record(
-                    lab.row(arm.name, who),
-                    who.config,
-                    &outcome,
-                    before / perfect[k],
-                );
+                let row = lab.row(arm.name, who);
+                record(row, who.config, &outcome, before / perfect[k]);
                 draw(lab, &arm, who, &outcome);
                 if seed == lab.args.seed {
                     draw_path(lab, &arm, &writing, who, &outcome);
@@ -152,15 +134,14 @@ fn one(
     let learns = matches!(who.config, Condition::Plain | Condition::Learned);
     let part = format!("{}, {}, seed {seed}", arm.name, who.key);
     lab.begin_weighted(part, if learns { weight(arm) } else { 0.0 })?;
-    let change = writing.letters.last().map_or(0.0, |last| last.1);
-    let change = (who.config != Condition::Pd).then_some(change);
-    Ok(track(
-        arm,
-        writing,
-        who.config,
-        (change, seed, false),
-        &Lesson::default(),
-    )?)
+    let change = writing.letters.last().map_or(0.0, |last| last.from);
+    let run = Run {
+        condition: who.config,
+        change: (who.config != Condition::Pd).then_some(change),
+        clock: Clock::LockStep,
+        seed,
+    };
+    Ok(run.outcome(arm, writing)?)
 }
 
 /// The error of the last two letters before the payload.
@@ -176,8 +157,8 @@ fn record(row: &mut Row, condition: Condition, outcome: &Outcome, ratio: f64) {
         row.add("before_payload", before).add("over_perfect", ratio);
     }
     if matches!(condition, Condition::Plain | Condition::Learned) {
-        let recovered = recovery(&outcome.after.1, before, RECOVERED).filter(|_| ratio < FOLLOWS);
-        row.add("recovery_seconds", recovered.unwrap_or(f64::NAN));
+        let recovered = recovery(&outcome.after.1, before, RECOVERED);
+        row.add("recovery_seconds", recovered.filter(|_| ratio < FOLLOWS));
     }
     row.add("tick_p99", 1e6 * outcome.latency.p99)
         .detail("errors", &outcome.errors)
@@ -239,7 +220,7 @@ fn draw_path(
     let Some(k) = writing.letters.len().checked_sub(2) else {
         return;
     };
-    let (letter, from, to) = &writing.letters[k];
+    let Span { name, from, to } = &writing.letters[k];
     let path = |motion: &Trajectory| -> (Vec<f64>, Vec<f64>) {
         let (n, all) = (motion.dof(), motion.t.iter().enumerate());
         let inside = all.filter(|(_, t)| (*from..*to).contains(*t));
@@ -247,29 +228,30 @@ fn draw_path(
             .map(|(k, _)| (motion.q[k * n], motion.q[k * n + 1]))
             .unzip()
     };
-    let (wanted, own) = (path(writing.reference.samples()), path(&outcome.motion));
+    let (reference, own) = (path(writing.reference.samples()), path(&outcome.motion));
     lab.plot(
         format!("path-{}", arm.name.replace(' ', "-")),
-        format!("The letter {letter}, {}", arm.name),
+        format!("The letter {name}, {}", arm.name),
     )
     .caption("Second joint over first.")
     .axes(
         Axis::linear("first joint", "rad"),
         Axis::linear("second joint", "rad"),
     )
-    .once("reference", Role::Other(2), &wanted.0, wanted.1)
+    .once("reference", Role::Other(2), &reference.0, reference.1)
     .once(who.name, who.role, &own.0, own.1);
 }
 
 /// The time of a tick while a thread learns in real time.
 fn live(lab: &mut Lab, arm: &Arm, writing: &Writing) -> Result<()> {
     lab.begin_weighted(format!("{}, in real time", arm.name), weight(arm))?;
-    let run = (None, lab.args.seed, true);
-    let live = track(arm, writing, Condition::Learned, run, &Lesson::default())?;
-    let ticks = live
-        .histogram
-        .iter()
-        .map(|&(seconds, ticks)| (1e6 * seconds, ticks as f64));
+    let run = Run {
+        condition: Condition::Learned,
+        change: None,
+        clock: Clock::RealTime,
+        seed: lab.args.seed,
+    };
+    let live = run.outcome(arm, writing)?;
     let latency = live.latency;
     let id = format!("latency-{}", arm.name.replace(' ', "-"));
     let title = format!("Time of a tick while a thread learns, {}", arm.name);
@@ -282,8 +264,8 @@ fn live(lab: &mut Lab, arm: &Arm, writing: &Writing) -> Result<()> {
         1e6 * latency.max
     ));
     plot.axes(Axis::log("time", "µs"), Axis::log("ticks", ""));
-    for (x, y) in ticks {
-        plot.dot("ticks", Role::Lnn, x, y);
+    for bin in live.histogram {
+        plot.dot("ticks", Role::Lnn, 1e6 * bin.seconds, bin.ticks as f64);
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use lagrangian_control::online::{
     FeedForwardSource, OnlineConfig, OnlineLearner, Record, RobotChange, TrackingConfig, track,
 };
 use lagrangian_control::{
-    Desired, Gains, LoopConfig, Quantiles, Reference, Sensors, VelocitySource,
+    Desired, Gains, LatencyBin, LoopConfig, Quantiles, Reference, Sensors, VelocitySource,
 };
 
 /// Samples of a reference in a second, Hz.
@@ -26,8 +26,15 @@ pub(crate) const WINDOW: f64 = 0.5;
 pub(crate) struct Writing {
     /// The whole motion.
     pub(crate) reference: Reference,
-    /// Name, start and end of each letter, s.
-    pub(crate) letters: Vec<(String, f64, f64)>,
+    pub(crate) letters: Vec<Span>,
+}
+
+/// A letter, and when it begins and ends, s.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Span {
+    pub(crate) name: String,
+    pub(crate) from: f64,
+    pub(crate) to: f64,
 }
 
 impl Writing {
@@ -36,7 +43,7 @@ impl Writing {
         let first = letters
             .first()
             .ok_or_else(|| Error::too_short("the text to write", 0, 1))?;
-        let mut path = Path::new();
+        let mut path = Path::default();
         let mut spans = Vec::new();
         for letter in letters {
             Error::check_shape(
@@ -47,7 +54,11 @@ impl Writing {
             )?;
             let letter_path = Reference::new(letter.clone())?;
             let begin = path.add(&letter_path)?;
-            spans.push((letter.name.clone(), begin, path.end()));
+            spans.push(Span {
+                name: letter.name.clone(),
+                from: begin,
+                to: path.end(),
+            });
         }
         Ok(Self {
             reference: Reference::new(path.trajectory)?,
@@ -58,9 +69,7 @@ impl Writing {
     /// Root mean square of the tracking error over all joints, rad, for each letter.
     pub(crate) fn errors(&self, motion: &Trajectory) -> Vec<f64> {
         let spans = self.letters.iter();
-        spans
-            .map(|(_, from, to)| self.error(motion, (*from, *to)))
-            .collect()
+        spans.map(|l| self.error(motion, (l.from, l.to))).collect()
     }
 
     /// The same over any span of time, s; NaN where there is no sample.
@@ -72,7 +81,11 @@ impl Writing {
         for (k, &t) in motion.t.iter().enumerate().filter(|(_, t)| inside(t)) {
             self.reference.at(t, &mut desired);
             let q = &motion.q[k * n..k * n + n];
-            sum += squares(q, &desired.q);
+            sum += q
+                .iter()
+                .zip(&desired.q)
+                .map(|(a, b)| (a - b).powi(2))
+                .sum::<f64>();
             count += n;
         }
         (sum / count as f64).sqrt()
@@ -92,31 +105,13 @@ impl Writing {
     }
 }
 
-fn squares(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
-}
-
 /// A reference in the making.
+#[derive(Default)]
 struct Path {
     trajectory: Trajectory,
 }
 
 impl Path {
-    fn new() -> Self {
-        Self {
-            trajectory: Trajectory::new(
-                "writing",
-                Vec::new(),
-                Signals {
-                    q: Vec::new(),
-                    qd: Vec::new(),
-                    qdd: Vec::new(),
-                    ..Signals::default()
-                },
-            ),
-        }
-    }
-
     fn end(&self) -> f64 {
         self.trajectory.t.last().copied().unwrap_or(0.0)
     }
@@ -184,8 +179,8 @@ fn curve(index: usize) -> Trajectory {
     let phase = 0.7 * k;
     // Time runs from rest to rest: s goes from 0 to 1 with no speed at either end.
     let wave = move |s: f64, i: usize| {
-        let harmonic = TAU * if i == 0 { a as f64 } else { b as f64 };
-        let (centre, size) = if i == 0 { (-0.3, 0.4) } else { (1.7, 0.5) };
+        let harmonic = TAU * [a as f64, b as f64][i];
+        let (centre, size) = [(-0.3, 0.4), (1.7, 0.5)][i];
         let inner = harmonic * s + phase * (i as f64 + 1.0);
         [
             centre + size * inner.sin(),
@@ -194,18 +189,10 @@ fn curve(index: usize) -> Trajectory {
         ]
     };
     let steps = (SECONDS * RATE) as usize;
-    let mut out = Trajectory::new(
-        format!("curve {}", index + 1),
-        (0..=steps).map(|k| k as f64 / RATE).collect(),
-        Signals {
-            q: Vec::new(),
-            qd: Vec::new(),
-            ..Signals::default()
-        },
-    );
-    let mut qdd = Vec::new();
-    for t in out.t.clone() {
-        let x = t / SECONDS;
+    let times = (0..=steps).map(|k| k as f64 / RATE).collect();
+    let mut out = Trajectory::new(format!("curve {}", index + 1), times, Signals::default());
+    for k in 0..=steps {
+        let x = out.t[k] / SECONDS;
         let [s, v, w] = [
             x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x),
             30.0 * x * x * (1.0 - x).powi(2) / SECONDS,
@@ -215,10 +202,9 @@ fn curve(index: usize) -> Trajectory {
             let [q, slope, bend] = wave(s, i);
             out.q.push(q);
             out.qd.push(slope * v);
-            qdd.push(bend * v * v + slope * w);
+            out.qdd.push(bend * v * v + slope * w);
         }
     }
-    out.qdd = qdd;
     out
 }
 
@@ -361,30 +347,6 @@ pub(crate) enum Condition {
     PerfectLoaded,
 }
 
-/// How a model is learned online.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Lesson {
-    /// Units of a hidden layer; there are two.
-    pub(crate) width: usize,
-    /// Training steps in a second of motion.
-    pub(crate) steps: f64,
-    /// Hand-overs in a second of motion.
-    pub(crate) hand_overs: f64,
-    /// All other settings.
-    pub(crate) online: OnlineConfig,
-}
-
-impl Default for Lesson {
-    fn default() -> Self {
-        Self {
-            width: 24,
-            steps: 100.0,
-            hand_overs: 20.0,
-            online: OnlineConfig::default(),
-        }
-    }
-}
-
 /// What came of one run.
 #[derive(Debug, Clone)]
 pub(crate) struct Outcome {
@@ -396,87 +358,100 @@ pub(crate) struct Outcome {
     pub(crate) record: Option<Record>,
     /// Times of the controller, s.
     pub(crate) latency: Quantiles,
-    /// Its histogram: (s, ticks).
-    pub(crate) histogram: Vec<(f64, u64)>,
+    /// Their histogram.
+    pub(crate) histogram: Vec<LatencyBin>,
     /// The motion.
     pub(crate) motion: Trajectory,
     /// Whether it went on to the end.
     pub(crate) finished: bool,
 }
 
-/// `arm` writes; the payload comes at `change`, s, where there is one. `thread`: on a thread of its own and in real time
-/// instead of in lock step.
-pub(crate) fn run(
-    arm: &Arm,
-    writing: &Writing,
-    condition: Condition,
-    (change, seed, thread): (Option<f64>, u64, bool),
-    lesson: &Lesson,
-) -> Result<Outcome> {
-    let aware = condition == Condition::PerfectLoaded;
-    let robot = if aware { &arm.loaded } else { &arm.robot };
-    let config = TrackingConfig {
-        robot: &**robot,
-        change: change.filter(|_| !aware).map(|at| RobotChange {
-            at,
-            robot: &*arm.loaded,
-        }),
-        gains: arm.gains.clone(),
-        control: LoopConfig {
-            seed,
-            ..arm.control.clone()
-        },
-    };
-    let family: Option<Box<dyn Family>> = match condition {
-        Condition::Pd => None,
-        Condition::Perfect | Condition::PerfectLoaded => None,
-        Condition::Plain => Some(families::mlp(lesson.width)),
-        Condition::Learned => Some(families::delan(lesson.width)),
-    };
-    let feed = match family {
-        None if condition == Condition::Pd => FeedForwardSource::None,
-        None => FeedForwardSource::Model(&**robot),
-        Some(family) => {
-            let online = OnlineConfig {
-                family,
-                seed,
-                change_factor: if arm.forgets {
-                    lesson.online.change_factor
-                } else {
-                    f64::MAX
-                },
-                ..lesson.online.clone()
-            };
-            let coordinates = arm.robot.coordinates().clone();
-            let learner = Box::new(OnlineLearner::new(coordinates, online)?);
-            if thread {
-                FeedForwardSource::Thread(learner)
-            } else {
-                FeedForwardSource::LockStep {
-                    learner,
-                    steps: lesson.steps,
-                    hand_overs: lesson.hand_overs,
-                }
-            }
-        }
-    };
-    let tracked = track(&config, &writing.reference, feed)?;
-    let bins = tracked.driven.latency.bins().into_iter();
-    let motion = tracked.driven.trajectory;
-    let after = match change {
-        Some(change) => {
+/// Units of a hidden layer of a network that is learned online; there are two.
+const WIDTH: usize = 24;
+/// Training steps, and hand-overs, in a second of motion.
+const STEPS: f64 = 100.0;
+const HAND_OVERS: f64 = 20.0;
+
+/// How learning and motion share time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Clock {
+    /// In lock step, so that a run can be repeated.
+    LockStep,
+    /// On a thread of its own while the motion runs in real time.
+    RealTime,
+}
+
+/// One run of an arm.
+pub(crate) struct Run {
+    pub(crate) condition: Condition,
+    /// When the payload comes, s.
+    pub(crate) change: Option<f64>,
+    pub(crate) clock: Clock,
+    pub(crate) seed: u64,
+}
+
+impl Run {
+    /// The arm writes.
+    pub(crate) fn outcome(&self, arm: &Arm, writing: &Writing) -> Result<Outcome> {
+        let aware = self.condition == Condition::PerfectLoaded;
+        let robot = if aware { &arm.loaded } else { &arm.robot };
+        let config = TrackingConfig {
+            robot: &**robot,
+            change: self.change.filter(|_| !aware).map(|at| RobotChange {
+                at,
+                robot: &*arm.loaded,
+            }),
+            gains: arm.gains.clone(),
+            control: LoopConfig {
+                seed: self.seed,
+                ..arm.control.clone()
+            },
+        };
+        let feed = match self.condition {
+            Condition::Pd => FeedForwardSource::None,
+            Condition::Perfect | Condition::PerfectLoaded => FeedForwardSource::Model(&**robot),
+            Condition::Plain => self.learned(arm, families::mlp(WIDTH))?,
+            Condition::Learned => self.learned(arm, families::delan(WIDTH))?,
+        };
+        let tracked = track(&config, &writing.reference, feed)?;
+        let motion = tracked.driven.trajectory;
+        let after = self.change.map(|change| {
             let (t, errors) = writing.errors_over_time(&motion, change);
             (t.iter().map(|t| t - change).collect(), errors)
-        }
-        None => Default::default(),
-    };
-    Ok(Outcome {
-        errors: writing.errors(&motion),
-        after,
-        record: tracked.record,
-        latency: tracked.driven.latency.quantiles(),
-        histogram: bins.map(|bin| (bin.seconds, bin.ticks)).collect(),
-        finished: !tracked.driven.outcome.is_diverged(),
-        motion,
-    })
+        });
+        Ok(Outcome {
+            errors: writing.errors(&motion),
+            after: after.unwrap_or_default(),
+            record: tracked.record,
+            latency: tracked.driven.latency.quantiles(),
+            histogram: tracked.driven.latency.bins(),
+            finished: !tracked.driven.outcome.is_diverged(),
+            motion,
+        })
+    }
+
+    /// A model of this family that is learned while the arm moves.
+    fn learned<'a>(&self, arm: &Arm, family: Box<dyn Family>) -> Result<FeedForwardSource<'a>> {
+        let usual = OnlineConfig::default();
+        let online = OnlineConfig {
+            family,
+            seed: self.seed,
+            change_factor: if arm.forgets {
+                usual.change_factor
+            } else {
+                f64::MAX
+            },
+            ..usual
+        };
+        let coordinates = arm.robot.coordinates().clone();
+        let learner = Box::new(OnlineLearner::new(coordinates, online)?);
+        Ok(match self.clock {
+            Clock::RealTime => FeedForwardSource::Thread(learner),
+            Clock::LockStep => FeedForwardSource::LockStep {
+                learner,
+                steps: STEPS,
+                hand_overs: HAND_OVERS,
+            },
+        })
+    }
 }

@@ -19,7 +19,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::data::recorded;
-use crate::families;
+use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, contestant};
 
 /// Time between samples, s.
@@ -133,8 +133,7 @@ impl Seen {
 #[derive(Clone, Copy)]
 pub(crate) struct Recipe {
     pub(crate) loss: Loss,
-    /// The family, of layers with so many units.
-    family: fn(usize) -> Box<dyn Family>,
+    family: MakeFamily,
 }
 
 /// The models that are compared.
@@ -180,7 +179,7 @@ pub(crate) const VIN_MIDPOINT: Contestant<Recipe> = contestant(
     by(Loss::POSITIONS, vin),
 );
 
-const fn by(loss: Loss, family: fn(usize) -> Box<dyn Family>) -> Recipe {
+const fn by(loss: Loss, family: MakeFamily) -> Recipe {
     Recipe { loss, family }
 }
 

@@ -125,21 +125,16 @@ impl Kind {
 
 /// The largest magnitude; NaN where one is.
 fn largest(values: &[f64]) -> f64 {
-    values
-        .iter()
-        .fold(0.0, |worst: f64, x| match x.is_nan() || worst.is_nan() {
-            true => f64::NAN,
-            false => x.abs().max(worst),
-        })
+    let larger = |worst: f64, x: &f64| match x.is_nan() || worst.is_nan() {
+        true => f64::NAN,
+        false => x.abs().max(worst),
+    };
+    values.iter().fold(0.0, larger)
 }
 
-/// The same; NaN of nothing, too: a model without energy has no drift.
-fn drift(values: &[f64]) -> f64 {
-    if values.is_empty() {
-        f64::NAN
-    } else {
-        largest(values)
-    }
+/// The same; none of nothing: a model without energy has no drift.
+fn drift(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| largest(values))
 }
 
 /// The true motions on 100 points, and on 1000 unless the run is quick.
@@ -150,27 +145,26 @@ struct Truth {
 
 fn run(lab: &mut Lab) -> Result<()> {
     let all = systems();
-    let fits = |system: &WaveSystem| {
+    let of = |system: &WaveSystem| {
+        let system = system.clone();
         CONTESTANTS
             .iter()
-            .filter(|c| c.config.applies_to(system))
-            .count()
+            .filter(move |c| c.config.applies_to(&system))
     };
-    lab.plan(all.iter().map(fits).sum::<usize>() * lab.seeds().len() + 1);
-    let (seconds, sample) = if lab.quick() {
-        (100.0, 2.0)
-    } else {
-        (1000.0, 4.0)
+    lab.plan(all.iter().flat_map(of).count() * lab.seeds().len() + 1);
+    let (seconds, sample) = match lab.quick() {
+        true => (100.0, 2.0),
+        false => (1000.0, 4.0),
     };
     lab.setting("Rollouts", format!("{seconds} s"));
     for system in &all {
         let long = (!lab.quick()).then(|| self::truth(system, 1000, 1000.0, 10.0));
         let truth = Truth {
-            short: self::truth(system, TEST, seconds, sample)?.trajectory,
-            long: long.transpose()?.map(|r| r.trajectory),
+            short: self::truth(system, TEST, seconds, sample)?,
+            long: long.transpose()?,
         };
         map(lab, system, "truth", &truth.short, None);
-        for who in CONTESTANTS.iter().filter(|c| c.config.applies_to(system)) {
+        for who in of(system) {
             for seed in lab.seeds() {
                 measure(lab, system, who, &truth, seed)?;
             }
@@ -184,11 +178,8 @@ fn dataset(system: &WaveSystem, motions: usize, seed: u64) -> Result<Dataset> {
     let truth = Field::new(&system.chain, TRAINED_ON)?;
     let all = ring_states(&truth, &system.states, motions, seed)?;
     let (train, validation) = split(all, 0.2, seed)?;
-    Ok(Dataset::new(
-        truth.coordinates().clone(),
-        &train,
-        &validation,
-    )?)
+    let coordinates = truth.coordinates().clone();
+    Ok(Dataset::new(coordinates, &train, &validation)?)
 }
 
 fn measure(
@@ -226,14 +217,11 @@ fn measure(
     if let (Some(long), Kind::Density) = (&truth.long, who.config) {
         let test = field_test(system, &*wide, long)?;
         let pulse = match system.has_kink() {
-            true => f64::NAN,
-            false => pulse_speed_error(system, &*wide, 300.0)?.abs(),
+            true => None,
+            false => Some(pulse_speed_error(system, &*wide, 300.0)?.abs()),
         };
         lab.row(system.name, who)
-            .add(
-                "field_error_1000",
-                test.error.last().copied().unwrap_or(f64::NAN),
-            )
+            .add("field_error_1000", test.error.last().copied())
             .add("true_drift_1000", drift(&test.true_drift))
             .add("own_drift_1000", drift(&test.own_drift))
             .add("seconds_1000", test.seconds)
@@ -243,19 +231,14 @@ fn measure(
 }
 
 fn record(row: &mut Row, test: &FieldTest) {
-    let off =
-        |pair: Option<(f64, f64)>| pair.map_or(f64::NAN, |(own, truth)| (own / truth - 1.0).abs());
-    row.add(
-        "field_error",
-        test.error.last().copied().unwrap_or(f64::NAN),
-    )
-    .add("true_drift", drift(&test.true_drift))
-    .add("own_drift", drift(&test.own_drift))
-    .add("kink_speed_error", off(test.speed))
-    .add("kink_slope_error", off(test.slope))
-    .detail("outcome", test.outcome)
-    .detail("rollout_seconds", test.seconds)
-    .detail("evaluations", test.evaluations);
+    row.add("field_error", test.error.last().copied())
+        .add("true_drift", drift(&test.true_drift))
+        .add("own_drift", drift(&test.own_drift))
+        .add("kink_speed_error", test.speed_error)
+        .add("kink_slope_error", test.slope_error)
+        .detail("outcome", test.outcome)
+        .detail("rollout_seconds", test.seconds)
+        .detail("evaluations", test.evaluations);
 }
 
 /// Wave numbers and errors of the phase speed on a ring.
@@ -297,7 +280,7 @@ fn draw(
         axes,
         speeds,
     );
-    let error = (&test.t[..], test.error.clone());
+    let error = (&test.motion.t[..], test.error.clone());
     plot(
         "error",
         "Error of the field on 100 points",
@@ -310,7 +293,7 @@ fn draw(
         "energy",
         "Change of the true energy on 100 points",
         axes,
-        (&test.t, drift),
+        (&test.motion.t, drift),
     );
 }
 
@@ -327,13 +310,8 @@ fn compare(
     }
     map(lab, system, who.name, &test.motion, None);
     if who.config == Kind::Density {
-        map(
-            lab,
-            system,
-            "density − truth",
-            &test.motion,
-            Some(&truth.short),
-        );
+        let name = "density − truth";
+        map(lab, system, name, &test.motion, Some(&truth.short));
     }
 }
 
@@ -364,18 +342,15 @@ fn map(
     // A shade is a tenth of the limit: more digits would only make the page heavy.
     all.iter_mut()
         .for_each(|x| *x = (*x / limit * 1e3).round() * 1e-3 * limit);
-    let what = if kink {
-        "sin φ of a kink"
-    } else {
-        "φ from a Gaussian at rest of height 1"
+    let what = match kink {
+        true => "sin φ of a kink",
+        false => "φ from a Gaussian at rest of height 1",
     };
     let end = motion.t.get(rows.saturating_sub(1)).copied().unwrap_or(1.0);
     lab.results.maps.push(HeatMap {
-        id: format!(
-            "{}-{}",
-            system.name,
-            name.replace(" − ", "-").replace(' ', "-")
-        ),
+        id: format!("{}-{name}", system.name)
+            .replace(" − ", "-")
+            .replace(' ', "-"),
         title: format!("{}: {name}", system.about),
         caption: format!("{what}; orange positive, blue negative, full colour at ±{limit:.1e}."),
         x: Axis::linear("place", "m").between(0.0, TEST as f64),
@@ -405,28 +380,19 @@ fn cost(lab: &mut Lab, system: &WaveSystem) -> Result<()> {
         ("dense assembly and solve", Role::Baseline, |c| c.dense),
     ];
     for (name, role, of) in parts {
-        let pairs: Vec<(usize, f64)> = costs
-            .iter()
-            .filter_map(|c| of(c).map(|s| (c.points, s)))
-            .collect();
-        let power = exponent(&pairs, 30);
-        let (points, seconds): (Vec<f64>, Vec<f64>) =
-            pairs.iter().map(|(n, s)| (*n as f64, *s)).unzip();
+        let pairs = costs.iter();
+        let pairs = pairs.filter_map(|c| of(c).map(|s| (c.points as f64, s)));
+        let (points, seconds): (Vec<f64>, Vec<f64>) = pairs.unzip();
+        let power = exponent(&points, &seconds, 30.0);
         let line = json!({ "points": points, "seconds": seconds, "exponent": power });
         lab.results.others.insert(format!("cost: {name}"), line);
-        lab.setting(
-            &format!("Exponent of the cost, {name}"),
-            format!("{power:.2}"),
-        );
+        let setting = format!("Exponent of the cost, {name}");
+        lab.setting(&setting, format!("{power:.2}"));
+        let micros = seconds.iter().map(|s| 1e6 * s).collect();
         lab.plot("cost", "Cost of an evaluation")
             .caption("One thread; a step of an integrator takes some of them.")
             .axes(Axis::log("points of the ring", ""), Axis::log("time", "µs"))
-            .add(
-                name,
-                role,
-                &points,
-                seconds.iter().map(|s| 1e6 * s).collect(),
-            );
+            .add(name, role, &points, micros);
     }
     Ok(())
 }

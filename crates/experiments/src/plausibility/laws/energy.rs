@@ -1,6 +1,7 @@
 //! What a model makes of energy: its balance under forces, and its drift without.
 
 use super::{Row, States, derivative, dot, root_mean_square};
+use crate::data::prediction;
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{Model, Result, RolloutOptions, State, Trajectory};
 
@@ -9,18 +10,13 @@ const DURATION: f64 = 10.0;
 const INTERVAL: f64 = 0.05;
 
 /// Root mean square of dE/dt − τ·q̇, W, with the energy of `energy` along the motion of `model`.
-pub(super) fn balance(
-    model: &dyn Model,
-    energy: &dyn Model,
-    states: &States,
-    n: usize,
-) -> Option<f64> {
+pub(super) fn balance(model: &dyn Model, energy: &dyn Model, states: &States) -> Option<f64> {
     if !model.moves() {
         return None;
     }
     let (mut moving, mut judge) = (model.evaluator(), energy.evaluator());
     let mut residual = |row: Row| {
-        let mut qdd = vec![0.0; n];
+        let mut qdd = vec![0.0; row.q.len()];
         moving.forward_dynamics(row.q, row.qd, row.tau, &mut qdd);
         let mut at = |s: f64| {
             let motion = row.q.iter().zip(row.qd).zip(&qdd);
@@ -33,7 +29,7 @@ pub(super) fn balance(
         let rate = derivative(&mut at)?;
         Some(rate - dot(row.tau, row.qd))
     };
-    let all: Option<Vec<f64>> = states.rows(n).map(&mut residual).collect();
+    let all: Option<Vec<f64>> = states.rows().map(&mut residual).collect();
     all.map(|x| root_mean_square(x.into_iter()))
 }
 
@@ -49,7 +45,6 @@ pub(super) fn drifts(
     model: &dyn Model,
     truth: &dyn Model,
     states: &States,
-    n: usize,
     starts: &[State],
 ) -> Result<Drifts> {
     if !model.moves() {
@@ -59,11 +54,7 @@ pub(super) fn drifts(
             unfinished: 0,
         });
     }
-    let options = RolloutOptions {
-        rtol: 1e-9,
-        atol: 1e-9,
-        ..RolloutOptions::default()
-    };
+    let options = prediction(RolloutOptions::default().max_steps);
     let rollouts = rollout_many(model, starts, &times(DURATION, INTERVAL)?, &free, &options)?;
     let finished: Vec<&Trajectory> = rollouts
         .iter()
@@ -72,13 +63,14 @@ pub(super) fn drifts(
         .collect();
     let drift = |judge: &dyn Model| {
         let mut judge = judge.evaluator();
-        let mut all = vec![0.0; states.len(n)];
-        if !judge.energy(&states.q, &states.qd, &mut all) || finished.is_empty() {
+        let mut all = vec![0.0; states.len()];
+        if !judge.energy(&states.all.q, &states.all.qd, &mut all) || finished.is_empty() {
             return None;
         }
         let mean = all.iter().sum::<f64>() / all.len() as f64;
         let deviation = root_mean_square(all.iter().map(|e| e - mean));
         let mut change = |motion: &&Trajectory| {
+            let n = states.n;
             let last = motion.q.len() - n;
             let mut e = [0.0; 2];
             let (start, end) = e.split_at_mut(1);

@@ -11,15 +11,14 @@
 mod energy;
 mod matrix;
 
-use serde::Serialize;
-
+use crate::data::thinned;
 use energy::{balance, drifts};
 use lagrangian::mechanics::dot;
-use lagrangian::{Evaluator, Model, Result, State, Trajectory};
+use lagrangian::{Evaluator, Model, Result, Signals, State, Trajectory};
 use matrix::Matrix;
 
 /// How far a model is from each law. Powers are root mean squares over the states, as parts of that of τ·q̇.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Laws {
     /// ‖M − Mᵀ‖ / ‖M‖, root mean square over the states (of M⁻¹ where only q̈ is known).
     pub(crate) asymmetry: f64,
@@ -52,12 +51,12 @@ pub(crate) fn laws(
     starts: &[State],
 ) -> Result<Laws> {
     let n = model.coordinates().dof().max(1);
-    let states = States::of(driven);
-    let power = root_mean_square(states.rows(n).map(|row| dot(row.tau, row.qd)));
+    let states = States::of(driven, n);
+    let power = root_mean_square(states.rows().map(|row| dot(row.tau, row.qd)));
     let (mut own, mut exact) = (model.evaluator(), truth.evaluator());
     let mut asymmetries = Vec::new();
     let (mut definite, mut least) = (0, f64::INFINITY);
-    for row in states.rows(n) {
+    for row in states.rows() {
         let mass = Matrix::of(&mut *own, model.moves(), row);
         let true_mass = if mass.inverse {
             Matrix::by_acceleration(&mut *exact, row)
@@ -70,15 +69,15 @@ pub(crate) fn laws(
         least = least.min(smallest / true_mass.map_or(f64::NAN, |m| m.smallest_eigenvalue()));
     }
     let over = |x: Option<f64>| x.map(|x| x / power);
-    let skew = states.rows(n).map(|row| skew(&mut *own, row));
+    let skew = states.rows().map(|row| skew(&mut *own, row));
     let skew = skew
         .collect::<Option<Vec<f64>>>()
         .map(|x| root_mean_square(x.into_iter()));
-    let [own_power, true_power] = [model, truth].map(|energy| balance(model, energy, &states, n));
-    let drifts = drifts(model, truth, &states, n, starts)?;
+    let [own_power, true_power] = [model, truth].map(|energy| balance(model, energy, &states));
+    let drifts = drifts(model, truth, &states, starts)?;
     Ok(Laws {
         asymmetry: root_mean_square(asymmetries.into_iter()),
-        definite: definite as f64 / states.len(n) as f64,
+        definite: definite as f64 / states.len() as f64,
         least_eigenvalue: least,
         skew: over(skew),
         own_power: over(own_power),
@@ -89,47 +88,32 @@ pub(crate) fn laws(
     })
 }
 
-/// States under torques, `[m, n]` each.
-struct States {
-    q: Vec<f64>,
-    qd: Vec<f64>,
-    tau: Vec<f64>,
-}
+/// A state under torques.
+type Row<'a> = Signals<&'a [f64]>;
 
-#[derive(Clone, Copy)]
-struct Row<'a> {
-    q: &'a [f64],
-    qd: &'a [f64],
-    tau: &'a [f64],
+/// States under torques: every fifth sample, because neighbours say the same.
+struct States {
+    n: usize,
+    all: Signals,
 }
 
 impl States {
-    /// Every fifth sample: neighbours say the same.
-    fn of(driven: &[Trajectory]) -> Self {
-        let n = driven.first().map_or(1, Trajectory::dof).max(1);
-        let thin = |signal: &[f64]| -> Vec<f64> {
-            let rows = signal.chunks_exact(n).step_by(5);
-            rows.flatten().copied().collect()
-        };
-        let each = |signal: fn(&Trajectory) -> &[f64]| {
-            driven.iter().flat_map(|t| thin(signal(t))).collect()
-        };
-        Self {
-            q: each(|t| &t.q),
-            qd: each(|t| &t.qd),
-            tau: each(|t| t.tau.as_slice()),
+    fn of(driven: &[Trajectory], n: usize) -> Self {
+        let mut all: Signals = Signals::default();
+        for motion in driven.iter().map(|motion| thinned(motion, 5).signals) {
+            all.q.extend(motion.q);
+            all.qd.extend(motion.qd);
+            all.tau.extend(motion.tau);
         }
+        Self { n, all }
     }
 
-    fn len(&self, n: usize) -> usize {
-        self.q.len() / n
+    fn len(&self) -> usize {
+        self.all.q.len() / self.n
     }
 
-    fn rows(&self, n: usize) -> impl Iterator<Item = Row<'_>> {
-        let states = self.q.chunks_exact(n).zip(self.qd.chunks_exact(n));
-        states
-            .zip(self.tau.chunks_exact(n))
-            .map(|((q, qd), tau)| Row { q, qd, tau })
+    fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+        (0..self.len()).map(|k| self.all.row(self.n, k))
     }
 }
 

@@ -21,9 +21,9 @@ use rand_chacha::ChaCha8Rng;
 
 use lagrangian::analytic::Analytic;
 use lagrangian::rollout::{Force, times};
-use lagrangian::{
-    Coordinates, Method, Model, Result, RolloutOptions, Signals, Trajectory, rollout,
-};
+use lagrangian::{Model, Result, RolloutOptions, Signals, Trajectory, rollout};
+
+use crate::data::prediction;
 
 pub(crate) use arm::Arm;
 use arm::Geared;
@@ -99,11 +99,6 @@ impl Premise {
         }
     }
 
-    /// The coordinates of the recordings.
-    pub(crate) fn coordinates(self) -> Coordinates {
-        self.unbroken().coordinates().clone()
-    }
-
     /// `count` recordings of the machine with this amount of it.
     pub(crate) fn recordings(
         self,
@@ -111,7 +106,7 @@ impl Premise {
         count: usize,
         seed: u64,
     ) -> Result<Vec<Trajectory>> {
-        let n = self.coordinates().dof();
+        let n = self.unbroken().coordinates().dof();
         shaken(n, (count, seed), &|drive, start| {
             self.recording(amount, drive, start)
         })
@@ -175,12 +170,7 @@ fn shaken(
 
 /// The motion from rest at `start`, without its first samples.
 fn motion(model: &dyn Model, start: &[f64], force: &Force<'_>) -> Result<Trajectory> {
-    let options = RolloutOptions {
-        method: Method::Dop853,
-        rtol: 1e-9,
-        atol: 1e-9,
-        ..RolloutOptions::default()
-    };
+    let options = prediction(RolloutOptions::default().max_steps);
     let times = times(DURATION + BEFORE as f64 * INTERVAL, INTERVAL)?;
     let still = vec![0.0; start.len()];
     let whole = rollout(model, start, &still, &times, force, &options)?;
