@@ -116,20 +116,12 @@ impl Chain {
     /// Computes the value, the gradient by the features and the second derivatives along ′ and the directions, for a
     /// network with one output.
     pub fn second_order(&mut self, net: &Net, packed: &Packed<f64>) {
-        dispatch(SecondOrder {
-            chain: self,
-            net,
-            packed,
-        });
+        self.run(net, packed, Order::Second);
     }
 
     /// Computes all outputs and their tangents ′.
     pub fn forward(&mut self, net: &Net, packed: &Packed<f64>) {
-        dispatch(Forward {
-            chain: self,
-            net,
-            packed,
-        });
+        self.run(net, packed, Order::Forward);
     }
 
     /// Computes the gradient of `Σ_o seeds[o]` · output o by the features, after [`Chain::forward`].
@@ -137,10 +129,15 @@ impl Chain {
         if let Some(last) = self.layers.last_mut() {
             last.y[..seeds.len()].copy_from_slice(seeds);
         }
-        dispatch(Reverse {
+        self.run(net, packed, Order::Reverse);
+    }
+
+    fn run(&mut self, net: &Net, packed: &Packed<f64>, order: Order) {
+        dispatch(Run {
             chain: self,
             net,
             packed,
+            order,
         });
     }
 
@@ -300,16 +297,46 @@ impl Units {
     }
 }
 
-struct SecondOrder<'a> {
+/// What a kernel computes.
+enum Order {
+    /// The value, the gradient and the second derivatives.
+    Second,
+    /// The outputs and their tangents ′.
+    Forward,
+    /// The gradient by the features.
+    Reverse,
+}
+
+struct Run<'a> {
     chain: &'a mut Chain,
     net: &'a Net,
     packed: &'a Packed<f64>,
+    order: Order,
 }
 
-impl Task for SecondOrder<'_> {
+impl Task for Run<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) {
-        let Self { chain, net, packed } = self;
+        let layers = self.chain.layers.len();
+        match self.order {
+            Order::Second => self.second_order::<I>(),
+            Order::Forward => {
+                (0..layers).for_each(|l| self.chain.layer::<I>(self.net, self.packed, l, 2));
+            }
+            Order::Reverse => {
+                let last = layers - 1;
+                self.chain.back::<I>(self.net, self.packed, last, None);
+            }
+        }
+    }
+}
+
+impl Run<'_> {
+    #[inline(always)]
+    fn second_order<I: Isa>(self) {
+        let Self {
+            chain, net, packed, ..
+        } = self;
         let Some(top) = chain.layers.len().checked_sub(2) else {
             return;
         };
@@ -330,34 +357,5 @@ impl Task for SecondOrder<'_> {
         chain.vectors.fill(0.0);
         chain.back::<I>(net, packed, top, Some(directions));
         collect::<I>(&chain.vectors, &mut chain.hessian);
-    }
-}
-
-struct Forward<'a> {
-    chain: &'a mut Chain,
-    net: &'a Net,
-    packed: &'a Packed<f64>,
-}
-
-impl Task for Forward<'_> {
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        for l in 0..self.chain.layers.len() {
-            self.chain.layer::<I>(self.net, self.packed, l, 2);
-        }
-    }
-}
-
-struct Reverse<'a> {
-    chain: &'a mut Chain,
-    net: &'a Net,
-    packed: &'a Packed<f64>,
-}
-
-impl Task for Reverse<'_> {
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        let last = self.chain.layers.len() - 1;
-        self.chain.back::<I>(self.net, self.packed, last, None);
     }
 }

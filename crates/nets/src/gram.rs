@@ -200,9 +200,9 @@ mod tests {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         let mut build = Build::new(4, 0);
         let softplus = Some(Activation::Softplus);
-        let first = build.dense(20, &[(Source::Features, false)], true, softplus);
-        let second = build.dense(11, &[(Source::Layer(first), false)], true, softplus);
-        build.dense(1, &[(Source::Layer(second), false)], true, None);
+        let first = build.dense(20, &[Source::Features], softplus);
+        let second = build.dense(11, &[first], softplus);
+        build.dense(1, &[second], None);
         let net = build.finish();
         let packed = Packed::of(&net, &net.initialise(&mut rng)).unwrap_or_else(|e| panic!("{e}"));
         let mut pass = Pass::new(&net, 16, 2);

@@ -55,8 +55,8 @@
 //! use nets::{Activation, Build, Packed, Pass, Source};
 //!
 //! let mut build = Build::new(2, 0);
-//! let hidden = build.dense(1, &[(Source::Features, false)], true, Some(Activation::Tanh));
-//! build.dense(1, &[(Source::Layer(hidden), false)], true, None);
+//! let hidden = build.dense(1, &[Source::Features], Some(Activation::Tanh));
+//! build.dense(1, &[hidden], None);
 //! let net = build.finish();
 //! let parameters = [1.0, 2.0, 0.0, 1.0, 0.0]; // W and b of the hidden layer, then of the output
 //! let packed = Packed::<f64>::of(&net, &parameters)?;
@@ -102,6 +102,6 @@ pub use error::{Error, Result};
 pub use factors::Terms;
 pub use gram::{Factors, TileScratch};
 pub use moments::Moments;
-pub use net::{Build, Input, Kind, Layer, Net, Source, normal};
+pub use net::{Build, Input, Kind, Layer, Net, Source, Weighted, normal};
 pub use packed::{Gradient, Packed};
 pub use pass::Pass;

@@ -15,6 +15,21 @@ pub enum Source {
     Layer(usize),
 }
 
+/// A source of a dense layer, and the signs of its weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weighted {
+    /// Weights of any sign.
+    Any(Source),
+    /// Weights that must not be negative, so that the layer is convex in its source.
+    NonNegative(Source),
+}
+
+impl From<Source> for Weighted {
+    fn from(source: Source) -> Self {
+        Self::Any(source)
+    }
+}
+
 /// One source of a dense layer and its weights W, `[width of the layer, width of the source]`, row-major among the
 /// parameters.
 #[derive(Debug, Clone)]
@@ -91,78 +106,98 @@ impl Build {
         })
     }
 
-    /// Adds a dense layer of `width` units and returns its index. Each source comes with whether its weights must not be
-    /// negative.
+    /// Adds a dense layer of `width` units with a bias, and returns it.
     pub fn dense(
         &mut self,
         width: usize,
-        sources: &[(Source, bool)],
-        bias: bool,
+        sources: &[impl Into<Weighted> + Copy],
         activation: Option<Activation>,
-    ) -> usize {
-        let mut inputs = Vec::with_capacity(sources.len());
-        for &(source, non_negative) in sources {
-            let from = match source {
-                Source::Features => self.0.features,
-                Source::Layer(l) => self.0.layers[l].width,
-            };
-            inputs.push(Input {
-                source,
-                width: from,
-                at: self.0.parameters,
-                non_negative,
-                last_reader: false,
-            });
-            self.0.parameters += width * from;
-        }
-        let bias = bias.then_some(self.0.parameters);
-        self.0.parameters += if bias.is_some() { width } else { 0 };
-        self.push(Layer {
-            width,
-            kind: Kind::Dense { inputs, bias },
-            activation,
+    ) -> Source {
+        let inputs = self.inputs(width, sources);
+        let bias = Some(self.0.parameters);
+        self.0.parameters += width;
+        let kind = Kind::Dense { inputs, bias };
+        self.push(width, kind, activation)
+    }
+
+    /// Adds a dense layer of `width` units without bias and activation, and returns it.
+    pub fn linear(&mut self, width: usize, sources: &[impl Into<Weighted> + Copy]) -> Source {
+        let inputs = self.inputs(width, sources);
+        let kind = Kind::Dense { inputs, bias: None };
+        self.push(width, kind, None)
+    }
+
+    /// Adds `layers` dense layers of `width` units, the first on the features and each other on the one before it, and
+    /// returns the last.
+    pub fn stack(&mut self, layers: usize, width: usize, activation: Activation) -> Source {
+        (0..layers).fold(Source::Features, |source, _| {
+            self.dense(width, &[source], Some(activation))
         })
     }
 
-    /// Adds a layer of `width` biases that reads nothing, and returns its index.
-    pub fn constant(&mut self, width: usize) -> usize {
+    /// Adds a layer of `width` biases that reads nothing, and returns it.
+    pub fn constant(&mut self, width: usize) -> Source {
         let features = std::mem::take(&mut self.0.features);
-        let layer = self.dense(width, &[(Source::Features, false)], true, None);
+        let layer = self.dense(width, &[Source::Features], None);
         self.0.features = features;
         layer
     }
 
-    /// Adds gates that read the layer `source`, and a layer of `width` units (a multiple of 16) gated by them; returns the
-    /// index of the gated layer.
-    pub fn gate(&mut self, width: usize, source: usize, activation: Option<Activation>) -> usize {
+    /// Adds gates that read `source`, and a layer of `width` units (a multiple of 16) gated by them; returns the gated
+    /// layer.
+    pub fn gate(&mut self, width: usize, source: Source, activation: Option<Activation>) -> Source {
         assert_eq!(width % f32::LANES, 0, "gated units fill whole panels");
-        let gates = self.dense(
-            (self.0.velocities + 1) * width,
-            &[(Source::Layer(source), false)],
-            true,
-            None,
-        );
-        self.push(Layer {
-            width,
-            kind: Kind::Gate { gates },
-            activation,
-        })
+        let gates = self.0.layers.len();
+        self.dense((self.0.velocities + 1) * width, &[source], None);
+        self.push(width, Kind::Gate { gates }, activation)
     }
 
-    fn push(&mut self, layer: Layer) -> usize {
-        self.0.layers.push(layer);
-        self.0.layers.len() - 1
+    fn inputs(&mut self, width: usize, sources: &[impl Into<Weighted> + Copy]) -> Vec<Input> {
+        let net = &mut self.0;
+        let mut input = |weighted: Weighted| {
+            let (source, non_negative) = match weighted {
+                Weighted::Any(source) => (source, false),
+                Weighted::NonNegative(source) => (source, true),
+            };
+            let from = match source {
+                Source::Features => net.features,
+                Source::Layer(l) => net.layers[l].width,
+            };
+            let at = net.parameters;
+            net.parameters += width * from;
+            Input {
+                source,
+                width: from,
+                at,
+                non_negative,
+                last_reader: false,
+            }
+        };
+        sources.iter().map(|&source| input(source.into())).collect()
+    }
+
+    fn push(&mut self, width: usize, kind: Kind, activation: Option<Activation>) -> Source {
+        self.0.layers.push(Layer {
+            width,
+            kind,
+            activation,
+        });
+        Source::Layer(self.0.layers.len() - 1)
     }
 
     /// Returns the network, whose output is its last layer.
     pub fn finish(self) -> Net {
         let last = self.0.layers.len().saturating_sub(1);
-        self.finish_with(vec![last])
+        self.finish_with(&[Source::Layer(last)])
     }
 
     /// Returns the network, whose output is these layers one after the other.
-    pub fn finish_with(mut self, outputs: Vec<usize>) -> Net {
-        self.0.outputs = outputs;
+    pub fn finish_with(mut self, outputs: &[Source]) -> Net {
+        let layer = |source: &Source| match source {
+            Source::Features => None,
+            Source::Layer(l) => Some(*l),
+        };
+        self.0.outputs = outputs.iter().filter_map(layer).collect();
         let mut seen = vec![false; self.0.layers.len() + 1];
         for layer in self.0.layers.iter_mut().rev() {
             let Kind::Dense { inputs, .. } = &mut layer.kind else {

@@ -9,7 +9,7 @@ use super::stencil::NEIGHBOURS;
 use lagrangian::mechanics::{Jet, Jets};
 use lagrangian::{Coordinates, Lagrangian, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass, Source};
+use nets::{Activation, Build, Net, Packed, Pass};
 
 /// The shape of a network of three neighbouring points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -128,15 +128,12 @@ impl Shape {
             scaling,
         };
         let mut build = Build::new(inputs.count(), 0);
-        let mut source = Source::Features;
-        for _ in 0..config.layers {
-            let activation = Some(config.activation);
-            let layer = build.dense(config.width, &[(source, false)], true, activation);
-            source = Source::Layer(layer);
-        }
-        // A constant says nothing in a Lagrangian.
-        let bias = output == Output::Acceleration;
-        build.dense(1, &[(source, false)], bias, None);
+        let top = build.stack(config.layers, config.width, config.activation);
+        match output {
+            // A constant says nothing in a Lagrangian.
+            Output::Density => build.linear(1, &[top]),
+            Output::Acceleration => build.dense(1, &[top], None),
+        };
         Self {
             output,
             net: build.finish(),

@@ -27,7 +27,7 @@ use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::models::lnn::LnnConfig;
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass, Source};
+use nets::{Activation, Build, Net, Packed, Pass};
 
 /// Whether M and V are read off the same hidden layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -122,33 +122,20 @@ impl DelanConfig {
             1 + if self.vector_potential { n } else { 0 },
         );
         let mut build = Build::new(Scaling::features(coordinates), 0);
-        let trunk = |build: &mut Build| {
-            let mut source = Source::Features;
-            for _ in 0..self.layers {
-                let activation = Some(self.activation);
-                source =
-                    Source::Layer(build.dense(self.width, &[(source, false)], true, activation));
-            }
-            source
-        };
+        let trunk = |build: &mut Build| build.stack(self.layers, self.width, self.activation);
         let first = trunk(&mut build);
         if self.inertia == Inertia::Constant {
-            let outputs = vec![
-                build.constant(factor),
-                build.dense(rest, &[(first, false)], true, None),
-            ];
-            return build.finish_with(outputs);
+            let outputs = [build.constant(factor), build.dense(rest, &[first], None)];
+            return build.finish_with(&outputs);
         }
         if self.trunks == Trunks::Shared {
-            build.dense(factor + rest, &[(first, false)], true, None);
+            build.dense(factor + rest, &[first], None);
             return build.finish();
         }
         let second = trunk(&mut build);
-        let outputs = vec![
-            build.dense(factor, &[(first, false)], true, None),
-            build.dense(rest, &[(second, false)], true, None),
-        ];
-        build.finish_with(outputs)
+        let outputs = [(factor, first), (rest, second)];
+        let outputs = outputs.map(|(width, trunk)| build.dense(width, &[trunk], None));
+        build.finish_with(&outputs)
     }
 }
 

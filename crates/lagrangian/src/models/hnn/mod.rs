@@ -16,7 +16,7 @@ use crate::models::delan::{Delan, DelanConfig};
 use crate::models::lnn::{Lnn, LnnConfig};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass, Source};
+use nets::{Activation, Build, Net, Packed, Pass};
 
 /// What kind of function of (q, p) the network is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -423,12 +423,8 @@ impl HnnShape {
 fn plain(shape: &LnnShape) -> Net {
     let n = shape.dof();
     let mut build = Build::new(Scaling::features(&shape.coordinates) + n, 0);
-    let mut source = Source::Features;
-    for _ in 0..shape.config.layers {
-        let activation = Some(shape.config.activation);
-        source =
-            Source::Layer(build.dense(shape.config.width, &[(source, false)], true, activation));
-    }
-    build.dense(2 * n, &[(source, false)], true, None);
+    let config = &shape.config;
+    let top = build.stack(config.layers, config.width, config.activation);
+    build.dense(2 * n, &[top], None);
     build.finish()
 }

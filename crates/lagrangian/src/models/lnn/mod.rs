@@ -16,7 +16,7 @@ use crate::mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
 use crate::mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass, Source};
+use nets::{Activation, Build, Net, Packed, Pass, Weighted};
 
 /// What kind of function of the velocity the network may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -131,21 +131,12 @@ impl LnnConfig {
 
     fn free(&self, coordinates: &Coordinates) -> Net {
         let mut build = Build::new(Scaling::features(coordinates) + coordinates.dof(), 0);
-        let mut source = Source::Features;
-        for _ in 0..self.layers {
-            source = Source::Layer(build.dense(
-                self.width,
-                &[(source, false)],
-                true,
-                Some(self.activation),
-            ));
-        }
-        let mut output = vec![(source, false)];
+        let top = build.stack(self.layers, self.width, self.activation);
+        let mut output = vec![top];
         if self.exponential {
-            let exp = build.dense(EXPONENTIAL, &[(source, false)], true, Some(Activation::Exp));
-            output.push((Source::Layer(exp), false));
+            output.push(build.dense(EXPONENTIAL, &[top], Some(Activation::Exp)));
         }
-        build.dense(1, &output, false, None);
+        build.linear(1, &output);
         build.finish()
     }
 
@@ -153,48 +144,23 @@ impl LnnConfig {
     /// weights read (their sum is convex in q̇), and linear ones (A(q)·q̇). The trunk adds −V(q) (theory.md,
     /// equation 21).
     fn convex(&self, coordinates: &Coordinates) -> Net {
+        use Weighted::{Any, NonNegative};
         let mut build = Build::new(Scaling::features(coordinates), coordinates.dof());
-        let mut trunk = build.dense(
-            self.width,
-            &[(Source::Features, false)],
-            true,
-            Some(self.activation),
-        );
-        for _ in 1..self.layers {
-            trunk = build.dense(
-                self.width,
-                &[(Source::Layer(trunk), false)],
-                true,
-                Some(self.activation),
-            );
-        }
+        let trunk = build.stack(self.layers, self.width, self.activation);
         let quadratic = build.gate(16, trunk, Some(Activation::Square));
-        let bent = build.gate(
-            self.width.next_multiple_of(16) / 2 / 16 * 16 + 16,
-            trunk,
-            Some(Activation::Softplus),
-        );
+        let softplus = Some(Activation::Softplus);
+        let width = self.width.next_multiple_of(16) / 2 / 16 * 16 + 16;
+        let bent = build.gate(width, trunk, softplus);
         let linear = build.gate(16, trunk, None);
-        let convex = [(Source::Layer(bent), true), (Source::Layer(trunk), false)];
-        let second = build.dense(self.width, &convex, true, Some(Activation::Softplus));
-        let mut output = vec![
-            (Source::Layer(quadratic), true),
-            (Source::Layer(bent), true),
-            (Source::Layer(second), true),
-            (Source::Layer(linear), false),
-            (Source::Layer(trunk), false),
-        ];
+        let second = build.dense(self.width, &[NonNegative(bent), Any(trunk)], softplus);
+        let convex = [quadratic, bent, second].map(NonNegative);
+        let mut output = [&convex[..], &[Any(linear), Any(trunk)]].concat();
         if self.exponential {
-            let convex = [
-                (Source::Layer(quadratic), true),
-                (Source::Layer(bent), true),
-                (Source::Layer(second), true),
-                (Source::Layer(trunk), false),
-            ];
-            let exp = build.dense(EXPONENTIAL, &convex, true, Some(Activation::Exp));
-            output.push((Source::Layer(exp), true));
+            let sources = [&convex[..], &[Any(trunk)]].concat();
+            let exponential = build.dense(EXPONENTIAL, &sources, Some(Activation::Exp));
+            output.push(NonNegative(exponential));
         }
-        build.dense(1, &output, false, None);
+        build.linear(1, &output);
         build.finish()
     }
 }

@@ -12,7 +12,7 @@ use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::mechanics::lagrangian::{Features, Scaling};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass, Source};
+use nets::{Activation, Build, Net, Packed, Pass};
 
 /// What a plain network predicts. It knows one of the two alone: it holds no equation that could be turned round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -174,21 +174,13 @@ impl MlpShape {
         let driven = config.forced || config.direction == Direction::Inverse;
         let inputs = Scaling::features(&coordinates) + n + if driven { n } else { 0 };
         let mut build = Build::new(inputs, 0);
-        let mut source = Source::Features;
-        for _ in 0..config.layers {
-            source = Source::Layer(build.dense(
-                config.width,
-                &[(source, false)],
-                true,
-                Some(config.activation),
-            ));
-        }
+        let top = build.stack(config.layers, config.width, config.activation);
         let outputs = if config.direction == Direction::Flow {
             2 * n
         } else {
             n
         };
-        build.dense(outputs, &[(source, false)], true, None);
+        build.dense(outputs, &[top], None);
         Ok(Self {
             coordinates,
             config,

@@ -98,8 +98,6 @@ pub trait Vector: Copy + Sealed {
     fn sqrt(self) -> Self;
     /// The larger of a and b, and b where a is NaN.
     fn max(self, b: Self) -> Self;
-    /// The smaller of a and b, and b where a is NaN.
-    fn min(self, b: Self) -> Self;
     /// `yes` where a ≥ 0, else `no`.
     fn if_non_negative(self, yes: Self, no: Self) -> Self;
     /// 2ⁿ from n + 1.5·2⁵² (1.5·2²³ in single precision), with n in the normal exponents.

@@ -20,7 +20,6 @@ register!(
     |a, b, c| vfmaq_f32(c, a, b),
     vsqrtq_f32,
     vmaxq_f32,
-    vminq_f32,
     |s, yes, no| vbslq_f32(vcgezq_f32(s), yes, no),
     |x| vreinterpretq_f32_s32(vshlq_n_s32::<23>(vaddq_s32(
         vreinterpretq_s32_f32(x),
@@ -43,7 +42,6 @@ register!(
     |a, b, c| vfmaq_f64(c, a, b),
     vsqrtq_f64,
     vmaxq_f64,
-    vminq_f64,
     |s, yes, no| vbslq_f64(vcgezq_f64(s), yes, no),
     |x| vreinterpretq_f64_s64(vshlq_n_s64::<52>(vaddq_s64(
         vreinterpretq_s64_f64(x),

@@ -3,6 +3,16 @@
 use super::Vector;
 use crate::simd::sealed::Sealed;
 
+/// Operations that act on both vectors alike.
+macro_rules! both {
+    ($($operation:ident($($other:ident),*)),*) => {$(
+        #[inline(always)]
+        fn $operation(self $(, $other: Self)*) -> Self {
+            Self(self.0.$operation($($other.0),*), self.1.$operation($($other.1),*))
+        }
+    )*};
+}
+
 /// The lanes of the first vector, then those of the second.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pair<V>(V, V);
@@ -30,49 +40,17 @@ impl<V: Vector> Vector for Pair<V> {
     fn splat(x: Self::Elem) -> Self {
         Self(V::splat(x), V::splat(x))
     }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        Self(self.0.add(b.0), self.1.add(b.1))
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self(self.0.sub(b.0), self.1.sub(b.1))
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        Self(self.0.mul(b.0), self.1.mul(b.1))
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        Self(self.0.div(b.0), self.1.div(b.1))
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        Self(self.0.fma(b.0, c.0), self.1.fma(b.1, c.1))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(self.0.sqrt(), self.1.sqrt())
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        Self(self.0.max(b.0), self.1.max(b.1))
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        Self(self.0.min(b.0), self.1.min(b.1))
-    }
-    #[inline(always)]
-    fn if_non_negative(self, yes: Self, no: Self) -> Self {
-        Self(
-            self.0.if_non_negative(yes.0, no.0),
-            self.1.if_non_negative(yes.1, no.1),
-        )
-    }
-    #[inline(always)]
-    fn pow2_of_shifted(self) -> Self {
-        Self(self.0.pow2_of_shifted(), self.1.pow2_of_shifted())
-    }
+    both!(
+        add(b),
+        sub(b),
+        mul(b),
+        div(b),
+        fma(b, c),
+        sqrt(),
+        max(b),
+        if_non_negative(yes, no),
+        pow2_of_shifted()
+    );
     #[inline(always)]
     fn zip(self, b: Self) -> (Self, Self) {
         let (low, high) = (self.0.zip(b.0), self.1.zip(b.1));

@@ -9,6 +9,20 @@ pub(crate) struct Lanes<T, const N: usize>([T; N]);
 
 impl<T, const N: usize> Sealed for Lanes<T, N> {}
 
+/// Operations lane by lane.
+macro_rules! lanes {
+    ($($operation:ident($a:ident $(, $other:ident)*) => $value:expr;)*) => {$(
+        #[inline(always)]
+        fn $operation(self $(, $other: Self)*) -> Self {
+            Self(std::array::from_fn(|i| {
+                let $a = self.0[i];
+                $(let $other = $other.0[i];)*
+                $value
+            }))
+        }
+    )*};
+}
+
 macro_rules! portable {
     ($elem:ty, $n:literal, $bits:ty, $bias:literal, $shift:literal) => {
         impl Vector for Lanes<$elem, $n> {
@@ -28,56 +42,16 @@ macro_rules! portable {
             fn splat(x: $elem) -> Self {
                 Self([x; $n])
             }
-            #[inline(always)]
-            fn add(self, b: Self) -> Self {
-                Self(std::array::from_fn(|i| self.0[i] + b.0[i]))
-            }
-            #[inline(always)]
-            fn sub(self, b: Self) -> Self {
-                Self(std::array::from_fn(|i| self.0[i] - b.0[i]))
-            }
-            #[inline(always)]
-            fn mul(self, b: Self) -> Self {
-                Self(std::array::from_fn(|i| self.0[i] * b.0[i]))
-            }
-            #[inline(always)]
-            fn div(self, b: Self) -> Self {
-                Self(std::array::from_fn(|i| self.0[i] / b.0[i]))
-            }
-            #[inline(always)]
-            fn fma(self, b: Self, c: Self) -> Self {
+            lanes! {
+                add(a, b) => a + b;
+                sub(a, b) => a - b;
+                mul(a, b) => a * b;
+                div(a, b) => a / b;
                 // Two roundings: without the instruction, `mul_add` is a slow library call.
-                Self(std::array::from_fn(|i| self.0[i] * b.0[i] + c.0[i]))
-            }
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                Self(std::array::from_fn(|i| num_traits::Float::sqrt(self.0[i])))
-            }
-            #[inline(always)]
-            fn max(self, b: Self) -> Self {
-                Self(std::array::from_fn(|i| {
-                    if self.0[i] > b.0[i] {
-                        self.0[i]
-                    } else {
-                        b.0[i]
-                    }
-                }))
-            }
-            #[inline(always)]
-            fn min(self, b: Self) -> Self {
-                Self(std::array::from_fn(|i| {
-                    if self.0[i] < b.0[i] {
-                        self.0[i]
-                    } else {
-                        b.0[i]
-                    }
-                }))
-            }
-            #[inline(always)]
-            fn if_non_negative(self, yes: Self, no: Self) -> Self {
-                Self(std::array::from_fn(|i| {
-                    if self.0[i] >= 0.0 { yes.0[i] } else { no.0[i] }
-                }))
+                fma(a, b, c) => a * b + c;
+                sqrt(a) => num_traits::Float::sqrt(a);
+                max(a, b) => if a > b { a } else { b };
+                if_non_negative(a, yes, no) => if a >= 0.0 { yes } else { no };
             }
             #[inline(always)]
             fn pow2_of_shifted(self) -> Self {

@@ -5,7 +5,7 @@
 /// The type is private to the crate, so that a value of it exists only below an entry that has seen the CPU feature.
 macro_rules! register {
     ($name:ident, $v:ty, $elem:ty, $n:literal, $load:ident, $store:ident, $splat:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, |$a:ident, $b:ident, $c:ident| $fma:expr, $sqrt:ident, $max:ident, $min:ident,
+     $mul:ident, $div:ident, |$a:ident, $b:ident, $c:ident| $fma:expr, $sqrt:ident, $max:ident,
      |$s:ident, $yes:ident, $no:ident| $select:expr, |$x:ident| $pow2:expr,
      |$first:ident, $second:ident| $zip:expr) => {
         #[doc = concat!("The register `", stringify!($v), "`.")]
@@ -32,46 +32,17 @@ macro_rules! register {
                 // SAFETY: as above.
                 Self(unsafe { $splat(x) })
             }
-            #[inline(always)]
-            fn add(self, b: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $add(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn sub(self, b: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $sub(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn mul(self, b: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $mul(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn div(self, b: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $div(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn fma(self, b: Self, c: Self) -> Self {
-                let ($a, $b, $c) = (self.0, b.0, c.0);
-                // SAFETY: as above.
-                Self(unsafe { $fma })
-            }
+            $crate::simd::vector::register::binary!(add: $add, sub: $sub, mul: $mul, div: $div, max: $max);
             #[inline(always)]
             fn sqrt(self) -> Self {
                 // SAFETY: as above.
                 Self(unsafe { $sqrt(self.0) })
             }
             #[inline(always)]
-            fn max(self, b: Self) -> Self {
+            fn fma(self, b: Self, c: Self) -> Self {
+                let ($a, $b, $c) = (self.0, b.0, c.0);
                 // SAFETY: as above.
-                Self(unsafe { $max(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn min(self, b: Self) -> Self {
-                // SAFETY: as above.
-                Self(unsafe { $min(self.0, b.0) })
+                Self(unsafe { $fma })
             }
             #[inline(always)]
             fn if_non_negative(self, yes: Self, no: Self) -> Self {
@@ -96,3 +67,15 @@ macro_rules! register {
     };
 }
 pub(super) use register;
+
+/// Operations on two registers by one intrinsic each.
+macro_rules! binary {
+    ($($operation:ident: $intrinsic:ident),*) => {$(
+        #[inline(always)]
+        fn $operation(self, b: Self) -> Self {
+            // SAFETY: inlined below an entry that has seen the CPU feature.
+            Self(unsafe { $intrinsic(self.0, b.0) })
+        }
+    )*};
+}
+pub(super) use binary;

@@ -3,6 +3,16 @@
 
 use super::Vector;
 
+macro_rules! scalar {
+    ($($operation:ident($a:ident $(, $other:ident)*) => $value:expr;)*) => {$(
+        #[inline(always)]
+        fn $operation(self $(, $other: Self)*) -> Self {
+            let $a = self;
+            $value
+        }
+    )*};
+}
+
 impl Vector for f64 {
     type Elem = Self;
     const LANES: usize = 1;
@@ -20,46 +30,17 @@ impl Vector for f64 {
     fn splat(x: Self) -> Self {
         x
     }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        self + b
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        self - b
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        self * b
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        self / b
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
+    scalar! {
+        add(a, b) => a + b;
+        sub(a, b) => a - b;
+        mul(a, b) => a * b;
+        div(a, b) => a / b;
         // Two roundings: without the instruction, `mul_add` is a slow library call.
-        self * b + c
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self::sqrt(self)
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        if self > b { self } else { b }
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        if self < b { self } else { b }
-    }
-    #[inline(always)]
-    fn if_non_negative(self, yes: Self, no: Self) -> Self {
-        if self >= 0.0 { yes } else { no }
-    }
-    #[inline(always)]
-    fn pow2_of_shifted(self) -> Self {
-        Self::from_bits(self.to_bits().wrapping_add(1023) << 52)
+        fma(a, b, c) => a * b + c;
+        sqrt(a) => Self::sqrt(a);
+        max(a, b) => if a > b { a } else { b };
+        if_non_negative(a, yes, no) => if a >= 0.0 { yes } else { no };
+        pow2_of_shifted(a) => Self::from_bits(a.to_bits().wrapping_add(1023) << 52);
     }
     #[inline(always)]
     fn zip(self, b: Self) -> (Self, Self) {

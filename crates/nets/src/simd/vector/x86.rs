@@ -20,7 +20,6 @@ register!(
     |a, b, c| _mm256_fmadd_ps(a, b, c),
     _mm256_sqrt_ps,
     _mm256_max_ps,
-    _mm256_min_ps,
     |s, yes, no| _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_GE_OQ>(s, _mm256_setzero_ps())),
     |x| _mm256_castsi256_ps(_mm256_slli_epi32::<23>(_mm256_add_epi32(
         _mm256_castps_si256(x),
@@ -49,7 +48,6 @@ register!(
     |a, b, c| _mm256_fmadd_pd(a, b, c),
     _mm256_sqrt_pd,
     _mm256_max_pd,
-    _mm256_min_pd,
     |s, yes, no| _mm256_blendv_pd(no, yes, _mm256_cmp_pd::<_CMP_GE_OQ>(s, _mm256_setzero_pd())),
     |x| _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_add_epi64(
         _mm256_castpd_si256(x),
@@ -78,7 +76,6 @@ register!(
     |a, b, c| _mm512_fmadd_ps(a, b, c),
     _mm512_sqrt_ps,
     _mm512_max_ps,
-    _mm512_min_ps,
     |s, yes, no| _mm512_mask_blend_ps(
         _mm512_cmp_ps_mask::<_CMP_GE_OQ>(s, _mm512_setzero_ps()),
         no,
@@ -112,7 +109,6 @@ register!(
     |a, b, c| _mm512_fmadd_pd(a, b, c),
     _mm512_sqrt_pd,
     _mm512_max_pd,
-    _mm512_min_pd,
     |s, yes, no| _mm512_mask_blend_pd(
         _mm512_cmp_pd_mask::<_CMP_GE_OQ>(s, _mm512_setzero_pd()),
         no,
