@@ -2,16 +2,15 @@
 //! (Lutter, Ritter, Peters 2019, arXiv 1907.04490).
 
 mod block;
-#[cfg(test)]
-mod block_tests;
 mod factor;
 pub(crate) mod family;
 mod jets;
-mod kernels;
 pub(crate) mod learner;
 mod one;
 pub(crate) mod points;
 mod structure;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use block::Block;
 pub(crate) use factor::Factor;

@@ -215,7 +215,3 @@ impl RolloutProblem<'_> {
         }
     }
 }
-
-#[cfg(test)]
-#[path = "gauss_newton_tests.rs"]
-mod tests;

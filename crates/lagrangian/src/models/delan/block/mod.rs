@@ -1,10 +1,10 @@
 //! A block of samples of a deep Lagrangian network: each number of its factor, of its features and of its seeds is a
 //! vector over samples (docs/adr/0055).
 
-use super::kernels::{
-    Accelerate, Balance, Chart, Features, Masses, Read, Sensitivities, Slope, Tangent,
-};
+mod kernels;
+
 use super::{DelanShape, Factor};
+use kernels::{Chart, Run, Step};
 use nets::simd::{Planes, Real, dispatch};
 use nets::{Packed, Pass};
 
@@ -88,35 +88,22 @@ impl<T: Real> Block<T> {
         fill(&mut self.v, self.samples, n, |s, i| {
             T::of(qd[s * n + i] / scale[i])
         });
-        dispatch(Features {
-            samples: self.samples,
-            charts: &self.charts,
-            q: &self.q,
-            values: &mut self.values,
-            slopes: &mut self.slopes,
-        });
+        self.run(Step::Features);
         pass.set_features(0, &self.values);
         self.set_tangent(pass, 1);
         pass.forward(&shape.net, packed, Some(0));
         for (c, outputs) in self.outputs.iter_mut().enumerate() {
             pass.read_outputs(&shape.net, c, outputs);
         }
-        dispatch(Read {
-            factors: &mut self.factors,
-            outputs: [&self.outputs[0], &self.outputs[1]],
-            v: &self.v,
-            seeds: &mut self.seeds[0],
-        });
+        self.run(Step::Read);
         pass.set_seeds(&shape.net, 0, &self.seeds[0]);
         pass.reverse_seeded(&shape.net, packed);
         pass.read_feature_gradient(&mut self.tangent);
-        dispatch(Slope {
-            groups: self.factors.len(),
-            coordinates: &self.coordinates,
-            slopes: &self.slopes,
-            gradient: &self.tangent,
-            slope: &mut self.slope,
-        });
+        self.run(Step::Slope);
+    }
+
+    fn run(&mut self, step: Step) {
+        dispatch(Run { block: self, step });
     }
 
     /// Sets the accelerations q̈, `qdd(s, i)`.
@@ -125,20 +112,12 @@ impl<T: Real> Block<T> {
         fill(&mut self.a, self.samples, n, |s, i| {
             T::of(qdd(s, i) * units[i])
         });
-        dispatch(Accelerate {
-            factors: &mut self.factors,
-            a: &self.a,
-        });
+        self.run(Step::Accelerate);
     }
 
     /// Takes the left side of the balance at the acceleration that was set.
     pub(crate) fn balance(&mut self) {
-        dispatch(Balance {
-            factors: &self.factors,
-            units: &self.units,
-            slope: &self.slope,
-            left: &mut self.left,
-        });
+        self.run(Step::Balance);
     }
 
     /// Left side of the balance of coordinate `i` of sample `s` without the forces, in units of the energy.
@@ -148,11 +127,7 @@ impl<T: Real> Block<T> {
 
     /// Takes the mass matrices.
     pub(crate) fn weigh(&mut self) {
-        dispatch(Masses {
-            n: self.units.len(),
-            factors: &self.factors,
-            masses: &mut self.masses,
-        });
+        self.run(Step::Masses);
     }
 
     /// (G Gᵀ)ᵢⱼ of sample `s`.
@@ -176,13 +151,7 @@ impl<T: Real> Block<T> {
     }
 
     fn set_tangent(&mut self, pass: &mut Pass<T>, component: usize) {
-        dispatch(Tangent {
-            groups: self.factors.len(),
-            coordinates: &self.coordinates,
-            slopes: &self.slopes,
-            direction: &self.direction,
-            tangent: &mut self.tangent,
-        });
+        self.run(Step::Tangent);
         pass.set_features(component, &self.tangent);
     }
 
@@ -198,16 +167,8 @@ impl<T: Real> Block<T> {
         fill(&mut self.beta, self.samples, n, |s, i| {
             T::of(weight(s, i) * units[i])
         });
-        let hat = &mut self.outputs[0];
-        pass.read_outputs(&shape.net, 2 + d, hat);
-        let [to_rate, to_value] = &mut self.seeds;
-        dispatch(Sensitivities {
-            factors: &mut self.factors,
-            beta: &self.beta,
-            hat,
-            to_rate,
-            to_value,
-        });
+        pass.read_outputs(&shape.net, 2 + d, &mut self.outputs[0]);
+        self.run(Step::Sensitivities);
         pass.set_seeds(&shape.net, 1 + d, &self.seeds[0]);
         pass.set_seeds(&shape.net, 1 + directions + d, &self.seeds[1]);
     }

@@ -1,5 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod gauss_newton;
+
 use super::config::{Observe, RolloutLoss, Start};
 use super::flow::Flow;
 use super::gradient::{Shooting, Wanted};
