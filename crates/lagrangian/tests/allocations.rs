@@ -4,7 +4,7 @@
 mod counting;
 
 use lagrangian::mechanics::Scaling;
-use lagrangian::models::{Delan, Form, Lnn, Mlp};
+use lagrangian::models::{Delan, Form, Lnn, Mlp, MlpScaling};
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::{
     Actuation, Coordinates, DelanConfig, Dissipation, LnnConfig, Mechanical, MlpConfig, Model,
@@ -56,15 +56,8 @@ fn a_warm_model_allocates_nothing_for_one_state_or_for_many() {
             .driven(Actuation::offset(vec![0.1; n]).unwrap())
             .unwrap();
         assert_eq!(allocations(&model, 1) + allocations(&model, 40), 0);
-        let (scales, config) = ((vec![1.0; n], vec![1.0; n]), MlpConfig::default());
-        let mlp = Mlp::random(
-            Coordinates::angles(n),
-            config,
-            Scaling::identity(n),
-            scales,
-            0,
-        )
-        .unwrap();
+        let (scaling, config) = (MlpScaling::identity(n), MlpConfig::default());
+        let mlp = Mlp::random(Coordinates::angles(n), config, scaling, 0).unwrap();
         assert_eq!(allocations(&mlp, 1) + allocations(&mlp, 40), 0);
     }
 }

@@ -38,7 +38,9 @@ fn networks() -> impl Iterator<Item = Delan> {
             );
             let weights = random.unwrap().parameters().to_vec();
             let rotors = if rich { vec![0.3; n] } else { Vec::new() };
-            Delan::with_parameters(coordinates, config, scaling, weights, rotors).unwrap()
+            Delan::with_parameters(coordinates, config, scaling, weights)
+                .and_then(|delan| delan.with_rotors(rotors))
+                .unwrap()
         })
     })
 }

@@ -54,7 +54,9 @@ fn deep(n: usize, depth: usize, trunks: Trunks, activation: Activation, seed: u6
     let random = Delan::random(coordinates.clone(), config.clone(), scaling.clone(), seed).unwrap();
     let rotors = (0..n).map(|i| 0.1 * i as f64).collect();
     let parameters = random.parameters().to_vec();
-    Delan::with_parameters(coordinates, config, scaling, parameters, rotors).unwrap()
+    Delan::with_parameters(coordinates, config, scaling, parameters)
+        .and_then(|delan| delan.with_rotors(rotors))
+        .unwrap()
 }
 
 /// A Lagrangian that can be evaluated over any scalar.

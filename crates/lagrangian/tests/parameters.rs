@@ -3,7 +3,7 @@
 
 use lagrangian::analytic::{Analytic, AnalyticModel, Parameter, System, by_name};
 use lagrangian::mechanics::{Jet, Scaling};
-use lagrangian::models::{Delan, Form, Lnn, Mlp};
+use lagrangian::models::{Delan, Form, Lnn, Mlp, MlpScaling};
 use lagrangian::rollout::{free, times};
 use lagrangian::train::Samples;
 use lagrangian::{
@@ -180,15 +180,8 @@ fn a_network_sees_the_value_of_a_parameter() {
 
 #[test]
 fn a_plain_network_holds_a_parameter() {
-    let scales = (vec![1.0; 3], vec![1.0; 3]);
-    let mlp = Mlp::random(
-        coordinates(),
-        MlpConfig::default(),
-        Scaling::identity(3),
-        scales,
-        2,
-    )
-    .unwrap();
+    let config = MlpConfig::default();
+    let mlp = Mlp::random(coordinates(), config, MlpScaling::identity(3), 2).unwrap();
     let mut qdd = [1.0; 6];
     let q = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
     let _ = mlp

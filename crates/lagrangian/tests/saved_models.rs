@@ -249,7 +249,7 @@ mod families {
     use super::*;
     use lagrangian::mechanics::{Jet, Scaling};
     use lagrangian::models::{
-        Angles, Delan, Direction, Form, Inertia, Lnn, Mlp, Rigid, RigidChain,
+        Angles, Delan, Direction, Form, Inertia, Lnn, Mlp, MlpScaling, Rigid, RigidChain,
     };
     use lagrangian::{DelanConfig, Dissipation, Learned, LnnConfig, Mechanical, MlpConfig, Model};
 
@@ -275,9 +275,12 @@ mod families {
                 direction,
                 ..MlpConfig::default()
             };
-            let scales = (vec![1.0 / 3.0, 2.0], vec![1.0, 0.7]);
-            let scaling = Scaling::identity(2);
-            Learned::from(Mlp::random(Coordinates::angles(2), config, scaling, scales, 5).unwrap())
+            let scaling = MlpScaling {
+                inputs: Scaling::identity(2),
+                qdd: vec![1.0 / 3.0, 2.0],
+                tau: vec![1.0, 0.7],
+            };
+            Learned::from(Mlp::random(Coordinates::angles(2), config, scaling, 5).unwrap())
         };
         vec![
             Learned::from(Mechanical::conservative(lnn(Form::Free))),

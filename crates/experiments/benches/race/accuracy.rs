@@ -157,8 +157,7 @@ pub(crate) fn judge_letters(task: &Task, talk: &Talk) -> Outcome {
             return Ok(f64::NAN);
         };
         let (coordinates, scaling) = (case.data.coordinates.clone(), case.scaling.clone());
-        let network =
-            Delan::with_parameters(coordinates, config.clone(), scaling, parameters, vec![])?;
+        let network = Delan::with_parameters(coordinates, config.clone(), scaling, parameters)?;
         let found = error(&Mechanical::conservative(network), &letters.test);
         Ok(found.map_or(f64::NAN, |e| e.mse))
     })

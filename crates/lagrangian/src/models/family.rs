@@ -7,26 +7,22 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
+use super::setup::Setup;
 use super::{FAMILIES, Learned, Momenta};
 use crate::dataset::Dataset;
 use crate::integrate::Method;
-use crate::saved::SavedModel;
+use crate::saved::{self, SavedModel};
 use crate::settings::Setting;
 use crate::train::{Choice, FitConfig, Known, Learner, Loss, Request};
 use crate::{Error, Result};
+use nets::simd::Real;
 
 /// A family of models with its settings: what is fitted.
 ///
 /// Implemented by the configuration of each family, such as [`LnnConfig`](crate::LnnConfig).
-pub trait Family: Any + Debug + Send + Sync {
+pub trait Family: Configuration {
     /// The name on the command line and in files.
     fn name(&self) -> &'static str;
-
-    /// The settings as one JSON object.
-    ///
-    /// # Errors
-    /// [`Error::DamagedModel`], should a setting have no JSON.
-    fn settings(&self) -> Result<Value>;
 
     /// The size in a few words.
     fn summary(&self) -> String;
@@ -53,9 +49,28 @@ pub trait Family: Any + Debug + Send + Sync {
     /// # Errors
     /// [`Error::Argument`] for settings outside their domain.
     fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan>;
+}
+
+/// What every configuration can do, whatever its family.
+pub trait Configuration: Any + Debug + Send + Sync {
+    /// The settings as one JSON object.
+    ///
+    /// # Errors
+    /// [`Error::DamagedModel`], should a setting have no JSON.
+    fn settings(&self) -> Result<Value>;
 
     /// A copy on the heap.
     fn boxed(&self) -> Box<dyn Family>;
+}
+
+impl<C: Family + Clone + Serialize> Configuration for C {
+    fn settings(&self) -> Result<Value> {
+        saved::describe(self)
+    }
+
+    fn boxed(&self) -> Box<dyn Family> {
+        Box::new(self.clone())
+    }
 }
 
 /// What a family can be fitted to.
@@ -163,8 +178,8 @@ impl Training {
 
 impl Plan {
     /// By an optimiser.
-    pub(crate) fn train(model: impl Trainable + 'static) -> Self {
-        Self::Train(Training(Box::new(model)))
+    pub(crate) fn train(network: impl Trained + 'static, setup: Setup) -> Self {
+        Self::Train(Training(Box::new(NetworkTraining { network, setup })))
     }
 }
 
@@ -198,6 +213,42 @@ impl dyn Trainable + '_ {
     /// Gives the rates to `f`.
     pub(crate) fn with_flow<R>(&self, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
         f(&*self.learner(Residuals::OfRates))
+    }
+}
+
+/// What a family does for its training in either precision; it makes a [`Trainable`].
+pub(crate) trait Trained: Send + Sync {
+    /// Evaluates residuals, the network in this precision.
+    fn learner<'a, T: Real>(
+        &'a self,
+        setup: &'a Setup,
+        residuals: Residuals,
+    ) -> Box<dyn Learner<T> + 'a>;
+
+    /// The model with these parameters.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] where training has diverged.
+    fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned>;
+}
+
+/// A network with everything but its weights, and the part of its fit that does not depend on it.
+struct NetworkTraining<N> {
+    network: N,
+    setup: Setup,
+}
+
+impl<N: Trained> Trainable for NetworkTraining<N> {
+    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_> {
+        self.network.learner(&self.setup, residuals)
+    }
+
+    fn single(&self) -> Box<dyn Learner<f32> + '_> {
+        self.network.learner(&self.setup, Residuals::OfLoss)
+    }
+
+    fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
+        self.network.assemble(&self.setup, parameters)
     }
 }
 

@@ -9,7 +9,9 @@ use crate::dataset::Dataset;
 use crate::mechanics::dynamics::Mechanical;
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::rigid::RigidBodies;
-use crate::train::{FitConfig, ForceTerms, Forces, Loss, MAX_DOF, remainder};
+use crate::train::{
+    CHORDS, FitConfig, ForceTerms, Forces, Loss, MAX_DOF, PositionsLearner, remainder,
+};
 use crate::{Error, Result};
 
 /// The part of a fit that does not depend on the network.
@@ -63,6 +65,24 @@ impl Setup {
             Residuals::OfLoss => (self.loss, &self.weights),
             Residuals::OfRates => (Loss::ACCELERATION, &self.ones[..self.weights.len()]),
         }
+    }
+
+    /// What trains a Lagrangian network on positions alone, where the loss is one of them; `constant` says whether momenta
+    /// depend on the velocity alone.
+    pub(crate) fn positions<'a, F>(
+        &'a self,
+        family: &'a F,
+        constant: bool,
+    ) -> Option<PositionsLearner<'a, F>> {
+        Some(PositionsLearner {
+            family,
+            loss: self.loss,
+            rule: self.loss.rule()?,
+            constant,
+            weights: &self.weights,
+            forces: self.forces.clone(),
+            chords: CHORDS,
+        })
     }
 
     /// A Lagrangian with the trained forces, upon the nominal model where there is one.

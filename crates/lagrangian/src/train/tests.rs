@@ -12,14 +12,13 @@ use super::network::{Batches, NetworkMemory};
 use super::positions::PositionsLearner;
 use super::problem::{Batch, LeastSquares};
 use crate::mechanics::lagrangian::{DelanShape, LnnShape, Scaling, SpeedChart};
+use crate::models::NetworkShape;
 use crate::models::delan::learner::DelanLearner;
-use crate::models::delan::points::DelanPoints;
 use crate::models::delan::{DelanConfig, Inertia, Trunks};
 use crate::models::lnn::learner::LnnLearner;
-use crate::models::lnn::points::LnnPoints;
 use crate::models::lnn::{Form, LnnConfig};
 use crate::models::mlp::learner::MlpLearner;
-use crate::models::mlp::{MlpConfig, MlpShape};
+use crate::models::mlp::{MlpConfig, MlpScaling, MlpShape};
 use crate::rigid::{self, RigidBodies};
 use crate::trajectory::Signals;
 use crate::{Coordinates, Topology};
@@ -147,7 +146,7 @@ fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss
         for form in [Form::Free, Form::Convex] {
             let shape = shape(n, form);
             let learner = PositionsLearner {
-                family: LnnPoints(&shape),
+                family: &shape,
                 loss,
                 rule,
                 constant: false,
@@ -170,7 +169,7 @@ fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss
             };
             let shape = delan(n, config);
             let learner = PositionsLearner {
-                family: DelanPoints(&shape),
+                family: &shape,
                 loss,
                 rule,
                 constant: shape.config.has_constant_momentum(),
@@ -458,9 +457,12 @@ fn the_gradient_of_a_plain_network_agrees_with_differences() {
         forced: true,
         ..Default::default()
     };
-    let scales = (vec![2.0; 3], vec![0.5; 3]);
-    let shape =
-        MlpShape::new(Coordinates::angles(3), config, Scaling::identity(3), scales).unwrap();
+    let scaling = MlpScaling {
+        inputs: Scaling::identity(3),
+        qdd: vec![2.0; 3],
+        tau: vec![0.5; 3],
+    };
+    let shape = MlpShape::new(Coordinates::angles(3), config, scaling).unwrap();
     let learner = MlpLearner {
         shape: &shape,
         loss: Loss::ACCELERATION,
@@ -520,9 +522,12 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
         forced: true,
         ..Default::default()
     };
-    let scales = (vec![2.0; 3], vec![0.5; 3]);
-    let shape =
-        MlpShape::new(Coordinates::angles(3), config, Scaling::identity(3), scales).unwrap();
+    let scaling = MlpScaling {
+        inputs: Scaling::identity(3),
+        qdd: vec![2.0; 3],
+        tau: vec![0.5; 3],
+    };
+    let shape = MlpShape::new(Coordinates::angles(3), config, scaling).unwrap();
     let learner = MlpLearner {
         shape: &shape,
         loss: Loss::ACCELERATION,

@@ -151,7 +151,7 @@ mod tests {
     use super::*;
     use crate::plausibility::premises::Premise;
     use lagrangian::mechanics::Scaling;
-    use lagrangian::models::{Lnn, Mlp};
+    use lagrangian::models::{Lnn, Mlp, MlpScaling};
     use lagrangian::{Coordinates, LnnConfig, MlpConfig};
 
     fn starts() -> Vec<State> {
@@ -186,12 +186,15 @@ mod tests {
             "{obeyed:?}"
         );
         assert!(obeyed.true_power.unwrap() > 1e-2);
-        let scales = (vec![1.0; 2], vec![1.0; 2]);
+        let scaling = MlpScaling {
+            inputs: scaling,
+            ..MlpScaling::identity(2)
+        };
         let config = MlpConfig {
             forced: true,
             ..MlpConfig::default()
         };
-        let plain = Mlp::random(coordinates, config, scaling, scales, 1).unwrap();
+        let plain = Mlp::random(coordinates, config, scaling, 1).unwrap();
         let broken = laws(&plain, &*arm, &driven, &starts()).unwrap();
         assert!(broken.asymmetry > 0.1 && broken.own_power.is_none() && broken.skew.is_none());
         assert!(broken.true_power.unwrap() > 0.1);

@@ -1,19 +1,17 @@
 //! Deep Lagrangian networks as a family: what they can be fitted to, their training, their saved form.
 
-use serde_json::Value;
-
 use super::learner::DelanLearner;
-use super::points::DelanPoints;
 use super::{Delan, DelanConfig, DelanShape, Inertia};
 use crate::dataset::Dataset;
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
+use crate::models::NetworkShape;
+use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, WEIGHTS};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::models::vin;
 use crate::saved::{self, SavedModel};
 use crate::settings::{Kind, Setting, named};
-use crate::train::{Choice, FitConfig, Known, LOSS, Learner, Loss, PositionsLearner, Request};
+use crate::train::{Choice, FitConfig, Known, LOSS, Learner, Loss, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -93,10 +91,6 @@ impl Family for DelanConfig {
         NAME
     }
 
-    fn settings(&self) -> Result<Value> {
-        saved::describe(self)
-    }
-
     fn summary(&self) -> String {
         format!(
             "{:?} trunk, {} × {}, {:?}",
@@ -122,10 +116,6 @@ impl Family for DelanConfig {
         }
         prepare(self, dataset, config)
     }
-
-    fn boxed(&self) -> Box<dyn Family> {
-        Box::new(self.clone())
-    }
 }
 
 /// The training of a deep Lagrangian network, whatever its inertia depends on.
@@ -133,57 +123,33 @@ pub(crate) fn prepare(delan: &DelanConfig, dataset: &Dataset, config: &FitConfig
     let (setup, dataset) = Setup::new(dataset, config)?;
     let coordinates = dataset.coordinates.clone();
     let shape = DelanShape::new(coordinates, delan.clone(), dataset.mass_scaling())?;
-    Ok(Plan::train(DelanTraining { shape, setup }))
+    Ok(Plan::train(shape, setup))
 }
 
-/// A deep Lagrangian network with everything but its weights.
-struct DelanTraining {
-    shape: DelanShape,
-    setup: Setup,
-}
-
-impl DelanTraining {
-    fn by_motion<T: Real>(&self, residuals: Residuals) -> Box<dyn Learner<T> + '_> {
-        let (loss, weights) = self.setup.target(residuals);
+impl Trained for DelanShape {
+    fn learner<'a, T: Real>(
+        &'a self,
+        setup: &'a Setup,
+        residuals: Residuals,
+    ) -> Box<dyn Learner<T> + 'a> {
+        let constant = self.config.has_constant_momentum();
+        if let Some(learner) = setup.positions(self, constant) {
+            return Box::new(learner);
+        }
+        let (loss, weights) = setup.target(residuals);
         Box::new(DelanLearner {
-            shape: &self.shape,
+            shape: self,
             loss,
             weights,
-            forces: self.setup.forces.clone(),
-            nominal: self.setup.nominal.as_ref(),
+            forces: setup.forces.clone(),
+            nominal: setup.nominal.as_ref(),
         })
     }
 
-    fn any<T: Real>(&self, residuals: Residuals) -> Box<dyn Learner<T> + '_> {
-        match self.setup.loss.rule() {
-            None => self.by_motion(residuals),
-            Some(rule) => Box::new(PositionsLearner {
-                family: DelanPoints(&self.shape),
-                loss: self.setup.loss,
-                rule,
-                constant: self.shape.config.has_constant_momentum(),
-                weights: &self.setup.weights,
-                forces: self.setup.forces.clone(),
-                chords: crate::train::CHORDS,
-            }),
-        }
-    }
-}
-
-impl Trainable for DelanTraining {
-    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_> {
-        self.any(residuals)
-    }
-
-    fn single(&self) -> Box<dyn Learner<f32> + '_> {
-        self.any(Residuals::OfLoss)
-    }
-
-    fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
-        let (weights, extra) = parameters.split_at(self.shape.net.parameters);
-        let rotors = self.setup.forces.rotors(extra);
-        let delan = Delan::assemble(self.shape.clone(), weights.to_vec(), rotors)?;
-        self.setup.learned(delan, extra)
+    fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
+        let (weights, extra) = parameters.split_at(self.net.parameters);
+        let delan = Delan::assemble(self.clone(), weights.to_vec())?;
+        setup.learned(delan.with_rotors(setup.forces.rotors(extra))?, extra)
     }
 }
 
@@ -201,8 +167,7 @@ impl LearnedLagrangian for Delan {
 
     fn stored(&self) -> Result<Stored> {
         let name = self.description().family;
-        let stored = Stored::new(name, self.config(), self.scaling(), self.parameters())?;
-        Ok(stored.with(ROTORS, Delan::rotors(self)))
+        Ok(self.stored_as(name)?.with(ROTORS, Delan::rotors(self)))
     }
 
     fn rotors(&self) -> &[f64] {
@@ -216,15 +181,11 @@ impl LearnedLagrangian for Delan {
 
 /// Loads a network. One saved as a vin has a constant mass matrix; a vin of an older version was saved as a delan.
 pub(crate) fn load(saved: &SavedModel, inertia: Inertia) -> Result<Learned> {
-    let header = &saved.header;
     let [weights, rotors] = saved.vectors([WEIGHTS, ROTORS])?;
-    let config: DelanConfig = saved::read("architecture", &header.architecture)?;
-    if inertia == Inertia::Constant && config.inertia != inertia {
-        let reason = format!("a {} of another inertia", header.family);
+    let delan = Delan::load(saved, weights)?.with_rotors(rotors)?;
+    if inertia == Inertia::Constant && delan.config().inertia != inertia {
+        let reason = format!("a {} of another inertia", saved.header.family);
         return Err(saved::damaged(reason));
     }
-    let scaling = saved::read("scaling", &header.scaling)?;
-    let coordinates = header.coordinates.clone();
-    let delan = Delan::with_parameters(coordinates, config, scaling, weights, rotors)?;
     Ok(saved.moving(delan)?.into())
 }

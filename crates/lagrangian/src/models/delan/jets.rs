@@ -4,6 +4,7 @@ use super::one::One;
 use super::{Delan, Factor};
 use crate::mechanics::lagrangian::curvature::{STEP, differences};
 use crate::mechanics::lagrangian::{Curvature, Jet, Jets};
+use crate::models::NetworkShape;
 use nets::Pass;
 
 /// Samples of a block when many states are evaluated at once.
@@ -110,7 +111,7 @@ impl Delan {
                 jet.mass_matrix[(row * n + j) * n + i] = m;
             }
         }
-        for (i, (&rotor, &v)) in self.rotors.iter().zip(qd).enumerate() {
+        for (i, (&rotor, &v)) in self.rotors().iter().zip(qd).enumerate() {
             jet.lagrangian[row] += 0.5 * rotor * v * v;
             jet.momentum[row * n + i] += rotor * v;
             jet.mass_matrix[(row * n + i) * n + i] += rotor;

@@ -17,16 +17,14 @@ pub(crate) use factor::Factor;
 pub use structure::{Structure, Terms};
 
 use num_dual::DualNum;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::mechanics::lagrangian::scaled::{Features, Scaling};
 use crate::mechanics::lagrangian::{Jets, Lagrangian};
-use crate::models::lnn::LnnConfig;
+use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass};
+use nets::{Activation, Build, Net, Pass};
 
 /// Whether M and V are read off the same hidden layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -91,12 +89,7 @@ impl DelanConfig {
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
     pub fn validate(&self) -> Result<()> {
-        LnnConfig {
-            width: self.width,
-            layers: self.layers,
-            ..LnnConfig::default()
-        }
-        .validate()?;
+        check_layers(self.width, self.layers)?;
         if self.shift.is_finite() && self.shift > 0.0 {
             return Ok(());
         }
@@ -160,70 +153,29 @@ impl DelanConfig {
 /// model.evaluator().inverse_dynamics(&[0.3, -1.2], &[0.5, 2.0], &[0.0, 0.0], &mut torque);
 /// # Ok::<(), lagrangian::Error>(())
 /// ```
-#[derive(Debug, Clone)]
-pub struct Delan {
-    pub(crate) shape: DelanShape,
-    parameters: Vec<f64>,
-    rotors: Vec<f64>,
-    packed: Packed<f64>,
-}
+pub type Delan = Network<DelanShape>;
 
 /// All of a [`Delan`] but its weights.
 #[derive(Debug, Clone)]
-pub(crate) struct DelanShape {
+pub struct DelanShape {
     pub(crate) coordinates: Coordinates,
     pub(crate) config: DelanConfig,
     pub(crate) scaling: Scaling,
     pub(crate) net: Net,
+    rotors: Vec<f64>,
 }
 
 impl Delan {
-    /// A network with random weights.
+    /// The network with rotor inertias J beside it, kg·m², `[n]` or empty.
     ///
     /// # Errors
-    /// As [`DelanConfig::validate`] and [`Scaling::validate`]; [`Error::Argument`] without coordinates or with more
-    /// than 64.
-    pub fn random(
-        coordinates: Coordinates,
-        config: DelanConfig,
-        scaling: Scaling,
-        seed: u64,
-    ) -> Result<Self> {
-        let shape = DelanShape::new(coordinates, config, scaling)?;
-        let parameters = shape.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed));
-        Self::assemble(shape, parameters, Vec::new())
-    }
-
-    /// A network with given weights, in the order of [`Delan::parameters`], and rotor inertias J, kg·m², `[n]` or
-    /// empty.
-    ///
-    /// # Errors
-    /// As [`Delan::random`]; [`Error::Shape`] for another number of weights or inertias; [`Error::NotFinite`] for NaN
-    /// among them; [`Error::Argument`] for a negative inertia.
-    pub fn with_parameters(
-        coordinates: Coordinates,
-        config: DelanConfig,
-        scaling: Scaling,
-        parameters: Vec<f64>,
-        rotors: Vec<f64>,
-    ) -> Result<Self> {
-        let shape = DelanShape::new(coordinates, config, scaling)?;
-        Self::assemble(shape, parameters, rotors)
-    }
-
-    pub(crate) fn assemble(
-        shape: DelanShape,
-        parameters: Vec<f64>,
-        rotors: Vec<f64>,
-    ) -> Result<Self> {
-        let packed = Packed::of(&shape.net, &parameters)?;
-        if !rotors.is_empty() && rotors.len() != shape.dof() {
-            return Err(Error::shape(
-                "rotor inertias",
-                rotors.len(),
-                shape.dof(),
-                "give one for each coordinate, or none",
-            ));
+    /// [`Error::Shape`] for another number of inertias; [`Error::Argument`] for a negative one.
+    pub fn with_rotors(mut self, rotors: Vec<f64>) -> Result<Self> {
+        let expected = self.shape.dof();
+        if !rotors.is_empty() && rotors.len() != expected {
+            let remedy = "give one for each coordinate, or none";
+            let found = rotors.len();
+            return Err(Error::shape("rotor inertias", found, expected, remedy));
         }
         if let Some(rotor) = rotors.iter().find(|j| !(j.is_finite() && **j >= 0.0)) {
             return Err(Error::argument(
@@ -232,36 +184,14 @@ impl Delan {
                 "finite and not negative",
             ));
         }
-        Ok(Self {
-            shape,
-            parameters,
-            rotors,
-            packed,
-        })
-    }
-
-    /// All weights, layer by layer: matrices row-major `[width, inputs]`, then biases.
-    #[must_use]
-    pub fn parameters(&self) -> &[f64] {
-        &self.parameters
+        self.shape.rotors = rotors;
+        Ok(self)
     }
 
     /// Inertias of the rotors, kg·m², `[n]`; empty where none were learned or given.
     #[must_use]
     pub fn rotors(&self) -> &[f64] {
-        &self.rotors
-    }
-
-    /// Its configuration.
-    #[must_use]
-    pub fn config(&self) -> &DelanConfig {
-        &self.shape.config
-    }
-
-    /// Its scales.
-    #[must_use]
-    pub fn scaling(&self) -> &Scaling {
-        &self.shape.scaling
+        &self.shape.rotors
     }
 
     /// Something that evaluates M, C, gravity and energies, with its own memory.
@@ -289,7 +219,7 @@ impl Delan {
                 l += o[potential + 1 + j] * v(j);
             }
         }
-        let rotors = self.rotors.iter().zip(qd);
+        let rotors = self.shape.rotors.iter().zip(qd);
         l * scaling.energy + rotors.map(|(&j, &v)| v * v * (0.5 * j)).sum::<D>()
     }
 }
@@ -304,31 +234,42 @@ impl Lagrangian for Delan {
     }
 }
 
-impl DelanShape {
-    pub(crate) fn new(
-        coordinates: Coordinates,
-        config: DelanConfig,
-        scaling: Scaling,
-    ) -> Result<Self> {
+impl NetworkShape for DelanShape {
+    type Config = DelanConfig;
+    type Scaling = Scaling;
+
+    fn new(coordinates: Coordinates, config: DelanConfig, scaling: Scaling) -> Result<Self> {
         config.validate()?;
         scaling.validate(coordinates.dof())?;
-        if coordinates.dof() == 0 {
-            return Err(Error::argument("coordinates", "none", "at least one"));
-        }
+        check_coordinates(&coordinates)?;
         Error::check_dof(coordinates.dof(), 64)?;
-        let net = config.net(&coordinates);
         Ok(Self {
+            net: config.net(&coordinates),
             coordinates,
             config,
             scaling,
-            net,
+            rotors: Vec::new(),
         })
     }
 
-    pub(crate) fn dof(&self) -> usize {
-        self.coordinates.dof()
+    fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
     }
 
+    fn config(&self) -> &DelanConfig {
+        &self.config
+    }
+
+    fn scaling(&self) -> &Scaling {
+        &self.scaling
+    }
+
+    fn net(&self) -> &Net {
+        &self.net
+    }
+}
+
+impl DelanShape {
     /// Number of outputs.
     pub(crate) fn factor_outputs(&self) -> usize {
         let n = self.dof();

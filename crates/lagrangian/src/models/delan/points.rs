@@ -1,40 +1,25 @@
 //! Points of a deep Lagrangian network: α p is M (α v), the inertial force of an acceleration α v at rest.
 
 use super::DelanShape;
+use crate::models::NetworkShape;
 use crate::train::PointFamily;
 use crate::train::Work;
+use nets::Packed;
 use nets::simd::Real;
-use nets::{Net, Packed};
 
-#[derive(Debug)]
-pub(crate) struct DelanPoints<'a>(pub(crate) &'a DelanShape);
-
-impl<T: Real> PointFamily<T> for DelanPoints<'_> {
-    fn net(&self) -> &Net {
-        &self.0.net
-    }
-    fn dof(&self) -> usize {
-        self.0.dof()
-    }
-    fn energy(&self) -> f64 {
-        self.0.scaling.energy
-    }
-    fn velocity_scale(&self) -> &[f64] {
-        &self.0.scaling.qd_scale
-    }
-
+impl<T: Real> PointFamily<T> for DelanShape {
     /// The outputs do not change along q̇ here, so that no term of ′ is left.
     fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2] {
         [(0, 2 + d), (1 + directions + d, 0)]
     }
 
     fn prepare(&self, work: &mut Work<T>) {
-        let (points, n) = (work.pass.samples(), self.0.dof());
+        let (points, n) = (work.pass.samples(), self.dof());
         if work.own.factors.len() == points {
             return;
         }
-        work.own.factors = vec![self.0.factor(); points];
-        let outputs = self.0.factor_outputs();
+        work.own.factors = vec![self.factor(); points];
+        let outputs = self.factor_outputs();
         work.own.seeds = [
             vec![0.0; points * outputs],
             vec![0.0; 2 * n * points * outputs],
@@ -42,7 +27,7 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
     }
 
     fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, _mass: bool) {
-        let (shape, n) = (self.0, self.0.dof());
+        let (shape, n) = (self, self.dof());
         let (energy, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
         let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
         let still = &mut work.mechanics.scratch[..n];
@@ -87,7 +72,7 @@ impl<T: Real> PointFamily<T> for DelanPoints<'_> {
         directions: usize,
         weight: &dyn Fn(usize, usize, usize) -> f64,
     ) {
-        let (shape, n) = (self.0, self.0.dof());
+        let (shape, n) = (self, self.dof());
         let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
         let scale = &shape.scaling.qd_scale;
         for point in 0..points {

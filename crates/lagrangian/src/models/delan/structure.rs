@@ -1,6 +1,7 @@
 //! The parts of a deep Lagrangian network that robotics calls by name: M(q), C(q, q̇), gravity, energies.
 
 use super::{Delan, Factor};
+use crate::models::NetworkShape;
 use nets::Pass;
 
 /// M q̈ + C q̇ + g = τ − d at one state, and the energies (theory.md, equations 27, 33 and 34).
@@ -86,7 +87,12 @@ impl<'a> Structure<'a> {
         let terms = &mut self.terms;
         for i in 0..n {
             for j in 0..n {
-                let rotor = self.delan.rotors.get(i).filter(|_| i == j).unwrap_or(&0.0);
+                let rotor = self
+                    .delan
+                    .rotors()
+                    .get(i)
+                    .filter(|_| i == j)
+                    .unwrap_or(&0.0);
                 terms.mass_matrix[i * n + j] =
                     e / (scale[i] * scale[j]) * self.factor.mass::<f64>(i, j) + rotor;
                 let slope = |k: usize, i: usize, j: usize| terms.mass_slopes[(k * n + i) * n + j];
@@ -101,7 +107,7 @@ impl<'a> Structure<'a> {
                 }
             }
         }
-        let rotors = self.delan.rotors.iter().zip(qd);
+        let rotors = self.delan.rotors().iter().zip(qd);
         terms.kinetic_energy =
             e * self.factor.kinetic::<f64>() + rotors.map(|(j, v)| 0.5 * j * v * v).sum::<f64>();
         terms.potential_energy = e * self.factor.potential::<f64>();

@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Block, DelanConfig, DelanShape, Inertia, Trunks};
 use crate::mechanics::lagrangian::Scaling;
+use crate::models::NetworkShape;
 use crate::trajectory::{Coordinates, Topology};
 use nets::simd::Real;
 use nets::{Packed, Pass};

@@ -1,7 +1,5 @@
 //! Random features as a family: what they can be fitted to, their settings, their saved form.
 
-use serde_json::Value;
-
 use super::{FeatureLagrangian, FeaturesConfig, solve};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Entry, Family, Plan};
@@ -51,10 +49,6 @@ impl Family for FeaturesConfig {
         NAME
     }
 
-    fn settings(&self) -> Result<Value> {
-        saved::describe(self)
-    }
-
     fn summary(&self) -> String {
         format!("{} random features, {:?}", self.width, self.activation)
     }
@@ -92,10 +86,6 @@ impl Family for FeaturesConfig {
         let (own, seed) = (self.clone(), config.seed);
         let solve = move |dataset: &Dataset| solve::solve(dataset, &own, seed);
         Ok(Plan::Solve(Box::new(solve)))
-    }
-
-    fn boxed(&self) -> Box<dyn Family> {
-        Box::new(self.clone())
     }
 }
 

@@ -7,7 +7,8 @@ use super::{Hnn, HnnConfig, HnnShape, HnnStructure, Momenta};
 use crate::dataset::Dataset;
 use crate::mechanics::hamiltonian::{Canonical, Hamiltonian};
 use crate::mechanics::lagrangian::Lagrangian;
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
+use crate::models::NetworkShape;
+use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
 use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
@@ -102,10 +103,6 @@ impl Family for HnnConfig {
         NAME
     }
 
-    fn settings(&self) -> Result<Value> {
-        saved::describe(self)
-    }
-
     fn summary(&self) -> String {
         format!(
             "{:?}, {} × {}, {:?}",
@@ -157,48 +154,31 @@ impl Family for HnnConfig {
         let (scaling, weights) = dataset.phase_scaling(self)?;
         setup.weights = weights;
         let shape = HnnShape::new(dataset.coordinates.clone(), self.clone(), scaling)?;
-        Ok(Plan::train(HnnTraining { shape, setup }))
-    }
-
-    fn boxed(&self) -> Box<dyn Family> {
-        Box::new(self.clone())
+        Ok(Plan::train(shape, setup))
     }
 }
 
-/// A Hamiltonian network with everything but its weights.
-struct HnnTraining {
-    shape: HnnShape,
-    setup: Setup,
-}
-
-impl HnnTraining {
-    fn any<T: Real>(&self, residuals: Residuals) -> Box<dyn Learner<T> + '_> {
-        let (loss, weights) = self.setup.target(residuals);
+impl Trained for HnnShape {
+    fn learner<'a, T: Real>(
+        &'a self,
+        setup: &'a Setup,
+        residuals: Residuals,
+    ) -> Box<dyn Learner<T> + 'a> {
+        let (loss, weights) = setup.target(residuals);
         Box::new(HnnLearner {
-            shape: &self.shape,
+            shape: self,
             loss,
             weights,
-            forces: self.setup.forces.clone(),
+            forces: setup.forces.clone(),
             phase: residuals == Residuals::OfRates,
         })
     }
-}
 
-impl Trainable for HnnTraining {
-    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_> {
-        self.any(residuals)
-    }
-
-    fn single(&self) -> Box<dyn Learner<f32> + '_> {
-        self.any(Residuals::OfLoss)
-    }
-
-    fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
-        let (weights, extra) = parameters.split_at(self.shape.layers().parameters);
-        let hnn = Hnn::assemble(self.shape.clone(), weights.to_vec())?;
-        let (forces, terms) = (&self.setup.forces, self.setup.terms);
-        let dissipation = forces.dissipation(terms, extra);
-        let actuation = forces.actuation(terms, extra)?;
+    fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
+        let (weights, extra) = parameters.split_at(self.net().parameters);
+        let hnn = Hnn::assemble(self.clone(), weights.to_vec())?;
+        let dissipation = setup.forces.dissipation(setup.terms, extra);
+        let actuation = setup.forces.actuation(setup.terms, extra)?;
         Ok(Canonical::with(hnn, dissipation, actuation)?.into())
     }
 }
@@ -214,8 +194,7 @@ impl FittedModel for Canonical<Hnn> {
 
     fn stored(&self) -> Result<Stored> {
         let hnn = self.hamiltonian();
-        let stored = Stored::new(NAME, hnn.config(), hnn.scaling(), hnn.parameters())?;
-        stored.with_form(&hnn.config().structure)
+        hnn.stored_as(NAME)?.with_form(&hnn.config().structure)
     }
 
     fn lagrangian(&self) -> Option<&dyn Lagrangian> {
@@ -234,10 +213,7 @@ impl FittedModel for Canonical<Hnn> {
 
 fn load(saved: &SavedModel) -> Result<Learned> {
     let header = &saved.header;
-    let config: HnnConfig = saved::read("architecture", &header.architecture)?;
-    let scaling = saved::read("scaling", &header.scaling)?;
-    let coordinates = header.coordinates.clone();
-    let hnn = Hnn::with_parameters(coordinates, config, scaling, saved.weights()?)?;
+    let hnn = Hnn::load(saved, saved.weights()?)?;
     let dissipation = saved::read("dissipation", &header.dissipation)?;
     let actuation = saved::read("actuation", &header.actuation)?;
     Ok(Canonical::with(hnn, dissipation, actuation)?.into())

@@ -4,6 +4,7 @@
 use super::{Hnn, HnnNet};
 use crate::mechanics::hamiltonian::{HamiltonianJet, HamiltonianJets};
 use crate::mechanics::lagrangian::{Factor, Jet};
+use crate::models::NetworkShape;
 use nets::Pass;
 
 /// Samples of a block when many states are evaluated at once.
@@ -56,7 +57,7 @@ impl<'a> HnnJets<'a> {
             &mut self.block
         };
         let samples = if m == 1 { 1 } else { BLOCK };
-        let net = self.hnn.shape.layers();
+        let net = self.hnn.shape.net();
         kept.take().unwrap_or_else(|| Pass::new(net, samples, 0))
     }
 
@@ -90,7 +91,7 @@ impl<'a> HnnJets<'a> {
 impl HamiltonianJets for HnnJets<'_> {
     fn slopes(&mut self, q: &[f64], p: &[f64], dh_dq: &mut [f64], velocity: &mut [f64]) {
         let (shape, packed) = (&self.hnn.shape, &self.hnn.packed);
-        let (n, net) = (shape.dof(), shape.layers());
+        let (n, net) = (shape.dof(), shape.net());
         let m = q.len() / n;
         let mut pass = self.pass(m);
         let samples = pass.samples();

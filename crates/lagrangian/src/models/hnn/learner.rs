@@ -2,6 +2,7 @@
 //! that one reverse pass makes them (theory.md, equation 93).
 
 use super::{HnnNet, HnnShape, Momenta, Unit};
+use crate::models::NetworkShape;
 use crate::train::{At, Facts, Forces, Learner, Loss, Work};
 use crate::trajectory::Signals;
 use nets::simd::Real;
@@ -26,7 +27,7 @@ pub(crate) struct HnnLearner<'a> {
 impl<T: Real> Learner<T> for HnnLearner<'_> {
     fn facts(&self) -> Facts<'_> {
         Facts {
-            net: self.shape.layers(),
+            net: self.shape.net(),
             dof: self.shape.dof(),
             directions: 2 * self.shape.dof(),
             outputs: 2 * self.shape.dof(),
@@ -51,7 +52,7 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
-        let net = shape.layers();
+        let net = shape.net();
         self.prepare(work);
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
@@ -77,7 +78,7 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
     }
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
-        let (net, k) = (self.shape.layers(), 2 * self.shape.dof());
+        let (net, k) = (self.shape.net(), 2 * self.shape.dof());
         if let HnnNet::None(_) = self.shape.net {
             work.pass
                 .reverse_weighted(net, packed, k, &work.adjoint.lambda);
@@ -90,7 +91,7 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
     }
 
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
-        let (net, k) = (self.shape.layers(), 2 * self.shape.dof());
+        let (net, k) = (self.shape.net(), 2 * self.shape.dof());
         if let HnnNet::None(_) = self.shape.net {
             return work.pass.reverse_outputs(net, packed, k);
         }
@@ -170,7 +171,7 @@ impl HnnLearner<'_> {
         let raw = &mut work.linear.along[s * 2 * n..][..2 * n];
         if let HnnNet::None(_) = shape.net {
             for (d, raw) in raw.iter_mut().enumerate() {
-                *raw = work.pass.output(shape.layers(), 0, s, d).f64();
+                *raw = work.pass.output(shape.net(), 0, s, d).f64();
             }
             return;
         }
@@ -210,7 +211,7 @@ impl HnnLearner<'_> {
         directions: usize,
         weight: impl Fn(usize, usize, usize) -> f64,
     ) {
-        let (shape, net, n) = (self.shape, self.shape.layers(), self.shape.dof());
+        let (shape, net, n) = (self.shape, self.shape.net(), self.shape.dof());
         let samples = work.pass.samples();
         for s in 0..samples {
             for d in 0..directions {

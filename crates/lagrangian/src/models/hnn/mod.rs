@@ -6,17 +6,16 @@ pub(crate) mod learner;
 mod slopes;
 
 use num_dual::DualNum;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::mechanics::hamiltonian::{Hamiltonian, HamiltonianJets};
 use crate::mechanics::lagrangian::{DelanShape, Features, LnnShape, Scaling, Seen};
 use crate::models::delan::{Delan, DelanConfig};
 use crate::models::lnn::{Lnn, LnnConfig};
+use crate::models::network::{Network, NetworkShape};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass};
+use nets::{Activation, Build, Net, Pass};
 
 /// What kind of function of (q, p) the network is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -132,16 +131,11 @@ const KINETIC: f64 = 1.0;
 /// assert!((qd[0] - 0.5).abs() < 1e-13 && (qd[1] - 2.0).abs() < 1e-13);
 /// # Ok::<(), lagrangian::Error>(())
 /// ```
-#[derive(Debug, Clone)]
-pub struct Hnn {
-    pub(crate) shape: HnnShape,
-    parameters: Vec<f64>,
-    packed: Packed<f64>,
-}
+pub type Hnn = Network<HnnShape>;
 
 /// All of an [`Hnn`] but its weights. The velocities of the scaling are those of p.
 #[derive(Debug, Clone)]
-pub(crate) struct HnnShape {
+pub struct HnnShape {
     pub(crate) config: HnnConfig,
     pub(crate) net: HnnNet,
 }
@@ -163,63 +157,6 @@ pub(crate) enum HnnNet {
 }
 
 impl Hnn {
-    /// A network with random weights; `scaling.qd_scale` divides p.
-    ///
-    /// # Errors
-    /// As [`LnnConfig::validate`] and [`Scaling::validate`]; [`Error::Argument`] without coordinates and for masses
-    /// that are not positive.
-    pub fn random(
-        coordinates: Coordinates,
-        config: HnnConfig,
-        scaling: Scaling,
-        seed: u64,
-    ) -> Result<Self> {
-        let shape = HnnShape::new(coordinates, config, scaling)?;
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let parameters = shape.layers().initialise(&mut rng);
-        Self::assemble(shape, parameters)
-    }
-
-    /// A network with given weights, in the order of [`Hnn::parameters`].
-    ///
-    /// # Errors
-    /// As [`Hnn::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`] for NaN among them.
-    pub fn with_parameters(
-        coordinates: Coordinates,
-        config: HnnConfig,
-        scaling: Scaling,
-        parameters: Vec<f64>,
-    ) -> Result<Self> {
-        Self::assemble(HnnShape::new(coordinates, config, scaling)?, parameters)
-    }
-
-    pub(crate) fn assemble(shape: HnnShape, parameters: Vec<f64>) -> Result<Self> {
-        let packed = Packed::of(shape.layers(), &parameters)?;
-        Ok(Self {
-            shape,
-            parameters,
-            packed,
-        })
-    }
-
-    /// All weights, layer by layer: matrices row-major `[width, inputs]`, then biases.
-    #[must_use]
-    pub fn parameters(&self) -> &[f64] {
-        &self.parameters
-    }
-
-    /// Its configuration.
-    #[must_use]
-    pub fn config(&self) -> &HnnConfig {
-        &self.shape.config
-    }
-
-    /// Its scales; those of velocities divide p.
-    #[must_use]
-    pub fn scaling(&self) -> &Scaling {
-        self.shape.scaling()
-    }
-
     /// H over any scalar, `None` where there is none: the slow, plain evaluation that the kernels are tested against.
     /// `q`, `p` are `[n]`.
     pub fn hamiltonian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], p: &[D]) -> Option<D> {
@@ -228,11 +165,9 @@ impl Hnn {
             HnnNet::Free(lnn) => Lnn::assemble(lnn.clone(), self.parameters.clone())
                 .ok()
                 .map(|lnn| lnn.lagrangian(q, p)),
-            HnnNet::Mass(delan) => {
-                Delan::assemble(delan.clone(), self.parameters.clone(), Vec::new())
-                    .ok()
-                    .map(|delan| delan.lagrangian(q, p))
-            }
+            HnnNet::Mass(delan) => Delan::assemble(delan.clone(), self.parameters.clone())
+                .ok()
+                .map(|delan| delan.lagrangian(q, p)),
             HnnNet::None(_) => None,
         }
     }
@@ -252,12 +187,11 @@ impl Hamiltonian for Hnn {
     }
 }
 
-impl HnnShape {
-    pub(crate) fn new(
-        coordinates: Coordinates,
-        config: HnnConfig,
-        scaling: Scaling,
-    ) -> Result<Self> {
+impl NetworkShape for HnnShape {
+    type Config = HnnConfig;
+    type Scaling = Scaling;
+
+    fn new(coordinates: Coordinates, config: HnnConfig, scaling: Scaling) -> Result<Self> {
         let n = coordinates.dof();
         config.check_speed_limit()?;
         if let Momenta::Masses(masses) = &config.momenta {
@@ -298,31 +232,33 @@ impl HnnShape {
         Ok(Self { config, net })
     }
 
-    pub(crate) fn coordinates(&self) -> &Coordinates {
+    fn coordinates(&self) -> &Coordinates {
         match &self.net {
             HnnNet::Free(shape) | HnnNet::None(shape) => &shape.coordinates,
             HnnNet::Mass(shape) => &shape.coordinates,
         }
     }
 
-    pub(crate) fn scaling(&self) -> &Scaling {
+    fn config(&self) -> &HnnConfig {
+        &self.config
+    }
+
+    fn scaling(&self) -> &Scaling {
         match &self.net {
             HnnNet::Free(shape) | HnnNet::None(shape) => &shape.scaling,
             HnnNet::Mass(shape) => &shape.scaling,
         }
     }
 
-    pub(crate) fn layers(&self) -> &Net {
+    fn net(&self) -> &Net {
         match &self.net {
             HnnNet::Free(shape) | HnnNet::None(shape) => &shape.net,
             HnnNet::Mass(shape) => &shape.net,
         }
     }
+}
 
-    pub(crate) fn dof(&self) -> usize {
-        self.coordinates().dof()
-    }
-
+impl HnnShape {
     /// Writes (q, p) as the value of sample `s`; of a network with a mass matrix only q is an input.
     pub(crate) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], p: &[f64]) {
         self.each_feature(q, |at, _, value, _| {

@@ -4,6 +4,7 @@
 use super::HnnNet;
 use super::learner::HnnLearner;
 use crate::mechanics::lagrangian::{Features, Scaling};
+use crate::models::NetworkShape;
 use crate::train::Work;
 use nets::Packed;
 use nets::simd::Real;
@@ -16,7 +17,7 @@ impl HnnLearner<'_> {
         work: &mut Work<T>,
         slopes: &mut [f64],
     ) {
-        let (net, k) = (self.shape.layers(), 2 * self.shape.dof());
+        let (net, k) = (self.shape.net(), 2 * self.shape.dof());
         // The components that hold the sensitivities of the raw outputs.
         let first = match self.shape.net {
             HnnNet::None(_) => 0,

@@ -3,6 +3,7 @@
 use super::{BLOCK, Lnn, LnnShape};
 use crate::mechanics::lagrangian::Curvature;
 use crate::mechanics::lagrangian::scaled::Features;
+use crate::models::NetworkShape;
 use nets::Pass;
 use nets::simd::Real;
 

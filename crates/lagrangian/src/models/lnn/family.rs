@@ -3,16 +3,16 @@
 use serde_json::Value;
 
 use super::learner::LnnLearner;
-use super::points::LnnPoints;
 use super::{Form, Lnn, LnnConfig, LnnShape};
 use crate::dataset::Dataset;
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trainable};
+use crate::models::NetworkShape;
+use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
 use crate::settings::{Kind, Setting, named};
-use crate::train::{Choice, FitConfig, Known, Learner, Loss, PositionsLearner, Request};
+use crate::train::{Choice, FitConfig, Known, Learner, Loss, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -100,10 +100,6 @@ impl Family for LnnConfig {
         NAME
     }
 
-    fn settings(&self) -> Result<Value> {
-        saved::describe(self)
-    }
-
     fn summary(&self) -> String {
         format!(
             "{:?} form, {} × {}, {:?}",
@@ -137,61 +133,32 @@ impl Family for LnnConfig {
         let (setup, dataset) = Setup::new(dataset, config)?;
         let coordinates = dataset.coordinates.clone();
         let shape = LnnShape::new(coordinates, self.clone(), dataset.scaling())?;
-        Ok(Plan::train(LnnTraining { shape, setup }))
-    }
-
-    fn boxed(&self) -> Box<dyn Family> {
-        Box::new(self.clone())
+        Ok(Plan::train(shape, setup))
     }
 }
 
-/// A Lagrangian network with everything but its weights.
-struct LnnTraining {
-    shape: LnnShape,
-    setup: Setup,
-}
-
-impl LnnTraining {
-    fn by_motion<T: Real>(&self, residuals: Residuals) -> Box<dyn Learner<T> + '_> {
-        let (loss, weights) = self.setup.target(residuals);
+impl Trained for LnnShape {
+    fn learner<'a, T: Real>(
+        &'a self,
+        setup: &'a Setup,
+        residuals: Residuals,
+    ) -> Box<dyn Learner<T> + 'a> {
+        if let Some(learner) = setup.positions(self, false) {
+            return Box::new(learner);
+        }
+        let (loss, weights) = setup.target(residuals);
         Box::new(LnnLearner {
-            shape: &self.shape,
+            shape: self,
             loss,
             weights,
-            forces: self.setup.forces.clone(),
-            nominal: self.setup.nominal.as_ref(),
+            forces: setup.forces.clone(),
+            nominal: setup.nominal.as_ref(),
         })
     }
 
-    fn any<T: Real>(&self, residuals: Residuals) -> Box<dyn Learner<T> + '_> {
-        match self.setup.loss.rule() {
-            None => self.by_motion(residuals),
-            Some(rule) => Box::new(PositionsLearner {
-                family: LnnPoints(&self.shape),
-                loss: self.setup.loss,
-                rule,
-                constant: false,
-                weights: &self.setup.weights,
-                forces: self.setup.forces.clone(),
-                chords: crate::train::CHORDS,
-            }),
-        }
-    }
-}
-
-impl Trainable for LnnTraining {
-    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_> {
-        self.any(residuals)
-    }
-
-    fn single(&self) -> Box<dyn Learner<f32> + '_> {
-        self.any(Residuals::OfLoss)
-    }
-
-    fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
-        let (weights, extra) = parameters.split_at(self.shape.net.parameters);
-        let lnn = Lnn::assemble(self.shape.clone(), weights.to_vec())?;
-        self.setup.learned(lnn, extra)
+    fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
+        let (weights, extra) = parameters.split_at(self.net.parameters);
+        setup.learned(Lnn::assemble(self.clone(), weights.to_vec())?, extra)
     }
 }
 
@@ -201,8 +168,7 @@ impl LearnedLagrangian for Lnn {
     }
 
     fn stored(&self) -> Result<Stored> {
-        let config = self.config();
-        Stored::new(NAME, config, self.scaling(), self.parameters())?.with_form(&config.form)
+        self.stored_as(NAME)?.with_form(&self.config().form)
     }
 
     fn boxed(&self) -> Box<dyn LearnedLagrangian> {
@@ -211,19 +177,14 @@ impl LearnedLagrangian for Lnn {
 }
 
 fn load(saved: &SavedModel) -> Result<Learned> {
-    let header = &saved.header;
-    let config: LnnConfig = saved::read("architecture", &header.architecture)?;
-    let form: Option<Form> = match &header.form {
-        Some(form) => Some(saved::read("form", &Value::from(form.clone()))?),
-        None => None,
-    };
-    if form.is_some_and(|form| form != config.form) {
-        return Err(Error::DamagedModel {
-            reason: "its form is not that of its architecture".into(),
-        });
+    let form = saved.header.form.clone().map(Value::from);
+    let form = form
+        .map(|form| saved::read::<Form>("form", &form))
+        .transpose()?;
+    let lnn = Lnn::load(saved, saved.weights()?)?;
+    if form.is_some_and(|form| form != lnn.config().form) {
+        let reason = "its form is not that of its architecture";
+        return Err(saved::damaged(reason.into()));
     }
-    let scaling = saved::read("scaling", &header.scaling)?;
-    let coordinates = header.coordinates.clone();
-    let lnn = Lnn::with_parameters(coordinates, config, scaling, saved.weights()?)?;
     Ok(saved.moving(lnn)?.into())
 }

@@ -3,6 +3,7 @@
 
 use super::LnnShape;
 use crate::mechanics::solve::Regularity;
+use crate::models::NetworkShape;
 use crate::rigid::RigidBodies;
 use crate::train::{At, Facts, Forces, Learner, Loss, Work};
 use nets::simd::Real;

@@ -7,16 +7,15 @@ mod one;
 pub(crate) mod points;
 
 use num_dual::DualNum;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::mechanics::lagrangian::scaled::{Features, Scaling};
 use crate::mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
 use crate::mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
+use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass, Weighted};
+use nets::{Activation, Build, Net, Pass, Weighted};
 
 /// What kind of function of the velocity the network may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -71,10 +70,6 @@ impl Default for LnnConfig {
     }
 }
 
-/// Largest width and depth that are accepted: a file or a flag cannot ask for more memory than this means.
-const MAX_WIDTH: usize = 4096;
-const MAX_LAYERS: usize = 16;
-
 /// Exponential units, where there are any.
 const EXPONENTIAL: usize = 16;
 
@@ -84,41 +79,29 @@ impl LnnConfig {
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
     pub fn validate(&self) -> Result<()> {
-        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
-        if !(1..=MAX_WIDTH).contains(&self.width) {
-            return argument("width", self.width.to_string(), "between 1 and 4096");
-        }
-        if !(1..=MAX_LAYERS).contains(&self.layers) {
-            return argument("layers", self.layers.to_string(), "between 1 and 16");
-        }
+        check_layers(self.width, self.layers)?;
+        let refuse =
+            |name, value: &dyn ToString, must| Err(Error::argument(name, value.to_string(), must));
         if self.form == Form::Convex && !self.width.is_multiple_of(16) {
-            return argument(
-                "width",
-                self.width.to_string(),
-                "a multiple of 16 in the convex form",
-            );
+            return refuse("width", &self.width, "a multiple of 16 in the convex form");
         }
         if !(self.kinetic.is_finite() && self.kinetic >= 0.0) {
-            return argument(
-                "kinetic",
-                self.kinetic.to_string(),
-                "finite and not negative",
-            );
+            return refuse("kinetic", &self.kinetic, "finite and not negative");
         }
-        if let Some(c) = self.speed_limit {
-            if !(c.is_finite() && c > 0.0) {
-                return argument("speed limit", c.to_string(), "finite and positive");
+        match self.speed_limit {
+            Some(c) if !(c.is_finite() && c > 0.0) => {
+                refuse("speed limit", &c, "finite and positive")
             }
-            if self.form == Form::Convex {
+            Some(c) if self.form == Form::Convex => {
                 let must = "omitted in the convex form, or take the free one (`form` free)";
-                return argument("speed limit", c.to_string(), must);
+                refuse("speed limit", &c, must)
             }
+            None if self.speed_chart != SpeedChart::default() => {
+                let must = "omitted without a limit of speed, or give one (`speed_limit`)";
+                refuse("speed chart", &format!("{:?}", self.speed_chart), must)
+            }
+            _ => Ok(()),
         }
-        if self.speed_limit.is_none() && self.speed_chart != SpeedChart::default() {
-            let must = "omitted without a limit of speed, or give one (`speed_limit`)";
-            return argument("speed chart", format!("{:?}", self.speed_chart), must);
-        }
-        Ok(())
     }
 
     /// The layers for these coordinates.
@@ -168,16 +151,11 @@ impl LnnConfig {
 /// A Lagrangian network: L(q, q̇) = E [ N(x(q), q̇ / s) + ½ κ ‖q̇ / s‖² ] (theory.md, equation 22).
 ///
 /// Angles enter as cos and sin. The network is in double precision.
-#[derive(Debug, Clone)]
-pub struct Lnn {
-    pub(crate) shape: LnnShape,
-    parameters: Vec<f64>,
-    packed: Packed<f64>,
-}
+pub type Lnn = Network<LnnShape>;
 
 /// All of an [`Lnn`] but its weights.
 #[derive(Debug, Clone)]
-pub(crate) struct LnnShape {
+pub struct LnnShape {
     pub(crate) coordinates: Coordinates,
     pub(crate) config: LnnConfig,
     pub(crate) scaling: Scaling,
@@ -189,69 +167,6 @@ pub(crate) struct LnnShape {
 }
 
 impl Lnn {
-    /// A network with random weights.
-    ///
-    /// # Errors
-    /// As [`LnnConfig::validate`] and [`Scaling::validate`]; [`Error::Argument`] without coordinates.
-    pub fn random(
-        coordinates: Coordinates,
-        config: LnnConfig,
-        scaling: Scaling,
-        seed: u64,
-    ) -> Result<Self> {
-        let shape = LnnShape::new(coordinates, config, scaling)?;
-        let parameters = shape.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed));
-        Self::assemble(shape, parameters)
-    }
-
-    /// A network with given weights, in the order of [`Lnn::parameters`].
-    ///
-    /// # Errors
-    /// As [`Lnn::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`] for NaN among them;
-    /// [`Error::Argument`] in the convex form for a negative weight on the path of q̇.
-    pub fn with_parameters(
-        coordinates: Coordinates,
-        config: LnnConfig,
-        scaling: Scaling,
-        parameters: Vec<f64>,
-    ) -> Result<Self> {
-        Self::assemble(LnnShape::new(coordinates, config, scaling)?, parameters)
-    }
-
-    pub(crate) fn assemble(shape: LnnShape, parameters: Vec<f64>) -> Result<Self> {
-        let packed = Packed::of(&shape.net, &parameters)?;
-        if let Some(index) = shape.net.negative(&parameters) {
-            return Err(Error::argument(
-                "weight of the convex form",
-                format!("{} at index {index}", parameters[index]),
-                "0 or above, or L is not convex in q̇: repeat the fit, or use the free form",
-            ));
-        }
-        Ok(Self {
-            shape,
-            parameters,
-            packed,
-        })
-    }
-
-    /// All weights, layer by layer: matrices row-major `[width, inputs]`, then biases.
-    #[must_use]
-    pub fn parameters(&self) -> &[f64] {
-        &self.parameters
-    }
-
-    /// Its configuration.
-    #[must_use]
-    pub fn config(&self) -> &LnnConfig {
-        &self.shape.config
-    }
-
-    /// Its scales.
-    #[must_use]
-    pub fn scaling(&self) -> &Scaling {
-        &self.shape.scaling
-    }
-
     /// L over any scalar: the slow, plain evaluation that the kernels are tested against. `q`, `qd` are `[n]`.
     pub fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
         let (shape, scaling) = (&self.shape, &self.shape.scaling);
@@ -283,17 +198,14 @@ impl Lagrangian for Lnn {
     }
 }
 
-impl LnnShape {
-    pub(crate) fn new(
-        coordinates: Coordinates,
-        config: LnnConfig,
-        scaling: Scaling,
-    ) -> Result<Self> {
+impl NetworkShape for LnnShape {
+    type Config = LnnConfig;
+    type Scaling = Scaling;
+
+    fn new(coordinates: Coordinates, config: LnnConfig, scaling: Scaling) -> Result<Self> {
         config.validate()?;
         scaling.validate(coordinates.dof())?;
-        if coordinates.dof() == 0 {
-            return Err(Error::argument("coordinates", "none", "at least one"));
-        }
+        check_coordinates(&coordinates)?;
         let net = config.net(&coordinates);
         let seen = Seen::of_velocity(config.speed_limit, config.speed_chart);
         Ok(Self {
@@ -307,10 +219,35 @@ impl LnnShape {
         })
     }
 
-    pub(crate) fn dof(&self) -> usize {
-        self.coordinates.dof()
+    fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
     }
 
+    fn config(&self) -> &LnnConfig {
+        &self.config
+    }
+
+    fn scaling(&self) -> &Scaling {
+        &self.scaling
+    }
+
+    fn net(&self) -> &Net {
+        &self.net
+    }
+
+    fn check(&self, parameters: &[f64]) -> Result<()> {
+        match self.net.negative(parameters) {
+            None => Ok(()),
+            Some(index) => Err(Error::argument(
+                "weight of the convex form",
+                format!("{} at index {index}", parameters[index]),
+                "0 or above, or L is not convex in q̇: repeat the fit, or use the free form",
+            )),
+        }
+    }
+}
+
+impl LnnShape {
     /// Writes state (q, q̇) as sample `s`: the value, ′ = the motion (q̇, `qdd`), and i = the velocity directions.
     pub(crate) fn write<T: Real>(
         &self,

@@ -5,6 +5,7 @@ use crate::mechanics::lagrangian::Jet;
 use crate::mechanics::lagrangian::positions::Positions;
 use crate::mechanics::lagrangian::scaled::Scaling;
 use crate::mechanics::lagrangian::seen::VelocityFeature;
+use crate::models::NetworkShape;
 use nets::Chain;
 
 /// Evaluates them in the free form, whose layers are a chain.

@@ -1,36 +1,21 @@
 //! Points of a Lagrangian network: p and ∂L/∂q are first derivatives, so one direction in (q, q̇) holds both.
 
 use super::LnnShape;
+use crate::models::NetworkShape;
 use crate::train::PointFamily;
 use crate::train::Work;
+use nets::Packed;
 use nets::simd::Real;
-use nets::{Net, Packed};
 
-#[derive(Debug)]
-pub(crate) struct LnnPoints<'a>(pub(crate) &'a LnnShape);
-
-impl<T: Real> PointFamily<T> for LnnPoints<'_> {
-    fn net(&self) -> &Net {
-        &self.0.net
-    }
-    fn dof(&self) -> usize {
-        self.0.dof()
-    }
-    fn energy(&self) -> f64 {
-        self.0.scaling.energy
-    }
-    fn velocity_scale(&self) -> &[f64] {
-        &self.0.scaling.qd_scale
-    }
-
+impl<T: Real> PointFamily<T> for LnnShape {
     /// The tangent ′ is zero, so that the mixed components hold first derivatives.
     fn pairs(&self, d: usize, _directions: usize) -> [(usize, usize); 2] {
-        let mixed = 2 + self.0.dof() + d;
+        let mixed = 2 + self.dof() + d;
         [(0, mixed), (mixed, 0)]
     }
 
     fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, mass: bool) {
-        let (shape, n) = (self.0, self.0.dof());
+        let (shape, n) = (self, self.dof());
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
             let (q, v) = (&work.own.points.q[row.clone()], &work.own.points.v[row]);
@@ -58,7 +43,7 @@ impl<T: Real> PointFamily<T> for LnnPoints<'_> {
         directions: usize,
         weight: &dyn Fn(usize, usize, usize) -> f64,
     ) {
-        let (shape, n) = (self.0, self.0.dof());
+        let (shape, n) = (self, self.dof());
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
             let v = &work.own.points.v[row];

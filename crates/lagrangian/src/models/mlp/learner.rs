@@ -1,6 +1,7 @@
 //! Training of plain networks.
 
 use super::{Direction, MlpShape};
+use crate::models::NetworkShape;
 use crate::train::{Facts, Learner, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};

@@ -4,15 +4,14 @@
 pub(crate) mod family;
 pub(crate) mod learner;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::mechanics::lagrangian::{Features, Scaling};
-use crate::{Coordinates, Error, Result};
+use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
+use crate::{Coordinates, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Packed, Pass};
+use nets::{Activation, Build, Net, Pass};
 
 /// What a plain network predicts. It knows one of the two alone: it holds no equation that could be turned round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -57,120 +56,56 @@ impl Default for MlpConfig {
 
 /// A plain network q̈ = a ∘ N(x(q), q̇ / s, τ / f), or τ = f ∘ N(x(q), q̇ / s, q̈ / a). It conserves nothing and has
 /// no energy.
-#[derive(Debug, Clone)]
-pub struct Mlp {
-    pub(crate) shape: MlpShape,
-    parameters: Vec<f64>,
-    packed: Packed<f64>,
+pub type Mlp = Network<MlpShape>;
+
+/// The scales of a plain network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MlpScaling {
+    /// The scales of the state.
+    pub inputs: Scaling,
+    /// The scales a of the accelerations, `[n]`, positive.
+    pub qdd: Vec<f64>,
+    /// The scales f of the forces, `[n]`, positive.
+    pub tau: Vec<f64>,
+}
+
+impl MlpScaling {
+    /// No scaling, for `n` degrees of freedom.
+    #[must_use]
+    pub fn identity(n: usize) -> Self {
+        Self {
+            inputs: Scaling::identity(n),
+            qdd: vec![1.0; n],
+            tau: vec![1.0; n],
+        }
+    }
 }
 
 /// All of an [`Mlp`] but its weights.
 #[derive(Debug, Clone)]
-pub(crate) struct MlpShape {
+pub struct MlpShape {
     pub(crate) coordinates: Coordinates,
     pub(crate) config: MlpConfig,
-    pub(crate) scaling: Scaling,
-    /// a, `[n]`.
-    pub(crate) qdd_scale: Vec<f64>,
-    /// f, `[n]`.
-    pub(crate) tau_scale: Vec<f64>,
+    pub(crate) scaling: MlpScaling,
     pub(crate) net: Net,
 }
 
-impl Mlp {
-    /// A network with random weights; `qdd_scale` and `tau_scale` are `[n]`, positive.
-    ///
-    /// # Errors
-    /// As [`crate::models::lnn::LnnConfig::validate`] and [`Scaling::validate`].
-    pub fn random(
-        coordinates: Coordinates,
-        config: MlpConfig,
-        scaling: Scaling,
-        scales: (Vec<f64>, Vec<f64>),
-        seed: u64,
-    ) -> Result<Self> {
-        let shape = MlpShape::new(coordinates, config, scaling, scales)?;
-        let parameters = shape.net.initialise(&mut ChaCha8Rng::seed_from_u64(seed));
-        Self::assemble(shape, parameters)
-    }
+impl NetworkShape for MlpShape {
+    type Config = MlpConfig;
+    type Scaling = MlpScaling;
 
-    /// A network with given weights, in the order of [`Mlp::parameters`].
-    ///
-    /// # Errors
-    /// As [`Mlp::random`]; [`Error::Shape`] for another number of weights; [`Error::NotFinite`] for NaN among them.
-    pub fn with_parameters(
-        coordinates: Coordinates,
-        config: MlpConfig,
-        scaling: Scaling,
-        scales: (Vec<f64>, Vec<f64>),
-        parameters: Vec<f64>,
-    ) -> Result<Self> {
-        Self::assemble(
-            MlpShape::new(coordinates, config, scaling, scales)?,
-            parameters,
-        )
-    }
-
-    pub(crate) fn assemble(shape: MlpShape, parameters: Vec<f64>) -> Result<Self> {
-        let packed = Packed::of(&shape.net, &parameters)?;
-        Ok(Self {
-            shape,
-            parameters,
-            packed,
-        })
-    }
-
-    /// All weights, layer by layer: matrices row-major `[width, inputs]`, then biases.
-    #[must_use]
-    pub fn parameters(&self) -> &[f64] {
-        &self.parameters
-    }
-
-    /// Its configuration.
-    #[must_use]
-    pub fn config(&self) -> &MlpConfig {
-        &self.shape.config
-    }
-
-    /// Scales of its inputs.
-    #[must_use]
-    pub fn scaling(&self) -> &Scaling {
-        &self.shape.scaling
-    }
-
-    /// Scales of its accelerations and forces, `[n]` each.
-    #[must_use]
-    pub fn scales(&self) -> (&[f64], &[f64]) {
-        (&self.shape.qdd_scale, &self.shape.tau_scale)
-    }
-}
-
-impl MlpShape {
-    pub(crate) fn new(
-        coordinates: Coordinates,
-        config: MlpConfig,
-        scaling: Scaling,
-        (qdd_scale, tau_scale): (Vec<f64>, Vec<f64>),
-    ) -> Result<Self> {
+    fn new(coordinates: Coordinates, config: MlpConfig, scaling: MlpScaling) -> Result<Self> {
         let n = coordinates.dof();
-        crate::models::lnn::LnnConfig {
-            width: config.width,
-            layers: config.layers,
-            ..Default::default()
-        }
-        .validate()?;
-        scaling.validate(n)?;
+        check_layers(config.width, config.layers)?;
+        scaling.inputs.validate(n)?;
         // The same rule as for the other scales.
         let outputs = Scaling {
-            q_center: vec![0.0; n],
-            q_scale: qdd_scale.clone(),
-            qd_scale: tau_scale.clone(),
-            energy: 1.0,
+            q_scale: scaling.qdd.clone(),
+            qd_scale: scaling.tau.clone(),
+            ..Scaling::identity(n)
         };
         outputs.validate(n)?;
-        if n == 0 {
-            return Err(Error::argument("coordinates", "none", "at least one"));
-        }
+        check_coordinates(&coordinates)?;
         let driven = config.forced || config.direction == Direction::Inverse;
         let inputs = Scaling::features(&coordinates) + n + if driven { n } else { 0 };
         let mut build = Build::new(inputs, 0);
@@ -185,16 +120,28 @@ impl MlpShape {
             coordinates,
             config,
             scaling,
-            qdd_scale,
-            tau_scale,
             net: build.finish(),
         })
     }
 
-    pub(crate) fn dof(&self) -> usize {
-        self.coordinates.dof()
+    fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
     }
 
+    fn config(&self) -> &MlpConfig {
+        &self.config
+    }
+
+    fn scaling(&self) -> &MlpScaling {
+        &self.scaling
+    }
+
+    fn net(&self) -> &Net {
+        &self.net
+    }
+}
+
+impl MlpShape {
     /// Number of its outputs.
     pub(crate) fn outputs(&self) -> usize {
         match self.config.direction {
@@ -207,18 +154,18 @@ impl MlpShape {
     pub(crate) fn output_scale(&self, o: usize) -> f64 {
         let n = self.dof();
         match self.config.direction {
-            Direction::Forward => self.qdd_scale[o],
-            Direction::Inverse => self.tau_scale[o],
-            Direction::Flow if o < n => self.scaling.qd_scale[o],
-            Direction::Flow => self.qdd_scale[o - n],
+            Direction::Forward => self.scaling.qdd[o],
+            Direction::Inverse => self.scaling.tau[o],
+            Direction::Flow if o < n => self.scaling.inputs.qd_scale[o],
+            Direction::Flow => self.scaling.qdd[o - n],
         }
     }
 
     /// The scale of what it reads beside the state, `[n]`: of τ forward, of q̈ inverse; none where it reads no more.
     fn third_scale(&self) -> Option<&[f64]> {
         match self.config.direction {
-            Direction::Forward | Direction::Flow => self.config.forced.then_some(&self.tau_scale),
-            Direction::Inverse => Some(&self.qdd_scale),
+            Direction::Forward | Direction::Flow => self.config.forced.then_some(&self.scaling.tau),
+            Direction::Inverse => Some(&self.scaling.qdd),
         }
     }
 
@@ -237,21 +184,19 @@ impl MlpShape {
             at += 1;
         };
         for (i, &q) in q.iter().enumerate() {
-            let features = Features::new(&self.coordinates, &self.scaling, i, q);
+            let features = Features::new(&self.coordinates, &self.scaling.inputs, i, q);
             features.values[..features.count]
                 .iter()
                 .for_each(|&x| set(x));
         }
         qd.iter()
-            .zip(&self.scaling.qd_scale)
+            .zip(&self.scaling.inputs.qd_scale)
             .for_each(|(v, s)| set(v / s));
         if let Some(scale) = self.third_scale() {
             third.iter().zip(scale).for_each(|(x, s)| set(x / s));
         }
     }
-}
 
-impl MlpShape {
     /// Writes ∂N/∂(q, q̇) of sample `s` `[outputs, 2n]`, whose components hold the sensitivities of one output each,
     /// carried to the features.
     pub(crate) fn slopes<T: Real>(&self, pass: &Pass<T>, s: usize, q: &[f64], slopes: &mut [f64]) {
@@ -260,14 +205,14 @@ impl MlpShape {
         for (o, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
             let mut at = 0;
             for (j, &q) in q.iter().enumerate() {
-                let features = Features::new(&self.coordinates, &self.scaling, j, q);
+                let features = Features::new(&self.coordinates, &self.scaling.inputs, j, q);
                 row[j] = 0.0;
                 for slope in &features.slopes[..features.count] {
                     row[j] += pass.feature_sensitivity(o, s, at).f64() * slope;
                     at += 1;
                 }
                 let velocity = pass.feature_sensitivity(o, s, first + j).f64();
-                row[n + j] = velocity / self.scaling.qd_scale[j];
+                row[n + j] = velocity / self.scaling.inputs.qd_scale[j];
             }
         }
     }

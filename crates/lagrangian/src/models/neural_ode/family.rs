@@ -1,19 +1,17 @@
 //! Neural ordinary differential equations as a family: what they can be fitted to, their training, their saved form.
 
-use serde_json::Value;
-
 use super::{NeuralOde, NeuralOdeConfig, Order};
 use crate::Result;
 use crate::dataset::Dataset;
-use crate::models::family::{self, Abilities, Entry, Family, Plan};
+use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
-use crate::models::mlp::family::{MlpTraining, load as load_network};
 use crate::models::mlp::{Mlp, MlpShape};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
-use crate::saved::{self, SavedModel};
+use crate::saved::SavedModel;
 use crate::settings::{Kind, Setting, named};
-use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
+use crate::train::{Choice, FitConfig, Known, LOSS, Learner, Loss, Request};
+use nets::simd::Real;
 
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {
@@ -55,10 +53,6 @@ impl Family for NeuralOdeConfig {
         NAME
     }
 
-    fn settings(&self) -> Result<Value> {
-        saved::describe(self)
-    }
-
     fn summary(&self) -> String {
         format!("{} × {}, {:?}", self.layers, self.width, self.activation)
     }
@@ -84,20 +78,27 @@ impl Family for NeuralOdeConfig {
             let of_velocities = speeds.iter().map(|s| 1.0 / s);
             setup.weights = of_velocities.chain(setup.weights).collect();
         }
-        Ok(Plan::train(MlpTraining {
-            shape: MlpShape::of(&dataset, self.network(dataset.forced))?,
-            setup,
-            finish,
-        }))
-    }
-
-    fn boxed(&self) -> Box<dyn Family> {
-        Box::new(self.clone())
+        let shape = MlpShape::of(&dataset, self.network(dataset.forced))?;
+        Ok(Plan::train(RightHandSide(shape), setup))
     }
 }
 
-fn finish(network: Mlp) -> Result<Learned> {
-    Ok(NeuralOde::new(network)?.into())
+/// The network of the right-hand side without its weights.
+struct RightHandSide(MlpShape);
+
+impl Trained for RightHandSide {
+    fn learner<'a, T: Real>(
+        &'a self,
+        setup: &'a Setup,
+        residuals: Residuals,
+    ) -> Box<dyn Learner<T> + 'a> {
+        self.0.learner(setup, residuals)
+    }
+
+    fn assemble(&self, _setup: &Setup, parameters: &[f64]) -> Result<Learned> {
+        let network = Mlp::assemble(self.0.clone(), parameters.to_vec())?;
+        Ok(NeuralOde::new(network)?.into())
+    }
 }
 
 impl FittedModel for NeuralOde {
@@ -115,5 +116,5 @@ impl FittedModel for NeuralOde {
 }
 
 fn load(saved: &SavedModel) -> Result<Learned> {
-    finish(load_network(saved)?)
+    Ok(NeuralOde::new(Mlp::load(saved, saved.weights()?)?)?.into())
 }

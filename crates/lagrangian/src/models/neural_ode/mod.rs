@@ -70,12 +70,10 @@ impl NeuralOdeConfig {
 ///
 /// ```
 /// use lagrangian::{Coordinates, MlpConfig, Model};
-/// use lagrangian::mechanics::Scaling;
-/// use lagrangian::models::{Direction, Mlp, NeuralOde};
+/// use lagrangian::models::{Direction, Mlp, MlpScaling, NeuralOde};
 ///
 /// let network = MlpConfig { direction: Direction::Flow, ..MlpConfig::default() };
-/// let scales = (vec![1.0], vec![1.0]);
-/// let network = Mlp::random(Coordinates::angles(1), network, Scaling::identity(1), scales, 0)?;
+/// let network = Mlp::random(Coordinates::angles(1), network, MlpScaling::identity(1), 0)?;
 /// let model = NeuralOde::new(network)?;
 /// let (mut dq, mut dz) = ([0.0], [0.0]);
 /// model.evaluator().flow(&[0.3], &[1.0], &[0.0], &mut dq, &mut dz);

@@ -7,14 +7,12 @@ pub(crate) mod chain;
 pub(crate) mod robot;
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::Parameter;
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
 use crate::rigid::RobotConfig;
-use crate::saved;
 use crate::settings::{Kind, Setting};
 use crate::train::{FitConfig, Loss};
 use crate::{Error, Result};
@@ -68,10 +66,6 @@ impl Family for RigidConfig {
         NAME
     }
 
-    fn settings(&self) -> Result<Value> {
-        saved::describe(self)
-    }
-
     fn summary(&self) -> String {
         match self.robot {
             Some(_) => "the kinematics of the robot are given to it",
@@ -110,10 +104,6 @@ impl Family for RigidConfig {
             None => Ok(chain::identify(dataset, &own, dissipation)?.into()),
             Some(robot) => robot::identify(dataset, robot, own.smoothing, dissipation),
         })))
-    }
-
-    fn boxed(&self) -> Box<dyn Family> {
-        Box::new(self.clone())
     }
 }
 

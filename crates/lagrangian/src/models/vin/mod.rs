@@ -2,14 +2,12 @@
 //! network with a constant mass matrix, fitted to positions alone.
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::delan::{DelanConfig, Inertia, Trunks, family as delan};
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::Result;
 use crate::dataset::Dataset;
-use crate::saved;
 use crate::settings::Setting;
 use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
 use nets::Activation;
@@ -95,10 +93,6 @@ impl Family for VinConfig {
         NAME
     }
 
-    fn settings(&self) -> Result<Value> {
-        saved::describe(self)
-    }
-
     fn summary(&self) -> String {
         format!("{} × {}, {:?}", self.layers, self.width, self.activation)
     }
@@ -109,9 +103,5 @@ impl Family for VinConfig {
 
     fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
         delan::prepare(&self.network(), dataset, config)
-    }
-
-    fn boxed(&self) -> Box<dyn Family> {
-        Box::new(self.clone())
     }
 }

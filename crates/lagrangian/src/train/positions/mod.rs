@@ -16,15 +16,13 @@ use super::forces::{Drive, Forces};
 use super::learner::{Facts, Learner, Work};
 use super::loss::Loss;
 use crate::integrate::Rule;
+use crate::mechanics::lagrangian::Scaling;
+use crate::models::NetworkShape;
 use nets::simd::Real;
-use nets::{Gradient, Net, Packed, Terms};
+use nets::{Gradient, Packed, Terms};
 
 /// What a family offers at points (q, v) that stand in [`Points`].
-pub(crate) trait PointFamily<T: Real>: Send + Sync {
-    fn net(&self) -> &Net;
-    fn dof(&self) -> usize;
-    fn energy(&self) -> f64;
-    fn velocity_scale(&self) -> &[f64];
+pub(crate) trait PointFamily<T: Real>: NetworkShape<Scaling = Scaling> {
     /// The pairs of components by which α p − β ∂L/∂q along direction `d` of `directions` depends on the weights.
     fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2];
     /// Makes room for what it needs beside the pass.
@@ -76,7 +74,7 @@ impl Points {
 /// A Lagrangian network in training on positions alone.
 #[derive(Debug)]
 pub(crate) struct PositionsLearner<'a, F> {
-    pub(crate) family: F,
+    pub(crate) family: &'a F,
     pub(crate) loss: Loss,
     pub(crate) rule: Rule,
     /// Whether momenta depend on the velocity alone: then the outer points of the trapezoidal rule are the inner ones.
@@ -213,7 +211,7 @@ impl<F> PositionsLearner<'_, F> {
     {
         self.family.evaluate(packed, work, mass);
         let (n, samples, kinds) = (self.family.dof(), work.samples, self.forces.kinds());
-        let (places, energy) = (self.places(), self.family.energy());
+        let (places, energy) = (self.places(), self.family.scaling().energy);
         work.linear.extra.fill(0.0);
         let mut slopes = [0.0; MAX_KINDS];
         for s in 0..samples {
@@ -283,7 +281,7 @@ impl<F> PositionsLearner<'_, F> {
         let part = if size_of::<T>() == 4 { 1e-3 } else { 1e-7 };
         let step = |work: &Work<T>, s: usize, j: usize| {
             let mean = 0.5 * (work.states.steps[2 * s] + work.states.steps[2 * s + 1]);
-            part * self.family.velocity_scale()[j] / mean
+            part * self.family.scaling().qd_scale[j] / mean
         };
         let points = &mut work.own.points;
         points.beside.copy_from_slice(&points.balance);
@@ -315,7 +313,11 @@ impl<F> PositionsLearner<'_, F> {
     where
         F: PointFamily<T>,
     {
-        let (n, places, energy) = (self.family.dof(), self.places(), self.family.energy());
+        let (n, places, energy) = (
+            self.family.dof(),
+            self.places(),
+            self.family.scaling().energy,
+        );
         let (k, row) = (n * places, s * n..s * n + n);
         let jacobian = &work.own.points.jacobian[s * n * n..][..n * n];
         let mut regular = true;

@@ -4,6 +4,7 @@
 mod kernels;
 
 use super::{DelanShape, Factor};
+use crate::models::NetworkShape;
 use kernels::{Chart, Run, Step};
 use nets::simd::{Planes, Real, dispatch};
 use nets::{Packed, Pass};
