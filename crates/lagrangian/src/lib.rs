@@ -31,7 +31,7 @@
 //!
 //! The equations are numbered in `docs/theory.md`; the code cites the numbers.
 //!
-//! # The way of the data
+//! # Data flow
 //!
 //! ```text
 //! files ─► Trajectory ─► Dataset ─► fit(Family, Loss, Optimizer) ─► saved model ─► rollout · energy · torque ─► report
