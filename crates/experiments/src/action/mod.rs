@@ -16,6 +16,9 @@ use paths::{
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "action",
+    about: "stationary paths, their varied neighbours and conjugate points, of true and learned Lagrangians",
+    run,
     title: "The action itself",
     text: &[
         "Hamilton's principle, measured: among all paths with the same ends in the same time, a motion is one whose action is \
@@ -39,11 +42,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        comparable; S(ε) − S(0) is, over the scale α of the mass matrices along the path, and its error is of \
                        all varied paths together (root mean square, relative). Slope: |dS/dε| at 0 times 0.2 over the \
                        change at ε = ±0.2. Distance: of the nodes of the two paths, largest.",
-    ..Experiment::new(
-        "action",
-        "stationary paths, their varied neighbours and conjugate points, of true and learned Lagrangians",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 const TRUTH: Contestant = contestant("truth", "true", Role::Truth, ());
@@ -116,10 +115,8 @@ fn learned(
         let scale = mass_scale(system.lagrangian(), lagrangian, path);
         compare(truth, own, scale)
     };
-    let comparisons = [
-        compared(&truth.short, &paths.short),
-        compared(&truth.long, &paths.long),
-    ];
+    let short = compared(&truth.short, &paths.short);
+    let comparisons = [short, compared(&truth.long, &paths.long)];
     record(lab, case, &LEARNED, &paths, Some(comparisons));
     lab.row(&group(case, case.short), &LEARNED)
         .add("energy_scale", scale)
@@ -207,21 +204,12 @@ fn draw(
         Axis::linear("first coordinate", ""),
     )
     .add(name, role, &path.times(), q);
+    let upwards = "flat at ε = 0, and upwards along all";
+    let downwards =
+        "after the conjugate point still flat at ε = 0, but downwards along one at least";
     let families = [
-        (
-            "minimum",
-            case.short,
-            &paths.short,
-            short,
-            "flat at ε = 0, and upwards along all",
-        ),
-        (
-            "saddle",
-            case.long,
-            &paths.long,
-            long,
-            "after the conjugate point still flat at ε = 0, but downwards along one at least",
-        ),
+        ("minimum", case.short, &paths.short, short, upwards),
+        ("saddle", case.long, &paths.long, long, downwards),
     ];
     for (id, seconds, measured, scale, caption) in families {
         let plot = lab
@@ -242,12 +230,8 @@ fn draw(
             plot.add(&format!("{name} {}", k + 1), role, &one.epsilon, change);
         }
     }
-    let (t, x): (Vec<f64>, Vec<f64>) = paths
-        .long
-        .eigenvalues
-        .iter()
-        .map(|(t, x)| (*t, x / long))
-        .unzip();
+    let eigenvalues = paths.long.eigenvalues.iter();
+    let (t, x): (Vec<f64>, Vec<f64>) = eigenvalues.map(|(t, x)| (*t, x / long)).unzip();
     lab.plot(
         format!("conjugate-{}", case.system),
         format!("Where the minimum ends, {}", case.system),
@@ -269,12 +253,8 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     draw(lab, case, ("true", Role::Truth), paths, [1.0; 2]);
     let stationary = &paths.long.stationary;
     let mut action = DiscreteAction::new(system.lagrangian());
-    let along = action_variation(
-        &mut action,
-        &stationary.path,
-        &stationary.second_variation.mode,
-        &SIZES,
-    );
+    let mode = &stationary.second_variation.mode;
+    let along = action_variation(&mut action, &stationary.path, mode, &SIZES);
     lab.plot(
         format!("saddle-{}", case.system),
         format!("Action of varied paths, {}", group(case, case.long)),
@@ -286,9 +266,8 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
         along.change,
     );
     let path = &paths.short.stationary.path;
-    let epsilon: Vec<f64> = (-14..=-1)
-        .map(|k| 10.0_f64.powf(0.5 * f64::from(k)))
-        .collect();
+    let epsilon = (-14..=-1).map(|k| 10.0_f64.powf(0.5 * f64::from(k)));
+    let epsilon: Vec<f64> = epsilon.collect();
     let eta = &directions(path)[0];
     let lines = [
         (
@@ -304,6 +283,7 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     ];
     for (name, role, path) in lines {
         let change = action_variation(&mut action, &path, eta, &epsilon).change;
+        let change = change.iter().map(|s| s.abs()).collect();
         lab.plot(
             format!("order-{}", case.system),
             format!("How fast the action changes, {}", group(case, case.short)),
@@ -317,12 +297,7 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
             Axis::log("size of the variation ε", ""),
             Axis::log("|S(ε) − S(0)|", "J·s"),
         )
-        .add(
-            name,
-            role,
-            &epsilon,
-            change.iter().map(|s| s.abs()).collect(),
-        );
+        .add(name, role, &epsilon, change);
     }
     Ok(())
 }

@@ -43,7 +43,7 @@ pub(crate) struct Case {
     pub(crate) qd: &'static [f64],
     /// A time before the first conjugate point, s.
     pub(crate) short: f64,
-    /// A time behind it, s.
+    /// A time after it, s.
     pub(crate) long: f64,
 }
 
@@ -96,7 +96,7 @@ impl Case {
 }
 
 /// What one Lagrangian says of the paths between two ends.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Measured {
     /// Its stationary path.
     pub(crate) stationary: StationaryPath,
@@ -115,20 +115,16 @@ pub(crate) fn measure(lagrangian: &dyn Lagrangian, first: &Path) -> Result<Optio
     };
     let mut action = DiscreteAction::new(lagrangian);
     let path = &stationary.path;
-    let directions: Vec<Vec<f64>> = directions(path);
-    let families: Vec<ActionVariation> = directions
-        .iter()
-        .map(|eta| action_variation(&mut action, path, eta, &SIZES))
-        .collect();
+    let directions = directions(path);
+    let families = directions.iter();
+    let families = families.map(|eta| action_variation(&mut action, path, eta, &SIZES));
+    let families: Vec<ActionVariation> = families.collect();
     let slope = directions.iter().map(|eta| {
         // Small enough for the cubic part, large enough for rounding.
         let near = action_variation(&mut action, path, eta, &[-1e-4, 1e-4]);
         let slope = (near.change[1] - near.change[0]) / 2e-4;
-        let far = action_variation(&mut action, path, eta, &SIZES);
-        let largest = far
-            .change
-            .iter()
-            .fold(f64::MIN_POSITIVE, |l, x| l.max(x.abs()));
+        let far = action_variation(&mut action, path, eta, &SIZES).change;
+        let largest = far.iter().fold(f64::MIN_POSITIVE, |l, x| l.max(x.abs()));
         slope.abs() * LARGEST / largest
     });
     let slope = slope.fold(0.0, f64::max);
@@ -175,7 +171,7 @@ pub(crate) fn first_conjugate_time(lagrangian: &dyn Lagrangian, path: &Path) -> 
 }
 
 /// A learned Lagrangian beside the true one.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Comparison {
     /// α, from the mass matrices along the path.
     pub(crate) scale: f64,
@@ -187,12 +183,7 @@ pub(crate) struct Comparison {
 
 /// Compares two that were measured from the same first path.
 pub(crate) fn compare(truth: &Measured, learned: &Measured, scale: f64) -> Comparison {
-    let nodes = truth
-        .stationary
-        .path
-        .q
-        .iter()
-        .zip(&learned.stationary.path.q);
+    let [q, other] = [truth, learned].map(|measured| &measured.stationary.path.q);
     let (mut missed, mut all) = (0.0, 0.0);
     for (own, other) in truth.families.iter().zip(&learned.families) {
         for (s, model) in own.change.iter().zip(&other.change) {
@@ -202,7 +193,10 @@ pub(crate) fn compare(truth: &Measured, learned: &Measured, scale: f64) -> Compa
     }
     Comparison {
         scale,
-        path_distance: nodes.fold(0.0, |far: f64, (a, b)| far.max((a - b).abs())),
+        path_distance: q
+            .iter()
+            .zip(other)
+            .fold(0.0, |far: f64, (a, b)| far.max((a - b).abs())),
         action_error: (missed / all).sqrt(),
     }
 }
@@ -231,10 +225,8 @@ pub(crate) fn energy_scale(system: &dyn AnalyticModel, model: &dyn Model) -> Res
     let qd: Vec<f64> = states.iter().flat_map(|s| s.qd.clone()).collect();
     let energy = |model: &dyn Model| {
         let mut energy = vec![0.0; STATES];
-        model
-            .evaluator()
-            .energy(&q, &qd, &mut energy)
-            .then_some(energy)
+        let has = model.evaluator().energy(&q, &qd, &mut energy);
+        has.then_some(energy)
     };
     let (Some(truth), Some(learned)) = (energy(system), energy(model)) else {
         return Err(Error::argument(

@@ -41,47 +41,52 @@ impl Teaching {
 /// Shares of the budget for the rounds between which accelerations are corrected by the model so far.
 const ROUNDS: [f64; 3] = [0.2, 0.2, 0.6];
 
-/// Chunks to fit, and chunks to choose the weights by.
-type Chunks = (Vec<Trajectory>, Vec<Trajectory>);
+/// Chunks of motions.
+pub(super) struct Chunks {
+    /// To fit.
+    pub(super) train: Vec<Trajectory>,
+    /// To choose the weights by.
+    pub(super) held: Vec<Trajectory>,
+}
 
-/// A model of chunks in the coordinates of `truth`, which gives nothing else away.
+impl Chunks {
+    fn map(&self, change: impl Fn(&[Trajectory]) -> Result<Vec<Trajectory>>) -> Result<Self> {
+        Ok(Self {
+            train: change(&self.train)?,
+            held: change(&self.held)?,
+        })
+    }
+}
+
+/// A model of chunks in the coordinates of `truth`, of which nothing else is used.
 pub(super) fn learn(
     truth: &dyn Model,
     config: &FitConfig,
     teaching: Teaching,
-    chunks: Chunks,
+    chunks: &Chunks,
     lab: &mut Lab,
 ) -> Result<Learned> {
+    let mut fit = |config: &FitConfig, Chunks { train, held }: &Chunks| {
+        let data = Dataset::new(truth.coordinates().clone(), train, held)?;
+        Ok(lab.fit(&data, config)?.model)
+    };
     // A rollout needs no accelerations.
-    if teaching == Teaching::States && config.loss != Loss::ROLLOUT {
-        return from_states(truth, config, &chunks, lab);
+    if teaching != Teaching::States || config.loss == Loss::ROLLOUT {
+        return fit(config, chunks);
     }
-    one(truth, config, &chunks, lab)
-}
-
-/// Accelerations from the states alone, then again from what the model leaves of them, and again.
-fn from_states(
-    truth: &dyn Model,
-    config: &FitConfig,
-    (train, held): &Chunks,
-    lab: &mut Lab,
-) -> Result<Learned> {
-    let mut chunks = (
-        with_estimated_accelerations(train),
-        with_estimated_accelerations(held),
-    );
+    // Accelerations from the states alone, then again from what the model leaves of them, and again.
     let round = |share: f64| FitConfig {
         // Where a mass whips round between two samples an estimate may be wrong by any amount.
         loss: Loss::ACCELERATION_L1,
         budget: part(config.budget, share),
         ..config.clone()
     };
-    let mut model = one(truth, &round(ROUNDS[0]), &chunks, lab)?;
+    let mut chunks = chunks.map(|motions| Ok(with_estimated_accelerations(motions)))?;
+    let mut model: Learned = fit(&round(ROUNDS[0]), &chunks)?;
     for share in &ROUNDS[1..] {
-        let corrected =
-            |chunks: &[Trajectory]| with_corrected_accelerations(chunks, &model, &options());
-        chunks = (corrected(&chunks.0)?, corrected(&chunks.1)?);
-        model = one(truth, &round(*share), &chunks, lab)?;
+        chunks =
+            chunks.map(|motions| Ok(with_corrected_accelerations(motions, &model, &options())?))?;
+        model = fit(&round(*share), &chunks)?;
     }
     Ok(model)
 }
@@ -91,14 +96,4 @@ fn part(budget: Budget, share: f64) -> Budget {
         Budget::Steps(steps) => Budget::Steps(((share * steps as f64) as usize).max(1)),
         Budget::Seconds(seconds) => Budget::Seconds(share * seconds),
     }
-}
-
-fn one(
-    truth: &dyn Model,
-    config: &FitConfig,
-    (train, held): &Chunks,
-    lab: &mut Lab,
-) -> Result<Learned> {
-    let data = Dataset::new(truth.coordinates().clone(), train, held)?;
-    Ok(lab.fit(&data, config)?.model)
 }

@@ -7,16 +7,19 @@ mod protocol;
 use anyhow::Result;
 use lagrangian::analytic::Chart;
 use lagrangian::train::RolloutLoss;
-use lagrangian::{FitConfig, Rollout, State, Trajectory};
+use lagrangian::{FitConfig, Rollout, State};
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::failure::mistake;
 use crate::harness::{Contestant, Experiment, Lab, Layout, contestant, less};
 use contestants::{CONTESTANTS, PUBLISHED, Recipe};
-use learning::{Teaching, learn};
+use learning::{Chunks, Teaching, learn};
 use protocol::{INTERVAL, SAMPLES, Score, chain, floor, motions, predictions, score, test_starts};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "chains",
+    about: "chains of pendulums from 800 short pieces of motion, beside the published errors",
+    run,
     parts: Some("the number of links, 1 to 7"),
     title: "Chains of pendulums",
     text: &[
@@ -31,11 +34,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        given Cartesian coordinates and the rods. The floor is the truth restarted 10⁻⁴ away.",
     published: PUBLISHED,
     layout: Layout::Groups,
-    ..Experiment::new(
-        "chains",
-        "chains of pendulums from 800 short pieces of motion, beside the published errors",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// Pieces of motion to learn from and to choose weights by, and motions to test on (Finzi, Wang, Wilson 2020).
@@ -145,18 +144,17 @@ fn measure(
     );
     lab.begin_weighted(part, (links * links) as f64)?;
     let chart = who.config.chart();
-    let pieces = |count: usize, seed: u64| -> Result<Vec<Trajectory>> {
-        Ok(motions(links, chart.clone(), count, seed)?)
+    let count = match teaching {
+        Teaching::More => MORE * TRAIN,
+        _ => TRAIN,
     };
-    let count = if teaching == Teaching::More {
-        MORE * TRAIN
-    } else {
-        TRAIN
+    let chunks = Chunks {
+        train: motions(links, chart.clone(), count, 2 * seed)?,
+        held: motions(links, chart.clone(), HELD, 2 * seed + 1)?,
     };
-    let (train, held) = (pieces(count, 2 * seed)?, pieces(HELD, 2 * seed + 1)?);
     let truth = chain(links, chart.clone())?;
     let config = config(lab, &who.config, links, seed);
-    let model = learn(&truth, &config, teaching, (train, held), lab)?;
+    let model = learn(&truth, &config, teaching, &chunks, lab)?;
     let predicted = predictions(&model, &chart, &test.starts)?;
     Ok(score(&predicted, &chart, &test.truth))
 }
@@ -169,9 +167,8 @@ fn draw(
     (name, role): (&str, Role),
     score: &Score,
 ) {
-    let t: Vec<f64> = (0..score.over_time.len())
-        .map(|k| INTERVAL * k as f64)
-        .collect();
+    let t = (0..score.over_time.len()).map(|k| INTERVAL * k as f64);
+    let t: Vec<f64> = t.collect();
     lab.plot(
         format!("over-time-{links}-{}", teaching.key().replace('_', "-")),
         format!("{}, {}", group(links), teaching.name()),

@@ -14,6 +14,9 @@ use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither, pub
 use protocol::{PhaseTest, STARTS, TASKS, Task, Training};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "hamiltonian",
+    about: "Hamiltonian networks on spring, pendulum, two and three bodies, by the published protocols",
+    run,
     parts: Some("mass_spring, pendulum, two_bodies or three_bodies"),
     title: "Hamiltonian networks",
     text: &[
@@ -39,11 +42,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         published("three_bodies", "HNN", &[("energy_mse", 4.2e-2)]),
         published("three_bodies", "plain network", &[("energy_mse", 109.0)]),
     ],
-    ..Experiment::new(
-        "hamiltonian",
-        "Hamiltonian networks on spring, pendulum, two and three bodies, by the published protocols",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// All have the same inputs (q, p), width, layers and optimiser.

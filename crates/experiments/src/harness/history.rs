@@ -2,12 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use serde::Serialize;
-
 use lagrangian::{Checkpoint, Dataset, Fit, FitConfig, Learned, Observer, Progress, Result, fit};
 
 /// What was measured on the best model so far at one time of a fit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moment {
     /// Steps done.
     pub(crate) step: usize,
@@ -18,7 +16,7 @@ pub(crate) struct Moment {
 }
 
 /// A measurement over the time of a fit.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct History {
     /// In the order of time.
     pub(crate) moments: Vec<Moment>,
@@ -38,8 +36,8 @@ impl History {
     }
 }
 
-/// [`fit`], and `measure` of the best model at each look, taken after the fit is over: neither its clock nor its choice of
-/// weights knows of it.
+/// [`fit`], and `measure` of the best model at each validation, taken after the fit is over: neither its clock nor its
+/// choice of weights knows of it.
 pub(crate) fn fit_with_history(
     dataset: &Dataset,
     config: &FitConfig,
@@ -51,41 +49,30 @@ pub(crate) fn fit_with_history(
         kept: Vec::new(),
     };
     let fitted = fit(dataset, config, None, &mut keeper)?;
-    let kept = keeper.kept;
-    let Ok(template) = config.trainable(dataset) else {
-        let moment = Moment {
+    let moments = match config.trainable(dataset) {
+        // What is solved at once has one moment.
+        Err(_) => vec![Moment {
             step: fitted.steps,
             seconds: fitted.seconds,
             value: measure(&fitted.model),
-        };
-        return Ok((
-            fitted,
-            History {
-                moments: vec![moment],
-            },
-        ));
+        }],
+        Ok(template) => {
+            let moment = |(moment, parameters): (Moment, Vec<f64>)| {
+                Ok(Moment {
+                    value: measure(&template.assemble(&parameters)?),
+                    ..moment
+                })
+            };
+            keeper.kept.into_iter().map(moment).collect::<Result<_>>()?
+        }
     };
-    let moment = |kept: Kept| -> Result<Moment> {
-        Ok(Moment {
-            step: kept.step,
-            seconds: kept.seconds,
-            value: measure(&template.assemble(&kept.parameters)?),
-        })
-    };
-    let moments = kept.into_iter().map(moment).collect::<Result<_>>()?;
     Ok((fitted, History { moments }))
 }
 
-struct Kept {
-    step: usize,
-    seconds: f64,
-    parameters: Vec<f64>,
-}
-
-/// Keeps the best parameters of each look and hands everything on.
+/// Keeps the best parameters at each validation, with the moment that is to be measured, and hands everything on.
 struct Keeper<'a> {
     observer: &'a mut dyn Observer,
-    kept: Vec<Kept>,
+    kept: Vec<(Moment, Vec<f64>)>,
 }
 
 impl Observer for Keeper<'_> {
@@ -95,11 +82,13 @@ impl Observer for Keeper<'_> {
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<()> {
         if !checkpoint.best_parameters.is_empty() {
-            self.kept.push(Kept {
+            let moment = Moment {
                 step: checkpoint.step,
                 seconds: checkpoint.seconds,
-                parameters: checkpoint.best_parameters.clone(),
-            });
+                value: f64::NAN,
+            };
+            let parameters = checkpoint.best_parameters.clone();
+            self.kept.push((moment, parameters));
         }
         self.observer.checkpoint(checkpoint)
     }

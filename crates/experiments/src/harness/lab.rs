@@ -130,27 +130,25 @@ impl Lab<'_> {
 
     /// A file of the reference data.
     pub(crate) fn data(&self, name: &str) -> Result<Vec<u8>> {
-        let path = self.data_path(name)?;
-        fs::read(&path).advise(
-            format!("cannot read '{}'", path.display()),
-            "check that the file may be read",
-        )
-    }
-
-    fn data_path(&self, name: &str) -> Result<PathBuf> {
         let variable = std::env::var_os("LAGRANGIAN_DATA").map(PathBuf::from);
         let usual = ["shared/data", "../shared/data"].map(PathBuf::from);
         let folders: Vec<PathBuf> = match &self.args.data {
             Some(folder) => vec![folder.clone()],
             None => variable.into_iter().chain(usual).collect(),
         };
-        let paths = folders.iter().map(|folder| folder.join(name));
-        paths.clone().find(|path| path.exists()).ok_or_else(|| {
-            let tried: Vec<String> = paths.map(|p| format!("'{}'", p.display())).collect();
-            mistake(
-                format!("there is no {}", tried.join(" or ")),
+        let mut paths = folders.iter().map(|folder| folder.join(name));
+        let Some(path) = paths.find(|path| path.exists()) else {
+            let tried = folders
+                .iter()
+                .map(|folder| format!("'{}'", folder.join(name).display()));
+            return Err(mistake(
+                format!("there is no {}", tried.collect::<Vec<_>>().join(" or ")),
                 "give the folder of the reference data with --data, or in the variable LAGRANGIAN_DATA",
-            )
-        })
+            ));
+        };
+        fs::read(&path).advise(
+            format!("cannot read '{}'", path.display()),
+            "check that the file may be read",
+        )
     }
 }

@@ -54,25 +54,19 @@ pub(crate) struct Experiment {
 
 impl Experiment {
     /// One without parts, published values and details, whose table has a column for each quantity.
-    pub(crate) const fn new(
-        name: &'static str,
-        about: &'static str,
-        run: fn(&mut Lab) -> Result<()>,
-    ) -> Self {
-        Self {
-            name,
-            about,
-            parts: None,
-            title: about,
-            text: &[],
-            quantities: &[],
-            about_quantities: "",
-            details: &[],
-            published: &[],
-            layout: Layout::Quantities,
-            run,
-        }
-    }
+    pub(crate) const EMPTY: Self = Self {
+        name: "",
+        about: "",
+        parts: None,
+        title: "",
+        text: &[],
+        quantities: &[],
+        about_quantities: "",
+        details: &[],
+        published: &[],
+        layout: Layout::Quantities,
+        run: |_| Ok(()),
+    };
 }
 
 /// What the columns of the summary are.

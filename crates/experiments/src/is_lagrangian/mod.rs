@@ -10,6 +10,9 @@ use crate::harness::{Experiment, Lab, contestant, less, more, neither};
 use systems::{SYSTEMS, System, noisy};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "is-lagrangian",
+    about: "does any Lagrangian exist? eleven systems of which it is known",
+    run,
     title: "Is it Lagrangian?",
     text: &[
         "Three kinds of evidence: a Lagrangian, one with friction, and a plain network are fitted alike, and a restriction \
@@ -34,11 +37,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        Helmholtz conditions leaves, and what errors of learning can make of it; for the driven body, the \
                        damping that couples coordinates; the mean divergence of motions that come back. No published \
                        values are known: the conditions are those of Helmholtz (1887), Darboux (1894) and Douglas (1941).",
-    ..Experiment::new(
-        "is-lagrangian",
-        "does any Lagrangian exist? eleven systems of which it is known",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// Recordings of each system.

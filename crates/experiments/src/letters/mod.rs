@@ -19,6 +19,9 @@ pub use data::{Letter, Letters, error};
 pub use torque::TorqueError;
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "letters",
+    about: "2-joint arm: torques of unseen letters, learning curve, faster writing, noise",
+    run,
     title: "Letters: the torques of a 2-joint arm",
     text: &[
         "17 letters to learn from; e, q and v are the test. Each model learns from (q, q̇, q̈, τ) alone; the parts of the \
@@ -63,11 +66,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
             &[("torque_mse", 6.2e-4), ("valid_seconds", 1.8)],
         ),
     ],
-    ..Experiment::new(
-        "letters",
-        "2-joint arm: torques of unseen letters, learning curve, faster writing, noise",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// How many times as fast the test letters are written.

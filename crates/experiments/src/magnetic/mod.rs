@@ -14,6 +14,9 @@ use orbits::{
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "magnetic",
+    about: "charged particles in a uniform field and between magnetic mirrors: the field, the energy, the bounce",
+    run,
     title: "Particles in magnetic fields",
     text: &[
         "A magnetic force is no gradient and does no work. It comes from a term A(q)·q̇ of the Lagrangian, whose curl is \
@@ -30,11 +33,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Root mean squared errors of e B = ∂pⱼ/∂qᵢ − ∂pᵢ/∂qⱼ and of q̈, relative, on states that no fit has \
                        seen; over a free orbit, the largest relative error of the true energy and the largest distance \
                        from the true orbit.",
-    ..Experiment::new(
-        "magnetic",
-        "charged particles in a uniform field and between magnetic mirrors: the field, the energy, the bounce",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 const CONTESTANTS: [Contestant<MakeFamily>; 4] = [

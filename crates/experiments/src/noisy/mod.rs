@@ -14,6 +14,9 @@ use crate::harness::{Contestant, Experiment, Lab, contestant, less, more, neithe
 use protocol::{Errors, Protocol, errors, record};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "noisy",
+    about: "models of noisy recordings: estimated accelerations against the rollout loss",
+    run,
     title: "Models of noisy recordings",
     text: &[
         "White noise on positions and velocities, samples 0.05 s apart. A fit of accelerations has to estimate them from \
@@ -30,11 +33,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Error of the accelerations along true motions over their root mean square; valid prediction time (of \
                        10 s) with the model integrated exactly, and by rk4 with steps of a quarter of and four times that \
                        of the data.",
-    ..Experiment::new(
-        "noisy",
-        "models of noisy recordings: estimated accelerations against the rollout loss",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// Systems with the number of their recordings.

@@ -17,6 +17,9 @@ use laws::{Laws, laws};
 use premises::{Premise, driven, motion_misfit, torque_misfit};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "plausibility",
+    about: "laws of mechanics that each family obeys, and what broken premises cost",
+    run,
     title: "Plausibility: what would falsify a Lagrangian model",
     text: &[
         "A Lagrangian that is learned obeys the laws because of its form, whatever its weights; a plain network obeys none of \
@@ -44,11 +47,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        the model's own and the true energy. Drift: |E(10 s) − E(0)| of free motions over the deviation of E \
                        in the data. Broken premises: root mean square errors on held-out recordings, and the violation that \
                        the amount is: what the exact Lagrangian of the unbroken machine misses of the recorded torque.",
-    ..Experiment::new(
-        "plausibility",
-        "laws of mechanics that each family obeys, and what broken premises cost",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// Recordings to learn from, to choose weights by, and to test on.

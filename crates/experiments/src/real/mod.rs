@@ -13,6 +13,9 @@ use contestants::{CONTESTANTS, Candidate, Recipe};
 use machines::{MACHINES, Machine, Recordings};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "real",
+    about: "a real pendulum and a real double pendulum: torques, accelerations, predictions",
+    run,
     title: "Two real machines",
     text: &[
         "A torque loss is attenuated where a machine swings nearly freely: its torque is a small difference of inertia and \
@@ -35,11 +38,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ],
     about_quantities: "Logs that were kept from training. Errors over the variance of the signal (1: no better than its \
                        mean; a constant torque has none).",
-    ..Experiment::new(
-        "real",
-        "a real pendulum and a real double pendulum: torques, accelerations, predictions",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// Names of the quantities of each joint.

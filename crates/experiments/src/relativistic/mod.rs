@@ -15,6 +15,9 @@ pub(crate) use particle::Particle;
 use particle::{Sweep, dataset, recovered, samples, sweep, weighted_error, weighted_flow_error};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "relativistic",
+    about: "relativistic particles, published and physical, in fields that differ from sample to sample",
+    run,
     title: "Relativistic particles",
     text: &[
         "Speeds to 0.99999, a field g ~ 10 N(0, 1) for each sample. The field is a parameter: a coordinate that never moves. \
@@ -37,11 +40,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         published("published", "HNN on (q, q̇)", &[("weighted_l1", 0.41)]),
         published("published", "HNN on (q, p)", &[("weighted_l1", 2.4e-4)]),
     ],
-    ..Experiment::new(
-        "relativistic",
-        "relativistic particles, published and physical, in fields that differ from sample to sample",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// The test samples are the same for all models and seeds.

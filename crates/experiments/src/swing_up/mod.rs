@@ -12,6 +12,9 @@ use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more};
 use attempts::{Attempt, attempts, excitation, machine};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "swing-up",
+    about: "pendulum, cart-pole and Furuta pendulum, swung up through a learned energy",
+    run,
     title: "Swing-up through a learned energy",
     text: &[
         "Energy shaping with collocated partial feedback linearisation, then a linear-quadratic regulator: both take all \
@@ -25,11 +28,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ],
     about_quantities: "A swing-up succeeds where the pendulum is upright within 20 s and held for at least 2 s. The loss \
                        is the squared torque error in units of its variance.",
-    ..Experiment::new(
-        "swing-up",
-        "pendulum, cart-pole and Furuta pendulum, swung up through a learned energy",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 const TRUTH: Contestant = contestant("truth", "true model", Role::Truth, ());

@@ -23,6 +23,9 @@ use lesson::{Lesson, Reads, Size};
 use task::{SAMPLES, Task};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "table",
+    about: "what every family of models can learn: a table of measured ticks",
+    run,
     parts: Some("ROW, ROW:COLUMN or :COLUMN"),
     title: "What every family can learn",
     text: &[
@@ -32,11 +35,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ],
     quantities: &Column::QUANTITIES,
     about_quantities: "Values of each cell; a dash where nothing could be measured. Ticks and thresholds stand below.",
-    ..Experiment::new(
-        "table",
-        "what every family of models can learn: a table of measured ticks",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// How much is learned from and tested, and which cells.

@@ -13,6 +13,9 @@ use crate::letters::Letters;
 use writing::{Arm, Clock, Condition, Outcome, Run, Span, WINDOW, Writing, curves, recovery};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "tracking",
+    about: "arms of 2 and 7 joints that write letters while their model is learned; a payload comes",
+    run,
     title: "Tracking: an arm that learns its model while it writes",
     text: &[
         "500 Hz, low-gain feedback with feed-forward. The model begins with random weights. Samples come from the loop itself: \
@@ -30,11 +33,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Tracking error of the last two letters before the payload, root mean square over all joints; over that \
                        of the true model; seconds of motion from the payload until the error stays within 20 % of before, \
                        of models that follow (within 10 times the true one).",
-    ..Experiment::new(
-        "tracking",
-        "arms of 2 and 7 joints that write letters while their model is learned; a payload comes",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// A model has recovered where the error stays within this factor of before.

@@ -13,6 +13,9 @@ use protocol::{
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "vin",
+    about: "variational integrator networks and others that learn from positions alone",
+    run,
     title: "Learning from positions alone",
     text: &[
         "The loss is the discrete Euler–Lagrange equation of three neighbouring positions, solved for the last of them; no \
@@ -33,11 +36,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
                        the method and step that the model learned with; the same error in continuous time. Medians over \
                        starts that were not seen; lost: predictions that changed the energy by all of it. The paper \
                        (Saemundsson et al. 2020) shows curves at noise 0.33, no values.",
-    ..Experiment::new(
-        "vin",
-        "variational integrator networks and others that learn from positions alone",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// Positions of the one motion that is seen.

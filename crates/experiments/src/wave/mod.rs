@@ -17,6 +17,9 @@ use systems::{
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
+    name: "wave",
+    about: "fields: one density learned on ten points, used on a hundred and a thousand",
+    run,
     title: "Fields: ten points, a hundred, a thousand",
     text: &[
         "The Lagrangian of a field is the sum of one density over its points, so a density is learned once and holds on any ring. \
@@ -52,11 +55,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         less("kink_slope_error", "kink slope, 100", ""),
         neither("seconds_1000", "rollout, 1000", "s"),
     ],
-    ..Experiment::new(
-        "wave",
-        "fields: one density learned on ten points, used on a hundred and a thousand",
-        run,
-    )
+    ..Experiment::EMPTY
 };
 
 /// Rings that speeds are measured on, with the names of the errors.
@@ -85,7 +84,7 @@ enum Kind {
     Plain,
 }
 
-const CONTESTANTS: [Contestant<Kind>; 3] = [
+static CONTESTANTS: [Contestant<Kind>; 3] = [
     contestant("density", "density", Role::Lnn, Kind::Density),
     contestant(
         "density_untold",
@@ -97,11 +96,6 @@ const CONTESTANTS: [Contestant<Kind>; 3] = [
 ];
 
 impl Kind {
-    /// Only a shift can be left untold without a field that is no field any more.
-    fn applies_to(self, system: &WaveSystem) -> bool {
-        self != Self::Untold || system.symmetry == Symmetry::Shift
-    }
-
     fn config(self, system: &WaveSystem, budget: Budget, seed: u64) -> FieldFitConfig {
         FieldFitConfig {
             output: match self {
@@ -143,15 +137,16 @@ struct Truth {
     long: Option<Trajectory>,
 }
 
+/// Those of a system: only a shift can be left untold without a field that is no field any more.
+fn contestants(system: &WaveSystem) -> impl Iterator<Item = &'static Contestant<Kind>> + use<> {
+    let all = system.symmetry == Symmetry::Shift;
+    let applies = move |c: &&Contestant<Kind>| all || c.config != Kind::Untold;
+    CONTESTANTS.iter().filter(applies)
+}
+
 fn run(lab: &mut Lab) -> Result<()> {
     let all = systems();
-    let of = |system: &WaveSystem| {
-        let system = system.clone();
-        CONTESTANTS
-            .iter()
-            .filter(move |c| c.config.applies_to(&system))
-    };
-    lab.plan(all.iter().flat_map(of).count() * lab.seeds().len() + 1);
+    lab.plan(all.iter().flat_map(contestants).count() * lab.seeds().len() + 1);
     let (seconds, sample) = match lab.quick() {
         true => (100.0, 2.0),
         false => (1000.0, 4.0),
@@ -164,7 +159,7 @@ fn run(lab: &mut Lab) -> Result<()> {
             long: long.transpose()?,
         };
         map(lab, system, "truth", &truth.short, None);
-        for who in of(system) {
+        for who in contestants(system) {
             for seed in lab.seeds() {
                 measure(lab, system, who, &truth, seed)?;
             }

@@ -2,19 +2,18 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
 
-use super::{INTERVAL, RESTART, SAMPLES, STEPS, cartesian, chain, on_the_rods, options, samples};
-use crate::data::{Cut, chunks, with_momenta};
+use super::{INTERVAL, RESTART, SAMPLES, STEPS, cartesian, chain, on_the_rods, options, sample};
+use crate::data::{Cut, chunks, first_state, with_momenta};
 use lagrangian::analytic::{Chart, normal};
 use lagrangian::rollout::{free, rollout_many, times};
-use lagrangian::{Model, Result, Rollout, State};
+use lagrangian::{Model, Result, Rollout, Signals, State};
 
 /// Added to every error, so that its logarithm exists.
 const LEAST: f64 = 1e-8;
 
 /// Errors of the predicted motions.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Score {
     /// Geometric mean over the motions and times.
     pub(crate) error: f64,
@@ -25,7 +24,7 @@ pub(crate) struct Score {
 }
 
 /// ‖ẑ − z‖ / ‖ẑ + z‖ + 10⁻⁸ of two states in absolute angles, z = (x, v) (theory.md, 113).
-pub(crate) fn relative_error(predicted: &State, truth: &State) -> f64 {
+fn relative_error(predicted: &State, truth: &State) -> f64 {
     let ((x, v), (y, w)) = (cartesian(predicted), cartesian(truth));
     let pairs = || x.iter().zip(&y).chain(v.iter().zip(&w));
     let apart: f64 = pairs().map(|(a, b)| (a - b).powi(2)).sum();
@@ -34,7 +33,7 @@ pub(crate) fn relative_error(predicted: &State, truth: &State) -> f64 {
 }
 
 /// exp of the mean logarithm.
-pub(crate) fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
+fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
     let (count, sum) = values.fold((0.0, 0.0), |(count, sum), x| (count + 1.0, sum + x.ln()));
     (sum / count).exp()
 }
@@ -42,10 +41,7 @@ pub(crate) fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
 /// Starts of the motions that models are tested by, in absolute angles: the first samples of chunks.
 pub(crate) fn test_starts(links: usize, count: usize, seed: u64) -> Result<Vec<State>> {
     let motions = motions(links, Chart::Own, count, seed)?;
-    let first = |motion: &lagrangian::Trajectory| {
-        State::new(motion.q[..links].to_vec(), motion.qd[..links].to_vec())
-    };
-    Ok(motions.iter().map(first).collect())
+    Ok(motions.iter().map(first_state).collect())
 }
 
 /// Chunks of `count` motions of the chain in the coordinates of `chart`, with their true accelerations and momenta.
@@ -56,10 +52,9 @@ pub(crate) fn motions(
     seed: u64,
 ) -> Result<Vec<lagrangian::Trajectory>> {
     let system = chain(links, chart)?;
-    let starts: Vec<State> = samples(links, count, seed)
-        .iter()
-        .map(|start| system.chart().from_system(start))
-        .collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let starts = (0..count).map(|_| system.chart().from_system(&sample(links, &mut rng)));
+    let starts: Vec<State> = starts.collect();
     let cut = Cut {
         interval: INTERVAL,
         samples: SAMPLES,
@@ -82,32 +77,25 @@ pub(crate) fn predictions(
 
 /// The errors of `predicted`, in the coordinates of `chart`, against the true motions in absolute angles.
 pub(crate) fn score(predicted: &[Rollout], chart: &Chart, truth: &[Rollout]) -> Score {
-    let errors: Vec<Vec<f64>> = predicted
-        .iter()
-        .zip(truth)
-        .map(|(predicted, truth)| {
-            let at = |rollout: &Rollout, k: usize| {
-                let motion = &rollout.trajectory;
-                let row = k * motion.dof()..(k + 1) * motion.dof();
-                let (q, qd) = (motion.q.get(row.clone())?, motion.qd.get(row)?);
-                Some(State::new(q.to_vec(), qd.to_vec()))
-            };
-            let error = |k: usize| match (at(predicted, k), at(truth, k)) {
-                (Some(a), Some(b)) => relative_error(&chart.to_system(&a), &b),
-                _ => 1.0,
-            };
-            (0..STEPS).map(error).collect()
-        })
-        .collect();
+    let at = |rollout: &Rollout, k: usize| {
+        let motion = &rollout.trajectory;
+        let Signals { q, qd, .. } = motion.row(k);
+        (k < motion.len()).then(|| State::new(q.to_vec(), qd.to_vec()))
+    };
+    let errors = predicted.iter().zip(truth).map(|(predicted, truth)| {
+        let error = |k: usize| match (at(predicted, k), at(truth, k)) {
+            (Some(a), Some(b)) => relative_error(&chart.to_system(&a), &b),
+            _ => 1.0,
+        };
+        (0..STEPS).map(error).collect()
+    });
+    let errors: Vec<Vec<f64>> = errors.collect();
+    let at_step = |k: usize| geometric_mean(errors.iter().map(|run| run[k]));
+    let unfinished = predicted.iter().filter(|r| !r.outcome.is_finished());
     Score {
         error: geometric_mean(errors.iter().flatten().copied()),
-        over_time: (0..STEPS)
-            .map(|k| geometric_mean(errors.iter().map(|run| run[k])))
-            .collect(),
-        unfinished: predicted
-            .iter()
-            .filter(|rollout| !rollout.outcome.is_finished())
-            .count(),
+        over_time: (0..STEPS).map(at_step).collect(),
+        unfinished: unfinished.count(),
     }
 }
 

@@ -14,11 +14,10 @@ mod error;
 pub(crate) use cartesian::{cartesian, on_the_rods};
 pub(crate) use error::{Score, floor, motions, predictions, score, test_starts};
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use lagrangian::analytic::{Chart, InChart, NLinkPendulum, Rng, normal};
 use lagrangian::{Error, Result, RolloutOptions, State};
+
+use crate::data::prediction;
 
 /// Time between two samples, s.
 pub(crate) const INTERVAL: f64 = 0.1;
@@ -45,7 +44,7 @@ pub(crate) fn chain(links: usize, chart: Chart) -> Result<InChart<NLinkPendulum>
 
 /// A start of the protocol, in absolute angles: angles and their rates from N(0, 1), then positions disturbed by
 /// 0.2 N(0, 1) and velocities halved and disturbed by 0.4 N(0, 1), back on the rods.
-pub(crate) fn sample(links: usize, rng: &mut dyn Rng) -> State {
+fn sample(links: usize, rng: &mut dyn Rng) -> State {
     let mut deviates = |n: usize| -> Vec<f64> { (0..n).map(|_| normal(rng)).collect() };
     let state = State::new(deviates(links), deviates(links));
     let (mut x, mut v) = cartesian(&state);
@@ -57,20 +56,9 @@ pub(crate) fn sample(links: usize, rng: &mut dyn Rng) -> State {
     on_the_rods(&x, &v)
 }
 
-/// Samples of starts by seed.
-fn samples(links: usize, count: usize, seed: u64) -> Vec<State> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    (0..count).map(|_| sample(links, &mut rng)).collect()
-}
-
 /// How motions are integrated, the true ones and the predicted.
 pub(crate) fn options() -> RolloutOptions {
-    RolloutOptions {
-        rtol: 1e-9,
-        atol: 1e-9,
-        max_steps: 20_000,
-        ..RolloutOptions::default()
-    }
+    prediction(20_000)
 }
 
 #[cfg(test)]
