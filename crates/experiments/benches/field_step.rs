@@ -46,7 +46,7 @@ fn ring(meter: &Meter, density: &DensityNet, points: usize) {
     let (zero, mut out) = (vec![0.0; points], vec![0.0; points]);
     let mut evaluator = field.field_evaluator();
     meter.calls(&case("whole"), |_| {
-        evaluator.forward_dynamics(&phi, &phid, &zero, black_box(&mut out));
+        let _ = evaluator.forward_dynamics(&phi, &phid, &zero, black_box(&mut out));
     });
     let mut band = evaluator.mass_band(&phi, &phid);
     let banded = Case {

@@ -29,7 +29,8 @@ impl<'a> ComputedTorque<'a> {
         let start = &reference.samples().q[..n];
         let (rest, mut tau) = (vec![0.0; n], vec![0.0; n]);
         // Warms the evaluator up, so that the first tick allocates nothing.
-        if !evaluator.inverse_dynamics(start, &rest, &rest, &mut tau) {
+        let outcome = evaluator.inverse_dynamics(start, &rest, &rest, &mut tau);
+        if !outcome.is_supported() {
             return Err(no_inverse());
         }
         Ok(Self {
@@ -51,11 +52,9 @@ impl Controller for ComputedTorque<'_> {
             .iter_mut()
             .zip(&self.desired.qdd)
             .for_each(|(a, d)| *a += d);
-        if !self
+        // OK because the constructor has asked whether the model has inverse dynamics.
+        let _ = self
             .evaluator
-            .inverse_dynamics(q, qd, &self.acceleration, tau)
-        {
-            tau.fill(0.0);
-        }
+            .inverse_dynamics(q, qd, &self.acceleration, tau);
     }
 }

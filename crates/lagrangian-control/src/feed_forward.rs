@@ -2,7 +2,7 @@
 
 use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Reference};
-use lagrangian::{Evaluator, Model, Result};
+use lagrangian::{Evaluation, Evaluator, Model, Result};
 
 /// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
 ///
@@ -45,7 +45,7 @@ impl<'a> FeedForward<'a> {
         };
         // Warms the evaluator up, so that the first tick allocates nothing.
         let mut tau = vec![0.0; n];
-        if new.feed_forward(reference.start(), &mut tau) {
+        if new.feed_forward(reference.start(), &mut tau).is_supported() {
             return Ok(new);
         }
         Err(no_inverse())
@@ -57,7 +57,7 @@ impl<'a> FeedForward<'a> {
         self.dropped
     }
 
-    fn feed_forward(&mut self, t: f64, tau: &mut [f64]) -> bool {
+    fn feed_forward(&mut self, t: f64, tau: &mut [f64]) -> Evaluation {
         self.reference.at(t + self.lead, &mut self.desired);
         let Desired { q, qd, qdd } = &self.desired;
         self.evaluator.inverse_dynamics(q, qd, qdd, tau)
@@ -66,8 +66,7 @@ impl<'a> FeedForward<'a> {
 
 impl Controller for FeedForward<'_> {
     fn torque(&mut self, t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]) {
-        let known = self.feed_forward(t, tau);
-        if !(known && tau.iter().all(|x| x.is_finite())) {
+        if !self.feed_forward(t, tau).is_finite() {
             tau.fill(0.0);
             self.dropped += 1;
         }

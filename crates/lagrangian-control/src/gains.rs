@@ -91,12 +91,13 @@ pub fn inertia_along(model: &dyn Model, reference: &Reference) -> Result<Vec<f64
     let (mut still, mut pushed) = (vec![0.0; n], vec![0.0; n]);
     let mut inertia = vec![0.0; n];
     for q in rows() {
-        if !evaluator.inverse_dynamics(q, &rest, &rest, &mut still) {
+        let outcome = evaluator.inverse_dynamics(q, &rest, &rest, &mut still);
+        if !outcome.is_supported() {
             return Err(no_inverse());
         }
         for i in 0..n {
             unit[i] = 1.0;
-            evaluator.inverse_dynamics(q, &rest, &unit, &mut pushed);
+            let _ = evaluator.inverse_dynamics(q, &rest, &unit, &mut pushed);
             unit[i] = 0.0;
             inertia[i] += (pushed[i] - still[i]) / rows().len() as f64;
         }

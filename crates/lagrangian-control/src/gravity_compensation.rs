@@ -24,10 +24,10 @@ impl<'a> GravityCompensation<'a> {
 
 impl Controller for GravityCompensation<'_> {
     fn torque(&mut self, _: f64, q: &[f64], qd: &[f64], tau: &mut [f64]) {
-        if !self
+        let outcome = self
             .evaluator
-            .inverse_dynamics(q, &self.rest, &self.rest, tau)
-        {
+            .inverse_dynamics(q, &self.rest, &self.rest, tau);
+        if !outcome.is_supported() {
             tau.fill(0.0);
         }
         tau.iter_mut()

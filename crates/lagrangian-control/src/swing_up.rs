@@ -101,8 +101,7 @@ impl<'a> SwingUp<'a> {
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Result<f64> {
         let mut energy = [0.0];
-        let known = self.evaluator.energy(q, qd, &mut energy);
-        if known && energy[0].is_finite() {
+        if self.evaluator.energy(q, qd, &mut energy).is_finite() {
             return Ok(energy[0]);
         }
         Err(Error::argument(

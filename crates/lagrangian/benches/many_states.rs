@@ -53,7 +53,7 @@ fn row(meter: &Meter, n: usize, width: usize, threads: usize) {
         both.for_each_init(
             || model.evaluator(),
             |evaluator, (((q, qd), tau), out)| {
-                evaluator.forward_dynamics(q, qd, tau, black_box(out));
+                let _ = evaluator.forward_dynamics(q, qd, tau, black_box(out));
             },
         );
     };

@@ -9,9 +9,9 @@ mod meter;
 
 use std::hint::black_box;
 
-use lagrangian::Lagrangian;
 use lagrangian::mechanics::Jet;
 use lagrangian::rigid::{self, RigidBodies};
+use lagrangian::{Lagrangian, Model};
 use meter::data::wave;
 use meter::{Case, Meter, expect};
 
@@ -31,16 +31,16 @@ fn robot(meter: &Meter, name: &str, robot: &RigidBodies) {
     let case = |call: &str| Case::new(format!("{call} {name} n {n}"));
     let states = wave(n + TURNS, 0.7, 1.0);
     let state = |k: usize| &states[k % TURNS..][..n];
-    let mut dynamics = robot.dynamics();
+    let mut dynamics = robot.evaluator();
     let (mut out, mut mass) = (vec![0.0; n], vec![0.0; n * n]);
     meter.calls(&case("inverse dynamics"), |k| {
-        dynamics.inverse_dynamics(state(k), state(k), state(k), black_box(&mut out));
+        let _ = dynamics.inverse_dynamics(state(k), state(k), state(k), black_box(&mut out));
     });
     meter.calls(&case("mass matrix"), |k| {
-        dynamics.mass_matrix(state(k), black_box(&mut mass));
+        let _ = dynamics.mass_matrix(state(k), state(k), black_box(&mut mass));
     });
     meter.calls(&case("acceleration"), |k| {
-        black_box(dynamics.forward_dynamics(state(k), state(k), state(k), &mut out));
+        let _ = dynamics.forward_dynamics(state(k), state(k), state(k), black_box(&mut out));
     });
     let (mut jets, mut jet) = (robot.jets(), Jet::default());
     meter.calls(&case("derivatives of L"), |k| {

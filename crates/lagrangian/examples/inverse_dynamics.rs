@@ -7,7 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 use lagrangian::rollout::times;
 use lagrangian::{
     Budget, Dataset, Dissipation, FitConfig, ForceTerms, LnnConfig, Loss, Mechanical, Model,
-    Result, RolloutOptions, analytic, fit, rollout,
+    Quantities, Result, RolloutOptions, analytic, fit, rollout,
 };
 
 fn main() -> Result<()> {
@@ -41,8 +41,7 @@ fn main() -> Result<()> {
     // Swing up along q(t) = π sin²(πt/4): the torque at half the way, when it is fastest.
     let (q, qd, qdd) = ([FRAC_PI_2], [FRAC_PI_2.powi(2)], [0.0]);
     for (name, model) in [("true", &truth as &dyn Model), ("learned", &learned)] {
-        let mut tau = [0.0];
-        model.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau);
+        let tau = model.inverse_dynamics(&q, &qd, &qdd)?;
         println!("{name} torque: {:.4} N·m", tau[0]);
     }
     Ok(())

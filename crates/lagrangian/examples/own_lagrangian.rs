@@ -4,7 +4,7 @@
 
 use lagrangian::analytic::{Analytic, DualNum, Parameter, Rng, System, uniform};
 use lagrangian::rollout::{free, times};
-use lagrangian::{Coordinates, Model, Result, RolloutOptions, State, rollout};
+use lagrangian::{Coordinates, Quantities, Result, RolloutOptions, State, rollout};
 
 /// L / m = ½ r² (θ̇² + Ω² sin² θ) + g r cos θ, with θ = 0 at the bottom of the hoop, which turns at Ω.
 struct Bead {
@@ -44,9 +44,7 @@ fn main() -> Result<()> {
     let bead = Analytic::<Bead>::standard();
     let Bead { radius, turning } = bead.system();
     let rest = (9.8 / (radius * turning.powi(2))).acos();
-    let mut qdd = [f64::NAN];
-    let mut at = bead.evaluator();
-    at.forward_dynamics(&[rest], &[0.0], &[0.0], &mut qdd);
+    let qdd = bead.forward_dynamics(&[rest], &[0.0], &[0.0])?;
     println!("at rest at {rest:.4} rad, where q̈ = {:.0e} rad/s²", qdd[0]);
 
     let (times, options) = (times(10.0, 0.01)?, RolloutOptions::default());

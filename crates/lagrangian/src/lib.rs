@@ -100,8 +100,8 @@ pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
 pub use error::{Error, Result};
 pub use integrate::Method;
 pub use mechanics::{
-    Actuation, Dissipation, Dynamics, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical,
-    Model, Quantities, analytic,
+    Actuation, Dissipation, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical, Model,
+    Quantities, analytic,
 };
 pub use models::{
     DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig, NeuralOdeConfig,

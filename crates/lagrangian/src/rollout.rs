@@ -275,7 +275,7 @@ impl<'a> Run<'a> {
     ) -> Self {
         let n = q0.len();
         let mut run = Self::in_phase(model, q0, qd0, len, options);
-        run.begun = run.evaluator.phase(q0, qd0, &mut run.x[n..]);
+        run.begun = initial_phase(&mut *run.evaluator, q0, qd0, &mut run.x[n..]);
         run
     }
 
@@ -346,26 +346,30 @@ impl<'a> Run<'a> {
                 };
                 rule.solve(&mut slopes, &x0, times, &control, &mut sample)
             }
-            _ if evaluator.second_order() => {
-                let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
-                    tau(t, q, qd, force);
-                    *singular += evaluator.forward_dynamics(q, qd, force, qdd) as u64;
-                    *evaluations += 1;
-                    known.borrow_mut().evaluated(q, qd, force, qdd);
-                };
-                let method = options.method;
-                method.solve(&mut acceleration, &x0, times, &control, &mut sample)
-            }
-            _ => {
-                let mut flow = |t: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
-                    evaluator.velocity(q, z, velocity);
-                    tau(t, q, velocity, force);
-                    *singular += evaluator.flow(q, z, force, dq, dz) as u64;
-                    *evaluations += 1;
-                };
-                let method = options.method;
-                method.solve_flow(&mut flow, &x0, times, &control, &mut sample)
-            }
+            _ => match evaluator.phase_flow() {
+                None => {
+                    let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
+                        tau(t, q, qd, force);
+                        let outcome = evaluator.forward_dynamics(q, qd, force, qdd);
+                        *singular += outcome.singular() as u64;
+                        *evaluations += 1;
+                        known.borrow_mut().evaluated(q, qd, force, qdd);
+                    };
+                    let method = options.method;
+                    method.solve(&mut acceleration, &x0, times, &control, &mut sample)
+                }
+                Some(phase) => {
+                    let mut flow =
+                        |t: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
+                            let _ = phase.velocity(q, z, velocity);
+                            tau(t, q, velocity, force);
+                            *singular += phase.flow(q, z, force, dq, dz).singular() as u64;
+                            *evaluations += 1;
+                        };
+                    let method = options.method;
+                    method.solve_flow(&mut flow, &x0, times, &control, &mut sample)
+                }
+            },
         };
         rollout.steps += solution.steps;
         rollout.rejected += solution.rejected;
@@ -376,6 +380,17 @@ impl<'a> Run<'a> {
         let known = self.known.into_inner();
         self.rollout.end(ending, &mut *self.evaluator, tau, &known);
         self.rollout
+    }
+}
+
+/// Writes the z of the state (q, q̇) from which a rollout begins; `false` where it has none.
+fn initial_phase(evaluator: &mut dyn Evaluator, q: &[f64], qd: &[f64], z: &mut [f64]) -> bool {
+    match evaluator.phase_flow() {
+        None => {
+            z.copy_from_slice(qd);
+            true
+        }
+        Some(phase) => phase.phase(q, qd, z).is_finite(),
     }
 }
 
@@ -408,9 +423,9 @@ impl Rollout {
         tau: &Force<'_>,
         known: &Known,
     ) {
-        if !evaluator.second_order() {
+        if let Some(phase) = evaluator.phase_flow() {
             let Signals { q, qd, .. } = &mut self.trajectory.signals;
-            evaluator.velocity(q, &qd.clone(), qd);
+            let _ = phase.velocity(q, &qd.clone(), qd);
         }
         let ending = keep_finite(&mut self.trajectory).map_or(ending, |t| Ending::Failed {
             t,

@@ -319,11 +319,15 @@ fn one_step(
     let mut predicted = vec![0.0; t.q.len()];
     let mut singular = 0;
     if model.moves() {
-        singular = evaluator.forward_dynamics(&t.q, &t.qd, tau, &mut predicted);
+        let outcome = evaluator.forward_dynamics(&t.q, &t.qd, tau, &mut predicted);
+        singular = outcome.singular();
         acceleration.add(qdd, &predicted);
     }
-    if !t.tau.is_empty() && evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted) {
-        torque.add(tau, &predicted);
+    if !t.tau.is_empty() {
+        let outcome = evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted);
+        if outcome.is_supported() {
+            torque.add(tau, &predicted);
+        }
     }
     singular
 }

@@ -18,9 +18,9 @@ fn allocations(model: &dyn Model, states: usize) -> usize {
     let mut energy = vec![0.0; states];
     let mut evaluator = model.evaluator();
     let mut call = || {
-        evaluator.forward_dynamics(&q, &q, &q, &mut out);
-        evaluator.inverse_dynamics(&q, &q, &q, &mut out);
-        evaluator.energy(&q, &q, &mut energy);
+        let _ = evaluator.forward_dynamics(&q, &q, &q, &mut out);
+        let _ = evaluator.inverse_dynamics(&q, &q, &q, &mut out);
+        let _ = evaluator.energy(&q, &q, &mut energy);
     };
     call();
     allocations_of(call)

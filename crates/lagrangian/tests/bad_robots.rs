@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use lagrangian::Quantities;
 use lagrangian::rigid::{self, RigidBodies};
 use rand::{RngExt, SeedableRng};
 
@@ -269,11 +270,8 @@ fn damaged_descriptions_never_panic() {
             }
             if let Ok(robot) = RigidBodies::from_urdf(&String::from_utf8_lossy(&bytes)) {
                 let n = robot.dof();
-                let mut tau = vec![0.0; n];
-                robot
-                    .dynamics()
-                    .bias(&vec![0.5; n], &vec![0.5; n], &mut tau);
-                assert!(tau.iter().all(|t| t.is_finite()));
+                let half = vec![0.5; n];
+                assert!(Quantities::bias(&robot, &half, &half).is_ok());
             }
         }
     }

@@ -89,7 +89,7 @@ impl Machine {
                 .collect::<Vec<_>>()
         };
         let mut tau = vec![0.0; n];
-        model
+        let _ = model
             .evaluator()
             .inverse_dynamics(&at(0), &at(1), &at(2), &mut tau);
         tau

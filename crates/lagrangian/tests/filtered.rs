@@ -19,7 +19,7 @@ fn recording(noise: [f64; 2]) -> Recording {
     let qdd = of(&|t| -9.0 * (3.0 * t).sin() - 12.5 * (5.0 * t).sin());
     let mut tau = vec![0.0; t.len()];
     let pendulum = by_name("pendulum", &[]).unwrap();
-    pendulum
+    let _ = pendulum
         .evaluator()
         .inverse_dynamics(&q, &qd, &qdd, &mut tau);
     let q = q.iter().map(|q| q + scatter(noise[0])).collect();

@@ -34,7 +34,12 @@ fn samples(model: &dyn Model, count: usize, noise: f64, seed: u64) -> Samples {
     // Uniform noise of deviation 1.
     let scatter = column(3.0_f64.sqrt());
     let mut tau = vec![0.0; count * n];
-    assert!(model.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau));
+    assert!(
+        model
+            .evaluator()
+            .inverse_dynamics(&q, &qd, &qdd, &mut tau)
+            .is_finite()
+    );
     tau.iter_mut()
         .zip(scatter)
         .for_each(|(tau, s)| *tau += noise * s);
@@ -69,7 +74,8 @@ fn difference(a: &dyn Model, b: &dyn Model) -> f64 {
         assert_eq!(
             model
                 .evaluator()
-                .forward_dynamics(&states.q, &states.qd, &states.tau, &mut qdd),
+                .forward_dynamics(&states.q, &states.qd, &states.tau, &mut qdd)
+                .singular(),
             0
         );
         qdd

@@ -166,9 +166,13 @@ fn accelerations_torques_and_energies_are_the_same_on_every_instruction_set() {
                     let mut evaluator = model.evaluator();
                     let [mut qdd, mut tau] = [0; 2].map(|_| vec![0.0; m * n]);
                     let mut energy = vec![0.0; m];
-                    evaluator.forward_dynamics(&q, &qd, &x, &mut qdd);
-                    assert!(evaluator.inverse_dynamics(&q, &qd, &x, &mut tau));
-                    assert!(evaluator.energy(&q, &qd, &mut energy));
+                    let _ = evaluator.forward_dynamics(&q, &qd, &x, &mut qdd);
+                    assert!(
+                        evaluator
+                            .inverse_dynamics(&q, &qd, &x, &mut tau)
+                            .is_finite()
+                    );
+                    assert!(evaluator.energy(&q, &qd, &mut energy).is_finite());
                     [qdd, tau, energy].concat()
                 };
                 on_each_level(run, |level, found, portable| {

@@ -299,7 +299,7 @@ fn the_energy_of_a_random_network_changes_by_the_power_of_the_forces_alone() {
                     || -> Vec<f64> { (0..n).map(|_| rng.random_range(-3.0..3.0)).collect() };
                 let (q, qd, tau) = (state(), state(), state());
                 let mut qdd = vec![0.0; n];
-                evaluator.forward_dynamics(&q, &qd, &tau, &mut qdd);
+                let _ = evaluator.forward_dynamics(&q, &qd, &tau, &mut qdd);
                 let given: f64 = tau.iter().zip(&qd).map(|(f, v)| f * v).sum();
                 let scale: f64 = tau.iter().zip(&qd).map(|(f, v)| (f * v).abs()).sum();
                 let largest = qdd.iter().fold(1.0_f64, |m, a| m.max(a.abs()));

@@ -35,7 +35,7 @@ fn samples(truth: &dyn Model, m: usize, seed: u64) -> Samples {
     };
     let (q, qd, tau) = (column(3.0), column(3.0), column(8.0));
     let mut qdd = vec![0.0; m * n];
-    truth.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
+    let _ = truth.evaluator().forward_dynamics(&q, &qd, &tau, &mut qdd);
     Samples::new(
         n,
         Signals {
@@ -90,7 +90,7 @@ fn delan() -> Box<dyn Family> {
 fn torque_error(model: &dyn Model, truth: &dyn Model) -> f64 {
     let data = samples(truth, 300, 99);
     let mut tau = vec![0.0; data.tau.len()];
-    model
+    let _ = model
         .evaluator()
         .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut tau);
     let square = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>();
@@ -120,13 +120,13 @@ fn the_derivatives_of_a_sum_are_sums() {
     let model = Mechanical::conservative(sum);
     let (mut qdd, mut h) = ([0.0; 2], [0.0; 2]);
     let (q, qd, tau) = ([0.3, -0.8], [1.0, 2.0], [2.0, -1.0]);
-    EulerLagrange::new(&model.lagrangian, None).forward_dynamics(&q, &qd, &tau, &mut qdd);
+    let _ = EulerLagrange::new(&model.lagrangian, None).forward_dynamics(&q, &qd, &tau, &mut qdd);
     let mut at = |dt: f64| {
         let moved: Vec<f64> = (0..2)
             .map(|i| q[i] + dt * qd[i] + 0.5 * dt * dt * qdd[i])
             .collect();
         let faster: Vec<f64> = (0..2).map(|i| qd[i] + dt * qdd[i]).collect();
-        model.evaluator().energy(&moved, &faster, &mut h[..1]);
+        let _ = model.evaluator().energy(&moved, &faster, &mut h[..1]);
         h[0]
     };
     let rate = (at(1e-5) - at(-1e-5)) / 2e-5;

@@ -66,9 +66,11 @@ fn a_system_with_a_parameter_moves_as_the_system_that_has_its_value() {
             "{all:?} {alone:?}"
         );
         let (mut tau, mut own) = ([1.0; 2], [0.0]);
-        any.evaluator()
+        let _ = any
+            .evaluator()
             .inverse_dynamics(&q, &qd, &[2.0, 0.0], &mut tau);
-        one.evaluator()
+        let _ = one
+            .evaluator()
             .inverse_dynamics(&q[..1], &qd[..1], &[2.0], &mut own);
         assert!((tau[0] - own[0]).abs() < 1e-12 && tau[1] == 0.0);
     }
@@ -149,7 +151,7 @@ fn energy_changes_by_the_power_of_the_forces_whatever_the_value_of_a_parameter()
                 let (q, qd): (Vec<f64>, Vec<f64>) =
                     (0..3).map(|i| (at(i), qd[i] + qdd[i] * t)).unzip();
                 let mut energy = [0.0];
-                assert!(evaluator.energy(&q, &qd, &mut energy));
+                assert!(evaluator.energy(&q, &qd, &mut energy).is_finite());
                 energy[0]
             };
             let h = 1e-4;

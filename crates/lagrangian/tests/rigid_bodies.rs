@@ -5,7 +5,9 @@
 use lagrangian::mechanics::{EulerLagrange, Jet};
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{free, times};
-use lagrangian::{Evaluator, Lagrangian, Mechanical, Method, Model, RolloutOptions, rollout};
+use lagrangian::{
+    Evaluator, Lagrangian, Mechanical, Method, Model, Quantities, RolloutOptions, rollout,
+};
 use rand::{RngExt, SeedableRng};
 use serde::Deserialize;
 
@@ -96,15 +98,15 @@ fn five_robots_agree_with_an_independent_code_to_nine_digits() {
         let (mut mass, mut x) = (vec![0.0; n * n], vec![0.0; n]);
         assert_eq!(golden.states.len(), 20);
         for s in &golden.states {
-            dynamics.mass_matrix(&s.q, &mut mass);
+            let _ = dynamics.mass_matrix(&s.q, &s.qd, &mut mass);
             let mut worst = difference(&mass, &s.mass_matrix);
-            dynamics.bias(&s.q, &s.qd, &mut x);
+            let _ = dynamics.bias(&s.q, &s.qd, &mut x);
             worst = worst.max(difference(&x, &s.bias));
-            dynamics.gravity_torque(&s.q, &mut x);
+            let _ = dynamics.bias(&s.q, &vec![0.0; n], &mut x);
             worst = worst.max(difference(&x, &s.gravity));
-            dynamics.inverse_dynamics(&s.q, &s.qd, &s.qdd, &mut x);
+            let _ = dynamics.inverse_dynamics(&s.q, &s.qd, &s.qdd, &mut x);
             worst = worst.max(difference(&x, &s.inverse));
-            dynamics.forward_dynamics(&s.q, &s.qd, &s.tau, &mut x);
+            let _ = dynamics.forward_dynamics(&s.q, &s.qd, &s.tau, &mut x);
             worst = worst.max(difference(&x, &s.forward));
             worst = worst.max(difference(
                 &[dynamics.kinetic_energy(&s.q, &s.qd)],
@@ -164,20 +166,12 @@ fn the_order_of_the_joints_is_the_one_that_was_asked_for() {
         random(&mut rng, 6, 2.0),
     );
     let reversed = |x: &[f64]| x.iter().rev().copied().collect::<Vec<f64>>();
-    let (mut there, mut back) = ([0.0; 6], [0.0; 6]);
-    forwards
-        .dynamics()
-        .inverse_dynamics(&q, &qd, &qdd, &mut there);
-    backwards.dynamics().inverse_dynamics(
-        &reversed(&q),
-        &reversed(&qd),
-        &reversed(&qdd),
-        &mut back,
-    );
+    let there = forwards.inverse_dynamics(&q, &qd, &qdd).unwrap();
+    let back = backwards.inverse_dynamics(&reversed(&q), &reversed(&qd), &reversed(&qdd));
+    let back = back.unwrap();
     assert!(difference(&reversed(&back), &there) < 1e-14);
-    let (mut there, mut back) = ([0.0; 36], [0.0; 36]);
-    forwards.dynamics().mass_matrix(&q, &mut there);
-    backwards.dynamics().mass_matrix(&reversed(&q), &mut back);
+    let there = forwards.mass_matrix(&q).unwrap();
+    let back = backwards.mass_matrix(&reversed(&q)).unwrap();
     assert!(difference(&reversed(&back), &there) < 1e-14);
 }
 
@@ -243,14 +237,14 @@ fn the_fast_evaluator_and_the_euler_lagrange_equation_agree() {
         let mut fast = robot.evaluator();
         let mut slow = EulerLagrange::new(&robot, None);
         let (mut a, mut b) = (vec![0.0; n * m], vec![0.0; n * m]);
-        fast.inverse_dynamics(&q, &qd, &qdd, &mut a);
-        slow.inverse_dynamics(&q, &qd, &qdd, &mut b);
+        let _ = fast.inverse_dynamics(&q, &qd, &qdd, &mut a);
+        let _ = slow.inverse_dynamics(&q, &qd, &qdd, &mut b);
         assert!(difference(&a, &b) < 1e-12);
-        assert_eq!(fast.forward_dynamics(&q, &qd, &tau, &mut a), 0);
-        assert_eq!(slow.forward_dynamics(&q, &qd, &tau, &mut b), 0);
+        assert_eq!(fast.forward_dynamics(&q, &qd, &tau, &mut a).singular(), 0);
+        assert_eq!(slow.forward_dynamics(&q, &qd, &tau, &mut b).singular(), 0);
         assert!(difference(&a, &b) < 1e-9, "{}", robot.name());
-        fast.energy(&q, &qd, &mut a[..m]);
-        slow.energy(&q, &qd, &mut b[..m]);
+        let _ = fast.energy(&q, &qd, &mut a[..m]);
+        let _ = slow.energy(&q, &qd, &mut b[..m]);
         assert!(difference(&a[..m], &b[..m]) < 1e-12);
     }
 }
@@ -264,8 +258,7 @@ fn the_mass_matrix_is_symmetric_and_positive_definite_and_its_rate_less_twice_co
         let mut dynamics = robot.dynamics();
         for _ in 0..20 {
             let (q, qd) = (random(&mut rng, n, 3.0), random(&mut rng, n, 2.0));
-            let mut mass = vec![0.0; n * n];
-            dynamics.mass_matrix(&q, &mut mass);
+            let mass = robot.mass_matrix(&q).unwrap();
             for i in 0..n {
                 (0..n).for_each(|k| {
                     assert!(
@@ -279,9 +272,8 @@ fn the_mass_matrix_is_symmetric_and_positive_definite_and_its_rate_less_twice_co
                 .sum();
             assert!(quadratic > 0.0);
             // q̇ᵀ(Ṁ − 2C)q̇ = 0: the power of the Coriolis torques is half of q̇ᵀ Ṁ q̇.
-            let (mut bias, mut gravity) = (vec![0.0; n], vec![0.0; n]);
-            dynamics.bias(&q, &qd, &mut bias);
-            dynamics.gravity_torque(&q, &mut gravity);
+            let bias = Quantities::bias(&robot, &q, &qd).unwrap();
+            let gravity = Quantities::gravity(&robot, &q).unwrap();
             let power: f64 = (0..n).map(|i| (bias[i] - gravity[i]) * qd[i]).sum();
             let h = 1e-4;
             let mut energy = |x: f64| {
@@ -321,7 +313,7 @@ fn a_free_motion_keeps_its_energy() {
         .unwrap();
         assert!(motion.outcome.is_finished(), "{}", robot.name());
         let mut energy = vec![0.0; motion.trajectory.len()];
-        robot
+        let _ = robot
             .evaluator()
             .energy(&motion.trajectory.q, &motion.trajectory.qd, &mut energy);
         let kinetic = robot.dynamics().kinetic_energy(
@@ -354,10 +346,7 @@ fn a_payload_is_a_link_more() {
     let welded = RigidBodies::from_urdf(&welded).unwrap();
     assert!(difference(&loaded.inertial_parameters(), &welded.inertial_parameters()) < 1e-15);
     // By hand: the torque that holds the payload and both rods out sideways, q = (90°, 0).
-    let mut torque = [0.0; 2];
-    loaded
-        .dynamics()
-        .gravity_torque(&[std::f64::consts::FRAC_PI_2, 0.0], &mut torque);
+    let torque = Quantities::gravity(&loaded, &[std::f64::consts::FRAC_PI_2, 0.0]).unwrap();
     let expected = -9.81 * (1.2 * 0.25 + 0.8 * 0.75 + 0.7 * 1.2);
     assert!(
         (torque[0] - expected).abs() < 1e-12,
@@ -376,8 +365,8 @@ fn a_payload_is_a_link_more() {
 #[test]
 fn the_two_link_arm_has_the_textbook_mass_matrix() {
     let arm = RigidBodies::from_urdf(rigid::example("two_link_arm").unwrap()).unwrap();
-    let (q2, mut mass) = (0.8_f64, [0.0; 4]);
-    arm.dynamics().mass_matrix(&[0.3, q2], &mut mass);
+    let q2 = 0.8_f64;
+    let mass = arm.mass_matrix(&[0.3, q2]).unwrap();
     let m22 = 0.0171 + 0.8 * 0.25 * 0.25;
     let m12 = m22 + 0.8 * 0.5 * 0.25 * q2.cos();
     let m11 = 0.0255 + 1.2 * 0.25 * 0.25 + m22 + 0.8 * (0.5 * 0.5 + 2.0 * 0.5 * 0.25 * q2.cos());
@@ -411,7 +400,7 @@ fn friction_of_the_description_brakes() {
     )
     .unwrap();
     let mut energy = vec![0.0; motion.trajectory.len()];
-    braked
+    let _ = braked
         .evaluator()
         .energy(&motion.trajectory.q, &motion.trajectory.qd, &mut energy);
     assert!(energy.windows(2).all(|e| e[1] < e[0] + 1e-9));

@@ -26,7 +26,7 @@ fn samples(truth: &dyn Model, m: usize, noise: f64, seed: u64) -> Samples {
     };
     let (q, qd, qdd) = (column(2.5), column(2.0), column(6.0));
     let mut tau = vec![0.0; m * n];
-    truth.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau);
+    let _ = truth.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau);
     for i in 0..n {
         let square: f64 = tau.iter().skip(i).step_by(n).map(|t| t * t).sum::<f64>() / m as f64;
         // A uniform distribution of deviation 1.
@@ -81,7 +81,7 @@ fn config(urdf: &str, friction: bool) -> FitConfig {
 fn torque_nmse(model: &dyn Model, truth: &dyn Model) -> f64 {
     let data = samples(truth, 300, 0.0, 99);
     let mut tau = vec![0.0; data.tau.len()];
-    model
+    let _ = model
         .evaluator()
         .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut tau);
     let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
@@ -103,7 +103,7 @@ fn the_regressor_times_the_inertial_parameters_is_the_inverse_dynamics() {
         let (q, qd, qdd) = (random(3.0), random(2.0), random(5.0));
         let (mut y, mut tau) = (vec![0.0; n * 10 * n], vec![0.0; n]);
         robot.dynamics().inertial_regressor(&q, &qd, &qdd, &mut y);
-        robot.dynamics().inverse_dynamics(&q, &qd, &qdd, &mut tau);
+        let _ = robot.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau);
         let pi = robot.inertial_parameters();
         for (row, tau) in y.chunks_exact(10 * n).zip(&tau) {
             let product: f64 = row.iter().zip(&pi).map(|(y, pi)| y * pi).sum();
@@ -147,8 +147,8 @@ fn an_arm_whose_masses_were_not_known_is_found_from_its_torques() {
         let n = truth.dof();
         let (q, zero) = (vec![0.3; n], vec![0.0; n]);
         let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
-        truth.evaluator().forward_dynamics(&q, &zero, &zero, &mut a);
-        found
+        let _ = truth.evaluator().forward_dynamics(&q, &zero, &zero, &mut a);
+        let _ = found
             .model
             .evaluator()
             .forward_dynamics(&q, &zero, &zero, &mut b);
@@ -253,11 +253,11 @@ fn an_identified_robot_is_saved_whole() {
     assert_eq!(again.family(), "rigid");
     let data = samples(&braked, 50, 0.0, 5);
     let (mut a, mut b) = (vec![0.0; data.tau.len()], vec![0.0; data.tau.len()]);
-    found
+    let _ = found
         .model
         .evaluator()
         .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut a);
-    again
+    let _ = again
         .evaluator()
         .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut b);
     assert_eq!(a, b, "to the bit");

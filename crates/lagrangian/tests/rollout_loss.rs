@@ -219,10 +219,14 @@ fn a_saved_neural_ode_moves_as_before() {
         let again = Learned::load(&saved).unwrap();
         assert_eq!(again.family(), "neural-ode");
         let flow = |model: &Learned| {
-            let (mut dq, mut dz) = ([0.0], [0.0]);
+            let (mut dq, mut dz) = ([0.0_f64], [0.0_f64]);
             let mut evaluator = model.evaluator();
-            evaluator.flow(&[0.7], &[-1.1], &[0.0], &mut dq, &mut dz);
-            (dq[0].to_bits(), dz[0].to_bits(), evaluator.second_order())
+            let (q, z) = ([0.7], [-1.1_f64]);
+            let _ = match evaluator.phase_flow() {
+                Some(phase) => phase.flow(&q, &z, &[0.0], &mut dq, &mut dz),
+                None => evaluator.forward_dynamics(&q, &z, &[0.0], &mut dz),
+            };
+            (dq, dz, evaluator.phase_flow().is_none())
         };
         assert_eq!(flow(&again), flow(&fitted.model));
         assert_eq!(flow(&again).2, order == Order::Second);

@@ -21,6 +21,7 @@ fn energies(model: &dyn Model, trajectory: &Trajectory) -> Vec<f64> {
         model
             .evaluator()
             .energy(&trajectory.q, &trajectory.qd, &mut energy)
+            .is_finite()
     );
     energy
 }

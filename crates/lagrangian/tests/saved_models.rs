@@ -304,8 +304,8 @@ mod families {
         let (q, qd, third) = ([0.3, -1.2], [2.0, 0.5], [0.1, -0.4]);
         let (mut qdd, mut tau) = ([0.0; 2], [0.0; 2]);
         let mut evaluator = model.evaluator();
-        evaluator.forward_dynamics(&q, &qd, &third, &mut qdd);
-        evaluator.inverse_dynamics(&q, &qd, &third, &mut tau);
+        let _ = evaluator.forward_dynamics(&q, &qd, &third, &mut qdd);
+        let _ = evaluator.inverse_dynamics(&q, &qd, &third, &mut tau);
         [qdd[0], qdd[1], tau[0], tau[1]].map(f64::to_bits)
     }
 

@@ -32,7 +32,12 @@ fn run(
 
 fn energy_error(model: &dyn Model, t: &Trajectory) -> f64 {
     let mut energy = vec![0.0; t.len()];
-    assert!(model.evaluator().energy(&t.q, &t.qd, &mut energy));
+    assert!(
+        model
+            .evaluator()
+            .energy(&t.q, &t.qd, &mut energy)
+            .is_finite()
+    );
     energy
         .iter()
         .fold(0.0, |worst, e| worst.max((e - energy[0]).abs()))

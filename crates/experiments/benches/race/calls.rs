@@ -77,7 +77,7 @@ pub(crate) fn acceleration(task: &Task, talk: &Talk) -> Outcome {
     states.write(task, network.parameters())?;
     let model = Mechanical::conservative(network);
     one(&model, &states, talk, |evaluator, [q, qd, tau], out| {
-        evaluator.forward_dynamics(q, qd, tau, out);
+        let _ = evaluator.forward_dynamics(q, qd, tau, out);
     });
     Ok(())
 }
@@ -94,7 +94,7 @@ pub(crate) fn inverse_dynamics(task: &Task, talk: &Talk) -> Outcome {
     states.write(task, network.parameters())?;
     let model = Mechanical::conservative(network);
     one(&model, &states, talk, |evaluator, [q, qd, qdd], out| {
-        evaluator.inverse_dynamics(q, qd, qdd, out);
+        let _ = evaluator.inverse_dynamics(q, qd, qdd, out);
     });
     Ok(())
 }
@@ -132,7 +132,7 @@ pub(crate) fn states(task: &Task, talk: &Talk) -> Outcome {
         both.for_each_init(
             || model.evaluator(),
             |evaluator, (((q, qd), tau), out)| {
-                evaluator.forward_dynamics(q, qd, tau, out);
+                let _ = evaluator.forward_dynamics(q, qd, tau, out);
             },
         );
     };
@@ -184,7 +184,7 @@ pub(crate) fn wave(task: &Task, talk: &Talk) -> Outcome {
     let mut evaluator = field.field_evaluator();
     let mut out = vec![0.0; task.points];
     let mut call = |out: &mut [f64]| {
-        evaluator.forward_dynamics(&states.q, &states.qd, &states.tau, out);
+        let _ = evaluator.forward_dynamics(&states.q, &states.qd, &states.tau, out);
     };
     call(&mut out);
     let check = out[..4].to_vec();

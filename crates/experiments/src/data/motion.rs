@@ -25,8 +25,8 @@ pub(crate) fn accelerations(model: &dyn Model, q: &[f64], qd: &[f64], tau: &[f64
 pub(crate) fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
     let mut energy = vec![0.0; motion.len()];
     let mut evaluator = model.evaluator();
-    let has = evaluator.energy(&motion.q, &motion.qd, &mut energy);
-    has.then_some(energy)
+    let outcome = evaluator.energy(&motion.q, &motion.qd, &mut energy);
+    outcome.is_supported().then_some(energy)
 }
 
 /// √(Σ (found − truth)² / Σ truth²).

@@ -2,7 +2,7 @@
 
 use super::density::Weighted;
 use super::stencil::{Neighbours, ring_coordinates};
-use lagrangian::{Coordinates, Evaluator, Model, Result};
+use lagrangian::{Coordinates, Evaluation, Evaluator, Model, Result};
 use nets::Pass;
 
 /// φ̈ᵢ = s N(what a [`DensityNet`](super::DensityNet) sees), the same at every point: a convolution over the ring.
@@ -80,21 +80,19 @@ impl StencilEvaluator<'_> {
 }
 
 impl Evaluator for StencilEvaluator<'_> {
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        qdd: &mut [f64],
+    ) -> Evaluation {
         let n = self.points;
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
         let signals = tau.chunks_exact(n).zip(qdd.chunks_exact_mut(n));
         for ((q, qd), (tau, qdd)) in states.zip(signals) {
             self.ring(q, qd, tau, qdd);
         }
-        0
-    }
-
-    fn inverse_dynamics(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
-        false
-    }
-
-    fn energy(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
-        false
+        Evaluation::of(qdd, n, 0)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::stencil::{Assembly, NEIGHBOURS, Neighbours, ring_coordinates};
 use lagrangian::mechanics::{Jet, Jets, Regularity};
-use lagrangian::{Coordinates, Error, Evaluator, Lagrangian, Model, Result};
+use lagrangian::{Coordinates, Error, Evaluation, Evaluator, Lagrangian, Model, Result};
 
 /// The sum of one density over a ring of points (theory.md, 65).
 ///
@@ -120,7 +120,13 @@ impl MassBand {
 }
 
 impl Evaluator for FieldEvaluator<'_> {
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        qdd: &mut [f64],
+    ) -> Evaluation {
         let n = self.points();
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
         let signals = tau.chunks_exact(n).zip(qdd.chunks_exact_mut(n));
@@ -129,10 +135,16 @@ impl Evaluator for FieldEvaluator<'_> {
             let found = self.assemble(q, qd).accelerate(tau, qdd);
             singular += usize::from(found == Regularity::Singular);
         }
-        singular
+        Evaluation::of(qdd, n, singular)
     }
 
-    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
+    fn inverse_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        tau: &mut [f64],
+    ) -> Evaluation {
         let n = self.points();
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
         let signals = qdd.chunks_exact(n).zip(tau.chunks_exact_mut(n));
@@ -142,10 +154,10 @@ impl Evaluator for FieldEvaluator<'_> {
             let pairs = tau.iter_mut().zip(&assembly.bias);
             pairs.for_each(|(tau, c)| *tau += c);
         }
-        true
+        Evaluation::of(tau, n, 0)
     }
 
-    fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {
+    fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> Evaluation {
         let n = self.points();
         let mut local = vec![0.0; n];
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
@@ -153,6 +165,6 @@ impl Evaluator for FieldEvaluator<'_> {
             self.local_energies(q, qd, &mut local);
             *h = local.iter().sum();
         }
-        true
+        Evaluation::of(energy, 1, 0)
     }
 }

@@ -18,7 +18,7 @@ pub fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 {
     let mut share = 0.0;
     for sign in [1.0, -1.0] {
         let phi: Vec<f64> = shape.iter().map(|x| sign * amplitude * x).collect();
-        evaluator.forward_dynamics(&phi, &zero, &zero, &mut qdd);
+        let _ = evaluator.forward_dynamics(&phi, &zero, &zero, &mut qdd);
         share += 0.5 * sign * lagrangian::mechanics::dot(&qdd, &shape);
     }
     let norm = lagrangian::mechanics::dot(&shape, &shape);

@@ -291,7 +291,7 @@ impl PhaseTest {
         let mut energy = |motion: &Trajectory| {
             let mut h = vec![0.0; motion.len()];
             if !motion.p.is_empty() {
-                jets.value(&motion.q, &motion.p, &mut h);
+                let _ = jets.value(&motion.q, &motion.p, &mut h);
             }
             h
         };
@@ -379,7 +379,7 @@ mod tests {
         let value = |task: &Task, q: f64, p: f64| {
             let system = task.system().unwrap();
             let mut h = [0.0];
-            HamiltonianOf::new(system.lagrangian())
+            let _ = HamiltonianOf::new(system.lagrangian())
                 .jets()
                 .value(&[q], &[p], &mut h);
             h[0]

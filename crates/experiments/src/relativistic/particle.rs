@@ -146,7 +146,9 @@ pub(crate) fn weighted_error(model: &dyn Model, samples: &Samples) -> f64 {
 pub(crate) fn weighted_flow_error(model: &dyn Model, particle: Particle, samples: &Samples) -> f64 {
     let (mut rate, mut push) = (vec![0.0; samples.q.len()], vec![0.0; samples.q.len()]);
     let (q, p, tau) = (&samples.q, &samples.p, &samples.tau);
-    let _ = model.evaluator().flow(q, p, tau, &mut rate, &mut push);
+    if let Some(phase) = model.evaluator().phase_flow() {
+        let _ = phase.flow(q, p, tau, &mut rate, &mut push);
+    }
     weighted(samples, |k| {
         let (v, qdd) = (samples.qd[k], samples.qdd[k]);
         (rate[k] - v).abs() + (push[k] / particle.mass(v) - qdd).abs()

@@ -147,7 +147,7 @@ impl Lesson {
             let tau: Vec<f64> = motion.q.iter().map(|_| size * normal(&mut rng)).collect();
             let mut under = motion.clone();
             let Signals { q, qd, qdd, .. } = &mut under.signals;
-            evaluator.forward_dynamics(q, qd, &tau, qdd);
+            let _ = evaluator.forward_dynamics(q, qd, &tau, qdd);
             (under.tau, under.pd) = (tau, Vec::new());
             under
         };

@@ -16,7 +16,7 @@ pub(crate) fn acceleration_error(model: &dyn Model, lesson: &Lesson) -> f64 {
     let still = vec![0.0; model.coordinates().dof()];
     error_of(lesson, |state| {
         let mut qdd = still.clone();
-        own.forward_dynamics(state.q, state.qd, &still, &mut qdd);
+        let _ = own.forward_dynamics(state.q, state.qd, &still, &mut qdd);
         qdd
     })
 }
@@ -29,17 +29,20 @@ pub(crate) fn flow_acceleration_error(model: &dyn Model, lesson: &Lesson) -> f64
         return f64::NAN;
     }
     let mut own = model.evaluator();
+    let Some(own) = own.phase_flow() else {
+        return f64::NAN;
+    };
     let still = vec![0.0; model.coordinates().dof()];
     error_of(lesson, |state| {
         let (mut rate, mut push) = (still.clone(), still.clone());
-        own.flow(state.q, state.p, &still, &mut rate, &mut push);
+        let _ = own.flow(state.q, state.p, &still, &mut rate, &mut push);
         let along = |x: &[f64], slope: &[f64], time: f64| -> Vec<f64> {
             x.iter().zip(slope).map(|(x, s)| x + time * s).collect()
         };
         let [before, after] = [-MOMENT, MOMENT].map(|time| {
             let (q, p) = (along(state.q, &rate, time), along(state.p, &push, time));
             let mut velocity = still.clone();
-            own.velocity(&q, &p, &mut velocity);
+            let _ = own.velocity(&q, &p, &mut velocity);
             velocity
         });
         let ends = before.iter().zip(&after);
@@ -61,7 +64,7 @@ fn error_of(lesson: &Lesson, mut predict: impl FnMut(Signals<&[f64]>) -> Vec<f64
         for k in 0..motion.len() {
             let Signals { q, qd, .. } = motion.row(k);
             let predicted = predict(motion.row(k));
-            exact.forward_dynamics(q, qd, &still, &mut expected);
+            let _ = exact.forward_dynamics(q, qd, &still, &mut expected);
             let pairs = predicted.iter().zip(&expected);
             let apart: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
             wrong += square(&lesson.chart.push(q, &apart));
@@ -218,14 +221,13 @@ pub(crate) fn call_seconds(model: &dyn Model, lesson: &Lesson) -> f64 {
     let still = vec![0.0; n];
     let (mut rate, mut qdd) = (vec![0.0; n], vec![0.0; n]);
     let mut evaluator = model.evaluator();
-    let flows = !evaluator.second_order();
     let states: Vec<State> = lesson.test.iter().map(first_state).collect();
     let mut row = || {
         let clock = Instant::now();
         for state in states.iter().cycle().take(CALLS) {
-            match flows {
-                true => evaluator.flow(&state.q, &state.qd, &still, &mut rate, &mut qdd),
-                false => evaluator.forward_dynamics(&state.q, &state.qd, &still, &mut qdd),
+            let _ = match evaluator.phase_flow() {
+                Some(phase) => phase.flow(&state.q, &state.qd, &still, &mut rate, &mut qdd),
+                None => evaluator.forward_dynamics(&state.q, &state.qd, &still, &mut qdd),
             };
             black_box(&qdd);
         }

@@ -254,7 +254,7 @@ fn drift(model: &dyn Model, motion: &Trajectory) -> Vec<f64> {
     };
     let zero = vec![0.0; model.coordinates().dof()];
     let mut rest = [0.0];
-    model.evaluator().energy(&zero, &zero, &mut rest);
+    let _ = model.evaluator().energy(&zero, &zero, &mut rest);
     let first = energies.first().copied().unwrap_or_default();
     let change = energies.iter().map(|e| (e - first) / (first - rest[0]));
     change.collect()
@@ -290,7 +290,7 @@ pub(crate) fn step_costs<D: Lagrangian>(
         let (zero, mut out) = (vec![0.0; points], vec![0.0; points]);
         let calls = (20_000 / points).clamp(1, 500);
         let seconds = shortest(laps, calls, || {
-            evaluator.forward_dynamics(&phi, &phid, &zero, &mut out);
+            let _ = evaluator.forward_dynamics(&phi, &phid, &zero, &mut out);
         });
         let mut matrix = evaluator.mass_band(&phi, &phid);
         let solve = shortest(laps, calls, || {

@@ -51,7 +51,7 @@ impl HeldOutErrors {
             let still = vec![0.0; piece.q.len()];
             let tau = piece.values(Signal::Tau).unwrap_or(&still);
             let mut own = vec![0.0; piece.q.len()];
-            evaluator.forward_dynamics(&piece.q, &piece.qd, tau, &mut own);
+            let _ = evaluator.forward_dynamics(&piece.q, &piece.qd, tau, &mut own);
             let qdd = piece.values(Signal::Qdd).unwrap_or(&still);
             let mut sum = 0.0;
             for (at, (a, b)) in own.iter().zip(qdd).enumerate() {

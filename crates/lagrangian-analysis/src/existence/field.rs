@@ -72,7 +72,8 @@ impl<'a> Field<'a> {
 
     pub(super) fn accelerations(&mut self, at: States) -> Vec<f64> {
         let mut qdd = vec![0.0; at.q.len()];
-        self.evaluator
+        let _ = self
+            .evaluator
             .forward_dynamics(at.q, at.qd, at.tau, &mut qdd);
         qdd
     }

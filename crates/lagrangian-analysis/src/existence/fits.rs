@@ -124,7 +124,7 @@ impl<'a> Fits<'a> {
             let Signals {
                 q, qd, qdd, tau, ..
             } = &mut samples.signals;
-            model.evaluator().forward_dynamics(q, qd, tau, qdd);
+            let _ = model.evaluator().forward_dynamics(q, qd, tau, qdd);
             for (at, (own, measured)) in samples.qdd.iter_mut().zip(&measured).enumerate() {
                 // Where it fails it is not worth imitating.
                 let failed = !own.is_finite() || own.abs() > 100.0 * measured.abs().max(1.0);

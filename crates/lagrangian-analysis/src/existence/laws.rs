@@ -1,6 +1,6 @@
 //! Laws of motion that are given by their accelerations, three of which have no Lagrangian.
 
-use lagrangian::{Coordinates, Evaluator, Model};
+use lagrangian::{Coordinates, Evaluation, Evaluator, Model};
 
 /// A law of motion of unit masses, q̈ = a(q, q̇) + τ, as a [`Model`].
 #[derive(Debug, Clone)]
@@ -31,25 +31,33 @@ impl Model for LawOfMotion {
 }
 
 impl Evaluator for LawOfMotion {
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        qdd: &mut [f64],
+    ) -> Evaluation {
         let n = self.coordinates.dof().max(1);
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
         for ((q, qd), qdd) in states.zip(qdd.chunks_exact_mut(n)) {
             (self.accelerations)(q, qd, qdd);
         }
         qdd.iter_mut().zip(tau).for_each(|(a, tau)| *a += tau);
-        0
+        Evaluation::of(qdd, n, 0)
     }
 
-    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
-        let still = vec![0.0; tau.len()];
-        self.forward_dynamics(q, qd, &still, tau);
+    fn inverse_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        tau: &mut [f64],
+    ) -> Evaluation {
+        let free = vec![0.0; tau.len()];
+        let outcome = self.forward_dynamics(q, qd, &free, tau);
         tau.iter_mut().zip(qdd).for_each(|(tau, a)| *tau = a - *tau);
-        true
-    }
-
-    fn energy(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
-        false
+        outcome
     }
 }
 

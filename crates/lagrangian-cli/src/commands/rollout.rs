@@ -92,10 +92,8 @@ fn follow(model: &dyn Model, path: &Path, args: &RolloutArgs) -> Result<Rollout>
 fn energies(model: &dyn Model, rollout: &Rollout) -> Option<Vec<f64>> {
     let t = &rollout.trajectory;
     let mut energy = vec![0.0; t.len()];
-    model
-        .evaluator()
-        .energy(&t.q, &t.qd, &mut energy)
-        .then_some(energy)
+    let outcome = model.evaluator().energy(&t.q, &t.qd, &mut energy);
+    outcome.is_supported().then_some(energy)
 }
 
 fn note(outcome: Outcome) {

@@ -216,7 +216,7 @@ impl Summary {
     fn of(rollout: &Rollout, system: &dyn AnalyticModel) -> Self {
         let trajectory = &rollout.trajectory;
         let mut energy = vec![0.0; trajectory.len()];
-        system
+        let _ = system
             .evaluator()
             .energy(&trajectory.q, &trajectory.qd, &mut energy);
         let start = energy.first().copied().unwrap_or_default();

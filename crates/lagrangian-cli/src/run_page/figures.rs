@@ -125,8 +125,10 @@ fn largest_kinetic_energy(evaluator: &mut dyn Evaluator, motion: &Trajectory) ->
     let mut energies = [vec![0.0; motion.len()], vec![0.0; motion.len()]];
     let still = vec![0.0; motion.qd.len()];
     let [moving, resting] = &mut energies;
-    let known = evaluator.energy(&motion.q, &motion.qd, moving)
-        && evaluator.energy(&motion.q, &still, resting);
+    let known = evaluator
+        .energy(&motion.q, &motion.qd, moving)
+        .is_supported()
+        && evaluator.energy(&motion.q, &still, resting).is_supported();
     let differences = moving.iter().zip(resting).map(|(h, v)| (h - *v).abs());
     let largest = differences.fold(0.0, f64::max);
     (known && largest > 0.0).then_some(largest)
@@ -138,9 +140,11 @@ fn energy_errors(
     scale: f64,
 ) -> Option<Vec<f64>> {
     let mut energy = vec![0.0; motion.len()];
-    let known = evaluator.energy(&motion.q, &motion.qd, &mut energy);
+    let outcome = evaluator.energy(&motion.q, &motion.qd, &mut energy);
     let start = *energy.first()?;
-    known.then(|| energy.iter().map(|h| (h - start) / scale).collect())
+    outcome
+        .is_supported()
+        .then(|| energy.iter().map(|h| (h - start) / scale).collect())
 }
 
 /// The same motion with each angle measured from hanging down instead of from the link before.
@@ -180,9 +184,10 @@ pub(super) fn parities(run: &Run) -> Vec<Figure> {
         let free = vec![0.0; qdd.len()];
         let tau = trajectory.values(Signal::Tau).unwrap_or(&free);
         let mut own = vec![0.0; qdd.len()];
-        run.model
-            .evaluator()
-            .forward_dynamics(&trajectory.q, &trajectory.qd, tau, &mut own);
+        let _ =
+            run.model
+                .evaluator()
+                .forward_dynamics(&trajectory.q, &trajectory.qd, tau, &mut own);
         truth.extend_from_slice(qdd);
         predicted.extend(own);
     }

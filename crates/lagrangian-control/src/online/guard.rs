@@ -22,23 +22,20 @@ impl Guard {
     #[must_use]
     pub fn objection(&self, model: &dyn Model) -> Option<String> {
         let (n, states) = (self.n, self.q.len() / self.n.max(1));
-        let mut dynamics = model.dynamics();
+        let mut evaluator = model.evaluator();
         let (rest, mut tau) = (vec![0.0; states * n], vec![0.0; states * n]);
-        match dynamics.inverse_dynamics(&self.q, &self.qd, &rest, &mut tau) {
-            Err(error) => return Some(error.to_string()),
-            Ok(Evaluation::NotFinite { state }) => {
+        match evaluator.inverse_dynamics(&self.q, &self.qd, &rest, &mut tau) {
+            Evaluation::Regular | Evaluation::Singular { .. } => {}
+            Evaluation::NotFinite { state, .. } => {
                 return Some(format!("its torque is not finite at probe state {state}"));
             }
-            Ok(_) => {}
-        }
-        let mut energy = vec![0.0; states];
-        // A plain network has neither energy nor a mass matrix that could be definite.
-        if dynamics.energy(&self.q, &self.qd, &mut energy).is_err() {
-            return None;
+            Evaluation::Unsupported => return Some("it has no inverse dynamics".into()),
         }
         let mut mass = vec![0.0; states * n * n];
-        if let Err(error) = dynamics.mass_matrix(&self.q, &self.qd, &mut mass) {
-            return Some(error.to_string());
+        let outcome = evaluator.mass_matrix(&self.q, &self.qd, &mut mass);
+        // A plain network has no mass matrix that could be definite.
+        if !outcome.is_supported() {
+            return None;
         }
         let mut solver = SymmetricSolver::new(n);
         let mut x = vec![0.0; n];

@@ -38,7 +38,7 @@ pub fn random_states(
         let Signals {
             q, qd, qdd, tau, ..
         } = &mut samples.signals;
-        system.evaluator().forward_dynamics(q, qd, tau, qdd);
+        let _ = system.evaluator().forward_dynamics(q, qd, tau, qdd);
         samples
     };
     let (train, validation) = (samples(train), samples(validation));

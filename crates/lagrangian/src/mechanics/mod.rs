@@ -17,7 +17,7 @@ pub(crate) mod lagrangian;
 pub(crate) mod solve;
 
 pub use dynamics::{
-    Dynamics, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, Quantities, Slopes, bias,
+    EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow, Quantities, Slopes, bias,
     energy, forward, inverse, momenta,
 };
 pub use forces::{Actuation, Dissipation, Stribeck};

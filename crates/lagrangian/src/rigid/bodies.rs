@@ -19,13 +19,12 @@ pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// −o q. Friction is no part of a Lagrangian: [`RigidBodies::dissipation`] has that of the description.
 ///
 /// ```
-/// use lagrangian::{Evaluator, Model};
+/// use lagrangian::Quantities;
 /// use lagrangian::rigid::{self, RigidBodies};
 ///
 /// let arm = RigidBodies::from_urdf(rigid::example("two_link_arm").unwrap_or_default())?;
 /// // Stretched out upwards it stands still without a torque.
-/// let mut torque = [1.0; 2];
-/// arm.evaluator().inverse_dynamics(&[0.0; 2], &[0.0; 2], &[0.0; 2], &mut torque);
+/// let torque = arm.inverse_dynamics(&[0.0; 2], &[0.0; 2], &[0.0; 2])?;
 /// assert!(torque.iter().all(|t| t.abs() < 1e-12));
 /// # Ok::<(), lagrangian::Error>(())
 /// ```

@@ -4,7 +4,7 @@
 use super::bodies::RigidBodies;
 use super::spatial::{Frame, Inertia, Twist, Vec3, Wrench, add, cross, dot, scale, turn};
 use super::tree::Body;
-use crate::mechanics::dynamics::Evaluator;
+use crate::mechanics::dynamics::{Evaluation, Evaluator};
 use crate::mechanics::lagrangian::{Jet, Jets};
 use crate::mechanics::solve::{Regularity, SymmetricSolver};
 
@@ -41,7 +41,7 @@ impl Default for Moving {
 
 /// Evaluates the dynamics of [`RigidBodies`]; owns its memory, so that no call allocates. One per thread.
 ///
-/// Every array is that of one state, `[n]`; the mass matrix is row-major `[n, n]`.
+/// The arrays of its own methods are those of one state, `[n]`.
 #[derive(Debug, Clone)]
 pub struct RigidDynamics<'a> {
     pub(super) robot: &'a RigidBodies,
@@ -49,7 +49,7 @@ pub struct RigidDynamics<'a> {
     solver: SymmetricSolver,
     mass: Vec<f64>,
     force: Vec<f64>,
-    zero: Vec<f64>,
+    rest: Vec<f64>,
 }
 
 impl Body {
@@ -124,7 +124,7 @@ impl<'a> RigidDynamics<'a> {
             solver: SymmetricSolver::new(n),
             mass: vec![0.0; n * n],
             force: vec![0.0; n],
-            zero: vec![0.0; n],
+            rest: vec![0.0; n],
         }
     }
 
@@ -183,9 +183,10 @@ impl<'a> RigidDynamics<'a> {
         }
     }
 
-    fn newton_euler(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], gravity: Vec3, tau: &mut [f64]) {
+    /// Inverse dynamics τ = M q̈ + c by the recursive Newton–Euler algorithm, O(n).
+    fn newton_euler(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
         self.place(q);
-        self.outwards(qd, qdd, gravity);
+        self.outwards(qd, qdd, self.robot.gravity());
         self.inwards(tau);
         let (rotor, offset) = (self.robot.rotor(), self.robot.offset());
         for (i, tau) in tau.iter_mut().enumerate() {
@@ -193,29 +194,11 @@ impl<'a> RigidDynamics<'a> {
         }
     }
 
-    /// Inverse dynamics τ = M q̈ + c by the recursive Newton–Euler algorithm, O(n).
-    pub fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
-        self.newton_euler(q, qd, qdd, self.robot.gravity(), tau);
-    }
-
-    /// Bias c: Coriolis, centrifugal and gravity torques (and the constant offsets), O(n).
-    pub fn bias(&mut self, q: &[f64], qd: &[f64], bias: &mut [f64]) {
-        let zero = std::mem::take(&mut self.zero);
-        self.newton_euler(q, qd, &zero, self.robot.gravity(), bias);
-        self.zero = zero;
-    }
-
-    /// The torques that hold the robot still at q, O(n).
-    pub fn gravity_torque(&mut self, q: &[f64], torque: &mut [f64]) {
-        let zero = std::mem::take(&mut self.zero);
-        self.newton_euler(q, &zero, &zero, self.robot.gravity(), torque);
-        self.zero = zero;
-    }
-
-    /// Mass matrix by the composite-rigid-body algorithm, O(n²).
-    pub fn mass_matrix(&mut self, q: &[f64], mass: &mut [f64]) {
-        self.place(q);
-        self.composite(mass);
+    /// The bias c: Coriolis, centrifugal and gravity torques and the constant offsets, O(n).
+    fn unaccelerated(&mut self, q: &[f64], qd: &[f64], bias: &mut [f64]) {
+        let rest = std::mem::take(&mut self.rest);
+        self.newton_euler(q, qd, &rest, bias);
+        self.rest = rest;
     }
 
     /// Composite inertias and the mass matrix, at frames that are placed.
@@ -247,20 +230,13 @@ impl<'a> RigidDynamics<'a> {
         }
     }
 
-    /// Forward dynamics q̈ = M⁻¹ (τ − c): both sweeps, then Cholesky. Says whether M was positive definite; where it
-    /// was singular the answer is the least-norm one.
-    pub fn forward_dynamics(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        tau: &[f64],
-        qdd: &mut [f64],
-    ) -> Regularity {
+    /// Forward dynamics q̈ = M⁻¹ (τ − c): both sweeps, then Cholesky.
+    fn accelerate(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> Regularity {
         let (mut force, mut mass) = (
             std::mem::take(&mut self.force),
             std::mem::take(&mut self.mass),
         );
-        self.bias(q, qd, &mut force);
+        self.unaccelerated(q, qd, &mut force);
         self.composite(&mut mass);
         force.iter_mut().zip(tau).for_each(|(f, tau)| *f = tau - *f);
         let regularity = self.solver.solve(&mass, &force, qdd);
@@ -323,7 +299,7 @@ impl<'a> RigidDynamics<'a> {
         let n = self.n();
         let row = s * n..s * n + n;
         let drift = &mut jet.momentum_drift[row.clone()];
-        self.bias(q, qd, drift);
+        self.unaccelerated(q, qd, drift);
         self.composite(&mut jet.mass_matrix[s * n * n..][..n * n]);
         let potential = self.potential(q);
         let (momentum, dl_dq) = (&mut jet.momentum[row.clone()], &mut jet.dl_dq[row]);
@@ -362,34 +338,71 @@ impl Jets for RigidDynamics<'_> {
 }
 
 impl Evaluator for RigidDynamics<'_> {
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        qdd: &mut [f64],
+    ) -> Evaluation {
         let n = self.n();
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
         let forces = tau.chunks_exact(n).zip(qdd.chunks_exact_mut(n));
         let mut singular = 0;
         for ((q, qd), (tau, qdd)) in states.zip(forces) {
-            let regularity = RigidDynamics::forward_dynamics(self, q, qd, tau, qdd);
+            let regularity = self.accelerate(q, qd, tau, qdd);
             singular += usize::from(regularity == Regularity::Singular);
         }
-        singular
+        Evaluation::of(qdd, n, singular)
     }
 
-    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
+    fn inverse_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        tau: &mut [f64],
+    ) -> Evaluation {
         let n = self.n();
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
         let signals = qdd.chunks_exact(n).zip(tau.chunks_exact_mut(n));
         for ((q, qd), (qdd, tau)) in states.zip(signals) {
-            RigidDynamics::inverse_dynamics(self, q, qd, qdd, tau);
+            self.newton_euler(q, qd, qdd, tau);
         }
-        true
+        Evaluation::of(tau, n, 0)
     }
 
-    fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {
+    fn mass_matrix(&mut self, q: &[f64], _: &[f64], mass: &mut [f64]) -> Evaluation {
+        let n = self.n();
+        for (q, mass) in q.chunks_exact(n).zip(mass.chunks_exact_mut(n * n)) {
+            self.place(q);
+            self.composite(mass);
+        }
+        Evaluation::of(mass, n * n, 0)
+    }
+
+    fn bias(&mut self, q: &[f64], qd: &[f64], bias: &mut [f64]) -> Evaluation {
         let n = self.n();
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
-        for ((q, qd), energy) in states.zip(energy) {
+        for ((q, qd), bias) in states.zip(bias.chunks_exact_mut(n)) {
+            self.unaccelerated(q, qd, bias);
+        }
+        Evaluation::of(bias, n, 0)
+    }
+
+    fn momentum(&mut self, q: &[f64], qd: &[f64], p: &mut [f64]) -> Evaluation {
+        let mut jet = Jet::default();
+        self.jet(q, qd, &mut jet);
+        p.copy_from_slice(&jet.momentum);
+        Evaluation::of(p, self.n(), 0)
+    }
+
+    fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> Evaluation {
+        let n = self.n();
+        let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
+        for ((q, qd), energy) in states.zip(&mut *energy) {
             *energy = self.kinetic_energy(q, qd) + self.potential_energy(q);
         }
-        true
+        Evaluation::of(energy, 1, 0)
     }
 }

@@ -1,6 +1,7 @@
 //! Rigid bodies in a tree on a fixed base, from URDF: the exact Lagrangian of a robot arm.
 //!
 //! ```
+//! use lagrangian::Quantities;
 //! use lagrangian::rigid::{self, RigidBodies};
 //! use lagrangian::rollout::{free, times};
 //! use lagrangian::{RolloutOptions, rollout};
@@ -10,9 +11,7 @@
 //!
 //! // Held out sideways, its shoulder feels 1.5 kg more.
 //! let (q, rest) = ([0.0, 1.57, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 7]);
-//! let (mut empty, mut full) = ([0.0; 7], [0.0; 7]);
-//! arm.dynamics().gravity_torque(&q, &mut empty);
-//! loaded.dynamics().gravity_torque(&q, &mut full);
+//! let (empty, full) = (Quantities::gravity(&arm, &q)?, Quantities::gravity(&loaded, &q)?);
 //! assert!(full[1].abs() > empty[1].abs() + 10.0);
 //!
 //! // It is a model like any other.

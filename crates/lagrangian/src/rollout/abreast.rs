@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use super::round::Round;
-use super::{Force, Known, Rollout, RolloutOptions, record};
+use super::{Force, Known, Rollout, RolloutOptions, initial_phase, record};
 use crate::State;
 use crate::integrate::{Ending, Rk4, fixed};
 use crate::mechanics::dynamics::Model;
@@ -26,7 +26,7 @@ pub(super) fn run(
     let mut x0 = Vec::with_capacity(starts.len() * d);
     for State { q, qd } in starts {
         let mut z = qd.clone();
-        if !round.evaluator.phase(q, qd, &mut z) {
+        if !initial_phase(&mut *round.evaluator, q, qd, &mut z) {
             return None;
         }
         x0.extend_from_slice(q);

@@ -50,10 +50,9 @@ pub fn energy_test(truth: &dyn Model, rollouts: &[Rollout], reference: f64) -> E
 #[must_use]
 pub fn energy_error(truth: &dyn Model, trajectory: &Trajectory, reference: f64) -> Vec<f64> {
     let mut energy = vec![0.0; trajectory.len()];
-    if !truth
-        .evaluator()
-        .energy(&trajectory.q, &trajectory.qd, &mut energy)
-    {
+    let mut evaluator = truth.evaluator();
+    let outcome = evaluator.energy(&trajectory.q, &trajectory.qd, &mut energy);
+    if !outcome.is_supported() {
         return Vec::new();
     }
     let start = energy.first().copied().unwrap_or(0.0);

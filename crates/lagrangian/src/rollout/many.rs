@@ -105,7 +105,7 @@ fn begin<'a, P: EmbeddedPair>(
     let n = start.q.len();
     let mut rollout = Rollout::begin(times.len(), n);
     let mut x0 = [&start.q[..], &start.qd].concat();
-    let begun = evaluator.phase(&start.q, &start.qd, &mut x0[n..]);
+    let begun = super::initial_phase(evaluator, &start.q, &start.qd, &mut x0[n..]);
     let mut sink = |k: usize, x: &[f64]| record(&mut rollout.trajectory, times[k], x);
     let times = if begun { times } else { &[] };
     let stepper = Stepper::new(&x0, times, options.control(), &mut sink);

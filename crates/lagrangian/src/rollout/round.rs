@@ -1,7 +1,7 @@
 //! The evaluations that several rollouts ask for at one time, as one batch.
 
 use super::{Force, Known};
-use crate::mechanics::dynamics::{Evaluator, Model};
+use crate::mechanics::dynamics::{Evaluation, Evaluator, Model};
 
 /// A batch of states, a row each, and their rates.
 pub(super) struct Round<'a> {
@@ -55,10 +55,11 @@ impl<'a> Round<'a> {
         for signal in [&mut self.qd, &mut self.force, &mut self.dq, &mut self.dz] {
             signal.resize(self.q.len(), 0.0);
         }
-        if self.evaluator.second_order() {
-            self.qd.copy_from_slice(&self.z);
-        } else {
-            self.evaluator.velocity(&self.q, &self.z, &mut self.qd);
+        match self.evaluator.phase_flow() {
+            None => self.qd.copy_from_slice(&self.z),
+            Some(phase) => {
+                let _ = phase.velocity(&self.q, &self.z, &mut self.qd);
+            }
         }
         for (row, force) in self.force.chunks_exact_mut(n).enumerate() {
             let (q, qd) = (&self.q[row * n..][..n], &self.qd[row * n..][..n]);
@@ -77,19 +78,20 @@ impl<'a> Round<'a> {
         } = self;
         singular.clear();
         singular.resize(q.len() / n, 0);
-        if evaluator.flow(q, z, force, dq, dz) > 0 {
+        if rates(&mut **evaluator, [q, z, force], dq, dz).singular() > 0 {
             // Rare enough to ask each row whether it was the one.
             for (row, singular) in singular.iter_mut().enumerate() {
                 let row = row * n..(row + 1) * n;
                 let (q, z, force) = (&q[row.clone()], &z[row.clone()], &force[row]);
-                *singular = evaluator.flow(q, z, force, dq_alone, dz_alone) as u64;
+                let outcome = rates(&mut **evaluator, [q, z, force], dq_alone, dz_alone);
+                *singular = outcome.singular() as u64;
             }
         }
     }
 
     /// Tells each row its acceleration, where that is what was evaluated.
-    pub(super) fn tell(&self, known: &mut [Known]) {
-        if !self.evaluator.second_order() {
+    pub(super) fn tell(&mut self, known: &mut [Known]) {
+        if self.evaluator.phase_flow().is_some() {
             return;
         }
         let n = self.n;
@@ -106,5 +108,21 @@ impl<'a> Round<'a> {
         slope[..n].copy_from_slice(&self.dq[row * n..][..n]);
         slope[n..].copy_from_slice(&self.dz[row * n..][..n]);
         self.singular[row]
+    }
+}
+
+/// Writes dq/dt and dz/dt of the states [q, z] under the forces τ, all `[m, n]`.
+fn rates(
+    evaluator: &mut dyn Evaluator,
+    [q, z, tau]: [&[f64]; 3],
+    dq: &mut [f64],
+    dz: &mut [f64],
+) -> Evaluation {
+    match evaluator.phase_flow() {
+        Some(phase) => phase.flow(q, z, tau, dq, dz),
+        None => {
+            dq.copy_from_slice(z);
+            evaluator.forward_dynamics(q, z, tau, dz)
+        }
     }
 }

@@ -84,7 +84,7 @@ mod tests {
         record_forces(&mut motion, &drive);
         let qdd = &motion.qdd;
         let mut needed = vec![0.0; motion.len()];
-        pendulum
+        let _ = pendulum
             .evaluator()
             .inverse_dynamics(&motion.q, &motion.qd, qdd, &mut needed);
         let tau = &motion.tau;

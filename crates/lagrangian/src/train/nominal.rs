@@ -60,7 +60,7 @@ pub(crate) fn remainder(nominal: &RigidBodies, dataset: &Dataset) -> Dataset {
         } = &samples.signals;
         let mut evaluator = nominal.evaluator();
         let (mut needed, mut found) = (vec![0.0; tau.len()], vec![0.0; qdd.len()]);
-        evaluator.inverse_dynamics(q, qd, qdd, &mut needed);
+        let _ = evaluator.inverse_dynamics(q, qd, qdd, &mut needed);
         let _ = evaluator.forward_dynamics(q, qd, tau, &mut found);
         left.tau.iter_mut().zip(needed).for_each(|(t, n)| *t -= n);
         left.qdd.iter_mut().zip(found).for_each(|(a, f)| *a -= f);

@@ -17,14 +17,15 @@ pub(super) fn balance(model: &dyn Model, energy: &dyn Model, states: &States) ->
     let (mut moving, mut judge) = (model.evaluator(), energy.evaluator());
     let mut residual = |row: Row| {
         let mut qdd = vec![0.0; row.q.len()];
-        moving.forward_dynamics(row.q, row.qd, row.tau, &mut qdd);
+        let _ = moving.forward_dynamics(row.q, row.qd, row.tau, &mut qdd);
         let mut at = |s: f64| {
             let motion = row.q.iter().zip(row.qd).zip(&qdd);
             let (q, qd): (Vec<f64>, Vec<f64>) = motion
                 .map(|((q, v), a)| (q + s * (v + 0.5 * s * a), v + s * a))
                 .unzip();
             let mut e = [0.0];
-            judge.energy(&q, &qd, &mut e).then_some(e[0])
+            let outcome = judge.energy(&q, &qd, &mut e);
+            outcome.is_supported().then_some(e[0])
         };
         let rate = derivative(&mut at)?;
         Some(rate - dot(row.tau, row.qd))
@@ -64,7 +65,8 @@ pub(super) fn drifts(
     let drift = |judge: &dyn Model| {
         let mut judge = judge.evaluator();
         let mut all = vec![0.0; states.len()];
-        if !judge.energy(&states.all.q, &states.all.qd, &mut all) || finished.is_empty() {
+        let outcome = judge.energy(&states.all.q, &states.all.qd, &mut all);
+        if !outcome.is_supported() || finished.is_empty() {
             return None;
         }
         let mean = all.iter().sum::<f64>() / all.len() as f64;
@@ -74,8 +76,8 @@ pub(super) fn drifts(
             let last = motion.q.len() - n;
             let mut e = [0.0; 2];
             let (start, end) = e.split_at_mut(1);
-            judge.energy(&motion.q[..n], &motion.qd[..n], start);
-            judge.energy(&motion.q[last..], &motion.qd[last..], end);
+            let _ = judge.energy(&motion.q[..n], &motion.qd[..n], start);
+            let _ = judge.energy(&motion.q[last..], &motion.qd[last..], end);
             (end[0] - start[0]).abs()
         };
         let sum: f64 = finished.iter().map(&mut change).sum();

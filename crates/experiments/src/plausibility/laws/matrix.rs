@@ -37,14 +37,15 @@ impl Matrix {
         let n = row.q.len();
         let mut bias = vec![0.0; n];
         let still = vec![0.0; n];
-        if !evaluator.inverse_dynamics(row.q, qd, &still, &mut bias) {
+        let outcome = evaluator.inverse_dynamics(row.q, qd, &still, &mut bias);
+        if !outcome.is_supported() {
             return None;
         }
         let mut values = vec![0.0; n * n];
         for i in 0..n {
             let (mut unit, mut tau) = (vec![0.0; n], vec![0.0; n]);
             unit[i] = 1.0;
-            evaluator.inverse_dynamics(row.q, qd, &unit, &mut tau);
+            let _ = evaluator.inverse_dynamics(row.q, qd, &unit, &mut tau);
             (0..n).for_each(|k| values[k * n + i] = tau[k] - bias[k]);
         }
         Some(Self {
@@ -62,7 +63,7 @@ impl Matrix {
             let mut at = |step: f64| {
                 let (mut tau, mut qdd) = (row.tau.to_vec(), vec![0.0; n]);
                 tau[i] += step;
-                evaluator.forward_dynamics(row.q, row.qd, &tau, &mut qdd);
+                let _ = evaluator.forward_dynamics(row.q, row.qd, &tau, &mut qdd);
                 qdd
             };
             let (above, below) = (at(TORQUE), at(-TORQUE));

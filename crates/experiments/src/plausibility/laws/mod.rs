@@ -129,8 +129,8 @@ fn skew(evaluator: &mut dyn Evaluator, row: Row) -> Option<f64> {
     let rate = derivative(&mut kinetic)?;
     let (mut bias, mut gravity) = (vec![0.0; n], vec![0.0; n]);
     let still = vec![0.0; n];
-    evaluator.inverse_dynamics(row.q, row.qd, &still, &mut bias);
-    evaluator.inverse_dynamics(row.q, &still, &still, &mut gravity);
+    let _ = evaluator.inverse_dynamics(row.q, row.qd, &still, &mut bias);
+    let _ = evaluator.inverse_dynamics(row.q, &still, &still, &mut gravity);
     Some(rate - dot(&bias, row.qd) + dot(&gravity, row.qd))
 }
 

@@ -16,7 +16,8 @@ pub(crate) fn torque_misfit(model: &dyn Model, recordings: &[Trajectory]) -> Opt
             recording.values(Signal::Tau)?,
         );
         let mut own = vec![0.0; tau.len()];
-        if !evaluator.inverse_dynamics(&recording.q, &recording.qd, qdd, &mut own) {
+        let outcome = evaluator.inverse_dynamics(&recording.q, &recording.qd, qdd, &mut own);
+        if !outcome.is_supported() {
             return None;
         }
         sum += own

@@ -264,7 +264,7 @@ fn parity_figure(data: &Dataset, trained: [&Trained; 2]) -> Figure {
         let mut qdd = vec![0.0; size];
         let (q, qd, tau) = (&held.q[..size], &held.qd[..size], &held.tau[..size]);
         let mut evaluator = trained[k].fit.model.evaluator();
-        evaluator.forward_dynamics(q, qd, tau, &mut qdd);
+        let _ = evaluator.forward_dynamics(q, qd, tau, &mut qdd);
         Series::points(NAMES[k + 1].0, NAMES[k + 1].1, truth.to_vec(), qdd)
     };
     parity("acceleration", "rad/s²", vec![model(1), model(0)])

@@ -32,7 +32,7 @@ pub(super) fn swing(push: f64, seconds: usize) -> Trajectory {
 fn true_energy_error(motion: &Trajectory) -> Vec<f64> {
     let pendulum = by_name("double-pendulum", &[]).unwrap();
     let mut energy = vec![0.0; motion.len()];
-    pendulum
+    let _ = pendulum
         .evaluator()
         .energy(&motion.q, &motion.qd, &mut energy);
     energy

@@ -80,17 +80,33 @@ impl Dissipation {
 
     /// Writes d at `m` states; `qd` and `force` are `[m, n]`.
     pub fn force(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, d| *force = d);
+    }
+
+    /// Adds d to the forces at `m` states.
+    pub(crate) fn add(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, d| *force += d);
+    }
+
+    /// Subtracts d from the forces at `m` states.
+    pub(crate) fn subtract(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, d| *force -= d);
+    }
+
+    #[inline]
+    fn each(&self, qd: &[f64], force: &mut [f64], put: impl Fn(&mut f64, f64)) {
         let n = self.viscous.len().max(1);
         for (qd, force) in qd.chunks_exact(n).zip(force.chunks_exact_mut(n)) {
-            for (i, (&v, d)) in qd.iter().zip(force).enumerate() {
+            for (i, (&v, force)) in qd.iter().zip(force).enumerate() {
                 let mut dry = self.coulomb[i];
                 if let Some(stribeck) = &self.stribeck {
                     dry += stribeck.height[i] * (-(v / stribeck.speed[i]).powi(2)).exp();
                 }
-                *d = self.viscous[i] * v;
+                let mut d = self.viscous[i] * v;
                 if dry > 0.0 {
-                    *d += dry * (v / self.smoothing[i]).tanh();
+                    d += dry * (v / self.smoothing[i]).tanh();
                 }
+                put(force, d);
             }
         }
     }

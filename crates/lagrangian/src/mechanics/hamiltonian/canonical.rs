@@ -2,9 +2,12 @@
 
 use super::legendre::Velocity;
 use super::newton::Newton;
-use super::{Hamiltonian, HamiltonianJet, HamiltonianJets, LagrangianOf};
-use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use super::{Hamiltonian, HamiltonianJet, LagrangianOf};
+use crate::mechanics::dynamics::{
+    EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow,
+};
 use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::lagrangian::Lagrangian;
 use crate::{Coordinates, Result};
 
 /// The model of a Hamiltonian, with dissipation and inputs if there are any: it moves in (q, p), and is a model of
@@ -30,15 +33,7 @@ impl<H: Hamiltonian> Canonical<H> {
         dissipation: Option<Dissipation>,
         actuation: Option<Actuation>,
     ) -> Result<Self> {
-        let lagrangian = LagrangianOf::new(hamiltonian);
-        let model = match dissipation {
-            None => Mechanical::conservative(lagrangian),
-            Some(dissipation) => Mechanical::dissipative(lagrangian, dissipation)?,
-        };
-        Ok(Self(match actuation {
-            None => model,
-            Some(actuation) => model.driven(actuation)?,
-        }))
+        Mechanical::with_forces(LagrangianOf::new(hamiltonian), dissipation, actuation).map(Self)
     }
 
     /// The Hamiltonian.
@@ -84,8 +79,6 @@ impl<H: Hamiltonian> Model for Canonical<H> {
     }
 }
 
-use crate::mechanics::lagrangian::Lagrangian;
-
 struct Hamilton<'a> {
     source: Velocity<'a>,
     canonical: bool,
@@ -98,62 +91,95 @@ struct Hamilton<'a> {
 }
 
 impl Hamilton<'_> {
-    fn jets(&mut self) -> &mut dyn HamiltonianJets {
-        &mut *self.source.jets
+    /// What the Lagrangian says, where there is one.
+    fn legendre(&mut self, ask: impl FnOnce(&mut EulerLagrange<'_>) -> Evaluation) -> Evaluation {
+        match self.canonical {
+            true => ask(&mut self.motion),
+            false => Evaluation::Unsupported,
+        }
     }
 }
 
 impl Evaluator for Hamilton<'_> {
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        qdd: &mut [f64],
+    ) -> Evaluation {
         if self.canonical {
             return self.motion.forward_dynamics(q, qd, tau, qdd);
         }
-        let mut found = vec![0.0; qd.len()];
-        self.flow(q, qd, tau, &mut found, qdd)
+        let mut velocity = vec![0.0; qd.len()];
+        self.flow(q, qd, tau, &mut velocity, qdd)
     }
 
-    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
-        self.canonical && self.motion.inverse_dynamics(q, qd, qdd, tau)
+    fn inverse_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        tau: &mut [f64],
+    ) -> Evaluation {
+        self.legendre(|motion| motion.inverse_dynamics(q, qd, qdd, tau))
     }
 
-    fn friction(&mut self, qd: &[f64], tau: &mut [f64]) {
-        self.motion.friction(qd, tau);
+    fn mass_matrix(&mut self, q: &[f64], qd: &[f64], mass: &mut [f64]) -> Evaluation {
+        self.legendre(|motion| motion.mass_matrix(q, qd, mass))
     }
 
-    fn offset(&mut self, tau: &mut [f64]) {
-        self.motion.offset(tau);
+    fn bias(&mut self, q: &[f64], qd: &[f64], bias: &mut [f64]) -> Evaluation {
+        self.legendre(|motion| motion.bias(q, qd, bias))
     }
 
-    fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> bool {
+    fn momentum(&mut self, q: &[f64], qd: &[f64], p: &mut [f64]) -> Evaluation {
+        self.legendre(|motion| motion.momentum(q, qd, p))
+    }
+
+    fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> Evaluation {
         let mut z = vec![0.0; qd.len()];
-        self.phase(q, qd, &mut z);
-        self.jets().value(q, &z, energy)
+        let _ = self.phase(q, qd, &mut z); // where there is no z, the energy is not finite either
+        self.source.jets.value(q, &z, energy)
     }
 
-    fn second_order(&self) -> bool {
-        false
+    fn friction_and_offset(&mut self, qd: &[f64], friction: &mut [f64], offset: &mut [f64]) {
+        self.motion.friction_and_offset(qd, friction, offset);
     }
 
-    fn phase(&mut self, q: &[f64], qd: &[f64], z: &mut [f64]) -> bool {
+    fn phase_flow(&mut self) -> Option<&mut dyn PhaseFlow> {
+        Some(self)
+    }
+}
+
+impl PhaseFlow for Hamilton<'_> {
+    fn phase(&mut self, q: &[f64], qd: &[f64], z: &mut [f64]) -> Evaluation {
         if self.canonical {
-            return self.newton.solve(&mut self.source, q, qd, z) == 0;
+            self.newton.solve(&mut self.source, q, qd, z);
+        } else {
+            z.copy_from_slice(qd);
         }
-        z.copy_from_slice(qd);
-        true
+        Evaluation::of(z, self.newton.n(), 0)
     }
 
-    fn velocity(&mut self, q: &[f64], z: &[f64], qd: &mut [f64]) {
+    fn velocity(&mut self, q: &[f64], z: &[f64], qd: &mut [f64]) -> Evaluation {
         if self.canonical {
-            let mut dh_dq = std::mem::take(&mut self.scratch);
-            dh_dq.resize(z.len(), 0.0);
-            self.jets().slopes(q, z, &mut dh_dq, qd);
-            self.scratch = dh_dq;
+            self.scratch.resize(z.len(), 0.0);
+            self.source.jets.slopes(q, z, &mut self.scratch, qd);
         } else {
             qd.copy_from_slice(z);
         }
+        Evaluation::of(qd, self.newton.n(), 0)
     }
 
-    fn flow(&mut self, q: &[f64], z: &[f64], tau: &[f64], dq: &mut [f64], dz: &mut [f64]) -> usize {
+    fn flow(
+        &mut self,
+        q: &[f64],
+        z: &[f64],
+        tau: &[f64],
+        dq: &mut [f64],
+        dz: &mut [f64],
+    ) -> Evaluation {
         self.source.jets.slopes(q, z, dz, dq);
         let force = &mut self.scratch;
         force.resize(tau.len(), 0.0);
@@ -163,9 +189,8 @@ impl Evaluator for Hamilton<'_> {
         }
         dz.iter_mut().zip(&*force).for_each(|(dz, f)| *dz = f - *dz);
         if let Some(dissipation) = self.dissipation {
-            dissipation.force(dq, force);
-            dz.iter_mut().zip(&*force).for_each(|(dz, d)| *dz -= d);
+            dissipation.subtract(dq, dz);
         }
-        0
+        Evaluation::of(dz, self.newton.n(), 0)
     }
 }

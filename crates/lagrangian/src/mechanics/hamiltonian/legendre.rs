@@ -128,7 +128,7 @@ struct OfLagrangian<'a> {
 
 impl HamiltonianJets for OfLagrangian<'_> {
     fn slopes(&mut self, q: &[f64], p: &[f64], dh_dq: &mut [f64], velocity: &mut [f64]) {
-        let _ = self.newton.solve(&mut self.source, q, p, velocity);
+        self.newton.solve(&mut self.source, q, p, velocity);
         let (jets, jet) = (&mut self.source.jets, &mut self.source.jet);
         jets.jet(q, velocity, jet);
         dh_dq.iter_mut().zip(&jet.dl_dq).for_each(|(h, l)| *h = -l);
@@ -137,7 +137,7 @@ impl HamiltonianJets for OfLagrangian<'_> {
     fn jet(&mut self, q: &[f64], p: &[f64], out: &mut HamiltonianJet) {
         let n = self.inverse.solver.n();
         self.qd.resize(p.len(), 0.0);
-        let _ = self.newton.solve(&mut self.source, q, p, &mut self.qd);
+        self.newton.solve(&mut self.source, q, p, &mut self.qd);
         let (jets, jet) = (&mut self.source.jets, &mut self.source.jet);
         jets.jet(q, &self.qd, jet);
         out.resize(p.len() / n, n);
@@ -171,7 +171,7 @@ impl Jets for OfHamiltonian<'_> {
     fn jet(&mut self, q: &[f64], qd: &[f64], out: &mut Jet) {
         let n = self.inverse.solver.n();
         self.p.resize(qd.len(), 0.0);
-        let _ = self.newton.solve(&mut self.source, q, qd, &mut self.p);
+        self.newton.solve(&mut self.source, q, qd, &mut self.p);
         let (jets, jet) = (&mut self.source.jets, &mut self.source.jet);
         jets.jet(q, &self.p, jet);
         out.resize(qd.len() / n, n);

@@ -8,6 +8,7 @@ pub use canonical::Canonical;
 pub use legendre::{HamiltonianOf, LagrangianOf};
 
 use crate::Coordinates;
+use crate::mechanics::dynamics::Evaluation;
 
 /// A Hamiltonian's derivatives at a batch of `m` states, as far as a Lagrangian needs them.
 ///
@@ -62,12 +63,12 @@ pub trait HamiltonianJets {
     /// Writes H and its derivatives to `jet`, which it resizes.
     fn jet(&mut self, q: &[f64], p: &[f64], jet: &mut HamiltonianJet);
 
-    /// Writes H, J, `[m]`. `false` for a plain flow, which has none.
-    fn value(&mut self, q: &[f64], p: &[f64], h: &mut [f64]) -> bool {
+    /// Writes H, J, `[m]`, which a plain flow does not have.
+    fn value(&mut self, q: &[f64], p: &[f64], h: &mut [f64]) -> Evaluation {
         let mut jet = HamiltonianJet::default();
         self.jet(q, p, &mut jet);
         h.copy_from_slice(&jet.hamiltonian);
-        true
+        Evaluation::of(h, 1, 0)
     }
 }
 

@@ -39,7 +39,7 @@ struct Search {
 }
 
 impl Search {
-    fn found(&self) -> bool {
+    fn solved(&self) -> bool {
         self.norm <= NEARLY_SOLVED * self.scale
     }
 }
@@ -56,15 +56,13 @@ impl Newton {
         }
     }
 
-    /// Solves ∂F/∂y (q, y) = x from y = 0; `q`, `x` and `y` are `[m, n]`. Returns at how many states there was no
-    /// solution; y is NaN there.
-    pub(super) fn solve(
-        &mut self,
-        f: &mut dyn Gradient,
-        q: &[f64],
-        x: &[f64],
-        y: &mut [f64],
-    ) -> usize {
+    /// The number of unknowns of a state.
+    pub(super) fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Solves ∂F/∂y (q, y) = x from y = 0; `q`, `x` and `y` are `[m, n]`. y is NaN at states without a solution.
+    pub(super) fn solve(&mut self, f: &mut dyn Gradient, q: &[f64], x: &[f64], y: &mut [f64]) {
         let n = self.n;
         let begin = Search {
             norm: f64::INFINITY,
@@ -98,11 +96,10 @@ impl Newton {
             }
         }
         for (row, state) in y.chunks_exact_mut(n).zip(&self.states) {
-            if !state.found() {
+            if !state.solved() {
                 row.fill(f64::NAN);
             }
         }
-        self.states.iter().filter(|s| !s.found()).count()
     }
 
     /// Takes the trial of state `s` if its residual is smaller, and chooses the next.
@@ -129,7 +126,7 @@ impl Newton {
         } else {
             state.part *= 0.5;
             // Begun outside the domain, or as near as rounding allows, or no way down.
-            state.ended = state.norm.is_infinite() || state.found() || state.part < SHORTEST;
+            state.ended = state.norm.is_infinite() || state.solved() || state.part < SHORTEST;
         }
         for (i, trial) in self.trial[row.clone()].iter_mut().enumerate() {
             *trial = y[i] - state.part * self.step[row.start + i];

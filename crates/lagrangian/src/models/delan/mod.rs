@@ -138,7 +138,7 @@ impl DelanConfig {
 /// precision.
 ///
 /// ```
-/// use lagrangian::{Coordinates, DelanConfig, Mechanical, Model};
+/// use lagrangian::{Coordinates, DelanConfig, Mechanical, Quantities};
 /// use lagrangian::mechanics::Scaling;
 /// use lagrangian::models::Delan;
 ///
@@ -148,9 +148,8 @@ impl DelanConfig {
 /// let m = &terms.mass_matrix; // [2, 2]
 /// assert!(m[0] > 0.0 && m[0] * m[3] - m[1] * m[2] > 0.0);
 ///
-/// let mut torque = [0.0; 2];
-/// let model = Mechanical::conservative(arm);
-/// model.evaluator().inverse_dynamics(&[0.3, -1.2], &[0.5, 2.0], &[0.0, 0.0], &mut torque);
+/// let torque = Mechanical::conservative(arm).inverse_dynamics(&[0.3, -1.2], &[0.5, 2.0], &[0.0, 0.0])?;
+/// assert_eq!(torque.len(), 2);
 /// # Ok::<(), lagrangian::Error>(())
 /// ```
 pub type Delan = Network<DelanShape>;

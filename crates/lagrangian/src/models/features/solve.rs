@@ -329,7 +329,7 @@ mod tests {
         let model = Mechanical::conservative(model.unwrap());
         let Samples { signals: s, .. } = &dataset.train;
         let mut tau = vec![0.0; s.tau.len()];
-        model
+        let _ = model
             .evaluator()
             .inverse_dynamics(&s.q, &s.qd, &s.qdd, &mut tau);
         for (at, tau) in tau.iter().enumerate() {

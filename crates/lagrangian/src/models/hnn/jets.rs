@@ -2,6 +2,7 @@
 //! the motion.
 
 use super::{Hnn, HnnNet};
+use crate::mechanics::dynamics::Evaluation;
 use crate::mechanics::hamiltonian::{HamiltonianJet, HamiltonianJets};
 use crate::mechanics::lagrangian::{Factor, Jet};
 use crate::models::NetworkShape;
@@ -172,11 +173,14 @@ impl HamiltonianJets for HnnJets<'_> {
         }
     }
 
-    fn value(&mut self, q: &[f64], p: &[f64], h: &mut [f64]) -> bool {
+    fn value(&mut self, q: &[f64], p: &[f64], h: &mut [f64]) -> Evaluation {
+        if matches!(self.hnn.shape.net, HnnNet::None(_)) {
+            return Evaluation::Unsupported;
+        }
         let mut jet = HamiltonianJet::default();
         self.jet(q, p, &mut jet);
         h.copy_from_slice(&jet.hamiltonian);
-        !matches!(self.hnn.shape.net, HnnNet::None(_))
+        Evaluation::of(h, 1, 0)
     }
 }
 

@@ -126,10 +126,12 @@ const KINETIC: f64 = 1.0;
 /// let arm = Hnn::random(Coordinates::angles(2), config, Scaling::identity(2), 1)?;
 /// let arm = Canonical::conservative(arm);
 /// let (mut p, mut qd) = ([0.0; 2], [0.0; 2]);
-/// assert!(arm.evaluator().phase(&[0.3, -1.2], &[0.5, 2.0], &mut p)); // p by Newton's method
-/// arm.evaluator().velocity(&[0.3, -1.2], &p, &mut qd);
+/// let mut evaluator = arm.evaluator();
+/// let phase = evaluator.phase_flow().ok_or("a model in (q, q̇)")?;
+/// assert!(phase.phase(&[0.3, -1.2], &[0.5, 2.0], &mut p).is_finite()); // p by Newton's method
+/// assert!(phase.velocity(&[0.3, -1.2], &p, &mut qd).is_finite());
 /// assert!((qd[0] - 0.5).abs() < 1e-13 && (qd[1] - 2.0).abs() < 1e-13);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type Hnn = Network<HnnShape>;
 

@@ -6,7 +6,7 @@ pub(crate) mod learner;
 
 use serde::{Deserialize, Serialize};
 
-use crate::mechanics::dynamics::{Evaluator, Model};
+use crate::mechanics::dynamics::{Evaluation, Evaluator, Model, PhaseFlow};
 use crate::mechanics::lagrangian::{Features, Scaling};
 use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
 use crate::{Coordinates, Result};
@@ -282,48 +282,63 @@ impl MlpEvaluator<'_> {
 }
 
 impl Evaluator for MlpEvaluator<'_> {
-    /// NaN where the network is an inverse one.
-    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], tau: &[f64], qdd: &mut [f64]) -> usize {
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        qdd: &mut [f64],
+    ) -> Evaluation {
         let n = self.mlp.shape.dof();
         match self.mlp.shape.config.direction {
             Direction::Forward => self.evaluate(q, qd, tau, |s, o, x| qdd[s * n + o] = x),
-            Direction::Inverse => qdd.fill(f64::NAN),
+            Direction::Inverse => return Evaluation::Unsupported,
             Direction::Flow => self.evaluate(q, qd, tau, |s, o, x| {
                 if o >= n {
                     qdd[s * n + o - n] = x;
                 }
             }),
         }
-        0
+        Evaluation::of(qdd, n, 0)
     }
 
-    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) -> bool {
-        let n = self.mlp.shape.dof();
-        let inverse = self.mlp.shape.config.direction == Direction::Inverse;
-        if inverse {
-            self.evaluate(q, qd, qdd, |s, o, x| tau[s * n + o] = x);
+    fn inverse_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        tau: &mut [f64],
+    ) -> Evaluation {
+        if self.mlp.shape.config.direction != Direction::Inverse {
+            return Evaluation::Unsupported;
         }
-        inverse
-    }
-
-    fn second_order(&self) -> bool {
-        self.mlp.shape.config.direction != Direction::Flow
-    }
-
-    fn flow(&mut self, q: &[f64], z: &[f64], tau: &[f64], dq: &mut [f64], dz: &mut [f64]) -> usize {
         let n = self.mlp.shape.dof();
-        if self.second_order() {
-            dq.copy_from_slice(z);
-            return self.forward_dynamics(q, z, tau, dz);
+        self.evaluate(q, qd, qdd, |s, o, x| tau[s * n + o] = x);
+        Evaluation::of(tau, n, 0)
+    }
+
+    fn phase_flow(&mut self) -> Option<&mut dyn PhaseFlow> {
+        match self.mlp.shape.config.direction {
+            Direction::Flow => Some(self),
+            Direction::Forward | Direction::Inverse => None,
         }
+    }
+}
+
+impl PhaseFlow for MlpEvaluator<'_> {
+    fn flow(
+        &mut self,
+        q: &[f64],
+        z: &[f64],
+        tau: &[f64],
+        dq: &mut [f64],
+        dz: &mut [f64],
+    ) -> Evaluation {
+        let n = self.mlp.shape.dof();
         self.evaluate(q, z, tau, |s, o, x| match o < n {
             true => dq[s * n + o] = x,
             false => dz[s * n + o - n] = x,
         });
-        0
-    }
-
-    fn energy(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
-        false
+        Evaluation::of(dz, n, 0)
     }
 }

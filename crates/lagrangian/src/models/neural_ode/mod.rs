@@ -76,9 +76,10 @@ impl NeuralOdeConfig {
 /// let network = Mlp::random(Coordinates::angles(1), network, MlpScaling::identity(1), 0)?;
 /// let model = NeuralOde::new(network)?;
 /// let (mut dq, mut dz) = ([0.0], [0.0]);
-/// model.evaluator().flow(&[0.3], &[1.0], &[0.0], &mut dq, &mut dz);
-/// assert!(!model.evaluator().second_order() && dq != [1.0]);
-/// # Ok::<(), lagrangian::Error>(())
+/// let mut evaluator = model.evaluator();
+/// let phase = evaluator.phase_flow().ok_or("a model of second order")?;
+/// assert!(phase.flow(&[0.3], &[1.0], &[0.0], &mut dq, &mut dz).is_finite() && dq != [1.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct NeuralOde(Mlp);

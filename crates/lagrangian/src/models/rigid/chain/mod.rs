@@ -411,7 +411,7 @@ fn regressor(
     let of_link = |link: &RigidChain| {
         let mut tau = vec![0.0; rows.len()];
         let (q, qdd) = (&samples.q[rows.clone()], &samples.qdd[rows.clone()]);
-        EulerLagrange::new(link, None).inverse_dynamics(q, qd, qdd, &mut tau);
+        let _ = EulerLagrange::new(link, None).inverse_dynamics(q, qd, qdd, &mut tau);
         tau
     };
     let mut columns: Vec<Vec<f64>> = chain.iter().map(of_link).collect();

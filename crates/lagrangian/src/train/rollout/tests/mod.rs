@@ -280,16 +280,16 @@ fn a_rollout_in_training_is_that_of_the_model() {
             let mut end = Vec::new();
             let mut sink = |_: usize, x: &[f64]| end = x.to_vec();
             let force = &tau[8..10];
-            let _ = match evaluator.second_order() {
-                true => {
+            let _ = match evaluator.phase_flow() {
+                None => {
                     let mut f = |_: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
-                        evaluator.forward_dynamics(q, v, force, a);
+                        let _ = evaluator.forward_dynamics(q, v, force, a);
                     };
                     method.solve(&mut f, &x0, &times, &control, &mut sink)
                 }
-                false => {
+                Some(phase) => {
                     let mut f = |_: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
-                        evaluator.flow(q, z, force, dq, dz);
+                        let _ = phase.flow(q, z, force, dq, dz);
                     };
                     method.solve_flow(&mut f, &x0, &times, &control, &mut sink)
                 }

@@ -1,0 +1,179 @@
+//! The evaluator of a Lagrangian with its forces.
+
+use super::{Evaluation, Evaluator, forward, inverse};
+use crate::Coordinates;
+use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::lagrangian::{Jet, Jets, Lagrangian};
+use crate::mechanics::solve::SymmetricSolver;
+
+/// What a variational method needs of a Lagrangian at a state (q, v), `[n]`, `[n]` and `[n, n]`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Slopes {
+    /// p = ∂L/∂v.
+    pub momentum: Vec<f64>,
+    /// ∂L/∂q + τ − d, all that changes p.
+    pub force: Vec<f64>,
+    /// M = ∂²L/∂v∂v.
+    pub mass_matrix: Vec<f64>,
+}
+
+impl Slopes {
+    /// Zeros, for `n` degrees of freedom.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self {
+            momentum: vec![0.0; n],
+            force: vec![0.0; n],
+            mass_matrix: vec![0.0; n * n],
+        }
+    }
+}
+/// Evaluates the motion of a Lagrangian with its forces; allocates nothing once warm.
+pub struct EulerLagrange<'a> {
+    coordinates: &'a Coordinates,
+    jets: Box<dyn Jets + 'a>,
+    dissipation: Option<&'a Dissipation>,
+    actuation: Option<&'a Actuation>,
+    jet: Jet,
+    force: Vec<f64>,
+    solver: SymmetricSolver,
+}
+
+impl<'a> EulerLagrange<'a> {
+    /// For this Lagrangian and its dissipation, which must have coefficients for each of its coordinates.
+    #[must_use]
+    pub fn new(lagrangian: &'a dyn Lagrangian, dissipation: Option<&'a Dissipation>) -> Self {
+        Self {
+            coordinates: lagrangian.coordinates(),
+            jets: lagrangian.jets(),
+            dissipation,
+            actuation: None,
+            jet: Jet::default(),
+            force: Vec::new(),
+            solver: SymmetricSolver::new(lagrangian.coordinates().dof()),
+        }
+    }
+
+    /// With inputs in the place of forces, which must be those of its coordinates.
+    #[must_use]
+    pub fn driven(self, actuation: Option<&'a Actuation>) -> Self {
+        Self { actuation, ..self }
+    }
+
+    /// Evaluates L; its derivatives by parameters become those of coordinates that never move.
+    fn evaluate(&mut self, q: &[f64], qd: &[f64]) {
+        self.jets.jet(q, qd, &mut self.jet);
+        for state in 0..self.jet.lagrangian.len() {
+            self.jet.hold(self.coordinates, state);
+        }
+    }
+
+    /// No force acts on a parameter.
+    fn release(coordinates: &Coordinates, force: &mut [f64]) {
+        for i in coordinates.parameters() {
+            let column = force.iter_mut().skip(i).step_by(coordinates.dof());
+            column.for_each(|f| *f = 0.0);
+        }
+    }
+
+    /// Writes momentum, ∂L/∂q + τ − d and mass matrix at one state under the forces `tau`.
+    pub fn slopes(&mut self, q: &[f64], qd: &[f64], tau: &[f64], slopes: &mut Slopes) {
+        self.evaluate(q, qd);
+        self.sum_forces(qd, tau);
+        slopes.momentum.copy_from_slice(&self.jet.momentum);
+        slopes.mass_matrix.copy_from_slice(&self.jet.mass_matrix);
+        for (i, force) in slopes.force.iter_mut().enumerate() {
+            *force = self.jet.dl_dq[i] + self.force[i];
+        }
+    }
+
+    /// Writes τ − d to `force`.
+    fn sum_forces(&mut self, qd: &[f64], tau: &[f64]) {
+        self.force.resize(qd.len(), 0.0);
+        match self.actuation {
+            Some(actuation) => actuation.forces(tau, &mut self.force),
+            None => self.force.copy_from_slice(tau),
+        }
+        if let Some(dissipation) = self.dissipation {
+            dissipation.subtract(qd, &mut self.force);
+        }
+        Self::release(self.coordinates, &mut self.force);
+    }
+
+    /// The derivatives of L at the states evaluated last.
+    #[must_use]
+    pub fn jet(&self) -> &Jet {
+        &self.jet
+    }
+}
+
+impl Evaluator for EulerLagrange<'_> {
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        qdd: &mut [f64],
+    ) -> Evaluation {
+        self.evaluate(q, qd);
+        self.sum_forces(qd, tau);
+        forward(&self.jet, &mut self.solver, &mut self.force, qdd)
+    }
+
+    fn inverse_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        tau: &mut [f64],
+    ) -> Evaluation {
+        self.evaluate(q, qd);
+        inverse(&self.jet, self.solver.n(), qdd, tau);
+        if let Some(dissipation) = self.dissipation {
+            dissipation.add(qd, tau);
+        }
+        if let Some(actuation) = self.actuation {
+            actuation.inputs(tau);
+        }
+        Self::release(self.coordinates, tau);
+        Evaluation::of(tau, self.solver.n(), 0)
+    }
+
+    fn mass_matrix(&mut self, q: &[f64], qd: &[f64], mass: &mut [f64]) -> Evaluation {
+        self.evaluate(q, qd);
+        mass.copy_from_slice(&self.jet.mass_matrix);
+        Evaluation::of(mass, self.solver.n().pow(2), 0)
+    }
+
+    fn bias(&mut self, q: &[f64], qd: &[f64], bias: &mut [f64]) -> Evaluation {
+        self.evaluate(q, qd);
+        super::bias(&self.jet, bias);
+        Evaluation::of(bias, self.solver.n(), 0)
+    }
+
+    fn momentum(&mut self, q: &[f64], qd: &[f64], p: &mut [f64]) -> Evaluation {
+        self.evaluate(q, qd);
+        p.copy_from_slice(&self.jet.momentum);
+        Evaluation::of(p, self.solver.n(), 0)
+    }
+
+    fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> Evaluation {
+        self.evaluate(q, qd);
+        super::energy(&self.jet, self.solver.n(), qd, energy);
+        Evaluation::of(energy, 1, 0)
+    }
+
+    fn friction_and_offset(&mut self, qd: &[f64], friction: &mut [f64], offset: &mut [f64]) {
+        friction.fill(0.0);
+        offset.fill(0.0);
+        if let Some(dissipation) = self.dissipation {
+            dissipation.force(qd, friction);
+        }
+        if let Some(actuation) = self.actuation {
+            actuation.inputs(friction);
+            actuation.inputs(offset);
+            let pairs = friction.iter_mut().zip(offset);
+            pairs.for_each(|(tau, still)| *tau -= *still);
+        }
+    }
+}
