@@ -225,8 +225,8 @@ pub(crate) fn energy_scale(system: &dyn AnalyticModel, model: &dyn Model) -> Res
     let qd: Vec<f64> = states.iter().flat_map(|s| s.qd.clone()).collect();
     let energy = |model: &dyn Model| {
         let mut energy = vec![0.0; STATES];
-        let has = model.evaluator().energy(&q, &qd, &mut energy);
-        has.then_some(energy)
+        let outcome = model.evaluator().energy(&q, &qd, &mut energy);
+        outcome.is_supported().then_some(energy)
     };
     let (Some(truth), Some(learned)) = (energy(system), energy(model)) else {
         return Err(Error::argument(
