@@ -40,7 +40,7 @@ pub use discrete::{DiscreteAction, Path};
 pub use search::{Failure, Search, SearchOptions, stationary_path_from, stationary_paths};
 pub use second_variation::{SecondVariation, conjugate_times};
 pub use stationary::{PathKind, StationaryPath};
-pub use variations::{ActionVariation, Expansion, action_variation, varied};
+pub use variations::{ActionVariation, action_variation};
 
 #[cfg(test)]
 mod tests;

@@ -28,18 +28,12 @@ pub struct SecondVariation {
 impl DiscreteAction<'_> {
     /// The second variation at a path of at least two segments.
     pub fn second_variation(&mut self, path: &Path) -> SecondVariation {
-        SecondVariation::of(self, path)
-    }
-}
-
-impl SecondVariation {
-    fn of(action: &mut DiscreteAction<'_>, path: &Path) -> Self {
-        let (hessian, masses) = action.hessian(path);
+        let (hessian, masses) = self.hessian(path);
         let n = path.dof;
         let convex = masses.chunks_exact(n * n).all(|m| is_positive(m, n));
         let factored = hessian.factor();
         let least = least_eigenvalue(&hessian);
-        Self {
+        SecondVariation {
             morse_index: factored.inertia(),
             conjugate_times: crossings(&hessian, &factored, path.step()),
             convex,

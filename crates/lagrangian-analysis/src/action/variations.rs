@@ -13,18 +13,8 @@ pub struct ActionVariation {
     pub change: Vec<f64>,
 }
 
-/// The expansion S(ε) − S(0) ≈ a ε + b ε².
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Expansion {
-    /// The slope a, which is 0 where the path is stationary.
-    pub slope: f64,
-    /// Half the curvature b.
-    pub half_curvature: f64,
-}
-
 /// The varied path q + ε η; η is `[N + 1, n]` and should vanish at the ends.
-#[must_use]
-pub fn varied(path: &Path, eta: &[f64], epsilon: f64) -> Path {
+fn varied(path: &Path, eta: &[f64], epsilon: f64) -> Path {
     let q = path.q.iter().zip(eta).map(|(q, e)| q + epsilon * e);
     Path {
         q: q.collect(),
@@ -60,20 +50,5 @@ impl ActionVariation {
             eta[node * n + coordinate] = phase.sin();
         }
         eta
-    }
-
-    /// The expansion of S(ε) − S(0) about ε = 0 to second order, by least squares.
-    #[must_use]
-    pub fn expansion(&self) -> Expansion {
-        let pairs = || self.epsilon.iter().zip(&self.change);
-        let moment = |power: i32| self.epsilon.iter().map(|e| e.powi(power)).sum::<f64>();
-        let right = |power: i32| pairs().map(|(e, s)| s * e.powi(power)).sum::<f64>();
-        let (m2, m3, m4) = (moment(2), moment(3), moment(4));
-        let det = m2 * m4 - m3 * m3;
-        let slope = (right(1) * m4 - right(2) * m3) / det;
-        Expansion {
-            slope,
-            half_curvature: (right(2) * m2 - right(1) * m3) / det,
-        }
     }
 }

@@ -3,5 +3,5 @@
 mod lyapunov;
 mod predictability;
 
-pub use lyapunov::{Lyapunov, Motion, largest_lyapunov_exponent};
-pub use predictability::{Predictability, ValidTimes, predictability, restarted, valid_times};
+pub use lyapunov::{Lyapunov, largest_lyapunov_exponent};
+pub use predictability::{ValidTimes, lyapunov_times, restarted, valid_times};

@@ -1,37 +1,29 @@
 //! How long predictions stay valid, in Lyapunov times of the true motion.
 
 use lagrangian::rollout::{free, rollout_many};
-use lagrangian::score::valid_prediction_time;
+use lagrangian::score::{THRESHOLD, valid_prediction_time};
 use lagrangian::{Model, Result, Rollout, RolloutOptions, State};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Motion, largest_lyapunov_exponent};
+use super::largest_lyapunov_exponent;
 
-/// How predictable the true motion from one start is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Predictability {
-    /// The time over which errors grow e-fold, s; none where the motion is regular.
-    pub lyapunov_time: Option<f64>,
-}
-
-/// Lyapunov times of the true motion from each start, measured over `duration`.
+/// The time over which errors of the true motion from each start grow e-fold, s, measured over `duration`; none where the
+/// motion is regular.
 ///
 /// # Errors
 /// As [`largest_lyapunov_exponent`].
-pub fn predictability(
+pub fn lyapunov_times(
     truth: &dyn Model,
     starts: &[State],
     duration: f64,
     options: &RolloutOptions,
-) -> Result<Vec<Predictability>> {
-    let one = |start: &State| {
+) -> Result<Vec<Option<f64>>> {
+    let time = |start| {
         let found = largest_lyapunov_exponent(truth, start, duration, options)?;
-        Ok(Predictability {
-            lyapunov_time: found.time().filter(|_| found.motion == Motion::Chaotic),
-        })
+        Ok(found.time())
     };
-    starts.par_iter().map(one).collect()
+    starts.par_iter().map(time).collect()
 }
 
 /// The true motion from starts that are moved by `distance`: the limit of what any model can predict.
@@ -68,10 +60,7 @@ pub struct ValidTimes {
     pub regular_seconds: f64,
 }
 
-/// The error, in deviations of the motion, beyond which a prediction is no longer valid.
-const THRESHOLD: f64 = 0.5;
-
-/// Valid prediction times of `predictions` against `truth`, start by start.
+/// Valid prediction times of `predictions` against `truth`, start by start, beside the [`lyapunov_times`] of the starts.
 ///
 /// # Errors
 /// As [`valid_prediction_time`].
@@ -79,19 +68,14 @@ pub fn valid_times(
     model: &dyn Model,
     truth: &[Rollout],
     predictions: &[Rollout],
-    predictability: &[Predictability],
+    lyapunov_times: &[Option<f64>],
 ) -> Result<ValidTimes> {
     let (mut chaotic, mut scaled, mut regular) = (Vec::new(), Vec::new(), Vec::new());
-    for ((truth, prediction), start) in truth.iter().zip(predictions).zip(predictability) {
-        let coordinates = model.coordinates();
-        let valid = valid_prediction_time(
-            &truth.trajectory,
-            &prediction.trajectory,
-            coordinates,
-            THRESHOLD,
-        )?
-        .seconds;
-        match start.lyapunov_time {
+    let coordinates = model.coordinates();
+    for ((truth, prediction), time) in truth.iter().zip(predictions).zip(lyapunov_times) {
+        let (truth, prediction) = (&truth.trajectory, &prediction.trajectory);
+        let valid = valid_prediction_time(truth, prediction, coordinates, THRESHOLD)?.seconds;
+        match time {
             Some(time) => {
                 chaotic.push(valid);
                 scaled.push(valid / time);
@@ -99,19 +83,17 @@ pub fn valid_times(
             None => regular.push(valid),
         }
     }
-    for list in [&mut chaotic, &mut scaled, &mut regular] {
-        list.sort_by(f64::total_cmp);
-    }
     Ok(ValidTimes {
         chaotic: chaotic.len(),
-        chaotic_seconds: median(&chaotic),
-        chaotic_lyapunov_times: median(&scaled),
+        chaotic_seconds: median(chaotic),
+        chaotic_lyapunov_times: median(scaled),
         regular: regular.len(),
-        regular_seconds: median(&regular),
+        regular_seconds: median(regular),
     })
 }
 
-fn median(sorted: &[f64]) -> f64 {
+fn median(mut sorted: Vec<f64>) -> f64 {
+    sorted.sort_by(f64::total_cmp);
     match sorted.len() {
         0 => f64::NAN,
         n if n % 2 == 1 => sorted[n / 2],

@@ -67,8 +67,9 @@ impl<'a> Fits<'a> {
     }
 
     fn both(&mut self, network: LnnConfig, seed: u64) -> Result<[Fit; 2]> {
-        let conservative = self.lagrangian(network.clone(), ForceTerms::default(), seed)?;
-        let friction = self.lagrangian(network, ForceTerms::friction(), seed)?;
+        let data = &self.parts.dataset;
+        let conservative = self.fit(data, network.clone().into(), ForceTerms::default(), seed)?;
+        let friction = self.fit(data, network.into(), ForceTerms::friction(), seed)?;
         Ok(self.best([conservative, friction]))
     }
 
@@ -76,10 +77,8 @@ impl<'a> Fits<'a> {
     /// samples: then what friction brought was the luck of training.
     fn best(&self, [mut conservative, friction]: [Fit; 2]) -> [Fit; 2] {
         let scale = self.parts.dataset.acceleration_scale();
-        let error = |model: &dyn Model| {
-            let found = HeldOutErrors::of(model, &self.parts.validation, &scale);
-            found.relative
-        };
+        let error =
+            |model: &dyn Model| HeldOutErrors::of(model, &self.parts.validation, &scale).relative;
         if let Some(lnn) = friction.model.lagrangian_as::<Lnn>() {
             let bare = Learned::from(Mechanical::conservative(lnn.clone()));
             if error(&bare) < error(&conservative.model) {
@@ -93,25 +92,13 @@ impl<'a> Fits<'a> {
     /// A plain network of any force.
     pub(super) fn plain(&mut self) -> Result<Learned> {
         let parts = self.parts;
-        Ok(self
-            .fit(
-                &parts.dataset,
-                (self.mlp(), ForceTerms::default()),
-                self.config.seed,
-            )?
-            .model)
+        self.plain_from(&parts.dataset)
     }
 
     /// The same from recordings drawn with replacement.
     pub(super) fn plain_drawn(&mut self) -> Result<Learned> {
         let drawn = self.parts.drawn(self.config.seed)?;
-        Ok(self
-            .fit(
-                &drawn,
-                (self.mlp(), ForceTerms::default()),
-                self.config.seed,
-            )?
-            .model)
+        self.plain_from(&drawn)
     }
 
     /// A plain network of the data as the Lagrangian `model` would have made them: its accelerations at the same states, with
@@ -132,34 +119,26 @@ impl<'a> Fits<'a> {
                 *own = if failed { *measured } else { *own + deviation };
             }
         }
-        Ok(self
-            .fit(&made, (self.mlp(), ForceTerms::default()), self.config.seed)?
-            .model)
+        self.plain_from(&made)
     }
 
-    fn lagrangian(&mut self, network: LnnConfig, forces: ForceTerms, seed: u64) -> Result<Fit> {
-        let parts = self.parts;
-        self.fit(
-            &parts.dataset,
-            (Box::<dyn Family>::from(network), forces),
-            seed,
-        )
-    }
-
-    fn mlp(&self) -> Box<dyn Family> {
-        let network = &self.config.network;
-        Box::<dyn Family>::from(MlpConfig {
+    fn plain_from(&mut self, dataset: &Dataset) -> Result<Learned> {
+        let SurveyConfig { network, seed, .. } = self.config;
+        let mlp = MlpConfig {
             width: network.width,
             layers: network.layers,
             activation: network.activation,
             ..MlpConfig::default()
-        })
+        };
+        let fitted = self.fit(dataset, mlp.into(), ForceTerms::default(), *seed)?;
+        Ok(fitted.model)
     }
 
     fn fit(
         &mut self,
         dataset: &Dataset,
-        (family, forces): (Box<dyn Family>, ForceTerms),
+        family: Box<dyn Family>,
+        forces: ForceTerms,
         seed: u64,
     ) -> Result<Fit> {
         let config = FitConfig {

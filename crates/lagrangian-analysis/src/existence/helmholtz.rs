@@ -8,7 +8,8 @@ use faer::{Mat, Side};
 use serde::Serialize;
 
 use super::field::{Field, FieldScale};
-use super::matrices::{basis, identity, product, skew_part};
+use super::matrices::{basis, identity, skew_part};
+use lagrangian::mechanics::product;
 use lagrangian::rollout::{free, times};
 use lagrangian::{Error, Method, Model, Result, RolloutOptions, State, Trajectory, rollout};
 
@@ -173,19 +174,16 @@ impl Frame {
 /// two samples.
 fn transported(n: usize, h: f64, b: &[f64], phi: &[f64]) -> Vec<f64> {
     let size = n * n;
-    let mut psi = identity(n);
-    let mut inverse = identity(n);
-    let mut p = product(n, &product(n, &inverse, &phi[..size]), &psi);
-    let at = |k: usize| &b[k * size..][..size];
-    for k in (2..b.len() / size).step_by(2) {
-        let three = [at(k - 2), at(k - 1), at(k)];
-        psi = stepped(&psi, three, h, |b, x| product(n, b, x), 0.5);
-        inverse = stepped(&inverse, three, h, |b, x| product(n, x, b), -0.5);
-        p.extend(product(
-            n,
-            &product(n, &inverse, &phi[k * size..][..size]),
-            &psi,
-        ));
+    let (mut psi, mut inverse) = (identity(n), identity(n));
+    let at = |x: &'_ [f64], k: usize| x[k * size..][..size].to_vec();
+    let mut p = Vec::new();
+    for k in (0..b.len() / size).step_by(2) {
+        if k > 0 {
+            let three = [at(b, k - 2), at(b, k - 1), at(b, k)];
+            psi = stepped(&psi, &three, h, |b, x| product(b, x, n), 0.5);
+            inverse = stepped(&inverse, &three, h, |b, x| product(x, b, n), -0.5);
+        }
+        p.extend(product(&product(&inverse, &at(phi, k), n), &psi, n));
     }
     p
 }
@@ -193,21 +191,19 @@ fn transported(n: usize, h: f64, b: &[f64], phi: &[f64]) -> Vec<f64> {
 /// One step of 2h of ẋ = c · slope(B, x), with B at its start, middle and end.
 fn stepped(
     x: &[f64],
-    b: [&[f64]; 3],
+    b: &[Vec<f64>; 3],
     h: f64,
     slope: impl Fn(&[f64], &[f64]) -> Vec<f64>,
     c: f64,
 ) -> Vec<f64> {
     let moved =
         |k: &[f64], by: f64| -> Vec<f64> { x.iter().zip(k).map(|(x, k)| x + by * c * k).collect() };
-    let k1 = slope(b[0], x);
-    let k2 = slope(b[1], &moved(&k1, h));
-    let k3 = slope(b[1], &moved(&k2, h));
-    let k4 = slope(b[2], &moved(&k3, 2.0 * h));
-    let mean: Vec<f64> = (0..x.len())
-        .map(|i| (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]) / 6.0)
-        .collect();
-    moved(&mean, 2.0 * h)
+    let k1 = slope(&b[0], x);
+    let k2 = slope(&b[1], &moved(&k1, h));
+    let k3 = slope(&b[1], &moved(&k2, h));
+    let k4 = slope(&b[2], &moved(&k3, 2.0 * h));
+    let mean = (0..x.len()).map(|i| (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]) / 6.0);
+    moved(&mean.collect::<Vec<f64>>(), 2.0 * h)
 }
 
 /// Multipliers that leave at most this many times what the best one leaves are as good.

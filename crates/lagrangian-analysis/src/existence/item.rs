@@ -33,10 +33,6 @@ pub fn check_item(survey: &Survey) -> Item {
             "record more and longer motions with less noise, or give the fits more time",
         ),
     };
-    with_values(item, survey)
-}
-
-fn with_values(item: Item, survey: &Survey) -> Item {
     let mut item = item
         .value("confidence", survey.verdict.confidence)
         .value("error_conservative", survey.conservative.relative)

@@ -1,5 +1,7 @@
 //! Small square matrices, row-major `[n, n]`.
 
+use lagrangian::mechanics::product;
+
 /// An orthonormal basis of the symmetric matrices.
 pub(super) fn basis(n: usize) -> Vec<Vec<f64>> {
     let pairs = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
@@ -14,7 +16,7 @@ pub(super) fn basis(n: usize) -> Vec<Vec<f64>> {
 
 /// gP − (gP)ᵀ.
 pub(super) fn skew_part(n: usize, g: &[f64], p: &[f64]) -> Vec<f64> {
-    let gp = product(n, g, p);
+    let gp = product(g, p, n);
     (0..n * n)
         .map(|at| gp[at] - gp[at % n * n + at / n])
         .collect()
@@ -25,10 +27,4 @@ pub(super) fn identity(n: usize) -> Vec<f64> {
     (0..n * n)
         .map(|at| f64::from(u8::from(at / n == at % n)))
         .collect()
-}
-
-/// a b.
-pub(super) fn product(n: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
-    let entry = |at: usize| (0..n).map(|k| a[at / n * n + k] * b[k * n + at % n]).sum();
-    (0..n * n).map(entry).collect()
 }

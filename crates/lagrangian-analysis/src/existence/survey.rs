@@ -144,7 +144,10 @@ pub fn survey(
         hidden: Vec::new(),
         asymmetry: asymmetry(models, &null, &parts.starts(), &scale)?,
         contraction: contraction(models, recordings, &scale, held_out(&plain).relative),
-        damping: damping_of(models, &parts, &scale, &tau),
+        damping: match parts.dataset.forced {
+            true => damping(models, &parts.test, &scale, &tau),
+            false => None,
+        },
         conservative: held_out(&lagrangians[0].model),
         friction: held_out(&lagrangians[1].model),
         unrestricted: held_out(&plain),
@@ -159,19 +162,6 @@ pub fn survey(
     found.hidden = hidden(&found);
     found.verdict = verdict(&found, coordinates.dof(), config.seed);
     Ok(found)
-}
-
-fn damping_of(
-    models: [&dyn Model; 2],
-    parts: &Parts,
-    scale: &FieldScale,
-    tau: &[f64],
-) -> Option<Damping> {
-    parts
-        .dataset
-        .forced
-        .then(|| damping(models, &parts.test, scale, tau))
-        .flatten()
 }
 
 fn asymmetry(
@@ -196,20 +186,16 @@ fn asymmetry(
         (Some(bound), Some(null)) if null < bound => of_null,
         _ => all_by_chance,
     };
-    let middle = (
-        median(&all),
-        median(&all_by_chance),
-        median(&values(&|(v, _)| v.regularity)),
-    );
-    let (Some(median), Some(chance), Some(regularity)) = middle else {
+    let regularities = values(&|(v, _)| v.regularity);
+    let medians = [&all, &all_by_chance, &regularities].map(|values| median(values));
+    let [Some(median), Some(chance), Some(regularity)] = medians else {
         return Ok(None);
     };
-    let motions = all.len();
     Ok(Some(Asymmetry {
         median,
         chance,
         regularity,
-        motions,
+        motions: all.len(),
         all,
         all_by_chance,
     }))

@@ -4,7 +4,7 @@ use std::fmt::{Display, Formatter};
 
 use serde::Serialize;
 
-use super::errors::class_frequencies;
+use super::errors::frequency;
 use super::reasons::reasons;
 use super::survey::Survey;
 
@@ -106,24 +106,11 @@ fn excluded(found: &Survey) -> bool {
     [asymmetric(found), contracts(found), coupled(found)].contains(&Some(true))
 }
 
-const CLASSES: [Existence; 4] = [
-    Existence::Lagrangian,
-    Existence::WithFriction,
-    Existence::NoneFound,
-    Existence::Undecided,
-];
-
 /// The verdict on a survey of `n` coordinates.
 pub(super) fn verdict(found: &Survey, n: usize, seed: u64) -> Conclusion {
     let fits = [&found.conservative, &found.friction, &found.unrestricted];
     let existence = by_errors(fits.map(|f| f.relative));
-    let class = |e| CLASSES.iter().position(|c| *c == by_errors(e)).unwrap_or(3);
-    let frequencies = class_frequencies(fits, CLASSES.len(), class, seed);
-    let own = CLASSES
-        .iter()
-        .zip(&frequencies)
-        .find(|(c, _)| **c == existence);
-    let frequency = own.map_or(0.0, |(_, frequency)| *frequency);
+    let frequency = frequency(fits, |errors| by_errors(errors) == existence, seed);
     let (existence, confidence) = weighed(found, existence, frequency);
     Conclusion {
         existence,
@@ -155,51 +142,38 @@ fn weighed(found: &Survey, existence: Existence, frequency: f64) -> (Existence, 
 
 /// k recordings that all agree do so by chance once in 2ᵏ; pieces of fewer than four count as one recording more.
 fn most_certain(recordings: usize) -> f64 {
-    let k = if recordings < 4 {
-        recordings + 1
-    } else {
-        recordings
-    };
+    let k = recordings + usize::from(recordings < 4);
     1.0 - 0.5_f64.powi(i32::try_from(k).unwrap_or(i32::MAX))
 }
 
 /// Whether no multiplier makes the field that of a Lagrangian; `None` where nothing was measured.
 pub(super) fn asymmetric(found: &Survey) -> Option<bool> {
-    found
-        .asymmetry
-        .as_ref()
-        .map(|a| a.median > TIMES_CHANCE * a.chance)
+    let asymmetry = found.asymmetry.as_ref();
+    asymmetry.map(|a| a.median > TIMES_CHANCE * a.chance)
 }
 
 /// Whether volume shrinks or grows.
 pub(super) fn contracts(found: &Survey) -> Option<bool> {
-    found
-        .contraction
-        .map(|c| c.divergence.rate.abs() > STANDARD_ERRORS * c.error())
+    let contraction = found.contraction;
+    contraction.map(|c| c.divergence.rate.abs() > STANDARD_ERRORS * c.error())
 }
 
 /// Whether damping couples coordinates, as no friction of single ones does.
 pub(super) fn coupled(found: &Survey) -> Option<bool> {
-    found
-        .damping
-        .as_ref()
-        .map(|d| d.coupled > TIMES_CHANCE * d.chance)
+    let damping = found.damping.as_ref();
+    damping.map(|d| d.coupled > TIMES_CHANCE * d.chance)
 }
 
 /// Accelerations below which a force would have changed no verdict, `[n]`: what the best fit would have to leave more.
 pub(super) fn hidden(found: &Survey) -> Vec<f64> {
-    let fits = [&found.conservative, &found.friction, &found.unrestricted];
-    let best = fits
-        .into_iter()
-        .min_by(|a, b| a.relative.total_cmp(&b.relative));
+    let fits = [&found.conservative, &found.friction, &found.unrestricted].into_iter();
+    let best = fits.min_by(|a, b| a.relative.total_cmp(&b.relative));
     let Some(best) = best.filter(|b| b.relative > 0.0) else {
         return Vec::new();
     };
     let bound = f64::max(NEGLIGIBLE, (EQUAL * EQUAL - 1.0).sqrt() * best.relative);
-    best.accelerations
-        .iter()
-        .map(|a| a * bound / best.relative)
-        .collect()
+    let accelerations = best.accelerations.iter();
+    accelerations.map(|a| a * bound / best.relative).collect()
 }
 
 #[cfg(test)]

@@ -4,9 +4,7 @@ use anyhow::Result;
 use lagrangian::analytic::AnalyticModel;
 use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
 use lagrangian::{Method, Model, Rollout, RolloutOptions, State, random_starts};
-use lagrangian_analysis::chaos::{
-    Predictability, ValidTimes, predictability, restarted, valid_times,
-};
+use lagrangian_analysis::chaos::{ValidTimes, lyapunov_times, restarted, valid_times};
 
 use super::{Manner, REFERENCE_ENERGY};
 use crate::cli::DemoArgs;
@@ -30,7 +28,8 @@ pub(super) struct Judged {
 /// Everything that was measured.
 pub(super) struct Judgement {
     pub(super) starts: Vec<State>,
-    pub(super) predictability: Vec<Predictability>,
+    /// The Lyapunov time of each start whose motion is chaotic, s.
+    pub(super) lyapunov_times: Vec<Option<f64>>,
     pub(super) truth: Judged,
     pub(super) restarted: ValidTimes,
     pub(super) lnn: Judged,
@@ -60,13 +59,13 @@ impl Judgement {
         let mut bar = Progress::start("rollouts of 100 s", manner.quiet);
         let truth = rollout_many(system, &starts, &times, &free, &RolloutOptions::truth())?;
         bar.update(0.2, "true motions");
-        let predictability = predictability(system, &starts, DURATION, &options())?;
+        let lyapunov_times = lyapunov_times(system, &starts, DURATION, &options())?;
         let restarted = restarted(system, &starts, RESTART, &times, &RolloutOptions::truth())?;
-        let restarted = valid_times(system, &truth, &restarted, &predictability)?;
+        let restarted = valid_times(system, &truth, &restarted, &lyapunov_times)?;
         bar.update(0.5, "Lyapunov times");
         let judge = |model: &dyn Model| -> Result<Judged> {
             let rollouts = rollout_many(model, &starts, &times, &free, &options())?;
-            let valid = valid_times(model, &truth, &rollouts, &predictability)?;
+            let valid = valid_times(model, &truth, &rollouts, &lyapunov_times)?;
             Ok(Judged {
                 energy: energy_test(system, &rollouts, REFERENCE_ENERGY),
                 valid: Some(valid),
@@ -85,7 +84,7 @@ impl Judgement {
         };
         Ok(Self {
             starts,
-            predictability,
+            lyapunov_times,
             truth,
             restarted,
             lnn,
@@ -96,7 +95,7 @@ impl Judgement {
     /// The start that the page shows moving: chaotic, and kept by the plain network for as long as any.
     pub(super) fn shown(&self) -> usize {
         let kept = |k: &usize| self.mlp.rollouts[*k].trajectory.len();
-        let chaotic = |k: &usize| usize::from(self.predictability[*k].lyapunov_time.is_some());
+        let chaotic = |k: &usize| usize::from(self.lyapunov_times[*k].is_some());
         (0..self.starts.len())
             .rev()
             .max_by_key(|k| (chaotic(k), kept(k)))
