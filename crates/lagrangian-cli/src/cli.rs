@@ -68,25 +68,13 @@ pub(crate) enum Command {
     Report(ReportArgs),
 }
 
-/// How the columns of a file are read; a TOML file beside the data may say the same.
+/// How the columns of a file are read; a TOML file beside it may say the same.
 #[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
 #[command(next_help_heading = "Columns of the data")]
-pub(crate) struct DataArgs {
+pub(crate) struct FileArgs {
     #[command(flatten)]
     #[serde(flatten)]
     pub(crate) columns: ColumnArgs,
-
-    /// Coordinates that the forces act on, in the order of --tau, where they are fewer than the coordinates; the
-    /// forces on the others are 0 [default: all, or by the names of the columns]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    #[serde(default)]
-    pub(crate) actuated: Vec<String>,
-
-    /// The motion answers the recorded forces so many ms later: shift them; one value, or one for each coordinate
-    /// (`lagrangian check` measures it)
-    #[arg(long, value_name = "MS", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
-    #[serde(default)]
-    pub(crate) delay: Vec<f64>,
 
     /// Column of time, s [default: t]
     #[arg(long, value_name = "NAME")]
@@ -100,12 +88,6 @@ pub(crate) struct DataArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) angle: Vec<String>,
 
-    /// Coordinates that never move, such as a mass, a length or the strength of a field: a model sees their values;
-    /// further columns, or some of --q; they need no columns of velocities
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    #[serde(default)]
-    pub(crate) parameters: Vec<String>,
-
     /// Angles are in degrees (never guessed)
     #[arg(long)]
     pub(crate) degrees: bool,
@@ -117,6 +99,33 @@ pub(crate) struct DataArgs {
     /// TOML file with the above [default: the data file's name with .toml, else lagrangian.toml beside it]
     #[arg(long, value_name = "FILE")]
     pub(crate) layout: Option<PathBuf>,
+}
+
+/// How recordings are read.
+#[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
+#[command(next_help_heading = "Columns of the data")]
+pub(crate) struct DataArgs {
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) file: FileArgs,
+
+    /// Coordinates that the forces act on, in the order of --tau, where they are fewer than the coordinates; the
+    /// forces on the others are 0 [default: all, or by the names of the columns]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[serde(default)]
+    pub(crate) actuated: Vec<String>,
+
+    /// The motion answers the recorded forces so many ms later: shift them; one value, or one for each coordinate
+    /// (`lagrangian check` measures it)
+    #[arg(long, value_name = "MS", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    #[serde(default)]
+    pub(crate) delay: Vec<f64>,
+
+    /// Coordinates that never move, such as a mass, a length or the strength of a field: a model sees their values;
+    /// further columns, or some of --q; they need no columns of velocities
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[serde(default)]
+    pub(crate) parameters: Vec<String>,
 }
 
 /// Of logs longer than this, a sample is enough, and bounds memory (ADR 0049).

@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
-    CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Format, Layout, Learned,
+    CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Layout, Learned,
     Readings, Recording, SavedModel, Trajectory,
 };
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake, with_flags};
 use crate::hashed::{FileHash, Hashed};
+use crate::output;
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
@@ -40,15 +41,16 @@ impl EstimateArgs {
 
 impl DataArgs {
     fn layout(&self) -> Layout {
+        let file = self.file.clone();
         Layout {
-            trajectory: self.trajectory.clone(),
-            t: self.time.clone(),
-            columns: self.columns.0.clone(),
+            trajectory: file.trajectory,
+            t: file.time,
+            columns: file.columns.0,
             actuated: self.actuated.clone(),
-            angles: self.angle.clone(),
+            angles: file.angle,
             parameters: self.parameters.clone(),
-            degrees: self.degrees,
-            every: self.every.map_or(0, |n| n as usize),
+            degrees: file.degrees,
+            every: file.every.map_or(0, |n| n as usize),
             ..Layout::default()
         }
     }
@@ -56,10 +58,8 @@ impl DataArgs {
     /// The flags, and what they leave unsaid from the file beside the data.
     fn layout_for(&self, path: &Path) -> Result<Layout> {
         let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
-        let chosen = self
-            .layout
-            .clone()
-            .or_else(|| beside.into_iter().find(|p| p.is_file()));
+        let given = self.file.layout.clone();
+        let chosen = given.or_else(|| beside.into_iter().find(|p| p.is_file()));
         let Some(chosen) = chosen else {
             return Ok(self.layout());
         };
@@ -106,19 +106,17 @@ pub(crate) fn read_sample(
             "give files with at least two rows",
         ));
     };
-    match recordings
-        .iter()
-        .find(|r| r.coordinates != first.coordinates)
-    {
-        None => Ok(Files { recordings, hashes }),
-        Some(other) => Err(mistake(
-            format!(
-                "'{}' and '{}' have other coordinates",
-                first.name, other.name
-            ),
-            "name the same columns with --q and the same angles with --angle, or use the files apart",
-        )),
-    }
+    let differs = |r: &&Recording| r.coordinates != first.coordinates;
+    let Some(other) = recordings.iter().find(differs) else {
+        return Ok(Files { recordings, hashes });
+    };
+    Err(mistake(
+        format!(
+            "'{}' and '{}' have different coordinates",
+            first.name, other.name
+        ),
+        "name the same columns with --q and the same angles with --angle, or use the files separately",
+    ))
 }
 
 fn read_file(
@@ -127,31 +125,22 @@ fn read_file(
     sample: Option<Sampling>,
 ) -> Result<(Vec<Recording>, FileHash)> {
     let shown = format!("cannot read '{}'", path.display());
-    let extension = path
-        .extension()
-        .and_then(|e| e.to_str())
-        .unwrap_or_default();
-    let format = Format::from_extension(extension).advise(&shown, "rename or convert the file")?;
+    let format = output::format_named(path).advise(&shown, "rename or convert the file")?;
     let layout = Layout {
         sample,
         ..args.layout_for(path)?
     };
     let access = "check that the file exists and may be read";
     let (file, hashing) = Hashed::open(path).advise(&shown, access)?;
-    let name = path
-        .file_stem()
-        .and_then(|stem| stem.to_str())
-        .unwrap_or("recording");
+    let name = path.file_stem().and_then(|stem| stem.to_str());
+    let name = name.unwrap_or("recording");
     let readings = format.read(file, name, &layout).advise(
         &shown,
         "run `lagrangian check --help` for the columns of a file and the flags that name them",
     )?;
-    if !readings.columns.ignored.is_empty() {
-        eprintln!(
-            "note: '{}': columns not used: {}",
-            path.display(),
-            readings.columns.ignored.join(", ")
-        );
+    let ignored = readings.columns.ignored.join(", ");
+    if !ignored.is_empty() {
+        eprintln!("note: '{}': columns not used: {ignored}", path.display());
     }
     note_passive(path, &readings);
     let hash = hashing.finish().advise(shown, access)?;
@@ -161,28 +150,24 @@ fn read_file(
 /// Checks recordings; remedies name the flags.
 pub(crate) fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     let mut report = lagrangian::check(recordings, options);
-    for remedy in report
+    let remedies = report
         .items
         .iter_mut()
-        .filter_map(|item| item.remedy.as_mut())
-    {
-        *remedy = with_flags(remedy);
-    }
+        .filter_map(|item| item.remedy.as_mut());
+    remedies.for_each(|remedy| *remedy = with_flags(remedy));
     report
 }
 
 /// Shifts the forces as --delay says.
 fn delayed(recordings: Vec<Recording>, args: &DataArgs) -> Result<Vec<Recording>> {
-    let milliseconds: Vec<f64> = args.delay.iter().map(|ms| 1e-3 * ms).collect();
+    let seconds: Vec<f64> = args.delay.iter().map(|ms| 1e-3 * ms).collect();
     let shifted = |recording: Recording| {
         let shown = format!("cannot shift the forces of '{}'", recording.name);
-        recording
-            .delayed(&milliseconds)
-            .advise(shown, "correct --delay")
+        recording.delayed(&seconds).advise(shown, "correct --delay")
     };
-    match milliseconds[..] {
-        [] => Ok(recordings),
-        _ => recordings.into_iter().map(shifted).collect(),
+    match seconds.is_empty() {
+        true => Ok(recordings),
+        false => recordings.into_iter().map(shifted).collect(),
     }
 }
 
@@ -190,15 +175,12 @@ fn delayed(recordings: Vec<Recording>, args: &DataArgs) -> Result<Vec<Recording>
 fn note_passive(path: &Path, readings: &Readings) {
     let columns = &readings.columns.signals;
     let forces = columns.tau.iter().zip(&columns.q);
-    let passive: Vec<&str> = forces
-        .filter(|(force, _)| force.is_empty())
-        .map(|(_, q)| q.as_str())
-        .collect();
+    let passive = forces.filter(|(force, _)| force.is_empty());
+    let passive: Vec<&str> = passive.map(|(_, q)| q.as_str()).collect();
     if !passive.is_empty() {
+        let (path, passive) = (path.display(), passive.join(", "));
         eprintln!(
-            "note: '{}': there is no column for the force on {}: it is taken as 0",
-            path.display(),
-            passive.join(", ")
+            "note: '{path}': there is no column for the force on {passive}: it is taken as 0"
         );
     }
 }
@@ -221,10 +203,8 @@ pub(crate) fn estimated(
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
     for recording in recordings {
         let shown = format!("cannot use '{}'", recording.name);
-        let (own, how) = recording.into_trajectories(options).advise(
-            shown,
-            "`lagrangian check` shows what is wrong with the data",
-        )?;
+        let hint = "`lagrangian check` shows what is wrong with the data";
+        let (own, how) = recording.into_trajectories(options).advise(shown, hint)?;
         trajectories.extend(own);
         estimates.extend(how);
     }
@@ -234,12 +214,8 @@ pub(crate) fn estimated(
 /// Says on standard error what had to be estimated.
 pub(crate) fn note_estimates(estimates: &[Estimate]) {
     for signal in ["qd", "qdd", "pd"] {
-        let windows: Vec<f64> = estimates
-            .iter()
-            .filter(|e| e.signal == signal)
-            .map(|e| e.seconds)
-            .collect();
-        if let Some(longest) = windows.iter().copied().reduce(f64::max) {
+        let own = estimates.iter().filter(|e| e.signal == signal);
+        if let Some(longest) = own.map(|e| e.seconds).reduce(f64::max) {
             let other = match signal {
                 "qd" => "; a fit with --loss positions uses none",
                 _ => "",
@@ -267,15 +243,15 @@ pub(crate) fn model(path: &Path) -> Result<Learned> {
 
 /// Refuses recordings of another system than the model's.
 pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -> Result<()> {
-    let (n, wanted) = (
+    let (n, expected) = (
         recordings.first().map_or(0, Recording::dof),
         coordinates.dof(),
     );
-    if n == wanted {
+    if n == expected {
         return Ok(());
     }
     Err(mistake(
-        format!("the data has {n} coordinates, the model {wanted}"),
+        format!("the data has {n} coordinates, the model {expected}"),
         "name the columns of the model's coordinates with --q, in their order",
     ))
 }

@@ -54,12 +54,9 @@ pub(crate) fn write_file(
     refuse_existing(path, existing)?;
     let folder = folder_of(path);
     if !folder.is_dir() {
+        let (path, folder) = (path.display(), folder.display());
         return Err(mistake(
-            format!(
-                "cannot write '{}': there is no folder '{}'",
-                path.display(),
-                folder.display()
-            ),
+            format!("cannot write '{path}': there is no folder '{folder}'"),
             "create the folder first, or give another --out",
         ));
     }
@@ -80,9 +77,8 @@ pub(crate) fn write_bytes(path: &Path, existing: Existing, bytes: &[u8]) -> Resu
 }
 
 fn folder_of(path: &Path) -> &Path {
-    path.parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."))
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+    parent.unwrap_or(Path::new("."))
 }
 
 /// A device or a pipe: nothing to lose there, and no renaming onto it.
@@ -131,14 +127,16 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
 
 /// The format that a file's extension means, before any work is done for it.
 pub(crate) fn format_of(path: &Path) -> Result<Format> {
-    let extension = path
-        .extension()
-        .and_then(|e| e.to_str())
-        .unwrap_or_default();
-    Format::from_extension(extension).advise(
+    format_named(path).advise(
         format!("cannot write '{}'", path.display()),
         "end the name of --out with .csv, .npz or .parquet",
     )
+}
+
+/// The format that a file's extension means.
+pub(crate) fn format_named(path: &Path) -> lagrangian::Result<Format> {
+    let extension = path.extension().and_then(|e| e.to_str());
+    Format::from_extension(extension.unwrap_or_default())
 }
 
 /// Writes trajectories to a file, in the format of its extension, and beside it the TOML file that declares angles
@@ -153,11 +151,8 @@ pub(crate) fn write_trajectories(
     let layout = path.with_extension("toml");
     refuse_existing(&layout, existing)?;
     write_file(path, existing, |sink| Ok(format.write(sink, trajectories)?))?;
-    write_bytes(
-        &layout,
-        existing,
-        Layout::written(coordinates).to_toml()?.as_bytes(),
-    )?;
+    let text = Layout::written(coordinates).to_toml()?;
+    write_bytes(&layout, existing, text.as_bytes())?;
     Ok(layout)
 }
 
@@ -168,12 +163,8 @@ pub(crate) fn print_trajectories(trajectories: &[Trajectory]) -> Result<()> {
 
 /// Writes text to standard output; a closed or full output is an error, not a panic.
 pub(crate) fn print(text: &str) -> Result<()> {
-    print_bytes(text.as_bytes())
-}
-
-fn print_bytes(bytes: &[u8]) -> Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(bytes)
+    out.write_all(text.as_bytes())
         .and_then(|()| out.flush())
         .context("cannot write to standard output")
 }

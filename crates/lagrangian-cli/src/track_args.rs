@@ -4,10 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use lagrangian::Signals;
-
-use crate::cli::{DataArgs, EstimateArgs};
-use crate::column_args::ColumnArgs;
+use crate::cli::{EstimateArgs, FileArgs};
 use crate::out_args::PlotArgs;
 use crate::values::{assignment, non_negative, positive, seed};
 
@@ -22,6 +19,7 @@ Examples:
       --delay 2 --out motion.csv --plot track.html --json")]
 #[command(mut_arg("out", |arg| arg.help("File for the motion and its torques, .csv, .npz or .parquet; a .toml that declares the angles is put beside it")))]
 #[command(mut_arg("plot", |arg| arg.help("File for a drawing: .html for a page, .svg or .png for the motion of the first joint")))]
+#[command(mut_arg("p", |arg| arg.hide(true)), mut_arg("tau", |arg| arg.hide(true)))]
 pub(crate) struct TrackArgs {
     /// A saved model: what the controller knows
     pub(crate) model: PathBuf,
@@ -43,7 +41,7 @@ pub(crate) struct TrackArgs {
     pub(crate) estimate: EstimateArgs,
 
     #[command(flatten)]
-    pub(crate) columns: ReferenceArgs,
+    pub(crate) columns: FileArgs,
 }
 
 /// The robot that is driven.
@@ -122,67 +120,4 @@ pub(crate) enum ControllerName {
     FeedForward,
     /// Feedback through the model at the measured state
     ComputedTorque,
-}
-
-/// How the columns of the reference are read; a TOML file beside it may say the same.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Columns of the reference")]
-pub(crate) struct ReferenceArgs {
-    /// Columns of the coordinates q [default: q1,q2,…]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    q: Vec<String>,
-
-    /// Columns of the velocities q̇; estimated from q if there are none [default: qd1,qd2,…]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    qd: Vec<String>,
-
-    /// Columns of the accelerations q̈; estimated if there are none [default: qdd1,qdd2,…]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    qdd: Vec<String>,
-
-    /// Column of time, s [default: t]
-    #[arg(long, value_name = "NAME")]
-    time: Option<String>,
-
-    /// Column that tells several trajectories of one file apart [default: trajectory, if there is one]
-    #[arg(long, value_name = "NAME")]
-    trajectory: Option<String>,
-
-    /// Coordinates that are angles, so that q and q + 2π are the same; `all` for all of them
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    angle: Vec<String>,
-
-    /// Angles are in degrees (never guessed)
-    #[arg(long)]
-    degrees: bool,
-
-    /// Keep every so manyth row
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    every: Option<u32>,
-
-    /// TOML file with the above [default: the reference's name with .toml, else lagrangian.toml beside it]
-    #[arg(long, value_name = "FILE")]
-    layout: Option<PathBuf>,
-}
-
-impl ReferenceArgs {
-    /// As the flags of data; a reference has no forces, and `--delay` means another thing here.
-    pub(crate) fn data(&self) -> DataArgs {
-        let own = self.clone();
-        DataArgs {
-            columns: ColumnArgs(Signals {
-                q: own.q,
-                qd: own.qd,
-                qdd: own.qdd,
-                ..Signals::default()
-            }),
-            time: own.time,
-            trajectory: own.trajectory,
-            angle: own.angle,
-            degrees: own.degrees,
-            every: own.every,
-            layout: own.layout,
-            ..DataArgs::default()
-        }
-    }
 }

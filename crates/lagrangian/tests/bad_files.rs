@@ -82,10 +82,7 @@ fn an_unknown_column_is_ignored_but_listed() {
 
 #[test]
 fn a_doubled_column_is_refused() {
-    assert_says(
-        &refusal("t,q1,q1\n0,0,0\n"),
-        &["'q1' stands there twice", "`q`"],
-    );
+    assert_says(&refusal("t,q1,q1\n0,0,0\n"), &["two columns 'q1'", "`q`"]);
     let twice = Layout {
         columns: Signals {
             q: vec!["a".into()],

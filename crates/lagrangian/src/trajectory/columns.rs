@@ -67,10 +67,10 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let mut numbers = vec![finder.position(&t, "t")?];
     let default = || finder.has("trajectory").then(|| "trajectory".to_owned());
     let trajectory = layout.trajectory.clone().or_else(default);
-    let trajectory_at = match &trajectory {
-        Some(name) => Some(finder.position(name, "trajectory")?),
-        None => None,
-    };
+    let trajectory_at = trajectory
+        .as_ref()
+        .map(|name| finder.position(name, "trajectory"));
+    let trajectory_at = trajectory_at.transpose()?;
     let signals = finder.signals(layout)?;
     for (signal, names) in signals.iter() {
         for name in names.iter().filter(|name| !name.is_empty()) {
@@ -78,11 +78,9 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         }
     }
     finder.each_used_once(&numbers)?;
-    let used = |i: &usize| numbers.contains(i) || trajectory_at == Some(*i);
-    let ignored = (0..headers.len())
-        .filter(|i| !used(i))
-        .map(|i| headers[i].clone())
-        .collect();
+    let is_used = |i: &usize| numbers.contains(i) || trajectory_at == Some(*i);
+    let ignored = (0..headers.len()).filter(|i| !is_used(i));
+    let ignored = ignored.map(|i| headers[i].clone()).collect();
     let estimated = signals.qd.is_empty() || signals.qdd.is_empty();
     Ok(Resolved {
         coordinates: declare(&signals.q, layout, &finder)?,
@@ -100,44 +98,33 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     })
 }
 
+/// The coordinates with the names `q`, as the layout declares them.
 fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordinates> {
-    let all = layout.angles.iter().any(|a| a == "all");
-    for name in layout.angles.iter().filter(|a| *a != "all") {
-        if !q.contains(name) {
-            let finding = format!(
-                "'{name}' is declared as an angle but is not one of the coordinates {}",
-                q.join(", ")
-            );
-            return Err(finder.error(finding, "name coordinates with `angles`".into()));
-        }
+    let own = q.join(", ");
+    let is_unknown = |name: &&String| *name != "all" && !q.contains(name);
+    if let Some(name) = layout.angles.iter().find(is_unknown) {
+        let finding =
+            format!("'{name}' is declared as an angle but is not one of the coordinates {own}");
+        return Err(finder.error(finding, "name coordinates with `angles`"));
     }
-    for name in layout.units.keys() {
-        if !q.contains(name) {
-            let finding = format!(
-                "'{name}' has a unit but is not one of the coordinates {}",
-                q.join(", ")
-            );
-            return Err(finder.error(finding, "name coordinates with `units`".into()));
-        }
+    if let Some(name) = layout.units.keys().find(|name| !q.contains(name)) {
+        let finding = format!("'{name}' has a unit but is not one of the coordinates {own}");
+        return Err(finder.error(finding, "name coordinates with `units`"));
     }
     if layout.degrees && layout.angles.is_empty() {
-        let finding = "degrees are declared but no coordinate is an angle".to_owned();
-        return Err(finder.error(finding, "say which are with `angles`, q1,q2 or all".into()));
+        let finding = "degrees are declared but no coordinate is an angle";
+        return Err(finder.error(finding, "say which are with `angles`, q1,q2 or all"));
     }
+    let is_angle = |name: &String| layout.angles.iter().any(|a| a == name || a == "all");
     let coordinate = |name: &String| {
-        let parameter = layout.parameters.contains(name);
-        let circle = !parameter && (all || layout.angles.contains(name));
-        let unit = if circle {
-            "rad".into()
-        } else {
-            layout.units.get(name).cloned().unwrap_or_default()
+        let topology = match (layout.parameters.contains(name), is_angle(name)) {
+            (true, _) => Topology::Parameter,
+            (false, true) => Topology::Circle,
+            (false, false) => Topology::Line,
         };
-        let topology = if parameter {
-            Topology::Parameter
-        } else if circle {
-            Topology::Circle
-        } else {
-            Topology::Line
+        let unit = match topology {
+            Topology::Circle => "rad".into(),
+            _ => layout.units.get(name).cloned().unwrap_or_default(),
         };
         Coordinate {
             name: name.clone(),
@@ -157,43 +144,34 @@ impl Finder<'_> {
         self.headers.iter().any(|h| h == name)
     }
 
-    fn error(&self, finding: String, remedy: String) -> Error {
+    fn error(&self, finding: impl Into<String>, remedy: impl Into<String>) -> Error {
         const SHOWN: usize = 40;
-        let mut found = self
-            .headers
-            .iter()
-            .take(SHOWN)
-            .cloned()
-            .collect::<Vec<_>>()
-            .join(", ");
-        if self.headers.len() > SHOWN {
-            found += &format!(", … {} in all", self.headers.len());
+        let all = self.headers.len();
+        let mut found = self.headers[..all.min(SHOWN)].join(", ");
+        if all > SHOWN {
+            found += &format!(", … {all} in all");
         }
         Error::Columns {
-            finding,
+            finding: finding.into(),
             found,
-            remedy,
+            remedy: remedy.into(),
         }
     }
 
     fn position(&self, name: &str, setting: &str) -> Result<usize> {
-        let mut at = self
-            .headers
-            .iter()
-            .enumerate()
-            .filter(|(_, h)| *h == name)
-            .map(|(i, _)| i);
-        match (at.next(), at.next()) {
-            (Some(i), None) => Ok(i),
-            (None, _) => Err(self.error(
+        let mut at = (0..self.headers.len()).filter(|&i| self.headers[i] == name);
+        let (finding, remedy) = match (at.next(), at.next()) {
+            (Some(i), None) => return Ok(i),
+            (None, _) => (
                 format!("no column '{name}'"),
                 format!("name the right one with `{setting}`"),
-            )),
-            (Some(_), Some(_)) => Err(self.error(
-                format!("column '{name}' stands there twice"),
+            ),
+            (Some(_), Some(_)) => (
+                format!("there are two columns '{name}'"),
                 format!("rename one of them, or name another with `{setting}`"),
-            )),
-        }
+            ),
+        };
+        Err(self.error(finding, remedy))
     }
 
     /// The columns of each signal, each by its own rule.
@@ -218,26 +196,25 @@ impl Finder<'_> {
         }
         let q = self.numbered("q");
         if q.is_empty() {
-            let remedy =
-                "name the columns of the coordinates with `q`, such as theta1,theta2".into();
-            return Err(self.error("no column 'q1'".into(), remedy));
+            let remedy = "name the columns of the coordinates with `q`, such as theta1,theta2";
+            return Err(self.error("no column 'q1'", remedy));
         }
         self.unbroken("q", q.len(), q.len())?;
         Ok(q)
     }
 
-    /// The coordinates, and behind them the parameters that are not among them.
+    /// The coordinates, and after them the parameters that are not among them.
     fn with_parameters(&self, mut q: Vec<String>, layout: &Layout) -> Result<Vec<String>> {
         for (k, name) in layout.parameters.iter().enumerate() {
             if layout.parameters[..k].contains(name) {
                 let finding = format!("'{name}' is named twice as a parameter");
-                return Err(self.error(finding, "name it once with `parameters`".into()));
+                return Err(self.error(finding, "name it once with `parameters`"));
             }
             if layout.angles.contains(name) {
                 let finding = format!("'{name}' is declared as an angle and as a parameter");
                 let remedy =
                     "a parameter is a number on a line: omit it from `angles` or from `parameters`";
-                return Err(self.error(finding, remedy.into()));
+                return Err(self.error(finding, remedy));
             }
             if !q.contains(name) {
                 self.position(name, "parameters")?;
@@ -246,57 +223,51 @@ impl Finder<'_> {
         }
         if q.iter().all(|name| layout.parameters.contains(name)) {
             let finding = format!("all coordinates are parameters ({})", q.join(", "));
-            let remedy = "name the coordinates that move with `q`".into();
-            return Err(self.error(finding, remedy));
+            return Err(self.error(finding, "name the coordinates that move with `q`"));
         }
         Ok(q)
     }
 
     /// The columns of a signal: one for each coordinate, or for each that moves; the others have an empty name.
     fn rates(&self, named: &[String], prefix: &str, moving: &[bool]) -> Result<Vec<String>> {
-        let given = if named.is_empty() {
-            self.numbered(prefix)
-        } else {
-            named.to_vec()
-        };
-        let count = moving.iter().filter(|m| **m).count();
-        if given.len() != count {
-            return self.signal(named, prefix, moving.len());
+        let found = self.named_or_numbered(named, prefix);
+        if found.len() == moving.iter().filter(|m| **m).count() {
+            let mut found = found.into_iter();
+            let own = |m: &bool| m.then(|| found.next()).flatten().unwrap_or_default();
+            return Ok(moving.iter().map(own).collect());
         }
-        let mut given = given.into_iter();
-        let own = |m: &bool| if *m { given.next() } else { None };
-        Ok(moving
-            .iter()
-            .map(own)
-            .map(Option::unwrap_or_default)
-            .collect())
+        self.one_each(found, named.is_empty(), prefix, moving.len())
     }
 
-    fn signal(&self, named: &[String], prefix: &str, n: usize) -> Result<Vec<String>> {
-        let found = if named.is_empty() {
-            self.numbered(prefix)
-        } else {
-            named.to_vec()
-        };
-        if named.is_empty() {
-            self.unbroken(prefix, found.len(), n)?;
+    fn named_or_numbered(&self, named: &[String], prefix: &str) -> Vec<String> {
+        match named.is_empty() {
+            true => self.numbered(prefix),
+            false => named.to_vec(),
         }
-        if !found.is_empty() && found.len() != n {
-            let finding = format!(
-                "{} columns for {prefix} ({}) but {n} for q",
-                found.len(),
-                found.join(", ")
-            );
-            let remedy = format!(
-                "name one for each coordinate with `{prefix}`, or the coordinates with `q`"
-            );
-            return Err(self.error(finding, remedy));
-        }
-        Ok(found)
     }
 
-    /// The columns of the momenta; those that no one named only where they are one for each coordinate, since `p`
-    /// may be a pressure.
+    /// Refuses columns of a signal that are not one for each of `n` coordinates.
+    fn one_each(
+        &self,
+        found: Vec<String>,
+        by_default: bool,
+        prefix: &str,
+        n: usize,
+    ) -> Result<Vec<String>> {
+        let (count, names) = (found.len(), found.join(", "));
+        if by_default {
+            self.unbroken(prefix, count, n)?;
+        }
+        if count == 0 || count == n {
+            return Ok(found);
+        }
+        let finding = format!("{count} columns for {prefix} ({names}) but {n} for q");
+        let remedy =
+            format!("name one for each coordinate with `{prefix}`, or the coordinates with `q`");
+        Err(self.error(finding, remedy))
+    }
+
+    /// The columns of the momenta; by default only where there is one for each coordinate, since `p` may be a pressure.
     fn momenta(&self, named: &[String], moving: &[bool]) -> Result<Vec<String>> {
         let count = moving.iter().filter(|m| **m).count();
         let found = self.numbered("p").len();
@@ -308,37 +279,30 @@ impl Finder<'_> {
 
     /// The column of the force on each coordinate: as many as `q`, or fewer that say which they act on.
     fn forces(&self, layout: &Layout, q: &[String]) -> Result<Vec<String>> {
+        let (n, by_default) = (q.len(), layout.columns.tau.is_empty());
         let standard = |i: usize| format!("tau{}", i + 1);
-        let numbered: Vec<usize> = (0..q.len()).filter(|&i| self.has(&standard(i))).collect();
-        let found: Vec<String> = if layout.columns.tau.is_empty() {
-            numbered.iter().map(|&i| standard(i)).collect()
-        } else {
-            layout.columns.tau.clone()
+        let numbered: Vec<usize> = (0..n).filter(|&i| self.has(&standard(i))).collect();
+        let found: Vec<String> = match by_default {
+            true => numbered.iter().map(|&i| standard(i)).collect(),
+            false => layout.columns.tau.clone(),
         };
-        if layout.actuated.is_empty() && (found.is_empty() || found.len() == q.len()) {
-            if layout.columns.tau.is_empty()
-                && !found.is_empty()
-                && self.numbered("tau").len() > q.len()
-            {
-                return self.signal(&[], "tau", q.len());
-            }
-            if layout.columns.tau.is_empty() {
-                self.unbroken("tau", found.len(), q.len())?;
-            }
-            return Ok(found);
+        if layout.actuated.is_empty() && (found.is_empty() || found.len() == n) {
+            let more = by_default && !found.is_empty() && self.numbered("tau").len() > n;
+            let found = if more { self.numbered("tau") } else { found };
+            return self.one_each(found, by_default, "tau", n);
         }
         let at = if !layout.actuated.is_empty() {
             self.declared_as_actuated(&found, layout, q)?
-        } else if layout.columns.tau.is_empty() {
+        } else if by_default {
             numbered
         } else {
             self.named_like(&found, q)?
         };
-        let mut tau = vec![String::new(); q.len()];
+        let mut tau = vec![String::new(); n];
         for (i, column) in at.into_iter().zip(found) {
             if !tau[i].is_empty() {
                 let finding = format!("'{}' and '{column}' both act on '{}'", tau[i], q[i]);
-                return Err(self.error(finding, "name each coordinate once with `actuated`".into()));
+                return Err(self.error(finding, "name each coordinate once with `actuated`"));
             }
             tau[i] = column;
         }
@@ -360,16 +324,16 @@ impl Finder<'_> {
                 names.len(),
                 names.join(", ")
             );
-            let remedy = "name one column with `tau` for each coordinate of `actuated`".into();
+            let remedy = "name one column with `tau` for each coordinate of `actuated`";
             return Err(self.error(finding, remedy));
         }
         let position = |name: &String| {
             q.iter().position(|own| own == name).ok_or_else(|| {
+                let q = q.join(", ");
                 let finding = format!(
-                    "'{name}' is declared as actuated but is not one of the coordinates {}",
-                    q.join(", ")
+                    "'{name}' is declared as actuated but is not one of the coordinates {q}"
                 );
-                self.error(finding, "name coordinates with `actuated`".into())
+                self.error(finding, "name coordinates with `actuated`")
             })
         };
         names.iter().map(position).collect()
@@ -382,72 +346,63 @@ impl Finder<'_> {
             name[letters.len()..].parse().ok()
         };
         let like = |column: &String| {
-            let words = |own: &String| {
-                column
-                    .split(|c: char| !c.is_alphanumeric())
-                    .any(|word| word == own)
-            };
-            let same_number = |own: &String| number(own).is_some() && number(own) == number(column);
-            let bears = |by: &dyn Fn(&String) -> bool| -> Vec<usize> {
-                (0..q.len()).filter(|&i| by(&q[i])).collect()
-            };
-            match (&bears(&words)[..], &bears(&same_number)[..]) {
+            let words = column.split(|c: char| !c.is_alphanumeric());
+            let same_word = |i: &usize| words.clone().any(|word| word == q[*i]);
+            let same_number = |i: &usize| number(&q[*i]).is_some_and(|k| number(column) == Some(k));
+            let by_word: Vec<usize> = (0..q.len()).filter(same_word).collect();
+            let by_number: Vec<usize> = (0..q.len()).filter(same_number).collect();
+            match (&by_word[..], &by_number[..]) {
                 (&[i], _) | (&[], &[i]) => Some(i),
                 _ => None,
             }
         };
         found.iter().map(like).collect::<Option<_>>().ok_or_else(|| {
-            let finding = format!(
-                "{} columns for tau ({}) but {} for q",
-                found.len(),
-                found.join(", "),
-                q.len()
-            );
+            let (count, names, n) = (found.len(), found.join(", "), q.len());
+            let finding = format!("{count} columns for tau ({names}) but {n} for q");
             let remedy = "name one for each coordinate with `tau`, or say with `actuated` which coordinates they act on: the forces on the others are then 0";
-            self.error(finding, remedy.into())
+            self.error(finding, remedy)
         })
     }
 
     /// `q1, q2, …` as far as they go.
     fn numbered(&self, prefix: &str) -> Vec<String> {
-        (1..)
-            .map(|i| format!("{prefix}{i}"))
-            .take_while(|name| self.has(name))
-            .collect()
+        let names = (1..).map(|i| format!("{prefix}{i}"));
+        names.take_while(|name| self.has(name)).collect()
     }
 
     /// Refuses q1, q3 without q2, and qd2 without qd1.
     fn unbroken(&self, prefix: &str, found: usize, n: usize) -> Result<()> {
-        let beyond = self.headers.iter().find(|h| {
-            let digits = h
-                .strip_prefix(prefix)
-                .filter(|d| d.bytes().all(|b| b.is_ascii_digit()));
-            digits
-                .and_then(|d| d.parse::<usize>().ok())
-                .is_some_and(|i| i > found)
-        });
-        let Some(beyond) = beyond else { return Ok(()) };
-        let finding = format!(
-            "column '{beyond}' is there but '{prefix}{}' is not",
-            found + 1
-        );
-        let remedy = format!(
-            "name the {} columns to use with `{prefix}`",
-            if n > 0 { n.to_string() } else { String::new() }
-        );
-        Err(self.error(finding, remedy.replace("  ", " ")))
+        let number = |header: &str| -> Option<usize> {
+            let digits = header.strip_prefix(prefix)?;
+            let is_number = digits.bytes().all(|b| b.is_ascii_digit());
+            is_number.then(|| digits.parse().ok()).flatten()
+        };
+        let is_beyond = |header: &&String| number(header).is_some_and(|i| i > found);
+        let Some(beyond) = self.headers.iter().find(is_beyond) else {
+            return Ok(());
+        };
+        let missing = found + 1;
+        let finding = format!("column '{beyond}' is there but '{prefix}{missing}' is not");
+        let count = if n > 0 {
+            format!("{n} ")
+        } else {
+            String::new()
+        };
+        Err(self.error(
+            finding,
+            format!("name the {count}columns to use with `{prefix}`"),
+        ))
     }
 
     fn each_used_once(&self, numbers: &[usize]) -> Result<()> {
-        for (k, i) in numbers.iter().enumerate() {
-            if numbers[..k].contains(i) {
-                let finding = format!("column '{}' is used for two signals", self.headers[*i]);
-                return Err(self.error(
-                    finding,
-                    "correct `t`, `q`, `qd`, `qdd`, `p` or `tau`".into(),
-                ));
-            }
-        }
-        Ok(())
+        let is_repeated = |k: &usize| numbers[..*k].contains(&numbers[*k]);
+        let Some(k) = (0..numbers.len()).find(is_repeated) else {
+            return Ok(());
+        };
+        let finding = format!(
+            "column '{}' is used for two signals",
+            self.headers[numbers[k]]
+        );
+        Err(self.error(finding, "correct `t`, `q`, `qd`, `qdd`, `p` or `tau`"))
     }
 }

@@ -6,7 +6,7 @@ use super::derivatives::{Estimate, EstimateOptions, Fitted};
 use super::{Columns, Coordinates, Sampled, Signal, Signals, Trajectory};
 use crate::{Error, Result};
 
-/// One motion as it stands in a file: velocities and accelerations may be missing, values may be NaN.
+/// One motion as a file holds it: velocities and accelerations may be missing, values may be NaN.
 ///
 /// Its [`Signals`] can be used as if they were its own fields: `recording.q` is `recording.signals.q`.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +23,7 @@ pub struct Recording {
     pub columns: Columns,
     /// How many jumps of each wrapped angle were unwrapped, `[n]`.
     pub unwrapped: Vec<usize>,
-    /// Where a sample was asked for: what is known of the whole of it.
+    /// What is known of the whole recording, where only a sample of it may have been kept.
     pub sampled: Option<Sampled>,
 }
 
@@ -90,19 +90,13 @@ impl Recording {
                 2,
             ));
         }
-        let n = self.dof();
+        let (n, rows) = (self.dof(), self.len());
         for (signal, values) in self.iter() {
             let measured = signal == Signal::Q || !values.is_empty();
-            if measured && values.len() != self.len() * n || n == 0 {
-                return Err(Error::shape(
-                    format!("{} of trajectory '{}'", signal.name(), self.name),
-                    values.len(),
-                    self.len() * n,
-                    format!(
-                        "give one value per sample and coordinate ({} × {n})",
-                        self.len()
-                    ),
-                ));
+            if measured && values.len() != rows * n || n == 0 {
+                let what = format!("{} of trajectory '{}'", signal.name(), self.name);
+                let remedy = format!("give one value per sample and coordinate ({rows} × {n})");
+                return Err(Error::shape(what, values.len(), rows * n, remedy));
             }
         }
         self.finite()?;
@@ -114,18 +108,14 @@ impl Recording {
     pub(crate) fn parameters_are_constant(&self) -> Result<()> {
         let n = self.dof();
         for i in self.coordinates.parameters() {
-            for (what, values) in [
-                ("value", &self.q),
-                ("velocity", &self.qd),
-                ("acceleration", &self.qdd),
+            let first = self.q.get(i).copied().unwrap_or_default();
+            for (what, values, still) in [
+                ("value", &self.q, first),
+                ("velocity", &self.qd, 0.0),
+                ("acceleration", &self.qdd, 0.0),
             ] {
-                let column = || values.iter().skip(i).step_by(n);
-                let still = if what == "value" {
-                    column().next()
-                } else {
-                    Some(&0.0)
-                };
-                if let Some(row) = column().position(|x| Some(x) != still) {
+                let mut column = values.iter().skip(i).step_by(n);
+                if let Some(row) = column.position(|x| Some(x) != Some(&still)) {
                     let name = &self.columns.signals.q[i];
                     let finding =
                         format!("'{name}' is declared as a parameter, but its {what} changes");
@@ -162,25 +152,18 @@ impl Recording {
     }
 
     fn finite(&self) -> Result<()> {
+        let refuse = |row, column: &str, value: f64| {
+            Err(self.sample(row, column, format!("the value is {value}"), Self::REPAIR))
+        };
         if let Some(k) = self.t.iter().position(|t| !t.is_finite()) {
-            return Err(self.sample(
-                k,
-                &self.columns.t,
-                format!("the value is {}", self.t[k]),
-                Self::REPAIR,
-            ));
+            return refuse(k, &self.columns.t, self.t[k]);
         }
         let n = self.dof();
         for (signal, values) in self.known() {
             if let Some(k) = values.iter().position(|x| !x.is_finite()) {
                 let names = self.columns.signals.get(signal);
                 let column = names.get(k % n).map_or(signal.name(), String::as_str);
-                return Err(self.sample(
-                    k / n,
-                    column,
-                    format!("the value is {}", values[k]),
-                    Self::REPAIR,
-                ));
+                return refuse(k / n, column, values[k]);
             }
         }
         Ok(())
@@ -197,10 +180,9 @@ impl Recording {
 
     /// What is wrong where time `after` follows time `before`.
     pub(super) fn not_increasing(before: f64, after: f64) -> String {
-        let verb = if after < before {
-            "goes back"
-        } else {
-            "stands still"
+        let verb = match after < before {
+            true => "goes back",
+            false => "stands still",
         };
         format!("time {verb}, {after} after {before}")
     }

@@ -13,6 +13,7 @@ use lagrangian_control::{
 use serde_json::json;
 
 use super::Manner;
+use crate::cli::DataArgs;
 use crate::data;
 use crate::failure::{Advise, mistake};
 use crate::out_args::PlotArgs;
@@ -89,7 +90,11 @@ fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {
 
 fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {
     let files = std::slice::from_ref(&args.reference);
-    let recordings = data::read(files, &args.columns.data())?;
+    let columns = DataArgs {
+        file: args.columns.clone(),
+        ..DataArgs::default()
+    };
+    let recordings = data::read(files, &columns)?;
     data::require_dof(&recordings, model.coordinates())?;
     let others = recordings.len() - 1;
     if others > 0 {
