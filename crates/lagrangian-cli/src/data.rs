@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
-    CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Layout, Learned,
-    Readings, Recording, SavedModel, Trajectory,
+    CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Layout, Learned, Readings,
+    Recording, SavedModel, Trajectory,
 };
 
 use crate::cli::{DataArgs, EstimateArgs};

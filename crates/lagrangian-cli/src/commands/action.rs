@@ -9,7 +9,7 @@ use lagrangian_analysis::action::{
     action_variation, stationary_paths,
 };
 use lagrangian_report::{
-    Figure, Report, Role, Series, Table, VariedPath, action_of_families, varied_paths,
+    Command, Figure, Report, Role, Series, Table, VariedPath, action_of_families, varied_paths,
 };
 use serde_json::json;
 
@@ -135,10 +135,7 @@ fn page(args: &ActionArgs, search: &Search, figures: Vec<Figure>) -> Report {
         subtitle: format!("In {} s between two ends, {} steps", args.time, args.steps),
         tables: vec![table(search)],
         figures,
-        commands: vec![lagrangian_report::Command {
-            makes: "This page".into(),
-            line: command_line(),
-        }],
+        commands: vec![Command::new("This page", command_line())],
         ..Report::default()
     }
 }
@@ -154,8 +151,10 @@ fn kind(path: &StationaryPath) -> &'static str {
 
 fn table(search: &Search) -> Table {
     let list = |x: &[f64]| {
-        let cells: Vec<String> = x.iter().map(|x| format!("{x:.5}")).collect();
-        cells.join(", ")
+        x.iter()
+            .map(|x| format!("{x:.5}"))
+            .collect::<Vec<_>>()
+            .join(", ")
     };
     let row = |(k, path): (usize, &StationaryPath)| {
         vec![
@@ -169,41 +168,24 @@ fn table(search: &Search) -> Table {
             list(&path.velocities[1]),
         ]
     };
-    Table {
-        caption: "Stationary paths that were found, that of least action first; there may be more."
-            .into(),
-        header: [
-            "path",
-            "S, J·s",
-            "error",
-            "kind",
-            "Morse index",
-            "conjugate at, s",
-            "first velocity",
-            "last velocity",
-        ]
-        .map(str::to_string)
-        .to_vec(),
-        rows: search.paths.iter().enumerate().map(row).collect(),
-    }
+    let mut header = vec!["path", "S, J·s", "error", "kind", "Morse index"];
+    header.extend(["conjugate at, s", "first velocity", "last velocity"]);
+    Table::new(
+        "Stationary paths that were found, that of least action first; there may be more.",
+        &header,
+        search.paths.iter().enumerate().map(row).collect(),
+    )
 }
 
 fn as_text(search: &Search) -> String {
     let table = table(search);
     let lines = table.rows.iter().map(|row| {
-        let facts = table
-            .header
-            .iter()
-            .zip(row)
-            .skip(1)
-            .filter(|(_, cell)| !cell.is_empty());
+        let facts = table.header.iter().zip(row).skip(1);
+        let facts = facts.filter(|(_, cell)| !cell.is_empty());
         let facts: Vec<String> = facts.map(|(name, cell)| format!("{name} {cell}")).collect();
         format!("path {}: {}\n", row[0], facts.join(" · "))
     });
-    let found = search.paths.len();
-    let count = format!(
-        "{found} stationary paths from {} first paths\n",
-        search.tried
-    );
+    let (found, tried) = (search.paths.len(), search.tried);
+    let count = format!("{found} stationary paths from {tried} first paths\n");
     std::iter::once(count).chain(lines).collect()
 }

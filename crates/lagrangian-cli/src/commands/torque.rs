@@ -6,7 +6,7 @@ use anyhow::Result;
 use lagrangian::torque::{TorquePrediction, TorqueSummary, predict_torque, summarise, table};
 use lagrangian::{Coordinates, Model, Trajectory};
 use lagrangian_report::draw;
-use lagrangian_report::{Report, Table, torque_parts};
+use lagrangian_report::{Command, Report, Table, torque_parts};
 use serde_json::json;
 
 use super::Manner;
@@ -73,19 +73,15 @@ fn note_not_finite(predictions: &[TorquePrediction]) {
 
 /// The rows of the summary: a signal, and a figure for each coordinate.
 fn rows(summary: &TorqueSummary) -> Vec<(String, Vec<f64>)> {
-    let mut rows: Vec<(String, Vec<f64>)> = Vec::new();
-    rows.extend(
-        summary
-            .measured
-            .iter()
-            .map(|m| ("measured".into(), m.clone())),
-    );
-    rows.extend(
-        summary
-            .sizes
-            .iter()
-            .map(|s| (s.part.to_string(), s.rms.clone())),
-    );
+    let measured = summary
+        .measured
+        .iter()
+        .map(|m| ("measured".into(), m.clone()));
+    let sizes = summary
+        .sizes
+        .iter()
+        .map(|s| (s.part.to_string(), s.rms.clone()));
+    let mut rows: Vec<(String, Vec<f64>)> = measured.chain(sizes).collect();
     if let Some(error) = &summary.error {
         rows.push(("error".into(), error.mse.iter().map(|e| e.sqrt()).collect()));
         rows.push(("nMSE".into(), error.nmse.clone()));
@@ -125,22 +121,21 @@ fn page(
         let values = values.into_iter().map(draw::short);
         std::iter::once(name).chain(values).collect()
     };
-    let names = coordinates.0.iter().map(|c| c.name.clone());
+    let mut header = vec!["signal"];
+    header.extend(coordinates.0.iter().map(|c| c.name.as_str()));
+    let table = Table::new(
+        "Root mean squares over all samples, N·m or N; nMSE is the squared error over the variance.",
+        &header,
+        rows(summary).into_iter().map(cells).collect(),
+    );
     Report {
         title: "Torques and their parts".into(),
         subtitle: format!("{} samples; drawn: '{}'", summary.samples, prediction.name),
         figures: (0..coordinates.dof())
             .map(|i| torque_parts(coordinates, i, prediction))
             .collect(),
-        tables: vec![Table {
-            caption: "Root mean squares over all samples, N·m or N; nMSE is the squared error as a part of the variance.".into(),
-            header: std::iter::once("signal".to_string()).chain(names).collect(),
-            rows: rows(summary).into_iter().map(cells).collect(),
-        }],
-        commands: vec![lagrangian_report::Command {
-            line: command_line(),
-            makes: "this page".into(),
-        }],
+        tables: vec![table],
+        commands: vec![Command::new("This page", command_line())],
         ..Report::default()
     }
 }

@@ -31,16 +31,8 @@ impl<'a> Followed<'a> {
 
     fn motions(&self, role: Role) -> [Motion<'_>; 2] {
         [
-            Motion {
-                name: "recorded",
-                role: Role::Truth,
-                trajectory: self.truth,
-            },
-            Motion {
-                name: "predicted",
-                role,
-                trajectory: &self.predicted,
-            },
+            Motion::new("recorded", Role::Truth, self.truth),
+            Motion::new("predicted", role, &self.predicted),
         ]
     }
 

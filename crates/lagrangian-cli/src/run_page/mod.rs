@@ -81,17 +81,14 @@ impl Run<'_> {
             format!(" · {} steps in {:.0} s", last.step, last.seconds)
         });
         // 2026-01-31T12:00:00Z as 2026-01-31 12:00 UTC.
-        let started = match (
-            self.record.started.get(..10),
-            self.record.started.get(11..16),
-        ) {
+        let RunRecord {
+            started, version, ..
+        } = self.record;
+        let started = match (started.get(..10), started.get(11..16)) {
             (Some(day), Some(time)) => format!("{day} {time} UTC"),
-            _ => self.record.started.clone(),
+            _ => started.clone(),
         };
-        format!(
-            "{files}{training} · {started} · version {}",
-            self.record.version
-        )
+        format!("{files}{training} · {started} · version {version}")
     }
 
     fn headlines(&self, score: &Score) -> Vec<Headline> {
@@ -102,52 +99,48 @@ impl Run<'_> {
             ("Error of torques", &score.torque),
         ] {
             let Some(error) = error else { continue };
+            let (value, note) = (
+                short(100.0 * worst(error)),
+                "of their variance, worst coordinate",
+            );
             headlines.push(Headline {
-                label: label.into(),
-                value: short(100.0 * worst(error)),
-                unit: "%".into(),
-                note: "of their variance, worst coordinate".into(),
                 role,
+                ..Headline::new(label, value, "%", note)
             });
         }
         if let Some(first) = score.rollouts.first() {
             let bound = if first.exceeded { "" } else { "≥ " };
+            let value = format!("{bound}{:.2}", first.valid_seconds);
+            let note = format!("of {:.2} s, from its first state alone", first.duration);
             headlines.push(Headline {
-                label: "Motion followed for".into(),
-                value: format!("{bound}{:.2}", first.valid_seconds),
-                unit: "s".into(),
-                note: format!("of {:.2} s, from its first state alone", first.duration),
                 role,
+                ..Headline::new("Motion followed for", value, "s", note)
             });
         }
-        headlines.push(Headline {
-            label: "Judged by".into(),
-            value: score.samples.to_string(),
-            unit: "samples".into(),
-            note: if self.judged.held_out {
-                "kept from training".into()
-            } else {
-                "of the training itself: none were kept".into()
-            },
-            role: None,
-        });
+        let note = match self.judged.held_out {
+            true => "held back from training",
+            false => "of the training itself: none were held back",
+        };
+        headlines.push(Headline::new(
+            "Measured on",
+            score.samples.to_string(),
+            "samples",
+            note,
+        ));
         headlines
     }
 
     fn summary(&self, score: &Score) -> Vec<String> {
         let whole = score.rollouts.iter().filter(|r| !r.exceeded).count();
-        let mut summary = Vec::new();
         if !self.model.moves() {
-            summary.push(
-                "A plain network of torques has no forward dynamics: it predicts no motion.".into(),
-            );
-            return summary;
+            let none = "A plain network of torques has no forward dynamics: it predicts no motion.";
+            return vec![none.into()];
         }
-        summary.push(format!(
+        let mut summary = vec![format!(
             "From its first state alone, the model follows {whole} of {} recorded motions to the end. A motion counts \
              as followed until the error reaches half a standard deviation of its signals.",
             score.rollouts.len()
-        ));
+        )];
         if score.singular > 0 {
             summary.push(format!(
                 "At {} states the learned mass matrix is singular: the convex form (--form convex) has none.",
@@ -161,26 +154,21 @@ impl Run<'_> {
         let folder = self.folder.display();
         let model = self.folder.join(MODEL);
         let model = model.display();
-        let command = |makes: &str, line: String| Command {
-            makes: makes.into(),
-            line,
-        };
+        let score = format!("lagrangian score {model} other.csv");
+        let rollout = format!("lagrangian rollout {model} --follow other.csv --out predicted.csv");
         vec![
-            command("This run", self.record.command.clone()),
-            command("This page", format!("lagrangian report {folder}")),
-            command(
-                "The model's figures on other recordings",
-                format!("lagrangian score {model} other.csv"),
-            ),
-            command(
-                "What it makes of another motion, under its forces",
-                format!("lagrangian rollout {model} --follow other.csv --out predicted.csv"),
+            Command::new("This run", self.record.command.clone()),
+            Command::new("This page", format!("lagrangian report {folder}")),
+            Command::new("The model's figures on other recordings", score),
+            Command::new(
+                "Its prediction of another motion, under its forces",
+                rollout,
             ),
         ]
     }
 }
 
-/// The error of the worst coordinate, as a share of the signal's variance.
+/// The error of the worst coordinate over the variance of the signal.
 fn worst(error: &SignalError) -> f64 {
     error.nmse.iter().copied().fold(0.0, f64::max)
 }

@@ -1,8 +1,8 @@
 //! The tables of a run's page.
 
-use lagrangian::score::SignalError;
-use lagrangian::train::Choice;
-use lagrangian::{Item, Model, Outcome, Score, Verdict};
+use lagrangian::score::{RolloutScore, SignalError};
+use lagrangian::train::{Choice, Parameter};
+use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
 use lagrangian_report::Table;
 use lagrangian_report::draw::short;
 
@@ -12,74 +12,65 @@ use crate::run_folder::RunRecord;
 /// Motions and warnings that are listed one by one, at most.
 const MOST_MOTIONS: usize = 20;
 
-/// Errors at single samples, and how long whole motions are followed.
+/// Errors at single samples, how long whole motions are followed, parameters, and warnings about the data.
 pub(super) fn of(run: &Run, score: &Score) -> Vec<Table> {
-    let tables = [
+    let mut tables = vec![
         errors(run, score),
         motions(run, score),
         parameters(run),
         warnings(run),
     ];
+    tables.retain(|table| !table.rows.is_empty());
     tables
-        .into_iter()
-        .filter(|table| !table.rows.is_empty())
-        .collect()
 }
 
 fn errors(run: &Run, score: &Score) -> Table {
-    let mut table = Table {
-        caption: "Errors at single samples: root mean square, and as a share of the signal's variance (100 % is as \
-                  good as its mean)."
-            .into(),
-        header: ["signal", "coordinate", "RMS error", "of its variance"]
-            .map(str::to_string)
-            .to_vec(),
-        rows: Vec::new(),
+    let of = |name, unit, error: &Option<SignalError>| {
+        let rows = error.iter().flat_map(|error| rows(run, name, unit, error));
+        rows.collect::<Vec<_>>()
     };
-    let signals = [
-        ("acceleration", "/s²", &score.acceleration),
-        ("torque", "", &score.torque),
-    ];
-    for (name, unit, error) in signals {
-        let Some(error) = error else { continue };
-        table.rows.extend(rows(run, name, unit, error));
-    }
-    table
+    let accelerations = of("acceleration", "/s²", &score.acceleration);
+    let torques = of("torque", "", &score.torque);
+    Table::new(
+        "Errors at single samples: root mean square, and relative to the signal's variance (100 % is as good as its mean).",
+        &["signal", "coordinate", "RMS error", "of its variance"],
+        [accelerations, torques].concat(),
+    )
 }
 
 fn rows(run: &Run, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String>> {
-    let coordinates = run.model.coordinates().0.iter();
-    let row = |(coordinate, (mse, nmse)): (&lagrangian::Coordinate, (&f64, &f64))| {
+    let errors = error.mse.iter().zip(&error.nmse);
+    let row = |(coordinate, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
         let unit = match (per, coordinate.unit.as_str()) {
             ("", "rad") => "N·m".to_string(),
             ("", _) => "N".to_string(),
             (per, unit) => format!("{unit}{per}"),
         };
-        vec![
-            name.to_string(),
-            coordinate.name.clone(),
-            format!("{} {unit}", short(mse.sqrt())),
-            format!("{} %", short(100.0 * nmse)),
-        ]
+        let rms = format!("{} {unit}", short(mse.sqrt()));
+        let percent = format!("{} %", short(100.0 * nmse));
+        vec![name.into(), coordinate.name.clone(), rms, percent]
     };
-    coordinates
-        .zip(error.mse.iter().zip(&error.nmse))
+    run.model
+        .coordinates()
+        .0
+        .iter()
+        .zip(errors)
         .map(row)
         .collect()
 }
 
 /// What was learned that has a name and a unit.
 fn parameters(run: &Run) -> Table {
-    let row = |p: lagrangian::models::Parameter| {
+    let row = |p: Parameter| {
         let error = p.standard_error.map(|e| format!(" ± {}", short(e)));
         let value = format!("{}{}", short(p.value), error.unwrap_or_default());
         vec![p.name, value, p.unit]
     };
-    Table {
-        caption: "What was learned beside the Lagrangian, or of it.".into(),
-        header: ["parameter", "value", "unit"].map(str::to_string).to_vec(),
-        rows: run.model.parameters().into_iter().map(row).collect(),
-    }
+    Table::new(
+        "Learned parameters of the Lagrangian and of the forces beside it.",
+        &["parameter", "value", "unit"],
+        run.model.parameters().into_iter().map(row).collect(),
+    )
 }
 
 /// What the check of the data warns of.
@@ -87,20 +78,20 @@ fn warnings(run: &Run) -> Table {
     let items = run.judged.check.items.iter();
     let warned = items.filter(|item| item.verdict == Verdict::Warn);
     let row = |item: &Item| {
+        let trajectory = item.trajectory.clone().unwrap_or_else(|| "all".into());
+        let (finding, remedy) = (item.finding.clone(), item.remedy.clone());
         vec![
-            item.trajectory.clone().unwrap_or_else(|| "all".into()),
-            item.name.to_string(),
-            item.finding.clone(),
-            item.remedy.clone().unwrap_or_default(),
+            trajectory,
+            item.name.into(),
+            finding,
+            remedy.unwrap_or_default(),
         ]
     };
-    Table {
-        caption: "What the check of the data warns of; `lagrangian check` has all findings.".into(),
-        header: ["trajectory", "check", "finding", "remedy"]
-            .map(str::to_string)
-            .to_vec(),
-        rows: warned.take(MOST_MOTIONS).map(row).collect(),
-    }
+    Table::new(
+        "Warnings about the data; `lagrangian check` shows all findings.",
+        &["trajectory", "check", "finding", "remedy"],
+        warned.take(MOST_MOTIONS).map(row).collect(),
+    )
 }
 
 fn motions(run: &Run, score: &Score) -> Table {
@@ -109,30 +100,19 @@ fn motions(run: &Run, score: &Score) -> Table {
         0 => String::new(),
         more => format!(" The first {shown}; {more} more are in `lagrangian score --json`."),
     };
-    let row =
-        |(trajectory, rollout): (&lagrangian::Trajectory, &lagrangian::score::RolloutScore)| {
-            let bound = if rollout.exceeded { "" } else { "≥ " };
-            vec![
-                trajectory.name.clone(),
-                format!("{:.2} s", rollout.duration),
-                format!("{bound}{:.2} s", rollout.valid_seconds),
-                ending(&rollout.outcome),
-            ]
-        };
-    Table {
-        caption: format!("Whole motions, each predicted from its first state alone.{rest}"),
-        header: ["motion", "duration", "followed for", "prediction ended"]
-            .map(str::to_string)
-            .to_vec(),
-        rows: run
-            .judged
-            .motions
-            .iter()
-            .zip(&score.rollouts)
-            .take(shown)
-            .map(row)
-            .collect(),
-    }
+    let row = |(trajectory, rollout): (&Trajectory, &RolloutScore)| {
+        let bound = if rollout.exceeded { "" } else { "≥ " };
+        let duration = format!("{:.2} s", rollout.duration);
+        let followed = format!("{bound}{:.2} s", rollout.valid_seconds);
+        let end = ending(&rollout.outcome);
+        vec![trajectory.name.clone(), duration, followed, end]
+    };
+    let pairs = run.judged.motions.iter().zip(&score.rollouts);
+    Table::new(
+        format!("Whole motions, each predicted from its first state alone.{rest}"),
+        &["motion", "duration", "followed for", "prediction ended"],
+        pairs.take(shown).map(row).collect(),
+    )
 }
 
 fn ending(outcome: &Outcome) -> String {
@@ -156,10 +136,11 @@ pub(super) fn settings(record: &RunRecord) -> Vec<(String, String)> {
     rows.push(("threads".into(), record.threads.to_string()));
     rows.push(("platform".into(), record.platform.clone()));
     rows.extend(record.data.iter().map(|file| {
-        let hash = file.sha256.get(..12).unwrap_or(&file.sha256);
+        let (name, hash) = (super::file_name(&file.path), &file.sha256);
+        let hash = hash.get(..12).unwrap_or(hash);
         (
             format!("{} data", file.role),
-            format!("{} (SHA-256 {hash}…)", super::file_name(&file.path)),
+            format!("{name} (SHA-256 {hash}…)"),
         )
     }));
     rows
@@ -183,11 +164,10 @@ fn setting((name, value): (&String, &toml::Value)) -> Option<(String, String)> {
     let words = match value {
         toml::Value::String(text) => text.clone(),
         toml::Value::Boolean(yes) => String::from(if *yes { "yes" } else { "no" }),
-        toml::Value::Array(items) => items
-            .iter()
-            .map(|item| item.as_str().map_or_else(|| item.to_string(), String::from))
-            .collect::<Vec<_>>()
-            .join(", "),
+        toml::Value::Array(items) => {
+            let word = |item: &toml::Value| item.as_str().map_or(item.to_string(), String::from);
+            items.iter().map(word).collect::<Vec<_>>().join(", ")
+        }
         other => other.to_string(),
     };
     (!words.is_empty()).then(|| (name.replace('_', " "), words))

@@ -91,5 +91,42 @@ pub struct Command {
     pub line: String,
 }
 
+impl Headline {
+    /// A number with its label, its unit and what to compare it with; it belongs to no system or model.
+    #[must_use]
+    pub fn new(label: &str, value: String, unit: &str, note: impl Into<String>) -> Self {
+        Self {
+            label: label.into(),
+            value,
+            unit: unit.into(),
+            note: note.into(),
+            role: None,
+        }
+    }
+}
+
+impl Table {
+    /// A table of rows that are ready to be read.
+    #[must_use]
+    pub fn new(caption: impl Into<String>, header: &[&str], rows: Vec<Vec<String>>) -> Self {
+        Self {
+            caption: caption.into(),
+            header: header.iter().map(|name| (*name).into()).collect(),
+            rows,
+        }
+    }
+}
+
+impl Command {
+    /// The line to type, and what it makes.
+    #[must_use]
+    pub fn new(makes: &str, line: impl Into<String>) -> Self {
+        Self {
+            makes: makes.into(),
+            line: line.into(),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests;

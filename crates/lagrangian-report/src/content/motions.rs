@@ -18,6 +18,18 @@ pub struct Motion<'a> {
     pub trajectory: &'a Trajectory,
 }
 
+impl<'a> Motion<'a> {
+    /// A trajectory under this name, in the colour of this role.
+    #[must_use]
+    pub fn new(name: &'a str, role: Role, trajectory: &'a Trajectory) -> Self {
+        Self {
+            name,
+            role,
+            trajectory,
+        }
+    }
+}
+
 /// Coordinate `i` over time, predicted and true, over the first twenty swings or turns: more would be a blur.
 ///
 /// A runaway prediction does not flatten the others: the axis follows the truth where there is one.

@@ -62,11 +62,7 @@ fn a_report_with_gaps_survives_json() {
 #[test]
 fn an_angle_of_a_phase_portrait_stays_on_the_circle_and_never_crosses_the_plot() {
     let motion = rotation();
-    let motions = [Motion {
-        name: "truth",
-        role: Role::Truth,
-        trajectory: &motion,
-    }];
+    let motions = [Motion::new("truth", Role::Truth, &motion)];
     let series = &phase_portrait(&Coordinates::angles(2), 0, &motions).series[0];
     assert!(
         series
@@ -92,16 +88,8 @@ fn a_runaway_prediction_does_not_set_the_axis_of_a_trajectory() {
     let (truth, mut wild) = (rotation(), rotation());
     wild.q.iter_mut().for_each(|q| *q *= 1e9);
     let motions = [
-        Motion {
-            name: "truth",
-            role: Role::Truth,
-            trajectory: &truth,
-        },
-        Motion {
-            name: "network",
-            role: Role::Baseline,
-            trajectory: &wild,
-        },
+        Motion::new("truth", Role::Truth, &truth),
+        Motion::new("network", Role::Baseline, &wild),
     ];
     let (low, high) = trajectories(&Coordinates::lines(2), 0, &motions)
         .y
@@ -113,11 +101,7 @@ fn a_runaway_prediction_does_not_set_the_axis_of_a_trajectory() {
 #[test]
 fn a_figure_of_a_coordinate_that_does_not_exist_is_empty() {
     let motion = rotation();
-    let motions = [Motion {
-        name: "truth",
-        role: Role::Truth,
-        trajectory: &motion,
-    }];
+    let motions = [Motion::new("truth", Role::Truth, &motion)];
     for figure in [
         trajectories(&Coordinates::lines(2), 9, &motions),
         phase_portrait(&Coordinates::lines(2), 9, &motions),

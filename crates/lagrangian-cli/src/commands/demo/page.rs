@@ -3,7 +3,7 @@
 use anyhow::Result;
 use lagrangian::analytic::AnalyticModel;
 use lagrangian::rollout::{energy_error, free, times};
-use lagrangian::{Dataset, Model, Rollout, RolloutOptions, rollout};
+use lagrangian::{Dataset, Model, Rollout, RolloutOptions, State, rollout};
 use lagrangian_analysis::chaos::ValidTimes;
 use lagrangian_report::draw::short;
 use lagrangian_report::{
@@ -34,16 +34,9 @@ pub(super) fn report(
     seconds: f64,
 ) -> Result<Report> {
     let shown = shown(system, trained, judgement)?;
-    let [truth, lnn, mlp] = [0, 1, 2].map(|k| &shown[k]);
-    let motions = [truth, lnn, mlp]
-        .into_iter()
-        .zip(NAMES)
-        .map(|(rollout, (name, role))| Motion {
-            name,
-            role,
-            trajectory: &rollout.trajectory,
-        })
-        .collect::<Vec<_>>();
+    let named = shown.iter().zip(NAMES);
+    let motions = named.map(|(rollout, (name, role))| Motion::new(name, role, &rollout.trajectory));
+    let motions: Vec<Motion> = motions.collect();
     let coordinates = system.coordinates();
     let mut figures = vec![energy_figure(system, judgement)];
     figures.push(loss_figure(trained));
@@ -79,73 +72,54 @@ fn shown(
     let times = times(DURATION, FRAME)?;
     let models: [&dyn Model; 3] = [system, &trained[0].fit.model, &trained[1].fit.model];
     let mut rollouts = Vec::new();
-    for (k, model) in models.into_iter().enumerate() {
-        let options = if k == 0 {
-            RolloutOptions::truth()
-        } else {
-            options()
-        };
-        rollouts.push(rollout(
-            model, &start.q, &start.qd, &times, &free, &options,
-        )?);
+    let tolerances = [RolloutOptions::truth(), options(), options()];
+    for (model, options) in models.into_iter().zip(tolerances) {
+        let State { q, qd } = start;
+        rollouts.push(rollout(model, q, qd, &times, &free, &options)?);
     }
     Ok(rollouts)
 }
 
 fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
-    let headline = |label: &str, value: String, unit: &str, note: String, role| Headline {
-        label: label.into(),
-        value,
-        unit: unit.into(),
-        note,
-        role,
-    };
     let count = judgement.starts.len();
-    let worst = |judged: &Judged| {
-        format!(
-            "mean of {count} starts; worst {} %",
-            short(judged.energy.worst)
-        )
+    let energy = |label: &str, judged: &Judged, role| {
+        let worst = short(judged.energy.worst);
+        let note = format!("mean of {count} starts; worst {worst} %");
+        let headline = Headline::new(label, short(judged.energy.mean), "%", note);
+        Headline {
+            role: Some(role),
+            ..headline
+        }
     };
     let valid = |judged: &Judged| {
-        judged
-            .valid
-            .as_ref()
-            .map_or(f64::NAN, |v| v.chaotic_lyapunov_times)
+        let valid = judged.valid.as_ref();
+        valid.map_or(f64::NAN, |v| v.chaotic_lyapunov_times)
     };
+    let (lnn, mlp) = (&judgement.lnn, &judgement.mlp);
     let limit = judgement.restarted.chaotic_lyapunov_times;
+    let note = format!(
+        "plain network {:.1}; the truth moved by {} rad {limit:.1}",
+        valid(mlp),
+        short(RESTART)
+    );
+    let prediction = Headline::new(
+        "Valid prediction, chaotic starts",
+        format!("{:.1}", valid(lnn)),
+        "Lyapunov times",
+        note,
+    );
     vec![
-        headline(
-            "Energy error at 100 s, Lagrangian",
-            short(judgement.lnn.energy.mean),
-            "%",
-            worst(&judgement.lnn),
-            Some(Role::Lnn),
-        ),
-        headline(
-            "Energy error at 100 s, plain network",
-            short(judgement.mlp.energy.mean),
-            "%",
-            worst(&judgement.mlp),
-            Some(Role::Baseline),
-        ),
-        headline(
-            "Valid prediction, chaotic starts",
-            format!("{:.1}", valid(&judgement.lnn)),
-            "Lyapunov times",
-            format!(
-                "plain network {:.1}; the truth moved by {} rad {limit:.1}",
-                valid(&judgement.mlp),
-                short(RESTART)
-            ),
-            Some(Role::Lnn),
-        ),
-        headline(
+        energy("Energy error at 100 s, Lagrangian", lnn, Role::Lnn),
+        energy("Energy error at 100 s, plain network", mlp, Role::Baseline),
+        Headline {
+            role: Some(Role::Lnn),
+            ..prediction
+        },
+        Headline::new(
             "Whole run",
             format!("{seconds:.0}"),
             "s",
-            "data, two fits, all rollouts".into(),
-            None,
+            "data, two fits, all rollouts",
         ),
     ]
 }
@@ -153,12 +127,8 @@ fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
 /// 100000 as 100 000.
 fn grouped(count: u32) -> String {
     let digits = count.to_string();
-    let groups: Vec<&str> = digits
-        .as_bytes()
-        .rchunks(3)
-        .rev()
-        .filter_map(|group| std::str::from_utf8(group).ok())
-        .collect();
+    let groups = digits.as_bytes().rchunks(3).rev();
+    let groups = groups.map(String::from_utf8_lossy).collect::<Vec<_>>();
     groups.join("\u{a0}")
 }
 
@@ -185,13 +155,12 @@ fn animation(system: &dyn AnalyticModel, motions: &[Motion]) -> Animation {
     let panel = |motion: &Motion| {
         let error = energy_error(system, motion.trajectory, 100.0 * REFERENCE_ENERGY);
         let error = error.into_iter().map(f64::abs).collect();
-        Panel::new(
-            motion.name,
-            motion.role,
-            &[1.0, 1.0],
-            motion.trajectory,
-            Some(error),
-        )
+        let Motion {
+            name,
+            role,
+            trajectory,
+        } = *motion;
+        Panel::new(name, role, &[1.0, 1.0], trajectory, Some(error))
     };
     Animation {
         id: "pendulum".into(),
@@ -205,23 +174,15 @@ fn animation(system: &dyn AnalyticModel, motions: &[Motion]) -> Animation {
 
 /// Median and spread of the energy error over all starts.
 fn energy_figure(system: &dyn AnalyticModel, judgement: &Judgement) -> Figure {
-    let series = |judged: &Judged, (name, role): (&str, Role)| {
-        let errors: Vec<Vec<f64>> = judged
-            .rollouts
-            .iter()
-            .map(|r| {
-                energy_error(system, &r.trajectory, REFERENCE_ENERGY)
-                    .into_iter()
-                    .map(f64::abs)
-                    .collect()
-            })
-            .collect();
-        let longest = judged
-            .rollouts
-            .iter()
-            .map(|r| &r.trajectory.t)
-            .max_by_key(|t| t.len());
-        Series::spread(name, role, longest.cloned().unwrap_or_default(), &errors)
+    let error = |rollout: &Rollout| -> Vec<f64> {
+        let error = energy_error(system, &rollout.trajectory, REFERENCE_ENERGY);
+        error.into_iter().map(f64::abs).collect()
+    };
+    let series = |(judged, (name, role)): (&Judged, (&str, Role))| {
+        let errors: Vec<Vec<f64>> = judged.rollouts.iter().map(error).collect();
+        let times = judged.rollouts.iter().map(|r| &r.trajectory.t);
+        let longest = times.max_by_key(|t| t.len()).cloned();
+        Series::spread(name, role, longest.unwrap_or_default(), &errors)
     };
     let judged = [&judgement.truth, &judgement.lnn, &judgement.mlp];
     Figure {
@@ -234,11 +195,7 @@ fn energy_figure(system: &dyn AnalyticModel, judgement: &Judgement) -> Figure {
         ),
         x: Axis::linear("time", "s"),
         y: Axis::log("energy error", "%"),
-        series: judged
-            .into_iter()
-            .zip(NAMES)
-            .map(|(judged, name)| series(judged, name))
-            .collect(),
+        series: judged.into_iter().zip(NAMES).map(series).collect(),
     }
 }
 
@@ -296,51 +253,41 @@ fn table(judgement: &Judgement) -> Table {
         row.extend(valid.map_or_else(|| ["–"; 3].map(str::to_string), times));
         row
     };
-    Table {
-        caption: format!(
-            "All figures over the same {} starts ({} chaotic, {} regular), true energy relative to {REFERENCE_ENERGY} J. \
-             Valid: median time until the error reaches half a standard deviation of the motion, at most 100 s. The truth \
-             is restarted {} rad away for its valid times.",
-            judgement.starts.len(),
-            judgement.restarted.chaotic,
-            judgement.restarted.regular,
-            short(RESTART)
-        ),
-        header: header.map(str::to_string).to_vec(),
-        rows: vec![
-            row(NAMES[1].0, &judgement.lnn, judgement.lnn.valid.as_ref()),
-            row(NAMES[2].0, &judgement.mlp, judgement.mlp.valid.as_ref()),
-            row(NAMES[0].0, &judgement.truth, Some(&judgement.restarted)),
-        ],
-    }
+    let ValidTimes {
+        chaotic, regular, ..
+    } = judgement.restarted;
+    let caption = format!(
+        "All figures over the same {} starts ({chaotic} chaotic, {regular} regular), true energy relative to {REFERENCE_ENERGY} J. \
+         Valid: median time until the error reaches half a standard deviation of the motion, at most 100 s. The truth \
+         is restarted {} rad away for its valid times.",
+        judgement.starts.len(),
+        short(RESTART)
+    );
+    let rows = vec![
+        row(NAMES[1].0, &judgement.lnn, judgement.lnn.valid.as_ref()),
+        row(NAMES[2].0, &judgement.mlp, judgement.mlp.valid.as_ref()),
+        row(NAMES[0].0, &judgement.truth, Some(&judgement.restarted)),
+    ];
+    Table::new(caption, &header, rows)
 }
 
 fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
     let steps = |t: &Trained| format!("{} steps in {:.1} s", t.fit.steps, t.fit.seconds);
+    let states = format!(
+        "{}: angles anywhere, speeds to ±10 rad/s; masses 1 kg, lengths 1 m, g 9.8 m/s²",
+        grouped(args.samples)
+    );
+    let optimiser = "natural gradient, batches of 256 states, squared errors, double precision";
+    let rollouts = "Dormand–Prince 5(4), tolerance 10⁻⁹; truth 8(5,3), 10⁻¹³";
     [
         ("Lagrangian network", trained[0].config.family.summary()),
         ("Plain network", trained[1].config.family.summary()),
-        (
-            "Optimiser of both",
-            "natural gradient, batches of 256 states, squared errors, double precision".to_string(),
-        ),
+        ("Optimiser of both", optimiser.into()),
         ("Training of the Lagrangian network", steps(trained[0])),
         ("Training of the plain network", steps(trained[1])),
-        (
-            "States",
-            format!(
-                "{}: angles anywhere, speeds to ±10 rad/s; masses 1 kg, lengths 1 m, g 9.8 m/s²",
-                grouped(args.samples)
-            ),
-        ),
-        (
-            "Starts",
-            "angles anywhere, speeds 0 to 0.1 rad/s".to_string(),
-        ),
-        (
-            "Rollouts",
-            "Dormand–Prince 5(4), tolerance 10⁻⁹; truth 8(5,3), 10⁻¹³".to_string(),
-        ),
+        ("States", states),
+        ("Starts", "angles anywhere, speeds 0 to 0.1 rad/s".into()),
+        ("Rollouts", rollouts.into()),
         ("Seed", args.seed.to_string()),
     ]
     .map(|(name, value)| (name.to_string(), value))
@@ -348,28 +295,16 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
 }
 
 fn commands(args: &DemoArgs) -> Vec<Command> {
-    let command = |makes: &str, line: String| Command {
-        makes: makes.into(),
-        line,
-    };
     let out = args.out.display();
+    let json = format!("lagrangian demo --force --out {out} --json");
+    let pictures = format!("lagrangian report {out} --gif demo.gif --pictures pictures");
+    let rollout = format!("lagrangian rollout {out}/lnn/model.safetensors --q0 1,2 --qd0 0,0");
+    let own = "lagrangian fit recordings/*.csv --angle all --out run";
     vec![
-        command("This page", crate::run_folder::command_line()),
-        command(
-            "Its figures as JSON",
-            format!("lagrangian demo --force --out {out} --json"),
-        ),
-        command(
-            "The motion as a GIF, the figures as SVG and PNG",
-            format!("lagrangian report {out} --gif demo.gif --pictures pictures"),
-        ),
-        command(
-            "The learned model, from another start",
-            format!("lagrangian rollout {out}/lnn/model.safetensors --q0 1,2 --qd0 0,0"),
-        ),
-        command(
-            "The same for your own data",
-            "lagrangian fit recordings/*.csv --angle all --out run".into(),
-        ),
+        Command::new("This page", crate::run_folder::command_line()),
+        Command::new("Its figures as JSON", json),
+        Command::new("The motion as a GIF, the figures as SVG and PNG", pictures),
+        Command::new("The learned model, from another start", rollout),
+        Command::new("The same for your own data", own),
     ]
 }

@@ -49,8 +49,8 @@ fn follower(run: &Run) -> Follower<'_> {
 }
 
 impl Story<'_> {
-    fn names(&self) -> impl Iterator<Item = String> {
-        self.coordinates.0.iter().map(|c| c.name.clone())
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.coordinates.0.iter().map(|c| c.name.as_str())
     }
 
     pub(super) fn text(&self) -> String {
@@ -63,18 +63,15 @@ impl Story<'_> {
             short(self.reference.end() - self.reference.start()),
             self.rate
         );
-        text += &line("", "", self.names().collect());
+        text += &line("", "", self.names().map(String::from).collect());
         for (name, values) in SIGNALS {
             for run in self.runs {
                 let cells = values(run).iter().map(|x| format!("{x:.3e}")).collect();
                 text += &line(name, run.name, cells);
             }
         }
-        text += &line(
-            "time of a call",
-            "",
-            ["p50, µs", "p99, µs", "max, µs"].map(String::from).into(),
-        );
+        let quantiles = ["p50, µs", "p99, µs", "max, µs"].map(String::from);
+        text += &line("time of a call", "", quantiles.into());
         for run in self.runs {
             let Quantiles { p50, p99, max, .. } = latency(run);
             let cells = [p50, p99, max].map(|x| format!("{:.2}", 1e6 * x));
@@ -89,24 +86,15 @@ impl Story<'_> {
     }
 
     /// Reference and motions of one joint.
-    pub(super) fn motion(&self, i: usize) -> Figure {
-        followed_motion(
-            self.coordinates,
-            i,
-            self.reference.samples(),
-            &self.followers(),
-        )
+    fn motion(&self, i: usize) -> Figure {
+        let reference = self.reference.samples();
+        followed_motion(self.coordinates, i, reference, &self.followers())
     }
 
     fn figures(&self) -> Vec<Figure> {
-        let joints = 0..self.coordinates.dof();
-        let both = |i| {
-            [
-                self.motion(i),
-                tracking_error(self.coordinates, i, &self.followers()),
-            ]
-        };
-        joints.flat_map(both).collect()
+        let error = |i| tracking_error(self.coordinates, i, &self.followers());
+        let both = |i| [self.motion(i), error(i)];
+        (0..self.coordinates.dof()).flat_map(both).collect()
     }
 
     fn errors(&self) -> Table {
@@ -120,11 +108,12 @@ impl Story<'_> {
         let rows = SIGNALS
             .iter()
             .flat_map(|&signal| self.runs.iter().map(move |run| row(run, signal)));
-        Table {
-            caption: "Tracking errors in the units of the coordinates, and the part of the ticks at the torque limit.".into(),
-            header: ["", "with"].map(String::from).into_iter().chain(self.names()).collect(),
-            rows: rows.collect(),
-        }
+        let header: Vec<&str> = ["", "with"].into_iter().chain(self.names()).collect();
+        Table::new(
+            "Tracking errors in the units of the coordinates, and the part of the ticks at the torque limit.",
+            &header,
+            rows.collect(),
+        )
     }
 
     fn times(&self) -> Table {
@@ -133,11 +122,11 @@ impl Story<'_> {
             let cells = [p50, p99, max].map(|x| short(1e6 * x));
             std::iter::once(run.name.to_string()).chain(cells).collect()
         };
-        Table {
-            caption: "Time of a call of the controller, µs.".into(),
-            header: ["with", "p50", "p99", "max"].map(String::from).into(),
-            rows: self.runs.iter().map(row).collect(),
-        }
+        Table::new(
+            "Time of a call of the controller, µs.",
+            &["with", "p50", "p99", "max"],
+            self.runs.iter().map(row).collect(),
+        )
     }
 
     pub(super) fn page(&self) -> Report {
@@ -146,10 +135,7 @@ impl Story<'_> {
             subtitle: format!("'{}', {} Hz", self.reference.samples().name, self.rate),
             figures: self.figures(),
             tables: vec![self.errors(), self.times()],
-            commands: vec![Command {
-                line: command_line(),
-                makes: "this page".into(),
-            }],
+            commands: vec![Command::new("This page", command_line())],
             ..Report::default()
         }
     }

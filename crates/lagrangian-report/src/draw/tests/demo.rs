@@ -50,21 +50,9 @@ fn energy_error(t: &[f64], level: f64, growth: f64) -> Vec<f64> {
 pub(super) fn demo() -> Report {
     let (truth, lnn, network) = (swing(0.0, 100), swing(1e-9, 100), swing(2e-3, 72));
     let motions = [
-        Motion {
-            name: "Truth",
-            role: Role::Truth,
-            trajectory: &truth,
-        },
-        Motion {
-            name: "Lagrangian network",
-            role: Role::Lnn,
-            trajectory: &lnn,
-        },
-        Motion {
-            name: "Plain network",
-            role: Role::Baseline,
-            trajectory: &network,
-        },
+        Motion::new("Truth", Role::Truth, &truth),
+        Motion::new("Lagrangian network", Role::Lnn, &lnn),
+        Motion::new("Plain network", Role::Baseline, &network),
     ];
     let coordinates = Coordinates::angles(2);
     let errors = [
