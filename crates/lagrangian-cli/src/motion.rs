@@ -1,11 +1,11 @@
 //! From the flags of a motion to what the library takes.
 
-use lagrangian::{Method, RolloutOptions, State};
+use lagrangian::{Method, Model, Outcome, RolloutOptions, State, Trajectory};
 
 use crate::cli::MotionArgs;
 
-/// How to integrate where a prediction is held against a recording: exact beyond what sensors see, and quick where
-/// the forces jump at every sample.
+/// How to integrate where a prediction is compared with a recording: more exact than sensors, and fast where the forces
+/// jump at every sample.
 pub(crate) fn for_comparison() -> RolloutOptions {
     RolloutOptions {
         method: Method::Dopri5,
@@ -13,6 +13,24 @@ pub(crate) fn for_comparison() -> RolloutOptions {
         atol: 1e-6,
         ..RolloutOptions::default()
     }
+}
+
+/// Says on standard error why a motion ended early, if it did.
+pub(crate) fn note_early_end(motion: &str, outcome: Outcome) {
+    match outcome {
+        Outcome::Finished => {}
+        Outcome::Diverged { t, reason } => eprintln!("note: {motion} ends at t = {t} s: {reason}"),
+        Outcome::StepLimit { t } => {
+            eprintln!("note: {motion} ends at t = {t} s: too many steps; loosen --tolerance");
+        }
+    }
+}
+
+/// The energy H at every sample, J; none for a model that has none.
+pub(crate) fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
+    let mut energy = vec![0.0; motion.len()];
+    let outcome = model.evaluator().energy(&motion.q, &motion.qd, &mut energy);
+    outcome.is_supported().then_some(energy)
 }
 
 impl MotionArgs {

@@ -1,7 +1,7 @@
 //! The folder that a fit leaves behind: settings, metrics, model and report.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufRead, BufReader, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -53,15 +53,15 @@ pub(crate) struct RunFolder {
 impl RunFolder {
     /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
     pub(crate) fn open(path: &Path, occupied: Occupied) -> Result<Self> {
-        if occupied == Occupied::Resume && !path.join(RUN).is_file() {
+        let (shown, is_run) = (path.display(), path.join(RUN).is_file());
+        if occupied == Occupied::Resume && !is_run {
             return Err(mistake(
-                format!("there is no run to resume in '{}'", path.display()),
+                format!("there is no run to resume in '{shown}'"),
                 "omit --resume to begin one, or give the --out of the run",
             ));
         }
-        let made = path
-            .ancestors()
-            .take_while(|p| !p.as_os_str().is_empty() && !p.exists());
+        let is_missing = |p: &&Path| !p.as_os_str().is_empty() && !p.exists();
+        let made = path.ancestors().take_while(is_missing);
         let made = made.map(Path::to_path_buf).collect();
         let create = || -> io::Result<bool> {
             fs::create_dir_all(path)?;
@@ -69,19 +69,17 @@ impl RunFolder {
             Ok(fs::read_dir(path)?.next().is_none())
         };
         let empty = create().advise(
-            format!("cannot write to the folder '{}'", path.display()),
+            format!("cannot write to the folder '{shown}'"),
             "give another --out that is a folder you may write to",
         )?;
         if occupied == Occupied::Refuse && !empty {
-            let hint = if path.join(RUN).is_file() {
-                "give another --out, --resume to go on with that run, or --force to begin it anew"
-            } else {
-                "give another --out, or --force to write beside what is there"
+            let hint = match is_run {
+                true => {
+                    "give another --out, --resume to continue that run, or --force to restart it"
+                }
+                false => "give another --out, or --force to add files to that folder",
             };
-            return Err(mistake(
-                format!("the folder '{}' is not empty", path.display()),
-                hint,
-            ));
+            return Err(mistake(format!("the folder '{shown}' is not empty"), hint));
         }
         Ok(Self {
             path: path.into(),
@@ -105,11 +103,9 @@ impl RunFolder {
                 made: Vec::new(),
             });
         }
+        let path = path.display();
         Err(mistake(
-            format!(
-                "'{}' is not a run folder (it holds no {RUN})",
-                path.display()
-            ),
+            format!("'{path}' is not a run folder (it holds no {RUN})"),
             "give the folder that was the --out of `lagrangian fit` or `lagrangian demo`",
         ))
     }
@@ -134,12 +130,8 @@ impl RunFolder {
         if self.restart {
             self.remove_earlier_run()?;
         }
-        self.write(
-            RUN,
-            toml::to_string(record)
-                .context("cannot write the settings as TOML")?
-                .as_bytes(),
-        )
+        let text = toml::to_string(record).context("cannot write the settings as TOML")?;
+        self.write(RUN, text.as_bytes())
     }
 
     /// Reads [`RUN`].
@@ -154,28 +146,13 @@ impl RunFolder {
     pub(crate) fn metrics(&self, after: u64) -> Result<Metrics> {
         self.keep_metrics_up_to(after)?;
         let now = seconds_now();
-        let lines = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(self.file(METRICS));
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "whole seconds, long since positive"
-        )]
-        let name = format!(
-            "{}{}.{}{}",
-            EVENTS.0,
-            now as u64,
-            std::process::id(),
-            EVENTS.1
-        );
+        let (begin, id, end) = (EVENTS.0, std::process::id(), EVENTS.1);
         let open = || -> io::Result<Metrics> {
-            let events = EventWriter::new(File::create(self.file(&name))?, now)?;
-            Ok(Metrics {
-                lines: lines?,
-                events,
-            })
+            let mut append = OpenOptions::new();
+            let lines = append.create(true).append(true).open(self.file(METRICS))?;
+            let events = File::create(self.file(&format!("{begin}{:.0}.{id}{end}", now.floor())))?;
+            let events = EventWriter::new(events, now)?;
+            Ok(Metrics { lines, events })
         };
         open().advise(
             format!("cannot write metrics to '{}'", self.path.display()),
@@ -189,15 +166,10 @@ impl RunFolder {
         if !path.exists() {
             return Ok(Vec::new());
         }
-        let file =
-            File::open(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
-        let lines = BufReader::new(file)
-            .lines()
-            .collect::<io::Result<Vec<_>>>()?;
-        Ok(lines
-            .iter()
-            .filter_map(|line| serde_json::from_str(line).ok())
-            .collect())
+        let read = fs::read_to_string(&path);
+        let text = read.with_context(|| format!("cannot read '{}'", path.display()))?;
+        let metrics = text.lines().map(serde_json::from_str);
+        Ok(metrics.filter_map(Result::ok).collect())
     }
 
     fn keep_metrics_up_to(&self, step: u64) -> Result<()> {
@@ -219,9 +191,10 @@ impl RunFolder {
         };
         for entry in fs::read_dir(&self.path)? {
             let entry = entry?;
+            let path = entry.path();
             if entry.file_name().to_str().is_some_and(ours) && entry.file_type()?.is_file() {
-                fs::remove_file(entry.path())
-                    .with_context(|| format!("cannot replace '{}'", entry.path().display()))?;
+                let removed = fs::remove_file(&path);
+                removed.with_context(|| format!("cannot replace '{}'", path.display()))?;
             }
         }
         Ok(())
@@ -251,22 +224,19 @@ impl Metrics {
     /// Adds one step.
     pub(crate) fn add(&mut self, step: u64, seconds: f64, figures: &[(&str, f64)]) -> Result<()> {
         let finite = figures.iter().filter(|(_, value)| value.is_finite());
-        let figures_by_name = finite
-            .map(|(name, value)| ((*name).to_string(), *value))
-            .collect();
-        let mut line = serde_json::to_vec(&Metric {
+        let metric = Metric {
             step,
             seconds,
-            figures: figures_by_name,
-        })?;
+            figures: finite
+                .map(|(name, value)| ((*name).into(), *value))
+                .collect(),
+        };
+        let mut line = serde_json::to_vec(&metric)?;
         line.push(b'\n');
-        self.lines
-            .write_all(&line)
-            .and_then(|()| self.events.scalars(seconds_now(), step, figures))
-            .advise(
-                "cannot write the metrics",
-                "make room on the disk, then go on with --resume",
-            )
+        let written = self.lines.write_all(&line);
+        let written = written.and_then(|()| self.events.scalars(seconds_now(), step, figures));
+        let hint = "make room on the disk, then continue with --resume";
+        written.advise("cannot write the metrics", hint)
     }
 }
 
@@ -341,10 +311,8 @@ impl DataFile {
 /// The command line as it could be typed again.
 pub(crate) fn command_line() -> String {
     let words = std::env::args().skip(1).map(|word| quoted(&word));
-    std::iter::once("lagrangian".to_string())
-        .chain(words)
-        .collect::<Vec<_>>()
-        .join(" ")
+    let words: Vec<String> = std::iter::once("lagrangian".into()).chain(words).collect();
+    words.join(" ")
 }
 
 fn quoted(word: &str) -> String {
@@ -358,9 +326,8 @@ fn quoted(word: &str) -> String {
 
 /// Time since 1970, s.
 fn seconds_now() -> f64 {
-    SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0.0, |d| d.as_secs_f64())
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.map_or(0.0, |d| d.as_secs_f64())
 }
 
 /// `2026-01-31T12:00:00Z`, from seconds since 1970 (civil-from-days in the proleptic Gregorian calendar).
@@ -375,18 +342,10 @@ fn utc(seconds: f64) -> String {
     let day_of_year = day - (365 * year + year / 4 - year / 100);
     let month = (5 * day_of_year + 2) / 153;
     let day = day_of_year - (153 * month + 2) / 5 + 1;
-    let (month, next) = if month < 10 {
-        (month + 3, 0)
-    } else {
-        (month - 9, 1)
-    };
-    let year = year + era * 400 + next;
-    format!(
-        "{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z",
-        time / 3600,
-        time / 60 % 60,
-        time % 60
-    )
+    let year = year + era * 400 + i64::from(month > 9);
+    let month = (month + 2) % 12 + 1;
+    let (hours, minutes, seconds) = (time / 3600, time / 60 % 60, time % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hours:02}:{minutes:02}:{seconds:02}Z")
 }
 
 #[cfg(test)]

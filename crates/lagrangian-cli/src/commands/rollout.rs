@@ -6,13 +6,14 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian::rollout::{self, free};
 use lagrangian::score::predict;
-use lagrangian::{EstimateOptions, Model, Outcome, Rollout};
+use lagrangian::{EstimateOptions, Model, Rollout};
 use serde_json::json;
 
 use super::Manner;
 use crate::cli::RolloutArgs;
 use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::motion;
 use crate::output;
 
 pub(super) fn run(args: &RolloutArgs, manner: Manner) -> Result<ExitCode> {
@@ -23,7 +24,7 @@ pub(super) fn run(args: &RolloutArgs, manner: Manner) -> Result<ExitCode> {
         Some(path) => follow(&model, path, args)?,
         None => from_start(&model, args)?,
     };
-    note(rollout.outcome);
+    motion::note_early_end("the motion", rollout.outcome);
     let trajectories = std::slice::from_ref(&rollout.trajectory);
     match &output.out {
         Some(path) => {
@@ -44,7 +45,7 @@ pub(super) fn run(args: &RolloutArgs, manner: Manner) -> Result<ExitCode> {
             "rejected": rollout.rejected,
             "evaluations": rollout.evaluations,
             "singular": rollout.singular,
-            "energy": energies(&model, &rollout),
+            "energy": motion::energies(&model, &rollout.trajectory),
         }))?;
     }
     Ok(ExitCode::SUCCESS)
@@ -58,20 +59,12 @@ fn from_start(model: &dyn Model, args: &RolloutArgs) -> Result<Rollout> {
             "give one with --q0 and --qd0, or a recording to follow with --follow",
         ));
     }
-    let times = rollout::times(args.motion.duration, args.motion.step).advise(
-        "cannot roll out",
-        "give a shorter --duration or a longer --step",
-    )?;
-    rollout::rollout(
-        model,
-        &start.q,
-        &start.qd,
-        &times,
-        &free,
-        &args.motion.options(),
-    )
-    .advise(
-        "cannot roll out",
+    let shown = "cannot roll out";
+    let times = rollout::times(args.motion.duration, args.motion.step)
+        .advise(shown, "give a shorter --duration or a longer --step")?;
+    let options = args.motion.options();
+    rollout::rollout(model, &start.q, &start.qd, &times, &free, &options).advise(
+        shown,
         "give --q0 and --qd0 one value per coordinate of the model",
     )
 }
@@ -86,24 +79,4 @@ fn follow(model: &dyn Model, path: &Path, args: &RolloutArgs) -> Result<Rollout>
     };
     let (trajectories, _) = data::trajectories(recordings, &options)?;
     Ok(predict(model, &trajectories[0], &args.motion.options())?)
-}
-
-/// H at every sample, J; null for a model that has none.
-fn energies(model: &dyn Model, rollout: &Rollout) -> Option<Vec<f64>> {
-    let t = &rollout.trajectory;
-    let mut energy = vec![0.0; t.len()];
-    let outcome = model.evaluator().energy(&t.q, &t.qd, &mut energy);
-    outcome.is_supported().then_some(energy)
-}
-
-fn note(outcome: Outcome) {
-    match outcome {
-        Outcome::Finished => {}
-        Outcome::Diverged { t, reason } => {
-            eprintln!("note: the motion ends at t = {t} s: {reason}")
-        }
-        Outcome::StepLimit { t } => {
-            eprintln!("note: the motion ends at t = {t} s: too many steps; loosen --tolerance")
-        }
-    }
 }

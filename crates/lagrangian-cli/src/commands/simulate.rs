@@ -16,6 +16,7 @@ use serde_json::json;
 use super::Manner;
 use crate::cli::{SimulateArgs, Starts};
 use crate::failure::{Advise, mistake};
+use crate::motion::{energies, note_early_end};
 use crate::output;
 use crate::robot;
 
@@ -26,14 +27,13 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
     args.output.refuse_unwritable()?;
     let system = system(args)?;
     let mut rollouts = motions(args, &*system)?;
-    let summaries: Vec<Summary> = rollouts
+    let summaries = rollouts
         .iter()
-        .map(|rollout| Summary::of(rollout, &*system))
-        .collect();
-    summaries
-        .iter()
-        .enumerate()
-        .for_each(|(k, summary)| summary.warn(k + 1));
+        .map(|rollout| Summary::of(rollout, &*system));
+    let summaries: Vec<Summary> = summaries.collect();
+    for (k, rollout) in (1..).zip(&rollouts) {
+        note_early_end(&format!("trajectory {k}"), rollout.outcome);
+    }
     if args.momenta {
         for rollout in &mut rollouts {
             let motion = &mut rollout.trajectory;
@@ -43,12 +43,15 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
     let trajectories = recorded(rollouts, args);
     let (out, existing) = (&args.output.out, args.output.existing());
     let layout = match out {
-        Some(path) => Some(output::write_trajectories(
-            path,
-            existing,
-            &trajectories,
-            system.coordinates(),
-        )?),
+        Some(path) => {
+            let coordinates = system.coordinates();
+            Some(output::write_trajectories(
+                path,
+                existing,
+                &trajectories,
+                coordinates,
+            )?)
+        }
         None if manner.json => None,
         None => {
             output::print_trajectories(&trajectories)?;
@@ -73,12 +76,10 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
         }))?;
     } else if let (Some(path), Some(layout)) = (out, layout) {
         let samples: usize = trajectories.iter().map(Trajectory::len).sum();
-        let count = trajectories.len();
+        let (count, name) = (trajectories.len(), system.name());
+        let (path, layout) = (path.display(), layout.display());
         eprintln!(
-            "{count} trajectories of '{}', {samples} samples: {} (columns and angles: {})",
-            system.name(),
-            path.display(),
-            layout.display()
+            "{count} trajectories of '{name}', {samples} samples: {path} (columns and angles: {layout})"
         );
     }
     Ok(ExitCode::SUCCESS)
@@ -101,9 +102,9 @@ fn motions(args: &SimulateArgs, system: &dyn AnalyticModel) -> Result<Vec<Rollou
         "cannot simulate",
         "give --q0 and --qd0 one value per coordinate, or neither for a random start",
     )?;
-    rollouts
-        .iter_mut()
-        .for_each(|rollout| rollout::record_forces(&mut rollout.trajectory, &drive));
+    for rollout in &mut rollouts {
+        rollout::record_forces(&mut rollout.trajectory, &drive);
+    }
     Ok(rollouts)
 }
 
@@ -124,11 +125,6 @@ fn refuse_too_many(trajectories: u32, samples: usize) -> Result<()> {
 }
 
 fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
-    let given: Vec<(&str, f64)> = args
-        .parameters
-        .iter()
-        .map(|(name, value)| (name.as_str(), *value))
-        .collect();
     if let Some(path) = &args.urdf {
         let robot = robot::read(path, &args.joints)?;
         let bodies = RigidBodies::with_joints(&robot.urdf, &robot.joints).advise(
@@ -137,7 +133,9 @@ fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
         )?;
         return Ok(Box::new(bodies));
     }
-    by_name(args.system.as_deref().unwrap_or_default(), &given).advise(
+    let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));
+    let name = args.system.as_deref().unwrap_or_default();
+    by_name(name, &given.collect::<Vec<_>>()).advise(
         "cannot simulate",
         "`lagrangian simulate list` names the systems and their parameters",
     )
@@ -145,15 +143,14 @@ fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
 
 /// The values of all parameters, also of those left at their defaults.
 fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value> {
-    let table = systems()
-        .iter()
-        .find(|entry| Some(entry.name) == args.system.as_deref())
-        .map_or(&[][..], |entry| entry.parameters);
+    let mut known = systems().iter();
+    let own = known.find(|entry| Some(entry.name) == args.system.as_deref());
+    let table = own.map_or(&[][..], |entry| entry.parameters);
     let defaults = table.iter().map(|p| (p.name.to_string(), json!(p.value)));
     let given = args
         .parameters
         .iter()
-        .map(|(name, value)| (name.clone(), json!(value)));
+        .map(|(name, x)| (name.clone(), json!(x)));
     defaults.chain(given).collect()
 }
 
@@ -180,10 +177,8 @@ fn recorded(rollouts: Vec<Rollout>, args: &SimulateArgs) -> Vec<Trajectory> {
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     // Another stream than that of the initial states.
     rng.set_stream(1);
-    let mut trajectories: Vec<Trajectory> = rollouts
-        .into_iter()
-        .map(|rollout| rollout.trajectory)
-        .collect();
+    let trajectories = rollouts.into_iter().map(|rollout| rollout.trajectory);
+    let mut trajectories: Vec<Trajectory> = trajectories.collect();
     for (k, trajectory) in trajectories.iter_mut().enumerate() {
         trajectory.name = (k + 1).to_string();
         if let Some(sigma) = args.noise {
@@ -214,14 +209,10 @@ struct Summary {
 
 impl Summary {
     fn of(rollout: &Rollout, system: &dyn AnalyticModel) -> Self {
-        let trajectory = &rollout.trajectory;
-        let mut energy = vec![0.0; trajectory.len()];
-        let _ = system
-            .evaluator()
-            .energy(&trajectory.q, &trajectory.qd, &mut energy);
+        let energy = energies(system, &rollout.trajectory).unwrap_or_default();
         let start = energy.first().copied().unwrap_or_default();
         Self {
-            samples: trajectory.len(),
+            samples: rollout.trajectory.len(),
             outcome: rollout.outcome,
             steps: rollout.steps,
             rejected: rollout.rejected,
@@ -229,20 +220,6 @@ impl Summary {
             singular: rollout.singular,
             energy_start: start,
             energy_change_max: energy.iter().map(|e| (e - start).abs()).fold(0.0, f64::max),
-        }
-    }
-
-    fn warn(&self, number: usize) {
-        match self.outcome {
-            Outcome::Finished => {}
-            Outcome::Diverged { t, reason } => {
-                eprintln!("note: trajectory {number} ends at t = {t} s: {reason}")
-            }
-            Outcome::StepLimit { t } => {
-                eprintln!(
-                    "note: trajectory {number} ends at t = {t} s: too many steps; loosen --tolerance"
-                );
-            }
         }
     }
 }
@@ -263,8 +240,8 @@ fn list(manner: Manner) -> Result<ExitCode> {
     for entry in systems() {
         text += &format!("{}\n    {}\n", entry.name, entry.about);
         for p in entry.parameters {
-            text +=
-                &format!("    --set {}={}  {}\n", p.name, p.value, p.unit).replace("  \n", "\n");
+            let line = format!("    --set {}={}  {}", p.name, p.value, p.unit);
+            text += &format!("{}\n", line.trim_end());
         }
     }
     output::print(&text)?;

@@ -1,6 +1,6 @@
 //! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
 
-use lagrangian::{Coordinate, Evaluator, Model, Rollout, Signal, Trajectory};
+use lagrangian::{Coordinate, Model, Rollout, Signal, Trajectory};
 use lagrangian_report::{
     Animation, Figure, Motion, Panel, Role, Series, energy_error_over_time, loss_curves, parity,
     phase_portrait, trajectories,
@@ -8,6 +8,7 @@ use lagrangian_report::{
 
 use super::Run;
 use crate::cli::Links;
+use crate::motion::energies;
 use crate::run_folder::Metric;
 
 /// Dots of a parity figure, at most.
@@ -93,15 +94,16 @@ impl<'a> Followed<'a> {
         if driven || damped {
             return None;
         }
-        let mut evaluator = run.model.evaluator();
-        let scale = largest_kinetic_energy(&mut *evaluator, self.truth)?;
+        let scale = largest_kinetic_energy(run.model, self.truth)?;
         let motions = self.motions(run.role());
-        let mut line = |motion: &Motion| {
-            let errors = energy_errors(&mut *evaluator, motion.trajectory, scale)?;
+        let line = |motion: &Motion| {
+            let energy = energies(run.model, motion.trajectory)?;
+            let start = *energy.first()?;
+            let errors = energy.iter().map(|h| (h - start) / scale).collect();
             let t = motion.trajectory.t.clone();
             Some(Series::line(motion.name, motion.role, t, errors))
         };
-        let lines = motions.iter().map(&mut line).collect::<Option<_>>()?;
+        let lines = motions.iter().map(line).collect::<Option<_>>()?;
         Some(Figure {
             title: "Change of the learned energy".into(),
             caption: "Of the largest kinetic energy of the motion. Along the recorded motion it tells how well the \
@@ -112,31 +114,13 @@ impl<'a> Followed<'a> {
     }
 }
 
-/// H at (q, q̇) less that at (q, 0), at its largest along a motion, J.
-fn largest_kinetic_energy(evaluator: &mut dyn Evaluator, motion: &Trajectory) -> Option<f64> {
-    let mut energies = [vec![0.0; motion.len()], vec![0.0; motion.len()]];
-    let still = vec![0.0; motion.qd.len()];
-    let [moving, resting] = &mut energies;
-    let known = evaluator
-        .energy(&motion.q, &motion.qd, moving)
-        .is_supported()
-        && evaluator.energy(&motion.q, &still, resting).is_supported();
-    let differences = moving.iter().zip(resting).map(|(h, v)| (h - *v).abs());
-    let largest = differences.fold(0.0, f64::max);
-    (known && largest > 0.0).then_some(largest)
-}
-
-fn energy_errors(
-    evaluator: &mut dyn Evaluator,
-    motion: &Trajectory,
-    scale: f64,
-) -> Option<Vec<f64>> {
-    let mut energy = vec![0.0; motion.len()];
-    let outcome = evaluator.energy(&motion.q, &motion.qd, &mut energy);
-    let start = *energy.first()?;
-    outcome
-        .is_supported()
-        .then(|| energy.iter().map(|h| (h - start) / scale).collect())
+/// The largest difference of H at (q, q̇) and at (q, 0) along a motion, J.
+fn largest_kinetic_energy(model: &dyn Model, motion: &Trajectory) -> Option<f64> {
+    let mut resting = motion.clone();
+    resting.qd.fill(0.0);
+    let (moving, resting) = (energies(model, motion)?, energies(model, &resting)?);
+    let differences = moving.iter().zip(resting).map(|(h, v)| (h - v).abs());
+    Some(differences.fold(0.0, f64::max)).filter(|largest| *largest > 0.0)
 }
 
 /// The same motion with each angle measured from hanging down instead of from the link before.
