@@ -56,12 +56,8 @@ impl Progress {
             Shown::Lines { last } => {
                 if last.is_none_or(|at| at.elapsed() >= LINE_EVERY) {
                     *last = Some(Instant::now());
-                    eprintln!(
-                        "{}: {:.0} % · {}",
-                        self.label,
-                        100.0 * fraction.clamp(0.0, 1.0),
-                        with_time(news, left)
-                    );
+                    let percent = 100.0 * fraction.clamp(0.0, 1.0);
+                    eprintln!("{}: {percent:.0} % · {}", self.label, with_time(news, left));
                 }
             }
             Shown::Nothing => {}
@@ -90,11 +86,8 @@ fn bar(label: &str) -> ProgressBar {
     let bar = ProgressBar::new(PARTS);
     // OK to fall back: the template is fixed, and a bar of the default style still tells.
     let style = ProgressStyle::with_template("{prefix} [{bar:30}] {percent:>3} % · {msg}");
-    bar.set_style(
-        style
-            .unwrap_or_else(|_| ProgressStyle::default_bar())
-            .progress_chars("━╸ "),
-    );
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    bar.set_style(style.progress_chars("━╸ "));
     bar.set_prefix(label.to_string());
     bar
 }

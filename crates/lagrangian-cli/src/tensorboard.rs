@@ -121,30 +121,11 @@ fn masked_crc(data: &[u8]) -> u32 {
 }
 
 fn crc32c(data: &[u8]) -> u32 {
-    !data.iter().fold(!0, |crc, &byte| {
-        CRC_TABLE[usize::from(crc.to_le_bytes()[0] ^ byte)] ^ (crc >> 8)
-    })
+    // Bit by bit: records are short.
+    let shifted = |crc: u32, _| (crc >> 1) ^ (0x82F6_3B78 * (crc & 1));
+    let next = |crc: u32, byte: &u8| (0..8).fold(crc ^ u32::from(*byte), shifted);
+    !data.iter().fold(!0, next)
 }
-
-const CRC_TABLE: [u32; 256] = {
-    let mut table = [0; 256];
-    let mut i = 0;
-    while i < 256 {
-        let mut crc = i as u32;
-        let mut bit = 0;
-        while bit < 8 {
-            crc = if crc & 1 == 1 {
-                (crc >> 1) ^ 0x82F6_3B78
-            } else {
-                crc >> 1
-            };
-            bit += 1;
-        }
-        table[i] = crc;
-        i += 1;
-    }
-    table
-};
 
 #[cfg(test)]
 mod tests {

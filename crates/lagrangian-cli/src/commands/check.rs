@@ -48,30 +48,26 @@ fn as_json(args: &CheckArgs, recordings: &[Recording], report: &CheckReport) -> 
 fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> String {
     let samples: usize = recordings.iter().map(Recording::len).sum();
     let mut text = format!("{} trajectories, {samples} samples\n", recordings.len());
-    if recordings.len() > MOST_IN_FULL {
-        text += &in_short(recordings.len(), report, colour);
-    } else {
-        text += &in_full(report, colour);
-    }
+    text += &match recordings.len() {
+        0..=MOST_IN_FULL => in_full(report, colour),
+        count => in_short(count, report, colour),
+    };
     text += &format!("\n{}\n", conclusion(report));
     text
 }
 
-/// Of more trajectories than this, only what is wrong is written out.
+/// With more trajectories than this, only warnings and failures are shown.
 const MOST_IN_FULL: usize = 3;
 
-/// What was found in all trajectories together, then each warning once with those that it is about.
+/// The findings about all trajectories together, then each warning once with the trajectories that it is about.
 fn in_short(trajectories: usize, report: &CheckReport, colour: bool) -> String {
     let (all, single): (Vec<&Item>, Vec<&Item>) =
         report.items.iter().partition(|i| i.trajectory.is_none());
     let mut text: String = all.into_iter().map(|item| line(item, colour)).collect();
     let mut kinds: Vec<Vec<&Item>> = Vec::new();
     for item in single.into_iter().filter(|i| i.verdict != Verdict::Pass) {
-        let same = |kind: &&mut Vec<&Item>| {
-            kind.first()
-                .is_some_and(|i| i.name == item.name && i.verdict == item.verdict)
-        };
-        match kinds.iter_mut().find(same) {
+        let same = |a: &Item| a.name == item.name && a.verdict == item.verdict;
+        match kinds.iter_mut().find(|kind| same(kind[0])) {
             Some(kind) => kind.push(item),
             None => kinds.push(vec![item]),
         }
@@ -81,10 +77,8 @@ fn in_short(trajectories: usize, report: &CheckReport, colour: bool) -> String {
         text += &format!("  nothing is wrong with any of the {trajectories}\n");
     }
     for kind in kinds {
-        let mut names: Vec<&str> = kind
-            .iter()
-            .filter_map(|i| i.trajectory.as_deref())
-            .collect();
+        let names = kind.iter().filter_map(|i| i.trajectory.as_deref());
+        let mut names: Vec<&str> = names.collect();
         names.dedup();
         let first = names.first().copied().unwrap_or_default();
         text += &line(kind[0], colour);
@@ -103,9 +97,8 @@ fn in_full(report: &CheckReport, colour: bool) -> String {
     for item in &report.items {
         if item.trajectory != about {
             about.clone_from(&item.trajectory);
-            text += &about
-                .as_ref()
-                .map_or(String::new(), |name| format!("\n{name}\n"));
+            let heading = about.as_ref().map(|name| format!("\n{name}\n"));
+            text += &heading.unwrap_or_default();
         }
         text += &line(item, colour);
     }
@@ -118,15 +111,15 @@ fn line(item: &Item, colour: bool) -> String {
         Verdict::Warn => ("warn", "33"),
         Verdict::Fail => ("FAIL", "31;1"),
     };
-    let verdict = if colour {
-        format!("\u{1b}[{code}m{word}\u{1b}[0m")
-    } else {
-        word.to_string()
+    let verdict = match colour {
+        true => format!("\u{1b}[{code}m{word}\u{1b}[0m"),
+        false => word.into(),
     };
     let remedy = item
         .remedy
         .as_ref()
-        .map_or(String::new(), |remedy| format!("{:22}→ {remedy}\n", ""));
+        .map(|remedy| format!("{:22}→ {remedy}\n", ""));
+    let remedy = remedy.unwrap_or_default();
     format!("  {verdict}  {:<14}{}\n{remedy}", item.name, item.finding)
 }
 
@@ -135,8 +128,8 @@ fn conclusion(report: &CheckReport) -> String {
     match (failures, warnings) {
         (0, 0) => "The data can be fitted.".into(),
         (0, _) => {
-            format!("The data can be fitted; better after a look at the warnings ({warnings}).")
+            format!("The data can be fitted; look at the warnings first ({warnings}).")
         }
-        _ => format!("A fit would be meaningless before what fails is mended ({failures})."),
+        _ => format!("A fit would be meaningless until the failures are corrected ({failures})."),
     }
 }

@@ -6,7 +6,7 @@ use anyhow::Result;
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{Coordinates, RolloutOptions, Trajectory};
 use lagrangian_analysis::conserved::{
-    Conserved, ConservedOptions, Drift, Gauge, Quantity, candidates, conserved, points_by_name,
+    Conserved, ConservedOptions, Gauge, Quantity, candidates, conserved, points_by_name,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -59,9 +59,8 @@ fn points(args: &ConservedArgs, coordinates: &Coordinates) -> Result<Vec<Vec<usi
         return Ok(points_by_name(coordinates));
     }
     let point = |text: &String| {
-        text.split(':')
-            .map(|name| coordinate(coordinates, name))
-            .collect()
+        let names = text.split(':');
+        names.map(|name| coordinate(coordinates, name)).collect()
     };
     args.points.iter().map(point).collect()
 }
@@ -75,13 +74,12 @@ fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {
     let Subject::System(system) = subject else {
         return Err(mistake(
             "a model needs motions to be measured along",
-            "give recordings behind the model, e.g. those that it was not fitted on",
+            "give recordings after the model, e.g. those that it was not fitted on",
         ));
     };
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
-    let starts: Vec<_> = (0..MOTIONS)
-        .map(|_| system.sample_state(&mut rng))
-        .collect();
+    let starts = (0..MOTIONS).map(|_| system.sample_state(&mut rng));
+    let starts: Vec<_> = starts.collect();
     let shown = "cannot roll the system out";
     let times = times(args.duration, 1.0 / RATE).advise(shown, "give a shorter --duration")?;
     let options = RolloutOptions::default();
@@ -91,12 +89,8 @@ fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {
 }
 
 fn as_text(found: &Conserved) -> String {
-    let width = found
-        .quantities
-        .iter()
-        .map(|q| q.name.chars().count())
-        .max()
-        .unwrap_or(0);
+    let widths = found.quantities.iter().map(|q| q.name.chars().count());
+    let width = widths.max().unwrap_or(0);
     let mut text = format!(
         "{} states\n  {:width$}  {:<13}{:>9}{:>12}{:>12}\n",
         found.states, "", "", "r", "drift, data", "own"
@@ -106,7 +100,7 @@ fn as_text(found: &Conserved) -> String {
     }
     match &found.generators {
         None => {
-            text += "linear symmetries: not told apart by these motions, or too many coordinates\n"
+            text += "linear symmetries: these motions do not distinguish them, or there are too many coordinates\n"
         }
         Some(all) if all.is_empty() => text += "linear symmetries: none\n",
         Some(all) => {
@@ -118,25 +112,21 @@ fn as_text(found: &Conserved) -> String {
 }
 
 fn line(quantity: &Quantity, width: usize) -> String {
-    let verdict = if quantity.symmetric {
-        "conserved"
-    } else {
-        "not conserved"
+    let (verdict, gauge) = match quantity.symmetric {
+        true => ("conserved", gauge(&quantity.gauge)),
+        false => ("not conserved", String::new()),
     };
-    let drift =
-        |drift: Option<&Drift>| drift.map_or("–".into(), |d| format!("{:.1e}", d.relative));
-    format!(
-        "  {:width$}  {verdict:<13}{:>9}{:>12}{:>12}{}\n",
-        quantity.name,
-        format!("{:.1e}", quantity.violation),
-        drift(Some(&quantity.data)),
-        drift(quantity.own.as_ref()),
-        if quantity.symmetric {
-            gauge(&quantity.gauge)
-        } else {
-            String::new()
-        }
-    )
+    let size = |x: f64| format!("{x:.1e}");
+    let (name, r, data) = (
+        &quantity.name,
+        size(quantity.violation),
+        size(quantity.data.relative),
+    );
+    let own = quantity
+        .own
+        .as_ref()
+        .map_or("–".into(), |drift| size(drift.relative));
+    format!("  {name:width$}  {verdict:<13}{r:>9}{data:>12}{own:>12}{gauge}\n")
 }
 
 /// The terms of F, where it is more than the gauge at rest.
@@ -144,10 +134,10 @@ fn gauge(gauge: &Gauge) -> String {
     if gauge.terms.is_empty() {
         return String::new();
     }
-    let terms: Vec<String> = gauge
+    let terms = gauge
         .terms
         .iter()
-        .map(|(name, f)| format!("{f:+.3} {name}"))
-        .collect();
+        .map(|(name, f)| format!("{f:+.3} {name}"));
+    let terms: Vec<String> = terms.collect();
     format!("   less F = {}", terms.join(" "))
 }

@@ -47,10 +47,9 @@ pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
 }
 
 fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode> {
-    let (args, checkpoint) = if args.resume {
-        resumed(folder, args)?
-    } else {
-        (args.clone(), None)
+    let (args, checkpoint) = match args.resume {
+        true => resumed(folder, args)?,
+        false => (args.clone(), None),
     };
     let data = read(&args)?;
     let robot = args.robot.read()?;
@@ -75,12 +74,10 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
         }
     };
     let fit = fit(&config, folder, &dataset, checkpoint.as_ref(), manner)?;
+    let hashes = record.data.iter();
+    let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
     let provenance = Provenance {
-        data: record
-            .data
-            .iter()
-            .map(|file| (file.path.clone(), file.sha256.clone()))
-            .collect(),
+        data: hashes.collect(),
         command: Some(record.command.clone()),
         ..Provenance::of_seed(args.training.seed)
     };
@@ -98,38 +95,38 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     let page = draw::html(&page.report(Links::default())?);
     folder.write(REPORT, page.as_bytes())?;
     let improved = improved(&fit, &config, &args);
-    if manner.json {
-        output::print_json(&json!({
-            "command": "fit",
-            "out": args.out,
-            "model": folder.file(MODEL),
-            "report": folder.file(REPORT),
-            "family": fit.model.family(),
-            "ending": fit.ending,
-            "improved": improved,
-            "steps": fit.steps,
-            "seconds": fit.seconds,
-            "loss": fit.best,
-            "loss_step": fit.best_step,
-            "samples": samples,
-            "forces": forced,
-            "estimates": estimates.len(),
-            "choices": choices,
-            "parameters": fit.model.parameters(),
-        }))?;
-    } else {
+    if !manner.json {
         tell(folder, &fit);
+        return Ok(exit_code(&fit, improved));
     }
+    output::print_json(&json!({
+        "command": "fit",
+        "out": args.out,
+        "model": folder.file(MODEL),
+        "report": folder.file(REPORT),
+        "family": fit.model.family(),
+        "ending": fit.ending,
+        "improved": improved,
+        "steps": fit.steps,
+        "seconds": fit.seconds,
+        "loss": fit.best,
+        "loss_step": fit.best_step,
+        "samples": samples,
+        "forces": forced,
+        "estimates": estimates.len(),
+        "choices": choices,
+        "parameters": fit.model.parameters(),
+    }))?;
     Ok(exit_code(&fit, improved))
 }
 
 /// What a person reads of a fit.
 fn tell(folder: &RunFolder, fit: &Fit) {
+    let (model, step) = (folder.file(MODEL), fit.best_step);
     eprintln!(
-        "model: {} (loss {:.3e} at step {})",
-        folder.file(MODEL).display(),
-        fit.best,
-        fit.best_step
+        "model: {} (loss {:.3e} at step {step})",
+        model.display(),
+        fit.best
     );
     let all = fit.model.parameters();
     for p in all.iter().filter(|p| shown(&fit.model, p)) {
@@ -168,11 +165,8 @@ fn improved(fit: &Fit, config: &FitConfig, args: &FitArgs) -> bool {
 
 /// Ten inertial parameters of each link are for `--json`: most mean something only together.
 fn shown(model: &Learned, parameter: &Parameter) -> bool {
-    let of_a_body = ["mass_", "inertia_"];
-    !(model.family() == "rigid"
-        && of_a_body
-            .iter()
-            .any(|kind| parameter.name.starts_with(kind)))
+    let is_of_a_body = |kind: &&str| parameter.name.starts_with(kind);
+    model.family() != "rigid" || !["mass_", "inertia_"].iter().any(is_of_a_body)
 }
 
 fn occupied(args: &FitArgs) -> Occupied {
@@ -229,10 +223,9 @@ impl Data {
     /// What the model is judged by, and how signals were estimated; what was only learned from goes.
     fn judged(self) -> (Judged, Vec<Estimate>) {
         let held_out = !self.validation.is_empty();
-        let motions = if held_out {
-            self.validation
-        } else {
-            self.train
+        let motions = match held_out {
+            true => self.validation,
+            false => self.train,
         };
         let judged = Judged {
             motions,
@@ -268,9 +261,8 @@ fn read(args: &FitArgs) -> Result<Data> {
         momenta: needs.momenta,
         ..args.estimate.options()
     };
-    let sampling = args
-        .sample
-        .sampling(args.training.seed, stretch(args, needs));
+    let stretch = stretch(args, needs);
+    let sampling = args.sample.sampling(args.training.seed, stretch);
     let own = data::read_sample(&args.files, &args.data, sampling)?;
     let check = refuse_meaningless(&own.recordings, &options)?;
     let coordinates = own.recordings[0].coordinates.clone();
@@ -307,26 +299,21 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
 fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Result<CheckReport> {
     let filter = options.filter;
     let report = data::check(recordings, &CheckOptions { filter });
-    match report
-        .items
-        .iter()
-        .find(|item| item.verdict == Verdict::Fail)
-    {
-        None => Ok(report),
-        Some(item) => Err(mistake(
-            format!(
-                "a fit of this data would be meaningless: {}{}: {}",
-                item.trajectory
-                    .as_ref()
-                    .map_or(String::new(), |name| format!("trajectory '{name}': ")),
-                item.name,
-                item.finding
-            ),
-            item.remedy
-                .clone()
-                .unwrap_or_else(|| "`lagrangian check` says more".into()),
-        )),
-    }
+    let mut items = report.items.iter();
+    let Some(item) = items.find(|item| item.verdict == Verdict::Fail) else {
+        return Ok(report);
+    };
+    let (check, finding) = (item.name, &item.finding);
+    let about = item
+        .trajectory
+        .as_ref()
+        .map(|name| format!("trajectory '{name}': "));
+    let about = about.unwrap_or_default();
+    let remedy = item.remedy.clone();
+    Err(mistake(
+        format!("a fit of this data would be meaningless: {about}{check}: {finding}"),
+        remedy.unwrap_or_else(|| "`lagrangian check` says more".into()),
+    ))
 }
 
 fn dataset(args: &FitArgs, data: &Data) -> Result<Dataset> {
@@ -358,11 +345,8 @@ fn same_data(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
     let mut pairs = now.data.iter().zip(&then.data);
     match pairs.find(|(now, then)| now.sha256 != then.sha256) {
         None => Ok(then),
-        Some((changed, _)) => Err(mistake(
-            format!(
-                "'{}' is no longer the file that the run began with",
-                changed.path
-            ),
+        Some((DataFile { path, .. }, _)) => Err(mistake(
+            format!("'{path}' is no longer the file that the run began with"),
             "bring the old file back, or begin anew with --force",
         )),
     }

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::score::SignalError;
-use lagrangian::{Coordinates, Model, Score, Trajectory, score};
+use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, score};
 use serde_json::json;
 
 use super::Manner;
@@ -36,20 +36,16 @@ pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
 }
 
 fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {
-    let mut text = format!(
-        "{} samples of {} trajectories\n",
-        score.samples,
-        trajectories.len()
-    );
+    let (samples, count) = (score.samples, trajectories.len());
+    let mut text = format!("{samples} samples of {count} trajectories\n");
     let signals = [
         ("acceleration", &score.acceleration),
         ("torque", &score.torque),
     ];
-    for (name, error) in signals
-        .into_iter()
-        .filter_map(|(name, error)| Some((name, error.as_ref()?)))
-    {
-        text += &signal(name, error, coordinates);
+    for (name, error) in signals {
+        text += &error
+            .as_ref()
+            .map_or(String::new(), |e| signal(name, e, coordinates));
     }
     if score.singular > 0 {
         text += &format!("  mass matrix singular at {} states\n", score.singular);
@@ -63,22 +59,14 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
     }
     for restart in &score.restarts {
         let errors = coordinates.0.iter().zip(&restart.q_rms_end);
-        let errors: Vec<String> = errors
-            .map(|(c, error)| format!("{} {error:.3} {}", c.name, c.unit))
-            .collect();
+        let errors = errors.map(|(c, error)| format!("{} {error:.3} {}", c.name, c.unit));
+        let errors = errors.collect::<Vec<_>>().join(", ");
+        let (seconds, starts) = (restart.seconds, restart.starts);
         text += &format!(
-            "  after {:.1} s from {} starts: off by {} (root mean square)
-",
-            restart.seconds,
-            restart.starts,
-            errors.join(", ")
+            "  after {seconds:.1} s from {starts} starts: root mean square error {errors}\n"
         );
         if restart.unfinished > 0 {
-            text += &format!(
-                "  {} of these diverged
-",
-                restart.unfinished
-            );
+            text += &format!("  {} of these diverged\n", restart.unfinished);
         }
     }
     text
@@ -90,14 +78,13 @@ fn signal(name: &str, error: &SignalError, coordinates: &Coordinates) -> String 
         "  {name:<13}{:<12}mean square error {:.3e} (sum), of its variance {:.3e} (mean)\n",
         "all", error.mse_sum, error.nmse_mean
     );
-    let by_coordinate = coordinates.0.iter().zip(error.mse.iter().zip(&error.nmse));
-    by_coordinate
-        .map(|(c, (mse, nmse))| {
-            format!(
-                "  {name:<13}{:<12}mean square error {mse:.3e}, of its variance {nmse:.3e}\n",
-                c.name
-            )
-        })
+    let line = |(c, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
+        let own = &c.name;
+        format!("  {name:<13}{own:<12}mean square error {mse:.3e}, of its variance {nmse:.3e}\n")
+    };
+    let errors = error.mse.iter().zip(&error.nmse);
+    let lines = coordinates.0.iter().zip(errors).map(line);
+    lines
         .chain((coordinates.dof() > 1).then_some(all))
         .collect()
 }
