@@ -10,6 +10,7 @@
 
 mod action;
 mod chains;
+mod chart;
 mod data;
 mod families;
 pub mod field;

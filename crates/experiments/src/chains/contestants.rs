@@ -1,6 +1,6 @@
 //! The models that learn chains.
 
-use lagrangian::analytic::Chart;
+use crate::chart::Chart;
 use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
 use lagrangian::{Family, Loss};
 use lagrangian_report::Role;

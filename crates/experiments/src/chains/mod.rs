@@ -4,8 +4,8 @@ mod contestants;
 mod learning;
 mod protocol;
 
+use crate::chart::Chart;
 use anyhow::Result;
-use lagrangian::analytic::Chart;
 use lagrangian::train::RolloutLoss;
 use lagrangian::{FitConfig, Rollout, State};
 use lagrangian_report::{Axis, Role};

@@ -4,8 +4,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::Task;
+use crate::chart::Chart;
 use crate::data::{column_sizes, with_estimated_accelerations};
-use lagrangian::analytic::{AnalyticModel, Chart, Rng, normal};
+use lagrangian::analytic::{AnalyticModel, Rng, normal};
 use lagrangian::{Coordinates, Dataset, Model, Result, Signal, Signals, Trajectory};
 
 /// How many chunks.

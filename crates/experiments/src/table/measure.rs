@@ -242,8 +242,9 @@ mod tests {
     use super::super::task::OnLines;
     use super::super::{Reads, Size, Task};
     use super::*;
+    use crate::chart::InChart;
     use lagrangian::Signal;
-    use lagrangian::analytic::{DoublePendulum, InChart};
+    use lagrangian::analytic::DoublePendulum;
 
     const FEW: Size = Size {
         train: 6,

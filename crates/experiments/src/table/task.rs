@@ -4,10 +4,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Lesson, Size};
+use crate::chart::{Chart, InChart};
 use crate::data::{Cut, chunks, with_momenta};
 use lagrangian::analytic::{
-    ChargedParticle, Chart, DoublePendulum, InChart, Parameter, RelativisticParticle, Rng, System,
-    normal, uniform,
+    ChargedParticle, DoublePendulum, Parameter, RelativisticParticle, Rng, System, normal, uniform,
 };
 use lagrangian::{Coordinates, Result, RolloutOptions, State, Trajectory};
 

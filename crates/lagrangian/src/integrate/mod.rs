@@ -118,12 +118,6 @@ impl Method {
         line.map_or("", |(_, named)| named.name)
     }
 
-    /// Whether it chooses its own step.
-    #[must_use]
-    pub fn is_adaptive(self) -> bool {
-        matches!(self, Self::Dopri5 | Self::Dop853)
-    }
-
     /// The rule of a variational method, which needs a Lagrangian: [`Rule::solve`] in the place of
     /// [`Method::solve`].
     #[must_use]

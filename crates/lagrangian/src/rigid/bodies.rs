@@ -1,7 +1,7 @@
 //! A robot of rigid bodies: its exact Lagrangian, and a model with its own fast evaluator.
 
 use super::dynamics::RigidDynamics;
-use super::spatial::{Inertia, Vec3, transposed, turn};
+use super::spatial::{Inertia, Vec3};
 use super::tree::Tree;
 use super::urdf::{Description, unusable};
 use crate::mechanics::dynamics::{Evaluator, Model};
@@ -231,11 +231,6 @@ impl RigidBodies {
         &self.description.name
     }
 
-    /// Names of its links, the base first.
-    pub fn links(&self) -> impl Iterator<Item = &str> {
-        self.tree.places.iter().map(|p| p.link.as_str())
-    }
-
     /// The last link that moves with the last joint, where a tool or a payload is.
     #[must_use]
     pub fn tip(&self) -> &str {
@@ -248,29 +243,6 @@ impl RigidBodies {
     #[must_use]
     pub fn urdf(&self) -> String {
         self.description.text()
-    }
-
-    /// Where the frame of a link stands at q, in the axes of the base: position, m, and rotation matrix (rows).
-    /// `None` for a link that is not there.
-    #[must_use]
-    pub fn link_pose(&self, link: &str, q: &[f64]) -> Option<([f64; 3], [[f64; 3]; 3])> {
-        let place = self.tree.places.iter().find(|p| p.link == link)?;
-        let mut frame = place.frame;
-        let mut at = place.body;
-        while let Some(i) = at {
-            let body = &self.tree.bodies[i];
-            frame = body.at(*q.get(body.coordinate)?).then(&frame);
-            at = body.parent;
-        }
-        Some((frame.origin, transposed(&frame.turn)))
-    }
-
-    /// A rotation applied to the base: gravity as the base feels it when it is mounted with this `rpy`, rad.
-    #[must_use]
-    pub fn mounted(mut self, rpy: [f64; 3]) -> Self {
-        let base = transposed(&super::spatial::from_roll_pitch_yaw(rpy));
-        self.gravity = turn(&base, self.gravity);
-        self
     }
 
     pub(crate) fn tree(&self) -> &Tree {

@@ -4,8 +4,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{INTERVAL, RESTART, SAMPLES, STEPS, cartesian, chain, on_the_rods, options, sample};
+use crate::chart::Chart;
 use crate::data::{Cut, chunks, first_state, with_momenta};
-use lagrangian::analytic::{Chart, normal};
+use lagrangian::analytic::normal;
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{Model, Result, Rollout, Signals, State};
 
@@ -53,7 +54,7 @@ pub(crate) fn motions(
 ) -> Result<Vec<lagrangian::Trajectory>> {
     let system = chain(links, chart)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let starts = (0..count).map(|_| system.chart().from_system(&sample(links, &mut rng)));
+    let starts = (0..count).map(|_| system.chart.from_system(&sample(links, &mut rng)));
     let starts: Vec<State> = starts.collect();
     let cut = Cut {
         interval: INTERVAL,

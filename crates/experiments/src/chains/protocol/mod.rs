@@ -14,7 +14,8 @@ mod error;
 pub(crate) use cartesian::{cartesian, on_the_rods};
 pub(crate) use error::{Score, floor, motions, predictions, score, test_starts};
 
-use lagrangian::analytic::{Chart, InChart, NLinkPendulum, Rng, normal};
+use crate::chart::{Chart, InChart};
+use lagrangian::analytic::{NLinkPendulum, Rng, normal};
 use lagrangian::{Error, Result, RolloutOptions, State};
 
 use crate::data::prediction;

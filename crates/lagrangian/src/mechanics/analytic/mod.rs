@@ -5,11 +5,9 @@
 //!
 //! A new system is one file that implements [`System`] and one line in the table below.
 
-mod chart;
 mod derivatives;
 mod parameter;
 
-pub use chart::{Chart, InChart, Linear};
 pub use derivatives::Analytic;
 #[doc(hidden)]
 pub use derivatives::{ClosedForm, DualJets};

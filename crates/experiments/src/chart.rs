@@ -3,19 +3,13 @@
 //! With q = f(Q) and q̇ = (∂f/∂Q) Q̇ the motion in the chart is that of L(f(Q), (∂f/∂Q) Q̇) (theory.md, 111): mechanics
 //! knows no preferred coordinates, and what a model family makes of that can be measured.
 
-use num_dual::DualNum;
-use rand::Rng;
-
-use super::{AnalyticModel, ClosedForm, DualJets, System};
-use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Model};
-use crate::mechanics::lagrangian::{Jets, Lagrangian};
-use crate::mechanics::solve::{Regularity, SymmetricSolver};
-use crate::{Coordinates, Error, Result, State};
+use lagrangian::analytic::{AnalyticModel, ClosedForm, DualJets, DualNum, Rng, System};
+use lagrangian::mechanics::{EulerLagrange, Jets, Regularity, SymmetricSolver};
+use lagrangian::{Coordinates, Error, Evaluator, Lagrangian, Model, Result, State};
 
 /// A change of coordinates q = f(Q) from those of a chart, Q, to those of a system, q.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[non_exhaustive]
-pub enum Chart {
+pub(crate) enum Chart {
     /// q = Q.
     #[default]
     Own,
@@ -29,7 +23,7 @@ pub enum Chart {
 
 /// A regular matrix A, `[n, n]`, and Aᵀ A.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Linear {
+pub(crate) struct Linear {
     n: usize,
     matrix: Vec<f64>,
     normal: Vec<f64>,
@@ -43,7 +37,7 @@ impl Chart {
     ///
     /// # Errors
     /// [`Error::Argument`] where A is not square, not finite or not regular.
-    pub fn linear(matrix: Vec<f64>) -> Result<Self> {
+    pub(crate) fn linear(matrix: Vec<f64>) -> Result<Self> {
         let n = matrix.len().isqrt();
         let at = |i: usize, j: usize| matrix[i * n + j];
         let square = n > 0 && n * n == matrix.len();
@@ -68,7 +62,7 @@ impl Chart {
     ///
     /// # Errors
     /// [`Error::Argument`] outside −1 < `amount` < 1, where it cannot be inverted.
-    pub fn sine(amount: f64) -> Result<Self> {
+    pub(crate) fn sine(amount: f64) -> Result<Self> {
         if amount.abs() < 1.0 {
             return Ok(Self::Sine(amount));
         }
@@ -80,8 +74,7 @@ impl Chart {
     }
 
     /// The coordinates of the chart, for a system with these.
-    #[must_use]
-    pub fn coordinates(&self, system: &Coordinates) -> Coordinates {
+    fn coordinates(&self, system: &Coordinates) -> Coordinates {
         match self {
             Self::Linear(_) => Coordinates::lines(system.dof()),
             _ => system.clone(),
@@ -119,21 +112,18 @@ impl Chart {
     }
 
     /// The state of the system at a state of the chart.
-    #[must_use]
-    pub fn to_system(&self, state: &State) -> State {
+    pub(crate) fn to_system(&self, state: &State) -> State {
         let (q, qd) = self.map(&state.q, &state.qd);
         State::new(q, qd)
     }
 
     /// ∂f/∂Q times a velocity or a difference of accelerations, at the configuration Q of the chart.
-    #[must_use]
-    pub fn push(&self, q: &[f64], rate: &[f64]) -> Vec<f64> {
+    pub(crate) fn push(&self, q: &[f64], rate: &[f64]) -> Vec<f64> {
         self.map(q, rate).1
     }
 
     /// The state of the chart at a state of the system.
-    #[must_use]
-    pub fn from_system(&self, state: &State) -> State {
+    pub(crate) fn from_system(&self, state: &State) -> State {
         let State { q, qd } = state;
         match self {
             Self::Own => state.clone(),
@@ -214,9 +204,9 @@ impl Linear {
 
 /// A known system in the coordinates of a chart.
 #[derive(Debug, Clone)]
-pub struct InChart<S> {
+pub(crate) struct InChart<S> {
     system: S,
-    chart: Chart,
+    pub(crate) chart: Chart,
     coordinates: Coordinates,
 }
 
@@ -225,7 +215,7 @@ impl<S: System> InChart<S> {
     ///
     /// # Errors
     /// [`Error::Shape`] for a chart of another number of coordinates.
-    pub fn new(system: S, chart: Chart) -> Result<Self> {
+    pub(crate) fn new(system: S, chart: Chart) -> Result<Self> {
         let own = system.coordinates();
         chart.check(own.dof())?;
         Ok(Self {
@@ -233,12 +223,6 @@ impl<S: System> InChart<S> {
             system,
             chart,
         })
-    }
-
-    /// The chart.
-    #[must_use]
-    pub fn chart(&self) -> &Chart {
-        &self.chart
     }
 }
 
@@ -297,9 +281,9 @@ mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
-    use super::super::{Analytic, DoublePendulum};
     use super::*;
-    use crate::rollout::{RolloutOptions, free, rollout, times};
+    use lagrangian::analytic::{Analytic, DoublePendulum};
+    use lagrangian::rollout::{RolloutOptions, free, rollout, times};
 
     fn charts() -> Vec<Chart> {
         vec![
