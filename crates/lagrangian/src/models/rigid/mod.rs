@@ -4,18 +4,19 @@
 //! Without a description the machine is a planar [`chain`]; with one it is the [`robot`] of that description.
 
 pub(crate) mod chain;
+mod identified;
+mod least_squares;
 pub(crate) mod robot;
 
 use serde::{Deserialize, Serialize};
 
-use super::Parameter;
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
+use crate::Result;
 use crate::dataset::Dataset;
 use crate::rigid::RobotConfig;
 use crate::settings::{Kind, Setting};
 use crate::train::{FitConfig, Loss};
-use crate::{Error, Result};
 
 pub use chain::{Angles, RigidChain};
 
@@ -104,28 +105,5 @@ impl Family for RigidConfig {
             None => Ok(chain::identify(dataset, &own, dissipation)?.into()),
             Some(robot) => robot::identify(dataset, robot, own.smoothing, dissipation),
         })))
-    }
-}
-
-/// Checks that there is one finite standard error for each of `expected` parameters.
-fn check_errors(errors: &[f64], expected: usize) -> Result<()> {
-    let what = "standard errors";
-    Error::check_shape(what, errors.len(), expected, "give one for each parameter")?;
-    Error::check_finite(what, errors)
-}
-
-/// A parameter that was solved for.
-fn solved(name: String, value: f64, standard_error: f64) -> Parameter {
-    let unit = match name.split('_').next() {
-        Some("inertia" | "rotor") => "kg·m²",
-        Some("gravity") => "J",
-        Some("viscous") => "N·m·s/rad",
-        _ => "N·m",
-    };
-    Parameter {
-        name,
-        value,
-        unit: unit.into(),
-        standard_error: Some(standard_error),
     }
 }

@@ -24,6 +24,7 @@ mod kernel;
 mod leapfrog;
 mod linear;
 mod midpoint;
+mod newton;
 mod rk4;
 mod segments;
 mod shoot;

@@ -1,9 +1,8 @@
 //! The classical method of Runge and Kutta and its way back.
 
-use super::flow::{Flow, Point};
+use super::flow::Point;
 use super::linear::add_transposed;
-use super::step::{MAX_STATE, Span};
-use crate::train::learner::Work;
+use super::step::{MAX_STATE, Moving};
 
 /// Where each stage stands, and its weight (equation 97).
 pub(super) const STAGES: [(f64, f64); 4] = [
@@ -14,30 +13,22 @@ pub(super) const STAGES: [(f64, f64); 4] = [
 ];
 
 /// x ← x + h Σ b f(stage).
-pub(super) fn step(
-    flow: &Flow<'_>,
-    works: &mut [Work<f64>],
-    points: &mut [Point],
-    span: &Span<'_>,
-    x: &mut [f64],
-    failed: &mut [bool],
-) {
-    let d = flow.sizes.state();
+pub(super) fn step(mut moving: Moving<'_>) {
+    let d = moving.flow.sizes.state();
     for (stage, (a, _)) in STAGES.iter().enumerate() {
-        let (before, rest) = points.split_at_mut(stage);
+        let (before, rest) = moving.points.split_at_mut(stage);
         let point = &mut rest[0];
-        point.x.copy_from_slice(x);
+        point.x.copy_from_slice(moving.x);
         if let Some(last) = before.last() {
             for (at, (x, rate)) in point.x.iter_mut().zip(&last.rate).enumerate() {
-                *x += span.h[at / d] * a * rate;
+                *x += moving.span.h[at / d] * a * rate;
             }
         }
-        let work = span.work(works, stage);
-        flow.linearised(work, span.tau, point, failed);
+        moving.linearise(stage);
     }
-    for ((_, b), point) in STAGES.iter().zip(&*points) {
-        for (at, (x, rate)) in x.iter_mut().zip(&point.rate).enumerate() {
-            *x += span.h[at / d] * b * rate;
+    for ((_, b), point) in STAGES.iter().zip(&*moving.points) {
+        for (at, (x, rate)) in moving.x.iter_mut().zip(&point.rate).enumerate() {
+            *x += moving.span.h[at / d] * b * rate;
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::{Flow, Point, Sizes};
 use super::segments::{Recorded, Rows};
-use super::step::{Span, back, evaluations, step};
+use super::step::{Moving, Span, back, evaluations, step};
 use crate::train::learner::{Learner, Work};
 use crate::train::problem::LossValue;
 
@@ -125,9 +125,15 @@ impl Block {
             tau: &self.tau,
             first: number * each,
         };
-        let points = &mut self.points[number * each..][..each];
-        let out = (&mut x[..], &mut self.failed[..]);
-        step(config.integrator, flow, &mut self.works, points, &span, out);
+        let moving = Moving {
+            flow,
+            works: &mut self.works,
+            points: &mut self.points[number * each..][..each],
+            span,
+            x: &mut *x,
+            failed: &mut self.failed,
+        };
+        step(config.integrator, moving);
         // A rollout that failed waits where it started.
         let d = self.sizes.state();
         for s in (0..self.failed.len()).filter(|s| self.failed[*s]) {

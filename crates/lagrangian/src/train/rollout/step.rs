@@ -9,15 +9,6 @@ use crate::train::learner::Work;
 /// Longest state x.
 pub(super) const MAX_STATE: usize = 2 * MAX_DOF;
 
-/// Iterations of Newton's method at most.
-pub(super) const ITERATIONS: usize = 30;
-
-/// An implicit stage is solved when nothing changes by more than this, relative to its size plus 1.
-pub(super) const SOLVED: f64 = 1e-14;
-
-/// Where rounding keeps it from that, this is enough.
-pub(super) const NEARLY_SOLVED: f64 = 1e-9;
-
 /// The time that a step covers.
 pub(super) struct Span<'a> {
     /// h of each segment, s.
@@ -28,11 +19,26 @@ pub(super) struct Span<'a> {
     pub(super) first: usize,
 }
 
-impl Span<'_> {
-    /// The work of its evaluation `stage`: one each, or one for all.
-    pub(super) fn work<'w>(&self, works: &'w mut [Work<f64>], stage: usize) -> &'w mut Work<f64> {
-        let count = works.len();
-        &mut works[(self.first + stage) % count]
+/// A step of a block of segments: what it needs, and the state x `[samples, 2n]` that it moves.
+pub(super) struct Moving<'a> {
+    pub(super) flow: &'a Flow<'a>,
+    /// The work of every evaluation of the block, or one for all.
+    pub(super) works: &'a mut [Work<f64>],
+    /// The evaluations of this step.
+    pub(super) points: &'a mut [Point],
+    pub(super) span: Span<'a>,
+    pub(super) x: &'a mut [f64],
+    pub(super) failed: &'a mut [bool],
+}
+
+impl Moving<'_> {
+    /// Evaluates and linearises the flow at the state of evaluation `stage`.
+    pub(super) fn linearise(&mut self, stage: usize) {
+        let count = self.works.len();
+        let work = &mut self.works[(self.span.first + stage) % count];
+        let point = &mut self.points[stage];
+        self.flow
+            .linearised(work, self.span.tau, point, self.failed);
     }
 }
 
@@ -45,19 +51,12 @@ pub(super) fn evaluations(method: Method) -> usize {
     }
 }
 
-/// Moves x `[samples, 2n]` by a step; `points` are those of this step.
-pub(super) fn step(
-    method: Method,
-    flow: &Flow<'_>,
-    works: &mut [Work<f64>],
-    points: &mut [Point],
-    span: &Span<'_>,
-    (x, failed): (&mut [f64], &mut [bool]),
-) {
+/// Moves the state of a block by a step.
+pub(super) fn step(method: Method, moving: Moving<'_>) {
     match method {
-        Method::ImplicitMidpoint => midpoint::step(flow, works, points, span, x, failed),
-        Method::StormerVerlet => leapfrog::step(flow, works, points, span, x, failed),
-        _ => rk4::step(flow, works, points, span, x, failed),
+        Method::ImplicitMidpoint => midpoint::step(moving),
+        Method::StormerVerlet => leapfrog::step(moving),
+        _ => rk4::step(moving),
     }
 }
 

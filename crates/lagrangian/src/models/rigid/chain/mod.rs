@@ -12,128 +12,53 @@
 //! other, the coefficients that come out below 0.
 
 mod lagrangian;
-mod sums;
 
 pub use lagrangian::{Angles, RigidChain};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{NAME, RigidConfig, check_errors, solved};
+use super::RigidConfig;
+use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
+use super::least_squares::{Columns, RIDGE, Sums};
 
 use crate::dataset::Dataset;
-use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::mechanics::forces::Dissipation;
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical};
 use crate::mechanics::lagrangian::Lagrangian;
-use crate::models::learned::{Description, FittedForces, FittedModel, Stored, WEIGHTS};
+use crate::models::learned::{Stored, WEIGHTS};
 use crate::models::{Parameter, Solution};
 use crate::saved::{self, SavedModel};
 use crate::train::Samples;
-use crate::{Coordinates, Error, Result};
+use crate::{Error, Result};
 
 /// The name under which a chain is saved.
 pub(crate) const SAVED_AS: &str = "rigid";
 
-/// The tensor of the standard errors of all parameters.
-const ERRORS: &str = "standard_errors";
-
-pub(crate) use sums::Sums;
-
 /// An identified chain.
-#[derive(Debug, Clone)]
-pub struct Rigid {
-    motion: Mechanical<RigidChain>,
-    errors: Vec<f64>,
-}
+pub type Rigid = IdentifiedBodies<RigidChain>;
 
-impl Rigid {
-    /// A chain with the standard errors of its parameters, in the order of [`Rigid::parameters`].
-    ///
-    /// # Errors
-    /// [`Error::Shape`] for another number of errors; [`Error::NotFinite`].
-    pub fn new(motion: Mechanical<RigidChain>, errors: Vec<f64>) -> Result<Self> {
-        let friction = motion.dissipation().map_or(0, |d| 2 * d.viscous.len());
-        let expected = motion.lagrangian.parameters().len() + friction;
-        check_errors(&errors, expected)?;
-        Ok(Self { motion, errors })
-    }
+impl Identifiable for RigidChain {
+    const WHAT: &'static str = "A chain of rigid links";
 
-    /// The chain with its friction.
-    #[must_use]
-    pub fn motion(&self) -> &Mechanical<RigidChain> {
-        &self.motion
-    }
-
-    /// Standard errors of all parameters.
-    #[must_use]
-    pub fn standard_errors(&self) -> &[f64] {
-        &self.errors
-    }
-
-    /// All parameters: those of the chain, then viscous and Coulomb friction where they were identified.
-    #[must_use]
-    pub fn parameters(&self) -> Vec<Parameter> {
-        let chain = &self.motion.lagrangian;
-        let mut names = RigidChain::names(chain.coordinates(), chain.angles()).unwrap_or_default();
+    fn parameters(motion: &Mechanical<Self>) -> Vec<Parameter> {
+        let chain = &motion.lagrangian;
+        let mut names = Self::names(chain.coordinates(), chain.angles()).unwrap_or_default();
         let mut values = chain.parameters().to_vec();
-        if let Some(friction) = self.motion.dissipation() {
-            names.extend(friction_names(friction.viscous.len()));
+        if let Some(friction) = motion.dissipation() {
+            for kind in ["viscous", "coulomb"] {
+                names.extend((1..=friction.viscous.len()).map(|i| format!("{kind}_{i}")));
+            }
             values.extend(friction.viscous.iter().chain(&friction.coulomb));
         }
-        let named = names.into_iter().zip(values).zip(&self.errors);
-        named
-            .map(|((name, value), error)| solved(name, value, *error))
-            .collect()
-    }
-}
-
-fn friction_names(n: usize) -> impl Iterator<Item = String> {
-    let kinds = ["viscous", "coulomb"].into_iter();
-    kinds.flat_map(move |kind| (1..=n).map(move |i| format!("{kind}_{i}")))
-}
-
-impl Model for Rigid {
-    fn coordinates(&self) -> &Coordinates {
-        self.motion.coordinates()
-    }
-
-    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        self.motion.evaluator()
-    }
-
-    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
-        self.motion.mechanics()
-    }
-}
-
-impl FittedModel for Rigid {
-    fn description(&self) -> Description {
-        Description::plain(NAME, "A chain of rigid links")
+        let named = names.into_iter().zip(values);
+        named.map(|(name, value)| parameter(name, value)).collect()
     }
 
     fn stored(&self) -> Result<Stored> {
-        let chain = &self.motion.lagrangian;
         let shape = Shape {
-            angles: chain.angles(),
+            angles: self.angles(),
         };
-        let stored = Stored::new(SAVED_AS, &shape, &Value::Null, chain.parameters())?;
-        Ok(stored.with(ERRORS, &self.errors))
-    }
-
-    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
-        Some(&self.motion.lagrangian)
-    }
-
-    fn forces(&self) -> FittedForces<'_> {
-        self.motion.fitted_forces()
-    }
-
-    fn parameters(&self) -> Vec<Parameter> {
-        Self::parameters(self)
-    }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
+        Stored::new(SAVED_AS, &shape, &Value::Null, self.parameters())
     }
 }
 
@@ -246,15 +171,11 @@ impl Terms {
 /// More terms must bring the loss below this part of what it was.
 const WORTH: f64 = 0.8;
 
-/// Smoothing speeds that are tried, in parts of the smallest root mean square of a velocity.
-pub(crate) const SMOOTHING: [f64; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
-
 /// One convention of angles: sums over the samples, for all candidates of the smoothing at once.
 struct Problem<'a> {
     dataset: &'a Dataset,
     angles: Angles,
-    dissipation: bool,
-    smoothing: Vec<f64>,
+    columns: Columns,
     /// Names of the columns of the chain.
     names: Vec<String>,
     train: Sums,
@@ -276,40 +197,18 @@ impl<'a> Problem<'a> {
             parameters[k] = 1.0;
             RigidChain::new(coordinates.clone(), angles, parameters)
         };
-        let columns = (0..chain).map(unit).collect::<Result<Vec<_>>>()?;
-        let slowest = dataset
-            .scaling()
-            .qd_scale
-            .into_iter()
-            .fold(f64::INFINITY, f64::min);
-        let smoothing = match (dissipation, config.smoothing) {
-            (false, _) => vec![slowest],
-            (true, Some(speed)) => vec![speed],
-            (true, None) => SMOOTHING.map(|part| part * slowest).to_vec(),
-        };
-        let friction: &[f64] = if dissipation { &smoothing } else { &[] };
+        let links = (0..chain).map(unit).collect::<Result<Vec<_>>>()?;
+        let columns = Columns::new(dataset, chain, config.smoothing, dissipation);
         let weights: Vec<f64> = dataset.force_scale().iter().map(|s| 1.0 / s).collect();
-        let sums = |samples| sums_of(samples, &columns, friction, &weights);
+        let sums = |samples| sums_of(samples, &links, &columns, &weights);
         Ok(Self {
             train: sums(&dataset.train),
             validation: sums(&dataset.validation),
             dataset,
             angles,
-            dissipation,
-            smoothing,
+            columns,
             names,
         })
-    }
-
-    /// The columns with the Coulomb friction of this candidate.
-    fn columns(&self, candidate: usize) -> Vec<usize> {
-        let n = self.dataset.coordinates.dof();
-        let chain = self.names.len();
-        let coulomb = chain + n * (1 + candidate);
-        match self.dissipation {
-            true => (0..chain + n).chain(coulomb..coulomb + n).collect(),
-            false => (0..chain).collect(),
-        }
     }
 
     /// The loss over all samples: a chain has so few parameters that it cannot follow those that it was solved from,
@@ -322,7 +221,7 @@ impl<'a> Problem<'a> {
     /// The best candidate with these terms, and its loss.
     fn best(&self, terms: Terms) -> Result<Option<(f64, Identified)>> {
         let mut best: Option<(f64, Identified)> = None;
-        for candidate in 0..self.smoothing.len() {
+        for candidate in 0..self.columns.speeds.len() {
             let Some(found) = self.solve(candidate, terms)? else {
                 continue;
             };
@@ -337,48 +236,23 @@ impl<'a> Problem<'a> {
     /// The chain of this candidate; `None` where the sums are not finite.
     fn solve(&self, candidate: usize, terms: Terms) -> Result<Option<Identified>> {
         let chain = self.names.len();
-        let columns = self.columns(candidate);
+        let columns = self.columns.of(candidate);
         let allowed = |&k: &usize| self.names.get(k).is_none_or(|name| terms.allow(name));
-        let mut free: Vec<usize> = columns.iter().copied().filter(allowed).collect();
-        let solution = loop {
-            let Some(solution) = self.train.solve(&free) else {
-                return Ok(None);
-            };
-            let friction =
-                |&(_, (column, x)): &(usize, (&usize, &f64))| *column >= chain && *x < 0.0;
-            let worst = free
-                .iter()
-                .zip(&solution.values)
-                .enumerate()
-                .filter(friction)
-                .min_by(|a, b| a.1.1.total_cmp(b.1.1));
-            match worst {
-                Some((at, _)) => free.remove(at),
-                None => break solution,
-            };
+        let free = (0..columns.len()).filter(allowed).collect();
+        let near = (&vec![0.0; columns.len()][..], RIDGE);
+        let any_sign = |k| k < chain;
+        let Some(solution) = self
+            .train
+            .solve_non_negative(&columns, free, near, any_sign)
+        else {
+            return Ok(None);
         };
-        let place = |of: &[f64]| -> Vec<f64> {
-            let value = |column| free.iter().position(|f| f == column).map_or(0.0, |k| of[k]);
-            columns.iter().map(value).collect()
-        };
-        let (values, errors) = (place(&solution.values), place(&solution.errors));
+        let values = solution.values;
         let (pi, friction) = values.split_at(chain);
         let links = RigidChain::new(self.dataset.coordinates.clone(), self.angles, pi.to_vec())?;
-        let motion = if self.dissipation {
-            let n = friction.len() / 2;
-            let (viscous, coulomb) = friction.split_at(n);
-            let dissipation = Dissipation {
-                viscous: viscous.into(),
-                coulomb: coulomb.into(),
-                smoothing: vec![self.smoothing[candidate]; n],
-                stribeck: None,
-            };
-            Mechanical::dissipative(links, dissipation)?
-        } else {
-            Mechanical::conservative(links)
-        };
+        let motion = self.columns.moving(links, friction, candidate)?;
         Ok(Some(Identified {
-            model: Rigid::new(motion, errors)?,
+            model: Rigid::new(motion, solution.errors)?,
             loss: self.train.loss(&columns, &values),
             validation: (self.validation.count > 0)
                 .then(|| self.validation.loss(&columns, &values)),
@@ -386,16 +260,11 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Over columns of the chain, then viscous friction, then Coulomb friction for each smoothing speed.
-fn sums_of(samples: &Samples, chain: &[RigidChain], smoothing: &[f64], weights: &[f64]) -> Sums {
+fn sums_of(samples: &Samples, chain: &[RigidChain], columns: &Columns, weights: &[f64]) -> Sums {
     let n = samples.n.max(1);
-    let friction = match smoothing.len() {
-        0 => 0,
-        speeds => n * (1 + speeds),
-    };
-    Sums::over(samples.len(), chain.len() + friction, weights, |range| {
+    Sums::over(samples.len(), columns.count(), weights, |range| {
         let rows = range.start * n..range.end * n;
-        let columns = regressor(samples, rows.clone(), chain, smoothing);
+        let columns = regressor(samples, rows.clone(), chain, columns.friction_speeds());
         (columns, samples.tau[rows].to_vec())
     })
 }

@@ -12,10 +12,8 @@
 
 use super::IdentifiedRobot;
 use crate::dataset::Dataset;
-use crate::mechanics::dynamics::Mechanical;
-use crate::mechanics::forces::Dissipation;
 use crate::models::Solution;
-use crate::models::rigid::chain::{SMOOTHING, Sums};
+use crate::models::rigid::least_squares::{Columns, Sums};
 use crate::rigid::regressor::PER_BODY;
 use crate::rigid::{RigidBodies, RobotConfig};
 use crate::train::Samples;
@@ -55,7 +53,7 @@ pub(crate) fn identify(
     } else {
         &RIDGES
     };
-    for speed in 0..problem.speeds.len() {
+    for speed in 0..problem.columns.speeds.len() {
         for &ridge in ridges {
             let Some(candidate) = problem.solve(speed, ridge) else {
                 continue;
@@ -83,8 +81,7 @@ struct Candidate {
 /// Sums over the samples, for all smoothing speeds at once.
 struct Problem<'a> {
     robot: &'a RigidBodies,
-    dissipation: bool,
-    speeds: Vec<f64>,
+    columns: Columns,
     train: Sums,
     validation: Sums,
 }
@@ -96,39 +93,16 @@ impl<'a> Problem<'a> {
         smoothing: Option<f64>,
         dissipation: bool,
     ) -> Self {
-        let slowest = dataset
-            .scaling()
-            .qd_scale
-            .into_iter()
-            .fold(f64::INFINITY, f64::min);
-        let speeds = match (dissipation, smoothing) {
-            (false, _) => vec![slowest],
-            (true, Some(speed)) => vec![speed],
-            (true, None) => SMOOTHING.map(|part| part * slowest).to_vec(),
-        };
-        let friction: &[f64] = if dissipation { &speeds } else { &[] };
+        // Bodies, rotors, constant torques.
+        let bodies = (PER_BODY + 2) * robot.dof();
+        let columns = Columns::new(dataset, bodies, smoothing, dissipation);
         let weights: Vec<f64> = dataset.force_scale().iter().map(|s| 1.0 / s).collect();
-        let sums = |samples| sums(samples, robot, friction, &weights);
+        let sums = |samples| sums(samples, robot, &columns, &weights);
         Self {
             robot,
-            dissipation,
             train: sums(&dataset.train),
             validation: sums(&dataset.validation),
-            speeds,
-        }
-    }
-
-    /// Columns that are always there: bodies, rotors, constant torques.
-    fn lasting(&self) -> usize {
-        (PER_BODY + 2) * self.robot.dof()
-    }
-
-    fn columns(&self, speed: usize) -> Vec<usize> {
-        let (n, lasting) = (self.robot.dof(), self.lasting());
-        let coulomb = lasting + n * (1 + speed);
-        match self.dissipation {
-            true => (0..lasting + n).chain(coulomb..coulomb + n).collect(),
-            false => (0..lasting).collect(),
+            columns,
         }
     }
 
@@ -136,7 +110,7 @@ impl<'a> Problem<'a> {
     fn described(&self) -> Vec<f64> {
         let mut values = self.robot.inertial_parameters();
         values.extend(self.robot.rotor().iter().chain(self.robot.offset()));
-        if self.dissipation {
+        if !self.columns.friction_speeds().is_empty() {
             let tree = self.robot.tree();
             values.extend(
                 tree.damping
@@ -150,28 +124,15 @@ impl<'a> Problem<'a> {
 
     /// Rotors and friction are never negative: those that come out below 0 are held at 0, the worst first.
     fn solve(&self, speed: usize, ridge: f64) -> Option<Candidate> {
-        let (n, columns) = (self.robot.dof(), self.columns(speed));
-        let any_sign = |k: usize| k < PER_BODY * n || (PER_BODY + 1) * n <= k && k < self.lasting();
-        let described = self.described();
-        let mut free: Vec<usize> = (0..columns.len()).collect();
-        let solution = loop {
-            let own: Vec<usize> = free.iter().map(|&k| columns[k]).collect();
-            let near: Vec<f64> = free.iter().map(|&k| described[k]).collect();
-            let solution = self.train.solve_near(&own, &near, ridge)?;
-            let negative = free.iter().zip(&solution.values).enumerate();
-            let worst = negative
-                .filter(|(_, (k, x))| !any_sign(**k) && **x < 0.0)
-                .min_by(|a, b| a.1.1.total_cmp(b.1.1));
-            match worst {
-                Some((at, _)) => free.remove(at),
-                None => break solution,
-            };
-        };
-        let place = |of: &[f64]| -> Vec<f64> {
-            let value = |k| free.iter().position(|f| *f == k).map_or(0.0, |at| of[at]);
-            (0..columns.len()).map(value).collect()
-        };
-        let (values, errors) = (place(&solution.values), place(&solution.errors));
+        let (n, columns) = (self.robot.dof(), self.columns.of(speed));
+        let offsets = (PER_BODY + 1) * n..self.columns.bodies;
+        let any_sign = |k: usize| k < PER_BODY * n || offsets.contains(&k);
+        let free = (0..columns.len()).collect();
+        let near = (&self.described()[..], ridge);
+        let solution = self
+            .train
+            .solve_non_negative(&columns, free, near, any_sign)?;
+        let (values, errors) = (solution.values, solution.errors);
         let validation =
             (self.validation.count > 0).then(|| self.validation.loss(&columns, &values));
         Some(Candidate {
@@ -192,17 +153,7 @@ impl<'a> Problem<'a> {
             .clone()
             .with_inertial_parameters(bodies)?
             .with_drives(drives[..n].to_vec(), drives[n..].to_vec())?;
-        let motion = if self.dissipation {
-            let dissipation = Dissipation {
-                viscous: friction[..n].to_vec(),
-                coulomb: friction[n..].to_vec(),
-                smoothing: vec![self.speeds[found.speed]; n],
-                stribeck: None,
-            };
-            Mechanical::dissipative(robot, dissipation)?
-        } else {
-            Mechanical::conservative(robot)
-        };
+        let motion = self.columns.moving(robot, friction, found.speed)?;
         Ok(Solution {
             model: IdentifiedRobot::new(motion, found.errors)?.into(),
             loss: found.loss,
@@ -211,19 +162,12 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Sums over samples, of the columns: bodies, rotors, constant torques, viscous friction, then Coulomb friction for
-/// each smoothing speed.
-fn sums(samples: &Samples, robot: &RigidBodies, speeds: &[f64], weights: &[f64]) -> Sums {
-    let n = robot.dof();
-    let lasting = (PER_BODY + 2) * n;
-    let friction = if speeds.is_empty() {
-        0
-    } else {
-        n * (1 + speeds.len())
-    };
-    Sums::over(samples.len(), lasting + friction, weights, |range| {
+fn sums(samples: &Samples, robot: &RigidBodies, columns: &Columns, weights: &[f64]) -> Sums {
+    let (n, lasting, count) = (robot.dof(), columns.bodies, columns.count());
+    let speeds = columns.friction_speeds();
+    Sums::over(samples.len(), count, weights, |range| {
         let rows = range.start * n..range.end * n;
-        let mut columns = vec![vec![0.0; rows.len()]; lasting + friction];
+        let mut columns = vec![vec![0.0; rows.len()]; count];
         let (mut dynamics, mut own) = (robot.dynamics(), vec![0.0; n * PER_BODY * n]);
         for (s, at) in range.map(|s| s * n).enumerate() {
             let (q, qd, qdd) = (

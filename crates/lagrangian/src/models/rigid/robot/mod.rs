@@ -6,70 +6,49 @@ pub(crate) use identify::identify;
 
 use serde_json::Value;
 
-use super::{NAME, check_errors, solved};
-
-use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::mechanics::lagrangian::Lagrangian;
+use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
+use crate::Result;
+use crate::mechanics::dynamics::Mechanical;
 use crate::models::Parameter;
-use crate::models::learned::{Description, FittedForces, FittedModel, Stored, WEIGHTS};
+use crate::models::learned::{Stored, WEIGHTS};
 use crate::rigid::regressor::NAMES;
 use crate::rigid::{RigidBodies, RobotShape};
 use crate::saved::{self, SavedModel};
-use crate::{Coordinates, Result};
 
-/// A robot with identified parameters and their standard errors.
+/// A robot with identified parameters: ten of each body in the frame of its joint (`mass_elbow` …), then of each joint its
+/// rotor, constant torque, and viscous and Coulomb friction where they were identified.
 ///
 /// Parameters that the data do not determine keep the values of the description; their errors are large.
-#[derive(Debug, Clone)]
-pub struct IdentifiedRobot {
-    motion: Mechanical<RigidBodies>,
-    errors: Vec<f64>,
-}
+pub type IdentifiedRobot = IdentifiedBodies<RigidBodies>;
 
-impl IdentifiedRobot {
-    /// A robot with the standard errors of its parameters, in the order of [`IdentifiedRobot::parameters`].
-    ///
-    /// # Errors
-    /// [`crate::Error::Shape`] for another number of errors; [`crate::Error::NotFinite`].
-    pub fn new(motion: Mechanical<RigidBodies>, errors: Vec<f64>) -> Result<Self> {
-        let expected = values(&motion).len();
-        check_errors(&errors, expected)?;
-        Ok(Self { motion, errors })
-    }
+impl Identifiable for RigidBodies {
+    const WHAT: &'static str = "A robot of rigid bodies";
 
-    /// The robot with its friction.
-    #[must_use]
-    pub fn motion(&self) -> &Mechanical<RigidBodies> {
-        &self.motion
-    }
-
-    /// Standard errors of all parameters.
-    #[must_use]
-    pub fn standard_errors(&self) -> &[f64] {
-        &self.errors
-    }
-
-    /// All parameters: ten of each body in the frame of its joint (`mass_elbow` …), then of each joint its rotor,
-    /// constant torque, and viscous and Coulomb friction where they were identified.
-    #[must_use]
-    pub fn parameters(&self) -> Vec<Parameter> {
-        let names = names(&self.motion.lagrangian, self.motion.dissipation().is_some());
-        let bodies = 10 * self.coordinates().dof();
-        let named = names
-            .into_iter()
-            .zip(values(&self.motion))
-            .zip(&self.errors);
-        let parameter = |(k, ((name, value), error)): (usize, ((String, f64), &f64))| {
-            let parameter = solved(name, value, *error);
-            match k < bodies {
-                true => Parameter {
-                    unit: of_body(k).into(),
-                    ..parameter
-                },
-                false => parameter,
+    fn parameters(motion: &Mechanical<Self>) -> Vec<Parameter> {
+        let robot = &motion.lagrangian;
+        let names = names(robot, motion.dissipation().is_some());
+        let mut values = robot.inertial_parameters();
+        let bodies = values.len();
+        values.extend(robot.rotor().iter().chain(robot.offset()));
+        if let Some(friction) = motion.dissipation() {
+            values.extend(friction.viscous.iter().chain(&friction.coulomb));
+        }
+        let named = names.into_iter().zip(values).enumerate();
+        let parameter = |(k, (name, value))| {
+            let mut parameter = parameter(name, value);
+            if k < bodies {
+                parameter.unit = of_body(k).into();
             }
+            parameter
         };
-        named.enumerate().map(parameter).collect()
+        named.map(parameter).collect()
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        let weights = self.inertial_parameters();
+        let stored = Stored::new(SAVED_AS, &RobotShape::of(self), &Value::Null, &weights)?;
+        let stored = stored.with(ROTOR, self.rotor());
+        Ok(stored.with(OFFSET, self.offset()))
     }
 }
 
@@ -100,70 +79,12 @@ fn names(robot: &RigidBodies, friction: bool) -> Vec<String> {
     of_bodies.chain(of_joints).collect()
 }
 
-/// All parameters in the order of their names.
-pub(crate) fn values(motion: &Mechanical<RigidBodies>) -> Vec<f64> {
-    let robot = &motion.lagrangian;
-    let mut values = robot.inertial_parameters();
-    values.extend(robot.rotor().iter().chain(robot.offset()));
-    if let Some(friction) = motion.dissipation() {
-        values.extend(friction.viscous.iter().chain(&friction.coulomb));
-    }
-    values
-}
-
-impl Model for IdentifiedRobot {
-    fn coordinates(&self) -> &Coordinates {
-        self.motion.coordinates()
-    }
-
-    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        self.motion.evaluator()
-    }
-
-    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
-        self.motion.mechanics()
-    }
-}
-
 /// The name under which a robot is saved.
 pub(crate) const SAVED_AS: &str = "robot";
 
 /// The tensors of a robot beside its inertial parameters.
 const ROTOR: &str = "rotor";
 const OFFSET: &str = "offset";
-const ERRORS: &str = "standard_errors";
-
-impl FittedModel for IdentifiedRobot {
-    fn description(&self) -> Description {
-        Description::plain(NAME, "A robot of rigid bodies")
-    }
-
-    fn stored(&self) -> Result<Stored> {
-        let bodies = &self.motion.lagrangian;
-        let weights = bodies.inertial_parameters();
-        let stored = Stored::new(SAVED_AS, &RobotShape::of(bodies), &Value::Null, &weights)?;
-        let stored = stored.with(ROTOR, bodies.rotor());
-        Ok(stored
-            .with(OFFSET, bodies.offset())
-            .with(ERRORS, &self.errors))
-    }
-
-    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
-        Some(&self.motion.lagrangian)
-    }
-
-    fn forces(&self) -> FittedForces<'_> {
-        self.motion.fitted_forces()
-    }
-
-    fn parameters(&self) -> Vec<Parameter> {
-        Self::parameters(self)
-    }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
-    }
-}
 
 /// The robot that was saved.
 pub(crate) fn load(saved: &SavedModel) -> Result<IdentifiedRobot> {

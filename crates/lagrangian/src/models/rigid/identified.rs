@@ -1,0 +1,119 @@
+//! Rigid bodies whose parameters were identified.
+
+use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use crate::mechanics::lagrangian::Lagrangian;
+use crate::models::Parameter;
+use crate::models::learned::{Description, FittedForces, FittedModel, Stored};
+use crate::{Coordinates, Error, Result};
+
+/// Rigid bodies with identified parameters and the standard errors of these.
+#[derive(Debug, Clone)]
+pub struct IdentifiedBodies<L> {
+    motion: Mechanical<L>,
+    errors: Vec<f64>,
+}
+
+/// Rigid bodies that can be identified.
+pub trait Identifiable: Lagrangian + Clone + std::fmt::Debug + 'static {
+    /// What they are, for people.
+    const WHAT: &'static str;
+
+    /// All parameters of bodies in motion, without standard errors: those of the bodies, then viscous and Coulomb friction
+    /// where there is any.
+    fn parameters(motion: &Mechanical<Self>) -> Vec<Parameter>;
+
+    /// What is to be saved of them, apart from the standard errors.
+    ///
+    /// # Errors
+    /// [`Error::DamagedModel`] where their description cannot be written.
+    fn stored(&self) -> Result<Stored>;
+}
+
+/// The tensor of the standard errors of all parameters.
+pub(super) const ERRORS: &str = "standard_errors";
+
+impl<L: Identifiable> IdentifiedBodies<L> {
+    /// Bodies with the standard errors of their parameters, in the order of [`IdentifiedBodies::parameters`].
+    ///
+    /// # Errors
+    /// [`Error::Shape`] for another number of errors; [`Error::NotFinite`].
+    pub fn new(motion: Mechanical<L>, errors: Vec<f64>) -> Result<Self> {
+        let (what, expected) = ("standard errors", L::parameters(&motion).len());
+        Error::check_shape(what, errors.len(), expected, "give one for each parameter")?;
+        Error::check_finite(what, &errors)?;
+        Ok(Self { motion, errors })
+    }
+
+    /// The bodies with their friction.
+    #[must_use]
+    pub fn motion(&self) -> &Mechanical<L> {
+        &self.motion
+    }
+
+    /// All parameters: those of the bodies, then viscous and Coulomb friction where they were identified.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let parameters = L::parameters(&self.motion).into_iter().zip(&self.errors);
+        let with_error = |(parameter, error): (Parameter, &f64)| Parameter {
+            standard_error: Some(*error),
+            ..parameter
+        };
+        parameters.map(with_error).collect()
+    }
+}
+
+/// A parameter of this name, whose unit follows from it.
+pub(super) fn parameter(name: String, value: f64) -> Parameter {
+    let unit = match name.split('_').next() {
+        Some("inertia" | "rotor") => "kg·m²",
+        Some("gravity") => "J",
+        Some("viscous") => "N·m·s/rad",
+        _ => "N·m",
+    };
+    Parameter {
+        name,
+        value,
+        unit: unit.into(),
+        standard_error: None,
+    }
+}
+
+impl<L: Identifiable> Model for IdentifiedBodies<L> {
+    fn coordinates(&self) -> &Coordinates {
+        self.motion.coordinates()
+    }
+
+    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
+        self.motion.evaluator()
+    }
+
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        self.motion.mechanics()
+    }
+}
+
+impl<L: Identifiable> FittedModel for IdentifiedBodies<L> {
+    fn description(&self) -> Description {
+        Description::plain(super::NAME, L::WHAT)
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        Ok(self.motion.lagrangian.stored()?.with(ERRORS, &self.errors))
+    }
+
+    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
+        Some(&self.motion.lagrangian)
+    }
+
+    fn forces(&self) -> FittedForces<'_> {
+        self.motion.fitted_forces()
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        Self::parameters(self)
+    }
+
+    fn boxed(&self) -> Box<dyn FittedModel> {
+        Box::new(self.clone())
+    }
+}

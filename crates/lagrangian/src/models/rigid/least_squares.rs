@@ -1,0 +1,260 @@
+//! Least squares from sums over the samples: what every identification here solves.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+use crate::Result;
+use crate::dataset::Dataset;
+use crate::mechanics::dynamics::Mechanical;
+use crate::mechanics::forces::Dissipation;
+use crate::mechanics::lagrangian::Lagrangian;
+
+/// Smoothing speeds that are tried, in parts of the smallest root mean square of a velocity.
+const SMOOTHING: [f64; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
+
+/// The columns of Y: those of the bodies, then viscous friction, then Coulomb friction for each smoothing speed.
+pub(super) struct Columns {
+    /// The number of columns of the bodies.
+    pub(super) bodies: usize,
+    n: usize,
+    friction: bool,
+    /// The smoothing speeds that are tried.
+    pub(super) speeds: Vec<f64>,
+}
+
+impl Columns {
+    /// For these data, with friction if `friction`; its smoothing speed is `smoothing`, or one of those that are tried.
+    pub(super) fn new(
+        dataset: &Dataset,
+        bodies: usize,
+        smoothing: Option<f64>,
+        friction: bool,
+    ) -> Self {
+        let speeds = dataset.scaling().qd_scale.into_iter();
+        let slowest = speeds.fold(f64::INFINITY, f64::min);
+        Self {
+            bodies,
+            n: dataset.coordinates.dof(),
+            friction,
+            speeds: match (friction, smoothing) {
+                (false, _) => vec![slowest],
+                (true, Some(speed)) => vec![speed],
+                (true, None) => SMOOTHING.map(|part| part * slowest).to_vec(),
+            },
+        }
+    }
+
+    /// The speeds whose Coulomb friction has columns.
+    pub(super) fn friction_speeds(&self) -> &[f64] {
+        if self.friction { &self.speeds } else { &[] }
+    }
+
+    /// The number of all columns.
+    pub(super) fn count(&self) -> usize {
+        match self.friction_speeds().len() {
+            0 => self.bodies,
+            speeds => self.bodies + self.n * (1 + speeds),
+        }
+    }
+
+    /// The columns with the Coulomb friction of a smoothing speed.
+    pub(super) fn of(&self, speed: usize) -> Vec<usize> {
+        let (bodies, n) = (self.bodies, self.n);
+        let coulomb = bodies + n * (1 + speed);
+        match self.friction {
+            true => (0..bodies + n).chain(coulomb..coulomb + n).collect(),
+            false => (0..bodies).collect(),
+        }
+    }
+
+    /// Bodies with the friction of these values, viscous coefficients before those of Coulomb.
+    pub(super) fn moving<L: Lagrangian>(
+        &self,
+        bodies: L,
+        friction: &[f64],
+        speed: usize,
+    ) -> Result<Mechanical<L>> {
+        if !self.friction {
+            return Ok(Mechanical::conservative(bodies));
+        }
+        let (viscous, coulomb) = friction.split_at(self.n);
+        let dissipation = Dissipation {
+            viscous: viscous.into(),
+            coulomb: coulomb.into(),
+            smoothing: vec![self.speeds[speed]; self.n],
+            stribeck: None,
+        };
+        Mechanical::dissipative(bodies, dissipation)
+    }
+}
+
+/// Products of Y and τ over weighted samples.
+pub(super) struct Sums {
+    size: usize,
+    /// `YᵀY`, `[size, size]`, its lower triangle.
+    square: Vec<f64>,
+    /// `Yᵀτ`, `[size]`.
+    right: Vec<f64>,
+    /// `τᵀτ`.
+    torque: f64,
+    /// Numbers in the sums.
+    pub(super) count: usize,
+}
+
+/// Parameters and their standard errors.
+pub(super) struct Solution {
+    pub(super) values: Vec<f64>,
+    pub(super) errors: Vec<f64>,
+}
+
+/// Added to the diagonal of the system in units of it: what the data do not determine becomes 0.
+pub(super) const RIDGE: f64 = 1e-13;
+
+/// Samples that are worked on at a time.
+const BLOCK: usize = 1024;
+
+impl Sums {
+    /// Over `samples` samples of `weights.len()` rows each: `block` makes the columns of Y and τ of a range of them.
+    pub(super) fn over(
+        samples: usize,
+        size: usize,
+        weights: &[f64],
+        block: impl Fn(std::ops::Range<usize>) -> (Vec<Vec<f64>>, Vec<f64>) + Sync,
+    ) -> Self {
+        let starts: Vec<usize> = (0..samples).step_by(BLOCK).collect();
+        let sums = |&start: &usize| {
+            let (columns, tau) = block(start..(start + BLOCK).min(samples));
+            let mut sums = Self::zero(size);
+            sums.add(&columns, &tau, weights);
+            sums
+        };
+        let blocks: Vec<Self> = starts.par_iter().map(sums).collect();
+        blocks.into_iter().fold(Self::zero(size), Self::plus)
+    }
+
+    fn zero(size: usize) -> Self {
+        Self {
+            size,
+            square: vec![0.0; size * size],
+            right: vec![0.0; size],
+            torque: 0.0,
+            count: 0,
+        }
+    }
+
+    fn plus(mut self, other: Self) -> Self {
+        let add = |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+        add(&mut self.square, &other.square);
+        add(&mut self.right, &other.right);
+        self.torque += other.torque;
+        self.count += other.count;
+        self
+    }
+
+    /// Adds rows, given column by column.
+    fn add(&mut self, columns: &[Vec<f64>], tau: &[f64], weights: &[f64]) {
+        let n = weights.len();
+        let product = |a: &[f64], b: &[f64]| -> f64 {
+            let rows = a.iter().zip(b).enumerate();
+            rows.map(|(k, (a, b))| a * b * weights[k % n].powi(2)).sum()
+        };
+        for (k, column) in columns.iter().enumerate() {
+            self.right[k] += product(column, tau);
+            for (j, other) in columns[..=k].iter().enumerate() {
+                self.square[k * self.size + j] += product(column, other);
+            }
+        }
+        self.torque += product(tau, tau);
+        self.count += tau.len();
+    }
+
+    fn at(&self, k: usize, j: usize) -> f64 {
+        self.square[k.max(j) * self.size + k.min(j)]
+    }
+
+    /// The solution over `columns` in which those that must not be negative are 0 where they would be, the worst first; `free`
+    /// are the indices of the columns that may differ from 0 at all, and `any_sign` says of an index that its value may be
+    /// negative. The ridge draws the value of column k to `near[k]`. `None` where the sums are not finite.
+    pub(super) fn solve_non_negative(
+        &self,
+        columns: &[usize],
+        mut free: Vec<usize>,
+        (near, ridge): (&[f64], f64),
+        any_sign: impl Fn(usize) -> bool,
+    ) -> Option<Solution> {
+        let solution = loop {
+            let own: Vec<usize> = free.iter().map(|&k| columns[k]).collect();
+            let near: Vec<f64> = free.iter().map(|&k| near[k]).collect();
+            let solution = self.solve_near(&own, &near, ridge)?;
+            let negative = free.iter().zip(&solution.values).enumerate();
+            let worst = negative
+                .filter(|(_, (k, x))| !any_sign(**k) && **x < 0.0)
+                .min_by(|a, b| a.1.1.total_cmp(b.1.1));
+            match worst {
+                Some((at, _)) => free.remove(at),
+                None => break solution,
+            };
+        };
+        let place = |of: &[f64]| -> Vec<f64> {
+            let value = |k| free.iter().position(|f| *f == k).map_or(0.0, |at| of[at]);
+            (0..columns.len()).map(value).collect()
+        };
+        Some(Solution {
+            values: place(&solution.values),
+            errors: place(&solution.errors),
+        })
+    }
+
+    /// Least squares over these columns alone, scaled to length 1, with a ridge towards `near`: minimises |W (Y π − τ)|² + ρ Σₖ |W yₖ|² (πₖ − nearₖ)², so that a change of
+    /// a parameter weighs as much as what it does to the torques (theory.md, 47). `None` where the sums are not finite.
+    fn solve_near(&self, columns: &[usize], near: &[f64], ridge: f64) -> Option<Solution> {
+        let scale: Vec<f64> = columns
+            .iter()
+            .map(|&k| {
+                Some(self.at(k, k).sqrt())
+                    .filter(|s| *s > 0.0)
+                    .unwrap_or(1.0)
+            })
+            .collect();
+        let size = columns.len();
+        let matrix = Mat::from_fn(size, size, |k, j| {
+            let ridge = if k == j { ridge } else { 0.0 };
+            self.at(columns[k], columns[j]) / (scale[k] * scale[j]) + ridge
+        });
+        let inverse = matrix
+            .llt(Side::Lower)
+            .ok()?
+            .solve(Mat::<f64>::identity(size, size));
+        let open = |j: usize| -> f64 {
+            let known = columns.iter().zip(near);
+            let known: f64 = known.map(|(&k, x)| self.at(columns[j], k) * x).sum();
+            (self.right[columns[j]] - known) / scale[j]
+        };
+        let open: Vec<f64> = (0..size).map(open).collect();
+        let value = |k: usize| -> f64 {
+            let row = (0..size).map(|j| inverse[(k, j)] * open[j]);
+            near[k] + row.sum::<f64>() / scale[k]
+        };
+        let values: Vec<f64> = (0..size).map(value).collect();
+        let freedom = self.count.saturating_sub(size).max(1) as f64;
+        let variance = self.loss(columns, &values) * self.count as f64 / freedom;
+        let error = |k: usize| (variance * inverse[(k, k)]).sqrt() / scale[k];
+        let errors: Vec<f64> = (0..size).map(error).collect();
+        let finite = values.iter().chain(&errors).all(|x| x.is_finite());
+        finite.then_some(Solution { values, errors })
+    }
+
+    /// Mean of (Y π − τ)², never below 0 by rounding.
+    pub(super) fn loss(&self, columns: &[usize], values: &[f64]) -> f64 {
+        let terms = columns.iter().zip(values);
+        let sum: f64 = terms
+            .clone()
+            .map(|(&k, x)| {
+                let row: f64 = terms.clone().map(|(&j, y)| self.at(k, j) * y).sum();
+                x * (row - 2.0 * self.right[k])
+            })
+            .sum();
+        ((sum + self.torque) / self.count.max(1) as f64).max(0.0)
+    }
+}
