@@ -16,6 +16,7 @@ pub(crate) mod mlp;
 mod named;
 mod network;
 pub(crate) mod neural_ode;
+pub(crate) mod passes;
 pub(crate) mod rigid;
 mod settings;
 mod setup;

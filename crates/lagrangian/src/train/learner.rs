@@ -12,8 +12,9 @@ use super::forces::{Drive, Forces};
 use super::loss::{Loss, Weighting};
 use super::positions::Points;
 use crate::Coordinates;
-use crate::mechanics::lagrangian::{Block, Factor, Jet};
+use crate::mechanics::lagrangian::Jet;
 use crate::mechanics::solve::SymmetricSolver;
+use crate::models::delan::{Block, Factors};
 use crate::trajectory::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Pass, Terms};
@@ -82,9 +83,10 @@ pub(crate) struct Own<T: Real> {
     pub(crate) points: Points,
     /// Of deep Lagrangian networks that are trained by torques or accelerations.
     pub(crate) deep: Option<Box<Block<T>>>,
-    /// Of other mass matrices of this form: the outputs of each sample, and the seeds of the reverse passes.
-    pub(crate) factors: Vec<Factor>,
-    pub(crate) seeds: [Vec<f64>; 2],
+    /// Of other mass matrices of this form.
+    pub(crate) factors: Factors,
+    /// The seeds of their reverse passes along directions.
+    pub(crate) seeds: Vec<f64>,
 }
 
 impl<T: Real> Work<T> {
@@ -107,8 +109,8 @@ impl<T: Real> Work<T> {
             own: Own {
                 points: Points::default(),
                 deep: None,
-                factors: Vec::new(),
-                seeds: [Vec::new(), Vec::new()],
+                factors: Factors::default(),
+                seeds: Vec::new(),
             },
             slopes: Vec::new(),
         }

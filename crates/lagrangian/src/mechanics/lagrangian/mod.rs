@@ -6,7 +6,7 @@ pub(crate) mod scaled;
 pub(crate) mod seen;
 mod sum;
 
-pub(crate) use crate::models::delan::{Block, DelanShape, Factor};
+pub(crate) use crate::models::delan::DelanShape;
 pub(crate) use crate::models::lnn::LnnShape;
 pub use curvature::Curvature;
 pub(crate) use scaled::Features;

@@ -1,25 +1,18 @@
 //! The derivatives of a deep Lagrangian network: one tangent, along q̇, and one reverse pass, whatever n.
 
 use super::one::One;
-use super::{Delan, Factor};
+use super::{Delan, Factor, Factors, Outputs};
 use crate::mechanics::lagrangian::curvature::{STEP, differences};
 use crate::mechanics::lagrangian::{Curvature, Jet, Jets};
 use crate::models::NetworkShape;
-use nets::Pass;
-
-/// Samples of a block when many states are evaluated at once.
-const BLOCK: usize = 16;
+use crate::models::passes::Passes;
 
 pub(super) struct DelanJets<'a> {
     delan: &'a Delan,
     /// For one state, where the layers are a chain.
     chain: Option<One>,
-    /// For one state, and for blocks of them; made when first needed.
-    one: Option<Pass<f64>>,
-    block: Option<Pass<f64>>,
-    factors: Vec<Factor>,
-    /// Of every sample, `[outputs]` each.
-    seeds: Vec<f64>,
+    passes: Passes,
+    factors: Factors,
 }
 
 impl<'a> DelanJets<'a> {
@@ -27,10 +20,8 @@ impl<'a> DelanJets<'a> {
         Self {
             delan,
             chain: One::new(&delan.shape),
-            one: None,
-            block: None,
-            factors: Vec::new(),
-            seeds: Vec::new(),
+            passes: Passes::default(),
+            factors: Factors::default(),
         }
     }
 }
@@ -45,42 +36,24 @@ impl Jets for DelanJets<'_> {
             chain.jet(self.delan, (q, qd), jet);
             return;
         }
-        let (samples, pass) = match m {
-            1 => (1, &mut self.one),
-            _ => (BLOCK, &mut self.block),
-        };
-        let pass = pass.get_or_insert_with(|| Pass::new(&shape.net, samples, 0));
-        let outputs = shape.factor_outputs();
-        if self.factors.len() < samples {
-            self.factors.resize(samples, shape.factor());
-            self.seeds.resize(samples * outputs, 0.0);
-        }
-        for start in (0..m).step_by(samples) {
-            let count = samples.min(m - start);
-            // The last block repeats its first sample: every lane stays an ordinary state.
-            let row = |s: usize| (start + if s < count { s } else { 0 }) * n;
-            for s in 0..samples {
-                shape.write(pass, s, &q[row(s)..][..n], &qd[row(s)..][..n]);
+        let (scale, energy) = (&shape.scaling.qd_scale, shape.scaling.energy);
+        let (delan, factors) = (self.delan, &mut self.factors);
+        self.passes.each((&shape.net, 0), m, |pass, states| {
+            for s in 0..pass.samples() {
+                let row = states.of(s) * n;
+                shape.write(pass, s, &q[row..][..n], &qd[row..][..n]);
             }
-            pass.forward(&shape.net, &self.delan.packed, Some(0));
-            let scale = &shape.scaling.qd_scale;
-            for (s, factor) in self.factors[..samples].iter_mut().enumerate() {
-                let v = |i: usize| qd[row(s) + i] / scale[i];
-                factor.read(|c, o| pass.output(&shape.net, c, s, o), v);
-                factor.seeds::<f64>(&mut self.seeds[s * outputs..][..outputs]);
-            }
-            let seeds = &self.seeds;
-            pass.reverse_sum(&shape.net, &self.delan.packed, |s, o| {
-                seeds[s * outputs + o]
-            });
-            for (s, factor) in self.factors[..count].iter().enumerate() {
-                let qd = &qd[row(s)..][..n];
-                let dl_dq = &mut jet.dl_dq[(start + s) * n..][..n];
+            pass.forward(&shape.net, &delan.packed, Some(0));
+            let v = |s: usize, i: usize| qd[states.of(s) * n + i] / scale[i];
+            factors.read(shape, &delan.packed, pass, Outputs::Moving, v);
+            for (s, factor) in factors.each[..states.count].iter().enumerate() {
+                let row = states.of(s) * n;
+                let dl_dq = &mut jet.dl_dq[row..][..n];
                 shape.slope(pass, s, dl_dq);
-                dl_dq.iter_mut().for_each(|x| *x *= shape.scaling.energy);
-                self.delan.read(factor, start + s, qd, jet);
+                dl_dq.iter_mut().for_each(|x| *x *= energy);
+                delan.read(factor, states.of(s), &qd[row..][..n], jet);
             }
-        }
+        });
     }
 
     /// By differences over steps of the network's own scales.

@@ -95,7 +95,12 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
     ) {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
         // One state at a time: a flow is linearised far less often than a loss.
-        let mut factor = work.own.factors.pop().unwrap_or_else(|| shape.factor());
+        let mut factor = work
+            .own
+            .factors
+            .each
+            .pop()
+            .unwrap_or_else(|| shape.factor());
         work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {
             let (pass, qd) = (&work.pass, &work.states.qd[s * n..][..n]);
@@ -108,7 +113,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
                 work.add_force_slopes(&self.forces, extra, (s, shape.scaling.energy), set);
             }
         }
-        work.own.factors.push(factor);
+        work.own.factors.each.push(factor);
     }
 }
 

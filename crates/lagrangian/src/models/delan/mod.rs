@@ -3,6 +3,7 @@
 
 mod block;
 mod factor;
+mod factors;
 pub(crate) mod family;
 mod jets;
 pub(crate) mod learner;
@@ -14,6 +15,7 @@ mod tests;
 
 pub(crate) use block::Block;
 pub(crate) use factor::Factor;
+pub(crate) use factors::{Factors, Outputs};
 pub use structure::{Structure, Terms};
 
 use num_dual::DualNum;

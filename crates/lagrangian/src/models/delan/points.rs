@@ -1,6 +1,6 @@
 //! Points of a deep Lagrangian network: α p is M (α v), the inertial force of an acceleration α v at rest.
 
-use super::DelanShape;
+use super::{DelanShape, Outputs};
 use crate::models::NetworkShape;
 use crate::train::PointFamily;
 use crate::train::Work;
@@ -13,23 +13,10 @@ impl<T: Real> PointFamily<T> for DelanShape {
         [(0, 2 + d), (1 + directions + d, 0)]
     }
 
-    fn prepare(&self, work: &mut Work<T>) {
-        let (points, n) = (work.pass.samples(), self.dof());
-        if work.own.factors.len() == points {
-            return;
-        }
-        work.own.factors = vec![self.factor(); points];
-        let outputs = self.factor_outputs();
-        work.own.seeds = [
-            vec![0.0; points * outputs],
-            vec![0.0; 2 * n * points * outputs],
-        ];
-    }
-
     fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, _mass: bool) {
         let (shape, n) = (self, self.dof());
         let (energy, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
-        let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
+        let points = work.pass.samples();
         let still = &mut work.mechanics.scratch[..n];
         still.fill(0.0);
         for point in 0..points {
@@ -37,20 +24,12 @@ impl<T: Real> PointFamily<T> for DelanShape {
             shape.write(&mut work.pass, point, q, still);
         }
         work.pass.forward(&shape.net, packed, Some(0));
+        let own = &mut work.own;
+        let v = |point: usize, i: usize| own.points.v[point * n + i] / scale[i];
+        own.factors
+            .read(shape, packed, &mut work.pass, Outputs::Moving, v);
         for point in 0..points {
-            let (pass, v) = (&work.pass, &work.own.points.v[point * n..][..n]);
-            let factor = &mut work.own.factors[point];
-            factor.read(
-                |c, o| pass.output(&shape.net, c, point, o).f64(),
-                |i| v[i] / scale[i],
-            );
-            factor.seeds::<f64>(&mut work.own.seeds[0][point * outputs..][..outputs]);
-        }
-        let seeds = &work.own.seeds[0];
-        let seed = |point: usize, o: usize| T::of(seeds[point * outputs + o]);
-        work.pass.reverse_sum(&shape.net, packed, seed);
-        for point in 0..points {
-            let factor = &work.own.factors[point];
+            let factor = &work.own.factors.each[point];
             let dl_dq = &mut work.mechanics.jet.dl_dq[point * n..][..n];
             shape.slope(&work.pass, point, dl_dq);
             dl_dq.iter_mut().for_each(|x| *x *= energy);
@@ -75,6 +54,7 @@ impl<T: Real> PointFamily<T> for DelanShape {
         let (shape, n) = (self, self.dof());
         let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
         let scale = &shape.scaling.qd_scale;
+        work.own.seeds.resize(2 * n * points * outputs, 0.0);
         for point in 0..points {
             let beta = work.own.points.slope[point];
             for d in 0..directions {
@@ -90,14 +70,14 @@ impl<T: Real> PointFamily<T> for DelanShape {
                 &work.own.points.v[point * n..][..n],
                 work.own.points.momentum[point],
             );
-            let factor = &mut work.own.factors[point];
+            let factor = &mut work.own.factors.each[point];
             factor.accelerate(|i| alpha * v[i] / scale[i]);
             for d in 0..directions {
                 for (i, b) in beta[..n].iter_mut().enumerate() {
                     *b = weight(point, d, i) / scale[i];
                 }
                 let pass = &work.pass;
-                let (rates, values) = work.own.seeds[1].split_at_mut(directions * points * outputs);
+                let (rates, values) = work.own.seeds.split_at_mut(directions * points * outputs);
                 let at = (d * points + point) * outputs;
                 let values = &mut values[at..at + outputs];
                 let hat = |o: usize| pass.output(&shape.net, 2 + d, point, o).f64();
@@ -107,7 +87,7 @@ impl<T: Real> PointFamily<T> for DelanShape {
                 potential.for_each(|(x, b)| *x += alpha * b);
             }
         }
-        let seeds = &work.own.seeds[1];
+        let seeds = &work.own.seeds;
         let seed = |c: usize, s: usize, o: usize| T::of(seeds[(c * points + s) * outputs + o]);
         work.pass
             .reverse_tangents(&shape.net, packed, directions, seed);

@@ -4,23 +4,17 @@
 use super::{Hnn, HnnNet};
 use crate::mechanics::dynamics::Evaluation;
 use crate::mechanics::hamiltonian::{HamiltonianJet, HamiltonianJets};
-use crate::mechanics::lagrangian::{Factor, Jet};
+use crate::mechanics::lagrangian::Jet;
 use crate::models::NetworkShape;
-use nets::Pass;
-
-/// Samples of a block when many states are evaluated at once.
-const BLOCK: usize = 16;
+use crate::models::delan::{Factors, Outputs};
+use crate::models::passes::Passes;
 
 pub(super) struct HnnJets<'a> {
     hnn: &'a Hnn,
-    /// For one state, and for blocks of them; made when first needed.
-    one: Option<Pass<f64>>,
-    block: Option<Pass<f64>>,
+    passes: Passes,
     /// The same with room for second derivatives.
-    one_curved: Option<Pass<f64>>,
-    block_curved: Option<Pass<f64>>,
-    factors: Vec<Factor>,
-    seeds: Vec<f64>,
+    curved: Passes,
+    factors: Factors,
     jet: Jet,
     slopes: Vec<f64>,
 }
@@ -29,63 +23,12 @@ impl<'a> HnnJets<'a> {
     pub(super) fn new(hnn: &'a Hnn) -> Self {
         Self {
             hnn,
-            one: None,
-            block: None,
-            one_curved: None,
-            block_curved: None,
-            factors: Vec::new(),
-            seeds: Vec::new(),
+            passes: Passes::default(),
+            curved: Passes::default(),
+            factors: Factors::default(),
             jet: Jet::default(),
             slopes: vec![0.0; 2 * hnn.shape.dof()],
         }
-    }
-
-    /// Makes room for the factors of a block of a network with a mass matrix.
-    fn prepare(&mut self, samples: usize) {
-        if let HnnNet::Mass(shape) = &self.hnn.shape.net
-            && self.factors.len() < samples
-        {
-            self.factors.resize(samples, shape.factor());
-            self.seeds.resize(samples * shape.factor_outputs(), 0.0);
-        }
-    }
-
-    /// The pass for `m` states, and its number of samples.
-    fn pass(&mut self, m: usize) -> Pass<f64> {
-        let kept = if m == 1 {
-            &mut self.one
-        } else {
-            &mut self.block
-        };
-        let samples = if m == 1 { 1 } else { BLOCK };
-        let net = self.hnn.shape.net();
-        kept.take().unwrap_or_else(|| Pass::new(net, samples, 0))
-    }
-
-    /// Reads G and V of all samples, with their change along the tangent ′ where `moving`, and reverses the pass.
-    fn factors(
-        &mut self,
-        pass: &mut Pass<f64>,
-        p: impl Fn(usize) -> usize,
-        all: &[f64],
-        moving: bool,
-    ) {
-        let HnnNet::Mass(shape) = &self.hnn.shape.net else {
-            return;
-        };
-        let outputs = shape.factor_outputs();
-        let scale = &shape.scaling.qd_scale;
-        for s in 0..pass.samples() {
-            let factor = &mut self.factors[s];
-            let output = |c: usize, o: usize| match c == 1 && !moving {
-                true => 0.0,
-                false => pass.output(&shape.net, c, s, o),
-            };
-            factor.read(output, |i| all[p(s) + i] / scale[i]);
-            factor.seeds::<f64>(&mut self.seeds[s * outputs..][..outputs]);
-        }
-        let seeds = &self.seeds;
-        pass.reverse_sum(&shape.net, &self.hnn.packed, |s, o| seeds[s * outputs + o]);
     }
 }
 
@@ -93,49 +36,42 @@ impl HamiltonianJets for HnnJets<'_> {
     fn slopes(&mut self, q: &[f64], p: &[f64], dh_dq: &mut [f64], velocity: &mut [f64]) {
         let (shape, packed) = (&self.hnn.shape, &self.hnn.packed);
         let (n, net) = (shape.dof(), shape.net());
-        let m = q.len() / n;
-        let mut pass = self.pass(m);
-        let samples = pass.samples();
-        self.prepare(samples);
-        for start in (0..m).step_by(samples) {
-            let count = samples.min(m - start);
-            // The last block repeats its first sample: every lane stays an ordinary state.
-            let row = |s: usize| (start + if s < count { s } else { 0 }) * n;
-            for s in 0..samples {
-                shape.write(&mut pass, s, &q[row(s)..][..n], &p[row(s)..][..n]);
+        let (factors, slopes) = (&mut self.factors, &mut self.slopes);
+        self.passes.each((net, 0), q.len() / n, |pass, states| {
+            for s in 0..pass.samples() {
+                let row = states.of(s) * n;
+                shape.write(pass, s, &q[row..][..n], &p[row..][..n]);
             }
             pass.forward(net, packed, None);
             match &shape.net {
                 HnnNet::Free(_) => pass.reverse_sum(net, packed, |_, _| 1.0),
-                HnnNet::Mass(_) => self.factors(&mut pass, row, p, false),
+                HnnNet::Mass(delan) => {
+                    let scale = &delan.scaling.qd_scale;
+                    let pi = |s: usize, i: usize| p[states.of(s) * n + i] / scale[i];
+                    factors.read(delan, packed, pass, Outputs::Values, pi);
+                }
                 HnnNet::None(_) => (),
             }
-            for s in 0..count {
-                let slopes = &mut self.slopes;
+            for s in 0..states.count {
+                let row = states.of(s) * n;
                 match &shape.net {
                     HnnNet::None(_) => {
                         for (d, slope) in slopes.iter_mut().enumerate() {
                             *slope = pass.output(net, 0, s, d);
                         }
                     }
-                    _ => shape.read_slopes(&pass, s, &q[row(s)..][..n], slopes),
+                    _ => shape.read_slopes(pass, s, &q[row..][..n], slopes),
                 }
                 for i in 0..n {
                     if let HnnNet::Mass(_) = &shape.net {
-                        slopes[i] = self.factors[s].momentum::<f64>(i);
+                        slopes[i] = factors.each[s].momentum::<f64>(i);
                     }
-                    let unit = shape.unit(i, p[row(s) + i]);
-                    velocity[row(s) + i] = unit.rate * slopes[i] + unit.start;
-                    dh_dq[row(s) + i] = -unit.force * slopes[n + i];
+                    let unit = shape.unit(i, p[row + i]);
+                    velocity[row + i] = unit.rate * slopes[i] + unit.start;
+                    dh_dq[row + i] = -unit.force * slopes[n + i];
                 }
             }
-        }
-        let kept = if m == 1 {
-            &mut self.one
-        } else {
-            &mut self.block
-        };
-        *kept = Some(pass);
+        });
         // A parameter neither moves nor is pushed (theory.md, equation 107).
         for i in shape.coordinates().parameters() {
             for at in (i..q.len()).step_by(n) {
@@ -193,25 +129,20 @@ impl HnnJets<'_> {
         let n = shape.dof();
         let m = q.len() / n;
         self.jet.resize(m, n);
-        let (samples, kept) = match m {
-            1 => (1, &mut self.one_curved),
-            _ => (BLOCK, &mut self.block_curved),
-        };
-        let pass = kept.get_or_insert_with(|| Pass::new(&shape.net, samples, n));
-        for start in (0..m).step_by(samples) {
-            let count = samples.min(m - start);
-            let row = |s: usize| (start + if s < count { s } else { 0 }) * n;
-            for s in 0..samples {
-                let (q, p) = (&q[row(s)..][..n], &p[row(s)..][..n]);
-                shape.write_along(pass, s, (q, p), &jet.velocity[row(s)..][..n], None);
+        let (packed, own) = (&self.hnn.packed, &mut self.jet);
+        self.curved.each((&shape.net, n), m, |pass, states| {
+            for s in 0..pass.samples() {
+                let row = states.of(s) * n;
+                let (q, p) = (&q[row..][..n], &p[row..][..n]);
+                shape.write_along(pass, s, (q, p), &jet.velocity[row..][..n], None);
             }
-            pass.forward(&shape.net, &self.hnn.packed, Some(n));
-            pass.reverse(&shape.net, &self.hnn.packed, n);
-            for s in 0..count {
-                let p = &p[row(s)..][..n];
-                shape.read(pass, (s, start + s), (p, None), &mut self.jet);
+            pass.forward(&shape.net, packed, Some(n));
+            pass.reverse(&shape.net, packed, n);
+            for s in 0..states.count {
+                let row = states.of(s);
+                shape.read(pass, (s, row), (&p[row * n..][..n], None), own);
             }
-        }
+        });
         jet.hamiltonian.copy_from_slice(&self.jet.lagrangian);
         jet.inverse_mass.copy_from_slice(&self.jet.mass_matrix);
         jet.velocity_drift.copy_from_slice(&self.jet.momentum_drift);
@@ -224,39 +155,28 @@ impl HnnJets<'_> {
             return;
         };
         let n = shape.dof();
-        let m = q.len() / n;
         let (e, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
-        let mut pass = self.pass(m);
-        let samples = pass.samples();
-        for start in (0..m).step_by(samples) {
-            let count = samples.min(m - start);
-            let row = |s: usize| (start + if s < count { s } else { 0 }) * n;
-            for s in 0..samples {
-                shape.write(
-                    &mut pass,
-                    s,
-                    &q[row(s)..][..n],
-                    &jet.velocity[row(s)..][..n],
-                );
-            }
-            pass.forward(&shape.net, &hnn.packed, Some(0));
-            self.factors(&mut pass, row, p, true);
-            for (s, factor) in self.factors[..count].iter().enumerate() {
-                jet.hamiltonian[start + s] = e * factor.lagrangian::<f64>();
-                for i in 0..n {
-                    jet.velocity_drift[row(s) + i] = e / scale[i] * factor.momentum_rate::<f64>(i);
-                    for j in 0..n {
-                        jet.inverse_mass[(row(s) + i) * n + j] =
-                            e / (scale[i] * scale[j]) * factor.mass::<f64>(i, j);
+        let factors = &mut self.factors;
+        self.passes
+            .each((&shape.net, 0), q.len() / n, |pass, states| {
+                for s in 0..pass.samples() {
+                    let row = states.of(s) * n;
+                    shape.write(pass, s, &q[row..][..n], &jet.velocity[row..][..n]);
+                }
+                pass.forward(&shape.net, &hnn.packed, Some(0));
+                let pi = |s: usize, i: usize| p[states.of(s) * n + i] / scale[i];
+                factors.read(shape, &hnn.packed, pass, Outputs::Moving, pi);
+                for (s, factor) in factors.each[..states.count].iter().enumerate() {
+                    let row = states.of(s) * n;
+                    jet.hamiltonian[states.of(s)] = e * factor.lagrangian::<f64>();
+                    for i in 0..n {
+                        jet.velocity_drift[row + i] = e / scale[i] * factor.momentum_rate::<f64>(i);
+                        for j in 0..n {
+                            jet.inverse_mass[(row + i) * n + j] =
+                                e / (scale[i] * scale[j]) * factor.mass::<f64>(i, j);
+                        }
                     }
                 }
-            }
-        }
-        let kept = if m == 1 {
-            &mut self.one
-        } else {
-            &mut self.block
-        };
-        *kept = Some(pass);
+            });
     }
 }

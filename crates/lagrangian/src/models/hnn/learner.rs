@@ -3,6 +3,7 @@
 
 use super::{HnnNet, HnnShape, Momenta, Unit};
 use crate::models::NetworkShape;
+use crate::models::delan::Outputs;
 use crate::train::{At, Facts, Forces, Learner, Loss, Work};
 use crate::trajectory::Signals;
 use nets::simd::Real;
@@ -53,7 +54,7 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (shape, n) = (self.shape, self.shape.dof());
         let net = shape.net();
-        self.prepare(work);
+        self.set_momenta(work);
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
             shape.write(
@@ -110,8 +111,8 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
 }
 
 impl HnnLearner<'_> {
-    /// Puts what stands for the momenta in their place, and makes room for the factors.
-    fn prepare<T: Real>(&self, work: &mut Work<T>) {
+    /// Puts what stands for the momenta in their place.
+    fn set_momenta<T: Real>(&self, work: &mut Work<T>) {
         let n = self.shape.dof();
         let Signals { p, pd, qd, qdd, .. } = &mut work.states.signals;
         match &self.shape.config.momenta {
@@ -128,17 +129,6 @@ impl HnnLearner<'_> {
                 }
             }
         }
-        let samples = work.pass.samples();
-        if let HnnNet::Mass(shape) = &self.shape.net
-            && work.own.factors.len() != samples
-        {
-            let outputs = shape.factor_outputs();
-            work.own.factors = vec![shape.factor(); samples];
-            work.own.seeds = [
-                vec![0.0; samples * outputs],
-                vec![0.0; 2 * n * samples * outputs],
-            ];
-        }
     }
 
     /// Reads G and V, at rest, and reverses the pass.
@@ -146,23 +136,14 @@ impl HnnLearner<'_> {
         let HnnNet::Mass(shape) = &self.shape.net else {
             return;
         };
-        let (n, outputs) = (shape.dof(), shape.factor_outputs());
-        let scale = &shape.scaling.qd_scale;
-        for s in 0..work.pass.samples() {
-            let (pass, p, factor) = (&work.pass, &work.states.p, &mut work.own.factors[s]);
-            let pi = |i: usize| p[s * n + i] / scale[i];
-            let output = |c: usize, o: usize| match c {
-                0 => pass.output(&shape.net, 0, s, o).f64(),
-                _ => 0.0,
-            };
-            factor.read(output, pi);
-            // With a = π the rate of the momentum is the momentum itself.
-            factor.accelerate(pi);
-            factor.seeds::<f64>(&mut work.own.seeds[0][s * outputs..][..outputs]);
+        let (n, scale) = (shape.dof(), &shape.scaling.qd_scale);
+        let (p, factors) = (&work.states.p, &mut work.own.factors);
+        let pi = |s: usize, i: usize| p[s * n + i] / scale[i];
+        factors.read(shape, packed, &mut work.pass, Outputs::Values, pi);
+        // With a = π the rate of the momentum is the momentum itself.
+        for (s, factor) in factors.each.iter_mut().enumerate() {
+            factor.accelerate(|i| pi(s, i));
         }
-        let seeds = &work.own.seeds[0];
-        work.pass
-            .reverse_sum(&shape.net, packed, |s, o| T::of(seeds[s * outputs + o]));
     }
 
     /// S of sample `s` into `along`.
@@ -178,7 +159,7 @@ impl HnnLearner<'_> {
         shape.read_slopes(&work.pass, s, &work.states.q[s * n..][..n], raw);
         if let HnnNet::Mass(_) = shape.net {
             for (i, raw) in raw[..n].iter_mut().enumerate() {
-                *raw = work.own.factors[s].momentum::<f64>(i);
+                *raw = work.own.factors.each[s].momentum::<f64>(i);
             }
         }
     }
@@ -226,18 +207,19 @@ impl HnnLearner<'_> {
         };
         let outputs = delan.factor_outputs();
         let (mut beta, mut rates) = ([0.0; 64], vec![0.0; outputs]);
+        work.own.seeds.resize(2 * n * samples * outputs, 0.0);
         for s in 0..samples {
             for d in 0..directions {
                 for (i, b) in beta[..n].iter_mut().enumerate() {
                     *b = weight(s, d, i);
                 }
                 let pass = &work.pass;
-                let values = &mut work.own.seeds[1][(d * samples + s) * outputs..][..outputs];
+                let values = &mut work.own.seeds[(d * samples + s) * outputs..][..outputs];
                 let hat = |o| pass.output(net, 2 + d, s, o).f64();
-                work.own.factors[s].sensitivities(&beta[..n], hat, &mut rates, values);
+                work.own.factors.each[s].sensitivities(&beta[..n], hat, &mut rates, values);
             }
         }
-        let seeds = &work.own.seeds[1];
+        let seeds = &work.own.seeds;
         let seed = |c: usize, s: usize, o: usize| match c.checked_sub(directions) {
             None => T::default(),
             Some(d) => T::of(seeds[(d * samples + s) * outputs + o]),

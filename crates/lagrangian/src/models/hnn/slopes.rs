@@ -63,7 +63,7 @@ impl HnnLearner<'_> {
         let (kinetic, scale) = (shape.kinetic(), &shape.scaling().qd_scale);
         for (d, j) in (0..2 * n).flat_map(|d| (0..n).map(move |j| (d, j))) {
             let by_scaled = match &shape.net {
-                HnnNet::Mass(_) if d < n => work.own.factors[s].mass::<f64>(d, j),
+                HnnNet::Mass(_) if d < n => work.own.factors.each[s].mass::<f64>(d, j),
                 // ∂²H/∂q∂p has one value, whichever comes first.
                 HnnNet::Mass(_) => -slopes[j * 2 * n + d - n],
                 HnnNet::Free(_) | HnnNet::None(_) => {

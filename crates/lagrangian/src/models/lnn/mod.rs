@@ -13,6 +13,7 @@ use crate::mechanics::lagrangian::scaled::{Features, Scaling};
 use crate::mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
 use crate::mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
+use crate::models::passes::Passes;
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass, Weighted};
@@ -192,7 +193,7 @@ impl Lagrangian for Lnn {
         Box::new(LnnJets {
             lnn: self,
             one: one::One::new(&self.shape),
-            pass: None,
+            passes: Passes::default(),
             second: None,
         })
     }
@@ -478,15 +479,11 @@ impl LnnShape {
     }
 }
 
-/// Samples of a block when many states are evaluated at once.
-const BLOCK: usize = 16;
-
 struct LnnJets<'a> {
     lnn: &'a Lnn,
     /// For one state, where the layers are a chain.
     one: Option<one::One>,
-    /// Made at the first call, for one state or for blocks.
-    pass: Option<Pass<f64>>,
+    passes: Passes,
     /// With the directions of the coordinates beside those of the velocities.
     second: Option<Pass<f64>>,
 }
@@ -501,25 +498,19 @@ impl Jets for LnnJets<'_> {
             one.jet(self.lnn, (q, qd), jet);
             return;
         }
-        let samples = if m == 1 { 1 } else { BLOCK };
-        if self.pass.as_ref().is_none_or(|p| p.samples() != samples) {
-            self.pass = Some(Pass::new(&shape.net, samples, n));
-        }
-        let Some(pass) = &mut self.pass else { return };
-        for start in (0..m).step_by(samples) {
-            let count = samples.min(m - start);
-            // The last block repeats its first sample: every lane stays an ordinary state.
-            for s in 0..samples {
-                let row = start + if s < count { s } else { 0 };
-                shape.write(pass, s, &q[row * n..][..n], &qd[row * n..][..n], None);
+        let lnn = self.lnn;
+        self.passes.each((&shape.net, n), m, |pass, states| {
+            for s in 0..pass.samples() {
+                let row = states.of(s) * n;
+                shape.write(pass, s, &q[row..][..n], &qd[row..][..n], None);
             }
-            pass.forward_for_reverse(&shape.net, &self.lnn.packed, n, 1);
-            pass.reverse(&shape.net, &self.lnn.packed, n);
-            for s in 0..count {
-                let row = start + s;
+            pass.forward_for_reverse(&shape.net, &lnn.packed, n, 1);
+            pass.reverse(&shape.net, &lnn.packed, n);
+            for s in 0..states.count {
+                let row = states.of(s);
                 shape.read(pass, (s, row), (&qd[row * n..][..n], None), jet);
             }
-        }
+        });
     }
 
     fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {

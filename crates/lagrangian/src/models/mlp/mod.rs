@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::mechanics::dynamics::{Evaluation, Evaluator, Model, PhaseFlow};
 use crate::mechanics::lagrangian::{Features, Scaling};
 use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
+use crate::models::passes::Passes;
 use crate::{Coordinates, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
@@ -230,16 +231,14 @@ impl Model for Mlp {
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         Box::new(MlpEvaluator {
             mlp: self,
-            pass: None,
+            passes: Passes::default(),
         })
     }
 }
 
-const BLOCK: usize = 16;
-
 struct MlpEvaluator<'a> {
     mlp: &'a Mlp,
-    pass: Option<Pass<f64>>,
+    passes: Passes,
 }
 
 impl MlpEvaluator<'_> {
@@ -254,30 +253,23 @@ impl MlpEvaluator<'_> {
         let shape = &self.mlp.shape;
         let n = shape.dof();
         let m = q.len() / n;
-        let samples = if m == 1 { 1 } else { BLOCK };
-        if self.pass.as_ref().is_none_or(|p| p.samples() != samples) {
-            self.pass = Some(Pass::new(&shape.net, samples, 0));
-        }
-        let Some(pass) = &mut self.pass else { return };
-        for start in (0..m).step_by(samples) {
-            let count = samples.min(m - start);
-            for s in 0..samples {
-                let row = (start + if s < count { s } else { 0 }) * n;
-                let row = row..row + n;
+        let packed = &self.mlp.packed;
+        self.passes.each((&shape.net, 0), m, |pass, states| {
+            for s in 0..pass.samples() {
+                let row = states.of(s) * n..(states.of(s) + 1) * n;
                 shape.write(pass, s, &q[row.clone()], &qd[row.clone()], &third[row]);
             }
-            pass.forward(&shape.net, &self.mlp.packed, None);
-            for (s, o) in (0..count).flat_map(|s| (0..shape.outputs()).map(move |o| (s, o))) {
-                let value = shape.output_scale(o) * pass.output(&shape.net, 0, s, o);
-                out(start + s, o, value);
+            pass.forward(&shape.net, packed, None);
+            let outputs = shape.outputs();
+            for (s, o) in (0..states.count).flat_map(|s| (0..outputs).map(move |o| (s, o))) {
+                // Nothing acts on parameters, and they do not change.
+                let value = match shape.coordinates.is_parameter(o % n) {
+                    true => 0.0,
+                    false => shape.output_scale(o) * pass.output(&shape.net, 0, s, o),
+                };
+                out(states.of(s), o, value);
             }
-            // Nothing acts on parameters, and they do not change.
-            for i in shape.coordinates.parameters() {
-                let own = (i..shape.outputs()).step_by(n);
-                let all = own.flat_map(|o| (0..count).map(move |s| (s, o)));
-                all.for_each(|(s, o)| out(start + s, o, 0.0));
-            }
-        }
+        });
     }
 }
 

@@ -25,8 +25,6 @@ use nets::{Gradient, Packed, Terms};
 pub(crate) trait PointFamily<T: Real>: NetworkShape<Scaling = Scaling> {
     /// The pairs of components by which α p − β ∂L/∂q along direction `d` of `directions` depends on the weights.
     fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2];
-    /// Makes room for what it needs beside the pass.
-    fn prepare(&self, _work: &mut Work<T>) {}
     /// Carries all points forward and back: p, ∂L/∂q and, where `mass` is wanted, M in SI units into `work.mechanics.jet`.
     fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, mass: bool);
     /// Fills the components of the scalars Σᵢ weight(point, d, i) (α pᵢ − β ∂L/∂qᵢ)/E, after [`PointFamily::evaluate`].
@@ -115,7 +113,6 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
         let (n, samples) = (self.family.dof(), work.samples);
         work.own.points.resize((self.places(), samples, n));
         work.mechanics.jet.resize(work.pass.samples(), n);
-        self.family.prepare(work);
         work.own.points.a.copy_from_slice(&work.states.qdd);
         self.place(work);
         self.balance(packed, extra, work, true);
