@@ -3,11 +3,10 @@
 use crate::chart::Chart;
 use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
 use lagrangian::{Family, Loss};
-use lagrangian_report::Role;
 
 use super::learning::Teaching;
 use crate::families;
-use crate::harness::{Contestant, Published, contestant};
+use crate::harness::{Contestant, Published, contestants};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
@@ -34,61 +33,26 @@ fn width(links: usize) -> usize {
     if links < 5 { 64 } else { 96 }
 }
 
-pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
-    contestant(
-        "delan",
-        "deep Lagrangian network",
-        Role::Lnn,
-        usual(|links| families::delan(width(links))),
-    ),
-    contestant(
-        "delan_relative",
-        "deep Lagrangian, relative angles",
-        Role::Other(0),
-        Recipe {
-            angles: Angles::Relative,
-            ..usual(|links| families::delan(width(links)))
-        },
-    ),
-    contestant(
-        "lnn",
-        "black-box Lagrangian",
-        Role::Other(1),
-        usual(|links| families::lnn(width(links))),
-    ),
-    contestant(
-        "lnn_convex",
-        "convex Lagrangian",
-        Role::Other(2),
-        usual(|links| families::convex(width(links))),
-    ),
-    contestant(
-        "hnn",
-        "Hamiltonian network, true momenta",
-        Role::Other(5),
-        Recipe {
-            // Its momenta are given, and their rates.
-            teachings: &[Teaching::Exact, Teaching::More],
-            ..usual(|links| families::hnn(HnnStructure::Mass, Momenta::Recorded, width(links)))
-        },
-    ),
-    contestant(
-        "neural_ode",
-        "neural ODE, by rollouts",
-        Role::Other(6),
-        Recipe {
-            teachings: &[Teaching::States],
-            loss: Loss::ROLLOUT,
-            ..usual(|links| families::neural_ode(Order::Second, width(links)))
-        },
-    ),
-    contestant(
-        "mlp",
-        "plain network",
-        Role::Baseline,
-        usual(|links| families::mlp(width(links))),
-    ),
-];
+pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = contestants! {
+    "delan", "deep Lagrangian network", Lnn, usual(|links| families::delan(width(links)));
+    "delan_relative", "deep Lagrangian, relative angles", Other(0), Recipe {
+        angles: Angles::Relative,
+        ..usual(|links| families::delan(width(links)))
+    };
+    "lnn", "black-box Lagrangian", Other(1), usual(|links| families::lnn(width(links)));
+    "lnn_convex", "convex Lagrangian", Other(2), usual(|links| families::convex(width(links)));
+    "hnn", "Hamiltonian network, true momenta", Other(5), Recipe {
+        // Its momenta are given, and their rates.
+        teachings: &[Teaching::Exact, Teaching::More],
+        ..usual(|links| families::hnn(HnnStructure::Mass, Momenta::Recorded, width(links)))
+    };
+    "neural_ode", "neural ODE, by rollouts", Other(6), Recipe {
+        teachings: &[Teaching::States],
+        loss: Loss::ROLLOUT,
+        ..usual(|links| families::neural_ode(Order::Second, width(links)))
+    };
+    "mlp", "plain network", Baseline, usual(|links| families::mlp(width(links)));
+};
 
 impl Recipe {
     /// Its coordinates as functions of the absolute angles.

@@ -10,7 +10,7 @@ use lagrangian_report::{Axis, Role};
 
 use crate::data::column;
 use crate::harness::failure::mistake;
-use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither, published};
+use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither, published};
 use protocol::{PhaseTest, STARTS, TASKS, Task, Training};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -46,16 +46,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
 };
 
 /// All have the same inputs (q, p), width, layers and optimiser.
-const CONTESTANTS: [Contestant<HnnStructure>; 3] = [
-    contestant("hnn", "Hamiltonian network", Role::Lnn, HnnStructure::Free),
-    contestant(
-        "hnn_mass",
-        "Hamiltonian network with a mass matrix",
-        Role::Other(0),
-        HnnStructure::Mass,
-    ),
-    contestant("plain", "plain network", Role::Baseline, HnnStructure::None),
-];
+const CONTESTANTS: [Contestant<HnnStructure>; 3] = contestants! {
+    "hnn", "Hamiltonian network", Lnn, HnnStructure::Free;
+    "hnn_mass", "Hamiltonian network with a mass matrix", Other(0), HnnStructure::Mass;
+    "plain", "plain network", Baseline, HnnStructure::None;
+};
 
 impl Training {
     fn config(&self, structure: HnnStructure, lab: &Lab, seed: u64) -> FitConfig {

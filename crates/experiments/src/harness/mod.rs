@@ -26,7 +26,8 @@ use progress::Progress;
 pub(crate) use history::{History, fit_with_history};
 pub(crate) use lab::Lab;
 pub(crate) use results::{
-    Contestant, Published, Quantity, Results, Row, contestant, less, more, neither, published,
+    Contestant, Published, Quantity, Results, Row, contestant, contestants, less, more, neither,
+    published,
 };
 
 /// A comparison: what is asked, what is measured, and what was published of it.

@@ -30,6 +30,19 @@ pub(crate) const fn contestant<C>(
     }
 }
 
+/// A table of contestants: a row has the key, the name on the page, the role, and how it is fitted.
+macro_rules! contestants {
+    ($($key:literal, $name:literal, $role:ident $(($n:literal))?, $config:expr;)*) => {
+        [$(crate::harness::contestant(
+            $key,
+            $name,
+            lagrangian_report::Role::$role $(($n))?,
+            $config,
+        )),*]
+    };
+}
+pub(crate) use contestants;
+
 /// Which way a quantity is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Better {

@@ -46,7 +46,7 @@ const RECORDINGS: usize = 24;
 const NOISES: [f64; 2] = [0.0, 0.01];
 fn run(lab: &mut Lab) -> Result<()> {
     let (quick, all) = (lab.quick(), SYSTEMS.iter());
-    let systems: Vec<&System> = all.filter(|system| system.quick || !quick).collect();
+    let systems: Vec<&System> = all.filter(|system| system.is_quick() || !quick).collect();
     let noises: &[f64] = if lab.quick() { &NOISES[..1] } else { &NOISES };
     lab.plan(systems.len() * noises.len() * lab.seeds().len());
     let (mut right, mut of) = (0, 0);

@@ -18,8 +18,6 @@ pub(super) struct System {
     pub(super) name: &'static str,
     /// What is known of it.
     pub(super) truth: Existence,
-    /// Whether it belongs to a quick run.
-    pub(super) quick: bool,
     starts: Starts,
     model: fn() -> Result<Box<dyn Model>>,
 }
@@ -36,87 +34,48 @@ const SAMPLES: usize = 150;
 /// Drag across the blade, N·s/m.
 const ACROSS: f64 = 3.0;
 
-const fn system(
-    name: &'static str,
-    truth: Existence,
-    [seconds, q, qd]: [f64; 3],
-    model: fn() -> Result<Box<dyn Model>>,
-) -> System {
-    System {
-        name,
-        truth,
-        quick: false,
-        starts: Starts { seconds, q, qd },
-        model,
-    }
-}
-
-/// The same, for quick runs too.
-const fn quick(system: System) -> System {
-    System {
-        quick: true,
-        ..system
-    }
+/// Names with what is known, starts, and the model.
+macro_rules! systems {
+    ($($name:literal, $truth:ident, [$seconds:literal, $q:literal, $qd:literal], $model:expr;)*) => {
+        [$(System {
+            name: $name,
+            truth: Existence::$truth,
+            starts: Starts { seconds: $seconds, q: $q, qd: $qd },
+            model: || $model,
+        }),*]
+    };
 }
 
 /// All of them: with a Lagrangian (of the charged particle the force depends on velocity, of the relativistic one L is not
 /// quadratic in q̇), with friction, and without: the oscillator of van der Pol (locally it has a Lagrangian, on its cycle
 /// none), a particle that drives itself, a force of positions that is no gradient, and a driven body on a blade that
 /// resists sideways motion.
-pub(super) static SYSTEMS: [System; 11] = {
-    use Existence::{Lagrangian, NoneFound, WithFriction};
-    [
-        quick(system("pendulum", Lagrangian, [6.0, 2.5, 2.0], || {
-            known("pendulum", &[])
-        })),
-        system("double-pendulum", Lagrangian, [5.0, 1.5, 1.5], || {
-            known("double-pendulum", &[])
-        }),
-        quick(system(
-            "charged-particle",
-            Lagrangian,
-            [10.0, 1.5, 1.5],
-            || known("charged-particle", &[]),
-        )),
-        system("relativistic-particle", Lagrangian, [1.0, 1.0, 0.6], || {
-            known("relativistic-particle", &[("field", 1.0)])
-        }),
-        system("furuta-pendulum", Lagrangian, [4.0, 2.0, 3.0], || {
-            known("furuta-pendulum", &[])
-        }),
-        system(
-            "damped-double-pendulum",
-            WithFriction,
-            [5.0, 1.5, 1.5],
-            || damped::<DoublePendulum>(Dissipation::viscous(vec![0.15; 2])),
-        ),
-        quick(system(
-            "coulomb-pendulum",
-            WithFriction,
-            [6.0, 2.5, 2.0],
-            || {
-                damped::<Pendulum>(Dissipation {
-                    coulomb: vec![0.3],
-                    smoothing: vec![0.1],
-                    ..Dissipation::viscous(vec![0.0])
-                })
-            },
-        )),
-        quick(system("van-der-pol", NoneFound, [15.0, 2.5, 3.0], || {
-            Ok(Box::new(van_der_pol()))
-        })),
-        system("active-particle", NoneFound, [12.0, 1.5, 1.5], || {
-            Ok(Box::new(active_particle()))
-        }),
-        system("curl-force", NoneFound, [6.0, 0.8, 0.8], || {
-            Ok(Box::new(curl_force()))
-        }),
-        system(BLADE, NoneFound, [10.0, 1.5, 1.5], || {
-            Ok(Premise::Rolling.unbroken())
-        }),
-    ]
+pub(super) static SYSTEMS: [System; 11] = systems! {
+    "pendulum", Lagrangian, [6.0, 2.5, 2.0], known("pendulum", &[]);
+    "double-pendulum", Lagrangian, [5.0, 1.5, 1.5], known("double-pendulum", &[]);
+    "charged-particle", Lagrangian, [10.0, 1.5, 1.5], known("charged-particle", &[]);
+    "relativistic-particle", Lagrangian, [1.0, 1.0, 0.6], known("relativistic-particle", &[("field", 1.0)]);
+    "furuta-pendulum", Lagrangian, [4.0, 2.0, 3.0], known("furuta-pendulum", &[]);
+    "damped-double-pendulum", WithFriction, [5.0, 1.5, 1.5],
+        damped::<DoublePendulum>(Dissipation::viscous(vec![0.15; 2]));
+    "coulomb-pendulum", WithFriction, [6.0, 2.5, 2.0], damped::<Pendulum>(Dissipation {
+        coulomb: vec![0.3],
+        smoothing: vec![0.1],
+        ..Dissipation::viscous(vec![0.0])
+    });
+    "van-der-pol", NoneFound, [15.0, 2.5, 3.0], Ok(Box::new(van_der_pol()));
+    "active-particle", NoneFound, [12.0, 1.5, 1.5], Ok(Box::new(active_particle()));
+    "curl-force", NoneFound, [6.0, 0.8, 0.8], Ok(Box::new(curl_force()));
+    "blade", NoneFound, [10.0, 1.5, 1.5], Ok(Premise::Rolling.unbroken());
 };
 
+/// Systems of a quick run.
+const QUICK: [&str; 4] = [
+    "pendulum",
+    "charged-particle",
+    "coulomb-pendulum",
+    "van-der-pol",
+];
 /// The system whose recordings are driven.
 const BLADE: &str = "blade";
 
@@ -125,6 +84,11 @@ fn known(name: &str, parameters: &[(&str, f64)]) -> Result<Box<dyn Model>> {
 }
 
 impl System {
+    /// Whether it belongs to a quick run.
+    pub(super) fn is_quick(&self) -> bool {
+        QUICK.contains(&self.name)
+    }
+
     /// Its coordinates.
     pub(super) fn coordinates(&self) -> Result<Coordinates> {
         Ok((self.model)()?.coordinates().clone())

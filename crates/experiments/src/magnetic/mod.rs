@@ -8,7 +8,7 @@ use lagrangian_report::{Axis, Role};
 
 use crate::data::{beyond_delan, column, lagrangian_of};
 use crate::families::{self, MakeFamily, WIDTH};
-use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither};
+use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither};
 use orbits::{
     CIRCLE, FIELDS, Field, MIRROR, Orbit, acceleration_error, dataset, field_error, orbit,
 };
@@ -36,22 +36,12 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ..Experiment::EMPTY
 };
 
-const CONTESTANTS: [Contestant<MakeFamily>; 4] = [
-    contestant("lnn", "Lagrangian network, free", Role::Lnn, families::lnn),
-    contestant(
-        "delan_vector_potential",
-        "deep Lagrangian network with A(q)·q̇",
-        Role::Other(0),
-        families::delan_with_vector_potential,
-    ),
-    contestant(
-        "delan",
-        "deep Lagrangian network",
-        Role::Other(1),
-        families::delan,
-    ),
-    contestant("baseline", "plain network", Role::Baseline, families::mlp),
-];
+const CONTESTANTS: [Contestant<MakeFamily>; 4] = contestants! {
+    "lnn", "Lagrangian network, free", Lnn, families::lnn;
+    "delan_vector_potential", "deep Lagrangian network with A(q)·q̇", Other(0), families::delan_with_vector_potential;
+    "delan", "deep Lagrangian network", Other(1), families::delan;
+    "baseline", "plain network", Baseline, families::mlp;
+};
 
 /// The states of the test are the same for all models and seeds.
 const TEST_SEED: u64 = 1_000_003;

@@ -7,10 +7,10 @@ use lagrangian::analytic::by_name;
 use lagrangian::models::Order;
 use lagrangian::train::{AdamConfig, NaturalConfig, RolloutLoss, Start};
 use lagrangian::{Family, FitConfig, Loss, Optimizer};
-use lagrangian_report::{Axis, Role};
+use lagrangian_report::Axis;
 
 use crate::families::{self, MakeFamily};
-use crate::harness::{Contestant, Experiment, Lab, contestant, less, more, neither};
+use crate::harness::{Contestant, Experiment, Lab, contestants, less, more, neither};
 use protocol::{Errors, Protocol, errors, record};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -57,21 +57,12 @@ const LOSSES: [(&str, &str, Prediction); 5] = [
 const NARROW: usize = 16;
 const WIDTH: usize = 32;
 
-const FAMILIES: [Contestant<MakeFamily>; 4] = [
-    contestant("lnn", "LNN", Role::Lnn, |_| families::convex(NARROW)),
-    contestant("delan", "DeLaN", Role::Other(0), |_| {
-        families::delan(NARROW)
-    }),
-    contestant("neural_ode", "neural ODE", Role::Baseline, |width| {
-        families::neural_ode(Order::Second, width)
-    }),
-    contestant(
-        "neural_ode_1",
-        "neural ODE, order 1",
-        Role::Other(1),
-        |width| families::neural_ode(Order::First, width),
-    ),
-];
+const FAMILIES: [Contestant<MakeFamily>; 4] = contestants! {
+    "lnn", "LNN", Lnn, |_| families::convex(NARROW);
+    "delan", "DeLaN", Other(0), |_| families::delan(NARROW);
+    "neural_ode", "neural ODE", Baseline, |width| families::neural_ode(Order::Second, width);
+    "neural_ode_1", "neural ODE, order 1", Other(1), |width| families::neural_ode(Order::First, width);
+};
 
 fn config(family: Box<dyn Family>, prediction: Prediction, lab: &Lab, seed: u64) -> FitConfig {
     let every = if lab.quick() { 5 } else { 10 };

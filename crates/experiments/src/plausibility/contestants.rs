@@ -2,10 +2,9 @@
 
 use lagrangian::train::Input;
 use lagrangian::{ForceTerms, Loss};
-use lagrangian_report::Role;
 
 use crate::families::{self, MakeFamily, WIDTH};
-use crate::harness::{Contestant, contestant};
+use crate::harness::{Contestant, contestants};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
@@ -54,57 +53,27 @@ const LNN: Recipe = plain(families::lnn);
 const MLP: Recipe = plain(families::mlp);
 
 /// Those whose laws are measured.
-pub(super) const OBEYED: [Contestant<Recipe>; 6] = [
-    contestant("delan", "deep Lagrangian network", Role::Lnn, DELAN),
-    contestant("lnn", "black-box Lagrangian", Role::Other(0), LNN),
-    contestant(
-        "lnn_convex",
-        "convex Lagrangian",
-        Role::Other(2),
-        plain(families::convex),
-    ),
-    contestant(
-        "mlp",
-        "plain network, q̈",
-        Role::Baseline,
-        Recipe {
-            loss: Loss::ACCELERATION,
-            ..MLP
-        },
-    ),
-    contestant("mlp_inverse", "plain network, τ", Role::Baseline, MLP),
-    contestant(
-        "rigid",
-        "identified chain",
-        Role::Other(1),
-        plain(families::rigid),
-    ),
-];
+pub(super) const OBEYED: [Contestant<Recipe>; 6] = contestants! {
+    "delan", "deep Lagrangian network", Lnn, DELAN;
+    "lnn", "black-box Lagrangian", Other(0), LNN;
+    "lnn_convex", "convex Lagrangian", Other(2), plain(families::convex);
+    "mlp", "plain network, q̈", Baseline, Recipe {
+        loss: Loss::ACCELERATION,
+        ..MLP
+    };
+    "mlp_inverse", "plain network, τ", Baseline, MLP;
+    "rigid", "identified chain", Other(1), plain(families::rigid);
+};
 
 /// Those that meet broken premises.
-pub(super) const BROKEN: [Contestant<Recipe>; 6] = [
-    contestant(
-        "delan_forces",
-        "deep Lagrangian with forces",
-        Role::Lnn,
-        with_forces(families::delan),
-    ),
-    contestant("delan", "deep Lagrangian network", Role::Other(0), DELAN),
-    contestant("lnn", "black-box Lagrangian", Role::Other(2), LNN),
-    contestant(
-        "lnn_forces",
-        "black-box with forces",
-        Role::Other(3),
-        with_forces(families::lnn),
-    ),
-    contestant("mlp", "plain network", Role::Baseline, MLP),
-    contestant(
-        "rigid_forces",
-        "identified chain with friction",
-        Role::Other(1),
-        with_forces(families::rigid),
-    ),
-];
+pub(super) const BROKEN: [Contestant<Recipe>; 6] = contestants! {
+    "delan_forces", "deep Lagrangian with forces", Lnn, with_forces(families::delan);
+    "delan", "deep Lagrangian network", Other(0), DELAN;
+    "lnn", "black-box Lagrangian", Other(2), LNN;
+    "lnn_forces", "black-box with forces", Other(3), with_forces(families::lnn);
+    "mlp", "plain network", Baseline, MLP;
+    "rigid_forces", "identified chain with friction", Other(1), with_forces(families::rigid);
+};
 
 impl Recipe {
     /// Whether it is a chain of links, which has angles alone and is solved for.

@@ -2,10 +2,9 @@
 
 use lagrangian::train::AdamConfig;
 use lagrangian::{ForceTerms, Loss, Optimizer};
-use lagrangian_report::Role;
 
 use crate::families::{self, MakeFamily};
-use crate::harness::{Contestant, contestant};
+use crate::harness::{Contestant, contestants};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
@@ -63,58 +62,33 @@ const fn plain(candidates: &'static [Candidate]) -> Recipe {
 }
 
 /// All of them, in the order of the tables.
-pub(super) const CONTESTANTS: &[Contestant<Recipe>] = &[
-    contestant(
-        "delan",
-        "deep Lagrangian network",
-        Role::Lnn,
-        Recipe {
-            family: families::delan,
-            width: 16,
-            forces: friction_and_rotor,
-            candidates: &[
-                TORQUE,
-                Candidate {
-                    decay: 0.1,
-                    ..candidate("torque, decay 0.1", Loss::TORQUE)
-                },
-                candidate("torque and acceleration", Loss::TORQUE_ACCELERATION),
-                ACCELERATION,
-            ],
-        },
-    ),
-    contestant(
-        "lnn",
-        "black-box Lagrangian",
-        Role::Other(0),
-        Recipe {
-            family: families::convex,
-            width: 16,
-            forces: ForceTerms::friction,
-            candidates: &[TORQUE, ACCELERATION],
-        },
-    ),
-    contestant(
-        "mlp_forward",
-        "plain network of accelerations",
-        Role::Baseline,
-        plain(&[ACCELERATION]),
-    ),
-    contestant(
-        "mlp_inverse",
-        "plain network of torques",
-        Role::Other(1),
-        plain(&[TORQUE]),
-    ),
-    contestant(
-        "rigid",
-        "identified rigid links",
-        Role::Other(2),
-        Recipe {
-            family: families::rigid,
-            width: 0,
-            forces: ForceTerms::friction,
-            candidates: &[candidate("least squares", Loss::TORQUE)],
-        },
-    ),
-];
+pub(super) const CONTESTANTS: &[Contestant<Recipe>] = &contestants! {
+    "delan", "deep Lagrangian network", Lnn, Recipe {
+        family: families::delan,
+        width: 16,
+        forces: friction_and_rotor,
+        candidates: &[
+            TORQUE,
+            Candidate {
+                decay: 0.1,
+                ..candidate("torque, decay 0.1", Loss::TORQUE)
+            },
+            candidate("torque and acceleration", Loss::TORQUE_ACCELERATION),
+            ACCELERATION,
+        ],
+    };
+    "lnn", "black-box Lagrangian", Other(0), Recipe {
+        family: families::convex,
+        width: 16,
+        forces: ForceTerms::friction,
+        candidates: &[TORQUE, ACCELERATION],
+    };
+    "mlp_forward", "plain network of accelerations", Baseline, plain(&[ACCELERATION]);
+    "mlp_inverse", "plain network of torques", Other(1), plain(&[TORQUE]);
+    "rigid", "identified rigid links", Other(2), Recipe {
+        family: families::rigid,
+        width: 0,
+        forces: ForceTerms::friction,
+        candidates: &[candidate("least squares", Loss::TORQUE)],
+    };
+};

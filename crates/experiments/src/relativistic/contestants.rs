@@ -4,10 +4,9 @@ use lagrangian::mechanics::SpeedChart;
 use lagrangian::models::{Form, Momenta};
 use lagrangian::train::NaturalConfig;
 use lagrangian::{Budget, Family, FitConfig, HnnConfig, LnnConfig, Loss, Optimizer};
-use lagrangian_report::Role;
 
 use crate::families;
-use crate::harness::{Contestant, contestant};
+use crate::harness::{Contestant, contestants};
 
 /// Where a fit starts from.
 #[derive(Debug, Clone, Copy)]
@@ -71,97 +70,61 @@ const PLAIN: &[Start] = &[
     Start::new(SpeedChart::Artanh, 1.0, 1e-6),
 ];
 
+/// A family that is fitted to relative errors of accelerations.
+const fn recipe(family: fn(&Start) -> Box<dyn Family>, starts: &'static [Start]) -> Recipe {
+    Recipe {
+        family,
+        starts,
+        loss: Loss::ACCELERATION_RELATIVE,
+        steps: STEPS,
+    }
+}
+
+/// A Hamiltonian network, which is fitted to absolute errors.
+const fn phase(family: fn(&Start) -> Box<dyn Family>) -> Recipe {
+    Recipe {
+        loss: Loss::ACCELERATION_L1,
+        ..recipe(family, PLAIN)
+    }
+}
+
 /// All of them, in the order of the tables.
-pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = [
-    contestant(
-        "lnn",
-        "Lagrangian network, free, below the limit c",
-        Role::Lnn,
-        Recipe {
-            family: |start| {
+pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = contestants! {
+    "lnn", "Lagrangian network, free, below the limit c", Lnn, Recipe {
+        steps: MORE,
+        ..recipe(
+            |start| {
                 Box::new(LnnConfig {
                     speed_limit: Some(1.0),
                     speed_chart: start.chart,
                     ..lnn(Form::Free, start)
                 })
             },
-            starts: CHARTS,
-            loss: Loss::ACCELERATION_RELATIVE,
-            steps: MORE,
+            CHARTS,
+        )
+    };
+    "lnn_free", "Lagrangian network, free, sees q̇", Other(0), recipe(
+        |start| Box::new(lnn(Form::Free, start)),
+        STARTS,
+    );
+    "lnn_convex", "Lagrangian network, convex, exponential units", Other(1), recipe(
+        |start| {
+            Box::new(LnnConfig {
+                exponential: true,
+                ..lnn(Form::Convex, start)
+            })
         },
-    ),
-    contestant(
-        "lnn_free",
-        "Lagrangian network, free, sees q̇",
-        Role::Other(0),
-        Recipe {
-            family: |start| Box::new(lnn(Form::Free, start)),
-            starts: STARTS,
-            loss: Loss::ACCELERATION_RELATIVE,
-            steps: STEPS,
-        },
-    ),
-    contestant(
-        "lnn_convex",
-        "Lagrangian network, convex, exponential units",
-        Role::Other(1),
-        Recipe {
-            family: |start| {
-                Box::new(LnnConfig {
-                    exponential: true,
-                    ..lnn(Form::Convex, start)
-                })
-            },
-            starts: &[Start::new(SpeedChart::Artanh, 10.0, 1e-1)],
-            loss: Loss::ACCELERATION_RELATIVE,
-            steps: STEPS,
-        },
-    ),
-    contestant(
-        "hnn_noncanonical",
-        "Hamiltonian network on (q, q̇)",
-        Role::Other(3),
-        Recipe {
-            family: |_| Box::new(hnn(Momenta::Velocities, None)),
-            starts: PLAIN,
-            loss: Loss::ACCELERATION_L1,
-            steps: STEPS,
-        },
-    ),
-    contestant(
-        "hnn_canonical",
-        "Hamiltonian network on (q, p), below the limit c",
-        Role::Other(4),
-        Recipe {
-            family: |_| Box::new(hnn(Momenta::Recorded, Some(1.0))),
-            starts: PLAIN,
-            loss: Loss::ACCELERATION_L1,
-            steps: STEPS,
-        },
-    ),
-    contestant(
-        "delan",
-        "deep Lagrangian network",
-        Role::Other(2),
-        Recipe {
-            family: |_| families::delan(WIDTH),
-            starts: PLAIN,
-            loss: Loss::ACCELERATION_RELATIVE,
-            steps: STEPS,
-        },
-    ),
-    contestant(
-        "baseline",
-        "plain network",
-        Role::Baseline,
-        Recipe {
-            family: |_| families::mlp(WIDTH),
-            starts: PLAIN,
-            loss: Loss::ACCELERATION_RELATIVE,
-            steps: STEPS,
-        },
-    ),
-];
+        &[Start::new(SpeedChart::Artanh, 10.0, 1e-1)],
+    );
+    "hnn_noncanonical", "Hamiltonian network on (q, q̇)", Other(3), phase(
+        |_| Box::new(hnn(Momenta::Velocities, None)),
+    );
+    "hnn_canonical", "Hamiltonian network on (q, p), below the limit c", Other(4), phase(
+        |_| Box::new(hnn(Momenta::Recorded, Some(1.0))),
+    );
+    "delan", "deep Lagrangian network", Other(2), recipe(|_| families::delan(WIDTH), PLAIN);
+    "baseline", "plain network", Baseline, recipe(|_| families::mlp(WIDTH), PLAIN);
+};
 
 fn hnn(momenta: Momenta, speed_limit: Option<f64>) -> HnnConfig {
     HnnConfig {

@@ -2,12 +2,11 @@
 
 use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
 use lagrangian::{Loss, Method, Model, RigidConfig, VinConfig};
-use lagrangian_report::Role;
 
 use super::measure::{acceleration_error, flow_acceleration_error};
 use super::{Lesson, Reads};
 use crate::families::{self, MakeFamily};
-use crate::harness::{Contestant, contestant};
+use crate::harness::{Contestant, contestants};
 
 /// How a contestant is fitted and measured.
 pub(super) struct Recipe {
@@ -130,117 +129,51 @@ const fn published(row: &'static Published, recipe: Recipe) -> Recipe {
     }
 }
 
-pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = [
-    contestant(
-        "lnn",
-        "LNN, free",
-        Role::Lnn,
-        published(&LNN, free(families::lnn)),
-    ),
-    contestant(
-        "lnn-convex",
-        "LNN, convex",
-        Role::Other(5),
-        free(families::convex),
-    ),
-    contestant(
-        "delan",
-        "DeLaN",
-        Role::Other(0),
-        published(&DLN, free(families::delan)),
-    ),
-    contestant(
-        "delan-potential",
-        "DeLaN + A(q)·q̇",
-        Role::Other(6),
-        free(families::delan_with_vector_potential),
-    ),
-    contestant(
-        "hnn",
-        "HNN, canonical",
-        Role::Other(1),
-        published(
-            &HNN,
-            canonical(|width| families::hnn(HnnStructure::Free, Momenta::Recorded, width)),
-        ),
-    ),
-    contestant(
-        "hnn-mass",
-        "HNN, M(q)",
-        Role::Other(5),
-        canonical(|width| families::hnn(HnnStructure::Mass, Momenta::Recorded, width)),
-    ),
-    contestant(
-        "hnn-velocities",
-        "HNN, q̇ for p",
-        Role::Other(6),
-        flowing(|width| families::hnn(HnnStructure::Free, Momenta::Velocities, width)),
-    ),
-    contestant(
-        "neural-ode",
-        "neural ODE, order 2",
-        Role::Other(2),
-        published(
-            &FLOW,
-            rolled(|width| families::neural_ode(Order::Second, width)),
-        ),
-    ),
-    contestant(
-        "neural-ode-first",
-        "neural ODE, order 1",
-        Role::Other(5),
-        rolled(|width| families::neural_ode(Order::First, width)),
-    ),
-    contestant(
-        "flow",
-        "flow of rates",
-        Role::Other(4),
-        published(
-            &FLOW,
-            flowing(|width| families::hnn(HnnStructure::None, Momenta::Velocities, width)),
-        ),
-    ),
-    contestant(
-        "vin",
-        "VIN",
-        Role::Other(3),
-        Recipe {
-            reads: Reads::Positions,
-            loss: Loss::POSITIONS_TRAPEZOIDAL,
-            method: Method::VariationalTrapezoidal,
-            ..free(|_| Box::new(VinConfig::default()))
-        },
-    ),
-    contestant(
-        "delan-positions",
-        "DeLaN, positions",
-        Role::Other(6),
-        Recipe {
-            reads: Reads::Positions,
-            loss: Loss::POSITIONS,
-            method: Method::VariationalMidpoint,
-            ..free(families::delan)
-        },
-    ),
-    contestant(
-        "mlp",
-        "plain network",
-        Role::Baseline,
-        published(&NETWORK, free(families::mlp)),
-    ),
-    contestant(
-        "rigid",
-        "rigid chain",
-        Role::Truth,
-        Recipe {
-            loss: Loss::TORQUE,
-            reads: Reads::Torques,
-            ..free(|_| {
-                Box::new(RigidConfig {
-                    angles: Some(Angles::Absolute),
-                    ..RigidConfig::default()
-                })
+pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = contestants! {
+    "lnn", "LNN, free", Lnn, published(&LNN, free(families::lnn));
+    "lnn-convex", "LNN, convex", Other(5), free(families::convex);
+    "delan", "DeLaN", Other(0), published(&DLN, free(families::delan));
+    "delan-potential", "DeLaN + A(q)·q̇", Other(6), free(families::delan_with_vector_potential);
+    "hnn", "HNN, canonical", Other(1), published(
+        &HNN,
+        canonical(|width| families::hnn(HnnStructure::Free, Momenta::Recorded, width)),
+    );
+    "hnn-mass", "HNN, M(q)", Other(5), canonical(
+        |width| families::hnn(HnnStructure::Mass, Momenta::Recorded, width),
+    );
+    "hnn-velocities", "HNN, q̇ for p", Other(6), flowing(
+        |width| families::hnn(HnnStructure::Free, Momenta::Velocities, width),
+    );
+    "neural-ode", "neural ODE, order 2", Other(2), published(
+        &FLOW,
+        rolled(|width| families::neural_ode(Order::Second, width)),
+    );
+    "neural-ode-first", "neural ODE, order 1", Other(5), rolled(|width| families::neural_ode(Order::First, width));
+    "flow", "flow of rates", Other(4), published(
+        &FLOW,
+        flowing(|width| families::hnn(HnnStructure::None, Momenta::Velocities, width)),
+    );
+    "vin", "VIN", Other(3), Recipe {
+        reads: Reads::Positions,
+        loss: Loss::POSITIONS_TRAPEZOIDAL,
+        method: Method::VariationalTrapezoidal,
+        ..free(|_| Box::new(VinConfig::default()))
+    };
+    "delan-positions", "DeLaN, positions", Other(6), Recipe {
+        reads: Reads::Positions,
+        loss: Loss::POSITIONS,
+        method: Method::VariationalMidpoint,
+        ..free(families::delan)
+    };
+    "mlp", "plain network", Baseline, published(&NETWORK, free(families::mlp));
+    "rigid", "rigid chain", Truth, Recipe {
+        loss: Loss::TORQUE,
+        reads: Reads::Torques,
+        ..free(|_| {
+            Box::new(RigidConfig {
+                angles: Some(Angles::Absolute),
+                ..RigidConfig::default()
             })
-        },
-    ),
-];
+        })
+    };
+};

@@ -8,7 +8,7 @@ use lagrangian::Trajectory;
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::failure::Advise;
-use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less};
+use crate::harness::{Contestant, Experiment, Lab, Row, contestants, less};
 use crate::letters::Letters;
 use writing::{Arm, Clock, Condition, Outcome, Run, Span, WINDOW, Writing, curves, recovery};
 
@@ -41,28 +41,13 @@ const RECOVERED: f64 = 1.2;
 /// A model follows where its error is below so many times that of the true one.
 const FOLLOWS: f64 = 10.0;
 
-const CONDITIONS: [Contestant<Condition>; 5] = [
-    contestant("perfect", "true model", Role::Truth, Condition::Perfect),
-    contestant(
-        "delan",
-        "deep Lagrangian network, learned online",
-        Role::Lnn,
-        Condition::Learned,
-    ),
-    contestant(
-        "mlp",
-        "plain network, learned online",
-        Role::Baseline,
-        Condition::Plain,
-    ),
-    contestant("pd", "feedback alone", Role::Other(0), Condition::Pd),
-    contestant(
-        "perfect_loaded",
-        "true model that knows the payload",
-        Role::Other(1),
-        Condition::PerfectLoaded,
-    ),
-];
+const CONDITIONS: [Contestant<Condition>; 5] = contestants! {
+    "perfect", "true model", Truth, Condition::Perfect;
+    "delan", "deep Lagrangian network, learned online", Lnn, Condition::Learned;
+    "mlp", "plain network, learned online", Baseline, Condition::Plain;
+    "pd", "feedback alone", Other(0), Condition::Pd;
+    "perfect_loaded", "true model that knows the payload", Other(1), Condition::PerfectLoaded;
+};
 
 fn run(lab: &mut Lab) -> Result<()> {
     let letters = text(lab, if lab.quick() { 3 } else { 10 } + 1)?;

@@ -8,8 +8,8 @@ use lagrangian_report::{Axis, Role};
 
 use crate::harness::{Contestant, Experiment, Lab, less};
 use protocol::{
-    CONTESTANTS, Effort, Errors, HORIZON, MASS_SPRING, PENDULUM, Recipe, STEP, System,
-    VIN_MIDPOINT, drift, errors, learn, predict, residual_of_truth, seen,
+    CONTESTANTS, Effort, Errors, HORIZON, MASS_SPRING, PENDULUM, Recipe, STEP, System, VIN, drift,
+    errors, learn, predict, residual_of_truth, seen,
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -140,7 +140,7 @@ fn run(lab: &mut Lab) -> Result<()> {
         for &baseline in plan.baselines {
             let case = Case {
                 system,
-                who: &VIN_MIDPOINT,
+                who: &VIN[1],
                 noise: NOISE,
                 sampling: DENSE,
                 baseline,
@@ -156,7 +156,7 @@ fn truth(lab: &mut Lab, system: &'static System, plan: &Plan) -> Result<()> {
     let truth = system.truth()?;
     let starts = system.starts(plan.starts, START_SEED);
     let exact = errors(system, &*truth, &starts, (Method::Dop853, STEP), DURATION)?;
-    for who in [&CONTESTANTS[0], &VIN_MIDPOINT] {
+    for who in VIN {
         let method = who.config.method();
         let own = errors(system, &*truth, &starts, (method, STEP), DURATION)?;
         let group = format!("{}, noise 0", system.name);
@@ -247,7 +247,7 @@ fn measure(lab: &mut Lab, case: &Case, plan: &Plan) -> Result<()> {
         }
         if seed == lab.args.seed && noise == 0.0 && system.is_pendulum() {
             draw(lab, (who.name, role), &model, (recipe.method(), STEP))?;
-            if who.key == VIN_MIDPOINT.key {
+            if who.key == VIN[1].key {
                 at_other_steps(lab, (who.name, role), &model, plan)?;
             }
         }

@@ -14,13 +14,12 @@ use lagrangian::{
     Model, Observer, Optimizer, Result, Rollout, RolloutOptions, State, Trajectory, VinConfig, fit,
     rollout, split,
 };
-use lagrangian_report::Role;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::data::recorded;
 use crate::families::{self, MakeFamily};
-use crate::harness::{Contestant, contestant};
+use crate::harness::{Contestant, contestants};
 
 /// Time between samples, s.
 pub(crate) const STEP: f64 = 0.1;
@@ -137,47 +136,17 @@ pub(crate) struct Recipe {
 }
 
 /// The models that are compared.
-pub(crate) const CONTESTANTS: [Contestant<Recipe>; 6] = [
-    contestant(
-        "vin-trapezoidal",
-        "VIN, trapezoidal (VIN-SV)",
-        Role::Other(0),
-        by(Loss::POSITIONS_TRAPEZOIDAL, vin),
-    ),
-    VIN_MIDPOINT,
-    contestant(
-        "delan",
-        "deep Lagrangian network",
-        Role::Other(1),
-        by(Loss::POSITIONS, families::delan),
-    ),
-    contestant(
-        "lnn",
-        "Lagrangian network",
-        Role::Other(2),
-        by(Loss::POSITIONS, families::lnn),
-    ),
-    contestant(
-        "lnn-estimates",
-        "Lagrangian network, estimated q̈",
-        Role::Other(3),
-        by(Loss::ACCELERATION, families::lnn),
-    ),
-    contestant(
-        "mlp",
-        "plain network, estimated q̈",
-        Role::Baseline,
-        by(Loss::ACCELERATION, families::mlp),
-    ),
-];
+pub(crate) static CONTESTANTS: [Contestant<Recipe>; 6] = contestants! {
+    "vin-trapezoidal", "VIN, trapezoidal (VIN-SV)", Other(0), by(Loss::POSITIONS_TRAPEZOIDAL, vin);
+    "vin-midpoint", "VIN, midpoint", Lnn, by(Loss::POSITIONS, vin);
+    "delan", "deep Lagrangian network", Other(1), by(Loss::POSITIONS, families::delan);
+    "lnn", "Lagrangian network", Other(2), by(Loss::POSITIONS, families::lnn);
+    "lnn-estimates", "Lagrangian network, estimated q̈", Other(3), by(Loss::ACCELERATION, families::lnn);
+    "mlp", "plain network, estimated q̈", Baseline, by(Loss::ACCELERATION, families::mlp);
+};
 
-/// Constant M and V(q), by the midpoint rule.
-pub(crate) const VIN_MIDPOINT: Contestant<Recipe> = contestant(
-    "vin-midpoint",
-    "VIN, midpoint",
-    Role::Lnn,
-    by(Loss::POSITIONS, vin),
-);
+/// Constant M and V(q), by the trapezoidal and by the midpoint rule.
+pub(crate) static VIN: &[Contestant<Recipe>] = CONTESTANTS.split_at(2).0;
 
 const fn by(loss: Loss, family: MakeFamily) -> Recipe {
     Recipe { loss, family }

@@ -10,7 +10,7 @@ use lagrangian::{Budget, Dataset, Model, Provenance, Trajectory, split};
 use lagrangian_report::{Axis, HeatMap, Role};
 use serde_json::json;
 
-use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, neither};
+use crate::harness::{Contestant, Experiment, Lab, Row, contestants, less, neither};
 use systems::{
     FieldTest, StepCost, TRAINED_ON, WaveSystem, exponent, field_test, modes, pulse_speed_error,
     step_costs, systems, truth, wave_number,
@@ -84,16 +84,11 @@ enum Kind {
     Plain,
 }
 
-static CONTESTANTS: [Contestant<Kind>; 3] = [
-    contestant("density", "density", Role::Lnn, Kind::Density),
-    contestant(
-        "density_untold",
-        "density, symmetry not told",
-        Role::Other(0),
-        Kind::Untold,
-    ),
-    contestant("plain", "plain network", Role::Baseline, Kind::Plain),
-];
+static CONTESTANTS: [Contestant<Kind>; 3] = contestants! {
+    "density", "density", Lnn, Kind::Density;
+    "density_untold", "density, symmetry not told", Other(0), Kind::Untold;
+    "plain", "plain network", Baseline, Kind::Plain;
+};
 
 impl Kind {
     fn config(self, system: &WaveSystem, budget: Budget, seed: u64) -> FieldFitConfig {
