@@ -86,6 +86,14 @@ const BODIES: Training = Training {
     weight: 10.0,
 };
 
+const SWINGS: Recordings = Recordings {
+    trajectories: 25,
+    samples: 30,
+    seconds: 3.0,
+    noise: 0.1,
+    test_seconds: 20.0,
+};
+
 /// Starts of a test.
 pub(crate) const STARTS: usize = 15;
 
@@ -97,13 +105,7 @@ pub(crate) static TASKS: [Task; 4] = [
         system: ("mass-spring", &[("mass", 0.5), ("stiffness", 2.0)]),
         mass: 0.5,
         start: |rng| on_a_circle(rng.random_range(0.1..1.0), rng),
-        recordings: Recordings {
-            trajectories: 25,
-            samples: 30,
-            seconds: 3.0,
-            noise: 0.1,
-            test_seconds: 20.0,
-        },
+        recordings: SWINGS,
         training: NOISY,
     },
     Task {
@@ -112,11 +114,8 @@ pub(crate) static TASKS: [Task; 4] = [
         mass: 0.5,
         start: |rng| on_a_circle(rng.random_range(1.3..2.3), rng),
         recordings: Recordings {
-            trajectories: 25,
             samples: 45,
-            seconds: 3.0,
-            noise: 0.1,
-            test_seconds: 20.0,
+            ..SWINGS
         },
         training: NOISY,
     },

@@ -25,6 +25,7 @@ use progress::Progress;
 
 pub(crate) use history::{History, fit_with_history};
 pub(crate) use lab::Lab;
+pub(crate) use page::line;
 pub(crate) use results::{
     Contestant, Published, Quantity, Results, Row, contestant, contestants, less, more, neither,
     published,

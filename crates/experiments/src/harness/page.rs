@@ -24,7 +24,7 @@ pub(super) fn summary(experiment: &Experiment, results: &Results) -> Table {
 }
 
 /// A line of a table.
-fn line(first: impl Into<String>, cells: impl Iterator<Item = String>) -> Vec<String> {
+pub(crate) fn line(first: impl Into<String>, cells: impl Iterator<Item = String>) -> Vec<String> {
     std::iter::once(first.into()).chain(cells).collect()
 }
 

@@ -3,53 +3,67 @@
 use super::contestants::Published;
 use crate::harness::{Quantity, less};
 
-/// A property that a family has or has not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Column {
-    Dynamics,
-    Continuous,
-    Conservation,
-    Coordinates,
-    Lagrangians,
-    Accelerations,
-    Torques,
-    Momenta,
-    Noise,
-    Training,
-    Call,
+/// The columns: key in JSON and in commands, heading, unit, the largest figure that counts, and what the figure is.
+macro_rules! columns {
+    ($($column:ident, $key:literal, $name:literal, $unit:literal, $threshold:expr, $meaning:literal;)*) => {
+        /// A property that a family has or has not.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub(super) enum Column {
+            $($column),*
+        }
+
+        impl Column {
+            pub(super) const ALL: [Self; 11] = [$(Self::$column),*];
+
+            /// In the order of [`Column::ALL`].
+            pub(super) const QUANTITIES: [Quantity; 11] = [$(less($key, $name, $unit)),*];
+
+            /// What the figure is, and from where on it counts.
+            pub(super) fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$column => $meaning),*
+                }
+            }
+
+            /// The largest figure that counts.
+            pub(super) fn threshold(self) -> Option<f64> {
+                match self {
+                    $(Self::$column => $threshold),*
+                }
+            }
+        }
+    };
+}
+
+columns! {
+    Dynamics, "dynamics", "learns dynamics", "", Some(0.05),
+        "error of q̈ on held-out motions of the double pendulum, relative, root mean square";
+    Continuous, "continuous-time", "continuous time", "", Some(2.0),
+        "largest error of motions with steps h/2, 2h and of any size over that with the step h of the data";
+    Conservation, "conservation", "exact conservation", "", Some(0.01),
+        "largest change of the true energy over 100 s, of its deviation in the data; counts only where the model's own \
+         energy keeps to 1e-6";
+    Coordinates, "coordinates", "arbitrary coordinates", "", Some(0.05),
+        "largest error of q̈ of swings in three charts: their own, rotated and sheared, q = Q + 0.3 sin Q";
+    Lagrangians, "lagrangians", "arbitrary Lagrangians", "", Some(0.05),
+        "larger error of q̈ of the relativistic particle and of the charged one in a magnetic field; counts only for a \
+         model that has an energy, and so a Lagrangian to learn";
+    Accelerations, "no-accelerations", "without q̈", "", None,
+        "whether a fit by the loss of this row accepts data without q̈ and ṗ";
+    Torques, "no-torques", "without τ", "", None,
+        "whether a fit accepts data without τ";
+    Momenta, "no-momenta", "without p", "", None,
+        "whether a fit accepts data without p";
+    Noise, "noise", "5 % noise", "", Some(0.2),
+        "error of q̈ where all that is learned from carries noise: 0.05 rad, and 5 % of velocities, accelerations, momenta and \
+         their rates";
+    Training, "training-time", "time to 5 %", "s", Some(60.0),
+        "time until the error of q̈ is at 5 %";
+    Call, "call-time", "one call", "µs", Some(100.0),
+        "one evaluation of q̈ at one state, or of the flow for a model that moves in (q, p)";
 }
 
 impl Column {
-    pub(super) const ALL: [Self; 11] = [
-        Self::Dynamics,
-        Self::Continuous,
-        Self::Conservation,
-        Self::Coordinates,
-        Self::Lagrangians,
-        Self::Accelerations,
-        Self::Torques,
-        Self::Momenta,
-        Self::Noise,
-        Self::Training,
-        Self::Call,
-    ];
-
-    /// Its name in JSON and in commands, its heading and its unit, in the order of [`Column::ALL`].
-    #[rustfmt::skip]
-    pub(super) const QUANTITIES: [Quantity; 11] = [
-        less("dynamics", "learns dynamics", ""),
-        less("continuous-time", "continuous time", ""),
-        less("conservation", "exact conservation", ""),
-        less("coordinates", "arbitrary coordinates", ""),
-        less("lagrangians", "arbitrary Lagrangians", ""),
-        less("no-accelerations", "without q̈", ""),
-        less("no-torques", "without τ", ""),
-        less("no-momenta", "without p", ""),
-        less("noise", "5 % noise", ""),
-        less("training-time", "time to 5 %", "s"),
-        less("call-time", "one call", "µs"),
-    ];
-
     fn quantity(self) -> &'static Quantity {
         &Self::QUANTITIES[self as usize]
     }
@@ -65,55 +79,6 @@ impl Column {
 
     pub(super) fn unit(self) -> &'static str {
         self.quantity().unit
-    }
-
-    /// What the figure is, and from where on it counts.
-    pub(super) fn meaning(self) -> &'static str {
-        match self {
-            Self::Dynamics => {
-                "error of q̈ on held-out motions of the double pendulum, relative, root mean square"
-            }
-            Self::Continuous => {
-                "largest error of motions with steps h/2, 2h and of any size over that with the step h of the data"
-            }
-            Self::Conservation => {
-                "largest change of the true energy over 100 s, of its deviation in the data; counts only where the model's own \
-                 energy keeps to 1e-6"
-            }
-            Self::Coordinates => {
-                "largest error of q̈ of swings in three charts: their own, rotated and sheared, q = Q + 0.3 sin Q"
-            }
-            Self::Lagrangians => {
-                "larger error of q̈ of the relativistic particle and of the charged one in a magnetic field; counts only for a \
-                 model that has an energy, and so a Lagrangian to learn"
-            }
-            Self::Accelerations => {
-                "whether a fit by the loss of this row accepts data without q̈ and ṗ"
-            }
-            Self::Torques => "whether a fit accepts data without τ",
-            Self::Momenta => "whether a fit accepts data without p",
-            Self::Noise => {
-                "error of q̈ where all that is learned from carries noise: 0.05 rad, and 5 % of velocities, accelerations, momenta and \
-                 their rates"
-            }
-            Self::Training => "time until the error of q̈ is at 5 %",
-            Self::Call => {
-                "one evaluation of q̈ at one state, or of the flow for a model that moves in (q, p)"
-            }
-        }
-    }
-
-    /// The largest figure that counts.
-    pub(super) fn threshold(self) -> Option<f64> {
-        match self {
-            Self::Dynamics | Self::Coordinates | Self::Lagrangians => Some(0.05),
-            Self::Conservation => Some(0.01),
-            Self::Continuous => Some(2.0),
-            Self::Noise => Some(0.2),
-            Self::Training => Some(60.0),
-            Self::Call => Some(100.0),
-            Self::Accelerations | Self::Torques | Self::Momenta => None,
-        }
     }
 
     /// What is published of it.

@@ -8,7 +8,7 @@ use super::contestants::Recipe;
 use super::hopeless::{FAR, GAIN, GRACE, WITHIN};
 use super::{Cell, Plan};
 use crate::harness::spread::{median, scientific};
-use crate::harness::{Contestant, Lab};
+use crate::harness::{Contestant, Lab, line};
 
 /// A change of the energy, in its deviations, after which nothing of it is left.
 const LOST: f64 = 10.0;
@@ -30,13 +30,8 @@ fn mark(tick: bool) -> &'static str {
 
 impl Cell {
     fn value(&self) -> f64 {
-        median(
-            &self
-                .measured
-                .iter()
-                .filter_map(|m| m.value)
-                .collect::<Vec<_>>(),
-        )
+        let values = self.measured.iter().filter_map(|m| m.value);
+        median(&values.collect::<Vec<_>>())
     }
 
     /// What most seeds say.
@@ -63,28 +58,25 @@ impl Cell {
     }
 }
 
-fn header(names: &[&str]) -> Vec<String> {
-    names.iter().map(|name| (*name).to_string()).collect()
+fn header(names: [&str; 3]) -> Vec<String> {
+    names.map(str::to_string).to_vec()
 }
 
 fn ticks(plan: &Plan, cells: &[Cell]) -> Table {
     let columns = plan.columns.iter().map(|c| c.name().to_string());
     let row = |row: &&'static Contestant<Recipe>| {
         let of = |column: &Column| {
-            let cell = cells
-                .iter()
-                .find(|c| c.row.key == row.key && c.column == *column);
+            let mut cells = cells.iter();
+            let cell = cells.find(|c| c.row.key == row.key && c.column == *column);
             cell.map_or("–".into(), Cell::text)
         };
-        std::iter::once(row.name.to_string())
-            .chain(plan.columns.iter().map(of))
-            .collect()
+        line(row.name, plan.columns.iter().map(of))
     };
     Table {
         caption: "✓ or ✗ by the thresholds below, with the value that it follows from (median of the seeds); in brackets what \
                   Cranmer et al. 2020 (table 1) say of such a model."
             .into(),
-        header: std::iter::once("model".to_string()).chain(columns).collect(),
+        header: line("model", columns),
         rows: plan.rows.iter().map(row).collect(),
     }
 }
@@ -95,15 +87,11 @@ fn thresholds(plan: &Plan) -> Table {
             None => "accepted".into(),
             Some(threshold) => format!("≤ {}", value(*column, threshold)),
         };
-        vec![
-            column.name().to_string(),
-            column.meaning().to_string(),
-            threshold,
-        ]
+        header([column.name(), column.meaning(), &threshold])
     };
     Table {
         caption: "What each column measures, and from where on it is ticked.".into(),
-        header: header(&["column", "value", "✓ where"]),
+        header: header(["column", "value", "✓ where"]),
         rows: plan.columns.iter().map(row).collect(),
     }
 }
@@ -112,13 +100,11 @@ fn thresholds(plan: &Plan) -> Table {
 fn remarks(cells: &[Cell]) -> Table {
     let row = |cell: &Cell| {
         let note = cell.measured.iter().find_map(|m| m.note.clone());
-        let said = cell
-            .published()
-            .filter(|published| *published != cell.tick());
-        let said = said.zip(cell.row.config.published);
-        let said =
-            said.map(|(published, row)| format!("published: {} for {}", mark(published), row.name));
-        let remark: Vec<String> = said.into_iter().chain(note).collect();
+        let other = cell.published().filter(|known| *known != cell.tick());
+        let other = other.zip(cell.row.config.published);
+        let other =
+            other.map(|(known, row)| format!("published: {} for {}", mark(known), row.name));
+        let remark: Vec<String> = other.into_iter().chain(note).collect();
         let (model, column) = (cell.row.name.to_string(), cell.column.name().to_string());
         (!remark.is_empty()).then(|| vec![model, column, cell.text(), remark.join("; ")])
     };
@@ -127,7 +113,7 @@ fn remarks(cells: &[Cell]) -> Table {
                   model that is not the published one, as a plain network of q̈, which is continuous in time), and what was \
                   refused, with the reason. `--only ROW:COLUMN` measures a cell again."
             .into(),
-        header: header(&["model", "property", "here", "remark"]),
+        header: line("model", header(["property", "here", "remark"]).into_iter()),
         rows: cells.iter().filter_map(row).collect(),
     }
 }
@@ -148,21 +134,13 @@ pub(super) fn complete(lab: &mut Lab, plan: &Plan, cells: &[Cell]) {
         .tables
         .extend([ticks(plan, cells), thresholds(plan), remarks(cells)]);
     lab.setting("Budget of a fit", budget(plan.budget));
-    lab.setting(
-        "Budget, double pendulum without noise",
-        budget(plan.longest),
-    );
-    lab.setting(
-        "Pieces of motion",
-        format!("{} of five samples", plan.size.train),
-    );
-    lab.setting(
-        "Long motions",
-        format!(
-            "{} of {} s; own energy kept to {OWN_ENERGY:e}",
-            plan.long.0, plan.long.1
-        ),
-    );
+    let longest = budget(plan.longest);
+    lab.setting("Budget, double pendulum without noise", longest);
+    let pieces = format!("{} of five samples", plan.size.train);
+    lab.setting("Pieces of motion", pieces);
+    let (count, seconds) = plan.long;
+    let long = format!("{count} of {seconds} s; own energy kept to {OWN_ENERGY:e}");
+    lab.setting("Long motions", long);
     lab.setting(
         "Ended early",
         format!(
@@ -174,22 +152,14 @@ pub(super) fn complete(lab: &mut Lab, plan: &Plan, cells: &[Cell]) {
             100.0 * GRACE
         ),
     );
-    for cell in cells
-        .iter()
-        .filter(|c| c.column == Column::Training && DRAWN.contains(&c.row.key))
-    {
-        let Some(history) = cell
-            .measured
-            .first()
-            .map(|m| &m.history)
-            .filter(|h| !h.is_empty())
-        else {
+    let drawn = |c: &&Cell| c.column == Column::Training && DRAWN.contains(&c.row.key);
+    for cell in cells.iter().filter(drawn) {
+        let history = cell.measured.first().map_or(&[][..], |m| &m.history);
+        if history.is_empty() {
             continue;
-        };
-        let (x, y): (Vec<f64>, Vec<f64>) = history
-            .iter()
-            .map(|(step, e)| (*step as f64, 100.0 * e))
-            .unzip();
+        }
+        let points = history.iter().map(|(step, e)| (*step as f64, 100.0 * e));
+        let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
         lab.plot("learning", "Learning the double pendulum")
             .caption(
                 "Error of q̈ on held-out motions by the best weights so far; one \

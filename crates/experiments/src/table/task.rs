@@ -130,13 +130,8 @@ impl Task {
             let starts: Vec<State> = (0..count)
                 .map(|_| chart.from_system(&self.start(&mut rng)))
                 .collect();
-            let found = chunks(
-                &truth,
-                &starts,
-                &self.cut(),
-                &RolloutOptions::default(),
-                seed,
-            )?;
+            let options = RolloutOptions::default();
+            let found = chunks(&truth, &starts, &self.cut(), &options, seed)?;
             Ok(with_momenta(&truth, &found))
         };
         Ok(Lesson {
