@@ -232,15 +232,13 @@ fn draw(
     }
     let eigenvalues = paths.long.eigenvalues.iter();
     let (t, x): (Vec<f64>, Vec<f64>) = eigenvalues.map(|(t, x)| (*t, x / long)).unzip();
+    let caption = "Least eigenvalue of the second variation over the time of the end: the path is a minimum while it \
+                       is above 0; it passes 0 at the first conjugate point.";
     lab.plot(
         format!("conjugate-{}", case.system),
         format!("Where the minimum ends, {}", case.system),
     )
-    .caption(
-        "Least eigenvalue of the second variation over the time of the end: \
-                the path is a minimum while it is above 0; it passes 0 at the \
-                first conjugate point.",
-    )
+    .caption(caption)
     .axes(
         Axis::linear("time of the end", "s"),
         Axis::linear("least eigenvalue", ""),
@@ -284,15 +282,13 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     for (name, role, path) in lines {
         let change = action_variation(&mut action, &path, eta, &epsilon).change;
         let change = change.iter().map(|s| s.abs()).collect();
+        let caption = "Along the motion the action changes by the square of the variation, down to rounding; along any \
+                           other path in proportion to it.";
         lab.plot(
             format!("order-{}", case.system),
             format!("How fast the action changes, {}", group(case, case.short)),
         )
-        .caption(
-            "Along the motion the action changes by the square of the \
-                variation, down to rounding; along any other path in proportion to \
-                it.",
-        )
+        .caption(caption)
         .axes(
             Axis::log("size of the variation ε", ""),
             Axis::log("|S(ε) − S(0)|", "J·s"),

@@ -66,7 +66,7 @@ fn run(lab: &mut Lab) -> Result<()> {
     for &links in &chains {
         let group = group(links);
         let starts = test_starts(links, if lab.quick() { 20 } else { TEST }, TEST_SEED)?;
-        let truth = predictions(&chain(links, Chart::Own)?, &Chart::Own, &starts)?;
+        let truth = predictions(&chain(links, Chart::Own), &Chart::Own, &starts)?;
         let floor = floor(links, &starts, &truth, TEST_SEED + 1)?;
         lab.row(&group, &FLOOR).add("error", floor.error);
         let test = Test { starts, truth };
@@ -152,7 +152,7 @@ fn measure(
         train: motions(links, chart.clone(), count, 2 * seed)?,
         held: motions(links, chart.clone(), HELD, 2 * seed + 1)?,
     };
-    let truth = chain(links, chart.clone())?;
+    let truth = chain(links, chart.clone());
     let config = config(lab, &who.config, links, seed);
     let model = learn(&truth, &config, teaching, &chunks, lab)?;
     let predicted = predictions(&model, &chart, &test.starts)?;
@@ -169,14 +169,12 @@ fn draw(
 ) {
     let t = (0..score.over_time.len()).map(|k| INTERVAL * k as f64);
     let t: Vec<f64> = t.collect();
+    let caption = "Geometric mean over the test motions; median and range of the seeds.";
     lab.plot(
         format!("over-time-{links}-{}", teaching.key().replace('_', "-")),
         format!("{}, {}", group(links), teaching.name()),
     )
-    .caption(
-        "Geometric mean over the test motions; median and range of the \
-                seeds.",
-    )
+    .caption(caption)
     .axes(
         Axis::linear("time", "s"),
         Axis::log("relative error", "").between(1e-6, 1.0),

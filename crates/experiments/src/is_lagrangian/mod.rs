@@ -166,13 +166,11 @@ fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
         ),
     ];
     for (id, title, y, values) in panels {
+        let caption = "A dot for each seed over the number of the system in the table. Where a Lagrangian exists it \
+                           costs nothing, leaves no more than errors of learning do, and keeps the divergence at 0.";
         let plot = lab
             .plot(format!("{id}-{noise}"), format!("{title}, noise {noise}"))
-            .caption(
-                "A dot for each seed over the number of the system in the table. \
-                Where a Lagrangian exists it costs nothing, leaves no more than \
-                errors of learning do, and keeps the divergence at 0.",
-            )
+            .caption(caption)
             .axes(Axis::linear("system", ""), Axis::log(y, ""));
         for (k, (name, role, value)) in values.into_iter().enumerate() {
             if let Some(value) = value {

@@ -225,11 +225,10 @@ fn draw(
         let at = |k: i32| 0.005 * plan.main * 200.0_f64.powf(f64::from(k) / 119.0);
         let times: Vec<f64> = (0..120).map(at).collect();
         let values = times.iter().map(|t| history.at(*t)).collect();
+        let caption = "Torque MSE on the test letters of the best model so far. The measurement comes after the fit \
+                           and steers nothing.";
         lab.plot("over-time", "Error over training time")
-            .caption(
-                "Torque MSE on the test letters of the best model so far. The \
-                measurement comes after the fit and steers nothing.",
-            )
+            .caption(caption)
             .axes(
                 Axis::log("training time", "s"),
                 Axis::log("torque MSE", "N²m²"),
@@ -242,12 +241,10 @@ fn draw(
     };
     let errors: Vec<f64> = SPEEDS.iter().map(nmse).collect();
     lab.row("", who).detail("faster_nmse", &errors);
+    let caption = "Torque error on the test letters written faster, q(t) → q(αt), as a part of the variance of the \
+                       torque that this needs (inertial and Coriolis parts times α²: exact).";
     lab.plot("faster", "Faster than trained")
-        .caption(
-            "Torque error on the test letters written faster, q(t) → q(αt), as \
-                a part of the variance of the torque that this needs (inertial and \
-                Coriolis parts times α²: exact).",
-        )
+        .caption(caption)
         .axes(
             Axis::linear("times as fast", ""),
             Axis::log("torque nMSE", ""),
@@ -282,11 +279,10 @@ fn learning_curve(
     }
     lab.row("", who).detail("learning_curve", &errors);
     let counts: Vec<f64> = plan.counts.iter().map(|count| *count as f64).collect();
+    let caption = "Torque MSE on the test letters over the number of letters to learn from, above the rounding of the \
+                       data.";
     lab.plot("learning-curve", "Learning curve")
-        .caption(
-            "Torque MSE on the test letters over the number of letters to learn \
-                from, above the rounding of the data.",
-        )
+        .caption(caption)
         .axes(
             Axis::log("training letters", ""),
             Axis::log("torque MSE", "N²m²"),

@@ -159,11 +159,10 @@ fn draw(lab: &mut Lab, group: &str, family: &Contestant<MakeFamily>, along: &[Er
     let id = group.replace([',', '%', ' '], "");
     let places: Vec<f64> = (0..along.len()).map(|k| k as f64).collect();
     let mut plot = |what: &str, title: &str, [x, y]: [Axis; 2], values: (&[f64], Vec<f64>)| {
+        let caption =
+            "q̈: fitted to estimated accelerations; otherwise the samples that a rollout predicts.";
         lab.plot(format!("{what}-{id}"), format!("{title}: {group}"))
-            .caption(
-                "q̈: fitted to estimated accelerations; otherwise the samples that \
-                a rollout predicts.",
-            )
+            .caption(caption)
             .axes(x, y)
             .add(family.name, family.role, values.0, values.1);
     };

@@ -194,15 +194,14 @@ fn broken(lab: &mut Lab, premise: Premise, amount: f64, unbroken: f64) -> Result
 
 /// The torque error over the violation.
 fn draw(lab: &mut Lab, premise: Premise, name: &str, role: Role, (violation, error): (f64, f64)) {
+    let caption = "Torque error on held-out recordings over how much the machine breaks the premise, a dot for each \
+                       seed. The leftmost dots are the unbroken machine, whose place on a logarithmic axis is no \
+                       value.";
     lab.plot(
         format!("premise-{}", premise.name()),
         format!("Broken premise: {}", premise.name()),
     )
-    .caption(
-        "Torque error on held-out recordings over how much the machine \
-                breaks the premise, a dot for each seed. The leftmost dots are the \
-                unbroken machine, whose place on a logarithmic axis is no value.",
-    )
+    .caption(caption)
     .axes(
         Axis::log("violation", "N·m"),
         Axis::log("torque error, RMS", "N·m"),

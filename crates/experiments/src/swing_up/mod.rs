@@ -86,14 +86,12 @@ fn draw(lab: &mut Lab, kind: Machine, who: &Contestant, runs: &[Attempt]) {
     let (pendulum, n) = (kind.config().pendulum, attempt.motion.dof());
     let rows = attempt.motion.q.chunks_exact(n).step_by(10);
     let t: Vec<f64> = attempt.motion.t.iter().step_by(10).copied().collect();
+    let caption = "From the first start; π is up, and so is π after whole turns (9.42, −3.14 …).";
     lab.plot(
         format!("angle-{}", kind.system()),
         format!("Angle of the {}", kind.system()),
     )
-    .caption(
-        "From the first start; π is up, and so is π after whole turns \
-                (9.42, −3.14 …).",
-    )
+    .caption(caption)
     .axes(
         Axis::linear("time", "s"),
         Axis::linear("angle from hanging down", "rad"),

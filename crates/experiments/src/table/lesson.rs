@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::Task;
 use crate::chart::Chart;
 use crate::data::{column_sizes, with_estimated_accelerations};
-use lagrangian::analytic::{AnalyticModel, Rng, normal};
+use lagrangian::analytic::{Rng, normal};
 use lagrangian::{Coordinates, Dataset, Model, Result, Signal, Signals, Trajectory};
 
 /// How many chunks.
@@ -38,11 +38,11 @@ pub(crate) struct Lesson {
     /// What it is of.
     pub(crate) task: Task,
     /// The system in its chart.
-    pub(crate) truth: Box<dyn AnalyticModel>,
+    pub(crate) truth: Box<dyn Model>,
     /// The chart.
     pub(crate) chart: Chart,
     /// The same system in its own coordinates.
-    pub(crate) system: Box<dyn AnalyticModel>,
+    pub(crate) system: Box<dyn Model>,
     /// Chunks to learn from, with accelerations and momenta.
     pub(crate) train: Vec<Trajectory>,
     /// Chunks to choose the weights by.
@@ -157,7 +157,7 @@ impl Lesson {
     }
 
     fn coordinates(&self) -> Coordinates {
-        Model::coordinates(&*self.truth).clone()
+        self.truth.coordinates().clone()
     }
 }
 

@@ -273,7 +273,7 @@ mod tests {
                 lengths: [1.0; 2],
                 gravity: 8.0,
             });
-            let light = InChart::new(light, lesson.chart.clone()).unwrap();
+            let light = InChart::new(light, lesson.chart.clone());
             acceleration_error(&light, &lesson)
         });
         assert!(errors[0] > 0.1, "{errors:?}");

@@ -160,12 +160,10 @@ pub(super) fn complete(lab: &mut Lab, plan: &Plan, cells: &[Cell]) {
         }
         let points = history.iter().map(|(step, e)| (*step as f64, 100.0 * e));
         let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
+        let caption = "Error of q̈ on held-out motions by the best weights so far; one seed. A tick is a cut through \
+                           this figure: at 5 % and at the last step.";
         lab.plot("learning", "Learning the double pendulum")
-            .caption(
-                "Error of q̈ on held-out motions by the best weights so far; one \
-                seed. A tick is a cut through this figure: at 5 % and at the last \
-                step.",
-            )
+            .caption(caption)
             .axes(
                 Axis::log("steps of the natural gradient", ""),
                 Axis::log("error of q̈", "%"),

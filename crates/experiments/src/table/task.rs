@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Lesson, Size};
-use crate::chart::{Chart, InChart};
+use crate::chart::{Chart, InChart, Linear};
 use crate::data::{Cut, chunks, with_momenta};
 use lagrangian::analytic::{
     ChargedParticle, DoublePendulum, Parameter, RelativisticParticle, Rng, System, normal, uniform,
@@ -87,14 +87,17 @@ impl Task {
         }
     }
 
-    fn chart(self) -> Result<Chart> {
+    fn chart(self) -> Chart {
         let (sin, cos) = (0.5, 3f64.sqrt() / 2.0);
         match self {
-            Self::Swings => Chart::linear(vec![1.0, 0.0, 0.0, 1.0]),
+            Self::Swings => Chart::Linear(Linear::new(vec![1.0, 0.0, 0.0, 1.0])),
             // The rotation times ((1, s), (0, 1)).
-            Self::Sheared => Chart::linear(vec![cos, SHEAR * cos - sin, sin, SHEAR * sin + cos]),
-            Self::Bent => Chart::sine(BEND),
-            _ => Ok(Chart::Own),
+            Self::Sheared => {
+                let columns = [cos, SHEAR * cos - sin, sin, SHEAR * sin + cos];
+                Chart::Linear(Linear::new(columns.to_vec()))
+            }
+            Self::Bent => Chart::Sine(BEND),
+            _ => Chart::Own,
         }
     }
 
@@ -123,8 +126,8 @@ impl Task {
     }
 
     fn of<S: System + Clone>(self, system: &S, size: Size, seed: u64) -> Result<Lesson> {
-        let chart = self.chart()?;
-        let truth = InChart::new(system.clone(), chart.clone())?;
+        let chart = self.chart();
+        let truth = InChart::new(system.clone(), chart.clone());
         let motions = |count: usize, seed: u64| -> Result<Vec<Trajectory>> {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let starts: Vec<State> = (0..count)
@@ -139,7 +142,7 @@ impl Task {
             train: motions(size.train, 2 * seed)?,
             held: motions(size.held, 2 * seed + 1)?,
             test: motions(size.test, TEST_SEED)?,
-            system: Box::new(InChart::new(system.clone(), Chart::Own)?),
+            system: Box::new(InChart::new(system.clone(), Chart::Own)),
             truth: Box::new(truth),
             chart,
             interval: self.cut().interval,

@@ -156,14 +156,12 @@ fn draw(lab: &mut Lab, arm: &Arm, who: &Contestant<Condition>, outcome: &Outcome
     let id = arm.name.replace(' ', "-");
     if who.config != Condition::PerfectLoaded {
         let letters: Vec<f64> = (1..=outcome.errors.len()).map(|k| k as f64).collect();
+        let caption = "With the last letter comes the payload, which the true model does not know.";
         lab.plot(
             format!("errors-{id}"),
             format!("Error of each letter, {}", arm.name),
         )
-        .caption(
-            "With the last letter comes the payload, which the true model does \
-                not know.",
-        )
+        .caption(caption)
         .axes(
             Axis::linear("letter", ""),
             Axis::log("tracking error", "rad"),

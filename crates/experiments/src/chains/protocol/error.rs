@@ -52,7 +52,7 @@ pub(crate) fn motions(
     count: usize,
     seed: u64,
 ) -> Result<Vec<lagrangian::Trajectory>> {
-    let system = chain(links, chart)?;
+    let system = chain(links, chart);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let starts = (0..count).map(|_| system.chart.from_system(&sample(links, &mut rng)));
     let starts: Vec<State> = starts.collect();
@@ -112,6 +112,6 @@ pub(crate) fn floor(links: usize, starts: &[State], truth: &[Rollout], seed: u64
     };
     let moved: Vec<State> = starts.iter().map(&mut moved).collect();
     let own = Chart::Own;
-    let restarted = predictions(&chain(links, own.clone())?, &own, &moved)?;
+    let restarted = predictions(&chain(links, own.clone()), &own, &moved)?;
     Ok(score(&restarted, &own, truth))
 }
