@@ -105,11 +105,7 @@ impl Inputs {
             Symmetry::Turn => ("rad", Topology::Circle),
             _ => ("m", Topology::Line),
         };
-        let coordinate = |name: &str| Coordinate {
-            name: name.into(),
-            unit: unit.into(),
-            topology,
-        };
+        let coordinate = |name| Coordinate::new(name, unit, topology);
         Coordinates(["left", "here", "right"].map(coordinate).to_vec())
     }
 

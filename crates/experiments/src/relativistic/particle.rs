@@ -70,14 +70,9 @@ impl<const PHYSICAL: u8> System for InField<PHYSICAL> {
     }
 
     fn coordinates(&self) -> Coordinates {
-        let coordinate = |name: &str, unit: &str, topology| Coordinate {
-            name: name.into(),
-            unit: unit.into(),
-            topology,
-        };
         Coordinates(vec![
-            coordinate("q1", "ls", Topology::Line),
-            coordinate("g", "1/s", Topology::Parameter),
+            Coordinate::new("q1", "ls", Topology::Line),
+            Coordinate::new("g", "1/s", Topology::Parameter),
         ])
     }
 

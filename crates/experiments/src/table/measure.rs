@@ -244,7 +244,7 @@ mod tests {
     use super::*;
     use crate::chart::InChart;
     use lagrangian::Signal;
-    use lagrangian::analytic::DoublePendulum;
+    use lagrangian::analytic::{DoublePendulum, System};
 
     const FEW: Size = Size {
         train: 6,
@@ -268,11 +268,7 @@ mod tests {
     fn a_wrong_model_is_as_wrong_in_every_chart() {
         let errors = [Task::Swings, Task::Sheared, Task::Bent].map(|task| {
             let lesson = task.lesson(FEW, 1).unwrap();
-            let light = OnLines(DoublePendulum {
-                masses: [1.0; 2],
-                lengths: [1.0; 2],
-                gravity: 8.0,
-            });
+            let light = OnLines(DoublePendulum::new(&[1.0, 1.0, 1.0, 1.0, 8.0]));
             let light = InChart::new(light, lesson.chart.clone());
             acceleration_error(&light, &lesson)
         });

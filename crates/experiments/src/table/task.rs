@@ -103,11 +103,7 @@ impl Task {
 
     /// The lesson of this task; the same seed gives the same chunks, and all seeds are judged by the same.
     pub(crate) fn lesson(self, size: Size, seed: u64) -> Result<Lesson> {
-        let pendulum = || DoublePendulum {
-            masses: [1.0; 2],
-            lengths: [1.0; 2],
-            gravity: 9.8,
-        };
+        let pendulum = || DoublePendulum::new(&[1.0, 1.0, 1.0, 1.0, 9.8]);
         match self {
             Self::Relativistic => self.of(&RelativisticParticle { field: 1.0 }, size, seed),
             Self::Magnetic => {

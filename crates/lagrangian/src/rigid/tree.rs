@@ -180,11 +180,7 @@ fn coordinate(joint: &Joint) -> Coordinate {
         JointKind::Prismatic => ("m", Topology::Line),
         _ => ("rad", Topology::Circle),
     };
-    Coordinate {
-        name: joint.name.clone(),
-        unit: unit.into(),
-        topology,
-    }
+    Coordinate::new(&joint.name, unit, topology)
 }
 
 /// The links from the root outwards, depth first, each with the joint that holds it.

@@ -28,6 +28,17 @@ pub struct Coordinate {
     pub topology: Topology,
 }
 
+impl Coordinate {
+    /// A coordinate with this name and SI unit.
+    pub fn new(name: impl Into<String>, unit: &str, topology: Topology) -> Self {
+        Self {
+            name: name.into(),
+            unit: unit.into(),
+            topology,
+        }
+    }
+}
+
 /// The generalised coordinates of a system, declared once.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -47,11 +58,7 @@ impl Coordinates {
     }
 
     fn numbered(n: usize, unit: &str, topology: Topology) -> Self {
-        let coordinate = |i| Coordinate {
-            name: format!("q{i}"),
-            unit: unit.into(),
-            topology,
-        };
+        let coordinate = |i| Coordinate::new(format!("q{i}"), unit, topology);
         Self((1..=n).map(coordinate).collect())
     }
 

@@ -26,15 +26,10 @@ impl System for Blade {
     }
 
     fn coordinates(&self) -> Coordinates {
-        let coordinate = |name: &str, unit: &str, topology| Coordinate {
-            name: name.into(),
-            unit: unit.into(),
-            topology,
-        };
         Coordinates(vec![
-            coordinate("x", "m", Topology::Line),
-            coordinate("y", "m", Topology::Line),
-            coordinate("theta", "rad", Topology::Circle),
+            Coordinate::new("x", "m", Topology::Line),
+            Coordinate::new("y", "m", Topology::Line),
+            Coordinate::new("theta", "rad", Topology::Circle),
         ])
     }
 

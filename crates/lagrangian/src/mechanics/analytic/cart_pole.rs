@@ -2,59 +2,26 @@
 
 use std::f64::consts::TAU;
 
-use num_dual::DualNum;
-use rand::Rng;
+use super::*;
 
-use super::{Parameter, System, uniform};
-use crate::{Coordinate, Coordinates, State, Topology};
-
-/// L = ½ (M + m) ẋ² + m l ẋ θ̇ cos θ + ½ m l² θ̇² + m g l cos θ, with θ = 0 hanging down.
-///
-/// The cart alone is driven: τ = (u, 0).
-#[derive(Debug, Clone, PartialEq)]
-pub struct CartPole {
-    /// Mass M of the cart, kg.
-    pub cart: f64,
-    /// Mass m at the end of the pole, kg.
-    pub mass: f64,
-    /// Length l of the pole, m.
-    pub length: f64,
-    /// Gravity g, m/s².
-    pub gravity: f64,
-}
-
-impl System for CartPole {
-    const NAME: &'static str = "cart-pole";
-    const ABOUT: &'static str = "a pendulum on a driven cart, angle from hanging down";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::positive("cart", "kg", 1.0),
-        Parameter::positive("mass", "kg", 0.2),
-        Parameter::positive("length", "m", 0.5),
-        Parameter::finite("gravity", "m/s²", 9.8),
-    ];
-
-    fn new(values: &[f64]) -> Self {
-        Self {
-            cart: values[0],
-            mass: values[1],
-            length: values[2],
-            gravity: values[3],
-        }
+system! {
+    /// L = ½ (M + m) ẋ² + m l ẋ θ̇ cos θ + ½ m l² θ̇² + m g l cos θ, with θ = 0 hanging down.
+    ///
+    /// The cart alone is driven: τ = (u, 0).
+    pub struct CartPole = "cart-pole", "a pendulum on a driven cart, angle from hanging down" {
+        /// Mass M of the cart, kg.
+        cart: positive("kg", 1.0),
+        /// Mass m at the end of the pole, kg.
+        mass: positive("kg", 0.2),
+        /// Length l of the pole, m.
+        length: positive("m", 0.5),
+        /// Gravity g, m/s².
+        gravity: finite("m/s²", 9.8),
     }
 
     fn coordinates(&self) -> Coordinates {
-        Coordinates(vec![
-            Coordinate {
-                name: "x".into(),
-                unit: "m".into(),
-                topology: Topology::Line,
-            },
-            Coordinate {
-                name: "theta".into(),
-                unit: "rad".into(),
-                topology: Topology::Circle,
-            },
-        ])
+        let x = Coordinate::new("x", "m", Topology::Line);
+        Coordinates(vec![x, Coordinate::new("theta", "rad", Topology::Circle)])
     }
 
     fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {

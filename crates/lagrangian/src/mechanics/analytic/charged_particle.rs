@@ -1,10 +1,6 @@
 //! A charged particle in uniform electric and magnetic fields.
 
-use num_dual::DualNum;
-use rand::Rng;
-
-use super::{Parameter, System, uniform};
-use crate::{Coordinates, State};
+use super::*;
 
 /// L = ½ m |v|² + e v·A(x) + e E·x with A = ½ B × x, B = (0, 0, B) and E = (E, 0, 0).
 ///

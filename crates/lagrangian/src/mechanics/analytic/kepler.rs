@@ -2,31 +2,19 @@
 
 use std::f64::consts::TAU;
 
-use num_dual::DualNum;
-use rand::{Rng, RngExt};
+use rand::RngExt;
 
-use super::{Parameter, System};
-use crate::{Coordinates, State};
+use super::*;
 
-/// L = ½ m |v|² + m μ/|x| in the plane; bound orbits are ellipses with the period T = 2π √(a³/μ).
-///
-/// Singular where the planet hits the star.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Kepler {
-    /// Mass m of the planet, kg.
-    pub mass: f64,
-    /// Gravitational parameter μ of the star, m³/s².
-    pub mu: f64,
-}
-
-impl System for Kepler {
-    const NAME: &'static str = "kepler";
-    const ABOUT: &'static str = "a planet about a fixed star, in the plane";
-    const PARAMETERS: &'static [Parameter] =
-        &[Parameter::positive("mass", "kg", 1.0), Parameter::positive("mu", "m³/s²", 1.0)];
-
-    fn new(values: &[f64]) -> Self {
-        Self { mass: values[0], mu: values[1] }
+system! {
+    /// L = ½ m |v|² + m μ/|x| in the plane; bound orbits are ellipses with the period T = 2π √(a³/μ).
+    ///
+    /// Singular where the planet hits the star.
+    pub struct Kepler = "kepler", "a planet about a fixed star, in the plane" {
+        /// Mass m of the planet, kg.
+        mass: positive("kg", 1.0),
+        /// Gravitational parameter μ of the star, m³/s².
+        mu: positive("m³/s²", 1.0),
     }
 
     fn coordinates(&self) -> Coordinates {

@@ -1,27 +1,6 @@
 //! A charged particle between magnetic mirrors.
 
-use num_dual::DualNum;
-use rand::Rng;
-
-use super::{Parameter, System, uniform};
-use crate::{Coordinates, State};
-
-/// L = ½ m |v|² + e v·A(x) with A = ½ B₀ (1 + z²/a²) (−y, x, 0).
-///
-/// The field is B = ∇ × A = B₀ (−x z/a², −y z/a², 1 + z²/a²): without sources, and stronger away from z = 0, so that a
-/// particle that is slow along z turns round where B = B₀ |v|²/v⊥², v⊥ that across the field at z = 0. Its energy is
-/// kept exactly, its magnetic moment m v⊥²/(2 B) to all powers of the radius of its circles over a (Northrop 1963).
-#[derive(Debug, Clone, PartialEq)]
-pub struct MagneticMirror {
-    /// Mass m, kg.
-    pub mass: f64,
-    /// Charge e, C.
-    pub charge: f64,
-    /// Field B₀ on the axis at z = 0, T.
-    pub magnetic: f64,
-    /// Length a over which it doubles, m.
-    pub length: f64,
-}
+use super::*;
 
 impl MagneticMirror {
     /// B at the position x, T.
@@ -33,26 +12,26 @@ impl MagneticMirror {
     }
 }
 
-impl System for MagneticMirror {
-    const NAME: &'static str = "magnetic-mirror";
-    const ABOUT: &'static str = "a charged particle that bounces between two magnetic mirrors";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::positive("mass", "kg", 1.0),
-        Parameter::finite("charge", "C", 1.0),
-        Parameter::finite("magnetic", "T", 1.0),
-        Parameter::positive("length", "m", 3.0),
-    ];
-
-    fn new(values: &[f64]) -> Self {
-        Self { mass: values[0], charge: values[1], magnetic: values[2], length: values[3] }
+system! {
+    /// L = ½ m |v|² + e v·A(x) with A = ½ B₀ (1 + z²/a²) (−y, x, 0).
+    ///
+    /// The field is B = ∇ × A = B₀ (−x z/a², −y z/a², 1 + z²/a²): without sources, and stronger away from z = 0, so that a
+    /// particle that is slow along z turns round where B = B₀ |v|²/v⊥², v⊥ that across the field at z = 0. Its energy is
+    /// kept exactly, its magnetic moment m v⊥²/(2 B) to all powers of the radius of its circles over a (Northrop 1963).
+    pub struct MagneticMirror = "magnetic-mirror", "a charged particle that bounces between two magnetic mirrors" {
+        /// Mass m, kg.
+        mass: positive("kg", 1.0),
+        /// Charge e, C.
+        charge: finite("C", 1.0),
+        /// Field B₀ on the axis at z = 0, T.
+        magnetic: finite("T", 1.0),
+        /// Length a over which it doubles, m.
+        length: positive("m", 3.0),
     }
 
     fn coordinates(&self) -> Coordinates {
-        let mut coordinates = Coordinates::lines(3);
-        for (coordinate, name) in coordinates.0.iter_mut().zip(["x", "y", "z"]) {
-            coordinate.name = name.into();
-        }
-        coordinates
+        let line = |name| Coordinate::new(name, "m", Topology::Line);
+        Coordinates(["x", "y", "z"].map(line).into())
     }
 
     fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {

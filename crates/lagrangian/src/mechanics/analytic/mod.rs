@@ -17,7 +17,7 @@ pub use rand::Rng;
 
 use super::lagrangian::Lagrangian;
 use crate::mechanics::dynamics::Model;
-use crate::{Coordinates, Error, Result, State};
+use crate::{Coordinate, Coordinates, Error, Result, State, Topology};
 
 /// A mechanical system whose Lagrangian is known in closed form.
 pub trait System: Send + Sync + Sized + 'static {
@@ -108,27 +108,58 @@ impl SystemEntry {
     }
 }
 
+/// Declares a system all of whose parameters are numbers: the struct of its parameters with their domains, units and
+/// usual values, and [`System`] with the methods that follow.
+macro_rules! system {
+    (
+        $(#[$doc:meta])*
+        pub struct $system:ident = $name:literal, $about:literal {
+            $($(#[$about_field:meta])* $field:ident: $domain:ident($unit:literal, $value:literal),)*
+        }
+        $($methods:tt)*
+    ) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $system {
+            $($(#[$about_field])* pub $field: f64,)*
+        }
+
+        impl System for $system {
+            const NAME: &'static str = $name;
+            const ABOUT: &'static str = $about;
+            const PARAMETERS: &'static [Parameter] =
+                &[$(Parameter::$domain(stringify!($field), $unit, $value)),*];
+
+            fn new(values: &[f64]) -> Self {
+                let mut values = values.iter().copied();
+                Self { $($field: values.next().unwrap_or($value)),* }
+            }
+
+            $($methods)*
+        }
+    };
+}
+
 macro_rules! table {
-    ($($module:ident :: $system:ident),* $(,)?) => {
-        $(mod $module; pub use $module::$system;)*
-        const SYSTEMS: &[SystemEntry] = &[$(SystemEntry::of::<$system>()),*];
+    ($($module:ident::{$($system:ident),*},)*) => {
+        $(mod $module; pub use $module::{$($system),*};)*
+        const SYSTEMS: &[SystemEntry] = &[$($(SystemEntry::of::<$system>()),*),*];
     };
 }
 
 table! {
-    mass_spring::MassSpring,
-    pendulum::Pendulum,
-    double_pendulum::DoublePendulum,
-    n_link_pendulum::NLinkPendulum,
-    cart_pole::CartPole,
-    furuta_pendulum::FurutaPendulum,
-    two_link_arm::TwoLinkArm,
-    relativistic_particle::RelativisticParticle,
-    relativistic_particle_published::RelativisticParticlePublished,
-    charged_particle::ChargedParticle,
-    magnetic_mirror::MagneticMirror,
-    kepler::Kepler,
-    n_body::NBody,
+    mass_spring::{MassSpring},
+    pendulum::{Pendulum},
+    double_pendulum::{DoublePendulum},
+    n_link_pendulum::{NLinkPendulum},
+    cart_pole::{CartPole},
+    furuta_pendulum::{FurutaPendulum},
+    two_link_arm::{TwoLinkArm},
+    relativistic_particle::{RelativisticParticle, RelativisticParticlePublished},
+    charged_particle::{ChargedParticle},
+    magnetic_mirror::{MagneticMirror},
+    kepler::{Kepler},
+    n_body::{NBody},
 }
 
 /// All analytic systems.

@@ -2,11 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use num_dual::DualNum;
-use rand::{Rng, RngExt};
+use rand::RngExt;
 
-use super::{Parameter, System, normal};
-use crate::{Coordinate, Coordinates, State, Topology};
+use super::*;
 
 /// L = Σᵢ ½ mᵢ |vᵢ|² + Σ_{i<j} G mᵢ mⱼ / |xᵢ − xⱼ|; coordinates x₁ y₁ (z₁) x₂ y₂ (z₂) ….
 ///
@@ -42,8 +40,7 @@ impl System for NBody {
     fn coordinates(&self) -> Coordinates {
         let axes = &["x", "y", "z"][..self.dimensions];
         let names = (1..=self.masses.len()).flat_map(|i| axes.iter().map(move |a| format!("{a}{i}")));
-        let line = |name| Coordinate { name, unit: "m".into(), topology: Topology::Line };
-        Coordinates(names.map(line).collect())
+        Coordinates(names.map(|name| Coordinate::new(name, "m", Topology::Line)).collect())
     }
 
     fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {

@@ -2,11 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use num_dual::DualNum;
-use rand::Rng;
-
-use super::{Parameter, System, uniform};
-use crate::{Coordinates, State};
+use super::*;
 
 /// L = Σᵢ mᵢ (½ |vᵢ|² − g hᵢ), vᵢ = Σ_{j≤i} lⱼ θ̇ⱼ (cos θⱼ, sin θⱼ), hᵢ = −Σ_{j≤i} lⱼ cos θⱼ.
 ///

@@ -2,34 +2,17 @@
 
 use std::f64::consts::TAU;
 
-use num_dual::DualNum;
-use rand::Rng;
+use super::*;
 
-use super::{Parameter, System, uniform};
-use crate::{Coordinates, State};
-
-/// L = ½ m l² θ̇² + m g l cos θ, with θ = 0 hanging down.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pendulum {
-    /// Mass m, kg.
-    pub mass: f64,
-    /// Length l, m.
-    pub length: f64,
-    /// Gravity g, m/s².
-    pub gravity: f64,
-}
-
-impl System for Pendulum {
-    const NAME: &'static str = "pendulum";
-    const ABOUT: &'static str = "a point mass on a massless rod, angle from hanging down";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::positive("mass", "kg", 1.0),
-        Parameter::positive("length", "m", 1.0),
-        Parameter::finite("gravity", "m/s²", 9.8),
-    ];
-
-    fn new(values: &[f64]) -> Self {
-        Self { mass: values[0], length: values[1], gravity: values[2] }
+system! {
+    /// L = ½ m l² θ̇² + m g l cos θ, with θ = 0 hanging down.
+    pub struct Pendulum = "pendulum", "a point mass on a massless rod, angle from hanging down" {
+        /// Mass m, kg.
+        mass: positive("kg", 1.0),
+        /// Length l, m.
+        length: positive("m", 1.0),
+        /// Gravity g, m/s².
+        gravity: finite("m/s²", 9.8),
     }
 
     fn coordinates(&self) -> Coordinates {

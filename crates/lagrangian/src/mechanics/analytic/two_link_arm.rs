@@ -2,46 +2,25 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use num_dual::DualNum;
-use rand::Rng;
+use super::*;
 
-use super::{Parameter, System, uniform};
-use crate::{Coordinates, State};
-
-/// L = Σᵢ [½ mᵢ |vᵢ|² + ½ Iᵢ ωᵢ² − mᵢ g hᵢ] + payload, with ω₁ = q̇₁, ω₂ = q̇₁ + q̇₂, Iᵢ = mᵢ lᵢ² / 12.
-///
-/// Joint angles: q₁ from the horizontal, q₂ from the first link. The payload is a point mass at the tip.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TwoLinkArm {
-    /// Masses m₁ (upper arm) and m₂, kg.
-    pub masses: [f64; 2],
-    /// Lengths l₁ and l₂, m.
-    pub lengths: [f64; 2],
-    /// Mass at the tip, kg.
-    pub payload: f64,
-    /// Gravity g, m/s².
-    pub gravity: f64,
-}
-
-impl System for TwoLinkArm {
-    const NAME: &'static str = "two-link-arm";
-    const ABOUT: &'static str = "a robot arm of two uniform rods in a vertical plane, joint angles";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::positive("mass1", "kg", 1.0),
-        Parameter::positive("mass2", "kg", 0.8),
-        Parameter::positive("length1", "m", 0.4),
-        Parameter::positive("length2", "m", 0.4),
-        Parameter::not_negative("payload", "kg", 0.0),
-        Parameter::finite("gravity", "m/s²", 9.8),
-    ];
-
-    fn new(values: &[f64]) -> Self {
-        Self {
-            masses: [values[0], values[1]],
-            lengths: [values[2], values[3]],
-            payload: values[4],
-            gravity: values[5],
-        }
+system! {
+    /// L = Σᵢ [½ mᵢ |vᵢ|² + ½ Iᵢ ωᵢ² − mᵢ g hᵢ] + payload, with ω₁ = q̇₁, ω₂ = q̇₁ + q̇₂, Iᵢ = mᵢ lᵢ² / 12.
+    ///
+    /// Joint angles: q₁ from the horizontal, q₂ from the first link. The payload is a point mass at the tip.
+    pub struct TwoLinkArm = "two-link-arm", "a robot arm of two uniform rods in a vertical plane, joint angles" {
+        /// Mass m₁ of the upper arm, kg.
+        mass1: positive("kg", 1.0),
+        /// Mass m₂ of the forearm, kg.
+        mass2: positive("kg", 0.8),
+        /// Length l₁ of the upper arm, m.
+        length1: positive("m", 0.4),
+        /// Length l₂ of the forearm, m.
+        length2: positive("m", 0.4),
+        /// Mass at the tip, kg.
+        payload: not_negative("kg", 0.0),
+        /// Gravity g, m/s².
+        gravity: finite("m/s²", 9.8),
     }
 
     fn coordinates(&self) -> Coordinates {
@@ -49,7 +28,7 @@ impl System for TwoLinkArm {
     }
 
     fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
-        let ([m1, m2], [l1, l2]) = (self.masses, self.lengths);
+        let (m1, m2, l1, l2) = (self.mass1, self.mass2, self.length1, self.length2);
         let (w1, w2) = (qd[0], qd[0] + qd[1]);
         let (a1, a2) = (q[0], q[0] + q[1]);
         // ½ m |v|² − m g h of a mass at distance s along link 2 (and all of link 1).
