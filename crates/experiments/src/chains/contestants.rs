@@ -1,25 +1,25 @@
 //! The models that learn chains.
 
 use crate::chart::Chart;
+use lagrangian::Loss;
 use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
-use lagrangian::{Family, Loss};
 
 use super::learning::Teaching;
-use crate::families;
+use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, Published, contestants};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
     /// Against what the angles are measured that it sees.
     angles: Angles,
-    pub(super) family: fn(usize) -> Box<dyn Family>,
+    pub(super) family: MakeFamily,
     /// What it can learn from.
     pub(super) teachings: &'static [Teaching],
     pub(super) loss: Loss,
 }
 
 /// A family that sees absolute angles and learns from everything.
-const fn usual(family: fn(usize) -> Box<dyn Family>) -> Recipe {
+const fn usual(family: MakeFamily) -> Recipe {
     Recipe {
         angles: Angles::Absolute,
         family,
@@ -28,30 +28,25 @@ const fn usual(family: fn(usize) -> Box<dyn Family>) -> Recipe {
     }
 }
 
-/// Units of a hidden layer, of two.
-fn width(links: usize) -> usize {
-    if links < 5 { 64 } else { 96 }
-}
-
 pub(super) const CONTESTANTS: [Contestant<Recipe>; 7] = contestants! {
-    "delan", "deep Lagrangian network", Lnn, usual(|links| families::delan(width(links)));
+    "delan", "deep Lagrangian network", Lnn, usual(families::delan);
     "delan_relative", "deep Lagrangian, relative angles", Other(0), Recipe {
         angles: Angles::Relative,
-        ..usual(|links| families::delan(width(links)))
+        ..usual(families::delan)
     };
-    "lnn", "black-box Lagrangian", Other(1), usual(|links| families::lnn(width(links)));
-    "lnn_convex", "convex Lagrangian", Other(2), usual(|links| families::convex(width(links)));
+    "lnn", "black-box Lagrangian", Other(1), usual(families::lnn);
+    "lnn_convex", "convex Lagrangian", Other(2), usual(families::convex);
     "hnn", "Hamiltonian network, true momenta", Other(5), Recipe {
         // Its momenta are given, and their rates.
         teachings: &[Teaching::Exact, Teaching::More],
-        ..usual(|links| families::hnn(HnnStructure::Mass, Momenta::Recorded, width(links)))
+        ..usual(|width| families::hnn(HnnStructure::Mass, Momenta::Recorded, width))
     };
     "neural_ode", "neural ODE, by rollouts", Other(6), Recipe {
         teachings: &[Teaching::States],
         loss: Loss::ROLLOUT,
-        ..usual(|links| families::neural_ode(Order::Second, width(links)))
+        ..usual(|width| families::neural_ode(Order::Second, width))
     };
-    "mlp", "plain network", Baseline, usual(|links| families::mlp(width(links)));
+    "mlp", "plain network", Baseline, usual(families::mlp);
 };
 
 impl Recipe {

@@ -114,7 +114,7 @@ fn group(links: usize) -> String {
 fn config(lab: &Lab, recipe: &Recipe, links: usize, seed: u64) -> FitConfig {
     let steps = if links < 5 { 600 } else { 1000 };
     FitConfig {
-        family: (recipe.family)(links),
+        family: (recipe.family)(if links < 5 { 64 } else { 96 }),
         // Steps, so that it is the same on every machine.
         budget: lab.budget(steps, 25),
         // Fewer of many coordinates, since the cost of a step grows with the square of the residuals.

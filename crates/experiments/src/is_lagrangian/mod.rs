@@ -114,55 +114,33 @@ fn record(lab: &mut Lab, system: &System, noise: f64, survey: &Survey) {
 
 /// A dash for each seed of each system: errors of the three fits, Helmholtz' conditions, divergence.
 fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
-    let asymmetry = survey.asymmetry.as_ref();
+    let (asymmetry, divergence) = (survey.asymmetry.as_ref(), survey.contraction);
+    let fits = [&survey.conservative, &survey.friction, &survey.unrestricted];
+    let [lagrangian, friction, any] = fits.map(|fit| Some(fit.relative));
+    let errors = vec![
+        ("Lagrangian", Role::Lnn, lagrangian),
+        ("with friction", Role::Other(0), friction),
+        ("any force", Role::Baseline, any),
+    ];
+    let (learned, chance) = (asymmetry.map(|a| a.median), asymmetry.map(|a| a.chance));
+    let asymmetries = vec![
+        ("learned field", Role::Lnn, learned),
+        ("errors of learning", Role::Baseline, chance),
+    ];
+    let mean = divergence.map(|c| c.divergence.rate.abs());
+    let divergences = vec![
+        ("|mean|", Role::Lnn, mean),
+        ("error", Role::Baseline, divergence.map(|c| c.error())),
+    ];
+    let title = "What the best multiplier leaves of the Helmholtz conditions";
     let panels = [
-        (
-            "errors",
-            "Errors of the three fits",
-            "error of q̈",
-            vec![
-                ("Lagrangian", Role::Lnn, Some(survey.conservative.relative)),
-                (
-                    "with friction",
-                    Role::Other(0),
-                    Some(survey.friction.relative),
-                ),
-                (
-                    "any force",
-                    Role::Baseline,
-                    Some(survey.unrestricted.relative),
-                ),
-            ],
-        ),
-        (
-            "helmholtz",
-            "What the best multiplier leaves of the Helmholtz conditions",
-            "asymmetry, part of Φ",
-            vec![
-                ("learned field", Role::Lnn, asymmetry.map(|a| a.median)),
-                (
-                    "errors of learning",
-                    Role::Baseline,
-                    asymmetry.map(|a| a.chance),
-                ),
-            ],
-        ),
+        ("errors", "Errors of the three fits", "error of q̈", errors),
+        ("helmholtz", title, "asymmetry, part of Φ", asymmetries),
         (
             "divergence",
             "Mean divergence of motions that come back",
             "|mean divergence|, 1/s",
-            vec![
-                (
-                    "|mean|",
-                    Role::Lnn,
-                    survey.contraction.map(|c| c.divergence.rate.abs()),
-                ),
-                (
-                    "error",
-                    Role::Baseline,
-                    survey.contraction.map(|c| c.error()),
-                ),
-            ],
+            divergences,
         ),
     ];
     for (id, title, y, values) in panels {

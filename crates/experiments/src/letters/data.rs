@@ -5,7 +5,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::torque::{self, TorqueError, torque_error, variances};
+use super::torque::{self, variances};
 use lagrangian::rollout::{Hold, rollout_recorded};
 use lagrangian::torque::TorqueParts;
 use lagrangian::trajectory::csv;
@@ -126,13 +126,6 @@ fn column(file: &[u8], name: &str) -> Result<(Coordinates, Vec<Trajectory>)> {
         .map(|r| Ok(r.into_trajectory(&options)?.0));
     let motions = motions.collect::<Result<Vec<_>>>()?;
     Ok((coordinates.unwrap_or(Coordinates::angles(2)), motions))
-}
-
-/// The torque error of `model` on some letters; `None` where it has no inverse dynamics.
-#[must_use]
-pub fn error(model: &dyn Model, letters: &[Letter]) -> Option<TorqueError> {
-    let pairs: Vec<_> = letters.iter().map(|l| (&l.motion, &l.parts)).collect();
-    torque_error(model, &pairs)
 }
 
 /// Mean time for which a prediction from the first state stays within [`THRESHOLD`], s, over the letters, by RK4 under

@@ -15,8 +15,8 @@ use crate::harness::failure::Advise;
 use crate::harness::{Contestant, Experiment, Lab, less, more, neither, published};
 use contestants::CONTESTANTS;
 use data::valid_seconds;
-pub use data::{Letter, Letters, error};
-pub use torque::TorqueError;
+pub use data::{Letter, Letters};
+pub use torque::{TorqueError, error};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
     name: "letters",

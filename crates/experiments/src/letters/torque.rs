@@ -6,6 +6,7 @@
 use lagrangian::torque::{self, TorqueParts};
 use lagrangian::{Model, Signal, Trajectory};
 
+use super::data::Letter;
 use crate::data::column;
 
 /// The parts that `model` sees in a motion with accelerations; `None` where it has no inverse dynamics, or the motion no
@@ -40,17 +41,14 @@ pub struct TorqueError {
     pub gravity: f64,
 }
 
-/// The error of `model` on motions whose torques are known part by part; `None` where it has no inverse dynamics.
+/// The error of `model` on some letters; `None` where it has no inverse dynamics.
 ///
 /// Its parts come from its own inverse dynamics, whatever its family.
 #[must_use]
-pub(super) fn torque_error(
-    model: &dyn Model,
-    motions: &[(&Trajectory, &TorqueParts)],
-) -> Option<TorqueError> {
+pub fn error(model: &dyn Model, letters: &[Letter]) -> Option<TorqueError> {
     let n = model.coordinates().dof().max(1);
     let (mut truth, mut found) = (TorqueParts::default(), TorqueParts::default());
-    for (motion, parts) in motions {
+    for Letter { motion, parts } in letters {
         append(&mut truth, parts);
         append(&mut found, &parts_of(model, motion)?);
     }
@@ -128,7 +126,11 @@ mod tests {
         for (x, y) in scaled.total().iter().zip(truth.total()) {
             assert!((x - y).abs() < 1e-10 * (1.0 + y.abs()), "{x} {y}");
         }
-        let error = torque_error(&*arm, &[(&fast, &scaled)]).unwrap();
+        let letter = Letter {
+            motion: fast,
+            parts: scaled,
+        };
+        let error = error(&*arm, &[letter]).unwrap();
         assert!(error.nmse < 1e-20 && error.coriolis < 1e-18);
     }
 
@@ -140,7 +142,11 @@ mod tests {
         });
         let motion = motion(&*arm);
         let truth = parts_of(&*arm, &motion).unwrap();
-        let error = torque_error(&*heavy, &[(&motion, &truth)]).unwrap();
+        let letter = Letter {
+            motion: motion.clone(),
+            parts: truth.clone(),
+        };
+        let error = error(&*heavy, &[letter]).unwrap();
         // Each part is a tenth too large.
         let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>() / motion.len() as f64;
         assert!((error.gravity / square(&truth.gravity) - 0.01).abs() < 1e-6);

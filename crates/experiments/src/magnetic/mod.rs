@@ -138,13 +138,9 @@ fn draw(lab: &mut Lab, field: &Field, name: &str, role: Role, orbit: &Orbit) {
     let metres = |label: &str, most: f64| Axis::linear(label, "m").between(-most, most);
     let time = || Axis::linear("time", "gyro-periods");
     let periods = in_periods(orbit);
-    let axes = [metres("x", 2.0), metres("y", 2.0)];
-    plot(
-        "path",
-        "The first ten gyro-periods, seen along z",
-        axes,
-        (&cut(0), cut(1)),
-    );
+    let (axes, path) = ([metres("x", 2.0), metres("y", 2.0)], (&cut(0)[..], cut(1)));
+    let title = "The first ten gyro-periods, seen along z";
+    plot("path", title, axes, path);
     let axes = [time(), Axis::log("|E/E₀ − 1|", "").between(1e-14, 10.0)];
     let errors = orbit.energy.iter().map(|e| e.abs()).collect();
     plot(
@@ -155,20 +151,11 @@ fn draw(lab: &mut Lab, field: &Field, name: &str, role: Role, orbit: &Orbit) {
     );
     if field.name == MIRROR.name {
         // It turns round near ± 2.25 m, where B is |v|²/v⊥² times that in the middle.
-        let z = (&periods[..], coordinate(2));
-        plot(
-            "bounce",
-            "Bouncing between the mirrors",
-            [time(), metres("z", 4.0)],
-            z,
-        );
+        let axes = [time(), metres("z", 4.0)];
+        let title = "Bouncing between the mirrors";
+        plot("bounce", title, axes, (&periods, coordinate(2)));
         let axes = [time(), Axis::linear("μ/μ₀ − 1", "").between(-0.5, 0.5)];
-        let moments = (&periods[..], orbit.moment.clone());
-        plot(
-            "moment",
-            "Magnetic moment m v⊥²/(2 B), an adiabatic invariant",
-            axes,
-            moments,
-        );
+        let title = "Magnetic moment m v⊥²/(2 B), an adiabatic invariant";
+        plot("moment", title, axes, (&periods, orbit.moment.clone()));
     }
 }

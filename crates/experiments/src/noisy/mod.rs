@@ -172,12 +172,8 @@ fn draw(lab: &mut Lab, group: &str, family: &Contestant<MakeFamily>, along: &[Er
     plot("error", "Accelerations", axes, (&places, error));
     let valid = || Axis::linear("valid prediction time", "s");
     let seconds = along.iter().map(|e| e.valid).collect();
-    plot(
-        "valid",
-        "Prediction",
-        [losses(), valid()],
-        (&places, seconds),
-    );
+    let axes = [losses(), valid()];
+    plot("valid", "Prediction", axes, (&places, seconds));
     let (x, y): (Vec<f64>, Vec<f64>) = along[2].steps.iter().copied().unzip();
     let step = Axis::log("step of rk4 over that of the data, fitted with k = 5", "");
     plot("steps", "Other steps", [step, valid()], (&x, y));

@@ -83,16 +83,19 @@ impl Column {
 
     /// What is published of it.
     pub(super) fn published(self, row: &Published) -> Option<bool> {
-        match self {
-            Self::Dynamics => Some(row.dynamics),
-            Self::Continuous => Some(row.continuous),
-            Self::Conservation => Some(row.conservation),
-            Self::Coordinates => Some(row.coordinates),
-            Self::Lagrangians => Some(row.lagrangians),
-            _ => None,
-        }
+        let known = PUBLISHED.contains(&self);
+        known.then(|| row.properties.contains(&self))
     }
 }
+
+/// The properties of the table of Cranmer et al. 2020.
+pub(super) const PUBLISHED: [Column; 5] = [
+    Column::Dynamics,
+    Column::Continuous,
+    Column::Conservation,
+    Column::Coordinates,
+    Column::Lagrangians,
+];
 
 /// The largest change of a model's own energy that counts as none.
 pub(super) const OWN_ENERGY: f64 = 1e-6;

@@ -3,6 +3,7 @@
 use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
 use lagrangian::{Loss, Method, Model, RigidConfig, VinConfig};
 
+use super::columns::{Column, PUBLISHED};
 use super::measure::{acceleration_error, flow_acceleration_error};
 use super::{Lesson, Reads};
 use crate::families::{self, MakeFamily};
@@ -23,64 +24,36 @@ pub(super) struct Recipe {
     pub(super) published: Option<&'static Published>,
 }
 
-/// A column of the table of Cranmer et al. 2020 (arXiv 2003.04630): what is said of a kind of model.
+/// A column of the table of Cranmer et al. 2020 (arXiv 2003.04630): a kind of model, and the properties that it is said to
+/// have among the five of the table.
 pub(super) struct Published {
     pub(super) name: &'static str,
-    pub(super) dynamics: bool,
-    pub(super) continuous: bool,
-    pub(super) conservation: bool,
-    pub(super) coordinates: bool,
-    pub(super) lagrangians: bool,
+    pub(super) properties: &'static [Column],
 }
-
-const NOTHING: Published = Published {
-    name: "",
-    dynamics: false,
-    continuous: false,
-    conservation: false,
-    coordinates: false,
-    lagrangians: false,
-};
 
 static NETWORK: Published = Published {
     name: "a neural network",
-    dynamics: true,
-    coordinates: true,
-    ..NOTHING
+    properties: &[Column::Dynamics, Column::Coordinates],
 };
 
 static FLOW: Published = Published {
     name: "a neural ODE",
-    dynamics: true,
-    continuous: true,
-    coordinates: true,
-    ..NOTHING
+    properties: &[Column::Dynamics, Column::Continuous, Column::Coordinates],
 };
 
 static HNN: Published = Published {
     name: "an HNN",
-    dynamics: true,
-    continuous: true,
-    conservation: true,
-    ..NOTHING
+    properties: &[Column::Dynamics, Column::Continuous, Column::Conservation],
 };
 
 static DLN: Published = Published {
     name: "a DLN",
-    dynamics: true,
-    continuous: true,
-    conservation: true,
-    coordinates: true,
-    ..NOTHING
+    properties: PUBLISHED.split_at(4).0,
 };
 
 static LNN: Published = Published {
     name: "an LNN",
-    lagrangians: true,
-    dynamics: true,
-    continuous: true,
-    conservation: true,
-    coordinates: true,
+    properties: &PUBLISHED,
 };
 
 /// A family that is fitted to the accelerations of free motions and moves continuously.

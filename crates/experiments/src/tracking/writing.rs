@@ -80,12 +80,8 @@ impl Writing {
         let inside = |t: &f64| (from..to).contains(t);
         for (k, &t) in motion.t.iter().enumerate().filter(|(_, t)| inside(t)) {
             self.reference.at(t, &mut desired);
-            let q = &motion.q[k * n..k * n + n];
-            sum += q
-                .iter()
-                .zip(&desired.q)
-                .map(|(a, b)| (a - b).powi(2))
-                .sum::<f64>();
+            let pairs = motion.row(k).q.iter().zip(&desired.q);
+            sum += pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>();
             count += n;
         }
         (sum / count as f64).sqrt()
@@ -96,12 +92,11 @@ impl Writing {
         let end = motion.t.last().copied().unwrap_or(from);
         let count = ((end - from) / WINDOW).floor().max(0.0) as usize;
         let begin = |k: usize| from + WINDOW * k as f64;
-        (0..count)
-            .map(|k| {
-                let error = self.error(motion, (begin(k), begin(k + 1)));
-                (begin(k) + 0.5 * WINDOW, error)
-            })
-            .unzip()
+        let window = |k: usize| {
+            let error = self.error(motion, (begin(k), begin(k + 1)));
+            (begin(k) + 0.5 * WINDOW, error)
+        };
+        (0..count).map(window).unzip()
     }
 }
 
@@ -135,17 +130,13 @@ impl Path {
     fn way_to(&self, start: &Desired, n: usize) -> Result<Reference> {
         let last = |x: &[f64]| x[x.len() - n..].to_vec();
         let t = &self.trajectory;
-        let qdd = t.qdd.as_slice();
-        Reference::new(Trajectory::new(
-            "way",
-            vec![0.0, WAY],
-            Signals {
-                q: [last(&t.q), start.q.clone()].concat(),
-                qd: [last(&t.qd), start.qd.clone()].concat(),
-                qdd: [last(qdd), start.qdd.clone()].concat(),
-                ..Signals::default()
-            },
-        ))
+        let signals = Signals {
+            q: [last(&t.q), start.q.clone()].concat(),
+            qd: [last(&t.qd), start.qd.clone()].concat(),
+            qdd: [last(&t.qdd), start.qdd.clone()].concat(),
+            ..Signals::default()
+        };
+        Reference::new(Trajectory::new("way", vec![0.0, WAY], signals))
     }
 
     /// Samples `piece` from its time `from` to its end.
@@ -257,11 +248,7 @@ impl Arm {
         let home = [0.0, 0.5, 0.0, -1.2, 0.0, 0.9, 0.0];
         // Every other joint follows the second joint of the letter, about its own middle.
         let joint = |i: usize| {
-            let (source, middle) = if i.is_multiple_of(2) {
-                (0, -0.3)
-            } else {
-                (1, 1.7)
-            };
+            let (source, middle) = [(0, -0.3), (1, 1.7)][i % 2];
             let factor = if i % 3 == 2 { -0.6 } else { 0.6 };
             (source, factor, home[i] - factor * middle)
         };
@@ -295,16 +282,13 @@ impl Arm {
             };
             x.chunks_exact(2).flat_map(of).collect()
         };
-        Trajectory::new(
-            letter.name.clone(),
-            letter.t.clone(),
-            Signals {
-                q: carry(&letter.q, true),
-                qd: carry(&letter.qd, false),
-                qdd: carry(&letter.qdd, false),
-                ..Signals::default()
-            },
-        )
+        let signals = Signals {
+            q: carry(&letter.q, true),
+            qd: carry(&letter.qd, false),
+            qdd: carry(&letter.qdd, false),
+            ..Signals::default()
+        };
+        Trajectory::new(letter.name.clone(), letter.t.clone(), signals)
     }
 }
 

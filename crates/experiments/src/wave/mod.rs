@@ -195,12 +195,18 @@ fn measure(
         .add("fit_seconds", fitted.seconds);
     record(row, &test);
     for (points, name) in RINGS {
-        let (waves, errors) = speeds(system, &fitted.model, points)?;
+        let (waves, errors) = speeds(system, &*fitted.model.ring(points)?, points);
         lab.row(system.name, who).add(name, largest(&errors));
         if points == 1000 && seed == lab.args.seed {
             let errors = errors.iter().map(|e| e.abs()).collect();
             draw(lab, system, who, &test, (&waves, errors));
-            compare(lab, system, who, &test, truth);
+            if who.config != Kind::Untold {
+                map(lab, system, who.name, &test.motion, None);
+            }
+            if who.config == Kind::Density {
+                let (name, from) = ("density − truth", Some(&truth.short));
+                map(lab, system, name, &test.motion, from);
+            }
         }
     }
     let wide = fitted.model.ring(1000)?;
@@ -232,14 +238,9 @@ fn record(row: &mut Row, test: &FieldTest) {
 }
 
 /// Wave numbers and errors of the phase speed on a ring.
-fn speeds(
-    system: &WaveSystem,
-    model: &LearnedField,
-    points: usize,
-) -> Result<(Vec<f64>, Vec<f64>)> {
-    let ring = model.ring(points)?;
-    let error = |mode| (wave_number(points, mode), system.speed_error(&*ring, mode));
-    Ok(modes(points, MODES).into_iter().map(error).unzip())
+fn speeds(system: &WaveSystem, ring: &dyn Model, points: usize) -> (Vec<f64>, Vec<f64>) {
+    let error = |mode| (wave_number(points, mode), system.speed_error(ring, mode));
+    modes(points, MODES).into_iter().map(error).unzip()
 }
 
 /// Errors of speed, field and energy of the first seed.
@@ -260,49 +261,22 @@ fn draw(
     };
     let log = |label: &str| Axis::log(label, "");
     let time = || Axis::linear("time", "s");
-    let axes = [
-        Axis::log("wave number k", "rad/m"),
-        log("relative error of the phase speed"),
-    ];
-    plot(
-        "speed",
-        "Error of the phase speed on 1000 points",
-        axes,
-        speeds,
-    );
-    let error = (&test.motion.t[..], test.error.clone());
+    let waves = Axis::log("wave number k", "rad/m");
+    let axes = [waves, log("relative error of the phase speed")];
+    let title = "Error of the phase speed on 1000 points";
+    plot("speed", title, axes, speeds);
+    let (t, error) = (&test.motion.t[..], test.error.clone());
+    let axes = [time(), log("relative error")];
     plot(
         "error",
         "Error of the field on 100 points",
-        [time(), log("relative error")],
-        error,
+        axes,
+        (t, error),
     );
     let drift = test.true_drift.iter().map(|x| x.abs()).collect();
     let axes = [time(), log("relative change")];
-    plot(
-        "energy",
-        "Change of the true energy on 100 points",
-        axes,
-        (&test.motion.t, drift),
-    );
-}
-
-/// The motion over space and time, and for the density its difference from the truth.
-fn compare(
-    lab: &mut Lab,
-    system: &WaveSystem,
-    who: &Contestant<Kind>,
-    test: &FieldTest,
-    truth: &Truth,
-) {
-    if who.config == Kind::Untold {
-        return;
-    }
-    map(lab, system, who.name, &test.motion, None);
-    if who.config == Kind::Density {
-        let name = "density − truth";
-        map(lab, system, name, &test.motion, Some(&truth.short));
-    }
+    let title = "Change of the true energy on 100 points";
+    plot("energy", title, axes, (t, drift));
 }
 
 /// A map of φ (sin φ of a kink), or of its difference from another motion, to the end of the published test.

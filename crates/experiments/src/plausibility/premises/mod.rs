@@ -193,17 +193,14 @@ fn motors(motion: &Trajectory, n: usize, drive: &Excitation) -> Trajectory {
     for (t, tau) in motion.t.iter().zip(tau.chunks_exact_mut(n)) {
         drive.torque(*t, 0.0, tau);
     }
-    Trajectory::new(
-        motion.name.clone(),
-        motion.t.clone(),
-        Signals {
-            q: first(&motion.q),
-            qd: first(&motion.qd),
-            qdd: first(&motion.qdd),
-            tau,
-            ..Signals::default()
-        },
-    )
+    let signals = Signals {
+        q: first(&motion.q),
+        qd: first(&motion.qd),
+        qdd: first(&motion.qdd),
+        tau,
+        ..Signals::default()
+    };
+    Trajectory::new(motion.name.clone(), motion.t.clone(), signals)
 }
 
 #[cfg(test)]
