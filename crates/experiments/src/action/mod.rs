@@ -199,10 +199,8 @@ fn draw(
         format!("Stationary paths, {}", group(case, case.short)),
     )
     .caption("The first coordinate.")
-    .axes(
-        Axis::linear("time", "s"),
-        Axis::linear("first coordinate", ""),
-    )
+    .x(Axis::linear("time", "s"))
+    .y(Axis::linear("first coordinate", ""))
     .add(name, role, &path.times(), q);
     let upwards = "flat at ε = 0, and upwards along all";
     let downwards =
@@ -221,10 +219,8 @@ fn draw(
                 "One curve for each variation, one and two half waves of each \
                 coordinate: {caption}."
             ))
-            .axes(
-                Axis::linear("size of the variation ε", ""),
-                Axis::linear("S(ε) − S(0)", "J·s"),
-            );
+            .x(Axis::linear("size of the variation ε", ""))
+            .y(Axis::linear("S(ε) − S(0)", "J·s"));
         for (k, one) in measured.families.iter().enumerate() {
             let change = one.change.iter().map(|s| s / scale).collect();
             plot.add(&format!("{name} {}", k + 1), role, &one.epsilon, change);
@@ -234,16 +230,11 @@ fn draw(
     let (t, x): (Vec<f64>, Vec<f64>) = eigenvalues.map(|(t, x)| (*t, x / long)).unzip();
     let caption = "Least eigenvalue of the second variation over the time of the end: the path is a minimum while it \
                        is above 0; it passes 0 at the first conjugate point.";
-    lab.plot(
-        format!("conjugate-{}", case.system),
-        format!("Where the minimum ends, {}", case.system),
-    )
-    .caption(caption)
-    .axes(
-        Axis::linear("time of the end", "s"),
-        Axis::linear("least eigenvalue", ""),
-    )
-    .add(name, role, &t, x);
+    lab.plot_of(case.system, "conjugate", "Where the minimum ends")
+        .caption(caption)
+        .x(Axis::linear("time of the end", "s"))
+        .y(Axis::linear("least eigenvalue", ""))
+        .add(name, role, &t, x);
 }
 
 /// The same of the true Lagrangian, with the least curved variation and the order of the change along it.
@@ -289,10 +280,8 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
             format!("How fast the action changes, {}", group(case, case.short)),
         )
         .caption(caption)
-        .axes(
-            Axis::log("size of the variation ε", ""),
-            Axis::log("|S(ε) − S(0)|", "J·s"),
-        )
+        .x(Axis::log("size of the variation ε", ""))
+        .y(Axis::log("|S(ε) − S(0)|", "J·s"))
         .add(name, role, &epsilon, change);
     }
     Ok(())

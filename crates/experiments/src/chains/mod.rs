@@ -175,9 +175,7 @@ fn draw(
         format!("{}, {}", group(links), teaching.name()),
     )
     .caption(caption)
-    .axes(
-        Axis::linear("time", "s"),
-        Axis::log("relative error", "").between(1e-6, 1.0),
-    )
+    .x(Axis::linear("time", "s"))
+    .y(Axis::log("relative error", "").between(1e-6, 1.0))
     .add(name, role, &t, score.over_time.clone());
 }

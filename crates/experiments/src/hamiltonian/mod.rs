@@ -90,10 +90,8 @@ fn run(lab: &mut Lab) -> Result<()> {
         for seed in lab.seeds() {
             let data = task.dataset(seed, if lab.quick() { training.quick.1 } else { 1.0 })?;
             for who in &CONTESTANTS {
-                lab.begin_weighted(
-                    format!("{}, {}, seed {seed}", task.key, who.name),
-                    training.weight,
-                )?;
+                let part = format!("{}, {}, seed {seed}", task.key, who.name);
+                lab.begin_weighted(part, training.weight)?;
                 let fitted = lab.fit(&data, &training.config(who.config, lab, seed))?;
                 let tests = task.test(&fitted.model, seed)?;
                 let mean = |of: fn(&PhaseTest) -> f64| {
@@ -120,16 +118,14 @@ fn run(lab: &mut Lab) -> Result<()> {
 fn chosen(only: Option<&str>) -> Result<Vec<&'static Task>> {
     let asked = |task: &&Task| only.is_none_or(|only| only == task.key);
     let tasks: Vec<&Task> = TASKS.iter().filter(asked).collect();
-    match tasks.is_empty() {
-        false => Ok(tasks),
-        true => Err(mistake(
+    if tasks.is_empty() {
+        let known = TASKS.each_ref().map(|task| task.key).join(", ");
+        return Err(mistake(
             format!("there is no task '{}'", only.unwrap_or_default()),
-            format!(
-                "choose one of {}",
-                TASKS.each_ref().map(|task| task.key).join(", ")
-            ),
-        )),
+            format!("choose one of {known}"),
+        ));
     }
+    Ok(tasks)
 }
 
 /// The first test: the energy over time, and the phase portrait of one coordinate or the path of the first body.
@@ -145,24 +141,20 @@ fn draw(lab: &mut Lab, task: &Task, who: &Contestant<HnnStructure>, test: &Phase
         false => ("Phase portrait", "q", Axis::linear("p", "")),
     };
     for ((name, role, trajectory), energies) in lines.into_iter().zip(&test.energies) {
-        lab.plot(
-            format!("energy-{}", task.key),
-            format!("True energy along the motion, {}", task.key),
-        )
-        .caption(caption)
-        .axes(Axis::linear("time", "s"), Axis::linear("energy", "J"))
-        .once(name, role, &trajectory.t, energies.clone());
+        lab.plot_of(task.key, "energy", "True energy along the motion")
+            .caption(caption)
+            .x(Axis::linear("time", "s"))
+            .y(Axis::linear("energy", "J"))
+            .once(name, role, &trajectory.t, energies.clone());
         let n = trajectory.dof();
         let path = match task.has_bodies() {
             true => column(&trajectory.q, n, 1),
             false => column(&trajectory.p, n, 0),
         };
-        lab.plot(
-            format!("motion-{}", task.key),
-            format!("{what}, {}", task.key),
-        )
-        .caption(caption)
-        .axes(Axis::linear(x, unit), y.clone())
-        .once(name, role, &column(&trajectory.q, n, 0), path);
+        lab.plot_of(task.key, "motion", what)
+            .caption(caption)
+            .x(Axis::linear(x, unit))
+            .y(y.clone())
+            .once(name, role, &column(&trajectory.q, n, 0), path);
     }
 }

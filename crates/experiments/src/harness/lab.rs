@@ -109,6 +109,12 @@ impl Lab<'_> {
         self.results.plot(id, title)
     }
 
+    /// A figure of a group, which its id and its title name.
+    pub(crate) fn plot_of(&mut self, group: &str, what: &str, title: &str) -> &mut Plot {
+        let id = format!("{what}-{}", group.replace(' ', "-"));
+        self.plot(id, format!("{title}, {group}"))
+    }
+
     /// Notes why a contestant cannot express a system, before it is fitted.
     pub(crate) fn cannot<C>(
         &mut self,

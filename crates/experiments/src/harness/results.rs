@@ -214,8 +214,13 @@ impl Plot {
         self
     }
 
-    pub(crate) fn axes(&mut self, x: Axis, y: Axis) -> &mut Self {
-        (self.figure.x, self.figure.y) = (x, y);
+    pub(crate) fn x(&mut self, x: Axis) -> &mut Self {
+        self.figure.x = x;
+        self
+    }
+
+    pub(crate) fn y(&mut self, y: Axis) -> &mut Self {
+        self.figure.y = y;
         self
     }
 

@@ -149,7 +149,8 @@ fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
         let plot = lab
             .plot(format!("{id}-{noise}"), format!("{title}, noise {noise}"))
             .caption(caption)
-            .axes(Axis::linear("system", ""), Axis::log(y, ""));
+            .x(Axis::linear("system", ""))
+            .y(Axis::log(y, ""));
         for (k, (name, role, value)) in values.into_iter().enumerate() {
             if let Some(value) = value {
                 let x = (place + 1) as f64 + 0.15 * (k as f64 - 1.0);

@@ -131,10 +131,8 @@ fn run(lab: &mut Lab) -> Result<()> {
     let plan = Plan::of(lab);
     lab.progress.plan(plan.seconds(lab.seeds().len()));
     lab.setting("Time of a main fit", format!("{} s", plan.main));
-    lab.setting(
-        "Time of a fit of curves and noise",
-        format!("{} s", plan.short),
-    );
+    let short = format!("{} s", plan.short);
+    lab.setting("Time of a fit of curves and noise", short);
     for who in &CONTESTANTS {
         lab.setting(who.name, (who.config)(WIDTH).summary());
         for seed in lab.seeds() {
@@ -229,10 +227,8 @@ fn draw(
                            and steers nothing.";
         lab.plot("over-time", "Error over training time")
             .caption(caption)
-            .axes(
-                Axis::log("training time", "s"),
-                Axis::log("torque MSE", "N²m²"),
-            )
+            .x(Axis::log("training time", "s"))
+            .y(Axis::log("torque MSE", "N²m²"))
             .add(who.name, who.role, &times, values);
     }
     let nmse = |speed: &f64| {
@@ -245,10 +241,8 @@ fn draw(
                        torque that this needs (inertial and Coriolis parts times α²: exact).";
     lab.plot("faster", "Faster than trained")
         .caption(caption)
-        .axes(
-            Axis::linear("times as fast", ""),
-            Axis::log("torque nMSE", ""),
-        )
+        .x(Axis::linear("times as fast", ""))
+        .y(Axis::log("torque nMSE", ""))
         .add(who.name, who.role, &SPEEDS, above_rounding(&errors));
 }
 
@@ -283,10 +277,8 @@ fn learning_curve(
                        data.";
     lab.plot("learning-curve", "Learning curve")
         .caption(caption)
-        .axes(
-            Axis::log("training letters", ""),
-            Axis::log("torque MSE", "N²m²"),
-        )
+        .x(Axis::log("training letters", ""))
+        .y(Axis::log("torque MSE", "N²m²"))
         .add(who.name, who.role, &counts, above_rounding(&errors));
     Ok(())
 }

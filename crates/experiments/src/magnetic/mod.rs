@@ -109,10 +109,8 @@ fn measure(
             format!("Distance from the true orbit, {} field", field.name),
         )
         .caption("From the same start.")
-        .axes(
-            Axis::linear("time", "gyro-periods"),
-            Axis::log("distance", "m").between(1e-9, 100.0),
-        )
+        .x(Axis::linear("time", "gyro-periods"))
+        .y(Axis::log("distance", "m").between(1e-9, 100.0))
         .add(who.name, who.role, &periods, distance);
     }
     Ok(())
@@ -132,7 +130,8 @@ fn draw(lab: &mut Lab, field: &Field, name: &str, role: Role, orbit: &Orbit) {
             format!("{what}-{}", field.name),
             format!("{title}, {} field", field.name),
         )
-        .axes(x, y)
+        .x(x)
+        .y(y)
         .add(name, role, values.0, values.1);
     };
     let metres = |label: &str, most: f64| Axis::linear(label, "m").between(-most, most);

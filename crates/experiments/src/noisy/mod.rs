@@ -163,7 +163,8 @@ fn draw(lab: &mut Lab, group: &str, family: &Contestant<MakeFamily>, along: &[Er
             "q̈: fitted to estimated accelerations; otherwise the samples that a rollout predicts.";
         lab.plot(format!("{what}-{id}"), format!("{title}: {group}"))
             .caption(caption)
-            .axes(x, y)
+            .x(x)
+            .y(y)
             .add(family.name, family.role, values.0, values.1);
     };
     let losses = || Axis::of_names("what is fitted", LOSSES.map(|loss| loss.1.into()).to_vec());

@@ -202,9 +202,7 @@ fn draw(lab: &mut Lab, premise: Premise, name: &str, role: Role, (violation, err
         format!("Broken premise: {}", premise.name()),
     )
     .caption(caption)
-    .axes(
-        Axis::log("violation", "N·m"),
-        Axis::log("torque error, RMS", "N·m"),
-    )
+    .x(Axis::log("violation", "N·m"))
+    .y(Axis::log("torque error, RMS", "N·m"))
     .dot(name, role, violation, error);
 }

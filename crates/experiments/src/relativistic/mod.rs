@@ -174,7 +174,8 @@ fn draw(lab: &mut Lab, particle: Particle, (name, role): (&str, Role), own: &Swe
             format!("{what} of the {} particle", particle.name()),
         )
         .caption(caption)
-        .axes(Axis::log("γ = 1/√(1 − q̇²)", ""), y)
+        .x(Axis::log("γ = 1/√(1 − q̇²)", ""))
+        .y(y)
         .add(name, role, &gammas, values);
     }
 }

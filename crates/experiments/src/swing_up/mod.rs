@@ -92,9 +92,7 @@ fn draw(lab: &mut Lab, kind: Machine, who: &Contestant, runs: &[Attempt]) {
         format!("Angle of the {}", kind.system()),
     )
     .caption(caption)
-    .axes(
-        Axis::linear("time", "s"),
-        Axis::linear("angle from hanging down", "rad"),
-    )
+    .x(Axis::linear("time", "s"))
+    .y(Axis::linear("angle from hanging down", "rad"))
     .add(who.name, who.role, &t, rows.map(|q| q[pendulum]).collect());
 }

@@ -164,10 +164,8 @@ pub(super) fn complete(lab: &mut Lab, plan: &Plan, cells: &[Cell]) {
                            this figure: at 5 % and at the last step.";
         lab.plot("learning", "Learning the double pendulum")
             .caption(caption)
-            .axes(
-                Axis::log("steps of the natural gradient", ""),
-                Axis::log("error of q̈", "%"),
-            )
+            .x(Axis::log("steps of the natural gradient", ""))
+            .y(Axis::log("error of q̈", "%"))
             .add(cell.row.name, cell.row.role, &x, y);
     }
 }

@@ -153,41 +153,26 @@ fn record(row: &mut Row, condition: Condition, outcome: &Outcome, ratio: f64) {
 
 /// The error of each letter, and after the payload.
 fn draw(lab: &mut Lab, arm: &Arm, who: &Contestant<Condition>, outcome: &Outcome) {
-    let id = arm.name.replace(' ', "-");
     if who.config != Condition::PerfectLoaded {
         let letters: Vec<f64> = (1..=outcome.errors.len()).map(|k| k as f64).collect();
         let caption = "With the last letter comes the payload, which the true model does not know.";
-        lab.plot(
-            format!("errors-{id}"),
-            format!("Error of each letter, {}", arm.name),
-        )
-        .caption(caption)
-        .axes(
-            Axis::linear("letter", ""),
-            Axis::log("tracking error", "rad"),
-        )
-        .add(who.name, who.role, &letters, outcome.errors.clone());
+        lab.plot_of(arm.name, "errors", "Error of each letter")
+            .caption(caption)
+            .x(Axis::linear("letter", ""))
+            .y(Axis::log("tracking error", "rad"))
+            .add(who.name, who.role, &letters, outcome.errors.clone());
     }
     if who.config != Condition::Pd {
-        lab.plot(
-            format!("payload-{id}"),
-            format!("After the payload, {}", arm.name),
-        )
-        .caption(format!(
-            "Errors in windows of {WINDOW} s from the instant that the payload \
+        let (t, errors) = outcome.after.clone();
+        lab.plot_of(arm.name, "payload", "After the payload")
+            .caption(format!(
+                "Errors in windows of {WINDOW} s from the instant that the payload \
                 comes into the hand. The true model does not learn of it; the one \
                 that knows it shows what can be reached."
-        ))
-        .axes(
-            Axis::linear("time since the payload", "s"),
-            Axis::log("tracking error", "rad"),
-        )
-        .add(
-            who.name,
-            who.role,
-            &outcome.after.0,
-            outcome.after.1.clone(),
-        );
+            ))
+            .x(Axis::linear("time since the payload", "s"))
+            .y(Axis::log("tracking error", "rad"))
+            .add(who.name, who.role, &t, errors);
     }
 }
 
@@ -204,24 +189,17 @@ fn draw_path(
     };
     let Span { name, from, to } = &writing.letters[k];
     let path = |motion: &Trajectory| -> (Vec<f64>, Vec<f64>) {
-        let (n, all) = (motion.dof(), motion.t.iter().enumerate());
-        let inside = all.filter(|(_, t)| (*from..*to).contains(*t));
-        inside
-            .map(|(k, _)| (motion.q[k * n], motion.q[k * n + 1]))
-            .unzip()
+        let inside = (0..motion.len()).filter(|k| (*from..*to).contains(&motion.t[*k]));
+        let joints = inside.map(|k| motion.row(k).q);
+        joints.map(|q| (q[0], q[1])).unzip()
     };
     let (reference, own) = (path(writing.reference.samples()), path(&outcome.motion));
-    lab.plot(
-        format!("path-{}", arm.name.replace(' ', "-")),
-        format!("The letter {name}, {}", arm.name),
-    )
-    .caption("Second joint over first.")
-    .axes(
-        Axis::linear("first joint", "rad"),
-        Axis::linear("second joint", "rad"),
-    )
-    .once("reference", Role::Other(2), &reference.0, reference.1)
-    .once(who.name, who.role, &own.0, own.1);
+    lab.plot_of(arm.name, "path", &format!("The letter {name}"))
+        .caption("Second joint over first.")
+        .x(Axis::linear("first joint", "rad"))
+        .y(Axis::linear("second joint", "rad"))
+        .once("reference", Role::Other(2), &reference.0, reference.1)
+        .once(who.name, who.role, &own.0, own.1);
 }
 
 /// The time of a tick while a thread learns in real time.
@@ -235,17 +213,17 @@ fn live(lab: &mut Lab, arm: &Arm, writing: &Writing) -> Result<()> {
     };
     let live = run.outcome(arm, writing)?;
     let latency = live.latency;
-    let id = format!("latency-{}", arm.name.replace(' ', "-"));
-    let title = format!("Time of a tick while a thread learns, {}", arm.name);
-    let plot = lab.plot(id, title).caption(format!(
+    let plot = lab.plot_of(arm.name, "latency", "Time of a tick while a thread learns");
+    plot.caption(format!(
         "Controller alone, {} ticks at 500 Hz in real time: median {:.1} \
                 µs, 99 % below {:.1} µs, longest {:.0} µs.",
         latency.ticks,
         1e6 * latency.p50,
         1e6 * latency.p99,
         1e6 * latency.max
-    ));
-    plot.axes(Axis::log("time", "µs"), Axis::log("ticks", ""));
+    ))
+    .x(Axis::log("time", "µs"))
+    .y(Axis::log("ticks", ""));
     for bin in live.histogram {
         plot.dot("ticks", Role::Lnn, 1e6 * bin.seconds, bin.ticks as f64);
     }

@@ -112,10 +112,8 @@ impl Case<'_> {
 
     /// The method and the step that it learns with.
     fn own(&self) -> (Method, f64) {
-        (
-            self.who.config.method(),
-            self.sampling.1 * self.baseline as f64,
-        )
+        let step = self.sampling.1 * self.baseline as f64;
+        (self.who.config.method(), step)
     }
 }
 
@@ -160,16 +158,11 @@ fn truth(lab: &mut Lab, system: &'static System, plan: &Plan) -> Result<()> {
         let method = who.config.method();
         let own = errors(system, &*truth, &starts, (method, STEP), DURATION)?;
         let group = format!("{}, noise 0", system.name);
-        let (key, name) = (
-            format!("truth {}", who.key),
-            format!("true model, {}", method.name()),
-        );
+        let key = format!("truth {}", who.key);
+        let name = format!("true model, {}", method.name());
         record(lab, &group, &key, (&name, Role::Truth), [&own, &exact]);
         let sparse = plan.noises.iter().map(|noise| (*noise, (SAMPLES, STEP), 1));
-        let dense = plan
-            .baselines
-            .iter()
-            .map(|baseline| (NOISE, DENSE, *baseline));
+        let dense = plan.baselines.iter().map(|k| (NOISE, DENSE, *k));
         for (noise, sampling, baseline) in sparse.chain(dense) {
             let Some(rule) = who.config.loss.rule() else {
                 continue;
@@ -177,14 +170,9 @@ fn truth(lab: &mut Lab, system: &'static System, plan: &Plan) -> Result<()> {
             let data = seen(system, sampling, noise, lab.args.seed)?;
             let residual = residual_of_truth(&data, rule, baseline)?;
             let apart = sampling.1 * baseline as f64;
-            lab.setting(
-                &format!(
-                    "Residual of the truth: {}, noise {noise}, {}",
-                    system.name,
-                    method.name()
-                ),
-                format!("{residual:.2e} ({apart:.2} s apart)"),
-            );
+            let (name, method) = (system.name, method.name());
+            let setting = format!("Residual of the truth: {name}, noise {noise}, {method}");
+            lab.setting(&setting, format!("{residual:.2e} ({apart:.2} s apart)"));
         }
     }
     if system.is_pendulum() {
@@ -233,13 +221,8 @@ fn measure(lab: &mut Lab, case: &Case, plan: &Plan) -> Result<()> {
             false => who.key.to_string(),
             true => format!("{} baseline {}", who.key, case.baseline),
         };
-        record(
-            lab,
-            &case.group(),
-            &key,
-            (&case.name(), role),
-            [&own, &exact],
-        );
+        let (group, name) = (case.group(), case.name());
+        record(lab, &group, &key, (&name, role), [&own, &exact]);
         if !case.is_dense() {
             let same = |x: &f64| x.to_bits() == noise.to_bits();
             let place = plan.noises.iter().position(same).unwrap_or(0);
@@ -275,12 +258,14 @@ fn draw(
     let time = || Axis::linear("time", "s");
     lab.plot("angle", "Angle of the pendulum")
         .caption(caption)
-        .axes(time(), Axis::linear("angle from hanging down", "rad"))
+        .x(time())
+        .y(Axis::linear("angle from hanging down", "rad"))
         .add(name, role, &motion.t[..near], shown(&motion.q[..near]));
     let change = Axis::linear("change of energy", "of the highest").between(-0.1, 0.1);
     lab.plot("energy", "True energy along the predictions")
         .caption(caption)
-        .axes(time(), change)
+        .x(time())
+        .y(change)
         .add(name, role, &motion.t, shown(&energy));
     Ok(())
 }
@@ -302,7 +287,8 @@ fn at_other_steps(
         .caption(format!(
             "Error over {HORIZON} s by the midpoint rule; learned at {STEP} s."
         ))
-        .axes(Axis::log("step", "s"), Axis::log("position error", "rad"))
+        .x(Axis::log("step", "s"))
+        .y(Axis::log("position error", "rad"))
         .add(name, role, &STEPS, all);
     Ok(())
 }
@@ -310,16 +296,11 @@ fn at_other_steps(
 /// The error over the noise.
 fn draw_noise(lab: &mut Lab, case: &Case, place: usize, error: f64, plan: &Plan) {
     let names = plan.noises.iter().map(|noise| noise.to_string()).collect();
-    lab.plot(
-        format!("noise-{}", case.system.name),
-        format!("Error and noise, {}", case.system.name),
-    )
-    .caption(format!(
-        "Position error over {HORIZON} s, a dot for each seed."
-    ))
-    .axes(
-        Axis::of_names("noise of the positions", names),
-        Axis::log("position error", ""),
-    )
-    .dot(case.who.name, case.who.role, place as f64, error);
+    lab.plot_of(case.system.name, "noise", "Error and noise")
+        .caption(format!(
+            "Position error over {HORIZON} s, a dot for each seed."
+        ))
+        .x(Axis::of_names("noise of the positions", names))
+        .y(Axis::log("position error", ""))
+        .dot(case.who.name, case.who.role, place as f64, error);
 }

@@ -256,7 +256,8 @@ fn draw(
             format!("{what}-{}", system.name),
             format!("{title}, {}", system.about),
         )
-        .axes(x, y)
+        .x(x)
+        .y(y)
         .add(who.name, who.role, values.0, values.1);
     };
     let log = |label: &str| Axis::log(label, "");
@@ -355,7 +356,8 @@ fn cost(lab: &mut Lab, system: &WaveSystem) -> Result<()> {
         let micros = seconds.iter().map(|s| 1e6 * s).collect();
         lab.plot("cost", "Cost of an evaluation")
             .caption("One thread; a step of an integrator takes some of them.")
-            .axes(Axis::log("points of the ring", ""), Axis::log("time", "µs"))
+            .x(Axis::log("points of the ring", ""))
+            .y(Axis::log("time", "µs"))
             .add(name, role, &points, micros);
     }
     Ok(())
