@@ -336,7 +336,7 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
         .unwrap_err()
         .to_string();
     assert!(
-        message.contains("'elbow_joint' of the data stands where joint 'shoulder_lift_joint'"),
+        message.contains("'elbow_joint' where joint 'shoulder_lift_joint' is expected"),
         "{message}"
     );
     assert!(

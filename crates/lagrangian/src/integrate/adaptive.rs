@@ -20,9 +20,9 @@ pub struct Controller {
     pub alpha: f64,
     /// Exponent β of the error of the last one.
     pub beta: f64,
-    /// A step shrinks at most to this share …
+    /// The smallest factor from one step to the next.
     pub shrink: f64,
-    /// … and grows at most by this factor.
+    /// The largest factor from one step to the next.
     pub grow: f64,
     /// One over the order of the error estimate plus one.
     pub exponent: f64,
@@ -50,11 +50,8 @@ pub trait EmbeddedPair {
     /// The error of a step of size h from x to `x_new`, 1 being allowed; `k` holds the slopes, `[·, n]`.
     fn error(k: &[f64], h: f64, x: &[f64], x_new: &[f64], control: &Control) -> f64;
 
-    /// Writes the terms of the dense output, `[TERMS, n]`.
+    /// Writes the terms F of the dense output x + θ(F₀ + (1−θ)(F₁ + θ(F₂ + …))), `[TERMS, n]`.
     fn prepare(k: &[f64], h: f64, x: &[f64], x_new: &[f64], terms: &mut [f64]);
-
-    /// Writes the state at x(t + θ h), 0 ≤ θ ≤ 1.
-    fn interpolate(terms: &[f64], theta: f64, x: &[f64], out: &mut [f64]);
 }
 
 /// Solves x' = f(t, x) from x₀ at `times[0]` and gives the state at every one of the `times` (increasing) to
@@ -74,7 +71,7 @@ pub fn solve<P: EmbeddedPair>(
     stepper.solution()
 }
 
-/// What the slope asked for is needed for.
+/// The use of the slope that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     /// k₀ of the first step.
@@ -159,13 +156,13 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         (self.phase != Phase::Done).then_some((self.input_t, &self.input[..], &mut self.slope[..]))
     }
 
-    /// How it ended, or how far it is.
+    /// How it ended, or what it has cost so far.
     #[must_use]
     pub fn solution(&self) -> Solution {
         self.solution
     }
 
-    /// Takes the slope that was asked for, goes on to the next request, and gives samples passed to `sink`.
+    /// Accepts the slope that was asked for, proceeds to the next request, and gives the samples that were passed to `sink`.
     pub fn proceed(&mut self, sink: &mut Sink<'_>) {
         let n = self.x.len();
         match self.phase {
@@ -183,7 +180,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
                 if s + 1 < P::ATTEMPT {
                     self.ask(s + 1);
                 } else if s + 1 == P::ATTEMPT {
-                    self.judge(sink);
+                    self.decide(sink);
                 } else if s + 1 < P::A.len() && self.samples_inside() {
                     self.ask(s + 1);
                 } else {
@@ -232,7 +229,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
     }
 
     /// Accepts or rejects the attempt.
-    fn judge(&mut self, sink: &mut Sink<'_>) {
+    fn decide(&mut self, sink: &mut Sink<'_>) {
         combine(&mut self.x_new, &self.x, self.step, P::A[P::END], &self.k);
         let error = P::error(&self.k, self.step, &self.x, &self.x_new, &self.control);
         let factor = step_factor(&P::CONTROLLER, error, self.last_error);
@@ -283,7 +280,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
             let time = self.times[self.next];
             if time < t_new {
                 let theta = (time - self.t) / self.step;
-                P::interpolate(&self.terms, theta, &self.x, &mut self.input);
+                interpolate(&self.terms, theta, &self.x, &mut self.input);
                 sink(self.next, &self.input);
             } else {
                 sink(self.next, &self.x_new);
@@ -381,8 +378,8 @@ pub(super) fn error_square(
     (0..n).map(component).sum()
 }
 
-/// out = x + θ(F₀ + (1−θ)(F₁ + θ(F₂ + (1−θ)(F₃ + …)))) for the terms F, `[·, n]`.
-pub(super) fn nested(terms: &[f64], theta: f64, x: &[f64], out: &mut [f64]) {
+/// Writes the state x(t + θ h) = x + θ(F₀ + (1−θ)(F₁ + θ(F₂ + (1−θ)(F₃ + …)))) of the terms F, `[·, n]`, 0 ≤ θ ≤ 1.
+fn interpolate(terms: &[f64], theta: f64, x: &[f64], out: &mut [f64]) {
     let n = x.len();
     for i in 0..n {
         let inner = (0..terms.len() / n).rev().fold(0.0, |inner, j| {

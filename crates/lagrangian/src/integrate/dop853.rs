@@ -1,7 +1,7 @@
 //! Dormand and Prince's method of order 8, as improved by Hairer.
 
 use super::Control;
-use super::adaptive::{Controller, EmbeddedPair, error_square, nested};
+use super::adaptive::{Controller, EmbeddedPair, error_square};
 use super::dop853_coefficients::{A, C, D, E3, E5};
 
 /// The method of order 8(5,3): twelve evaluations a step, adaptive, with dense output of order 7 for three
@@ -51,10 +51,5 @@ impl EmbeddedPair for Dop853 {
                 terms[(3 + j) * n + i] = h * slopes.sum::<f64>();
             }
         }
-    }
-
-    /// x + θ(F₀ + (1−θ)(F₁ + θ(F₂ + (1−θ)(F₃ + θ(F₄ + (1−θ)(F₅ + θ F₆)))))).
-    fn interpolate(terms: &[f64], theta: f64, x: &[f64], out: &mut [f64]) {
-        nested(terms, theta, x, out);
     }
 }

@@ -1,7 +1,7 @@
 //! Dormand and Prince's method of order 5.
 
 use super::Control;
-use super::adaptive::{Controller, EmbeddedPair, error_square, nested};
+use super::adaptive::{Controller, EmbeddedPair, error_square};
 
 const SLOPES: usize = 7;
 
@@ -92,10 +92,5 @@ impl EmbeddedPair for Dopri5 {
             terms[2 * n + i] = change - h * k[Self::END * n + i] - bend;
             terms[3 * n + i] = h * slopes.sum::<f64>();
         }
-    }
-
-    /// x + θ(F₀ + (1−θ)(F₁ + θ(F₂ + (1−θ) F₃))).
-    fn interpolate(terms: &[f64], theta: f64, x: &[f64], out: &mut [f64]) {
-        nested(terms, theta, x, out);
     }
 }

@@ -2,14 +2,12 @@
 
 use super::{Control, Ending, Failure, Sink, Solution};
 
-/// Makes one step of size h from time t: (t, h, x), in place; says why where it cannot.
-pub type Step<'a> = dyn FnMut(f64, f64, &mut [f64]) -> Result<(), Failure> + 'a;
-
-/// Solves from x₀ at `times[0]` and gives the state at every one of the `times` to `sink`.
+/// Solves from x₀ at `times[0]` and gives the state at every one of the `times` to `sink`; `step` makes one step of size h
+/// from time t, (t, h, x), in place, or says why it cannot.
 ///
 /// Each interval between sample times is cut into equal steps of at most [`Control::step`].
 pub fn solve(
-    step: &mut Step<'_>,
+    mut step: impl FnMut(f64, f64, &mut [f64]) -> Result<(), Failure>,
     x0: &[f64],
     times: &[f64],
     control: &Control,
@@ -37,13 +35,11 @@ pub fn solve(
                 solution.ending = Ending::StepLimit { t };
                 return solution;
             }
-            let outcome = step(t, h, &mut x);
-            let finite = x.iter().all(|x| x.is_finite());
-            if let Err(reason) = outcome.and(if finite {
-                Ok(())
-            } else {
-                Err(Failure::NotFinite)
-            }) {
+            let finite = |x: &[f64]| match x.iter().all(|x| x.is_finite()) {
+                true => Ok(()),
+                false => Err(Failure::NotFinite),
+            };
+            if let Err(reason) = step(t, h, &mut x).and_then(|()| finite(&x)) {
                 solution.ending = Ending::Failed { t, reason };
                 return solution;
             }

@@ -1,16 +1,35 @@
-//! The iteration that solves implicit steps.
+//! The iteration that solves implicit steps, and when it has.
 
 use super::Failure;
 
 /// Iterations at most.
-const MAX_ITERATIONS: usize = 100;
-/// An equation is solved when its unknown changes by less than this share of its size.
+pub(super) const MAX_ITERATIONS: usize = 100;
+/// An equation is solved when its unknown changes by less than this part of its size.
 const SOLVED: f64 = 4.0 * f64::EPSILON;
 /// Where rounding keeps it from that, this is enough.
 const NEARLY_SOLVED: f64 = 1e-11;
 
+/// Decides when an iteration has ended: at the precision of its numbers, or where its changes shrink no further.
+pub(super) struct Convergence {
+    previous: f64,
+}
+
+impl Convergence {
+    pub(super) fn new() -> Self {
+        Self {
+            previous: f64::INFINITY,
+        }
+    }
+
+    /// Whether an unknown of this size is solved that has just changed by `change`.
+    pub(super) fn is_reached(&mut self, change: f64, size: f64) -> bool {
+        let previous = std::mem::replace(&mut self.previous, change);
+        change <= SOLVED * size || (change >= previous && change <= NEARLY_SOLVED * size)
+    }
+}
+
 /// Solves x = g(x) from the guess in `x` by repeating x ← g(x); `g` writes g(x) to its second argument, for which
-/// `next` is room. Converges where ‖∂g/∂x‖ < 1.
+/// `next` is memory. Converges where ‖∂g/∂x‖ < 1.
 ///
 /// # Errors
 /// [`Failure::NotConverged`], [`Failure::NotFinite`].
@@ -19,7 +38,7 @@ pub(super) fn solve(
     next: &mut [f64],
     mut g: impl FnMut(&[f64], &mut [f64]),
 ) -> Result<(), Failure> {
-    let mut previous = f64::INFINITY;
+    let mut convergence = Convergence::new();
     for _ in 0..MAX_ITERATIONS {
         g(x, next);
         let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
@@ -31,10 +50,9 @@ pub(super) fn solve(
             size = size.max(new.abs());
             *old = *new;
         }
-        if change <= SOLVED * size || (change >= previous && change <= NEARLY_SOLVED * size) {
+        if convergence.is_reached(change, size) {
             return Ok(());
         }
-        previous = change;
     }
     Err(Failure::NotConverged)
 }

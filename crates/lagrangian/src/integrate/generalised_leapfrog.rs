@@ -21,7 +21,7 @@ pub struct GeneralisedLeapfrog {
 }
 
 impl GeneralisedLeapfrog {
-    /// For `n` degrees of freedom.
+    /// The method for `n` degrees of freedom.
     #[must_use]
     pub fn new(n: usize) -> Self {
         let [half, ahead, next, dq, begin, dz] = [(); 6].map(|()| vec![0.0; n]);

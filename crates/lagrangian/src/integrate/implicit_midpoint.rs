@@ -1,13 +1,7 @@
 //! The implicit midpoint rule.
 
+use super::fixed_point::{Convergence, MAX_ITERATIONS};
 use super::{Failure, SecondOrder};
-
-/// Iterations at most.
-const MAX_ITERATIONS: usize = 100;
-/// The step is solved when its acceleration changes by less than this share of its size.
-const SOLVED: f64 = 4.0 * f64::EPSILON;
-/// Where rounding keeps it from that, this is enough.
-const NEARLY_SOLVED: f64 = 1e-11;
 
 /// The implicit midpoint rule, order 2, time-reversible, A-stable, fixed step:
 ///
@@ -24,7 +18,7 @@ pub struct ImplicitMidpoint {
 }
 
 impl ImplicitMidpoint {
-    /// For `n` degrees of freedom.
+    /// The method for `n` degrees of freedom.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {
@@ -63,7 +57,7 @@ impl ImplicitMidpoint {
         x: &[f64],
     ) -> Result<(), Failure> {
         let n = self.acceleration.len();
-        let mut previous = f64::INFINITY;
+        let mut convergence = Convergence::new();
         for _ in 0..MAX_ITERATIONS {
             let (q, v) = self.middle.split_at_mut(n);
             for i in 0..n {
@@ -83,10 +77,9 @@ impl ImplicitMidpoint {
                 size = size.max((h * next).abs()).max(v[i].abs());
             }
             self.acceleration.copy_from_slice(&self.next);
-            if change <= SOLVED * size || (change >= previous && change <= NEARLY_SOLVED * size) {
+            if convergence.is_reached(change, size) {
                 return Ok(());
             }
-            previous = change;
         }
         Err(Failure::NotConverged)
     }

@@ -17,7 +17,7 @@ pub struct Midpoint {
 }
 
 impl Midpoint {
-    /// For states of `n` components.
+    /// The method for states of `n` components.
     #[must_use]
     pub fn new(n: usize) -> Self {
         let [slope, middle, next] = [(); 3].map(|()| vec![0.0; n]);

@@ -118,7 +118,7 @@ impl Method {
         line.map_or("", |(_, named)| named.name)
     }
 
-    /// The rule of a variational method, which needs a Lagrangian: [`Rule::solve`] in the place of
+    /// The rule of a variational method, which needs a Lagrangian: [`Rule::solve`] instead of
     /// [`Method::solve`].
     #[must_use]
     pub fn rule(self) -> Option<Rule> {
@@ -144,7 +144,7 @@ impl Method {
     }
 
     /// Solves q'' = f(t, q, q') from the state x₀ = (q, q') at `times[0]` and gives (q, q') at every one of the
-    /// `times` (increasing) to `sink`. A variational method knows too little here: it fails at the first step.
+    /// `times` (increasing) to `sink`. A variational method, which needs a Lagrangian, fails at the first step.
     pub fn solve(
         self,
         f: &mut SecondOrder<'_>,
@@ -162,20 +162,18 @@ impl Method {
         match self {
             Self::StormerVerlet => {
                 let mut method = StormerVerlet::new(n);
-                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
-                fixed::solve(&mut step, x0, times, control, sink)
+                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
             }
             Self::ImplicitMidpoint => {
                 let mut method = ImplicitMidpoint::new(n);
-                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
-                fixed::solve(&mut step, x0, times, control, sink)
+                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
             }
             _ => self.solve_first_order(&mut first_order, x0, times, control, sink),
         }
     }
 
     /// Solves (q, z)' = f(t, q, z) from the state x₀ = (q, z) at `times[0]` and gives (q, z) at every one of the
-    /// `times` (increasing) to `sink`; [`Method::solve`] is faster where q' = z. A variational method fails, as there.
+    /// `times` (increasing) to `sink`; [`Method::solve`] is faster where q' = z. A variational method fails at the first step.
     pub fn solve_flow(
         self,
         f: &mut Flow<'_>,
@@ -192,14 +190,13 @@ impl Method {
         match self {
             Self::StormerVerlet => {
                 let mut method = GeneralisedLeapfrog::new(n);
-                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
-                fixed::solve(&mut step, x0, times, control, sink)
+                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
             }
             _ => self.solve_first_order(&mut first_order, x0, times, control, sink),
         }
     }
 
-    /// Solves x' = f(t, x) by the methods that need to know no more; the others fail at the first step.
+    /// Solves x' = f(t, x) by the methods for any flow; the others fail at the first step.
     fn solve_first_order(
         self,
         f: &mut FirstOrder<'_>,
@@ -213,17 +210,15 @@ impl Method {
             Self::Dop853 => adaptive::solve::<Dop853>(f, x0, times, control, sink),
             Self::Rk4 => {
                 let mut method = Rk4::new(x0.len());
-                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
-                fixed::solve(&mut step, x0, times, control, sink)
+                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
             }
             Self::ImplicitMidpoint => {
                 let mut method = Midpoint::new(x0.len());
-                let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
-                fixed::solve(&mut step, x0, times, control, sink)
+                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
             }
             Self::StormerVerlet | Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
-                let mut step = |_: f64, _: f64, _: &mut [f64]| Err(Failure::NotConverged);
-                fixed::solve(&mut step, x0, times, control, sink)
+                let fail = |_, _, _: &mut [f64]| Err(Failure::NotConverged);
+                fixed::solve(fail, x0, times, control, sink)
             }
         }
     }
@@ -241,8 +236,7 @@ impl Rule {
         sink: &mut Sink<'_>,
     ) -> Solution {
         let mut method = Variational::new(x0.len() / 2, self);
-        let mut step = |t: f64, h: f64, x: &mut [f64]| method.step(f, t, h, x);
-        fixed::solve(&mut step, x0, times, control, sink)
+        fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
     }
 }
 
@@ -279,21 +273,20 @@ impl Control {
     /// # Errors
     /// [`Error::Argument`] for the first that is not.
     pub fn validate(&self) -> Result<()> {
-        let positive = "a finite number above 0";
-        let refuse = |name, value: f64, must| Error::argument(name, value, must);
-        if !(self.step.is_finite() && self.step > 0.0) {
-            return Err(refuse("step", self.step, positive));
+        let positive = [
+            ("step", self.step),
+            ("rtol", self.rtol),
+            ("atol", self.atol),
+        ];
+        for (name, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::argument(name, value, "a finite number above 0"));
+            }
         }
-        if !(self.rtol.is_finite() && self.rtol > 0.0) {
-            return Err(refuse("rtol", self.rtol, positive));
+        match self.max_steps {
+            0 => Err(Error::argument("max_steps", 0, "at least 1")),
+            _ => Ok(()),
         }
-        if !(self.atol.is_finite() && self.atol > 0.0) {
-            return Err(refuse("atol", self.atol, positive));
-        }
-        if self.max_steps == 0 {
-            return Err(refuse("max_steps", 0.0, "at least 1"));
-        }
-        Ok(())
     }
 }
 

@@ -11,7 +11,7 @@ pub struct Rk4 {
 }
 
 impl Rk4 {
-    /// For states of `n` components.
+    /// The method for states of `n` components.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {

@@ -19,7 +19,7 @@ pub struct StormerVerlet {
 }
 
 impl StormerVerlet {
-    /// For `n` degrees of freedom.
+    /// The method for `n` degrees of freedom.
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self {

@@ -1,6 +1,7 @@
 //! Variational integrators: methods that discretise the action, not the equation of motion.
 
 use super::Failure;
+use super::fixed_point::Convergence;
 use crate::mechanics::dynamics::Slopes;
 use crate::mechanics::solve::{Regularity, SymmetricSolver};
 
@@ -18,13 +19,10 @@ pub enum Rule {
     Trapezoidal,
 }
 
-/// Iterations at most; behind the first ones the matrix is made of differences.
+/// Iterations at most.
 const MAX_ITERATIONS: usize = 50;
+/// After this many iterations the matrix is made of differences.
 const WITH_MASS_MATRIX: usize = 8;
-/// The step is solved when its velocity changes by less than this share of its size.
-const SOLVED: f64 = 4.0 * f64::EPSILON;
-/// Where rounding keeps it from that, this is enough.
-const NEARLY_SOLVED: f64 = 1e-11;
 /// Part of the velocity over which the residual is differenced.
 const DIFFERENCE: f64 = 1e-6;
 
@@ -49,16 +47,16 @@ pub struct Variational {
     v: Vec<f64>,
     end: Vec<f64>,
     middle: Vec<f64>,
-    /// p⁻, p⁺, what p⁻ lacks, the Newton step.
+    /// p⁻, p⁺, the residual p − p⁻, the Newton step.
     minus: Vec<f64>,
     plus: Vec<f64>,
-    lack: Vec<f64>,
+    residual: Vec<f64>,
     change: Vec<f64>,
     jacobian: Vec<f64>,
 }
 
 impl Variational {
-    /// For `n` degrees of freedom.
+    /// The method for `n` degrees of freedom.
     #[must_use]
     pub fn new(n: usize, rule: Rule) -> Self {
         let row = || vec![0.0; n];
@@ -73,13 +71,13 @@ impl Variational {
             middle: row(),
             minus: row(),
             plus: row(),
-            lack: row(),
+            residual: row(),
             change: row(),
             jacobian: vec![0.0; n * n],
         }
     }
 
-    /// The momenta p⁻ at the begin and p⁺ at the end of the interval from q₀ at t to q₁ at t + h, `[n]` each.
+    /// The momenta p⁻ at the beginning and p⁺ at the end of the interval from q₀ at t to q₁ at t + h, `[n]` each.
     pub fn momenta(
         &mut self,
         f: &mut Mechanics<'_>,
@@ -130,33 +128,32 @@ impl Variational {
         v: &mut [f64],
     ) -> Result<(), Failure> {
         self.v.copy_from_slice(v);
-        let mut previous = f64::INFINITY;
+        let mut convergence = Convergence::new();
         for iteration in 0..MAX_ITERATIONS {
             self.evaluate(f, (t, h), q, p);
-            if self.lack.iter().any(|x| !x.is_finite()) {
+            if self.residual.iter().any(|x| !x.is_finite()) {
                 return Err(Failure::NotFinite);
             }
             let (change, size) = self.correct(f, (t, h), (q, p), iteration >= WITH_MASS_MATRIX)?;
-            if change <= SOLVED * size || (change >= previous && change <= NEARLY_SOLVED * size) {
+            if convergence.is_reached(change, size) {
                 self.evaluate(f, (t, h), q, p);
                 q.copy_from_slice(&self.end);
                 p.copy_from_slice(&self.plus);
                 v.copy_from_slice(&self.v);
                 return Ok(());
             }
-            previous = change;
         }
         Err(Failure::NotConverged)
     }
 
-    /// What p⁻ lacks of p at the trial velocity.
+    /// The residual p − p⁻ at the trial velocity.
     fn evaluate(&mut self, f: &mut Mechanics<'_>, (t, h): (f64, f64), q: &[f64], p: &[f64]) {
         for (i, end) in self.end.iter_mut().enumerate() {
             *end = q[i] + h * self.v[i];
         }
         self.transform(f, (t, h), q);
-        for (i, lack) in self.lack.iter_mut().enumerate() {
-            *lack = p[i] - self.minus[i];
+        for (i, residual) in self.residual.iter_mut().enumerate() {
+            *residual = p[i] - self.minus[i];
         }
     }
 
@@ -176,10 +173,10 @@ impl Variational {
         let solved = if exactly {
             self.differences(f, at, q, p);
             self.solver
-                .solve_general(&self.jacobian, &self.lack, &mut self.change)
+                .solve_general(&self.jacobian, &self.residual, &mut self.change)
         } else {
             self.solver
-                .solve(&self.jacobian, &self.lack, &mut self.change)
+                .solve(&self.jacobian, &self.residual, &mut self.change)
                 != Regularity::NotFinite
         };
         if !solved {
@@ -194,20 +191,20 @@ impl Variational {
         Ok((change, size))
     }
 
-    /// The Jacobian ∂p⁻/∂v by differences; what lacks stays as it was.
+    /// The Jacobian ∂p⁻/∂v by differences; the residual stays as it was.
     fn differences(&mut self, f: &mut Mechanics<'_>, at: (f64, f64), q: &[f64], p: &[f64]) {
-        let (n, lack) = (self.v.len(), self.lack.clone());
+        let (n, residual) = (self.v.len(), self.residual.clone());
         let size = self.v.iter().fold(1e-3, |size: f64, v| size.max(v.abs()));
         for j in 0..n {
             let (v, step) = (self.v[j], DIFFERENCE * size);
             self.v[j] = v + step;
             self.evaluate(f, at, q, p);
-            for (i, (here, beside)) in lack.iter().zip(&self.lack).enumerate() {
+            for (i, (here, beside)) in residual.iter().zip(&self.residual).enumerate() {
                 self.jacobian[i * n + j] = (here - beside) / step;
             }
             self.v[j] = v;
         }
-        self.lack = lack;
+        self.residual = residual;
     }
 
     /// p⁻ and p⁺ of the interval from `q` to `end`, whose velocity is `v`.
@@ -246,14 +243,14 @@ impl Variational {
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Failure> {
-        let mut previous = f64::INFINITY;
+        let mut convergence = Convergence::new();
         for _ in 0..MAX_ITERATIONS {
             f(t, q, v, &mut self.first);
-            for (i, lack) in self.lack.iter_mut().enumerate() {
-                *lack = p[i] - self.first.momentum[i];
+            for (i, residual) in self.residual.iter_mut().enumerate() {
+                *residual = p[i] - self.first.momentum[i];
             }
             let solver = &mut self.solver;
-            let found = solver.solve(&self.first.mass_matrix, &self.lack, &mut self.change);
+            let found = solver.solve(&self.first.mass_matrix, &self.residual, &mut self.change);
             if found == Regularity::NotFinite || self.change.iter().any(|x| !x.is_finite()) {
                 return Err(Failure::NotFinite);
             }
@@ -263,10 +260,9 @@ impl Variational {
                 change = change.max(step.abs());
                 size = size.max(v.abs());
             }
-            if change <= SOLVED * size || (change >= previous && change <= NEARLY_SOLVED * size) {
+            if convergence.is_reached(change, size) {
                 return Ok(());
             }
-            previous = change;
         }
         Err(Failure::NotConverged)
     }

@@ -9,7 +9,7 @@ use crate::mechanics::forces::Dissipation;
 use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
 
-/// Gravity where nothing else is said, m/s².
+/// The gravity of a robot unless another is given, m/s².
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Rigid bodies in a tree on a fixed base, L = ½ q̇ᵀM(q)q̇ − U(q) (theory.md, 40).
@@ -48,7 +48,7 @@ impl RigidBodies {
         Self::with_joints(text, &[])
     }
 
-    /// The same with these joints alone, in this order; all others are locked at 0. No names: all.
+    /// The robot of a URDF text with these joints in this order; all others are locked at 0. Without names, all move.
     ///
     /// # Errors
     /// As [`RigidBodies::from_urdf`]; [`Error::UnknownName`] for a joint that is not in the text.
@@ -65,7 +65,7 @@ impl RigidBodies {
         })
     }
 
-    /// Under another gravity, m/s² in the axes of the base.
+    /// The same robot under another gravity, m/s² in the axes of the base.
     ///
     /// # Errors
     /// [`Error::Argument`] where it is not finite.
@@ -81,7 +81,7 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// With a point mass on a link, kg, at `centre` in the link's frame, m: a payload. A negative mass takes one off.
+    /// The same robot with a point mass on a link, kg, at `centre` in the link's frame, m: a payload. A negative mass removes one.
     ///
     /// # Errors
     /// [`Error::UnknownName`] for a link that is not there; [`Error::Argument`] where a number is not finite.
@@ -105,7 +105,7 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// With rotors that turn with the joints, kg·m² (kg where a joint slides), and constant torques, N·m; `[n]` each.
+    /// The same robot with rotors that turn with the joints, kg·m² (kg where a joint slides), and constant torques, N·m; `[n]` each.
     ///
     /// # Errors
     /// [`Error::Shape`] for other lengths; [`Error::NotFinite`].
@@ -123,7 +123,7 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// With coordinates of other names, such as those of a recording; the joints keep theirs.
+    /// The same robot with coordinates of other names, such as those of a recording; the joints keep theirs.
     ///
     /// # Errors
     /// [`Error::Robot`] for another number of coordinates, or an angle where a joint slides.
@@ -162,7 +162,7 @@ impl RigidBodies {
         &self.tree.joints
     }
 
-    /// With other inertial parameters, ten for each joint in the order of [`RigidBodies::inertial_parameters`].
+    /// The same robot with other inertial parameters, ten for each joint in the order of [`RigidBodies::inertial_parameters`].
     ///
     /// Any finite numbers: what is identified from data fixes some combinations only, and need not be a body.
     ///

@@ -8,7 +8,7 @@ use crate::mechanics::dynamics::{Evaluation, Evaluator};
 use crate::mechanics::lagrangian::{Jet, Jets};
 use crate::mechanics::solve::{Regularity, SymmetricSolver};
 
-/// What a sweep knows of one body.
+/// The quantities of one body in a sweep.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moving {
     /// Its frame in its parent's at q.
@@ -114,7 +114,7 @@ impl Body {
 }
 
 impl<'a> RigidDynamics<'a> {
-    /// For this robot.
+    /// The evaluator of this robot.
     #[must_use]
     pub fn new(robot: &'a RigidBodies) -> Self {
         let n = robot.tree().bodies.len();

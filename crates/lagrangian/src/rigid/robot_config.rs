@@ -1,4 +1,4 @@
-//! Which robot a fit is about: its description and the joints that its data have.
+//! The robot of a fit: its description and the joints of its data.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ pub struct RobotConfig {
 }
 
 impl RobotConfig {
-    /// From URDF, of which only what dynamics needs is kept.
+    /// A robot from URDF, of which only what dynamics needs is kept.
     ///
     /// # Errors
     /// [`crate::Error::Robot`] where it cannot be read.
@@ -43,7 +43,7 @@ impl RobotConfig {
             |(name, joint): &(&String, &String)| name != joint && robot.joints().contains(name);
         if let Some((name, joint)) = names.iter().zip(robot.joints()).find(misplaced) {
             let finding =
-                format!("column '{name}' of the data stands where joint '{joint}' is expected");
+                format!("the data have column '{name}' where joint '{joint}' is expected");
             return Err(unusable(
                 finding,
                 "give the joints in the order of the data (`joints`)",
@@ -54,7 +54,7 @@ impl RobotConfig {
 }
 
 impl RigidBodies {
-    /// What makes the same tree again.
+    /// The configuration that makes this robot.
     #[must_use]
     pub fn config(&self) -> RobotConfig {
         RobotConfig {

@@ -130,7 +130,7 @@ impl Twist {
     }
 }
 
-/// Where a frame stands in its parent's.
+/// The pose of a frame in its parent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Frame {
     /// E: from the parent's coordinates to the frame's.
@@ -145,7 +145,7 @@ impl Frame {
         origin: [0.0; 3],
     };
 
-    /// From URDF's `origin`.
+    /// The frame of an `origin` in URDF.
     pub(crate) fn new(xyz: Vec3, rpy: Vec3) -> Self {
         Self {
             turn: transposed(&from_roll_pitch_yaw(rpy)),
@@ -194,7 +194,7 @@ pub(crate) struct Inertia {
 }
 
 impl Inertia {
-    /// From the mass, the centre of mass and the inertia about it, all in the same axes.
+    /// The inertia of a body with this mass, centre of mass and inertia about it, all in the same axes.
     pub(crate) fn about_centre(mass: f64, centre: Vec3, inertia: [f64; 6]) -> Self {
         let at_centre = Self {
             mass,

@@ -8,11 +8,11 @@ use crate::{Coordinates, Error, Result};
 /// The most joints of a robot.
 pub const MAX_JOINTS: usize = 12;
 
-/// A principal moment may exceed the sum of the other two by this share of the largest: descriptions carry two or
+/// A principal moment may exceed the sum of the other two by this part of the largest: descriptions carry two or
 /// three digits.
 const TRIANGLE: f64 = 0.01;
 
-/// What moves with one joint. Its frame stands in the joint, z along the joint's axis.
+/// All that moves with one joint. Its frame lies in the joint, with z along the joint's axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Body {
     /// The body that carries it, always an earlier one; `None`: the base.
@@ -27,7 +27,7 @@ pub(crate) struct Body {
     pub(crate) inertia: Inertia,
 }
 
-/// Where a link ended up: the body that carries it (`None`: the base), and its frame in the body's.
+/// The place of a link: the body that carries it (`None`: the base), and its frame in the body.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Place {
     pub(crate) link: String,
@@ -200,12 +200,12 @@ impl Walk {
         for (j, joint) in joints.iter().enumerate() {
             if let Some(other) = holder[joint.child].replace(j) {
                 let finding = format!(
-                    "link '{}' hangs on joint '{}' and on joint '{}': a closed loop",
+                    "link '{}' is the child of joint '{}' and of joint '{}': a closed loop",
                     links[joint.child].name, joints[other].name, joint.name
                 );
                 return Err(unusable(
                     finding,
-                    "open the loop: every link hangs on one joint",
+                    "open the loop: every link must be the child of one joint at most",
                 ));
             }
             children[joint.parent].push(j);
@@ -213,9 +213,9 @@ impl Walk {
         let roots: Vec<usize> = (0..links.len()).filter(|&l| holder[l].is_none()).collect();
         let &[root] = roots.as_slice() else {
             let finding = match roots.as_slice() {
-                [] => "every link hangs on another one: a closed loop".to_string(),
+                [] => "every link is the child of a joint: a closed loop".to_string(),
                 [a, b, ..] => format!(
-                    "links '{}' and '{}' both hang on nothing",
+                    "links '{}' and '{}' have no parent joint",
                     links[*a].name, links[*b].name
                 ),
                 [_] => String::new(),

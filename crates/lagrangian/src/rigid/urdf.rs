@@ -1,6 +1,6 @@
 //! The part of a URDF description that dynamics needs: links with their inertia, joints with their place and axis.
 //!
-//! Meshes, colours, transmissions and the sections of simulators are passed over.
+//! Meshes, colours, transmissions and the sections of simulators are ignored.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -110,7 +110,7 @@ impl Description {
     /// Reads URDF.
     ///
     /// # Errors
-    /// [`Error::Robot`] for text that is not URDF, names that are missing or doubled, numbers that are none.
+    /// [`Error::Robot`] for text that is not URDF, names that are missing or doubled, and values that are not numbers.
     pub(crate) fn read(text: &str) -> Result<Self> {
         if text.len() > MAX_TEXT {
             let finding = format!("{} bytes of text, where {MAX_TEXT} is the most", text.len());
@@ -321,7 +321,7 @@ fn joint(node: Node<'_, '_>, links: &HashMap<&str, usize>) -> Result<Joint> {
         let found = links.get(name).copied();
         found.ok_or_else(|| {
             unusable(
-                format!("the {tag} of {of} is '{name}', which is no link"),
+                format!("the {tag} of {of} is '{name}', which is not a link of the file"),
                 "name a link of the file",
             )
         })

@@ -19,7 +19,7 @@ pub struct Analytic<S> {
 }
 
 impl<S: System> Analytic<S> {
-    /// Takes the system.
+    /// The model of a system.
     #[must_use]
     pub fn new(system: S) -> Self {
         Self {
@@ -43,7 +43,7 @@ impl<S: System> Analytic<S> {
     }
 }
 
-/// A Lagrangian that is written once over a generic scalar, whatever its parameters come from.
+/// A Lagrangian that is written once over a generic scalar.
 pub trait ClosedForm: Sync {
     /// L(q, q̇), J, over any scalar.
     fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D;
@@ -97,7 +97,8 @@ impl<S: System> AnalyticModel for Analytic<S> {
     }
 }
 
-/// Scratch: the state (q, q̇) as dual and as hyper-dual numbers, `[2 n]` each.
+/// The derivatives of a Lagrangian in closed form; it holds the state (q, q̇) as dual and as hyper-dual numbers, `[2 n]`
+/// each.
 pub struct DualJets<'a, S> {
     system: &'a S,
     first: Vec<Dual64>,

@@ -1,6 +1,6 @@
 //! Analytic Lagrangians: one system per file, each written once over a generic scalar.
 //!
-//! Dual numbers give the derivatives exactly, so these are the truth that learned models are measured
+//! Dual numbers give the derivatives exactly, so these are the reference that learned models are measured
 //! against, and the source of training data: there is no separate simulator.
 //!
 //! A new system is one file that implements [`System`] and one line in the table below.
@@ -46,7 +46,7 @@ pub trait System: Send + Sync + Sized + 'static {
     }
 }
 
-/// An analytic system behind a pointer: a model that also shows its Lagrangian and samples its states.
+/// An analytic system of any type: a model that has a Lagrangian and samples its states.
 pub trait AnalyticModel: Model {
     /// Its name, as in [`systems`].
     fn name(&self) -> &str;

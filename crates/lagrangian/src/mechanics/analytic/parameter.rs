@@ -1,4 +1,4 @@
-//! What a system can be asked to be: names, units, defaults and domains of its parameters.
+//! The parameters of a system: names, units, defaults and domains.
 
 use crate::{Error, Result};
 

@@ -6,14 +6,14 @@ use crate::mechanics::forces::{Actuation, Dissipation};
 use crate::mechanics::lagrangian::{Jet, Jets, Lagrangian};
 use crate::mechanics::solve::SymmetricSolver;
 
-/// What a variational method needs of a Lagrangian at a state (q, v), `[n]`, `[n]` and `[n, n]`.
+/// The derivatives of a Lagrangian at a state (q, v) that a variational method needs.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Slopes {
-    /// p = ∂L/∂v.
+    /// The momentum p = ∂L/∂v, `[n]`.
     pub momentum: Vec<f64>,
-    /// ∂L/∂q + τ − d, all that changes p.
+    /// The rate of the momentum, ∂L/∂q + τ − d, `[n]`.
     pub force: Vec<f64>,
-    /// M = ∂²L/∂v∂v.
+    /// The mass matrix M = ∂²L/∂v∂v, `[n, n]`.
     pub mass_matrix: Vec<f64>,
 }
 
@@ -40,7 +40,7 @@ pub struct EulerLagrange<'a> {
 }
 
 impl<'a> EulerLagrange<'a> {
-    /// For this Lagrangian and its dissipation, which must have coefficients for each of its coordinates.
+    /// The evaluator of this Lagrangian and its dissipation, which must have coefficients for each of its coordinates.
     #[must_use]
     pub fn new(lagrangian: &'a dyn Lagrangian, dissipation: Option<&'a Dissipation>) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl<'a> EulerLagrange<'a> {
         }
     }
 
-    /// With inputs in the place of forces, which must be those of its coordinates.
+    /// The same evaluator with inputs instead of forces, which must have the coordinates of the Lagrangian.
     #[must_use]
     pub fn driven(self, actuation: Option<&'a Actuation>) -> Self {
         Self { actuation, ..self }

@@ -5,7 +5,7 @@ use crate::mechanics::forces::{Actuation, Dissipation};
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::{Coordinates, Error, Result};
 
-/// The model of a Lagrangian, with dissipation if there is any: what moves by the Euler–Lagrange equation.
+/// The model of a Lagrangian with its forces: it moves by the Euler–Lagrange equation.
 #[derive(Debug, Clone)]
 pub struct Mechanical<L> {
     /// The Lagrangian.
@@ -15,7 +15,7 @@ pub struct Mechanical<L> {
 }
 
 impl<L: Lagrangian> Mechanical<L> {
-    /// Without dissipation: energy is conserved where no force acts.
+    /// A model without dissipation: energy is conserved where no force acts.
     #[must_use]
     pub fn conservative(lagrangian: L) -> Self {
         Self {
@@ -25,7 +25,7 @@ impl<L: Lagrangian> Mechanical<L> {
         }
     }
 
-    /// With dissipation.
+    /// A model with dissipation.
     ///
     /// # Errors
     /// As [`Dissipation::validate`].
@@ -33,7 +33,7 @@ impl<L: Lagrangian> Mechanical<L> {
         Self::with_forces(lagrangian, Some(dissipation), None)
     }
 
-    /// With inputs in the place of forces.
+    /// The same model with inputs instead of forces.
     ///
     /// # Errors
     /// [`Error::Shape`] where they are not those of its coordinates.
@@ -41,7 +41,7 @@ impl<L: Lagrangian> Mechanical<L> {
         Self::with_forces(self.lagrangian, self.dissipation, Some(actuation))
     }
 
-    /// The same friction and inputs with a Lagrangian made from this one.
+    /// A model with the same friction and inputs and a Lagrangian that `make` makes of this one.
     ///
     /// # Errors
     /// That of `make`; [`Error::Shape`] for another number of coordinates.
@@ -49,7 +49,7 @@ impl<L: Lagrangian> Mechanical<L> {
         Mechanical::with_forces(make(self.lagrangian)?, self.dissipation, self.actuation)
     }
 
-    /// With whatever forces there are beside those of the Lagrangian.
+    /// A model with these forces in addition to those of the Lagrangian.
     ///
     /// # Errors
     /// As [`Mechanical::dissipative`] and [`Mechanical::driven`].
@@ -78,13 +78,13 @@ impl<L: Lagrangian> Mechanical<L> {
         motion.driven(self.actuation.as_ref())
     }
 
-    /// How its forces come from inputs, where they are not the inputs themselves.
+    /// The map from its inputs to its forces; none where the inputs are the forces.
     #[must_use]
     pub fn actuation(&self) -> Option<&Actuation> {
         self.actuation.as_ref()
     }
 
-    /// Its dissipation, where it has any.
+    /// Its dissipation; none where energy is conserved.
     #[must_use]
     pub fn dissipation(&self) -> Option<&Dissipation> {
         self.dissipation.as_ref()

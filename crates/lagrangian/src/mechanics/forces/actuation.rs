@@ -18,7 +18,7 @@ pub struct Actuation {
     inverse: Vec<f64>,
 }
 
-/// An [`Actuation`] as it is stored.
+/// The stored form of an [`Actuation`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Described {
@@ -29,7 +29,8 @@ struct Described {
 }
 
 impl Actuation {
-    /// From B, N or N·m for each unit of input, row-major `[n, n]`, and the offsets o, N or N·m, `[n]`.
+    /// An actuation with the input matrix B, N or N·m for each unit of input, row-major `[n, n]`, and the offsets o, N or
+    /// N·m, `[n]`.
     ///
     /// # Errors
     /// [`Error::Shape`] where B is not n × n; [`Error::NotFinite`]; [`Error::Argument`] where B is zero.
@@ -37,7 +38,7 @@ impl Actuation {
         Self::try_from(Described { matrix, offset })
     }
 
-    /// Measured torques with these offsets.
+    /// An actuation by measured torques with these offsets.
     ///
     /// # Errors
     /// As [`Actuation::new`].
@@ -45,7 +46,7 @@ impl Actuation {
         Self::gains(&vec![1.0; offset.len()], offset)
     }
 
-    /// One gain for each coordinate: torques from motor currents.
+    /// An actuation with one gain for each coordinate: torques from motor currents.
     ///
     /// # Errors
     /// As [`Actuation::new`].
@@ -70,7 +71,7 @@ impl Actuation {
         &self.described.matrix
     }
 
-    /// Whether every coordinate is driven by its own input, as it is.
+    /// Whether B is the unit matrix: the inputs are forces.
     #[must_use]
     pub fn is_direct(&self) -> bool {
         let n = self.dof();

@@ -17,7 +17,7 @@ pub struct Dissipation {
     pub coulomb: Vec<f64>,
     /// The speeds vₛ over which Coulomb friction changes its sign, m/s or rad/s, `[n]`.
     pub smoothing: Vec<f64>,
-    /// What friction near standstill exceeds Coulomb friction by, where it does (Stribeck 1902).
+    /// The excess of friction near standstill over Coulomb friction, if there is one (Stribeck 1902).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stribeck: Option<Stribeck>,
 }
@@ -33,7 +33,7 @@ pub struct Stribeck {
 }
 
 impl Dissipation {
-    /// Viscous friction alone.
+    /// A dissipation of viscous friction alone.
     #[must_use]
     pub fn viscous(coefficients: Vec<f64>) -> Self {
         Self {
@@ -61,11 +61,11 @@ impl Dissipation {
             .stribeck
             .iter()
             .map(|s| ("Stribeck friction", &s.height[..]));
-        let kinds = [
+        let others = [
             ("viscous friction", &self.viscous[..]),
             ("Coulomb friction", &self.coulomb),
         ];
-        kinds.into_iter().chain(height)
+        others.into_iter().chain(height)
     }
 
     fn speeds(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
@@ -115,7 +115,7 @@ impl Dissipation {
 const COEFFICIENT: &str = "finite and not negative: friction takes energy out";
 const SPEED: &str = "a positive speed: take one below the slowest motion of interest";
 
-/// `n` finite numbers that are `right`.
+/// Checks that a list has `n` finite values that are `right`.
 fn checked(
     name: &'static str,
     list: &[f64],

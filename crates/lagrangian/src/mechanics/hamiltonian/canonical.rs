@@ -18,13 +18,13 @@ use crate::{Coordinates, Result};
 pub struct Canonical<H>(Mechanical<LagrangianOf<H>>);
 
 impl<H: Hamiltonian> Canonical<H> {
-    /// Without dissipation: H is conserved where no force acts.
+    /// A model without dissipation: H is conserved where no force acts.
     #[must_use]
     pub fn conservative(hamiltonian: H) -> Self {
         Self(Mechanical::conservative(LagrangianOf::new(hamiltonian)))
     }
 
-    /// With these forces beside those of H.
+    /// A model with these forces in addition to those of H.
     ///
     /// # Errors
     /// As [`Mechanical::dissipative`] and [`Mechanical::driven`].
@@ -42,7 +42,7 @@ impl<H: Hamiltonian> Canonical<H> {
         self.0.lagrangian.hamiltonian()
     }
 
-    /// The same as a Lagrangian with its forces.
+    /// The model as a Lagrangian with its forces.
     #[must_use]
     pub fn mechanical(&self) -> &Mechanical<LagrangianOf<H>> {
         &self.0

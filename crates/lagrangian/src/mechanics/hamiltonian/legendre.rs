@@ -22,7 +22,7 @@ use crate::mechanics::solve::{SymmetricSolver, dot};
 /// let (mut slope, mut velocity) = ([0.0], [0.0]);
 /// hamiltonian.jets().slopes(&[0.3], &[1.0], &mut slope, &mut velocity);
 /// assert!((velocity[0] - 0.25).abs() < 1e-15); // p / (m l²)
-/// let moving = Canonical::conservative(hamiltonian); // a model as any other, in (q, p)
+/// let moving = Canonical::conservative(hamiltonian); // a model like any other, in (q, p)
 /// # let _ = moving;
 /// # Ok::<(), lagrangian::Error>(())
 /// ```
@@ -30,7 +30,7 @@ use crate::mechanics::solve::{SymmetricSolver, dot};
 pub struct HamiltonianOf<L>(L);
 
 impl<L: Lagrangian> HamiltonianOf<L> {
-    /// Of this Lagrangian.
+    /// The Hamiltonian of this Lagrangian.
     #[must_use]
     pub fn new(lagrangian: L) -> Self {
         Self(lagrangian)
@@ -61,7 +61,7 @@ impl<L: Lagrangian> Hamiltonian for HamiltonianOf<L> {
 pub struct LagrangianOf<H>(H);
 
 impl<H: Hamiltonian> LagrangianOf<H> {
-    /// Of this Hamiltonian, which must be [`Hamiltonian::canonical`] to have one.
+    /// The Lagrangian of this Hamiltonian, which must be [`Hamiltonian::canonical`] to have one.
     #[must_use]
     pub fn new(hamiltonian: H) -> Self {
         Self(hamiltonian)

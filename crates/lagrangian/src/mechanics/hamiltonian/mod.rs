@@ -45,11 +45,11 @@ pub trait Hamiltonian: Send + Sync {
     /// The coordinates it is a function of.
     fn coordinates(&self) -> &Coordinates;
 
-    /// Something that evaluates its derivatives, with its own scratch memory; one per thread.
+    /// An evaluator of its derivatives with its own scratch memory; one for each thread.
     fn jets(&self) -> Box<dyn HamiltonianJets + '_>;
 
-    /// Whether its second argument is the momentum. Where it is not, but q̇ in the place of it, the flow is all there
-    /// is: no Lagrangian belongs to it.
+    /// Whether its second argument is the momentum. Where it is q̇ instead, the function has a flow, but no Lagrangian
+    /// belongs to it.
     fn canonical(&self) -> bool {
         true
     }
@@ -57,7 +57,7 @@ pub trait Hamiltonian: Send + Sync {
 
 /// Evaluates the derivatives of one Hamiltonian at batches of `m` states (`q`, `p` are `[m, n]`).
 pub trait HamiltonianJets {
-    /// Writes ∂H/∂q and ∂H/∂p, `[m, n]`: all that the motion needs.
+    /// Writes ∂H/∂q and ∂H/∂p, `[m, n]`, from which the motion follows.
     fn slopes(&mut self, q: &[f64], p: &[f64], dh_dq: &mut [f64], velocity: &mut [f64]);
 
     /// Writes H and its derivatives to `jet`, which it resizes.

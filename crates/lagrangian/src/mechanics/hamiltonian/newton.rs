@@ -4,11 +4,11 @@ use crate::mechanics::solve::{Regularity, SymmetricSolver};
 
 /// Rounds at most, each one evaluation of the batch.
 const MAX_ROUNDS: usize = 300;
-/// A state is solved when its residual is below this share of what it is the difference of.
+/// A state is solved when its residual is below this part of the values that it is the difference of.
 const SOLVED: f64 = 2.0 * f64::EPSILON;
 /// Where rounding keeps it from that, this is enough.
 const NEARLY_SOLVED: f64 = 1e-10;
-/// Steps shorter than this part of Newton's lead nowhere.
+/// The search ends where steps of this part of Newton's do not help.
 const SHORTEST: f64 = 1e-9;
 
 /// A function F(q, y) with its derivatives by y.
@@ -29,7 +29,7 @@ pub(super) struct Newton {
     states: Vec<Search>,
 }
 
-/// How far the search of one state is.
+/// The progress of the search at one state.
 #[derive(Debug, Clone, Copy)]
 struct Search {
     norm: f64,
@@ -85,7 +85,7 @@ impl Newton {
                 if !self.states[s].ended {
                     let row = s * n..(s + 1) * n;
                     let second = &hessian[s * n * n..][..n * n];
-                    self.look(
+                    self.test(
                         s,
                         &gradient[row.clone()],
                         second,
@@ -102,8 +102,8 @@ impl Newton {
         }
     }
 
-    /// Takes the trial of state `s` if its residual is smaller, and chooses the next.
-    fn look(&mut self, s: usize, gradient: &[f64], hessian: &[f64], x: &[f64], y: &mut [f64]) {
+    /// Accepts the trial of state `s` if its residual is smaller, and chooses the next trial.
+    fn test(&mut self, s: usize, gradient: &[f64], hessian: &[f64], x: &[f64], y: &mut [f64]) {
         let n = self.n;
         let row = s * n..(s + 1) * n;
         let state = &mut self.states[s];
@@ -117,7 +117,7 @@ impl Newton {
         let norm = norm.sqrt();
         if norm < state.norm {
             y.copy_from_slice(&self.trial[row.clone()]);
-            // At the end both may vanish, as at rest: what rounding leaves is then small beside what there was.
+            // At the end both may vanish, as at rest: rounding is then small compared with the first residual.
             (state.norm, state.scale, state.part) = (norm, scale.max(state.scale), 1.0);
             state.ended = norm <= SOLVED * state.scale;
             let step = &mut self.step[row.clone()];
@@ -125,7 +125,7 @@ impl Newton {
             state.ended |= matches!(regular, Regularity::Singular | Regularity::NotFinite);
         } else {
             state.part *= 0.5;
-            // Begun outside the domain, or as near as rounding allows, or no way down.
+            // The start is outside the domain, or rounding allows no more, or no step helps.
             state.ended = state.norm.is_infinite() || state.solved() || state.part < SHORTEST;
         }
         for (i, trial) in self.trial[row.clone()].iter_mut().enumerate() {

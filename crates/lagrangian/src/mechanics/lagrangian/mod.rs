@@ -50,8 +50,8 @@ impl Jet {
         self.momentum_drift.resize(m * n, 0.0);
     }
 
-    /// Holds the parameters among the coordinates at state `row`: their rows and columns of M become those of the
-    /// identity, and nothing pushes them (theory.md, equation 107).
+    /// Makes the parameters among the coordinates at state `row` immobile: their rows and columns of M become those of
+    /// the identity, and no force acts on them (theory.md, equation 107).
     pub fn hold(&mut self, coordinates: &Coordinates, row: usize) {
         let n = coordinates.dof();
         for i in coordinates.parameters() {
@@ -86,7 +86,7 @@ pub trait Lagrangian: Send + Sync {
     /// The coordinates it is a function of.
     fn coordinates(&self) -> &Coordinates;
 
-    /// Something that evaluates its derivatives, with its own scratch memory; one per thread.
+    /// An evaluator of its derivatives with its own scratch memory; one for each thread.
     fn jets(&self) -> Box<dyn Jets + '_>;
 }
 
@@ -97,7 +97,7 @@ pub trait Jets {
 
     /// Writes ∂²L/∂q∂q and ∂p/∂q at the `m` states to `curvature`, which it resizes.
     ///
-    /// By differences of [`Jets::jet`] over steps of 10⁻³ of q (to some 10⁻⁹ where L changes over q of order one),
+    /// Taken from differences of [`Jets::jet`] over steps of 10⁻³ of q (to some 10⁻⁹ where L changes over q of order one),
     /// unless a family has them exactly.
     fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
         let mut one = Jet::default();

@@ -1,15 +1,15 @@
-//! The coordinates of one state on their way through a chain of layers, and ∂L/∂q on the way back.
+//! The features of the coordinates of one state in a chain of layers, and ∂L/∂q from their sensitivities.
 
 use super::scaled::{Features, Scaling};
 use crate::Coordinates;
 use nets::Chain;
 
-/// What the coordinates of one state wrote, the first features of a network.
+/// The features of the coordinates of one state, the first of a network.
 #[derive(Debug, Default)]
 pub(crate) struct Positions(Vec<Features>);
 
 impl Positions {
-    /// Writes q and its tangent ′ along q̇; returns the number of the first feature behind them.
+    /// Writes q and its tangent ′ along q̇; returns the index of the first feature after them.
     pub(crate) fn write(
         &mut self,
         chain: &mut Chain,
@@ -30,7 +30,7 @@ impl Positions {
         at
     }
 
-    /// ∂L/∂q `[n]`, in units of `energy`; returns the number of the first feature behind the coordinates.
+    /// ∂L/∂q `[n]`, in units of `energy`; returns the index of the first feature after the coordinates.
     pub(crate) fn slope(&self, chain: &Chain, energy: f64, dl_dq: &mut [f64]) -> usize {
         let mut at = 0;
         for (features, dl_dq) in self.0.iter().zip(dl_dq) {

@@ -21,7 +21,7 @@ pub struct Scaling {
 }
 
 impl Scaling {
-    /// No scaling, for `n` degrees of freedom.
+    /// The scaling that changes nothing, for `n` degrees of freedom.
     #[must_use]
     pub fn identity(n: usize) -> Self {
         Self {
@@ -118,7 +118,7 @@ impl Features {
         Self::recall(coordinates, scaling, i, |k| values[k])
     }
 
-    /// From their values, which a pass remembers.
+    /// The features with these values, which a pass has stored.
     #[inline]
     pub(crate) fn recall(
         coordinates: &Coordinates,
@@ -132,7 +132,7 @@ impl Features {
         }
     }
 
-    /// Of an angle.
+    /// The features of an angle.
     #[inline]
     pub(crate) fn circle(cos: f64, sin: f64) -> Self {
         Self {
@@ -143,7 +143,7 @@ impl Features {
         }
     }
 
-    /// Of a coordinate on the line, `slope` being 1 / its scale.
+    /// The feature of a coordinate on the line; `slope` is 1 / its scale.
     #[inline]
     pub(crate) fn line(value: f64, slope: f64) -> Self {
         Self {

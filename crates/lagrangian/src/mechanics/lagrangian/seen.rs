@@ -1,4 +1,4 @@
-//! What a network sees of a velocity or a momentum, and the kinetic term that it starts from in the same variable.
+//! The feature of a velocity or a momentum, and the kinetic term of the start in the same variable.
 
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
@@ -35,7 +35,7 @@ pub(crate) enum Seen {
 }
 
 impl Seen {
-    /// That of a velocity, below the limit where there is one.
+    /// The feature of a velocity, in the chart below a limit if there is one.
     pub(crate) fn of_velocity(limit: Option<f64>, chart: SpeedChart) -> Self {
         match (limit, chart) {
             (None, _) => Self::Scaled,
@@ -44,7 +44,7 @@ impl Seen {
         }
     }
 
-    /// Whether the feature is not straight.
+    /// Whether the feature is a nonlinear function.
     pub(crate) fn bends(self) -> bool {
         self != Self::Scaled
     }
@@ -71,7 +71,7 @@ impl Seen {
         (u, kinetic)
     }
 
-    /// The same with two derivatives by z.
+    /// Feature and kinetic term with two derivatives by z.
     pub(crate) fn feature(self, (scale, energy): (f64, f64), z: f64) -> VelocityFeature {
         let squared = VelocityFeature::squared;
         match self {
@@ -79,8 +79,12 @@ impl Seen {
             Self::Artanh(c) => {
                 let x = z / c;
                 // (1 − x)(1 + x) loses no digits near the limit.
-                let room = (1.0 - x) * (1.0 + x);
-                squared(x.atanh(), 1.0 / (c * room), 2.0 * x / (c * room).powi(2))
+                let margin = (1.0 - x) * (1.0 + x);
+                squared(
+                    x.atanh(),
+                    1.0 / (c * margin),
+                    2.0 * x / (c * margin).powi(2),
+                )
             }
             Self::Arcsin(c) => {
                 let x = z / c;
@@ -108,7 +112,7 @@ impl Seen {
     }
 }
 
-/// What a network sees of one velocity or momentum, with two derivatives; and the kinetic term of κ = 1 with two.
+/// The feature of one velocity or momentum, and the kinetic term of κ = 1, with two derivatives each.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct VelocityFeature {
     pub(crate) value: f64,

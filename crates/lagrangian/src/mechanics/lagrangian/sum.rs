@@ -1,4 +1,4 @@
-//! The sum of two Lagrangians: what is known of a system, and what was learned of the rest.
+//! The sum of two Lagrangians: that of a nominal model, and what was learned of the rest.
 
 use super::{Curvature, Jet, Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
@@ -12,7 +12,7 @@ pub struct Sum<A, B> {
 }
 
 impl<A: Lagrangian, B: Lagrangian> Sum<A, B> {
-    /// Of these two.
+    /// The sum of these two.
     ///
     /// # Errors
     /// [`Error::Shape`] where they do not have the same number of coordinates.
@@ -27,12 +27,12 @@ impl<A: Lagrangian, B: Lagrangian> Sum<A, B> {
         Ok(Self { known, rest })
     }
 
-    /// What is known.
+    /// The known Lagrangian.
     pub fn known(&self) -> &A {
         &self.known
     }
 
-    /// What is added to it.
+    /// The Lagrangian that is added to the known one.
     pub fn rest(&self) -> &B {
         &self.rest
     }

@@ -6,14 +6,14 @@
 
 /// Pivots below this many roundings of their row count as zero.
 const PIVOT_ROUNDINGS: f64 = 16.0;
-/// The pseudo-inverse drops eigenvalues below this share of the largest.
+/// The pseudo-inverse drops eigenvalues below this part of the largest.
 const EIGENVALUE_CUTOFF: f64 = 1e-12;
-/// A 2 × 2 matrix whose Schur complement is below this share of its entry is left to the general path.
+/// A 2 × 2 matrix whose Schur complement is below this part of its entry is solved by the general algorithm.
 const NEARLY_SINGULAR: f64 = 1e-8;
 /// Jacobi's method converges quadratically; more sweeps than this are never needed.
 const MAX_SWEEPS: usize = 40;
 
-/// What a symmetric matrix turned out to be when its system was solved.
+/// The kind of a symmetric matrix, as solving its system has shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Regularity {
     /// Positive definite: solved by Cholesky.
@@ -218,7 +218,7 @@ fn solve_directly(m: &[f64], x: &mut [f64]) -> Option<Regularity> {
         }
         (&[a, b, _, d], [x, y]) => {
             let schur = d - b / a * b;
-            // Close to singular the general path decides; NaN compares false and goes there too.
+            // Near singularity the general algorithm decides, and so it does for NaN, which compares false.
             if !(a > 0.0 && schur > NEARLY_SINGULAR * d && d.is_finite()) {
                 return None;
             }
