@@ -1,4 +1,4 @@
-//! Everything that a run needs to go on as if it had never stopped.
+//! The state of a run, from which it resumes to the same bits.
 
 use std::collections::BTreeMap;
 
@@ -10,27 +10,27 @@ use crate::{Error, Result};
 /// The state of a run between two steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checkpoint {
-    /// Steps done.
+    /// The number of steps done.
     pub step: usize,
-    /// Seconds of training so far.
+    /// The duration of the training so far, s.
     pub seconds: f64,
-    /// Current parameters.
+    /// The current parameters.
     pub parameters: Vec<f64>,
-    /// Best validation loss so far; infinite before the first look.
+    /// The best validation loss so far; infinite before the first validation.
     pub best: f64,
-    /// Step of the best.
+    /// The step of the best loss.
     pub best_step: usize,
-    /// Its parameters; empty before the first look.
+    /// The parameters of the best loss; empty before the first validation.
     pub best_parameters: Vec<f64>,
-    /// The optimiser's memory: φ, or the moments m and v.
+    /// The memory of the optimiser: φ, or the moments m and v.
     pub memory: Vec<Vec<f64>>,
-    /// How often the run went back to its best; each time the damping grows tenfold.
+    /// The number of rollbacks to the best parameters; each multiplies the damping by ten.
     pub setbacks: i32,
-    /// The damping of the next step, where it adapts itself.
+    /// The damping of the next step, where it is adaptive.
     pub damping: Option<f64>,
 }
 
-/// The numbers of a checkpoint that are no arrays, exact to the bit.
+/// The scalars of a checkpoint, exact to the bit.
 #[derive(Debug, Serialize, Deserialize)]
 struct Scalars {
     format: String,
@@ -46,9 +46,9 @@ struct Scalars {
 
 const FORMAT: &str = "lagrangian-checkpoint";
 const VERSION: u32 = 1;
-/// Setbacks that are counted.
+/// The largest number of rollbacks that is counted.
 const MOST_SETBACKS: i32 = 6;
-/// A loss that exceeds the best by this factor sends the run back to the best, with more damping.
+/// A loss that exceeds the best by this factor causes a rollback to the best parameters, with more damping.
 const SETBACK: f64 = 10.0;
 
 impl Checkpoint {
@@ -66,14 +66,14 @@ impl Checkpoint {
         }
     }
 
-    /// Keeps the parameters if `seen` is the best loss so far, and goes back to the best from one that is far worse;
-    /// returns it.
-    pub(crate) fn judge(&mut self, seen: LossValue) -> f64 {
+    /// Keeps the parameters if `loss` is the best so far, and rolls back to the best ones if it is far larger; returns its
+    /// mean.
+    pub(crate) fn update_best(&mut self, loss: LossValue) -> f64 {
         // A model without accelerations somewhere is not the best, however well it does elsewhere.
-        let value = if seen.singular > 0 {
+        let value = if loss.singular > 0 {
             f64::INFINITY
         } else {
-            seen.mean()
+            loss.mean()
         };
         if value.is_finite() && value < self.best {
             self.best = value;
@@ -82,13 +82,13 @@ impl Checkpoint {
         } else if (value.is_nan() || value > SETBACK * self.best)
             && !self.best_parameters.is_empty()
         {
-            self.go_back();
+            self.roll_back();
         }
         value
     }
 
-    /// Back to the best parameters, without memory.
-    pub(crate) fn go_back(&mut self) {
+    /// Returns to the best parameters, without the memory of the optimiser.
+    fn roll_back(&mut self) {
         self.parameters.clone_from(&self.best_parameters);
         self.memory.iter_mut().for_each(|x| x.fill(0.0));
         self.setbacks = (self.setbacks + 1).min(MOST_SETBACKS);
@@ -123,10 +123,10 @@ impl Checkpoint {
         ))
     }
 
-    /// As bytes (safetensors), exact to the bit.
+    /// The checkpoint in the safetensors format, exact to the bit.
     ///
     /// # Errors
-    /// [`Error::Checkpoint`], should the format refuse.
+    /// [`Error::Checkpoint`] where the format cannot hold it.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let scalars = Scalars {
             format: FORMAT.into(),
@@ -166,10 +166,10 @@ impl Checkpoint {
             .map_err(refused)
     }
 
-    /// From [`Checkpoint::to_bytes`].
+    /// The checkpoint that [`Checkpoint::to_bytes`] wrote.
     ///
     /// # Errors
-    /// [`Error::Checkpoint`] for anything else, cut short or damaged.
+    /// [`Error::Checkpoint`] for bytes that are incomplete, damaged or no checkpoint.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let (_, header) = safetensors::SafeTensors::read_metadata(bytes).map_err(refused)?;
         let metadata = header

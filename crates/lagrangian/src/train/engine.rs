@@ -115,27 +115,35 @@ impl<S: Problems> Engine for NaturalEngine<'_, S> {
 }
 
 /// One engine for a first part of the budget, then another, which takes over its memory.
-pub(super) struct InTurn<'a> {
-    pub(super) first: Option<Box<dyn Engine + 'a>>,
-    pub(super) second: Box<dyn Engine + 'a>,
+pub(super) struct InTurn<A, B> {
+    pub(super) first: Option<A>,
+    pub(super) second: B,
     /// The part of the budget of the first.
     pub(super) until: f64,
-    /// Whether each has a schedule of its own.
-    pub(super) own_schedules: bool,
+    pub(super) schedules: Schedules,
 }
 
-impl InTurn<'_> {
+/// The schedules of two engines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Schedules {
+    /// Each has one of its own.
+    Own,
+    /// Both share that of the whole run.
+    Shared,
+}
+
+impl<A, B> InTurn<A, B> {
     /// The part of the budget as the engine at work sees it.
     fn part(&self, part: f64) -> f64 {
-        match (self.own_schedules, part < self.until) {
-            (false, _) => part,
-            (true, true) => part / self.until,
-            (true, false) => (part - self.until) / (1.0 - self.until),
+        match self.schedules {
+            Schedules::Shared => part,
+            Schedules::Own if part < self.until => part / self.until,
+            Schedules::Own => (part - self.until) / (1.0 - self.until),
         }
     }
 }
 
-impl Engine for InTurn<'_> {
+impl<A: Engine, B: Engine> Engine for InTurn<A, B> {
     fn step(&mut self, state: &mut Checkpoint, at: StepAt<'_>) -> Stepped {
         if at.part >= self.until
             && let Some(first) = self.first.take()
@@ -154,10 +162,16 @@ impl Engine for InTurn<'_> {
     }
 
     fn save(&self, state: &mut Checkpoint) {
-        self.first.as_ref().unwrap_or(&self.second).save(state);
+        match &self.first {
+            Some(first) => first.save(state),
+            None => self.second.save(state),
+        }
     }
 
     fn load(&mut self, state: &Checkpoint) {
-        self.first.as_mut().unwrap_or(&mut self.second).load(state);
+        match &mut self.first {
+            Some(first) => first.load(state),
+            None => self.second.load(state),
+        }
     }
 }

@@ -11,19 +11,19 @@ use super::loss::Loss;
 use super::natural::NaturalConfig;
 use super::observer::{Ending, Observer, Progress};
 use super::rollout::{RolloutLoss, SegmentOrder};
-use super::run::Run;
+use super::run::{Ended, Run};
 use crate::Result;
 use crate::dataset::Dataset;
 use crate::models::{Family, Learned, LnnConfig, Plan, Residuals, Solve, Trainable};
 use crate::rigid::RobotConfig;
 
-/// How weights are improved.
+/// The optimiser of the weights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", tag = "name")]
 pub enum Optimizer {
-    /// The natural gradient in the space of samples: the default where a batch's residuals number some hundreds.
+    /// The natural gradient in the space of samples, for batches of up to some thousands of residuals.
     Natural(NaturalConfig),
-    /// Adam(W): for the largest networks and batches.
+    /// Adam with decoupled weight decay, for the largest networks and batches.
     Adam(AdamConfig),
 }
 
@@ -33,23 +33,23 @@ impl Default for Optimizer {
     }
 }
 
-/// When a run ends; the schedules follow it.
+/// The length of a run, which the schedules follow.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Budget {
-    /// After so many steps: the same seed gives the same bits.
+    /// After this number of steps; the same seed gives the same bits.
     Steps(usize),
-    /// After so many seconds: the best that this machine can do in a given time, not reproducible to the bit.
+    /// After this number of seconds; the result depends on the machine and is not reproducible to the bit.
     Seconds(f64),
 }
 
-/// In which numbers the network is evaluated while it is trained with Adam; all else is f64.
+/// The precision in which a network is evaluated while it is trained with Adam; all else is in double precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
-    /// Single.
+    /// Single precision.
     F32,
-    /// Double.
+    /// Double precision.
     #[default]
     F64,
 }
@@ -58,36 +58,36 @@ pub enum Precision {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitConfig {
-    /// What is fitted.
+    /// The family of models with its settings.
     pub family: Box<dyn Family>,
-    /// What is minimised.
+    /// The loss that is minimised.
     pub loss: Loss,
-    /// Settings of that loss, where it is a rollout's.
+    /// The settings of the rollout loss, for a fit under it.
     #[serde(skip_serializing_if = "RolloutLoss::is_default")]
     pub rollout: RolloutLoss,
-    /// How.
+    /// The optimiser.
     pub optimizer: Optimizer,
-    /// How long.
+    /// The length of the fit.
     pub budget: Budget,
-    /// Samples of one step.
+    /// The number of samples of a step.
     pub batch: usize,
-    /// Samples of the first step, from which they grow geometrically to `batch` with the share of the budget; `None`:
-    /// all steps are alike. Small batches are better at first (docs/adr/0050).
+    /// The number of samples of the first step, which grows geometrically to `batch` with the part of the budget that is
+    /// used; `None` for `batch` samples in all steps. Small batches are better at first (docs/adr/0050).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub batch_first: Option<usize>,
-    /// Of weights and batches.
+    /// The seed of weights and batches.
     pub seed: u64,
-    /// Forces that are learned beside those of the Lagrangian (a chain of rigid links knows friction alone).
+    /// The forces that are learned beside the Lagrangian; of a chain of rigid links only friction is identified.
     pub forces: ForceTerms,
-    /// A robot that is known: a Lagrangian network then learns what its description leaves (theory.md, 48), and the
-    /// losses are in units of that. `DeLaN` can only add inertia to it, a free network also take some away.
+    /// The nominal model: a Lagrangian network then learns what its description omits (theory.md, 48), and the losses are
+    /// in units of that. `DeLaN` can only add inertia to it, a free network also take some away.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nominal: Option<RobotConfig>,
-    /// Numbers of the kernels under Adam.
+    /// The precision of the kernels under Adam.
     pub precision: Precision,
-    /// Steps between two looks at the validation samples.
+    /// The number of steps between two validations.
     pub validate_every: usize,
-    /// Looks without improvement after which the run stops; `None`: never.
+    /// The number of validations without improvement after which the run stops; `None` for no such end.
     pub patience: Option<usize>,
 }
 
@@ -111,20 +111,20 @@ impl Default for FitConfig {
     }
 }
 
-/// A fitted model and how it came about.
+/// The result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// The model with the weights of the best validation loss.
     pub model: Learned,
-    /// Why the run ended.
+    /// The reason for the end of the run.
     pub ending: Ending,
-    /// Best mean validation loss (training loss where there are no validation samples).
+    /// The best mean validation loss; the training loss where there are no validation samples.
     pub best: f64,
-    /// Step at which it was reached.
+    /// The step at which the best loss was reached.
     pub best_step: usize,
-    /// Steps done.
+    /// The number of steps done.
     pub steps: usize,
-    /// Seconds of training.
+    /// The duration of the training, s.
     pub seconds: f64,
 }
 
@@ -148,7 +148,7 @@ pub fn fit(
     }
 }
 
-/// The fit of a family without a closed form.
+/// Fits a family by an optimiser.
 fn descend(
     dataset: &Dataset,
     config: &FitConfig,
@@ -162,7 +162,7 @@ fn descend(
         fresh.extend(SegmentOrder::new(dataset, config).free_starts());
     }
     let mut run = Run::new(dataset, config, resume, fresh)?;
-    let (ending, progress) = match config.precision {
+    let Ended { ending, progress } = match config.precision {
         _ if config.loss == Loss::ROLLOUT => {
             let flow = model.learner(Residuals::OfRates);
             run.in_rollouts(&*flow, &*model.learner(Residuals::OfLoss), observer)
@@ -181,7 +181,7 @@ fn descend(
     })
 }
 
-/// The fit of a family that has a closed form: one step.
+/// Fits a family that has a closed form, in one step.
 fn solve_at_once(dataset: &Dataset, solve: &Solve, observer: &mut dyn Observer) -> Result<Fit> {
     let clock = Instant::now();
     let solution = solve(dataset)?;
@@ -194,7 +194,7 @@ fn solve_at_once(dataset: &Dataset, solve: &Solve, observer: &mut dyn Observer) 
         rate: 1.0,
         singular: 0,
     };
-    // It has ended whatever the observer says.
+    // The fit has ended whatever the observer returns.
     let _ = observer.progress(&progress);
     Ok(Fit {
         best: solution.validation.unwrap_or(solution.loss),

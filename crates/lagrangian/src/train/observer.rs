@@ -1,4 +1,4 @@
-//! Who watches a run, and what it is told.
+//! Observers of a run, and its progress.
 
 use std::ops::ControlFlow;
 
@@ -7,56 +7,56 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::Checkpoint;
 use crate::Result;
 
-/// Where a run is.
+/// The progress of a run after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Steps done.
+    /// The number of steps done.
     pub step: usize,
-    /// Share of the budget used, 0…1.
+    /// The part of the budget that is used, 0…1.
     pub share: f64,
-    /// Seconds of training, over all parts of a resumed run.
+    /// The duration of the training, s, over all parts of a resumed run.
     pub seconds: f64,
-    /// Mean loss of the last batch, before its step.
+    /// The mean loss of the last batch before its step.
     pub loss: f64,
-    /// Mean loss on the validation samples, where this step looked at them.
+    /// The mean loss on the validation samples, where this step was followed by a validation.
     pub validation: Option<f64>,
-    /// Rate of the step.
+    /// The rate of the step.
     pub rate: f64,
-    /// Samples of the batch that were left out for a singular mass matrix.
+    /// The number of samples of the batch that were omitted for a singular mass matrix.
     pub singular: usize,
 }
 
-/// Watches a run; printing, plotting and files are its business.
+/// Watches a run, to print, plot or write files.
 ///
 /// A fit calls it on a thread of the pool that it runs in.
 pub trait Observer: Send {
-    /// After each step; `Break` ends the run and keeps the best weights.
+    /// Called after each step; `Break` ends the run, which keeps the best weights.
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()>;
 
-    /// After each look at the validation samples: everything that a later run needs to go on to the same bits.
+    /// Called after each validation with everything that a later run needs to resume to the same bits.
     ///
     /// # Errors
-    /// Any error ends the run with it.
+    /// An error ends the run, which returns it.
     fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<()> {
         let _ = checkpoint;
         Ok(())
     }
 }
 
-/// Watches nothing.
+/// Observes nothing.
 impl Observer for () {
     fn progress(&mut self, _: &Progress) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-/// Why a run ended.
+/// The reason for the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ending {
-    /// The budget was used.
+    /// The budget is used up.
     Finished,
-    /// The validation loss had not improved for the given patience.
+    /// The validation loss has not improved within the given patience.
     Converged,
     /// The observer ended it.
     Interrupted,

@@ -1,9 +1,9 @@
-//! A run: steps, looks at what was held back, and why it ends.
+//! A run: steps, validations, and why it ends.
 
 use std::time::Instant;
 
 use super::checkpoint::Checkpoint;
-use super::engine::{AdamEngine, Engine, InTurn, NaturalEngine, Stepped};
+use super::engine::{AdamEngine, Engine, InTurn, NaturalEngine, Schedules, Stepped};
 use super::fit::{Budget, FitConfig, Optimizer};
 use super::learner::Learner;
 use super::loss::Loss;
@@ -18,8 +18,8 @@ use crate::dataset::Dataset;
 use crate::{Error, Result};
 use nets::simd::Real;
 
-/// Validation samples that are looked at each time, at most: enough to compare, few enough to be free.
-const JUDGED: usize = 2048;
+/// The largest number of samples of a validation: enough to compare, few enough to cost little.
+const VALIDATED: usize = 2048;
 
 /// A run: its data, its state and its clock.
 pub(super) struct Run<'a> {
@@ -27,9 +27,18 @@ pub(super) struct Run<'a> {
     config: &'a FitConfig,
     pub(super) state: Checkpoint,
     order: Order,
-    judge: Vec<usize>,
+    /// The indices of the samples of a validation.
+    validation: Vec<usize>,
+    /// Seconds of training before this run, where it was resumed.
     before: f64,
     clock: Instant,
+}
+
+/// How a run ended.
+pub(super) struct Ended {
+    pub(super) ending: Ending,
+    /// The progress at its last step.
+    pub(super) progress: Progress,
 }
 
 impl<'a> Run<'a> {
@@ -47,11 +56,11 @@ impl<'a> Run<'a> {
             Some(checkpoint) => checkpoint.clone().for_run(fresh.len(), memory)?,
             None => Checkpoint::fresh(fresh, memory),
         };
-        let judged = dataset.validation.len();
-        let every = judged.div_ceil(JUDGED).max(1);
+        let held = dataset.validation.len();
+        let every = held.div_ceil(VALIDATED).max(1);
         Ok(Self {
             order: Order::new(dataset.train.len(), config.seed),
-            judge: (0..judged).step_by(every).collect(),
+            validation: (0..held).step_by(every).collect(),
             before: state.seconds,
             clock: Instant::now(),
             dataset,
@@ -65,13 +74,13 @@ impl<'a> Run<'a> {
         &mut self,
         learner: &dyn Learner<f64>,
         observer: &mut dyn Observer,
-    ) -> Result<(Ending, Progress)> {
+    ) -> Result<Ended> {
         let Optimizer::Natural(natural) = &self.config.optimizer else {
             return self.by_adam(learner, observer);
         };
         let problems = NetworkProblems::new(learner, self.config.loss, self.batch());
         let engine = NaturalEngine::new(problems, natural);
-        self.descend(self.judged(learner), observer, engine)
+        self.descend(self.validation_loss(learner), observer, engine)
     }
 
     /// By Adam, in the precision of the learner.
@@ -79,7 +88,7 @@ impl<'a> Run<'a> {
         &mut self,
         learner: &dyn Learner<T>,
         observer: &mut dyn Observer,
-    ) -> Result<(Ending, Progress)> {
+    ) -> Result<Ended> {
         let Optimizer::Adam(config) = &self.config.optimizer else {
             return Err(Error::argument(
                 "precision",
@@ -89,59 +98,53 @@ impl<'a> Run<'a> {
         };
         let problem = NetworkDescent::new(learner, self.config.loss, self.batch());
         let engine = AdamEngine { problem, config };
-        self.descend(self.judged(learner), observer, engine)
+        self.descend(self.validation_loss(learner), observer, engine)
     }
 
-    /// Under the rollout loss, after a fit of accelerations where that is wanted; `flow` gives the rates as they are,
-    /// `learner` the residuals of that fit.
+    /// Under the rollout loss, after a fit of accelerations where the settings ask for one; `flow` gives the rates as they
+    /// are, `learner` the residuals of that fit.
     pub(super) fn in_rollouts(
         &mut self,
         flow: &dyn Learner<f64>,
         learner: &dyn Learner<f64>,
         observer: &mut dyn Observer,
-    ) -> Result<(Ending, Progress)> {
-        let (config, batch) = (self.config, self.batch());
+    ) -> Result<Ended> {
+        let (config, batch, loss) = (self.config, self.batch(), Loss::ACCELERATION);
         let mut validation = RolloutValidation::new(self.dataset, config, flow);
-        let judge = |theta: &[f64]| validation.loss(theta);
+        let validate = |theta: &[f64]| validation.loss(theta);
         let order = SegmentOrder::new(self.dataset, config);
-        let warm = config.rollout.warm_start > 0.0;
-        let scheduled;
-        let engine = match &config.optimizer {
+        let until = config.rollout.warm_start;
+        match &config.optimizer {
             Optimizer::Natural(natural) => {
-                scheduled = NaturalConfig {
+                let natural = NaturalConfig {
                     damping_rule: DampingRule::Schedule,
                     ..natural.clone()
                 };
-                let first = || {
-                    let problems = NetworkProblems::new(learner, Loss::ACCELERATION, batch);
-                    Box::new(NaturalEngine::new(problems, &scheduled)) as Box<dyn Engine>
+                let first =
+                    || NaturalEngine::new(NetworkProblems::new(learner, loss, batch), &natural);
+                let engine = InTurn {
+                    first: (until > 0.0).then(first),
+                    second: NaturalEngine::new(RolloutProblems::new(order, flow), &natural),
+                    until,
+                    schedules: Schedules::Own,
                 };
-                let problems = RolloutProblems::new(order, flow);
-                InTurn {
-                    first: warm.then(first),
-                    second: Box::new(NaturalEngine::new(problems, &scheduled)),
-                    until: config.rollout.warm_start,
-                    own_schedules: true,
-                }
+                self.descend(validate, observer, engine)
             }
-            Optimizer::Adam(adam) => {
-                let first = || {
-                    let problem = NetworkDescent::new(learner, Loss::ACCELERATION, batch);
-                    let config = adam;
-                    Box::new(AdamEngine { problem, config }) as Box<dyn Engine>
+            Optimizer::Adam(config) => {
+                let first = || AdamEngine {
+                    problem: NetworkDescent::new(learner, loss, batch),
+                    config,
                 };
-                InTurn {
-                    first: warm.then(first),
-                    second: Box::new(AdamEngine {
-                        problem: RolloutDescent::new(order, flow),
-                        config: adam,
-                    }),
-                    until: config.rollout.warm_start,
-                    own_schedules: false,
-                }
+                let problem = RolloutDescent::new(order, flow);
+                let engine = InTurn {
+                    first: (until > 0.0).then(first),
+                    second: AdamEngine { problem, config },
+                    until,
+                    schedules: Schedules::Shared,
+                };
+                self.descend(validate, observer, engine)
             }
-        };
-        self.descend(judge, observer, engine)
+        }
     }
 
     /// The largest batch that there are samples for.
@@ -149,65 +152,69 @@ impl<'a> Run<'a> {
         self.config.batch.min(self.dataset.train.len())
     }
 
-    /// Judges parameters by the validation samples; `None` where there are none.
-    fn judged<'l, T: Real>(
+    /// The loss of parameters on the validation samples; `None` where there are none.
+    fn validation_loss<'l, T: Real>(
         &self,
         learner: &'l dyn Learner<T>,
     ) -> impl FnMut(&[f64]) -> Option<LossValue> + use<'a, 'l, T> {
-        let mut judges = Batches::<T>::new(learner, self.judge.len().clamp(1, 256));
-        let (judge, dataset, loss) = (self.judge.clone(), self.dataset, self.config.loss);
+        let mut batches = Batches::<T>::new(learner, self.validation.len().clamp(1, 256));
+        let (indices, dataset, loss) = (self.validation.clone(), self.dataset, self.config.loss);
         move |parameters| {
-            let judged = Batch {
+            let batch = Batch {
                 samples: &dataset.validation,
-                indices: &judge,
+                indices: &indices,
             };
-            (!judge.is_empty()).then(|| judges.evaluate(learner, loss, parameters, judged, None))
+            (!indices.is_empty()).then(|| batches.evaluate(learner, loss, parameters, batch, None))
         }
     }
 
     /// The loop that all engines share.
     fn descend(
         &mut self,
-        mut judge: impl FnMut(&[f64]) -> Option<LossValue>,
+        mut validate: impl FnMut(&[f64]) -> Option<LossValue>,
         observer: &mut dyn Observer,
         mut engine: impl Engine,
-    ) -> Result<(Ending, Progress)> {
+    ) -> Result<Ended> {
         if self.share() >= 1.0 && !self.state.best_parameters.is_empty() {
-            return Ok((Ending::Finished, self.at_the_end()));
+            return Ok(Ended {
+                ending: Ending::Finished,
+                progress: self.at_the_end(),
+            });
         }
         engine.load(&self.state);
         loop {
-            let Stepped { loss: value, rate } = self.advance(&mut engine);
+            let Stepped { loss, rate } = self.advance(&mut engine);
             let share = self.share();
-            let look = self.state.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
-            if look {
+            let due = self.state.step.is_multiple_of(self.config.validate_every) || share >= 1.0;
+            let mut validation = None;
+            if due {
                 engine.save(&mut self.state);
+                validation = self.update_best(validate(&self.state.parameters), loss);
             }
-            let validation = look.then(|| self.look(judge(&self.state.parameters), value));
             let progress = Progress {
                 step: self.state.step,
                 share,
                 seconds: self.seconds(),
-                loss: value.mean(),
-                validation: validation.filter(|(_, held)| *held).map(|(value, _)| value),
+                loss: loss.mean(),
+                validation,
                 rate,
-                singular: value.singular,
+                singular: loss.singular,
             };
             let stop = observer.progress(&progress).is_break();
             let ending = self.ending(share, stop);
-            if look {
-                // It may have gone back to the best.
+            if due {
+                // The parameters may have been rolled back to the best.
                 engine.load(&self.state);
             } else if ending.is_some() {
                 engine.save(&mut self.state);
             }
-            if look || ending.is_some() {
+            if due || ending.is_some() {
                 self.state.seconds = self.seconds();
                 observer.checkpoint(&self.state)?;
             }
             if let Some(ending) = ending {
-                self.settle(&mut judge, value);
-                return Ok((ending, progress));
+                self.settle(&mut validate, loss);
+                return Ok(Ended { ending, progress });
             }
         }
     }
@@ -228,18 +235,18 @@ impl<'a> Run<'a> {
         stepped
     }
 
-    /// Keeps the parameters if they are the best so far, by the held-back samples, or by the batch where there are
-    /// none; returns the loss and whether it is that of held-back samples.
-    fn look(&mut self, held: Option<LossValue>, batch: LossValue) -> (f64, bool) {
-        let value = self.state.judge(held.unwrap_or(batch));
-        (value, held.is_some())
+    /// Keeps the parameters if they are the best so far by the loss on the validation samples, or by that of the batch where
+    /// there are none; returns the former.
+    fn update_best(&mut self, validation: Option<LossValue>, batch: LossValue) -> Option<f64> {
+        let value = self.state.update_best(validation.unwrap_or(batch));
+        validation.map(|_| value)
     }
 
-    /// The parameters of a run that ended before its first look are its best. Not in the checkpoint: a resumed run must not
-    /// know of it.
-    fn settle(&mut self, judge: &mut impl FnMut(&[f64]) -> Option<LossValue>, value: LossValue) {
+    /// The parameters of a run that ended before its first validation are its best. Not in the checkpoint: a resumed run must
+    /// not know of it.
+    fn settle(&mut self, validate: &mut impl FnMut(&[f64]) -> Option<LossValue>, batch: LossValue) {
         if self.state.best_parameters.is_empty() {
-            self.look(judge(&self.state.parameters), value);
+            self.update_best(validate(&self.state.parameters), batch);
         }
         if self.state.best_parameters.is_empty() {
             self.state
@@ -264,7 +271,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Where a run is that was resumed behind its last step.
+    /// The progress of a run that was resumed after its last step.
     fn at_the_end(&self) -> Progress {
         Progress {
             step: self.state.step,
