@@ -40,7 +40,7 @@ pub trait FittedModel: Model + Any + Debug {
         FittedForces::default()
     }
 
-    /// The robot that it was learned upon, where there is one.
+    /// The nominal model beneath it, where there is one.
     fn nominal(&self) -> Option<&RigidBodies> {
         None
     }
@@ -111,7 +111,7 @@ pub struct Stored {
     pub architecture: Value,
     /// Scales.
     pub scaling: Value,
-    /// The robot that it was learned upon.
+    /// The nominal model beneath it.
     pub nominal: Value,
     /// Its numbers by name.
     pub tensors: Vec<(&'static str, Vec<f64>)>,
@@ -208,13 +208,13 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
     }
 }
 
-/// A robot that is known, and a network of what its description leaves.
-type Upon = Sum<RigidBodies, Box<dyn LearnedLagrangian>>;
+/// The sum of a nominal model and of a network that learned what it omits.
+type WithNominal = Sum<RigidBodies, Box<dyn LearnedLagrangian>>;
 
-/// What stands before the family of a network that was learned upon a robot.
-const UPON: &str = "nominal+";
+/// The prefix of the family of a network with a nominal model.
+const NOMINAL: &str = "nominal+";
 
-impl FittedModel for Mechanical<Upon> {
+impl FittedModel for Mechanical<WithNominal> {
     fn description(&self) -> Description {
         let family = self.lagrangian.rest().description().family;
         Description::mechanical(
@@ -225,7 +225,7 @@ impl FittedModel for Mechanical<Upon> {
 
     fn stored(&self) -> Result<Stored> {
         let mut stored = self.lagrangian.rest().stored()?;
-        stored.name.insert_str(0, UPON);
+        stored.name.insert_str(0, NOMINAL);
         stored.nominal = saved::describe(&RobotShape::of(self.lagrangian.known()))?;
         Ok(stored)
     }
@@ -330,7 +330,7 @@ impl Learned {
         self.0.forces().actuation
     }
 
-    /// The robot that it was learned upon, where there is one.
+    /// The nominal model beneath it, where there is one.
     #[must_use]
     pub fn nominal(&self) -> Option<&RigidBodies> {
         self.0.nominal()
@@ -342,8 +342,8 @@ impl Learned {
         self.0.parameters()
     }
 
-    /// What a network learned upon a robot.
-    pub(crate) fn upon(
+    /// The sum of a nominal model and of a network that learned what it omits.
+    pub(crate) fn with_nominal(
         nominal: RigidBodies,
         rest: Mechanical<Box<dyn LearnedLagrangian>>,
     ) -> Result<Self> {
@@ -385,17 +385,18 @@ impl Learned {
     /// [`crate::Error::Tensor`], [`crate::Error::Shape`] or [`crate::Error::Argument`] for weights that do not belong to it.
     pub fn load(saved: &SavedModel) -> Result<Self> {
         let header = &saved.header;
-        let Some(family) = header.family.strip_prefix(UPON) else {
+        let Some(family) = header.family.strip_prefix(NOMINAL) else {
             return load(saved);
         };
         let mut rest = saved.clone();
         rest.header.family = family.into();
-        let rest = load(&rest)?
-            .0
-            .on_heap()
-            .ok_or_else(|| saved::damaged(format!("'{family}' is no network upon a robot")))?;
+        let rest = load(&rest)?.0.on_heap().ok_or_else(|| {
+            saved::damaged(format!(
+                "'{family}' is no family that is combined with a nominal model"
+            ))
+        })?;
         let shape: RobotShape = saved::read("nominal model", &header.nominal)?;
-        Self::upon(shape.bodies(&header.coordinates)?, rest)
+        Self::with_nominal(shape.bodies(&header.coordinates)?, rest)
     }
 }
 

@@ -85,7 +85,7 @@ impl Setup {
         })
     }
 
-    /// A Lagrangian with the trained forces, upon the nominal model where there is one.
+    /// The Lagrangian with the trained forces, added to the nominal model where there is one.
     pub(crate) fn learned(
         &self,
         lagrangian: impl LearnedLagrangian + Clone,
@@ -95,7 +95,7 @@ impl Setup {
             None => Ok(self.mechanical(lagrangian, extra)?.into()),
             Some(nominal) => {
                 let rest: Box<dyn LearnedLagrangian> = Box::new(lagrangian);
-                Learned::upon(nominal.clone(), self.mechanical(rest, extra)?)
+                Learned::with_nominal(nominal.clone(), self.mechanical(rest, extra)?)
             }
         }
     }

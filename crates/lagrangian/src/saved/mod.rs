@@ -56,7 +56,7 @@ pub struct Header {
     /// Gains and offsets that were learned or given, where there are any.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub actuation: Value,
-    /// The robot that the network was learned upon, where there is one.
+    /// The nominal model beneath the network, where there is one.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub nominal: Value,
     /// Where it came from.

@@ -138,7 +138,7 @@ impl FitConfig {
             return refuse("nominal model", value, must);
         }
         if self.nominal.is_some() && rollout {
-            let must = "acceleration or torque upon a nominal model: a rollout has no gradient through a robot's description";
+            let must = "acceleration or torque with a nominal model: a rollout has no gradient through a robot's description";
             return refuse("loss", "rollout", must);
         }
         if self.nominal.is_some() && self.loss.rule().is_some() {

@@ -55,7 +55,7 @@ pub struct Request {
     pub budget: Option<Budget>,
     /// The seed of weights and batches.
     pub seed: u64,
-    /// A robot that is known, upon which a network is learned.
+    /// The nominal model, whose omissions a network learns.
     pub nominal: Option<RobotConfig>,
 }
 

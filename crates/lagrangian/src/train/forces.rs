@@ -187,7 +187,7 @@ impl Forces {
     }
 
     /// Parameters of each coordinate.
-    pub(crate) fn kinds(&self) -> usize {
+    pub(crate) fn force_terms(&self) -> usize {
         self.terms.len()
     }
 
@@ -199,7 +199,7 @@ impl Forces {
         self.terms.iter().position(|t| *t == term)
     }
 
-    /// Parameter `term` of coordinate `i`, 0 where it is not learned; `extra` is `[kinds, n]`.
+    /// Parameter `term` of coordinate `i`, 0 where it is not learned; `extra` is `[force_terms, n]`.
     fn value(&self, extra: &[f64], term: Term, i: usize) -> f64 {
         self.find(term).map_or(0.0, |k| extra[k * self.n() + i])
     }
@@ -255,7 +255,7 @@ impl Forces {
     }
 
     /// What the terms add to the left side of coordinate `i`, N·m, B u included with its sign; the slopes by its
-    /// parameters go to `slopes` `[kinds]`.
+    /// parameters go to `slopes` `[force_terms]`.
     pub(crate) fn force(
         &self,
         extra: &[f64],

@@ -68,8 +68,8 @@ pub(crate) struct Adjoint<T> {
 pub(crate) struct Mechanics {
     pub(crate) jet: Jet,
     /// The derivatives of a nominal model, where there is one.
-    pub(crate) known: Jet,
-    pub(crate) knows: bool,
+    pub(crate) nominal: Jet,
+    pub(crate) has_nominal: bool,
     pub(crate) solver: SymmetricSolver,
     /// M⁻¹ of one sample.
     pub(crate) inverse: Vec<f64>,
@@ -147,8 +147,8 @@ impl Mechanics {
         jet.resize(samples, n);
         Self {
             jet,
-            known: Jet::default(),
-            knows: false,
+            nominal: Jet::default(),
+            has_nominal: false,
             solver: SymmetricSolver::new(n),
             inverse: Vec::new(),
             scratch: vec![0.0; 2 * n],
@@ -167,13 +167,13 @@ impl<T: Real> Work<T> {
         energy: f64,
     ) {
         let (n, samples) = (self.mechanics.jet.n(), self.samples);
-        let (kinds, k) = (forces.kinds(), self.linear.along.len() / samples);
+        let (force_terms, k) = (forces.force_terms(), self.linear.along.len() / samples);
         let set = match at {
             At::Recorded => 0,
-            At::Rest | At::Found(_) => k / n - 1,
+            At::Rest | At::Predicted(_) => k / n - 1,
         };
         let row = s * n..s * n + n;
-        if kinds == 0 && !self.mechanics.knows {
+        if force_terms == 0 && !self.mechanics.has_nominal {
             let forces = self.mechanics.scratch[n..]
                 .iter_mut()
                 .zip(&self.states.tau[row]);
@@ -186,14 +186,15 @@ impl<T: Real> Work<T> {
                 qdd: match at {
                     At::Recorded => self.states.qdd[s * n + i],
                     At::Rest => 0.0,
-                    At::Found(set) => self.linear.along[s * k + set * n + i],
+                    At::Predicted(set) => self.linear.along[s * k + set * n + i],
                 },
                 tau: &self.states.tau[row.clone()],
             };
-            let slopes = &mut self.linear.extra[(s * k + set * n + i) * kinds..][..kinds];
+            let slopes =
+                &mut self.linear.extra[(s * k + set * n + i) * force_terms..][..force_terms];
             let learned = forces.force(parameters, i, &drive, slopes);
             slopes.iter_mut().for_each(|x| *x /= energy);
-            self.mechanics.scratch[n + i] = learned + self.known_force(s, i, at);
+            self.mechanics.scratch[n + i] = learned + self.nominal_force(s, i, at);
         }
     }
 }
@@ -217,7 +218,7 @@ pub(crate) enum At {
     /// None.
     Rest,
     /// That of the model, in this set of [`Linearisation::along`].
-    Found(usize),
+    Predicted(usize),
 }
 
 /// What a learner is, in data.
@@ -241,7 +242,7 @@ pub(crate) struct Facts<'a> {
     pub(crate) loss: Loss,
     /// The weight of each coordinate's residual, `[n]`.
     pub(crate) weights: &'a [f64],
-    /// Forces that are learned beside the network: their parameters are stored `[kinds, n]` behind those of the
+    /// Forces that are learned beside the network: their parameters are stored `[force_terms, n]` behind those of the
     /// network.
     pub(crate) forces: Option<&'a Forces>,
 }
@@ -285,7 +286,7 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
     }
     /// Parameters of each coordinate beside those of the network.
     pub(crate) fn extra(&self) -> usize {
-        self.forces().map_or(0, Forces::kinds)
+        self.forces().map_or(0, Forces::force_terms)
     }
     pub(crate) fn outputs_each(&self) -> usize {
         self.facts().outputs

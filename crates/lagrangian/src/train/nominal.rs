@@ -11,40 +11,40 @@ use nets::simd::Real;
 
 impl<T: Real> Work<T> {
     /// Evaluates the nominal model at the states of the block; `None`: nothing is known.
-    pub(crate) fn know(&mut self, nominal: Option<&RigidBodies>) {
-        self.mechanics.knows = nominal.is_some();
+    pub(crate) fn evaluate_nominal(&mut self, nominal: Option<&RigidBodies>) {
+        self.mechanics.has_nominal = nominal.is_some();
         if let Some(nominal) = nominal {
             nominal
                 .jets()
-                .jet(&self.states.q, &self.states.qd, &mut self.mechanics.known);
+                .jet(&self.states.q, &self.states.qd, &mut self.mechanics.nominal);
         }
     }
 
     /// What the nominal model adds to the left side of the balance of coordinate `i` of sample `s`: its bias, and its
     /// inertia where the recorded acceleration is taken.
-    pub(crate) fn known_force(&self, s: usize, i: usize, at: At) -> f64 {
-        if !self.mechanics.knows {
+    pub(crate) fn nominal_force(&self, s: usize, i: usize, at: At) -> f64 {
+        if !self.mechanics.has_nominal {
             return 0.0;
         }
         let (n, k) = (self.mechanics.jet.n(), s * self.mechanics.jet.n() + i);
-        let bias = self.mechanics.known.momentum_drift[k] - self.mechanics.known.dl_dq[k];
+        let bias = self.mechanics.nominal.momentum_drift[k] - self.mechanics.nominal.dl_dq[k];
         match at {
             At::Recorded => {
-                let mass = &self.mechanics.known.mass_matrix[k * n..][..n];
+                let mass = &self.mechanics.nominal.mass_matrix[k * n..][..n];
                 let qdd = &self.states.qdd[s * n..][..n];
                 bias + mass.iter().zip(qdd).map(|(m, a)| m * a).sum::<f64>()
             }
-            At::Rest | At::Found(_) => bias,
+            At::Rest | At::Predicted(_) => bias,
         }
     }
 
     /// Adds the nominal mass matrix to that of sample `s`.
-    pub(crate) fn add_known_mass(&mut self, s: usize) {
-        if self.mechanics.knows {
+    pub(crate) fn add_nominal_mass(&mut self, s: usize) {
+        if self.mechanics.has_nominal {
             let n = self.mechanics.jet.n();
             let entries = s * n * n..(s + 1) * n * n;
             let own = &mut self.mechanics.jet.mass_matrix[entries.clone()];
-            let known = &self.mechanics.known.mass_matrix[entries];
+            let known = &self.mechanics.nominal.mass_matrix[entries];
             own.iter_mut().zip(known).for_each(|(m, k)| *m += k);
         }
     }

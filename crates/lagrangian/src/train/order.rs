@@ -9,8 +9,8 @@ use crate::dataset::shuffle;
 pub(crate) struct Order {
     seed: u64,
     epoch: Option<usize>,
-    numbers: Vec<usize>,
-    wrapped: Vec<usize>,
+    indices: Vec<usize>,
+    drawn: Vec<usize>,
 }
 
 impl Order {
@@ -18,26 +18,26 @@ impl Order {
         Self {
             seed,
             epoch: None,
-            numbers: (0..len).collect(),
-            wrapped: Vec::new(),
+            indices: (0..len).collect(),
+            drawn: Vec::new(),
         }
     }
 
     /// The samples of a step; the few that are left at the end of a pass are skipped.
     pub(crate) fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
-        let steps = (self.numbers.len() / batch).max(1);
+        let steps = (self.indices.len() / batch).max(1);
         let epoch = step / steps;
         if self.epoch != Some(epoch) {
             self.epoch = Some(epoch);
-            self.numbers.sort_unstable();
+            self.indices.sort_unstable();
             let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
             rng.set_stream(1 + epoch as u64);
-            shuffle(&mut self.numbers, &mut rng);
+            shuffle(&mut self.indices, &mut rng);
         }
         let start = step % steps * batch;
-        self.wrapped.clear();
-        self.wrapped
-            .extend_from_slice(&self.numbers[start..start + batch]);
-        &self.wrapped
+        self.drawn.clear();
+        self.drawn
+            .extend_from_slice(&self.indices[start..start + batch]);
+        &self.drawn
     }
 }

@@ -48,7 +48,7 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let samples = work.pass.samples();
-        work.know(self.nominal);
+        work.evaluate_nominal(self.nominal);
         work.mechanics.scratch.resize(4 * self.shape.dof(), 0.0);
         let block = work.own.deep.take();
         let mut block = block.unwrap_or_else(|| Box::new(Block::new(self.shape, samples)));
@@ -205,7 +205,7 @@ impl DelanLearner<'_> {
             }
             mass[i * n + i] += self.forces.rotor(extra, i);
         }
-        work.add_known_mass(s);
+        work.add_nominal_mass(s);
         for i in 0..n {
             work.mechanics.scratch[i] = -energy * block.left(s, i) - work.mechanics.scratch[n + i];
         }
@@ -230,7 +230,7 @@ impl DelanLearner<'_> {
         work.mechanics.inverse = inverse;
         if regular {
             // Rotors feel the acceleration of the model.
-            return work.force(&self.forces, extra, (s, At::Found(set)), energy);
+            return work.force(&self.forces, extra, (s, At::Predicted(set)), energy);
         }
         work.linear.singular += usize::from(s < work.count);
         work.linear.residual[s * m..][..m].fill(0.0);

@@ -167,7 +167,7 @@ impl HnnLearner<'_> {
     /// r and D; the second half of the scratch holds d − τ, `extra` its slopes.
     fn residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
         let n = self.shape.dof();
-        let (k, kinds) = (2 * n, self.forces.kinds());
+        let (k, force_terms) = (2 * n, self.forces.force_terms());
         work.linear.d[s * k * k..][..k * k].fill(0.0);
         for i in 0..n {
             let (v, f) = (s * k + i, s * k + n + i);
@@ -178,7 +178,7 @@ impl HnnLearner<'_> {
             let push = force * work.linear.along[f] - work.mechanics.scratch[n + i];
             work.linear.residual[f] = self.weights[n + i] * (push - work.states.pd[s * n + i]);
             work.linear.d[(s * k + n + i) * k + n + i] = self.weights[n + i] * force;
-            for slope in &mut work.linear.extra[f * kinds..][..kinds] {
+            for slope in &mut work.linear.extra[f * force_terms..][..force_terms] {
                 *slope /= -force;
             }
         }

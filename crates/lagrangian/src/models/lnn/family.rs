@@ -74,7 +74,7 @@ fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
         ));
     }
     let form = if request.nominal.is_some() {
-        let reason = "upon a known robot the network must be able to take inertia away";
+        let reason = "with a nominal model the network must be able to take inertia away";
         Choice::new("form", "free", reason)
     } else if known.noisy() {
         let reason = format!(
@@ -89,7 +89,7 @@ fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
     let mut choices = vec![form];
     if request.nominal.is_some() && free {
         let reason =
-            "upon a known robot a network begins as nothing, without a mass matrix of its own";
+            "with a nominal model the network begins at zero, without a mass matrix of its own";
         choices.push(Choice::new("kinetic", 0.0, reason));
     }
     Ok(choices)

@@ -47,7 +47,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
         let (shape, n) = (self.shape, self.shape.dof());
         let torque = self.loss.needs_forces();
         let at = if torque { At::Recorded } else { At::Rest };
-        work.know(self.nominal);
+        work.evaluate_nominal(self.nominal);
         for s in 0..work.pass.samples() {
             let row = s * n..s * n + n;
             let qdd = torque.then(|| &work.states.qdd[row.clone()]);
@@ -71,7 +71,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
                 (&work.states.qd[row], qdd),
                 &mut work.mechanics.jet,
             );
-            work.add_known_mass(s);
+            work.add_nominal_mass(s);
             work.force(&self.forces, extra, (s, at), self.shape.scaling.energy);
             work.hold(&shape.coordinates, s);
             if torque {

@@ -106,10 +106,10 @@ impl Block {
     /// Adds what the parameters beside the network contribute to J φ in S-space.
     fn push_extra(&mut self, learner: &dyn Learner<f64>, extra: &[f64]) {
         let n = learner.dof();
-        let (kinds, k) = (extra.len() / n, self.raw.len() / BLOCK);
+        let (force_terms, k) = (extra.len() / n, self.raw.len() / BLOCK);
         for (at, raw) in self.raw.iter_mut().enumerate() {
-            for e in 0..kinds {
-                *raw += self.work.linear.extra[at * kinds + e]
+            for e in 0..force_terms {
+                *raw += self.work.linear.extra[at * force_terms + e]
                     * extra[e * n + learner.coordinate(at % k)];
             }
         }
@@ -117,7 +117,7 @@ impl Block {
 
     /// gradient = Jᵀ x of the network's parameters; leaves Dᵀ x in `raw`, in the order of the pass.
     pub(super) fn pull_back(&mut self, learner: &dyn Learner<f64>, terms: &Terms) {
-        self.unmix();
+        self.apply_d_transposed();
         self.by_point(learner.points());
         self.gradient.clear();
         let Self {
@@ -132,7 +132,7 @@ impl Block {
     }
 
     /// raw = Dᵀ right.
-    fn unmix(&mut self) {
+    fn apply_d_transposed(&mut self) {
         let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
         for (at, raw) in self.raw.iter_mut().enumerate() {
             let (s, column) = (at / k, at % k);
@@ -144,10 +144,10 @@ impl Block {
 
     /// Adds Jᵀ x of the parameters beside the network, after [`Block::pull_back`].
     pub(super) fn pull_extra_back(&mut self, learner: &dyn Learner<f64>, phi_extra: &mut [f64]) {
-        let (n, k, kinds) = (learner.dof(), learner.outputs_each(), learner.extra());
+        let (n, k, force_terms) = (learner.dof(), learner.outputs_each(), learner.extra());
         self.by_sample(learner.points());
         for (at, slope) in self.work.linear.extra.iter().enumerate() {
-            let (output, kind) = (at / kinds, at % kinds);
+            let (output, kind) = (at / force_terms, at % force_terms);
             let coordinate = learner.coordinate(output % k);
             phi_extra[kind * n + coordinate] += slope * self.raw[output];
         }

@@ -153,7 +153,7 @@ fn weigh<T: Real>(
     extra: &mut [f64],
 ) {
     let n = learner.dof();
-    let (kinds, samples) = (extra.len() / n, work.samples);
+    let (force_terms, samples) = (extra.len() / n, work.samples);
     let (m, k) = (
         work.linear.residual.len() / samples,
         work.adjoint.lambda.len() / samples,
@@ -175,9 +175,9 @@ fn weigh<T: Real>(
                 lambda += mix[j] * slope;
             }
             *to = T::of(lambda);
-            for e in 0..kinds {
+            for e in 0..force_terms {
                 extra[e * n + learner.coordinate(j)] +=
-                    lambda * work.linear.extra[(s * k + j) * kinds + e];
+                    lambda * work.linear.extra[(s * k + j) * force_terms + e];
             }
         }
     }

@@ -4,7 +4,7 @@ use super::block::BLOCK;
 use crate::train::learner::{Learner, Work};
 
 /// K = D (S-space tile + extra parameters) D'ᵀ (theory.md, section 7), rows and columns i · samples + s.
-pub(super) fn mix(
+pub(super) fn tile_of_residuals(
     left: &Work<f64>,
     right: &Work<f64>,
     learner: &dyn Learner<f64>,
@@ -44,16 +44,16 @@ pub(super) fn mix(
 
 /// Adds the products of the slopes along parameters beside the network, which couple outputs of one coordinate.
 fn add_extra(left: &Work<f64>, right: &Work<f64>, learner: &dyn Learner<f64>, raw: &mut [f64]) {
-    let kinds = learner.extra();
+    let force_terms = learner.extra();
     let same = |i: usize, j: usize| learner.coordinate(i) == learner.coordinate(j);
     let k = left.linear.along.len() / BLOCK;
-    for (i, j) in pairs(k).filter(|(i, j)| kinds > 0 && same(*i, *j)) {
+    for (i, j) in pairs(k).filter(|(i, j)| force_terms > 0 && same(*i, *j)) {
         for s in 0..BLOCK {
             let row = &mut raw[(i * BLOCK + s) * k * BLOCK + j * BLOCK..][..BLOCK];
-            for e in 0..kinds {
-                let slope = left.linear.extra[(s * k + i) * kinds + e];
+            for e in 0..force_terms {
+                let slope = left.linear.extra[(s * k + i) * force_terms + e];
                 for (t, x) in row.iter_mut().enumerate() {
-                    *x += slope * right.linear.extra[(t * k + j) * kinds + e];
+                    *x += slope * right.linear.extra[(t * k + j) * force_terms + e];
                 }
             }
         }

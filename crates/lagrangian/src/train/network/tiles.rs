@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use super::block::{BLOCK, Block};
-use super::products::mix;
+use super::products::tile_of_residuals;
 use crate::train::learner::Learner;
 use nets::simd::Real;
 use nets::{Factors, Terms, TileScratch};
@@ -161,6 +161,6 @@ fn fill<S: Real>(
         let (scratch, raw) = own(&mut mine);
         let (left, right) = (&blocks[tile.row], &blocks[tile.column]);
         factors(left).tile(net, factors(right), terms, scratch, raw);
-        mix(&left.work, &right.work, learner, raw, &mut tile.values);
+        tile_of_residuals(&left.work, &right.work, learner, raw, &mut tile.values);
     });
 }

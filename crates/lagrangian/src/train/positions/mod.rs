@@ -207,10 +207,11 @@ impl<F> PositionsLearner<'_, F> {
         F: PointFamily<T>,
     {
         self.family.evaluate(packed, work, mass);
-        let (n, samples, kinds) = (self.family.dof(), work.samples, self.forces.kinds());
+        let (n, samples, force_terms) =
+            (self.family.dof(), work.samples, self.forces.force_terms());
         let (places, energy) = (self.places(), self.family.scaling().energy);
         work.linear.extra.fill(0.0);
-        let mut slopes = [0.0; MAX_KINDS];
+        let mut slopes = [0.0; MAX_FORCE_TERMS];
         for s in 0..samples {
             let share = |j: usize| work.own.points.slope[j * samples + s];
             for i in 0..n {
@@ -225,8 +226,12 @@ impl<F> PositionsLearner<'_, F> {
                         qdd: work.own.points.a[s * n + i],
                         tau: &work.states.tau[s * n..][..n],
                     };
-                    sum += share(j) * self.forces.force(extra, i, &drive, &mut slopes[..kinds]);
-                    let own = &mut work.linear.extra[(s * n + i) * places * kinds..][..kinds];
+                    sum += share(j)
+                        * self
+                            .forces
+                            .force(extra, i, &drive, &mut slopes[..force_terms]);
+                    let own =
+                        &mut work.linear.extra[(s * n + i) * places * force_terms..][..force_terms];
                     own.iter_mut()
                         .zip(&slopes)
                         .for_each(|(own, slope)| *own += share(j) * slope / energy);
@@ -345,4 +350,4 @@ impl<F> PositionsLearner<'_, F> {
 }
 
 /// Parameters of forces that a coordinate has at most: those of friction, and a row of the input matrix.
-const MAX_KINDS: usize = 8 + super::learner::MAX_DOF;
+const MAX_FORCE_TERMS: usize = 8 + super::learner::MAX_DOF;

@@ -2,7 +2,7 @@
 
 use super::config::{RolloutLoss, SEGMENTS, Start};
 use super::gauss_newton::{GaussNewton, RolloutProblem, Segments};
-use super::gradient::{Shooting, Wanted};
+use super::gradient::{GradientOf, Shooting};
 use super::segments::{Recorded, Rows};
 use super::shoot::Task;
 use crate::dataset::Dataset;
@@ -96,8 +96,8 @@ impl<'a> SegmentOrder<'a> {
             let seed = self.seed.wrapping_add(horizon as u64);
             self.order = Order::new(self.begins.len(), seed);
         }
-        let wanted = self.count(horizon).min(self.begins.len());
-        let indices = self.order.batch(step, wanted);
+        let gradient_of = self.count(horizon).min(self.begins.len());
+        let indices = self.order.batch(step, gradient_of);
         indices.iter().map(|k| self.begins[*k]).collect()
     }
 
@@ -212,13 +212,15 @@ impl Differentiable for RolloutDescent<'_> {
         let warm = self.order.config.warm_start;
         let segments = self.order.next(at.step, (at.part - warm) / (1.0 - warm));
         let mut moves = Vec::new();
-        let wanted = Wanted {
+        let gradient_of = GradientOf {
             gradient: &mut self.gradient,
             moves: &mut moves,
         };
         let task = (&segments.task(&self.starts), &segments.begins[..]);
         let (flow, parameters) = (self.flow, &self.parameters);
-        let loss = self.shooting.evaluate(flow, parameters, task, Some(wanted));
+        let loss = self
+            .shooting
+            .evaluate(flow, parameters, task, Some(gradient_of));
         for (place, change) in moves {
             if let (Some(x), true) = (self.starts.get_mut(place), change.is_finite()) {
                 *x += change;

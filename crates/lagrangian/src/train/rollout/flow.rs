@@ -44,7 +44,7 @@ pub(super) struct Point {
     /// Of an implicit stage: the inverse of its own equation's slope, `[samples, 2n, 2n]`.
     pub(super) inverse: Vec<f64>,
     /// D = ∂(learned rates)/∂S, `[samples, rates, k]`.
-    pub(super) mix: Vec<f64>,
+    pub(super) by_output: Vec<f64>,
     /// A square and marks for implicit stages.
     pub(super) scratch: Vec<f64>,
     pub(super) stuck: Vec<bool>,
@@ -58,7 +58,7 @@ impl Point {
             rate: vec![0.0; m * d],
             slopes: vec![0.0; m * d * d],
             inverse: vec![0.0; if implicit { m * d * d } else { 0 }],
-            mix: vec![0.0; m * sizes.rates * sizes.outputs],
+            by_output: vec![0.0; m * sizes.rates * sizes.outputs],
             scratch: vec![0.0; if implicit { d * d } else { 0 }],
             stuck: vec![false; m],
         }
@@ -116,8 +116,8 @@ impl Flow<'_> {
                 true => rate[n..].copy_from_slice(found),
                 false => rate.iter_mut().zip(found).for_each(|(r, x)| *r += x),
             }
-            let mix = &work.linear.d[s * rates * outputs..][..rates * outputs];
-            let regular = mix.iter().any(|d| *d != 0.0);
+            let by_output = &work.linear.d[s * rates * outputs..][..rates * outputs];
+            let regular = by_output.iter().any(|d| *d != 0.0);
             if !regular || rate.iter().any(|r| !r.is_finite() || r.abs() > LARGEST) {
                 failed[s] = true;
                 rate.fill(0.0);
@@ -140,7 +140,7 @@ impl Flow<'_> {
             x,
             rate,
             slopes,
-            mix,
+            by_output,
             ..
         } = point;
         self.rate(work, x, tau, rate, failed);
@@ -149,12 +149,12 @@ impl Flow<'_> {
         raw.resize(self.sizes.samples * outputs * 2 * n, 0.0);
         self.learner
             .state_slopes(self.packed, self.extra, work, &mut raw);
-        mix.copy_from_slice(&work.linear.d);
+        by_output.copy_from_slice(&work.linear.d);
         let d = 2 * n;
         for (s, slopes) in slopes.chunks_exact_mut(d * d).enumerate() {
             slopes.fill(0.0);
             if failed[s] {
-                mix[s * rates * outputs..][..rates * outputs].fill(0.0);
+                by_output[s * rates * outputs..][..rates * outputs].fill(0.0);
                 continue;
             }
             for i in 0..d - rates {
@@ -163,7 +163,7 @@ impl Flow<'_> {
             for i in 0..rates {
                 let row = &mut slopes[(d - rates + i) * d..][..d];
                 for j in 0..outputs {
-                    let weight = mix[(s * rates + i) * outputs + j];
+                    let weight = by_output[(s * rates + i) * outputs + j];
                     let raw = &raw[(s * outputs + j) * d..][..d];
                     row.iter_mut().zip(raw).for_each(|(f, x)| *f += weight * x);
                 }

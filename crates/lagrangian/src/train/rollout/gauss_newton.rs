@@ -127,7 +127,7 @@ impl LeastSquares for RolloutProblem<'_> {
         let count = task.config.evaluations(task.rows.horizon);
         units[..used].par_iter_mut().for_each(|unit| {
             unit.block.back(&task, Back::Each);
-            unit.mix(task.rows);
+            unit.chain(task.rows);
             for (work, factors) in unit.block.works.iter().zip(&mut unit.factors).take(count) {
                 factors.set(net, &work.pass, terms);
             }
@@ -139,7 +139,7 @@ impl LeastSquares for RolloutProblem<'_> {
         let used = self.used();
         let (memory, task) = (&mut *self.memory, self.segments.task(&[]));
         memory.gram(self.learner, used, &task, &self.terms);
-        memory.mix_gram(used, &task);
+        memory.fill_kernel(used, &task);
         let each = SEGMENTS * self.segments.rows.count();
         let size = used * each;
         system.resize(size);
@@ -173,12 +173,12 @@ impl LeastSquares for RolloutProblem<'_> {
                 .for_each(|unit| first.gradient.add(&unit.gradient));
             first.gradient.add_to(net, phi);
         }
-        let kinds = learner.extra();
+        let force_terms = learner.extra();
         for unit in units.iter() {
             for (e, raw) in unit.raw.chunks_exact(SEGMENTS * k).enumerate() {
                 let slopes = &unit.block.works[e].linear.extra;
                 for (at, slope) in slopes.iter().enumerate() {
-                    let (output, kind) = (at / kinds, at % kinds);
+                    let (output, kind) = (at / force_terms, at % force_terms);
                     phi[net.parameters + kind * n + output % k % n] += slope * raw[output];
                 }
             }

@@ -35,8 +35,8 @@ pub(super) struct Shooting {
     packed: Packed<f64>,
 }
 
-/// What is wanted beside the value.
-pub(super) struct Wanted<'a> {
+/// What is gradient_of beside the value.
+pub(super) struct GradientOf<'a> {
     /// The gradient by the parameters, overwritten.
     pub(super) gradient: &'a mut [f64],
     /// What free starts move by: (place in `Task::starts`, change).
@@ -60,19 +60,19 @@ impl Shooting {
         }
     }
 
-    /// The loss on the segments that start at `begins`, and what is wanted.
+    /// The loss on the segments that start at `begins`, and what is gradient_of.
     pub(super) fn evaluate(
         &mut self,
         learner: &dyn Learner<f64>,
         parameters: &[f64],
         (task, begins): (&Task<'_>, &[usize]),
-        wanted: Option<Wanted<'_>>,
+        gradient_of: Option<GradientOf<'_>>,
     ) -> LossValue {
         let net = learner.net();
         let (weights, extra) = parameters.split_at(net.parameters);
         self.packed.set(net, weights);
         let (packed, lanes) = (&self.packed, self.lanes.len());
-        let factor = wanted
+        let factor = gradient_of
             .is_some()
             .then(|| 1.0 / (begins.len() * task.rows.count()).max(1) as f64);
         self.lanes.par_iter_mut().enumerate().for_each(|(l, lane)| {
@@ -94,7 +94,7 @@ impl Shooting {
                 }
             }
         });
-        if let Some(Wanted { gradient, moves }) = wanted {
+        if let Some(GradientOf { gradient, moves }) = gradient_of {
             gradient.fill(0.0);
             moves.clear();
             if let Some((first, rest)) = self.lanes.split_first_mut() {
@@ -171,13 +171,13 @@ impl Lane {
             for s in 0..sizes.samples {
                 let direct = &block.direct[(s * total + e) * d..][..d];
                 for j in 0..k {
-                    let mix = |i: usize| work.linear.d[(s * rates + i) * k + j];
-                    let terms = (0..rates).map(|i| direct[d - rates + i] * mix(i));
+                    let by_output = |i: usize| work.linear.d[(s * rates + i) * k + j];
+                    let terms = (0..rates).map(|i| direct[d - rates + i] * by_output(i));
                     let lambda = if block.failed[s] { 0.0 } else { terms.sum() };
                     work.adjoint.lambda[s * k + j] = lambda;
-                    let kinds = self.extra.len() / n;
-                    for kind in 0..kinds {
-                        let slope = work.linear.extra[(s * k + j) * kinds + kind];
+                    let force_terms = self.extra.len() / n;
+                    for kind in 0..force_terms {
+                        let slope = work.linear.extra[(s * k + j) * force_terms + kind];
                         self.extra[kind * n + j % n] += lambda * slope;
                     }
                 }

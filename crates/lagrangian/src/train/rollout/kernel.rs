@@ -17,7 +17,7 @@ impl GaussNewton {
         task: &Task<'_>,
         terms: &Terms,
     ) {
-        let (net, n, kinds) = (learner.net(), learner.dof(), learner.extra());
+        let (net, n, force_terms) = (learner.net(), learner.dof(), learner.extra());
         let count = task.config.evaluations(task.rows.horizon);
         let tile = SEGMENTS * learner.outputs_each();
         let (units, size) = (&self.units, used * count * tile);
@@ -34,7 +34,12 @@ impl GaussNewton {
                 let right = &units[column / count];
                 let factors = &right.factors[column % count];
                 unit.factors[row % count].tile(net, factors, terms, scratch, raw);
-                add_extra(left, &right.block.works[column % count], (n, kinds), raw);
+                add_extra(
+                    left,
+                    &right.block.works[column % count],
+                    (n, force_terms),
+                    raw,
+                );
                 for (to, from) in out.chunks_exact_mut(size).zip(raw.chunks_exact(tile)) {
                     to[column * tile..][..tile].copy_from_slice(from);
                 }
@@ -52,7 +57,7 @@ impl GaussNewton {
     }
 
     /// The lower part of the kernel of the residuals, segment by segment: B D G Dᵀ Bᵀ + C Cᵀ.
-    pub(super) fn mix_gram(&mut self, used: usize, task: &Task<'_>) {
+    pub(super) fn fill_kernel(&mut self, used: usize, task: &Task<'_>) {
         let rows = task.rows.count();
         let segments = used * SEGMENTS;
         let (units, gram) = (&self.units[..used], &self.gram);
@@ -72,7 +77,7 @@ impl GaussNewton {
                     }
                     a.row(gram, (used, left, right), (s, i), &mut between);
                     let width = between.len();
-                    let others = b.mixed[t * rows * width..][..rows * width].chunks_exact(width);
+                    let others = b.chained[t * rows * width..][..rows * width].chunks_exact(width);
                     for (x, other) in out.iter_mut().zip(others) {
                         *x = crate::mechanics::solve::dot(&between, other);
                     }
@@ -111,8 +116,13 @@ fn starts_kernel(
 }
 
 /// Adds the forces' part to a tile of S-space J Jᵀ.
-fn add_extra(left: &Work<f64>, right: &Work<f64>, (n, kinds): (usize, usize), raw: &mut [f64]) {
-    if kinds == 0 {
+fn add_extra(
+    left: &Work<f64>,
+    right: &Work<f64>,
+    (n, force_terms): (usize, usize),
+    raw: &mut [f64],
+) {
+    if force_terms == 0 {
         return;
     }
     let tile = left.linear.along.len();
@@ -123,9 +133,9 @@ fn add_extra(left: &Work<f64>, right: &Work<f64>, (n, kinds): (usize, usize), ra
         }
         for s in 0..SEGMENTS {
             let row = &mut raw[(i * SEGMENTS + s) * tile + j * SEGMENTS..][..SEGMENTS];
-            let a = &left.linear.extra[(s * k + i) * kinds..][..kinds];
+            let a = &left.linear.extra[(s * k + i) * force_terms..][..force_terms];
             for (t, x) in row.iter_mut().enumerate() {
-                let b = &right.linear.extra[(t * k + j) * kinds..][..kinds];
+                let b = &right.linear.extra[(t * k + j) * force_terms..][..force_terms];
                 *x += crate::mechanics::solve::dot(a, b);
             }
         }

@@ -15,7 +15,7 @@ pub(super) struct Unit {
     pub(super) gradient: Gradient<f64>,
     pub(super) wide: Buffer<f64>,
     /// B D, `[samples, rows, evaluations · k]`.
-    pub(super) mixed: Vec<f64>,
+    pub(super) chained: Vec<f64>,
     /// J φ, then the solution, `[samples, rows]`.
     pub(super) right: Vec<f64>,
     /// J φ, then Dᵀ Bᵀ x, in S-space, `[evaluations, samples, k]`.
@@ -34,7 +34,7 @@ impl Unit {
                 .collect(),
             wide: Buffer::new(pass.widest()),
             gradient: Gradient::new(net),
-            mixed: Vec::new(),
+            chained: Vec::new(),
             right: Vec::new(),
             raw: Vec::new(),
             block,
@@ -42,20 +42,20 @@ impl Unit {
     }
 
     /// B D of every residual and evaluation.
-    pub(super) fn mix(&mut self, rows: &Rows) {
+    pub(super) fn chain(&mut self, rows: &Rows) {
         let block = &self.block;
         let (rates, k, d) = (block.sizes.rates, block.sizes.outputs, block.sizes.state());
         let rows = rows.count();
         let total = block.direct.len() / (SEGMENTS * rows * d);
-        self.mixed.clear();
-        self.mixed.resize(SEGMENTS * rows * total * k, 0.0);
+        self.chained.clear();
+        self.chained.resize(SEGMENTS * rows * total * k, 0.0);
         for (at, direct) in block.direct.chunks_exact(d).enumerate() {
             let (s, e) = (at / (rows * total), at % total);
-            let mix = &block.points[e].mix[s * rates * k..][..rates * k];
-            let out = &mut self.mixed[at * k..][..k];
-            for (weight, mix) in direct[d - rates..].iter().zip(mix.chunks_exact(k)) {
+            let by_output = &block.points[e].by_output[s * rates * k..][..rates * k];
+            let out = &mut self.chained[at * k..][..k];
+            for (weight, row) in direct[d - rates..].iter().zip(by_output.chunks_exact(k)) {
                 if *weight != 0.0 {
-                    out.iter_mut().zip(mix).for_each(|(o, m)| *o += weight * m);
+                    out.iter_mut().zip(row).for_each(|(o, m)| *o += weight * m);
                 }
             }
         }
@@ -69,10 +69,10 @@ impl Unit {
         terms: &Terms,
         phi_extra: &[f64],
     ) {
-        let (net, n, kinds) = (learner.net(), learner.dof(), learner.extra());
+        let (net, n, force_terms) = (learner.net(), learner.dof(), learner.extra());
         let k = self.block.sizes.outputs;
         let rows = self.block.residual.len() / SEGMENTS;
-        let total = self.mixed.len() / (SEGMENTS * rows * k);
+        let total = self.chained.len() / (SEGMENTS * rows * k);
         self.raw.clear();
         self.raw.resize(total * SEGMENTS * k, 0.0);
         for (work, raw) in self
@@ -83,18 +83,18 @@ impl Unit {
         {
             work.pass.push_forward(net, phi, terms, &mut self.wide, raw);
             for (at, raw) in raw.iter_mut().enumerate() {
-                for e in 0..kinds {
-                    *raw += work.linear.extra[at * kinds + e] * phi_extra[e * n + at % k % n];
+                for e in 0..force_terms {
+                    *raw += work.linear.extra[at * force_terms + e] * phi_extra[e * n + at % k % n];
                 }
             }
         }
         self.right.clear();
         self.right.resize(self.block.residual.len(), 0.0);
         for (at, right) in self.right.iter_mut().enumerate() {
-            let (s, mixed) = (at / rows, &self.mixed[at * total * k..][..total * k]);
-            for (e, mixed) in mixed.chunks_exact(k).enumerate() {
+            let (s, chained) = (at / rows, &self.chained[at * total * k..][..total * k]);
+            for (e, chained) in chained.chunks_exact(k).enumerate() {
                 let raw = &self.raw[(e * SEGMENTS + s) * k..][..k];
-                *right += crate::mechanics::solve::dot(mixed, raw);
+                *right += crate::mechanics::solve::dot(chained, raw);
             }
         }
     }
@@ -109,12 +109,12 @@ impl Unit {
         out: &mut Vec<f64>,
     ) {
         let rows = self.block.residual.len() / SEGMENTS;
-        let width = self.mixed.len() / (SEGMENTS * rows);
+        let width = self.chained.len() / (SEGMENTS * rows);
         let size = used * width * SEGMENTS;
         out.clear();
         out.resize(width, 0.0);
         let (first, column) = (left / SEGMENTS, right / SEGMENTS);
-        for (j, weight) in self.mixed[(s * rows + i) * width..][..width]
+        for (j, weight) in self.chained[(s * rows + i) * width..][..width]
             .iter()
             .enumerate()
         {
@@ -135,11 +135,11 @@ impl Unit {
         let total = self.raw.len() / (SEGMENTS * k);
         self.raw.fill(0.0);
         for (at, weight) in self.right.iter().enumerate() {
-            let (s, mixed) = (at / rows, &self.mixed[at * total * k..][..total * k]);
-            for (e, mixed) in mixed.chunks_exact(k).enumerate() {
+            let (s, chained) = (at / rows, &self.chained[at * total * k..][..total * k]);
+            for (e, chained) in chained.chunks_exact(k).enumerate() {
                 let raw = &mut self.raw[(e * SEGMENTS + s) * k..][..k];
                 raw.iter_mut()
-                    .zip(mixed)
+                    .zip(chained)
                     .for_each(|(r, m)| *r += weight * m);
             }
         }
