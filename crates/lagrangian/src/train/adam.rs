@@ -3,7 +3,7 @@
 //! | symbol | meaning |
 //! |---|---|
 //! | m, v | running means of the gradient and of its square |
-//! | β₁, β₂ | their memories |
+//! | β₁, β₂ | their decay rates |
 //!
 //! m ← β₁ m + (1 − β₁) g, v ← β₂ v + (1 − β₂) g², θ ← θ − η (m̂ / (√v̂ + ε) + w θ), with m̂, v̂ corrected for their
 //! start (Kingma, Ba 2015; the decay w decoupled as in Loshchilov, Hutter 2019).
@@ -13,21 +13,21 @@ use serde::{Deserialize, Serialize};
 use super::problem::{Differentiable, GradientSize, LossValue, StepAt};
 use nets::simd::{AdamRule, AdamStep, dispatch};
 
-/// Settings of Adam(W).
+/// The settings of Adam with decoupled weight decay.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdamConfig {
-    /// Largest rate η; the schedule scales it.
+    /// The rate η at the start; the schedule scales it.
     pub rate: f64,
-    /// Memory β₁ of the gradient.
+    /// The decay rate β₁ of the first moment.
     pub beta1: f64,
-    /// Memory β₂ of its square.
+    /// The decay rate β₂ of the second moment.
     pub beta2: f64,
-    /// ε, which keeps the step finite.
+    /// The ε that keeps a step finite.
     pub epsilon: f64,
-    /// Decoupled weight decay w.
+    /// The decoupled weight decay w.
     pub decay: f64,
-    /// Longest gradient; longer ones are shortened to it.
+    /// The largest norm of a gradient; larger ones are scaled down to it.
     pub clip: f64,
 }
 

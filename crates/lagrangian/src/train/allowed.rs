@@ -1,4 +1,4 @@
-//! Which settings of a fit its data and its family allow.
+//! Checks of the settings of a fit against its data and its family.
 
 use super::fit::{Budget, FitConfig, Optimizer, Precision};
 use super::loss::Loss;
@@ -7,13 +7,13 @@ use crate::models::{Abilities, Plan, Training};
 use crate::rigid::RigidBodies;
 use crate::{Error, Result};
 
-/// Parameters that are trained at most: some ten arrays of that length stay within a few gigabytes.
+/// The largest number of parameters: some ten arrays of that length take a few gigabytes.
 const MAX_PARAMETERS: usize = 1 << 26;
 
-/// Samples of a batch at most.
+/// The largest number of samples of a batch.
 const MAX_BATCH: usize = 1 << 20;
 
-/// Residuals of a batch under the natural gradient at most: a dense system of that size is solved.
+/// The largest number of residuals of a batch under the natural gradient, which solves a dense system of that size.
 const MAX_RESIDUALS: usize = 8192;
 
 /// Refuses a setting.
@@ -46,7 +46,7 @@ impl FitConfig {
         }
     }
 
-    /// How the fit is done, once everything has been checked.
+    /// The plan of the fit, after all checks.
     pub(super) fn plan(&self, dataset: &Dataset) -> Result<Plan> {
         self.check_sizes(dataset)?;
         self.budget.check(self.validate_every)?;
@@ -67,7 +67,7 @@ impl FitConfig {
         Ok(plan)
     }
 
-    /// The robot that is known, as the data see it.
+    /// The nominal model in the coordinates of the data.
     pub(crate) fn nominal(&self, dataset: &Dataset) -> Result<Option<RigidBodies>> {
         let robot = self.nominal.as_ref();
         robot.map(|r| r.bodies(&dataset.coordinates)).transpose()
@@ -102,7 +102,7 @@ impl FitConfig {
         self.family.abilities().rates * self.loss.residuals(n)
     }
 
-    /// What the loss asks of the data and of the family.
+    /// Refuses a loss that the data or the family do not allow.
     fn check_loss(&self, dataset: &Dataset) -> Result<()> {
         let Abilities { losses, remedy, .. } = self.family.abilities();
         let name = self.loss.name();
@@ -124,7 +124,7 @@ impl FitConfig {
         Ok(())
     }
 
-    /// Settings that exclude each other.
+    /// Refuses settings that exclude each other.
     fn check_combinations(&self) -> Result<()> {
         let able = self.family.abilities();
         let rollout = self.loss == Loss::ROLLOUT;
@@ -158,7 +158,7 @@ impl FitConfig {
 }
 
 impl Budget {
-    /// Refuses a budget of nothing, and a validation that never comes.
+    /// Refuses an empty budget, and an interval of 0 between validations.
     ///
     /// # Errors
     /// [`Error::Argument`] for the first of them.

@@ -6,17 +6,17 @@ use super::learner::Work;
 use crate::trajectory::Signals;
 use nets::simd::Real;
 
-/// What is fitted: states with the accelerations and forces that belong to them, row-major `[m, n]`.
+/// Samples to fit: states with the accelerations and forces that belong to them, row-major `[m, n]`.
 ///
 /// Its [`Signals`] can be used as if they were its own fields: `samples.q` is `samples.signals.q`. Forces are 0 where
 /// the motion is free; momenta and their rates are empty where they are not known.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
-    /// Degrees of freedom n.
+    /// The number n of degrees of freedom.
     pub n: usize,
-    /// q, q̇, q̈, τ, p and ṗ of each sample.
+    /// The signals q, q̇, q̈, τ, p and ṗ of all samples.
     pub signals: Signals,
-    /// For losses of positions alone, s, `[m, 2]`, else empty: the steps h⁻ to the middle one of three neighbouring
+    /// The time steps for losses of positions alone, s, `[m, 2]`, else empty: the steps h⁻ to the middle one of three neighbouring
     /// positions and h⁺ from it. Then q is the middle one, q̇ the velocity to it, q̈ the second divided difference, and
     /// τ the mean over both steps.
     pub steps: Vec<f64>,
@@ -47,19 +47,19 @@ impl Samples {
         }
     }
 
-    /// Sample `s`.
+    /// The signals of sample `s`.
     #[must_use]
     pub fn row(&self, s: usize) -> Signals<&[f64]> {
         self.signals.row(self.n, s)
     }
 
-    /// Number of samples.
+    /// The number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.q.len().checked_div(self.n).unwrap_or(0)
     }
 
-    /// Whether there are none.
+    /// Whether there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.q.is_empty()

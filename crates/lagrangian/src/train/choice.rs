@@ -1,7 +1,7 @@
-//! From what a person asks of a fit, and what is known of the data, to all settings of the fit.
+//! The settings of a fit from a request and from what is known of the data.
 //!
-//! Whatever is not given is chosen here, so that a command, a program and a script that ask for the same get the same
-//! model from the same data. Each choice comes with its reason.
+//! Settings that a request omits are chosen here, each with a reason, so that the same request gives the same model in a
+//! command, a program or a script.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -21,13 +21,13 @@ use crate::settings::{Setting, Values, is_absent};
 use crate::trajectory::{Estimate, Source};
 use crate::{Error, Result};
 
-/// Length of a fit that was given neither steps nor seconds, s.
+/// The length of a fit whose request gives neither steps nor seconds, s.
 const SECONDS: f64 = 60.0;
 
-/// Accelerations that are less certain than this part of them are noisy.
+/// Accelerations are noisy where their relative standard error exceeds this.
 const NOISY: f64 = 0.005;
 
-/// What a person asks of a fit.
+/// A request for a fit, with the settings that a person gave.
 ///
 /// ```
 /// use lagrangian::train::{Known, Request};
@@ -45,13 +45,13 @@ const NOISY: f64 = 0.005;
 pub struct Request {
     /// The name of the family.
     pub family: String,
-    /// Settings of the family.
+    /// The settings of the family.
     pub settings: Values,
-    /// Settings of the training, see [`SETTINGS`].
+    /// The settings of the training, see [`SETTINGS`].
     pub training: Values,
-    /// Settings of the rollout loss, see [`ROLLOUT_SETTINGS`].
+    /// The settings of the rollout loss, see [`ROLLOUT_SETTINGS`].
     pub rollout: Values,
-    /// How long; `None`: a minute.
+    /// The length of the fit; `None` for a minute.
     pub budget: Option<Budget>,
     /// The seed of weights and batches.
     pub seed: u64,
@@ -59,32 +59,32 @@ pub struct Request {
     pub nominal: Option<RobotConfig>,
 }
 
-/// What is known of the data before they are fitted.
+/// The properties of data that choices depend on.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Known {
-    /// The standard error of the accelerations as a part of them, the worst coordinate's.
+    /// The relative standard error of the accelerations, that of the worst coordinate.
     pub uncertainty: f64,
     /// Whether forces are recorded.
     pub forced: bool,
 }
 
-/// A setting that was not given, and what was chosen for it.
+/// The choice of a setting that was not given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     /// The name of the setting.
     pub setting: String,
-    /// The value.
+    /// The chosen value.
     pub value: Value,
-    /// Why, in plain words.
+    /// The reason in plain words.
     pub reason: String,
 }
 
-/// All settings of a fit, and which of them were chosen.
+/// All settings of a fit, with those that were chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chosen {
     /// The settings.
     pub config: FitConfig,
-    /// Those that were not given, with reasons.
+    /// The choices of those that were not given.
     pub choices: Vec<Choice>,
 }
 
@@ -100,7 +100,7 @@ impl Choice {
 }
 
 impl Known {
-    /// What these data and the estimates of their signals tell.
+    /// The properties of these data, from the estimates of their signals.
     #[must_use]
     pub fn of(dataset: &Dataset, estimates: &[Estimate]) -> Self {
         let error = |name: &str| match dataset.train.steps.is_empty() {
@@ -116,13 +116,13 @@ impl Known {
         }
     }
 
-    /// Whether accelerations are uncertain.
+    /// Whether accelerations are noisy.
     #[must_use]
     pub fn noisy(&self) -> bool {
         self.uncertainty > NOISY
     }
 
-    /// How uncertain accelerations are, in words.
+    /// The uncertainty of the accelerations in words.
     #[must_use]
     pub fn certainty(&self) -> String {
         format!(
@@ -182,7 +182,7 @@ impl Request {
         }
     }
 
-    /// The family as far as it was given: what depends on the data has its default.
+    /// The configuration of the family, with defaults for settings that depend on the data.
     ///
     /// # Errors
     /// As [`Request::choose`].
@@ -198,7 +198,7 @@ impl Request {
         Ok(self.choose(known)?.config.loss)
     }
 
-    /// All settings of a fit to data of which this is known.
+    /// All settings of a fit to data with these properties.
     ///
     /// # Errors
     /// [`Error::Setting`] for a setting that does not belong to the fit, [`Error::UnknownName`] for an unknown family.
@@ -258,7 +258,7 @@ impl Request {
         })
     }
 
-    /// Refuses settings that the family does not have, so that none is ignored.
+    /// Refuses settings that the family does not have.
     fn refuse_foreign(&self, entry: &Entry) -> Result<()> {
         let own = |entry: &Entry, name: &str| entry.settings.iter().any(|s| s.name == name);
         let given = present(&self.settings);
@@ -277,7 +277,7 @@ impl Request {
         ))
     }
 
-    /// The settings of the rollout loss; refuses them under any other, so that none is ignored.
+    /// The settings of the rollout loss; refuses them under any other loss.
     fn rollout(&self, loss: Loss) -> Result<RolloutLoss> {
         let given = present(&self.rollout);
         match given.keys().next() {
@@ -290,7 +290,7 @@ impl Request {
     }
 }
 
-/// The settings that were given.
+/// The values that were given.
 fn present(values: &Values) -> Values {
     let given = values.iter().filter(|(_, value)| !is_absent(value));
     given.map(|(k, v)| (k.clone(), v.clone())).collect()
@@ -330,12 +330,12 @@ fn loss(training: &TrainingSettings, choices: &mut Vec<Choice>) -> Result<Loss> 
     Ok(Loss::ACCELERATION)
 }
 
-/// Whether the choice means nothing to a family that is solved for at once.
+/// Whether the choice is of no use to a family with a closed form.
 fn is_of_descent(choice: &Choice) -> bool {
     [LOSS, "optimizer", "damping", "batch", "seconds"].contains(&choice.setting.as_str())
 }
 
-/// What the choices of the training depend on, and those made so far.
+/// The choices of the training so far, and what further ones depend on.
 struct Trained {
     asked: TrainingSettings,
     loss: Loss,

@@ -1,4 +1,4 @@
-//! Friction and actuation in training: forces of each coordinate that are learned together with the Lagrangian.
+//! Friction and actuation in training: forces of each coordinate that are learned with the Lagrangian.
 //!
 //! The balance that is trained is M q̈ + c + d(q̇) + o + J q̈ = B u. Whatever a term adds to the left side depends on a
 //! few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
@@ -10,25 +10,25 @@ use crate::mechanics::forces::{Actuation, Dissipation, Stribeck};
 use crate::settings::{Named, Values, named};
 use crate::{Error, Result};
 
-/// Which forces are learned beside those of the Lagrangian.
+/// The forces that are learned beside a Lagrangian.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ForceTerms {
-    /// Friction b q̇.
+    /// Whether viscous friction b q̇ is learned.
     pub viscous: bool,
-    /// Friction c tanh(q̇ / vₛ), with vₛ.
+    /// Whether Coulomb friction c tanh(q̇ / vₛ) is learned, with vₛ.
     pub coulomb: bool,
-    /// Friction h tanh(q̇ / vₛ) exp(−(q̇ / vₕ)²), with vₛ and vₕ.
+    /// Whether Stribeck friction h tanh(q̇ / vₛ) exp(−(q̇ / vₕ)²) is learned, with vₛ and vₕ.
     pub stribeck: bool,
-    /// Constant torques o.
+    /// Whether constant torques o are learned.
     pub offset: bool,
-    /// Inertia J of rotors behind gears, as seen by their joints (families with a mass matrix of their own).
+    /// Whether the inertias J of rotors are learned, as seen by their joints, for families with a mass matrix.
     pub rotor: bool,
-    /// B.
+    /// The part of the input matrix B that is learned.
     pub input: Input,
 }
 
-/// The forces by the names that people give.
+/// The names of the forces in settings.
 pub(crate) const FORCE_NAMES: &[Named] = &[
     named("viscous", "Friction b q̇"),
     named("coulomb", "Friction c tanh(q̇ / v), with the speed v"),
@@ -48,16 +48,16 @@ pub(crate) const FORCE_NAMES: &[Named] = &[
     ),
 ];
 
-/// What is learned of the input matrix B. Some unit of energy must remain: the first entry is 1.
+/// The part of the input matrix B that is learned. Its first entry is 1, which fixes the unit of energy.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Input {
-    /// Nothing: inputs are torques.
+    /// No part: inputs are torques.
     #[default]
     Torque,
-    /// A gain for each joint: inputs are, say, currents.
+    /// A gain for each joint, for inputs such as currents.
     Gains,
-    /// All of B.
+    /// The whole matrix.
     Matrix,
 }
 
@@ -101,7 +101,7 @@ impl ForceTerms {
         })
     }
 
-    /// Whether there are none.
+    /// Whether no force is learned.
     #[must_use]
     pub fn is_none(&self) -> bool {
         *self == Self::default()
@@ -133,7 +133,7 @@ impl ForceTerms {
     }
 }
 
-/// A parameter that every coordinate has one of. Speeds are logarithms, the others in units of [`Forces`].
+/// A parameter of each coordinate. Speeds are logarithms, the others in units of [`Forces`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Term {
     Viscous,
@@ -147,29 +147,29 @@ enum Term {
     Input(usize),
 }
 
-/// How far a speed may move from where it began, as a logarithm.
+/// The largest change of a speed from its initial value, as a logarithm.
 const SPEED_RANGE: f64 = 2.5;
 
-/// The least gain of a joint: its sign is that of the sensor, which `check` looks at.
+/// The smallest gain of a joint; its sign is that of the sensor, which `check` tests.
 const LEAST_GAIN: f64 = 0.05;
 
-/// The terms with units, so that the trained numbers are of order one.
+/// The force terms with units in which the trained parameters are of order one.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Forces {
     terms: Vec<Term>,
-    /// Of forces, velocities and accelerations, `[n]`.
+    /// The units of forces, velocities and accelerations, `[n]`.
     tau: Vec<f64>,
     qd: Vec<f64>,
     qdd: Vec<f64>,
 }
 
-/// Coulomb friction changes its sign within this part of the speeds, at first: recordings rarely show it sharper.
+/// The initial smoothing speed of Coulomb friction in units of the speeds; recordings rarely show a sharper change.
 const SMOOTHING: f64 = 0.1;
 
-/// What friction near standstill adds falls over this part of the speeds, at first.
+/// The initial Stribeck speed in units of the speeds.
 const STRIBECK: f64 = 0.3;
 
-/// A sample as one coordinate sees it.
+/// The part of a sample that the forces on one coordinate depend on.
 pub(crate) struct Drive<'a> {
     pub(crate) qd: f64,
     pub(crate) qdd: f64,
@@ -186,7 +186,7 @@ impl Forces {
         }
     }
 
-    /// Parameters of each coordinate.
+    /// The number of force terms, which is that of the parameters of each coordinate.
     pub(crate) fn force_terms(&self) -> usize {
         self.terms.len()
     }
@@ -204,7 +204,7 @@ impl Forces {
         self.find(term).map_or(0.0, |k| extra[k * self.n() + i])
     }
 
-    /// The parameters at first: little friction, the inputs as they are.
+    /// The initial parameters: little friction, inputs as recorded.
     pub(crate) fn initial(&self) -> Vec<f64> {
         let first = |term: &Term, i: usize| match term {
             Term::Viscous | Term::Coulomb | Term::Rotor => 0.01,
@@ -217,7 +217,7 @@ impl Forces {
         self.terms.iter().flat_map(row).collect()
     }
 
-    /// Moves the parameters back into their domains: friction and inertia are not negative, B keeps its first entry.
+    /// Projects the parameters onto their domains: friction and inertia are not negative, B keeps its first entry.
     pub(crate) fn project(&self, extra: &mut [f64]) {
         for (term, row) in self
             .terms
@@ -254,8 +254,8 @@ impl Forces {
         self.value(extra, Term::Rotor, i) * self.tau[i] / self.qdd[i]
     }
 
-    /// What the terms add to the left side of coordinate `i`, N·m, B u included with its sign; the slopes by its
-    /// parameters go to `slopes` `[force_terms]`.
+    /// The contribution of all terms to the left side of coordinate `i`, N·m, −B u included; writes the slopes by its
+    /// parameters to `slopes`, `[force_terms]`.
     pub(crate) fn force(
         &self,
         extra: &[f64],
@@ -306,7 +306,7 @@ impl Forces {
         force
     }
 
-    /// Slope of that force over the velocity of its coordinate, N·m·s/rad.
+    /// The slope of that force over the velocity of its coordinate, N·m·s/rad.
     pub(crate) fn velocity_slope(&self, extra: &[f64], i: usize, qd: f64) -> f64 {
         if self.terms.is_empty() {
             return 0.0;
@@ -320,7 +320,7 @@ impl Forces {
         viscous + bend - 2.0 * excess * sign * qd / (slow * slow)
     }
 
-    /// The friction of trained parameters, where any is learned.
+    /// The friction with the trained parameters, where any is learned.
     pub(crate) fn dissipation(&self, terms: ForceTerms, extra: &[f64]) -> Option<Dissipation> {
         let each = |f: &dyn Fn(usize) -> f64| (0..self.n()).map(f).collect::<Vec<f64>>();
         let force = |term| each(&|i| self.tau[i] * self.value(extra, term, i));
@@ -336,7 +336,7 @@ impl Forces {
         })
     }
 
-    /// The actuation of trained parameters, where anything of it is learned.
+    /// The actuation with the trained parameters, where any part of it is learned.
     pub(crate) fn actuation(&self, terms: ForceTerms, extra: &[f64]) -> Result<Option<Actuation>> {
         let n = self.n();
         if !terms.offset && terms.input == Input::Torque {

@@ -1,4 +1,4 @@
-//! What is minimised: a target, a norm of its errors, and a weighting of the samples.
+//! Losses: a target, a norm of its errors, and a weighting of the samples.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::integrate::Rule;
 use crate::{Error, Result};
 
-/// What is minimised.
+/// A loss that training minimises.
 ///
 /// ```
 /// use lagrangian::Loss;
@@ -21,24 +21,25 @@ use crate::{Error, Result};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Loss {
-    /// What is compared with the data.
+    /// The quantity that is compared with the data.
     pub target: Target,
-    /// How the size of an error is measured.
+    /// The norm of an error.
     pub norm: Norm,
-    /// How much a sample weighs.
+    /// The weighting of the samples.
     pub weighting: Weighting,
 }
 
-/// What a loss compares with the data, each coordinate in units of its deviation.
+/// The quantity that a loss compares with the data, each coordinate in units of its deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// Accelerations q̈.
     Acceleration,
-    /// Forces τ; they must be recorded, and no inverse of M is needed.
+    /// Forces τ, which must be recorded; no inverse of M is needed.
     Torque,
-    /// Both, so that the model serves inverse and forward dynamics alike.
+    /// Forces and accelerations, for a model of both inverse and forward dynamics.
     TorqueAcceleration,
-    /// Forces τ and the power τ·q̇ in units of its deviation: the balance of energy weighs as much as a coordinate.
+    /// Forces τ and the power τ·q̇ in units of its deviation, so that the balance of energy weighs as much as a
+    /// coordinate.
     TorquePower,
     /// States after some steps of an integrator, see [`RolloutLoss`](super::RolloutLoss).
     Rollout,
@@ -47,21 +48,21 @@ pub enum Target {
     Positions(Rule),
 }
 
-/// How the size of an error is measured.
+/// The norm of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Norm {
-    /// By its square.
+    /// The square of the error.
     Squared,
-    /// By its absolute value: outliers weigh little (Cranmer et al. 2020).
+    /// The absolute value of the error, for which outliers weigh little (Cranmer et al. 2020).
     Absolute,
 }
 
-/// How much a sample weighs.
+/// The weighting of the samples of a loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weighting {
     /// All samples weigh the same.
     Uniform,
-    /// Slow motion counts as much as fast: each sample is divided by √(⅒ + mean over the coordinates of (q̈ in units of
+    /// Slow motion counts as much as fast motion: each sample is divided by √(⅒ + mean over the coordinates of (q̈ in units of
     /// its deviation)²).
     Relative,
 }
@@ -73,7 +74,7 @@ pub struct NamedLoss {
     pub name: &'static str,
     /// The loss.
     pub loss: Loss,
-    /// What it is, in one line.
+    /// A description in one line.
     pub about: &'static str,
 }
 
@@ -187,7 +188,7 @@ impl Loss {
         entry.map_or("other", |entry| entry.name)
     }
 
-    /// Whether it compares forces, so that they must be recorded.
+    /// Whether the loss compares forces, which must then be recorded.
     #[must_use]
     pub fn needs_forces(self) -> bool {
         matches!(
@@ -196,7 +197,7 @@ impl Loss {
         )
     }
 
-    /// The rule by which it discretises the action, where it is one of positions alone.
+    /// The rule that discretises the action, for a loss of positions alone.
     #[must_use]
     pub fn rule(self) -> Option<Rule> {
         match self.target {
@@ -205,7 +206,7 @@ impl Loss {
         }
     }
 
-    /// Whether it compares accelerations, so that M is inverted.
+    /// Whether the loss compares accelerations, for which M is inverted.
     #[must_use]
     pub fn inverts(self) -> bool {
         !self.needs_forces() || self.target == Target::TorqueAcceleration

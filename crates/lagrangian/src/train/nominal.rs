@@ -1,4 +1,4 @@
-//! A nominal model in training: what is known of the system joins the balance before a network learns the rest.
+//! A nominal model in training: its forces join the balance, and a network learns what they omit.
 
 use super::learner::{At, Work};
 use crate::dataset::Dataset;
@@ -10,7 +10,7 @@ use crate::trajectory::Signals;
 use nets::simd::Real;
 
 impl<T: Real> Work<T> {
-    /// Evaluates the nominal model at the states of the block; `None`: nothing is known.
+    /// Evaluates the nominal model, where there is one, at the states of the block.
     pub(crate) fn evaluate_nominal(&mut self, nominal: Option<&RigidBodies>) {
         self.mechanics.has_nominal = nominal.is_some();
         if let Some(nominal) = nominal {
@@ -20,8 +20,8 @@ impl<T: Real> Work<T> {
         }
     }
 
-    /// What the nominal model adds to the left side of the balance of coordinate `i` of sample `s`: its bias, and its
-    /// inertia where the recorded acceleration is taken.
+    /// The contribution of the nominal model to the left side of the balance of coordinate `i` of sample `s`: its bias, and
+    /// its inertia at the recorded acceleration.
     pub(crate) fn nominal_force(&self, s: usize, i: usize, at: At) -> f64 {
         if !self.mechanics.has_nominal {
             return 0.0;
@@ -50,8 +50,7 @@ impl<T: Real> Work<T> {
     }
 }
 
-/// What a nominal model leaves: the forces and the accelerations that it errs by, from which a network takes its
-/// scales.
+/// The samples with the errors of a nominal model for forces and accelerations, from which a network takes its scales.
 pub(crate) fn remainder(nominal: &RigidBodies, dataset: &Dataset) -> Dataset {
     let left = |samples: &Samples| {
         let mut left = samples.clone();
@@ -70,7 +69,7 @@ pub(crate) fn remainder(nominal: &RigidBodies, dataset: &Dataset) -> Dataset {
         coordinates: dataset.coordinates.clone(),
         train: left(&dataset.train),
         validation: left(&dataset.validation),
-        // Forces are left over even where none was recorded.
+        // The nominal model errs in its forces even where none were recorded.
         forced: true,
         train_times: dataset.train_times.clone(),
         validation_times: dataset.validation_times.clone(),

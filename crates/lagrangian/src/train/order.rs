@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::dataset::shuffle;
 
-/// The order in which samples are visited: a new random one for each pass, a function of seed and step alone.
+/// The order of the samples: a new random one for each pass, a function of seed and step alone.
 pub(crate) struct Order {
     seed: u64,
     epoch: Option<usize>,
@@ -23,7 +23,7 @@ impl Order {
         }
     }
 
-    /// The samples of a step; the few that are left at the end of a pass are skipped.
+    /// The indices of the samples of a step; the remainder at the end of a pass is skipped.
     pub(crate) fn batch(&mut self, step: usize, batch: usize) -> &[usize] {
         let steps = (self.indices.len() / batch).max(1);
         let epoch = step / steps;

@@ -1,8 +1,8 @@
-//! What optimisers know: problems of least squares, and losses with a gradient. Neither knows a model.
+//! The interface of optimisers: problems of least squares, and losses with a gradient, both without a model.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
-//! | θ | parameters | P, and behind them what belongs to single samples |
+//! | θ | parameters | P, followed by the parameters of single samples |
 //! | r | residuals of a batch, of order one | N |
 //! | J | ∂r/∂θ, never formed | N × P |
 //! | φ | a direction in the space of the parameters | P |
@@ -14,23 +14,23 @@ use nets::simd::AdamRule;
 use super::batch::Samples;
 use super::checkpoint::Checkpoint;
 
-/// Samples of a step.
+/// The samples of a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Batch<'a> {
-    /// All samples.
+    /// The samples that the indices refer to.
     pub samples: &'a Samples,
-    /// The indices of those of this step.
+    /// The indices of the samples of this step.
     pub indices: &'a [usize],
 }
 
-/// Where a run is when it takes a step.
+/// The step that a run takes.
 #[derive(Debug, Clone, Copy)]
 pub struct StepAt<'a> {
-    /// Steps done.
+    /// The number of steps before it.
     pub step: usize,
     /// The part of the budget that is used.
     pub part: f64,
-    /// The samples whose turn it is.
+    /// The samples of the step.
     pub batch: Batch<'a>,
 }
 
@@ -41,12 +41,12 @@ pub struct LossValue {
     pub sum: f64,
     /// The number of terms in the sum.
     pub count: usize,
-    /// Samples that were left out for a singular mass matrix.
+    /// The number of samples that were omitted for a singular mass matrix.
     pub singular: usize,
 }
 
 impl LossValue {
-    /// The mean; NaN of nothing.
+    /// The mean; NaN without terms.
     #[must_use]
     pub fn mean(self) -> f64 {
         if self.count == 0 {
@@ -57,7 +57,7 @@ impl LossValue {
     }
 }
 
-/// The value on both batches together.
+/// The loss on both batches together.
 impl Add for LossValue {
     type Output = Self;
 
@@ -70,20 +70,20 @@ impl Add for LossValue {
     }
 }
 
-/// The residuals of a batch in figures.
+/// The size of the residuals of a batch.
 #[derive(Debug, Clone, Copy)]
 pub struct ResidualSize {
     /// The loss.
     pub loss: LossValue,
-    /// Mean |r|.
+    /// The mean of |r|.
     pub level: f64,
-    /// Mean r², of the residuals as they are weighted.
+    /// The mean of r² of the weighted residuals.
     pub mean_square: f64,
 }
 
 /// A nonlinear problem of least squares over the batch of a step.
 ///
-/// An optimiser calls the methods in the order in which they stand.
+/// An optimiser calls the methods in the order of their declaration.
 pub trait LeastSquares {
     /// Evaluates the residuals r at θ.
     fn residuals(&mut self, theta: &[f64]) -> ResidualSize;
@@ -91,33 +91,33 @@ pub trait LeastSquares {
     /// Linearises the residuals there, and evaluates J φ.
     fn linearise(&mut self, phi: &[f64]);
 
-    /// Writes the lower triangle of J Jᵀ, r and J φ to `system`, and returns N. Rows that no parameter changes may be
-    /// omitted, but count in N. Where λ = `damping` hides it, J Jᵀ may be rounded to single precision.
+    /// Writes the lower triangle of J Jᵀ, r and J φ to `system`, and returns N. Rows that do not depend on any parameter may
+    /// be omitted, but count in N. J Jᵀ may be rounded to single precision where the damping λ exceeds the rounding.
     fn products(&mut self, damping: f64, system: &mut super::System) -> usize;
 
     /// Adds Jᵀ x to φ.
     fn pull_back(&mut self, x: &[f64], phi: &mut [f64]);
 
-    /// Ends a step θ ← θ − `rate` φ: moves what belongs to single samples, and brings θ back into its domain.
+    /// Ends a step θ ← θ − `rate` φ: moves the parameters of single samples, and projects θ onto its domain.
     fn settle(&mut self, theta: &mut [f64], rate: f64);
 }
 
-/// A loss with a gradient, whose parameters and moments are kept as its kernels want them.
+/// A loss with a gradient, which keeps parameters and moments in the layout of its kernels.
 pub trait Differentiable {
     /// Takes parameters and moments from the state of a run.
     fn load(&mut self, state: &Checkpoint);
 
-    /// Gives them back.
+    /// Writes parameters and moments to the state of a run.
     fn save(&self, state: &mut Checkpoint);
 
-    /// Evaluates the loss of the batch of step `at` and its gradient.
+    /// Evaluates the loss on the batch of step `at` and its gradient.
     fn gradient(&mut self, at: &StepAt<'_>) -> GradientSize;
 
-    /// Descends by a rule along the gradient that was evaluated last.
+    /// Takes a step by a rule along the gradient that was evaluated last.
     fn descend(&mut self, rule: &AdamRule);
 }
 
-/// A gradient in figures.
+/// The size of a gradient.
 #[derive(Debug, Clone, Copy)]
 pub struct GradientSize {
     /// The loss.

@@ -1,4 +1,4 @@
-//! What follows the share of the budget: the rate, and the samples of a batch.
+//! Schedules over the budget of a run: of the rate, and of the size of a batch.
 
 /// The schedule of the rate, ½ (1 + cos π x): 1 at the start of a run and 0 at its end, where x is the part of the budget that
 /// is used.
@@ -7,7 +7,7 @@ pub fn cosine(part: f64) -> f64 {
     0.5 * (1.0 + (std::f64::consts::PI * part).cos())
 }
 
-/// Samples of a batch at this share of the budget: whole blocks of 16, so that none is filled with padding.
+/// The number of samples of a batch at this part of the budget, in whole blocks of 16.
 pub(crate) fn grown(first: usize, last: usize, share: f64) -> usize {
     if first >= last {
         return last;

@@ -1,4 +1,4 @@
-//! Training one step at a time, on samples that come and go: what online learning is made of.
+//! Training one step at a time on changing samples, for online learning.
 
 use super::fit::{FitConfig, Optimizer};
 use super::natural::{Natural, NaturalConfig, Part, StepSize};
@@ -8,10 +8,9 @@ use crate::dataset::Dataset;
 use crate::models::{Learned, Residuals, Trainable};
 use crate::{Error, Result};
 
-/// A model in training by the natural gradient, without a schedule: the caller says the rate and the damping of each
-/// step.
+/// A model in training by the natural gradient without a schedule: the caller gives the rate and the damping of each step.
 ///
-/// Scales are those of the dataset that it is made with; samples may come from anywhere after that.
+/// The scales are those of the dataset at its construction; the samples of the steps may be others.
 pub struct Stepper {
     model: Box<dyn Trainable>,
     config: FitConfig,
@@ -27,7 +26,7 @@ pub struct Stepper {
 pub struct StepLoss {
     /// The mean loss of the batch.
     pub loss: f64,
-    /// Samples that were left out for a singular mass matrix.
+    /// The number of samples that were omitted for a singular mass matrix.
     pub singular: usize,
 }
 
@@ -67,7 +66,7 @@ impl Stepper {
         })
     }
 
-    /// One step on a batch.
+    /// Takes a step on a batch.
     ///
     /// # Errors
     /// [`Error::Argument`] for no sample, more than a batch of them, or an index that there is no sample for.
@@ -75,7 +74,7 @@ impl Stepper {
         self.step_in_parts(batch, size, &mut |_| ())
     }
 
-    /// [`Stepper::step`], which says of each part of a step that it is done.
+    /// Takes a [`Stepper::step`] and calls `done` at the end of each of its parts.
     ///
     /// # Errors
     /// As [`Stepper::step`].
@@ -96,7 +95,7 @@ impl Stepper {
         Ok(value.into())
     }
 
-    /// The mean loss on these samples (at most a batch of them); nothing moves.
+    /// The mean loss on these samples, at most a batch of them; takes no step.
     ///
     /// # Errors
     /// As [`Stepper::step`].
@@ -107,7 +106,7 @@ impl Stepper {
         Ok(problem.residuals(&self.parameters).loss.mean())
     }
 
-    /// Forgets the momentum of past steps, which pointed at what is no longer so.
+    /// Resets the momentum of past steps, for samples that changed.
     pub fn forget_momentum(&mut self) {
         self.natural.phi.fill(0.0);
     }
@@ -118,7 +117,7 @@ impl Stepper {
         &self.parameters
     }
 
-    /// Goes back to other weights, and forgets the momentum.
+    /// Sets the weights and resets the momentum.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of them.
@@ -134,7 +133,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// The model with the weights of now.
+    /// The model with the present weights.
     ///
     /// # Errors
     /// [`Error::NotFinite`] where training has diverged.

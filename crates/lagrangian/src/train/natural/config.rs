@@ -1,24 +1,24 @@
-//! Settings of the natural gradient.
+//! The settings of the natural gradient.
 
 use serde::{Deserialize, Serialize};
 
 use super::DampingRule;
 
-/// Settings of the natural gradient.
+/// The settings of the natural gradient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NaturalConfig {
-    /// Largest rate η; the schedule scales it.
+    /// The rate η at the start; the schedule scales it.
     pub rate: f64,
-    /// Momentum μ.
+    /// The momentum μ.
     pub momentum: f64,
-    /// Damping λ at the start; every step multiplies it by √(mean |r| of its batch), at most 1.
+    /// The damping λ at the start; every step multiplies it by √(mean |r| of its batch), at most 1.
     pub damping_first: f64,
-    /// Damping λ at the end; it falls geometrically.
+    /// The damping λ at the end; it falls geometrically.
     pub damping_last: f64,
-    /// What the damping follows.
+    /// The rule that the damping follows.
     pub damping_rule: DampingRule,
-    /// Longest step η φ; longer ones are shortened to it.
+    /// The largest norm of a step η φ; longer steps are scaled down to it.
     pub longest: f64,
 }
 

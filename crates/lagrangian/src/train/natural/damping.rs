@@ -1,37 +1,37 @@
-//! How the damping λ of the natural gradient falls.
+//! Rules for the damping λ of the natural gradient.
 
 use serde::{Deserialize, Serialize};
 
 use super::NaturalConfig;
 
-/// What λ follows. Whatever it is, a step multiplies it by √(mean |r|) of its batch, at most 1.
+/// The rule for λ. Under any rule a step multiplies λ by √(mean |r|) of its batch, at most 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "name")]
 pub enum DampingRule {
-    /// The share of the budget: geometrically from the first λ to the last.
+    /// λ falls geometrically from its first value to its last over the budget.
     #[default]
     Schedule,
-    /// The loss: λ = `factor` · mean r² of the batch, at most what the schedule says (Fan, Yuan 2005, Computing 74).
+    /// λ = `factor` · mean r² of the batch, at most that of the schedule (Fan, Yuan 2005, Computing 74).
     Loss {
-        /// λ over the loss.
+        /// The ratio of λ to the loss.
         factor: f64,
     },
-    /// The quadratic model: λ begins at its first value; it is multiplied by `factor` < 1 where the loss of the batch fell
-    /// by more than ¾ of what the model foresaw, and divided by it where it fell by less than ¼ (Levenberg 1944, Marquardt
-    /// 1963). Where nothing is foreseen (the rollout loss, fields, one step at a time) it is the schedule.
+    /// λ begins at its first value; it is multiplied by `factor` < 1 where the loss of the batch falls by more than ¾ of what
+    /// the quadratic model predicts, and divided by it where it falls by less than ¼ (Levenberg 1944, Marquardt 1963). Where
+    /// nothing is predicted (the rollout loss, fields, single steps) λ follows the schedule.
     Adaptive {
-        /// Of one step.
+        /// The factor of a step.
         factor: f64,
     },
 }
 
-/// The least λ: below it J Jᵀ loses its rank to rounding.
+/// The smallest λ: below it J Jᵀ loses rank by rounding.
 const LEAST: f64 = 1e-11;
-/// The largest that adapts itself.
+/// The largest adaptive λ.
 const LARGEST: f64 = 10.0;
 
 impl DampingRule {
-    /// λ after a step that lowered the loss by `gain` times what was foreseen.
+    /// λ after a step that lowered the loss by `gain` times what was predicted.
     pub(crate) fn adapted(self, damping: f64, gain: f64) -> f64 {
         let Self::Adaptive { factor } = self else {
             return damping;
@@ -58,7 +58,7 @@ impl DampingRule {
 }
 
 impl NaturalConfig {
-    /// λ that follows the quadratic model: with a batch that grows the best of the shortest fits (docs/adr/0050).
+    /// The settings for [`DampingRule::Adaptive`]: best for the shortest fits, with a growing batch (docs/adr/0050).
     #[must_use]
     pub fn adaptive() -> Self {
         Self {
@@ -67,8 +67,7 @@ impl NaturalConfig {
         }
     }
 
-    /// λ that follows the loss of each batch, and needs neither budget nor memory: with 128 samples a step the best where a fit
-    /// has a time to use (docs/adr/0050).
+    /// The settings for [`DampingRule::Loss`]: best for fits by time, with 128 samples a step (docs/adr/0050).
     #[must_use]
     pub fn following_the_loss() -> Self {
         Self {
@@ -78,7 +77,7 @@ impl NaturalConfig {
         }
     }
 
-    /// λ of a step at this share of the budget; `adapted` is what an adaptive rule made of it so far.
+    /// λ of a step at this part of the budget; `adapted` is the present value of an adaptive rule.
     pub(crate) fn damping(&self, share: f64, setbacks: i32, adapted: Option<f64>) -> f64 {
         match self.damping_rule {
             DampingRule::Adaptive { .. } => {
@@ -88,7 +87,7 @@ impl NaturalConfig {
         }
     }
 
-    /// λ by the schedule, whatever the rule.
+    /// λ by the schedule, under any rule.
     #[must_use]
     pub fn scheduled(&self, share: f64, setbacks: i32) -> f64 {
         let fall = (self.damping_last / self.damping_first).powf(share);

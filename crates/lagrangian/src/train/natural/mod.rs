@@ -4,11 +4,11 @@
 //! |---|---|---|
 //! | r | residuals of the batch, of order one | N |
 //! | J | ∂r/∂θ, never formed | N × P |
-//! | φ | step, remembered | P |
+//! | φ | direction of the step, kept as momentum | P |
 //! | μ, λ, η | momentum, damping, rate | |
 //!
 //! φ ← μ φ + Jᵀ (J Jᵀ + λ N I)⁻¹ (r − μ J φ), θ ← θ − η φ (theory.md, equations 19 and 20; SPRING: Goldshlager,
-//! Abrahamsen, Lin 2024, arXiv 2401.10190). What J is only the problem knows.
+//! Abrahamsen, Lin 2024, arXiv 2401.10190). The problem defines J.
 
 mod config;
 mod damping;
@@ -22,7 +22,7 @@ pub use system::System;
 
 use super::problem::{LeastSquares, LossValue, ResidualSize};
 
-/// How far a step goes.
+/// The rate and the damping of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSize {
     /// The rate η.
@@ -31,13 +31,13 @@ pub struct StepSize {
     pub damping: f64,
 }
 
-/// The natural gradient and what it remembers.
+/// The natural gradient with its momentum.
 #[allow(
     missing_debug_implementations,
     reason = "the memory of the solver has nothing to show"
 )]
 pub struct Natural {
-    /// φ.
+    /// The direction φ.
     pub phi: Vec<f64>,
     system: System,
     /// λ N of the last step.
@@ -45,7 +45,7 @@ pub struct Natural {
 }
 
 impl Natural {
-    /// For a problem of so many parameters.
+    /// The natural gradient without momentum for a problem with this number of parameters.
     #[must_use]
     pub fn new(parameters: usize) -> Self {
         Self {
@@ -55,9 +55,10 @@ impl Natural {
         }
     }
 
-    /// One step; returns the loss before it. A batch whose system cannot be solved moves nothing but forgets the momentum.
+    /// Takes a step and returns the loss before it. Where the system of a batch cannot be solved, the parameters stay and the
+    /// momentum is reset.
     ///
-    /// `theta` may be longer than φ: what stands behind it belongs to single samples, and is the problem's to move.
+    /// `theta` may be longer than φ: its last parameters belong to single samples, and the problem moves them.
     pub fn step(
         &mut self,
         problem: &mut dyn LeastSquares,
@@ -68,7 +69,7 @@ impl Natural {
         self.step_in_parts(problem, config, size, theta, &mut |_| ())
     }
 
-    /// [`Natural::step`], which says of each part that it is done.
+    /// Takes a [`Natural::step`] and calls `done` at the end of each of its parts.
     pub fn step_in_parts(
         &mut self,
         problem: &mut dyn LeastSquares,
@@ -117,8 +118,7 @@ impl Natural {
         rate
     }
 
-    /// How much of the fall that the quadratic model foresaw for the last step became true; `after` is the loss of its
-    /// batch after it, `unit` what squares are measured in.
+    /// The ratio of the decrease of the loss to that which the quadratic model predicted for the last step.
     pub(super) fn gain(&self, rate: f64, change: Change) -> f64 {
         let before = change.before.mean();
         let foreseen =
@@ -136,7 +136,7 @@ impl Natural {
     }
 }
 
-/// What a step made of the loss of its batch.
+/// The change of the loss of a batch by a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Change {
     pub(super) before: LossValue,

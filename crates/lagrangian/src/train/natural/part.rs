@@ -1,24 +1,24 @@
-//! The parts of a natural-gradient step, so that whoever holds a clock can say where its time goes.
+//! The parts of a natural-gradient step, for measuring their times.
 
-/// A part of a step, in the order in which they are done (theory.md, section 7).
+/// A part of a step, in the order of execution (theory.md, section 7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// Weights into panels, samples into blocks, forward through the network, residuals r.
+    /// Packing weights and samples, the forward pass, and the residuals r.
     Forward,
     /// The factors of J by the passes (16) and (17), and μ J φ.
     Backward,
-    /// J Jᵀ by (20).
+    /// The product J Jᵀ by (20).
     Products,
     /// The Cholesky factor of J Jᵀ + λ N I, and the solve.
     Solve,
-    /// Jᵀ x.
+    /// The product Jᵀ x.
     PullBack,
-    /// φ and the weights.
+    /// The update of φ and of the weights.
     Update,
 }
 
 impl Part {
-    /// All of them, in their order.
+    /// All parts in their order.
     pub const ALL: [Self; 6] = [
         Self::Forward,
         Self::Backward,
@@ -28,7 +28,7 @@ impl Part {
         Self::Update,
     ];
 
-    /// Its name in tables.
+    /// The name of the part in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -4,7 +4,7 @@ use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::{self, factor::LltParams};
 use faer::{Auto, Conj, Mat, Par};
 
-/// The system (J Jᵀ + λ N I) x = r − μ J φ of a step, kept so that a step allocates nothing.
+/// The system (J Jᵀ + λ N I) x = r − μ J φ of a step, which keeps its memory from step to step.
 #[allow(
     missing_debug_implementations,
     reason = "the memory of the solver has nothing to show"
@@ -12,9 +12,9 @@ use faer::{Auto, Conj, Mat, Par};
 pub struct System {
     matrix: Mat<f64>,
     right: Mat<f64>,
-    /// r, `[rows]`.
+    /// The residuals r, `[rows]`.
     pub residual: Vec<f64>,
-    /// J φ, `[rows]`.
+    /// The product J φ, `[rows]`.
     pub pushed: Vec<f64>,
     memory: MemBuffer,
 }
@@ -38,7 +38,7 @@ impl System {
         }
     }
 
-    /// Makes room for so many equations.
+    /// Sets the number of equations.
     pub fn resize(&mut self, size: usize) {
         self.residual.resize(size, 0.0);
         self.pushed.resize(size, 0.0);
@@ -55,7 +55,7 @@ impl System {
         }
     }
 
-    /// Number of equations.
+    /// The number of equations.
     #[must_use]
     pub fn size(&self) -> usize {
         self.matrix.nrows()
@@ -66,7 +66,7 @@ impl System {
         self.matrix.col_as_slice_mut(column)
     }
 
-    /// The solution, after it was solved.
+    /// The solution x, once the system is solved.
     #[must_use]
     pub fn solution(&self) -> &[f64] {
         self.right.col_as_slice(0)
