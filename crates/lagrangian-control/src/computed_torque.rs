@@ -1,17 +1,15 @@
 //! Computed torque: feedback that a model makes linear.
 
 use super::gains::{no_inverse, same_dof};
-use super::{Controller, Desired, Gains, Reference};
+use super::{Controller, Gains, Pd, Reference};
 use lagrangian::{Evaluator, Model, Result};
 
 /// τ = M̂(q) (`q̈_d` + `K_p` e + `K_d` ė) + ĉ(q, q̇), theory.md (52): with a perfect model ë + `K_d` ė + `K_p` e = 0.
 ///
 /// The gains are in s⁻² and s⁻¹, the same for heavy and light joints.
 pub struct ComputedTorque<'a> {
-    gains: Gains,
-    reference: &'a Reference,
+    pd: Pd<'a>,
     evaluator: Box<dyn Evaluator + 'a>,
-    desired: Desired,
     acceleration: Vec<f64>,
 }
 
@@ -22,8 +20,7 @@ impl<'a> ComputedTorque<'a> {
     /// As [`Gains::validate`]; [`lagrangian::Error::Shape`] for a model of other degrees of freedom, [`lagrangian::Error::Argument`]
     /// for one without inverse dynamics.
     pub fn new(model: &'a dyn Model, gains: Gains, reference: &'a Reference) -> Result<Self> {
-        let n = reference.dof();
-        gains.validate(n)?;
+        let (n, pd) = (reference.dof(), Pd::new(gains, reference)?);
         same_dof(model, n)?;
         let mut evaluator = model.evaluator();
         let start = &reference.samples().q[..n];
@@ -34,10 +31,8 @@ impl<'a> ComputedTorque<'a> {
             return Err(no_inverse());
         }
         Ok(Self {
-            gains,
-            reference,
+            pd,
             evaluator,
-            desired: Desired::new(n),
             acceleration: vec![0.0; n],
         })
     }
@@ -45,13 +40,9 @@ impl<'a> ComputedTorque<'a> {
 
 impl Controller for ComputedTorque<'_> {
     fn torque(&mut self, t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]) {
-        self.reference.at(t, &mut self.desired);
-        self.gains
-            .correction(&self.desired, q, qd, &mut self.acceleration);
-        self.acceleration
-            .iter_mut()
-            .zip(&self.desired.qdd)
-            .for_each(|(a, d)| *a += d);
+        self.pd.torque(t, q, qd, &mut self.acceleration);
+        let pairs = self.acceleration.iter_mut().zip(&self.pd.desired.qdd);
+        pairs.for_each(|(a, d)| *a += d);
         // OK because the constructor has asked whether the model has inverse dynamics.
         let _ = self
             .evaluator

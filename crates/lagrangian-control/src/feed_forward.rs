@@ -1,7 +1,7 @@
 //! Feedback beside the torque that a model predicts along the reference.
 
 use super::gains::{no_inverse, same_dof};
-use super::{Controller, Desired, Gains, Reference};
+use super::{Controller, Desired, Gains, Pd, Reference};
 use lagrangian::{Evaluation, Evaluator, Model, Result};
 
 /// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
@@ -9,10 +9,8 @@ use lagrangian::{Evaluation, Evaluator, Model, Result};
 /// The inverse dynamics are those of the reference, not of the measured state: noise of the sensors never passes through
 /// the model. At ticks where the model is not finite, feedback acts alone, and [`FeedForward::dropped`] counts them.
 pub struct FeedForward<'a> {
-    gains: &'a Gains,
-    reference: &'a Reference,
+    pd: Pd<'a>,
     evaluator: Box<dyn Evaluator + 'a>,
-    desired: Desired,
     lead: f64,
     correction: Vec<f64>,
     dropped: u64,
@@ -27,18 +25,15 @@ impl<'a> FeedForward<'a> {
     /// without inverse dynamics.
     pub fn new(
         model: &'a dyn Model,
-        gains: &'a Gains,
+        gains: &Gains,
         reference: &'a Reference,
         lead: f64,
     ) -> Result<Self> {
-        let n = reference.dof();
-        gains.validate(n)?;
+        let (n, pd) = (reference.dof(), Pd::new(gains.clone(), reference)?);
         same_dof(model, n)?;
         let mut new = Self {
-            gains,
-            reference,
+            pd,
             evaluator: model.evaluator(),
-            desired: Desired::new(n),
             lead,
             correction: vec![0.0; n],
             dropped: 0,
@@ -58,8 +53,11 @@ impl<'a> FeedForward<'a> {
     }
 
     fn feed_forward(&mut self, t: f64, tau: &mut [f64]) -> Evaluation {
-        self.reference.at(t + self.lead, &mut self.desired);
-        let Desired { q, qd, qdd } = &self.desired;
+        let Pd {
+            reference, desired, ..
+        } = &mut self.pd;
+        reference.at(t + self.lead, desired);
+        let Desired { q, qd, qdd } = &*desired;
         self.evaluator.inverse_dynamics(q, qd, qdd, tau)
     }
 }
@@ -70,11 +68,8 @@ impl Controller for FeedForward<'_> {
             tau.fill(0.0);
             self.dropped += 1;
         }
-        self.reference.at(t, &mut self.desired);
-        self.gains
-            .correction(&self.desired, q, qd, &mut self.correction);
-        tau.iter_mut()
-            .zip(&self.correction)
-            .for_each(|(tau, x)| *tau += x);
+        self.pd.torque(t, q, qd, &mut self.correction);
+        let pairs = tau.iter_mut().zip(&self.correction);
+        pairs.for_each(|(tau, x)| *tau += x);
     }
 }

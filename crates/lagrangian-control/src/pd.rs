@@ -7,8 +7,9 @@ use lagrangian::Result;
 #[derive(Debug, Clone)]
 pub struct Pd<'a> {
     gains: Gains,
-    reference: &'a Reference,
-    desired: Desired,
+    pub(super) reference: &'a Reference,
+    /// The desired motion at the last tick.
+    pub(super) desired: Desired,
 }
 
 impl<'a> Pd<'a> {

@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::net::{Kind, Net};
 use super::packed::{Gradient, Packed, panels};
 use super::pass::Pass;
-use super::simd::{Buffer, Gemm, Init, Real, RowDots, Shape, WeighRows, dispatch};
+use super::simd::{Buffer, Gemm, Init, Real, RowDots, WeighRows, dispatch};
 
 /// The factors of the Jacobian of each raw output of a sample: pairs of a component of the sensitivities to a layer and a
 /// component of the input of that layer, whose outer products it sums (theory.md, equation 18).
@@ -110,12 +110,7 @@ impl<T: Real> Pass<T> {
                     init,
                 ));
             }
-            let shape = Shape {
-                samples,
-                components: rows / samples,
-                capacity: 0,
-                panels: width,
-            };
+            let shape = self.shape_of(layer.width);
             dispatch(RowDots {
                 shape,
                 pairs,
@@ -142,12 +137,7 @@ impl<T: Real> Pass<T> {
             let Kind::Dense { inputs, bias } = &layer.kind else {
                 continue;
             };
-            let shape = Shape {
-                samples: self.samples(),
-                components: self.rows() / self.samples(),
-                capacity: 0,
-                panels: panels::<T>(layer.width),
-            };
+            let shape = self.shape_of(layer.width);
             let pairs = terms.at(net, l);
             let as_ = used(pairs).1;
             let pieces: Vec<_> = as_.clone().map(|c| (c * step, c * step)).collect();

@@ -88,8 +88,8 @@ pub fn track(
         without_model: 0,
     };
     let record = match feed_forward {
-        FeedForwardSource::None => run.alone().map(|()| None),
-        FeedForwardSource::Model(model) => run.with(model, &mut |_| false).map(|()| None),
+        FeedForwardSource::None => run.drive(None, &mut |_| false).map(|()| None),
+        FeedForwardSource::Model(model) => run.drive(Some(model), &mut |_| false).map(|()| None),
         FeedForwardSource::LockStep {
             learner,
             steps,
@@ -146,24 +146,26 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn alone(&mut self) -> Result<()> {
-        let mut pd = Pd::new(self.config.gains.clone(), self.reference)?;
-        while self.tick(&mut pd).is_continue() {
-            self.without_model += 1;
-        }
-        Ok(())
-    }
-
-    /// Runs with this model until `after` returns true, because there is another, or to the end.
-    fn with(&mut self, model: &dyn Model, after: &mut dyn FnMut(&[f64]) -> bool) -> Result<()> {
+    /// Runs with this model, or with feedback alone, until `after` returns true, because there is another, or to the end.
+    fn drive(
+        &mut self,
+        model: Option<&dyn Model>,
+        after: &mut dyn FnMut(&[f64]) -> bool,
+    ) -> Result<()> {
         let (config, reference) = (self.config, self.reference);
+        let Some(model) = model else {
+            let mut pd = Pd::new(config.gains.clone(), reference)?;
+            while self.tick(&mut pd).is_continue() {
+                self.without_model += 1;
+                if after(&self.row) {
+                    break;
+                }
+            }
+            return Ok(());
+        };
         let lead = config.control.lead();
         let mut controller = FeedForward::new(model, &config.gains, reference, lead)?;
-        while self.tick(&mut controller).is_continue() {
-            if after(&self.row) {
-                break;
-            }
-        }
+        while self.tick(&mut controller).is_continue() && !after(&self.row) {}
         self.without_model += controller.dropped();
         Ok(())
     }
@@ -201,27 +203,13 @@ impl<'a> Run<'a> {
                 failure = result.err();
                 failure.is_some() || next.is_some()
             };
-            match &model {
-                Some(model) => self.with(model, &mut after)?,
-                None => self.until_first(&mut after)?,
-            }
+            self.drive(model.as_ref().map(|model| model as &dyn Model), &mut after)?;
             if let Some(failure) = failure {
                 return Err(failure);
             }
             model = next.or(model);
         }
         Ok(learner.record())
-    }
-
-    fn until_first(&mut self, after: &mut dyn FnMut(&[f64]) -> bool) -> Result<()> {
-        let mut pd = Pd::new(self.config.gains.clone(), self.reference)?;
-        while self.tick(&mut pd).is_continue() {
-            self.without_model += 1;
-            if after(&self.row) {
-                break;
-            }
-        }
-        Ok(())
     }
 
     /// Runs the learner on its thread and the loop in real time.
@@ -238,10 +226,10 @@ impl<'a> Run<'a> {
                 std::thread::sleep(due.saturating_sub(clock.elapsed()));
                 thread.models.has_new()
             };
-            match &model {
-                Some(model) => self.with(&**model, &mut after)?,
-                None => self.until_first(&mut after)?,
-            }
+            self.drive(
+                model.as_deref().map(|model| model as &dyn Model),
+                &mut after,
+            )?;
             model = thread.models.take().or(model);
         }
         thread.finish()

@@ -90,9 +90,12 @@ pub(crate) struct Own<T: Real> {
 }
 
 impl<T: Real> Work<T> {
-    /// For blocks of so many samples.
+    /// The memory for blocks of this number of samples.
     pub(crate) fn new(learner: &dyn Learner<T>, samples: usize) -> Self {
         let (net, n) = (learner.net(), learner.dof());
+        let (m, k) = (learner.residuals_each(), learner.outputs_each());
+        let mut jet = Jet::default();
+        jet.resize(samples, n);
         Self {
             pass: Pass::new(net, samples * learner.points(), learner.facts().directions),
             samples,
@@ -103,9 +106,26 @@ impl<T: Real> Work<T> {
                 signals: Signals::default().map(|_, _: ()| vec![0.0; samples * n]),
                 steps: vec![0.0; 2 * samples],
             },
-            linear: Linearisation::new(learner, samples),
-            adjoint: Adjoint::new(learner, samples),
-            mechanics: Mechanics::new(samples, n),
+            linear: Linearisation {
+                residual: vec![0.0; samples * m],
+                d: vec![0.0; samples * m * k],
+                along: vec![0.0; samples * k],
+                extra: vec![0.0; samples * k * learner.extra()],
+                singular: 0,
+            },
+            adjoint: Adjoint {
+                slope: Vec::with_capacity(m),
+                lambda: vec![T::default(); samples * k],
+                lambda_along: vec![T::default(); samples * k],
+            },
+            mechanics: Mechanics {
+                jet,
+                nominal: Jet::default(),
+                has_nominal: false,
+                solver: SymmetricSolver::new(n),
+                inverse: Vec::new(),
+                scratch: vec![0.0; 2 * n],
+            },
             own: Own {
                 points: Points::default(),
                 deep: None,
@@ -113,45 +133,6 @@ impl<T: Real> Work<T> {
                 seeds: Vec::new(),
             },
             slopes: Vec::new(),
-        }
-    }
-}
-
-impl Linearisation {
-    fn new<T: Real>(learner: &dyn Learner<T>, samples: usize) -> Self {
-        let (m, k) = (learner.residuals_each(), learner.outputs_each());
-        Self {
-            residual: vec![0.0; samples * m],
-            d: vec![0.0; samples * m * k],
-            along: vec![0.0; samples * k],
-            extra: vec![0.0; samples * k * learner.extra()],
-            singular: 0,
-        }
-    }
-}
-
-impl<T: Real> Adjoint<T> {
-    fn new(learner: &dyn Learner<T>, samples: usize) -> Self {
-        let k = learner.outputs_each();
-        Self {
-            slope: Vec::with_capacity(learner.residuals_each()),
-            lambda: vec![T::default(); samples * k],
-            lambda_along: vec![T::default(); samples * k],
-        }
-    }
-}
-
-impl Mechanics {
-    fn new(samples: usize, n: usize) -> Self {
-        let mut jet = Jet::default();
-        jet.resize(samples, n);
-        Self {
-            jet,
-            nominal: Jet::default(),
-            has_nominal: false,
-            solver: SymmetricSolver::new(n),
-            inverse: Vec::new(),
-            scratch: vec![0.0; 2 * n],
         }
     }
 }
@@ -197,9 +178,7 @@ impl<T: Real> Work<T> {
             self.mechanics.scratch[n + i] = learned + self.nominal_force(s, i, at);
         }
     }
-}
 
-impl<T: Real> Work<T> {
     /// Holds the parameters among the coordinates of sample `s` (theory.md, equation 107); nothing acts on them.
     pub(crate) fn hold(&mut self, coordinates: &Coordinates, s: usize) {
         let n = coordinates.dof();

@@ -126,10 +126,9 @@ impl<T: Real> Pass<T> {
 
     /// Adds `weight` times component `c` of the sensitivities to the pre-activations of layer `l` in sample `s` to `to`.
     pub fn add_sensitivity(&self, l: usize, (c, s): (usize, usize), weight: f64, to: &mut [f64]) {
-        let (row, lanes, rows) = (c * self.samples + s, T::LANES, self.rows());
         let from = self.sensitivity(l);
         for (u, to) in to.iter_mut().enumerate() {
-            *to += weight * from[(u / lanes * rows + row) * lanes + u % lanes].f64();
+            *to += weight * from[self.index(c, s, u)].f64();
         }
     }
 
@@ -149,7 +148,7 @@ impl<T: Real> Pass<T> {
     /// Sets feature `i` of component `c` of sample `s`.
     #[inline]
     pub fn set_feature(&mut self, c: usize, s: usize, i: usize, x: T) {
-        let at = self.feature_at(c, s, i);
+        let at = self.index(c, s, i);
         self.x[at] = x;
     }
 
@@ -157,7 +156,7 @@ impl<T: Real> Pass<T> {
     #[must_use]
     #[inline]
     pub fn feature(&self, c: usize, s: usize, i: usize) -> T {
-        self.x[self.feature_at(c, s, i)]
+        self.x[self.index(c, s, i)]
     }
 
     /// Sets feature `i` of the mixed component of direction `d` of sample `s`.
@@ -172,9 +171,9 @@ impl<T: Real> Pass<T> {
         self.set_velocity(self.mixed(d), s, j, x);
     }
 
-    fn feature_at(&self, c: usize, s: usize, i: usize) -> usize {
-        let rows = self.components * self.samples;
-        (i / T::LANES * rows + c * self.samples + s) * T::LANES + i % T::LANES
+    /// The index of unit `i` of component `c` of sample `s` in a matrix of this block.
+    fn index(&self, c: usize, s: usize, i: usize) -> usize {
+        (i / T::LANES * self.rows() + c * self.samples + s) * T::LANES + i % T::LANES
     }
 
     /// Sets velocity `j` of component `c` of sample `s` (networks with gates).
@@ -187,16 +186,14 @@ impl<T: Real> Pass<T> {
     /// Component `c` of output `o` of sample `s`.
     #[must_use]
     pub fn output(&self, net: &Net, c: usize, s: usize, o: usize) -> T {
-        let rows = self.components * self.samples;
         let (layer, o) = net.output_at(o);
-        let out = self.layers[layer].output();
-        out[(o / T::LANES * rows + c * self.samples + s) * T::LANES + o % T::LANES]
+        self.layers[layer].output()[self.index(c, s, o)]
     }
 
     /// ∂output/∂(feature i) of sample `s`, after [`Pass::reverse`].
     #[must_use]
     pub fn feature_gradient(&self, s: usize, i: usize) -> T {
-        self.yx[self.feature_at(0, s, i)]
+        self.feature_sensitivity(0, s, i)
     }
 
     /// ∂output/∂(velocity j) of sample `s` through the gates, after [`Pass::reverse`].
@@ -208,7 +205,7 @@ impl<T: Real> Pass<T> {
     /// Component `c` of the sensitivity to feature `i` of sample `s`, after [`Pass::reverse_features`].
     #[must_use]
     pub fn feature_sensitivity(&self, c: usize, s: usize, i: usize) -> T {
-        self.yx[self.feature_at(c, s, i)]
+        self.yx[self.index(c, s, i)]
     }
 
     /// The mixed component of direction `d` of the sensitivity to feature `i` of sample `s`, after
@@ -228,10 +225,6 @@ impl<T: Real> Pass<T> {
             (2 + d, 1),
             (self.mixed(d), 0),
         ];
-        let rows = self.components * self.samples;
-        let at = |c: usize, u: usize| {
-            (u / T::LANES * rows + c * self.samples + s) * T::LANES + u % T::LANES
-        };
         let mut sum = T::default();
         for (layer, buffers) in net.layers.iter().zip(&self.layers) {
             let Kind::Gate { gates } = layer.kind else {
@@ -240,7 +233,9 @@ impl<T: Real> Pass<T> {
             let g = self.layers[gates].output();
             for u in 0..layer.width {
                 for (y, c) in pairs {
-                    sum = sum + buffers.yz[at(y, u)] * g[at(c, j * layer.width + u)];
+                    sum = sum
+                        + buffers.yz[self.index(y, s, u)]
+                            * g[self.index(c, s, j * layer.width + u)];
                 }
             }
         }

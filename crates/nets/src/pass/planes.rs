@@ -6,19 +6,20 @@ use crate::packed::panels;
 use crate::simd::{FromPlanes, Planes, Real, Shape, ToPlanes, dispatch};
 
 impl<T: Real> Pass<T> {
-    fn feature_shape(&self) -> Shape {
+    /// The shape of a matrix of `width` columns in this block.
+    pub(crate) fn shape_of(&self, width: usize) -> Shape {
         Shape {
             samples: self.samples,
             components: self.components,
             capacity: self.capacity,
-            panels: panels::<T>(self.x_width),
+            panels: panels::<T>(width),
         }
     }
 
     /// Sets one component of all features: feature i from value i of the planes.
     pub fn set_features(&mut self, component: usize, planes: &Planes<T>) {
         dispatch(FromPlanes {
-            shape: self.feature_shape(),
+            shape: self.shape_of(self.x_width),
             component,
             width: self.x_width,
             layer: &mut self.x,
@@ -30,7 +31,7 @@ impl<T: Real> Pass<T> {
     /// Writes the gradient by the features to `planes`, after [`Pass::reverse_seeded`].
     pub fn read_feature_gradient(&self, planes: &mut Planes<T>) {
         dispatch(ToPlanes {
-            shape: self.feature_shape(),
+            shape: self.shape_of(self.x_width),
             component: 0,
             width: self.x_width,
             layer: &self.yx,

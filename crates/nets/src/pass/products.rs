@@ -2,7 +2,7 @@
 
 use super::super::net::{Kind, Net};
 use super::super::packed::{Gradient, panels};
-use super::super::simd::{Combine, Gemm, Init, Real, Shape, SumRows, dispatch};
+use super::super::simd::{Combine, Gemm, Init, Real, SumRows, dispatch};
 use super::{LayerBuffers, Pass};
 
 impl<T: Real> Pass<T> {
@@ -25,12 +25,7 @@ impl<T: Real> Pass<T> {
                 });
             }
         }
-        let shape = Shape {
-            samples: self.samples,
-            components: self.components,
-            capacity: self.capacity,
-            panels: panels::<T>(self.x_width),
-        };
+        let shape = self.shape_of(self.x_width);
         dispatch(Combine {
             shape,
             directions,
