@@ -1,5 +1,19 @@
 //! Data that several experiments learn from, and what can be known of them beforehand.
 
+/// What a system that has no parameters is to the table of systems.
+macro_rules! without_parameters {
+    ($name:literal, $about:literal) => {
+        const NAME: &'static str = $name;
+        const ABOUT: &'static str = $about;
+        const PARAMETERS: &'static [lagrangian::analytic::Parameter] = &[];
+
+        fn new(_: &[f64]) -> Self {
+            Self
+        }
+    };
+}
+pub(crate) use without_parameters;
+
 mod chunks;
 mod expressible;
 mod hermite;
@@ -10,5 +24,5 @@ pub(crate) use expressible::{beyond_delan, lagrangian_of};
 pub(crate) use hermite::{with_corrected_accelerations, with_estimated_accelerations};
 pub(crate) use motion::{
     accelerations, column, column_sizes, energies, first_state, prediction, recorded,
-    relative_error, thinned,
+    relative_error, thinned, two_samples,
 };

@@ -1,7 +1,10 @@
 //! Questions that several experiments ask of motions and of models along them.
 
+use lagrangian::train::Samples;
 use lagrangian::trajectory::Columns;
-use lagrangian::{Coordinates, Model, Recording, RolloutOptions, Signals, State, Trajectory};
+use lagrangian::{
+    Coordinates, Dataset, Model, Recording, Result, RolloutOptions, Signals, State, Trajectory,
+};
 
 /// Column i of a signal `[len, n]`.
 pub(crate) fn column(signal: &[f64], n: usize, i: usize) -> Vec<f64> {
@@ -93,4 +96,15 @@ pub(crate) fn prediction(max_steps: u64) -> RolloutOptions {
         max_steps,
         ..RolloutOptions::default()
     }
+}
+
+/// `count` samples to learn from, and 2048 to choose the weights by, each from a seed of its own.
+pub(crate) fn two_samples(
+    coordinates: &Coordinates,
+    samples: impl Fn(usize, u64) -> Samples,
+    count: usize,
+    seed: u64,
+) -> Result<Dataset> {
+    let (train, validation) = (samples(count, 2 * seed), samples(2048, 2 * seed + 1));
+    Dataset::from_samples(coordinates.clone(), train, validation)
 }

@@ -6,11 +6,11 @@ use anyhow::Result;
 use lagrangian::{DelanConfig, FitConfig, Loss, random_starts};
 use lagrangian_report::{Axis, Role};
 
-use crate::data::{beyond_delan, column, lagrangian_of};
+use crate::data::{beyond_delan, column, lagrangian_of, two_samples};
 use crate::families::{self, MakeFamily, WIDTH};
 use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither};
 use orbits::{
-    CIRCLE, FIELDS, Field, MIRROR, Orbit, acceleration_error, dataset, field_error, orbit,
+    CIRCLE, FIELDS, Field, MIRROR, Orbit, acceleration_error, field_error, orbit, samples,
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -77,7 +77,12 @@ fn measure(
 ) -> Result<()> {
     let system = field.system()?;
     lab.begin(format!("{} field, {}, seed {seed}", field.name, who.key))?;
-    let data = dataset(&*system, if lab.quick() { 2_000 } else { 20_000 }, seed)?;
+    let (count, coordinates) = (
+        if lab.quick() { 2_000 } else { 20_000 },
+        system.coordinates(),
+    );
+    let states = |count, seed| samples(&*system, count, seed);
+    let data = two_samples(coordinates, states, count, seed)?;
     let config = FitConfig {
         family: (who.config)(WIDTH),
         loss: Loss::ACCELERATION,

@@ -7,9 +7,7 @@ use lagrangian::analytic::{AnalyticModel, by_name, uniform};
 use lagrangian::mechanics::{Curvature, Jet};
 use lagrangian::rollout::{free, times};
 use lagrangian::train::Samples;
-use lagrangian::{
-    Dataset, Lagrangian, Model, Outcome, Result, RolloutOptions, Signals, State, rollout,
-};
+use lagrangian::{Lagrangian, Model, Outcome, Result, RolloutOptions, Signals, State, rollout};
 
 use crate::data::{accelerations, energies, relative_error};
 
@@ -54,7 +52,7 @@ const MOST_STEPS: u64 = 50_000;
 
 /// `count` random states with random forces of the size of the magnetic ones, and the accelerations that these make:
 /// known forces fix the scale of the Lagrangian, (23).
-fn samples(system: &dyn AnalyticModel, count: usize, seed: u64) -> Samples {
+pub(crate) fn samples(system: &dyn AnalyticModel, count: usize, seed: u64) -> Samples {
     let n = system.coordinates().dof();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut q, mut qd, mut tau) = (Vec::new(), Vec::new(), Vec::new());
@@ -72,13 +70,6 @@ fn samples(system: &dyn AnalyticModel, count: usize, seed: u64) -> Samples {
         ..Signals::default()
     };
     Samples::new(n, signals)
-}
-
-/// States to learn from and to choose the weights by.
-pub(crate) fn dataset(system: &dyn AnalyticModel, count: usize, seed: u64) -> Result<Dataset> {
-    let (train, judge) = (2 * seed, 2 * seed + 1);
-    let (train, judge) = (samples(system, count, train), samples(system, 2048, judge));
-    Dataset::from_samples(system.coordinates().clone(), train, judge)
 }
 
 /// e B of a Lagrangian at each state: ∂pⱼ/∂qᵢ − ∂pᵢ/∂qⱼ for i < j, row by row, which no gauge changes

@@ -14,7 +14,7 @@ use crate::families::WIDTH;
 use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more, neither};
 use contestants::{BROKEN, OBEYED, Recipe};
 use laws::{Laws, laws};
-use premises::{Premise, driven, motion_misfit, torque_misfit};
+use premises::{About, Premise, driven, motion_misfit, torque_misfit};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
     name: "plausibility",
@@ -76,10 +76,10 @@ fn run(lab: &mut Lab) -> Result<()> {
         obeyed(lab, name)?;
     }
     for premise in Premise::ALL {
-        let least = premise.recordings(premise.amounts()[1], TEST, TEST_SEED)?;
+        let least = premise.recordings(premise.about().amounts[1], TEST, TEST_SEED)?;
         // Where the unbroken machine stands on a logarithmic axis.
         let unbroken = 0.3 * premise.violation(&least);
-        for amount in amounts.iter().map(|k| premise.amounts()[*k]) {
+        for amount in amounts.iter().map(|k| premise.about().amounts[*k]) {
             broken(lab, premise, amount, unbroken)?;
         }
     }
@@ -157,7 +157,8 @@ fn record(row: &mut Row, laws: &Laws) {
 
 /// Errors of models of a machine that breaks a premise; the same recordings for every family.
 fn broken(lab: &mut Lab, premise: Premise, amount: f64, unbroken: f64) -> Result<()> {
-    let group = format!("{} {amount} {}", premise.name(), premise.unit());
+    let About { name, unit, .. } = premise.about();
+    let group = format!("{name} {amount} {unit}");
     let group = group.trim_end();
     let test = premise.recordings(amount, TEST, TEST_SEED)?;
     let violation = premise.violation(&test);
@@ -198,8 +199,8 @@ fn draw(lab: &mut Lab, premise: Premise, name: &str, role: Role, (violation, err
                        seed. The leftmost dots are the unbroken machine, whose place on a logarithmic axis is no \
                        value.";
     lab.plot(
-        format!("premise-{}", premise.name()),
-        format!("Broken premise: {}", premise.name()),
+        format!("premise-{}", premise.about().name),
+        format!("Broken premise: {}", premise.about().name),
     )
     .caption(caption)
     .x(Axis::log("violation", "N·m"))

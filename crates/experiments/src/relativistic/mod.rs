@@ -8,11 +8,11 @@ use lagrangian::State;
 use lagrangian::train::Samples;
 use lagrangian_report::{Axis, Role};
 
-use crate::data::{beyond_delan, lagrangian_of};
+use crate::data::{beyond_delan, lagrangian_of, two_samples};
 use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither, published};
 use contestants::{CONTESTANTS, Recipe};
 pub(crate) use particle::Particle;
-use particle::{Sweep, dataset, recovered, samples, sweep, weighted_error, weighted_flow_error};
+use particle::{Sweep, recovered, samples, sweep, weighted_error, weighted_flow_error};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
     name: "relativistic",
@@ -96,7 +96,9 @@ fn measure(
     (test, truth): (&Samples, &Sweep),
 ) -> Result<()> {
     let (quick, budget) = (lab.quick(), lab.args.seconds);
-    let data = dataset(particle, if quick { 10_000 } else { 100_000 }, seed)?;
+    let count = if quick { 10_000 } else { 100_000 };
+    let states = |count, seed| samples(particle, count, seed);
+    let data = two_samples(particle.system().coordinates(), states, count, seed)?;
     let what = format!("{} particle, {}, seed {seed}", particle.name(), who.key);
     let trials = who.config.trials(seed, budget, quick);
     let (start, seeking) = match trials.is_empty() {
@@ -137,9 +139,8 @@ fn measure(
 
 /// Acceleration, mass and momentum over γ = 1/√(1 − v²), at speeds above 0.
 fn draw(lab: &mut Lab, particle: Particle, (name, role): (&str, Role), own: &Sweep, truth: &Sweep) {
-    let forward: Vec<usize> = (0..own.speed.len())
-        .filter(|&k| own.speed[k] >= 0.0)
-        .collect();
+    let forward = (0..own.speed.len()).filter(|&k| own.speed[k] >= 0.0);
+    let forward: Vec<usize> = forward.collect();
     let gamma = |&k: &usize| 1.0 / ((1.0 - own.speed[k]) * (1.0 + own.speed[k])).sqrt();
     let gammas: Vec<f64> = forward.iter().map(gamma).collect();
     let (masses, momenta) = (masses(own, truth), momenta(own, truth));

@@ -6,16 +6,13 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use lagrangian::analytic::{
-    Analytic, AnalyticModel, Parameter, RelativisticParticle, RelativisticParticlePublished,
-    System, uniform,
+    Analytic, AnalyticModel, RelativisticParticle, RelativisticParticlePublished, System, uniform,
 };
 use lagrangian::mechanics::Jet;
 use lagrangian::train::Samples;
-use lagrangian::{
-    Coordinate, Coordinates, Dataset, Lagrangian, Model, Result, Signals, State, Topology,
-};
+use lagrangian::{Coordinate, Coordinates, Lagrangian, Model, Signals, State, Topology};
 
-use crate::data::{accelerations, column};
+use crate::data::{accelerations, column, without_parameters};
 
 /// Which particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,13 +58,10 @@ impl Particle {
 struct InField<const PHYSICAL: u8>;
 
 impl<const PHYSICAL: u8> System for InField<PHYSICAL> {
-    const NAME: &'static str = "relativistic-particle-in-any-field";
-    const ABOUT: &'static str = "a relativistic particle, the field a parameter";
-    const PARAMETERS: &'static [Parameter] = &[];
-
-    fn new(_: &[f64]) -> Self {
-        Self
-    }
+    without_parameters!(
+        "relativistic-particle-in-any-field",
+        "a relativistic particle, the field a parameter"
+    );
 
     fn coordinates(&self) -> Coordinates {
         Coordinates(vec![
@@ -119,14 +113,6 @@ pub(crate) fn samples(particle: Particle, count: usize, seed: u64) -> Samples {
         pd: jet.dl_dq,
     };
     Samples::new(2, signals)
-}
-
-/// Samples to learn from and to choose the weights by.
-pub(crate) fn dataset(particle: Particle, count: usize, seed: u64) -> Result<Dataset> {
-    let coordinates = particle.system().lagrangian().coordinates().clone();
-    let (train, judge) = (2 * seed, 2 * seed + 1);
-    let validation = samples(particle, 2048, judge);
-    Dataset::from_samples(coordinates, samples(particle, count, train), validation)
 }
 
 /// Σ w |q̈ predicted − q̈| / Σ w with w = 1 + 1/√(1 − q̇²), 1/s: the error of the published notebook, where 0.41 is that

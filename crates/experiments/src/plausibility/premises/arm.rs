@@ -3,7 +3,8 @@
 use num_dual::DualNum;
 use rand::Rng;
 
-use lagrangian::analytic::{Parameter, System, uniform};
+use crate::data::without_parameters;
+use lagrangian::analytic::{System, uniform};
 use lagrangian::{Coordinates, State};
 
 /// Mass at the end of each link, kg, length of a link, m, gravity, m/s², and inertia of a rotor at its joint, kg·m².
@@ -38,13 +39,10 @@ fn rotors<D: DualNum<Primitive = f64> + Copy>(qd: &[D]) -> D {
 }
 
 impl System for Arm {
-    const NAME: &'static str = "arm";
-    const ABOUT: &'static str = "two links in a vertical plane, joint angles, with rotors";
-    const PARAMETERS: &'static [Parameter] = &[];
-
-    fn new(_: &[f64]) -> Self {
-        Self
-    }
+    without_parameters!(
+        "arm",
+        "two links in a vertical plane, joint angles, with rotors"
+    );
 
     fn coordinates(&self) -> Coordinates {
         Coordinates::angles(2)
@@ -65,13 +63,7 @@ impl System for Arm {
 pub(super) struct Geared;
 
 impl System for Geared {
-    const NAME: &'static str = "geared-arm";
-    const ABOUT: &'static str = "the arm with its motors behind gears";
-    const PARAMETERS: &'static [Parameter] = &[];
-
-    fn new(_: &[f64]) -> Self {
-        Self
-    }
+    without_parameters!("geared-arm", "the arm with its motors behind gears");
 
     fn coordinates(&self) -> Coordinates {
         Coordinates::angles(4)

@@ -4,7 +4,8 @@
 use num_dual::DualNum;
 use rand::Rng;
 
-use lagrangian::analytic::{Parameter, System, uniform};
+use crate::data::without_parameters;
+use lagrangian::analytic::{System, uniform};
 use lagrangian::{Coordinate, Coordinates, State, Topology};
 
 /// Mass, kg, inertia about the centre of mass, kg·m², and how far behind it the blade stands, m.
@@ -17,13 +18,7 @@ const BEHIND: f64 = 0.3;
 pub(super) struct Blade;
 
 impl System for Blade {
-    const NAME: &'static str = "blade";
-    const ABOUT: &'static str = "a body on a blade";
-    const PARAMETERS: &'static [Parameter] = &[];
-
-    fn new(_: &[f64]) -> Self {
-        Self
-    }
+    without_parameters!("blade", "a body on a blade");
 
     fn coordinates(&self) -> Coordinates {
         Coordinates(vec![

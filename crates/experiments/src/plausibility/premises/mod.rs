@@ -57,37 +57,29 @@ pub(crate) enum Premise {
     Rolling,
 }
 
+/// What a premise is called, and in which amounts it is broken.
+pub(crate) struct About {
+    pub(crate) name: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) amounts: [f64; 4],
+}
+
 impl Premise {
     /// All of them.
     pub(crate) const ALL: [Self; 4] = [Self::Friction, Self::Drive, Self::Backlash, Self::Rolling];
 
-    /// Its name in tables and files.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Friction => "friction",
-            Self::Drive => "drive",
-            Self::Backlash => "backlash",
-            Self::Rolling => "rolling",
-        }
-    }
-
-    /// The unit of its amount.
-    pub(crate) fn unit(self) -> &'static str {
-        match self {
-            Self::Friction => "",
-            Self::Drive => "s",
-            Self::Backlash => "rad",
-            Self::Rolling => "N·s/m",
-        }
-    }
-
-    /// Amounts from none to much.
-    pub(crate) fn amounts(self) -> [f64; 4] {
-        match self {
-            Self::Friction => [0.0, 0.1, 0.3, 1.0],
-            Self::Drive => [0.0, 0.003, 0.01, 0.03],
-            Self::Backlash => [0.0, 0.0003, 0.001, 0.003],
-            Self::Rolling => [0.0, 0.3, 3.0, 30.0],
+    /// Its name in tables and files, the unit of its amount, and amounts from none to much.
+    pub(crate) fn about(self) -> About {
+        let (name, unit, amounts) = match self {
+            Self::Friction => ("friction", "", [0.0, 0.1, 0.3, 1.0]),
+            Self::Drive => ("drive", "s", [0.0, 0.003, 0.01, 0.03]),
+            Self::Backlash => ("backlash", "rad", [0.0, 0.0003, 0.001, 0.003]),
+            Self::Rolling => ("rolling", "N·s/m", [0.0, 0.3, 3.0, 30.0]),
+        };
+        About {
+            name,
+            unit,
+            amounts,
         }
     }
 
@@ -212,7 +204,7 @@ mod tests {
     fn an_unbroken_machine_follows_its_lagrangian_and_a_broken_one_the_less_the_more_it_is_broken()
     {
         for premise in Premise::ALL {
-            let violations = premise.amounts().map(|amount| {
+            let violations = premise.about().amounts.map(|amount| {
                 let recordings = premise.recordings(amount, 2, 1).unwrap();
                 assert!(recordings.iter().all(|r| r.len() == 151), "{premise:?}");
                 premise.violation(&recordings)
