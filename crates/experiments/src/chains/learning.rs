@@ -1,4 +1,4 @@
-//! What a model of a chain is told, and how it learns from it.
+//! What the data of a chain contain, and how a model learns from them.
 
 use crate::data::{with_corrected_accelerations, with_estimated_accelerations};
 use anyhow::Result;

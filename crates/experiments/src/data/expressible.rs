@@ -7,7 +7,7 @@ use lagrangian::{Lagrangian, Learned, State};
 const ROUNDING: f64 = 1e-6;
 
 /// Why a deep Lagrangian network, L = ½ q̇ᵀM(q)q̇ − V(q) with or without the term A(q)·q̇, cannot have the motions of
-/// `lagrangian`, judged at `states`; empty where nothing speaks against it (theory.md, equation 109).
+/// `lagrangian`, as seen at `states`; empty where no reason is known (theory.md, equation 109).
 ///
 /// Its mass matrix does not depend on q̇, and without a vector potential no force is odd in q̇: the magnetic field
 /// ∂pⱼ/∂qᵢ − ∂pᵢ/∂qⱼ vanishes at rest.

@@ -50,7 +50,7 @@ pub struct Letters {
     pub coordinates: Coordinates,
     /// The letters to learn from.
     pub train: Vec<Letter>,
-    /// Those to judge by.
+    /// The letters to test on.
     pub test: Vec<Letter>,
 }
 

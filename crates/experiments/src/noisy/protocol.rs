@@ -1,7 +1,7 @@
 //! Models of noisy recordings: fits of estimated accelerations against fits through an integrator.
 //!
 //! Recordings are free motions with white noise on positions and velocities, in parts of the deviation of each
-//! component. A fit is judged without noise: accelerations along true motions, and how long its motion stays
+//! component. A fit is measured without noise: accelerations along true motions, and how long its motion stays
 //! near the true one.
 
 use lagrangian::analytic::{AnalyticModel, normal};
@@ -28,13 +28,13 @@ pub(crate) struct Protocol {
     pub(crate) step: f64,
     /// Noise on q and q̇, in parts of the deviation of each component.
     pub(crate) noise: f64,
-    /// True motions that a model is judged by.
+    /// True motions that a model is tested on.
     pub(crate) tests: usize,
     /// Length of each, s.
     pub(crate) test_duration: f64,
 }
 
-/// Recordings, and true motions to judge by.
+/// Recordings, and true motions to test on.
 #[derive(Debug, Clone)]
 pub(crate) struct Noisy {
     /// What is fitted: accelerations are estimated from the noisy velocities.

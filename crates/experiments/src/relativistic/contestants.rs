@@ -11,7 +11,7 @@ use crate::harness::{Contestant, contestants};
 /// Where a fit starts from.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Start {
-    /// What the network sees of q̇, where it is told the limit.
+    /// What the network sees of q̇, where it knows the limit.
     chart: SpeedChart,
     /// κ of the kinetic term.
     kinetic: f64,
@@ -48,7 +48,7 @@ const MORE: usize = 1500;
 const TRIAL: usize = 150;
 const FEW: usize = 100;
 
-/// Of networks that are told the limit: both charts.
+/// Starts of networks that know the limit, in both charts.
 const CHARTS: &[Start] = &[
     Start::new(SpeedChart::Artanh, 30.0, 1e-3),
     Start::new(SpeedChart::Artanh, 10.0, 1e-5),

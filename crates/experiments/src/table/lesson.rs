@@ -16,7 +16,7 @@ pub(crate) struct Size {
     pub(crate) train: usize,
     /// To choose the weights by.
     pub(crate) held: usize,
-    /// To judge by.
+    /// To test on.
     pub(crate) test: usize,
 }
 
@@ -47,7 +47,7 @@ pub(crate) struct Lesson {
     pub(crate) train: Vec<Trajectory>,
     /// Chunks to choose the weights by.
     pub(crate) held: Vec<Trajectory>,
-    /// Chunks to judge by.
+    /// Chunks to test on.
     pub(crate) test: Vec<Trajectory>,
     /// Time between two samples, s.
     pub(crate) interval: f64,
@@ -102,7 +102,7 @@ impl Lesson {
     }
 
     /// The same lesson with noise on all that is learned from but torques: `share` of a radian on angles, of the root mean
-    /// square on lines, velocities, accelerations, momenta and their rates. What is judged by has none.
+    /// square on lines, velocities, accelerations, momenta and their rates. Test data have none.
     pub(crate) fn noisy(self, share: f64) -> Self {
         Self {
             noise: share,

@@ -169,16 +169,16 @@ pub(crate) fn energy_drift(
     let times = times(duration, duration / 400.0)?;
     let motions = rollout_many(model, &starts, &times, &free, &options)?;
     let true_motions = rollout_many(&*lesson.truth, &starts, &times, &free, &options)?;
-    let largest = |judge: &dyn Model, motion: &Trajectory| {
-        let energy = energies(judge, motion)?;
+    let largest = |energy_of: &dyn Model, motion: &Trajectory| {
+        let energy = energies(energy_of, motion)?;
         let apart = energy.iter().map(|e| (e - energy[0]).abs());
         Some(apart.fold(0.0, f64::max))
     };
-    let median = |judge: &dyn Model, motions: &[Rollout]| {
-        let size = deviation(judge, lesson)?;
+    let median = |energy_of: &dyn Model, motions: &[Rollout]| {
+        let size = deviation(energy_of, lesson)?;
         let mut all: Vec<f64> = Vec::new();
         for motion in motions {
-            let drift = largest(judge, &motion.trajectory)? / size;
+            let drift = largest(energy_of, &motion.trajectory)? / size;
             let finished = motion.outcome.is_finished() && drift.is_finite();
             all.push(if finished { drift } else { 1.0_f64.max(drift) });
         }
@@ -200,10 +200,10 @@ pub(crate) fn energy_drift(
 }
 
 /// Deviation of an energy over the test states; none where the model has none.
-fn deviation(judge: &dyn Model, lesson: &Lesson) -> Option<f64> {
+fn deviation(energy_of: &dyn Model, lesson: &Lesson) -> Option<f64> {
     let mut all = Vec::new();
     for motion in &lesson.test {
-        all.extend(energies(judge, motion)?);
+        all.extend(energies(energy_of, motion)?);
     }
     let mean = all.iter().sum::<f64>() / all.len() as f64;
     let squares: f64 = all.iter().map(|e| (e - mean).powi(2)).sum();

@@ -6,7 +6,7 @@ use lagrangian::{Budget, Error, FitConfig, Learned, Loss, Observer, Optimizer, S
 
 use super::columns::{Column, Measured};
 use super::contestants::Recipe;
-use super::hopeless::Hopeless;
+use super::early_end::EarlyEnd;
 use super::measure::{call_seconds, energy_drift, step_errors};
 use super::{Cell, Lesson, Plan, Reads, SAMPLES, Task};
 use crate::data::energies;
@@ -236,11 +236,11 @@ impl Measuring<'_, '_> {
         let progress = &mut self.lab.progress;
         // What rollouts leave under noise is that of their starts, so that their loss does not say how far they are.
         let watched = row.config.loss != Loss::ROLLOUT || lesson.noise <= 0.0;
-        let mut hopeless;
+        let mut early_end;
         let observer: &mut dyn Observer = match watched {
             true => {
-                hopeless = Hopeless::new(progress);
-                &mut hopeless
+                early_end = EarlyEnd::new(progress);
+                &mut early_end
             }
             false => progress,
         };
@@ -258,7 +258,7 @@ impl Measuring<'_, '_> {
             budget: Budget::Steps(1),
             ..self.config(row, false)
         };
-        // Nobody is given torques but who cannot do without.
+        // Without torques, data are those of free motions.
         let reads = match row.config.reads {
             Reads::Torques if hidden.contains(&Signal::Tau) => Reads::Motions,
             reads => reads,

@@ -5,7 +5,7 @@
 
 mod columns;
 mod contestants;
-mod hopeless;
+mod early_end;
 mod lesson;
 mod measure;
 mod measuring;

@@ -5,7 +5,7 @@ use lagrangian_report::{Axis, Table};
 
 use super::columns::{Column, OWN_ENERGY};
 use super::contestants::Recipe;
-use super::hopeless::{FAR, GAIN, GRACE, WITHIN};
+use super::early_end::{FAR, GAIN, GRACE, WITHIN};
 use super::{Cell, Plan};
 use crate::harness::spread::{median, scientific};
 use crate::harness::{Contestant, Lab, line};

@@ -34,7 +34,7 @@ pub(crate) const SAMPLES: usize = 5;
 const SHEAR: f64 = 0.5;
 /// The amount of [`Task::Bent`].
 const BEND: f64 = 0.3;
-/// Seed of the chunks that all are judged by.
+/// Seed of the test chunks of all.
 const TEST_SEED: u64 = 1_000_003;
 
 impl Task {
@@ -101,7 +101,7 @@ impl Task {
         }
     }
 
-    /// The lesson of this task; the same seed gives the same chunks, and all seeds are judged by the same.
+    /// The lesson of this task; the same seed gives the same chunks, and the same test chunks for all seeds.
     pub(crate) fn lesson(self, size: Size, seed: u64) -> Result<Lesson> {
         let pendulum = || DoublePendulum::new(&[1.0, 1.0, 1.0, 1.0, 9.8]);
         match self {

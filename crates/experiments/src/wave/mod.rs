@@ -76,17 +76,17 @@ const WIDTH: usize = 24;
 /// What is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// A density that is told the symmetry of its field.
+    /// A density that knows the symmetry of its field.
     Density,
     /// One that sees φ, where a shift of φ changes nothing.
-    Untold,
+    WithoutSymmetry,
     /// Accelerations of the same stencil.
     Plain,
 }
 
 static CONTESTANTS: [Contestant<Kind>; 3] = contestants! {
     "density", "density", Lnn, Kind::Density;
-    "density_untold", "density, symmetry not told", Other(0), Kind::Untold;
+    "density_untold", "density, symmetry not told", Other(0), Kind::WithoutSymmetry;
     "plain", "plain network", Baseline, Kind::Plain;
 };
 
@@ -99,7 +99,7 @@ impl Kind {
             },
             network: DensityConfig {
                 symmetry: match self {
-                    Self::Untold => Symmetry::None,
+                    Self::WithoutSymmetry => Symmetry::None,
                     _ => system.symmetry,
                 },
                 width: WIDTH,
@@ -135,7 +135,7 @@ struct Truth {
 /// Those of a system: only a shift can be left untold without a field that is no field any more.
 fn contestants(system: &WaveSystem) -> impl Iterator<Item = &'static Contestant<Kind>> + use<> {
     let all = system.symmetry == Symmetry::Shift;
-    let applies = move |c: &&Contestant<Kind>| all || c.config != Kind::Untold;
+    let applies = move |c: &&Contestant<Kind>| all || c.config != Kind::WithoutSymmetry;
     CONTESTANTS.iter().filter(applies)
 }
 
@@ -200,7 +200,7 @@ fn measure(
         if points == 1000 && seed == lab.args.seed {
             let errors = errors.iter().map(|e| e.abs()).collect();
             draw(lab, system, who, &test, (&waves, errors));
-            if who.config != Kind::Untold {
+            if who.config != Kind::WithoutSymmetry {
                 map(lab, system, who.name, &test.motion, None);
             }
             if who.config == Kind::Density {

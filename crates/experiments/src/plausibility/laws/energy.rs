@@ -14,7 +14,7 @@ pub(super) fn balance(model: &dyn Model, energy: &dyn Model, states: &States) ->
     if !model.moves() {
         return None;
     }
-    let (mut moving, mut judge) = (model.evaluator(), energy.evaluator());
+    let (mut moving, mut energy) = (model.evaluator(), energy.evaluator());
     let mut residual = |row: Row| {
         let mut qdd = vec![0.0; row.q.len()];
         let _ = moving.forward_dynamics(row.q, row.qd, row.tau, &mut qdd);
@@ -24,7 +24,7 @@ pub(super) fn balance(model: &dyn Model, energy: &dyn Model, states: &States) ->
                 .map(|((q, v), a)| (q + s * (v + 0.5 * s * a), v + s * a))
                 .unzip();
             let mut e = [0.0];
-            let outcome = judge.energy(&q, &qd, &mut e);
+            let outcome = energy.energy(&q, &qd, &mut e);
             outcome.is_supported().then_some(e[0])
         };
         let rate = derivative(&mut at)?;
@@ -62,10 +62,10 @@ pub(super) fn drifts(
         .filter(|r| r.outcome.is_finished())
         .map(|r| &r.trajectory)
         .collect();
-    let drift = |judge: &dyn Model| {
-        let mut judge = judge.evaluator();
+    let drift = |model: &dyn Model| {
+        let mut evaluator = model.evaluator();
         let mut all = vec![0.0; states.len()];
-        let outcome = judge.energy(&states.all.q, &states.all.qd, &mut all);
+        let outcome = evaluator.energy(&states.all.q, &states.all.qd, &mut all);
         if !outcome.is_supported() || finished.is_empty() {
             return None;
         }
@@ -76,8 +76,8 @@ pub(super) fn drifts(
             let last = motion.q.len() - n;
             let mut e = [0.0; 2];
             let (start, end) = e.split_at_mut(1);
-            let _ = judge.energy(&motion.q[..n], &motion.qd[..n], start);
-            let _ = judge.energy(&motion.q[last..], &motion.qd[last..], end);
+            let _ = evaluator.energy(&motion.q[..n], &motion.qd[..n], start);
+            let _ = evaluator.energy(&motion.q[last..], &motion.qd[last..], end);
             (end[0] - start[0]).abs()
         };
         let sum: f64 = finished.iter().map(&mut change).sum();

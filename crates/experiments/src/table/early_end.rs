@@ -1,10 +1,10 @@
-//! The end of fits that lead nowhere.
+//! The early end of fits that do not improve.
 
 use std::ops::ControlFlow;
 
 use lagrangian::{Checkpoint, Observer, Progress, Result};
 
-/// A loss on held-back pieces, as a part of that of a model that predicts nothing, above which a fit is far from its end.
+/// A validation loss, as a part of that of a model that predicts nothing, above which a fit is far from its end.
 pub(super) const FAR: f64 = 0.1;
 /// The part of the loss that a fit far from its end must gain.
 pub(super) const GAIN: f64 = 0.05;
@@ -13,15 +13,15 @@ pub(super) const WITHIN: f64 = 0.2;
 /// No fit ends before this part of the budget.
 pub(super) const GRACE: f64 = 0.4;
 
-/// Watches a fit for an experiment and ends it where it is far from its end and gains no more: a family that cannot
-/// express a motion need not be given the time of those that can.
-pub(super) struct Hopeless<'a> {
+/// Observes a fit and ends it where its loss is large and no longer falls: a family that cannot express a motion does not
+/// need the time of those that can.
+pub(super) struct EarlyEnd<'a> {
     observer: &'a mut dyn Observer,
     /// (share of the budget, least loss until then).
     best: Vec<(f64, f64)>,
 }
 
-impl<'a> Hopeless<'a> {
+impl<'a> EarlyEnd<'a> {
     pub(super) fn new(observer: &'a mut dyn Observer) -> Self {
         Self {
             observer,
@@ -29,7 +29,7 @@ impl<'a> Hopeless<'a> {
         }
     }
 
-    fn look(&mut self, share: f64, loss: f64) -> ControlFlow<()> {
+    fn validated(&mut self, share: f64, loss: f64) -> ControlFlow<()> {
         let least = self.best.last().map_or(f64::INFINITY, |last| last.1);
         let least = least.min(if loss.is_nan() { f64::INFINITY } else { loss });
         self.best.push((share, least));
@@ -42,11 +42,11 @@ impl<'a> Hopeless<'a> {
     }
 }
 
-impl Observer for Hopeless<'_> {
+impl Observer for EarlyEnd<'_> {
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
         self.observer.progress(progress)?;
         match progress.validation {
-            Some(loss) => self.look(progress.share, loss),
+            Some(loss) => self.validated(progress.share, loss),
             None => ControlFlow::Continue(()),
         }
     }
@@ -64,9 +64,9 @@ mod tests {
     /// The share at which a fit with these losses ends.
     fn end(losses: impl Fn(f64) -> f64) -> Option<f64> {
         let mut nobody = ();
-        let mut watch = Hopeless::new(&mut nobody);
+        let mut watch = EarlyEnd::new(&mut nobody);
         let mut shares = (1..=100).map(|k| 0.01 * f64::from(k));
-        shares.find(|share| watch.look(*share, losses(*share)).is_break())
+        shares.find(|share| watch.validated(*share, losses(*share)).is_break())
     }
 
     #[test]
