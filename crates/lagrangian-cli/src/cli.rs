@@ -8,7 +8,7 @@ use lagrangian::Method;
 use lagrangian::trajectory::Sampling;
 
 use crate::column_args::ColumnArgs;
-use crate::commands::Manner;
+use crate::commands::OutputMode;
 use crate::fit_args::FitArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::out_args::{OutArgs, PlotArgs};
@@ -36,7 +36,7 @@ Environment:
   LAGRANGIAN_SIMD=NAME   CPU instructions of the kernels, in place of the fastest; `lagrangian --version` lists them")]
 pub(crate) struct Cli {
     #[command(flatten)]
-    pub(crate) manner: Manner,
+    pub(crate) mode: OutputMode,
 
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -48,7 +48,7 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// Roll out a system whose Lagrangian is known: trajectories to learn from
     Simulate(SimulateArgs),
-    /// Judge recordings before fitting: rate, gaps, noise, units, coverage
+    /// Check recordings before fitting: rate, gaps, noise, units, coverage
     Check(CheckArgs),
     /// Learn a model from recordings, and leave a run folder with model, metrics and report
     Fit(Box<FitArgs>),
@@ -128,7 +128,7 @@ pub(crate) struct DataArgs {
     pub(crate) parameters: Vec<String>,
 }
 
-/// Of logs longer than this, a sample is enough, and bounds memory (ADR 0049).
+/// The most rows that are used by default: a sample of a longer log is enough and bounds memory (ADR 0049).
 const ROWS: usize = 1 << 20;
 
 /// How much of long recordings is used.
@@ -256,7 +256,7 @@ pub(crate) struct SimulateArgs {
     #[arg(long)]
     pub(crate) momenta: bool,
 
-    /// Standard deviation of Gaussian noise on q (in its unit), q̇ and p; accelerations are then left out
+    /// Standard deviation of Gaussian noise on q (in its unit), q̇ and p; accelerations are then omitted
     #[arg(long, value_name = "SIGMA", value_parser = non_negative)]
     pub(crate) noise: Option<f64>,
 
@@ -333,7 +333,7 @@ pub(crate) struct CheckArgs {
     #[command(flatten)]
     pub(crate) output: OutArgs,
 
-    /// Judge the forces behind the filter of `fit --filter`, of this length, s
+    /// Check the forces after the filter of `fit --filter`, of this length, s
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub(crate) filter: Option<f64>,
 

@@ -19,7 +19,7 @@ use crate::output;
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
 
-/// What stands in some files.
+/// The content of some files.
 pub(crate) struct Files {
     /// All recordings, in the order of the files.
     pub(crate) recordings: Vec<Recording>,
@@ -55,7 +55,7 @@ impl DataArgs {
         }
     }
 
-    /// The flags, and what they leave unsaid from the file beside the data.
+    /// The flags, completed from the file beside the data.
     fn layout_for(&self, path: &Path) -> Result<Layout> {
         let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
         let given = self.file.layout.clone();

@@ -8,13 +8,13 @@ use clap::{Command, CommandFactory};
 
 use crate::cli::Cli;
 
-/// Exit code of a failure that no change of the input mends (full disk, interrupted, data not fit for a fit).
+/// Exit code of a failure that no change of the command line corrects (full disk, interrupted, unusable data).
 pub(crate) const FAILED: u8 = 1;
 
 /// Exit code of bad usage or bad input.
 pub(crate) const BAD_INPUT: u8 = 2;
 
-/// Something the user can mend, and how.
+/// An error that the user can correct, and how.
 #[derive(Debug)]
 struct Mistake {
     message: String,
@@ -29,7 +29,7 @@ impl fmt::Display for Mistake {
 
 impl std::error::Error for Mistake {}
 
-/// An error in what the user asked for, with the way out.
+/// An error that the user can correct, with a hint.
 pub(crate) fn mistake(message: impl Into<String>, hint: impl Into<String>) -> Error {
     Error::new(Mistake {
         message: message.into(),
@@ -37,7 +37,7 @@ pub(crate) fn mistake(message: impl Into<String>, hint: impl Into<String>) -> Er
     })
 }
 
-/// Says of an error what it was about and what to do.
+/// Adds to an error what failed and what to do.
 pub(crate) trait Advise<T> {
     /// Wraps the error: `message` says what failed, `hint` what to do.
     fn advise(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T>;
@@ -95,7 +95,7 @@ fn flag(setting: &str) -> Option<String> {
     known.then(|| format!("--{long}"))
 }
 
-/// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can mend it.
+/// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can correct it.
 pub(crate) fn exit_code(error: &Error) -> u8 {
     let system = error
         .chain()
@@ -103,12 +103,12 @@ pub(crate) fn exit_code(error: &Error) -> u8 {
             Some(lagrangian::Error::Io(e)) => Some(e),
             _ => cause.downcast_ref::<io::Error>(),
         });
-    let mendable = error.downcast_ref::<Mistake>().is_some()
+    let correctable = error.downcast_ref::<Mistake>().is_some()
         || error.chain().any(|cause| cause.is::<lagrangian::Error>());
     match system {
         Some(e) if is_about_the_input(e) => BAD_INPUT,
         Some(_) => FAILED,
-        None if mendable => BAD_INPUT,
+        None if correctable => BAD_INPUT,
         None => FAILED,
     }
 }

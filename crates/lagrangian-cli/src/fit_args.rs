@@ -24,9 +24,9 @@ Examples:
   lagrangian fit noisy.csv --angle all --loss rollout --horizon 20 --starts free --out run     no accelerations needed
   lagrangian fit motion.csv --angle all --model hnn --p p1,p2 --out run     a Hamiltonian, from momenta
   lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
-  lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn what the description leaves
+  lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn the difference from the description
   lagrangian fit video.csv --angle all --loss positions --out run           angles alone, no velocities
-  lagrangian fit --out run --resume                 go on with a run that was interrupted")]
+  lagrangian fit --out run --resume                 continue an interrupted run")]
 pub(crate) struct FitArgs {
     /// Files with recordings: .csv, .npz, .parquet
     #[arg(required_unless_present = "resume")]
@@ -36,11 +36,11 @@ pub(crate) struct FitArgs {
     #[arg(long, value_name = "DIR", default_value = "runs/latest")]
     pub(crate) out: PathBuf,
 
-    /// Go on with the interrupted run in that folder, with its settings, to the same bits
+    /// Continue the interrupted run in that folder, with its settings, to the same bits
     #[arg(long, conflicts_with_all = ["force", "files"])]
     pub(crate) resume: bool,
 
-    /// Begin anew in a folder that holds a run
+    /// Restart in a folder that holds a run
     #[arg(long)]
     pub(crate) force: bool,
 
@@ -129,7 +129,7 @@ pub(crate) struct TrainingArgs {
     #[arg(long, value_name = "FILES", num_args = 1.., conflicts_with = "validate_fraction")]
     pub(crate) validate: Vec<PathBuf>,
 
-    /// Part of the trajectories that is kept for validation, where no files are given
+    /// Part of the trajectories that is held back for validation, where no files are given
     #[arg(long, value_name = "PART", default_value_t = 0.1, value_parser = fraction)]
     pub(crate) validate_fraction: f64,
 }

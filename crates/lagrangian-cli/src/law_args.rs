@@ -11,7 +11,7 @@ use crate::values::{finite, positive, seed};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The friction of a model has no action and is left out. Exit code 1 where no path was found.
+The friction of a model has no action and is omitted. Exit code 1 where no path was found.
 
 Examples:
   lagrangian action pendulum --from 0.2 --to 1.5 --time 0.7
@@ -35,7 +35,7 @@ pub(crate) struct ActionArgs {
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = positive)]
     pub(crate) time: f64,
 
-    /// Whole turns of each angle beside the shorter way; negative ones go the other way about [default: 0 each]
+    /// Whole turns of each angle beside the shorter way; negative turns go in the opposite direction [default: 0 each]
     #[arg(
         long,
         value_name = "TURNS",
@@ -48,7 +48,7 @@ pub(crate) struct ActionArgs {
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub(crate) steps: usize,
 
-    /// First paths that the search begins from: the straight one, and others with random bulges
+    /// Initial paths of the search: the straight one, and others with random bulges
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub(crate) guesses: usize,
 

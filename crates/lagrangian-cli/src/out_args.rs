@@ -7,7 +7,7 @@ use clap::Args;
 use lagrangian_report::{Figure, Report, draw};
 use serde_json::Value;
 
-use crate::commands::Manner;
+use crate::commands::OutputMode;
 use crate::failure::mistake;
 use crate::output::{self, Existing};
 
@@ -45,7 +45,7 @@ impl OutArgs {
     /// Writes figures to the file, and as JSON or `text` to standard output.
     pub(crate) fn write_figures(
         &self,
-        manner: Manner,
+        mode: OutputMode,
         figures: &Value,
         text: impl FnOnce() -> String,
     ) -> Result<()> {
@@ -53,7 +53,7 @@ impl OutArgs {
             let json = serde_json::to_vec_pretty(figures)?;
             output::write_bytes(path, self.existing(), &json)?;
         }
-        manner.print(figures, text)
+        mode.print(figures, text)
     }
 }
 

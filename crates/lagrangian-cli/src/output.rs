@@ -44,8 +44,8 @@ pub(crate) fn refuse_existing(path: &Path, existing: Existing) -> Result<()> {
     Ok(())
 }
 
-/// Writes a file through a temporary one beside it, so that at no moment half a file stands there and a file that
-/// was there survives every failure. Devices and pipes are written directly.
+/// Writes a file through a temporary one beside it, so that no incomplete file is ever visible and an
+/// existing file survives every failure. Devices and pipes are written directly.
 pub(crate) fn write_file(
     path: &Path,
     existing: Existing,
@@ -67,7 +67,7 @@ pub(crate) fn write_file(
     };
     written.advise(
         format!("cannot write '{}'", path.display()),
-        "check that the folder may be written to and has room, or give another --out",
+        "check that the folder is writable and the disk is not full, or give another --out",
     )
 }
 

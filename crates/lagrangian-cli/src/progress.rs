@@ -11,7 +11,7 @@ const LINE_EVERY: Duration = Duration::from_secs(5);
 /// Finest division of the bar.
 const PARTS: u64 = 1000;
 
-/// Shows how far one piece of work has come.
+/// Shows the progress of one task.
 pub(crate) struct Progress {
     label: String,
     start: Instant,
@@ -40,7 +40,7 @@ impl Progress {
         }
     }
 
-    /// Moves to `fraction` (0 to 1) with the news, e.g. `step 120 · 23 steps/s · loss 3.1e-4`; the time left is added.
+    /// Moves to `fraction` (0 to 1) with a message, e.g. `step 120 · 23 steps/s · loss 3.1e-4`; the time left is added.
     pub(crate) fn update(&mut self, fraction: f64, news: &str) {
         let left = time_left(self.start.elapsed(), fraction);
         match &mut self.shown {
@@ -64,7 +64,7 @@ impl Progress {
         }
     }
 
-    /// Ends with a last word, which stays.
+    /// Ends with a last message, which stays.
     pub(crate) fn finish(self, result: &str) {
         let line = format!(
             "{}: {result} ({})",
@@ -84,7 +84,7 @@ impl Progress {
 
 fn bar(label: &str) -> ProgressBar {
     let bar = ProgressBar::new(PARTS);
-    // OK to fall back: the template is fixed, and a bar of the default style still tells.
+    // OK to fall back: the template is fixed, and a bar of the default style still shows progress.
     let style = ProgressStyle::with_template("{prefix} [{bar:30}] {percent:>3} % · {msg}");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.set_style(style.progress_chars("━╸ "));
@@ -99,7 +99,7 @@ fn with_time(news: &str, left: Option<Duration>) -> String {
     }
 }
 
-/// By proportion; unknown until some of the work is done.
+/// The time left in proportion; unknown until some of the work is done.
 fn time_left(elapsed: Duration, fraction: f64) -> Option<Duration> {
     if !(fraction > 0.01 && fraction <= 1.0) {
         return None;

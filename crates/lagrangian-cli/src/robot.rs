@@ -1,4 +1,4 @@
-//! The flags that name a robot, and the files behind them.
+//! The flags that name a robot, and the files that they name.
 
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ pub(crate) struct RobotArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "nominal")]
     pub(crate) urdf: Option<PathBuf>,
 
-    /// URDF of a robot that is known: the network (lnn or delan) learns what it leaves
+    /// URDF of a nominal model: the network (lnn or delan) learns the difference from it
     #[arg(long, value_name = "FILE")]
     pub(crate) nominal: Option<PathBuf>,
 
@@ -36,7 +36,7 @@ pub(crate) struct RobotArgs {
 }
 
 impl RobotArgs {
-    /// Reads the robot behind the flags, if there is one.
+    /// Reads the robot that the flags name, if they do.
     pub(crate) fn read(&self) -> Result<Option<Robot>> {
         let path = self.urdf.as_ref().or(self.nominal.as_ref());
         path.map(|path| open(path, &self.joints)).transpose()

@@ -1,4 +1,4 @@
-//! The folder that a fit leaves behind: settings, metrics, model and report.
+//! The folder of a run: settings, metrics, model and report.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -34,7 +34,7 @@ const EVENTS: (&str, &str) = ("events.out.tfevents.", ".lagrangian");
 pub(crate) enum Occupied {
     /// Refuse it.
     Refuse,
-    /// Begin anew: files of an earlier run are replaced, all others stay.
+    /// Restart: files of an earlier run are replaced, all others stay.
     Restart,
     /// Go on with the run that is there.
     Resume,
@@ -156,7 +156,7 @@ impl RunFolder {
         };
         open().advise(
             format!("cannot write metrics to '{}'", self.path.display()),
-            "check that the folder may be written to and has room",
+            "check that the folder is writable and the disk is not full",
         )
     }
 
@@ -235,7 +235,7 @@ impl Metrics {
         line.push(b'\n');
         let written = self.lines.write_all(&line);
         let written = written.and_then(|()| self.events.scalars(seconds_now(), step, figures));
-        let hint = "make room on the disk, then continue with --resume";
+        let hint = "free space on the disk, then continue with --resume";
         written.advise("cannot write the metrics", hint)
     }
 }
@@ -283,7 +283,7 @@ impl RunRecord {
     }
 }
 
-/// A data file with what tells it from others.
+/// A data file with its hash.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct DataFile {
     /// What it was for, e.g. `training` or `validation`.

@@ -1,4 +1,4 @@
-//! Flags that are made from the tables of settings of the library, so that a setting stands in one place.
+//! Flags that are made from the tables of settings of the library, so that each setting is defined once.
 
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -179,7 +179,7 @@ pub(crate) fn one_of(values: &[Named]) -> PossibleValuesParser {
     PossibleValuesParser::new(values.iter().map(value))
 }
 
-/// With a capital at its beginning, where words stand there and no formula.
+/// With a capital letter first, where the text is words and no formula.
 pub(crate) fn sentence(text: &str) -> String {
     let words = text.split(' ').count() > 2;
     let word = text.split(' ').next().unwrap_or_default();

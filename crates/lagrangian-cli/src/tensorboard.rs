@@ -114,8 +114,8 @@ impl Message {
     }
 }
 
-/// CRC-32C (Castagnoli, reflected polynomial 0x82F63B78), rotated and shifted so that data holding its own checksum
-/// does not look right by chance.
+/// CRC-32C (Castagnoli, reflected polynomial 0x82F63B78), rotated and shifted so that data that holds its own checksum
+/// is not valid by chance.
 fn masked_crc(data: &[u8]) -> u32 {
     crc32c(data).rotate_right(15).wrapping_add(0xa282_ead8)
 }

@@ -31,7 +31,7 @@ pub(crate) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// Begins to watch.
+    /// An observer of a fit that begins.
     pub(crate) fn new(
         folder: &'a RunFolder,
         metrics: Metrics,
@@ -51,7 +51,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Writes what is left to write, and gives the first failure of those before.
+    /// Writes the last checkpoint, and returns the first failure.
     pub(crate) fn finish(mut self, result: &str) -> Result<()> {
         self.save();
         match self.failure {

@@ -12,24 +12,24 @@ use crate::{Coordinates, Error, Result, Trajectory};
 
 pub use random::{random_starts, random_states};
 
-/// Samples to fit and samples to judge by, of the same system.
+/// Samples to fit and samples to validate on, of the same system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
     /// The coordinates of all samples.
     pub coordinates: Coordinates,
-    /// What is fitted.
+    /// The samples that are fitted.
     pub train: Samples,
-    /// What stops the run and chooses the weights.
+    /// The samples that stop the run and choose the weights.
     pub validation: Samples,
     /// Whether any force τ was recorded.
     pub forced: bool,
-    /// Where the samples stand in time, for losses of more than one sample.
+    /// The times of the training samples, for losses of more than one sample.
     pub train_times: Timeline,
-    /// The same of those to judge by.
+    /// The times of the validation samples.
     pub validation_times: Timeline,
 }
 
-/// Where samples stand in time: those of a trajectory follow each other.
+/// The times of samples: those of a trajectory follow each other.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Timeline {
     /// Time of each sample, s, increasing within a trajectory; empty where samples belong to none.
@@ -204,7 +204,7 @@ impl Dataset {
     /// p is divided by its median instead, as few momenta may outweigh all others.
     ///
     /// # Errors
-    /// [`Error::Argument`] where momenta are asked for and not there; [`Error::Shape`] for another number of masses.
+    /// [`Error::Argument`] where momenta are needed and missing; [`Error::Shape`] for another number of masses.
     pub fn phase_scaling(&self, hnn: &HnnConfig) -> Result<(Scaling, Vec<f64>)> {
         let (n, data) = (self.coordinates.dof(), &self.train);
         let size = |x: &[f64]| column(x, n, |x| positive(root_mean_square(x)));
@@ -338,7 +338,7 @@ fn is_forced(trajectories: &[Trajectory]) -> bool {
 /// Samples that inertias are guessed from, at most.
 const LOOKED_AT: usize = 4096;
 
-/// Divides trajectories into those to fit and those to judge by: whole trajectories, about `fraction` of the
+/// Divides trajectories into training and validation: whole trajectories, about `fraction` of the
 /// samples, chosen by `seed`; where whole ones would be far more than that, the end of each.
 ///
 /// # Errors
@@ -463,7 +463,7 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
             "steps of the samples",
             samples.steps.len(),
             2 * samples.len(),
-            "give the step before and behind each sample, or none",
+            "give the step before and after each sample, or none",
         ));
     }
     match samples.steps.iter().find(|h| !(h.is_finite() && **h > 0.0)) {

@@ -123,7 +123,7 @@ pub enum Error {
         line: u64,
         /// Name of the column.
         column: String,
-        /// The text that stands there.
+        /// The text of the cell.
         text: String,
     },
 
@@ -136,7 +136,7 @@ pub enum Error {
         line: u64,
         /// Name of the column.
         column: String,
-        /// The text that stands there.
+        /// The text of the cell.
         text: String,
     },
 
@@ -149,7 +149,7 @@ pub enum Error {
         reason: String,
     },
 
-    /// A file format that is unknown, or that this build leaves out.
+    /// A file format that is unknown, or that this build omits.
     #[error("files '.{extension}' cannot be read or written: {remedy}")]
     Format {
         /// The file extension.
@@ -194,7 +194,7 @@ pub enum Error {
 
     /// A coordinate that is declared as a parameter is not constant.
     #[error(
-        "'{name}' is declared as a parameter, but its {what} at sample {sample} (counted from 1) is not 0: a parameter is constant along a trajectory; leave it out of `parameters` if it moves"
+        "'{name}' is declared as a parameter, but its {what} at sample {sample} (counted from 1) is not 0: a parameter is constant along a trajectory; omit it from `parameters` if it moves"
     )]
     Moves {
         /// The coordinate.
@@ -215,7 +215,7 @@ pub enum Error {
     },
 
     /// A checkpoint cannot be read or written.
-    #[error("not a usable checkpoint: {reason}; start the fit anew, without `resume`")]
+    #[error("not a usable checkpoint: {reason}; restart the fit without `resume`")]
     Checkpoint {
         /// What is wrong.
         reason: String,

@@ -1,7 +1,7 @@
 //! Rolling a model out: from an initial state to a predicted trajectory, and how it ended.
 
-mod abreast;
 mod energy;
+mod grouped;
 mod known;
 mod many;
 mod recorded;

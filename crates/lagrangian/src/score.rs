@@ -39,11 +39,11 @@ impl SignalError {
     #[must_use]
     pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
         let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
-        // 0/0: a parameter, of which there is nothing to predict.
-        let told: Vec<f64> = nmse.iter().copied().filter(|x| !x.is_nan()).collect();
+        // 0/0: a parameter, which is not predicted.
+        let known: Vec<f64> = nmse.iter().copied().filter(|x| !x.is_nan()).collect();
         Self {
             mse_sum: mse.iter().sum(),
-            nmse_mean: told.iter().sum::<f64>() / told.len() as f64,
+            nmse_mean: known.iter().sum::<f64>() / known.len() as f64,
             mse,
             nmse,
         }
@@ -63,9 +63,9 @@ pub struct RolloutScore {
     pub exceeded: bool,
 }
 
-/// Predictions over short times, from the state that was measured at the begin of each.
+/// Predictions over short times, from the state that was measured at the start of each.
 ///
-/// A long prediction of a driven or chaotic machine says how soon it is lost, this says how good it is until then.
+/// For a driven or chaotic machine, a long prediction shows how soon it fails, short ones how good it is until then.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RestartScore {
     /// From one start to the next, and length of each prediction, s.
@@ -208,7 +208,7 @@ pub fn restart(
     })
 }
 
-/// Pieces of this length, one behind the other; a rest that is shorter is left out, and so is a piece with a gap.
+/// Pieces of this length, one after another; a shorter rest is omitted, and so is a piece with a gap.
 fn windows(t: &Trajectory, seconds: f64) -> Vec<Trajectory> {
     let (Some(first), Some(last)) = (t.t.first(), t.t.last()) else {
         return Vec::new();

@@ -13,13 +13,13 @@ pub type Values = Map<String, Value>;
 pub struct Setting {
     /// The name, in lower case with underscores.
     pub name: &'static str,
-    /// What it does, in a sentence without a full stop; names of other settings stand in backticks.
+    /// What it does, in a sentence without a full stop; with the names of other settings in backticks.
     pub help: &'static str,
     /// The values that it takes.
     pub kind: Kind,
-    /// The value in its place where none is given, in words; empty where none is needed.
+    /// The default, in words; empty where there is none.
     pub default: &'static str,
-    /// What stands for its value in a synopsis; empty for its name.
+    /// The placeholder of its value in a synopsis; empty for its name.
     pub placeholder: &'static str,
 }
 
@@ -30,7 +30,7 @@ pub enum Kind {
     Choice(&'static [Named]),
     /// Some of these names, as a JSON array.
     Choices(&'static [Named]),
-    /// Whether something is wanted.
+    /// A switch that is on or off.
     Flag,
     /// A whole number in this range, both ends included.
     Integer {
@@ -80,13 +80,13 @@ impl Setting {
         }
     }
 
-    /// With this default, in words.
+    /// The same setting with this default, in words.
     #[must_use]
     pub const fn or(self, default: &'static str) -> Self {
         Self { default, ..self }
     }
 
-    /// With this in the place of its value.
+    /// The same setting with this placeholder.
     #[must_use]
     pub const fn shown_as(self, placeholder: &'static str) -> Self {
         Self {
@@ -102,7 +102,7 @@ pub const fn named(name: &'static str, help: &'static str) -> Named {
     Named { name, help }
 }
 
-/// Whether `value` is what a setting has that was not given, as older records write it.
+/// Whether `value` marks a setting that was not given, as older records write it.
 #[must_use]
 pub fn is_absent(value: &Value) -> bool {
     match value {

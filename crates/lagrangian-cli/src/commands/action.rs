@@ -13,7 +13,7 @@ use lagrangian_report::{
 };
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::failure::{Advise, FAILED};
 use crate::law_args::ActionArgs;
 use crate::output;
@@ -22,7 +22,7 @@ use crate::run_folder::command_line;
 /// Sizes of the variations that are drawn.
 const SIZES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
 
-pub(super) fn run(args: &ActionArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_unwritable()?;
     let subject = args.subject.open()?;
     let physics = subject.physics()?;
@@ -57,7 +57,7 @@ pub(super) fn run(args: &ActionArgs, manner: Manner) -> Result<ExitCode> {
         "failure": failure,
         "reason": failure.map(|f| f.to_string()),
     });
-    manner.print(&figures, || as_text(&search))?;
+    mode.print(&figures, || as_text(&search))?;
     if let Some(failure) = failure {
         eprintln!("no path: {failure}");
         return Ok(ExitCode::from(FAILED));

@@ -8,25 +8,25 @@ use lagrangian::trajectory::Sampling;
 use lagrangian::{CheckOptions, CheckReport, Item, Recording, Verdict};
 use serde_json::{Value, json};
 
-use super::{Manner, existence};
+use super::{OutputMode, existence};
 use crate::cli::CheckArgs;
 use crate::data;
 use crate::failure::{FAILED, with_flags};
 
-pub(super) fn run(args: &CheckArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_existing()?;
     let sampling = args.sample.sampling(0, Sampling::LONG);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
     let filter = args.filter;
     let mut report = data::check(&recordings, &CheckOptions { filter });
     if args.lagrangian {
-        let item = existence::item(args, &recordings, &report, manner)?;
+        let item = existence::item(args, &recordings, &report, mode)?;
         let remedy = item.remedy.as_deref().map(with_flags);
         report.items.push(Item { remedy, ..item });
     }
     let findings = as_json(args, &recordings, &report);
     let text = || as_text(&recordings, &report, stdout().is_terminal());
-    args.output.write_figures(manner, &findings, text)?;
+    args.output.write_figures(mode, &findings, text)?;
     Ok(match report.passed() {
         true => ExitCode::SUCCESS,
         false => ExitCode::from(FAILED),

@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::data;
 use crate::failure::{Advise, mistake};
 use crate::law_args::ConservedArgs;
@@ -22,7 +22,7 @@ use crate::subject::{Subject, coordinate};
 const MOTIONS: usize = 20;
 const RATE: f64 = 50.0;
 
-pub(super) fn run(args: &ConservedArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_existing()?;
     let subject = args.subject.open()?;
     let coordinates = subject.coordinates()?;
@@ -50,7 +50,7 @@ pub(super) fn run(args: &ConservedArgs, manner: Manner) -> Result<ExitCode> {
         "conserved": found,
     });
     let text = || as_text(&found);
-    args.output.write_figures(manner, &figures, text)?;
+    args.output.write_figures(mode, &figures, text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -8,7 +8,7 @@ use anyhow::{Result, bail};
 use lagrangian::{Budget, CheckReport, EstimateOptions, Item, Observer, Recording, train};
 use lagrangian_analysis::existence::{SurveyConfig, check_item, survey};
 
-use super::Manner;
+use super::OutputMode;
 use crate::cli::CheckArgs;
 use crate::failure::{Advise, mistake};
 use crate::progress::Progress;
@@ -22,12 +22,12 @@ pub(super) fn item(
     args: &CheckArgs,
     recordings: &[Recording],
     report: &CheckReport,
-    manner: Manner,
+    mode: OutputMode,
 ) -> Result<Item> {
     let Some(first) = recordings.first().filter(|_| report.passed()) else {
         return Err(mistake(
             "the recordings fail the check, so that no fit would say whether a Lagrangian exists",
-            "run `lagrangian check` without --lagrangian, and mend what fails",
+            "run `lagrangian check` without --lagrangian, and correct what fails",
         ));
     };
     let options = EstimateOptions {
@@ -41,15 +41,15 @@ pub(super) fn item(
         ..SurveyConfig::default()
     };
     let mut watch = Watch {
-        bar: Progress::start("looking for a Lagrangian", manner.quiet),
+        bar: Progress::start("searching for a Lagrangian", mode.quiet),
         interrupted: interrupt::flag()?,
     };
     let found = survey(&first.coordinates, &trajectories, &config, &mut watch).advise(
-        "cannot look for a Lagrangian",
+        "cannot search for a Lagrangian",
         "omit --lagrangian, or give more recordings of the same system",
     )?;
     if watch.interrupted.load(Ordering::SeqCst) {
-        bail!("interrupted while looking for a Lagrangian");
+        bail!("interrupted while searching for a Lagrangian");
     }
     watch.bar.finish("done");
     Ok(check_item(&found))

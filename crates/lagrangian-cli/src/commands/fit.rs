@@ -15,7 +15,7 @@ use lagrangian::{
 use lagrangian_report::draw;
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::cli::Links;
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
@@ -29,11 +29,11 @@ use crate::robot::Robot;
 use crate::run_folder::{
     CHECKPOINT, DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line,
 };
-use crate::run_page::{Judged, Run};
+use crate::run_page::{Evaluation, Run};
 use crate::watch::Watch;
 
 /// Looks at the loss after which a fit should have improved.
-const LOOKS: usize = 4;
+const VALIDATIONS: usize = 4;
 
 /// A loss that needs no improvement, as a part of that of a model that predicts nothing.
 const SMALL: f64 = 0.1;
@@ -41,12 +41,12 @@ const SMALL: f64 = 0.1;
 /// Exit code of a fit that Ctrl-C ended; its best model is kept.
 const INTERRUPTED: u8 = 130;
 
-pub(super) fn run(args: &FitArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
     let folder = RunFolder::open(&args.out, occupied(args))?;
-    run_in(&folder, args, manner).inspect_err(|_| folder.remove_if_new_and_empty())
+    run_in(&folder, args, mode).inspect_err(|_| folder.remove_if_new_and_empty())
 }
 
-fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode> {
+fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
     let (args, checkpoint) = match args.resume {
         true => resumed(folder, args)?,
         false => (args.clone(), None),
@@ -56,12 +56,12 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     let dataset = dataset(&args, &data)?;
     let mut record = record(&args, &data, robot.as_ref())?;
     let warnings = data.check.count(Verdict::Warn);
-    let (judged, estimates) = data.judged();
+    let (evaluation, estimates) = data.evaluation();
     let Chosen { config, choices } = choose(&args, &dataset, &estimates, robot)?;
     record.choices.clone_from(&choices);
     config.validate(&dataset).advise(
         format!("cannot fit (`{}`)", command_line()),
-        "`lagrangian fit --help` tells what the flags may be",
+        "`lagrangian fit --help` lists the flags and their values",
     )?;
     if warnings > 0 {
         eprintln!("note: warnings about the data: {warnings}; the page lists them");
@@ -73,7 +73,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
             record.clone()
         }
     };
-    let fit = fit(&config, folder, &dataset, checkpoint.as_ref(), manner)?;
+    let fit = fit(&config, folder, &dataset, checkpoint.as_ref(), mode)?;
     let hashes = record.data.iter();
     let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
     let provenance = Provenance {
@@ -90,12 +90,12 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
         record: &begun,
         metrics: &folder.read_metrics()?,
         model: &fit.model,
-        judged: &judged,
+        evaluation: &evaluation,
     };
     let page = draw::html(&page.report(Links::default())?);
     folder.write(REPORT, page.as_bytes())?;
     let improved = improved(&fit, &config, &args);
-    if !manner.json {
+    if !mode.json {
         tell(folder, &fit);
         return Ok(exit_code(&fit, improved));
     }
@@ -120,7 +120,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, manner: Manner) -> Result<ExitCode
     Ok(exit_code(&fit, improved))
 }
 
-/// What a person reads of a fit.
+/// Reports a fit on standard error.
 fn tell(folder: &RunFolder, fit: &Fit) {
     let (model, step) = (folder.file(MODEL), fit.best_step);
     eprintln!(
@@ -137,7 +137,7 @@ fn tell(folder: &RunFolder, fit: &Fit) {
     eprintln!("page:  {}", folder.file(REPORT).display());
 }
 
-/// The exit code of a fit; of one that did not improve, after a word about it.
+/// The exit code of a fit; notes one that did not improve.
 fn exit_code(fit: &Fit, improved: bool) -> ExitCode {
     if fit.ending == Ending::Interrupted {
         return ExitCode::from(INTERRUPTED);
@@ -149,16 +149,16 @@ fn exit_code(fit: &Fit, improved: bool) -> ExitCode {
         "the fit did not improve: its best loss is {:.3e}, at step {}; the model is kept",
         fit.best, fit.best_step
     );
-    let remedy = "look at the data with `lagrangian check`; take a smaller --learning-rate, --optimizer adam, or --form convex";
+    let remedy = "check the data with `lagrangian check`; use a smaller --learning-rate, --optimizer adam, or --form convex";
     eprintln!("{}", failure::describe(&mistake(finding, remedy)));
     ExitCode::from(FAILED)
 }
 
 /// Whether the loss became finite and better than that of a model that predicts nothing, which is 1 on motions like
-/// those it was fitted to; and, where there was time for several looks at it, fell after the first or was small by then.
+/// those it was fitted to; and, where there was time for several validations, fell after the first or was small by then.
 fn improved(fit: &Fit, config: &FitConfig, args: &FitArgs) -> bool {
     let useless = fit.best >= 1.0 && args.training.validate.is_empty();
-    let time_enough = fit.steps >= LOOKS * config.validate_every;
+    let time_enough = fit.steps >= VALIDATIONS * config.validate_every;
     let stuck = fit.best_step <= config.validate_every && fit.best > SMALL;
     fit.best.is_finite() && !useless && !(time_enough && stuck)
 }
@@ -177,9 +177,9 @@ fn occupied(args: &FitArgs) -> Occupied {
     }
 }
 
-/// The motions that a run is judged by, read again from the files that it names.
-pub(super) fn judged(record: &RunRecord) -> Result<Judged> {
-    Ok(read(&settings(record)?)?.judged().0)
+/// The motions of a run's evaluation, read again from the files that it names.
+pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
+    Ok(read(&settings(record)?)?.evaluation().0)
 }
 
 fn settings(record: &RunRecord) -> Result<FitArgs> {
@@ -203,12 +203,12 @@ fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<(FitArgs, Option<Check
     let bytes = fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
     let checkpoint = Checkpoint::from_bytes(&bytes).advise(
         format!("cannot resume from '{}'", path.display()),
-        "begin anew with --force",
+        "restart with --force",
     )?;
     Ok((args, Some(checkpoint)))
 }
 
-/// What is fitted, and what it is judged by.
+/// The data of a fit and of its evaluation.
 struct Data {
     coordinates: Coordinates,
     train: Vec<Trajectory>,
@@ -220,19 +220,19 @@ struct Data {
 }
 
 impl Data {
-    /// What the model is judged by, and how signals were estimated; what was only learned from goes.
-    fn judged(self) -> (Judged, Vec<Estimate>) {
+    /// The evaluation data, and how signals were estimated; training data that it does not need are dropped.
+    fn evaluation(self) -> (Evaluation, Vec<Estimate>) {
         let held_out = !self.validation.is_empty();
         let motions = match held_out {
             true => self.validation,
             false => self.train,
         };
-        let judged = Judged {
+        let evaluation = Evaluation {
             motions,
             held_out,
             check: self.check,
         };
-        (judged, self.estimates)
+        (evaluation, self.estimates)
     }
 }
 
@@ -295,7 +295,7 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
     hashes.into_iter().map(file).collect()
 }
 
-/// The gate: data that `lagrangian check` fails is not fitted.
+/// Refuses data that `lagrangian check` fails.
 fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Result<CheckReport> {
     let filter = options.filter;
     let report = data::check(recordings, &CheckOptions { filter });
@@ -347,12 +347,12 @@ fn same_data(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
         None => Ok(then),
         Some((DataFile { path, .. }, _)) => Err(mistake(
             format!("'{path}' is no longer the file that the run began with"),
-            "bring the old file back, or begin anew with --force",
+            "bring the old file back, or restart with --force",
         )),
     }
 }
 
-/// All settings of the fit; says what the noise of the data has decided.
+/// All settings of the fit; notes a choice of the optimiser from the data.
 fn choose(
     args: &FitArgs,
     dataset: &Dataset,
@@ -363,7 +363,7 @@ fn choose(
     let chosen = FitConfig::for_data(dataset, estimates, &request)?;
     let adam = |choice: &&Choice| choice.setting == "optimizer" && choice.value == "adam";
     if let Some(choice) = chosen.choices.iter().find(adam) {
-        eprintln!("note: {} (--optimizer decides otherwise)", choice.reason);
+        eprintln!("note: {} (--optimizer overrides it)", choice.reason);
     }
     Ok(chosen)
 }
@@ -373,10 +373,10 @@ fn fit(
     folder: &RunFolder,
     dataset: &Dataset,
     checkpoint: Option<&Checkpoint>,
-    manner: Manner,
+    mode: OutputMode,
 ) -> Result<Fit> {
     let metrics = folder.metrics(checkpoint.map_or(0, |c| c.step as u64))?;
-    let bar = Progress::start("fit", manner.quiet);
+    let bar = Progress::start("fit", mode.quiet);
     let mut watch = Watch::new(folder, metrics, bar, interrupt::flag()?);
     let fitted = train::fit(dataset, config, checkpoint, &mut watch);
     let result = match &fitted {
@@ -386,6 +386,6 @@ fn fit(
     watch.finish(&result)?;
     fitted.advise(
         format!("cannot fit (`{}`)", command_line()),
-        "`lagrangian fit --help` tells what the flags may be",
+        "`lagrangian fit --help` lists the flags and their values",
     )
 }

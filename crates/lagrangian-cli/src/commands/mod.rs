@@ -22,9 +22,9 @@ use serde_json::Value;
 use crate::cli::{Cli, Command};
 use crate::output;
 
-/// How a command speaks.
+/// What a command prints.
 #[derive(Debug, Clone, Copy, Args)]
-pub(crate) struct Manner {
+pub(crate) struct OutputMode {
     /// Print exactly one JSON object on standard output; all else goes to standard error
     #[arg(long, global = true)]
     pub(crate) json: bool,
@@ -34,7 +34,7 @@ pub(crate) struct Manner {
     pub(crate) quiet: bool,
 }
 
-impl Manner {
+impl OutputMode {
     /// Prints figures as JSON, or `text` for people.
     pub(crate) fn print(self, figures: &Value, text: impl FnOnce() -> String) -> Result<()> {
         match self.json {
@@ -46,18 +46,18 @@ impl Manner {
 
 /// Runs the command that was asked for.
 pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
-    let manner = cli.manner;
+    let mode = cli.mode;
     match cli.command {
-        Command::Demo(args) => demo::run(&args, manner),
-        Command::Simulate(args) => simulate::run(&args, manner),
-        Command::Check(args) => check::run(&args, manner),
-        Command::Fit(args) => fit::run(&args, manner),
-        Command::Score(args) => score::run(&args, manner),
-        Command::Rollout(args) => rollout::run(&args, manner),
-        Command::Torque(args) => torque::run(&args, manner),
-        Command::Track(args) => track::run(&args, manner),
-        Command::Conserved(args) => conserved::run(&args, manner),
-        Command::Action(args) => action::run(&args, manner),
-        Command::Report(args) => report::run(&args, manner),
+        Command::Demo(args) => demo::run(&args, mode),
+        Command::Simulate(args) => simulate::run(&args, mode),
+        Command::Check(args) => check::run(&args, mode),
+        Command::Fit(args) => fit::run(&args, mode),
+        Command::Score(args) => score::run(&args, mode),
+        Command::Rollout(args) => rollout::run(&args, mode),
+        Command::Torque(args) => torque::run(&args, mode),
+        Command::Track(args) => track::run(&args, mode),
+        Command::Conserved(args) => conserved::run(&args, mode),
+        Command::Action(args) => action::run(&args, mode),
+        Command::Report(args) => report::run(&args, mode),
     }
 }

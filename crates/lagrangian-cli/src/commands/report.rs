@@ -9,7 +9,7 @@ use lagrangian_report::Report;
 use lagrangian_report::draw;
 use serde_json::json;
 
-use super::{Manner, fit};
+use super::{OutputMode, fit};
 use crate::cli::{Links, ReportArgs};
 use crate::data;
 use crate::failure::{Advise, mistake};
@@ -18,7 +18,7 @@ use crate::output::{self, Existing};
 use crate::run_folder::{FIGURES, MODEL, REPORT, RunFolder};
 use crate::run_page::Run;
 
-pub(super) fn run(args: &ReportArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
     let (out, existing) = (&args.output.out, args.output.existing());
     for path in [out, &args.gif].into_iter().flatten() {
@@ -35,7 +35,7 @@ pub(super) fn run(args: &ReportArgs, manner: Manner) -> Result<ExitCode> {
     if let Some(gif) = &args.gif {
         draw_motion(&report, gif, existing)?;
     }
-    if manner.json {
+    if mode.json {
         output::print_json(&json!({
             "command": "report",
             "run": args.run,
@@ -61,14 +61,14 @@ pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
     }
     let record = folder.record()?;
     let model = data::model(&folder.file(MODEL))?;
-    let judged = fit::judged(&record)?;
+    let evaluation = fit::evaluation(&record)?;
     let metrics = folder.read_metrics()?;
     Run {
         folder: folder.path(),
         record: &record,
         metrics: &metrics,
         model: &model,
-        judged: &judged,
+        evaluation: &evaluation,
     }
     .report(links)
 }

@@ -9,14 +9,14 @@ use lagrangian::score::predict;
 use lagrangian::{EstimateOptions, Model, Rollout};
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::cli::RolloutArgs;
 use crate::data;
 use crate::failure::{Advise, mistake};
 use crate::motion;
 use crate::output;
 
-pub(super) fn run(args: &RolloutArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
     output.refuse_unwritable()?;
     let model = data::model(&args.model)?;
@@ -31,10 +31,10 @@ pub(super) fn run(args: &RolloutArgs, manner: Manner) -> Result<ExitCode> {
             let (existing, coordinates) = (output.existing(), model.coordinates());
             output::write_trajectories(path, existing, trajectories, coordinates)?;
         }
-        None if manner.json => {}
+        None if mode.json => {}
         None => output::print_trajectories(trajectories)?,
     }
-    if manner.json {
+    if mode.json {
         output::print_json(&json!({
             "command": "rollout",
             "model": args.model,

@@ -7,13 +7,13 @@ use lagrangian::score::SignalError;
 use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, score};
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::cli::ScoreArgs;
 use crate::data;
 use crate::failure::Advise;
 use crate::motion;
 
-pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_existing()?;
     let model = data::model(&args.model)?;
     let recordings = data::read(&args.files, &args.data)?;
@@ -31,7 +31,7 @@ pub(super) fn run(args: &ScoreArgs, manner: Manner) -> Result<ExitCode> {
         "score": score,
     });
     let text = || as_text(&score, &trajectories, model.coordinates());
-    args.output.write_figures(manner, &figures, text)?;
+    args.output.write_figures(mode, &figures, text)?;
     Ok(ExitCode::SUCCESS)
 }
 

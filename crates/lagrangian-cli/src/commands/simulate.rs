@@ -13,16 +13,16 @@ use rand_chacha::rand_core::SeedableRng;
 use serde::Serialize;
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::cli::{SimulateArgs, Starts};
 use crate::failure::{Advise, mistake};
 use crate::motion::{energies, note_early_end};
 use crate::output;
 use crate::robot;
 
-pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     if args.system.as_deref() == Some("list") {
-        return list(manner);
+        return list(mode);
     }
     args.output.refuse_unwritable()?;
     let system = system(args)?;
@@ -52,13 +52,13 @@ pub(super) fn run(args: &SimulateArgs, manner: Manner) -> Result<ExitCode> {
                 coordinates,
             )?)
         }
-        None if manner.json => None,
+        None if mode.json => None,
         None => {
             output::print_trajectories(&trajectories)?;
             None
         }
     };
-    if manner.json {
+    if mode.json {
         output::print_json(&json!({
             "command": "simulate",
             "system": system.name(),
@@ -158,7 +158,7 @@ fn starts(args: &SimulateArgs, system: &dyn AnalyticModel) -> Result<Vec<State>>
     if !args.motion.q0.is_empty() {
         if args.trajectories > 1 {
             return Err(mistake(
-                "--q0 gives one initial state, --trajectories asks for several",
+                "--q0 gives one initial state, --trajectories several",
                 "omit one of the two: several trajectories begin at random states",
             ));
         }
@@ -224,8 +224,8 @@ impl Summary {
     }
 }
 
-fn list(manner: Manner) -> Result<ExitCode> {
-    if manner.json {
+fn list(mode: OutputMode) -> Result<ExitCode> {
+    if mode.json {
         let parameter =
             |p: &Parameter| json!({ "name": p.name, "unit": p.unit, "default": p.value });
         let entry = |e: &lagrangian::analytic::SystemEntry| {

@@ -9,7 +9,7 @@ use lagrangian_report::draw;
 use lagrangian_report::{Command, Report, Table, torque_parts};
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::cli::TorqueArgs;
 use crate::data;
 use crate::failure::Advise;
@@ -17,7 +17,7 @@ use crate::out_args::PlotArgs;
 use crate::output;
 use crate::run_folder::command_line;
 
-pub(super) fn run(args: &TorqueArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_unwritable()?;
     let model = data::model(&args.model)?;
     let recordings = data::read(&args.files, &args.data)?;
@@ -47,7 +47,7 @@ pub(super) fn run(args: &TorqueArgs, manner: Manner) -> Result<ExitCode> {
         "estimated": data::estimated_signals(&estimates),
         "torque": summary,
     });
-    manner.print(&figures, || as_text(&summary, coordinates))?;
+    mode.print(&figures, || as_text(&summary, coordinates))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -13,7 +13,7 @@ use crate::run_folder::Metric;
 
 /// Dots of a parity figure, at most.
 const DOTS: usize = 2000;
-/// Coordinates of a chain that can still be told apart in motion, at most.
+/// The most links of a chain that can be distinguished in motion.
 const MOST_LINKS: usize = 8;
 
 /// A recorded motion and what the model makes of it.
@@ -23,9 +23,9 @@ pub(super) struct Followed<'a> {
 }
 
 impl<'a> Followed<'a> {
-    /// The first motion that the model is judged by and its prediction, if there is one.
+    /// The first motion of the evaluation and its prediction, if there is one.
     pub(super) fn first(run: &Run<'a>, predictions: Vec<Rollout>) -> Option<Self> {
-        let truth = run.judged.motions.first()?;
+        let truth = run.evaluation.motions.first()?;
         let predicted = predictions.into_iter().next()?.trajectory;
         Some(Self { truth, predicted })
     }
@@ -66,7 +66,7 @@ impl<'a> Followed<'a> {
             id: "motion".into(),
             title: format!("The motion '{}'", self.truth.name),
             caption: format!(
-                "Predicted from the first state alone; the pale one behind it was recorded. {chain}"
+                "Predicted from the first state alone; the pale one is the recording. {chain}"
             ),
             panels: self.motions(run.role()).iter().map(panel).collect(),
         })
@@ -76,7 +76,7 @@ impl<'a> Followed<'a> {
     pub(super) fn figures(&self, run: &Run) -> Vec<Figure> {
         let coordinates = run.model.coordinates();
         let motions = self.motions(run.role());
-        // The energy stands beside the loss, so that each coordinate has a row of its own.
+        // The energy is beside the loss, so that each coordinate has a row of its own.
         let mut figures: Vec<Figure> = self.energy(run).into_iter().collect();
         figures.extend((0..coordinates.dof()).flat_map(|i| {
             [
@@ -153,7 +153,7 @@ pub(super) fn parities(run: &Run) -> Vec<Figure> {
     let coordinates = run.model.coordinates();
     let n = coordinates.dof();
     let (mut truth, mut predicted) = (Vec::new(), Vec::new());
-    for trajectory in run.judged.motions.iter().filter(|_| run.model.moves()) {
+    for trajectory in run.evaluation.motions.iter().filter(|_| run.model.moves()) {
         let Some(qdd) = trajectory.values(Signal::Qdd) else {
             continue;
         };
@@ -181,7 +181,7 @@ pub(super) fn parities(run: &Run) -> Vec<Figure> {
             &format!("{unit}/s²"),
             vec![model],
         );
-        if run.judged.held_out {
+        if run.evaluation.held_out {
             return figure;
         }
         let caption =

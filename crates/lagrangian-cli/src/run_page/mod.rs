@@ -26,12 +26,12 @@ pub(crate) struct Run<'a> {
     pub(crate) metrics: &'a [Metric],
     /// Its model.
     pub(crate) model: &'a Learned,
-    /// Motions that the model is judged by.
-    pub(crate) judged: &'a Judged,
+    /// Motions that the model is evaluation by.
+    pub(crate) evaluation: &'a Evaluation,
 }
 
-/// Motions that a model is judged by.
-pub(crate) struct Judged {
+/// Motions that a model is evaluation by.
+pub(crate) struct Evaluation {
     pub(crate) motions: Vec<Trajectory>,
     /// Whether they were kept from training; otherwise there were no others.
     pub(crate) held_out: bool,
@@ -42,7 +42,7 @@ pub(crate) struct Judged {
 impl Run<'_> {
     /// The page as plain data.
     pub(crate) fn report(&self, links: Links) -> Result<Report> {
-        let (motions, options) = (&self.judged.motions, motion::for_comparison());
+        let (motions, options) = (&self.evaluation.motions, motion::for_comparison());
         let predictions = predict_all(self.model, motions, &options)?;
         let score = score_predictions(self.model, motions, &predictions, &options)?;
         let followed = Followed::first(self, predictions);
@@ -117,7 +117,7 @@ impl Run<'_> {
                 ..Headline::new("Motion followed for", value, "s", note)
             });
         }
-        let note = match self.judged.held_out {
+        let note = match self.evaluation.held_out {
             true => "held back from training",
             false => "of the training itself: none were held back",
         };

@@ -75,7 +75,7 @@ fn parameters(run: &Run) -> Table {
 
 /// What the check of the data warns of.
 fn warnings(run: &Run) -> Table {
-    let items = run.judged.check.items.iter();
+    let items = run.evaluation.check.items.iter();
     let warned = items.filter(|item| item.verdict == Verdict::Warn);
     let row = |item: &Item| {
         let trajectory = item.trajectory.clone().unwrap_or_else(|| "all".into());
@@ -107,7 +107,7 @@ fn motions(run: &Run, score: &Score) -> Table {
         let end = ending(&rollout.outcome);
         vec![trajectory.name.clone(), duration, followed, end]
     };
-    let pairs = run.judged.motions.iter().zip(&score.rollouts);
+    let pairs = run.evaluation.motions.iter().zip(&score.rollouts);
     Table::new(
         format!("Whole motions, each predicted from its first state alone.{rest}"),
         &["motion", "duration", "followed for", "prediction ended"],

@@ -2,7 +2,7 @@
 
 /// Thins a signal to at most about four points a pixel column: the first, lowest, highest and last in each.
 ///
-/// A picture that is `columns` wide looks the same with them as with all. Gaps (NaN) stay gaps. A signal whose x does
+/// A picture of `columns` pixels is the same with these points as with all. Gaps (NaN) stay gaps. A signal whose x does
 /// not increase (a phase portrait) has no columns and comes back whole; lengths beyond the shorter of x and y are
 /// dropped.
 ///

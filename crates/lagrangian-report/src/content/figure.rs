@@ -32,7 +32,7 @@ pub struct Axis {
     pub scale: Scale,
     /// Ends of the axis, where they must not follow from the data (a baseline that runs away would flatten all else).
     pub range: Option<(f64, f64)>,
-    /// What stands at 0, 1, 2, … instead of the numbers, for an axis of things that are not measured; otherwise empty.
+    /// The names at 0, 1, 2, … for an axis of categories; otherwise empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
 }

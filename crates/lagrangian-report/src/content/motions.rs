@@ -168,7 +168,7 @@ fn range_of_truth(series: &[Series]) -> Option<(f64, f64)> {
     (high > low).then_some(range)
 }
 
-/// Whether all motions keep to less than half the circle: small swings would be lost on the whole of it.
+/// Whether all motions keep to less than half the circle: small swings would be invisible on the whole of it.
 fn is_narrow(series: &[Series]) -> bool {
     let (low, high) = span(series.iter().flat_map(|one| &one.x));
     high - low < PI
@@ -192,7 +192,7 @@ fn wrapped(q: &[f64], qd: &[f64]) -> (Vec<f64>, Vec<f64>) {
     (x, y)
 }
 
-/// A time without digits that nobody reads.
+/// A time with its significant digits.
 fn significant(seconds: f64) -> String {
     if seconds < 10.0 {
         format!("{seconds:.2}")

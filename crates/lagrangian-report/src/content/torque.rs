@@ -36,7 +36,7 @@ pub fn torque_parts(coordinates: &Coordinates, i: usize, prediction: &TorquePred
     Figure {
         id: format!("torque-{}", i + 1),
         title: format!("Force on {name}"),
-        caption: "The parts add up to the prediction; inertial is what the acceleration asks for, gravity what holds the system at rest.".into(),
+        caption: "The parts add up to the prediction; inertial is the force of the acceleration, gravity the force that holds the system at rest.".into(),
         x: Axis::linear("time", "s"),
         y: Axis::linear("force", unit),
         series,

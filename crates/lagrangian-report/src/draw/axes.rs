@@ -139,7 +139,7 @@ fn names(drawing: &mut Drawing, plot: &Plot, figure: &Figure) {
     );
 }
 
-/// As many ticks as have room beside each other.
+/// As many ticks as fit beside each other.
 fn x_ticks(axis: &Laid, wide: f64) -> Vec<Tick> {
     if axis.has_names() {
         return axis.ticks(0);
@@ -160,11 +160,11 @@ fn x_ticks(axis: &Laid, wide: f64) -> Vec<Tick> {
 
 /// A tick about every 42 px, and three where that gives fewer.
 fn y_ticks(axis: &Laid, tall: f64) -> Vec<Tick> {
-    let wanted = ((tall / 42.0) as usize).clamp(2, 8);
-    let mut candidates = (wanted..12).map(|count| axis.ticks(count));
+    let enough = ((tall / 42.0) as usize).clamp(2, 8);
+    let mut candidates = (enough..12).map(|count| axis.ticks(count));
     candidates
         .find(|ticks| ticks.len() > 2)
-        .unwrap_or_else(|| axis.ticks(wanted))
+        .unwrap_or_else(|| axis.ticks(enough))
 }
 
 fn widest(ticks: &[Tick]) -> f64 {

@@ -18,7 +18,7 @@ pub(super) enum Letters {
     Outlines,
 }
 
-/// Which point of a text stands at its place, from left to right.
+/// The horizontal anchor of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Across {
     Left,
@@ -26,7 +26,7 @@ pub(super) enum Across {
     Right,
 }
 
-/// Which point of a text stands at its place, from top to bottom.
+/// The vertical anchor of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Upright {
     Top,

@@ -12,7 +12,7 @@ pub enum Error {
         /// Height, pixels.
         height: u32,
     },
-    /// An animation of more panels than stand beside each other, or of none.
+    /// An animation without panels, or with more than fit beside each other.
     #[error("an animation of {0} panels: a GIF takes 1 to 8")]
     Panels(usize),
     /// The renderer of bitmaps refused the drawing.

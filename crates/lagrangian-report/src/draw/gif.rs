@@ -11,7 +11,7 @@ use crate::Animation;
 /// Frames a second, and points of a trail between two of them.
 const RATE: f64 = 20.0;
 const FINE: usize = 4;
-/// A longer clip makes a file that nobody waits for.
+/// A longer clip makes too large a file.
 const MOST_SECONDS: f64 = 9.0;
 
 /// Writes the animation from its start, up to 9 s, side by side on white, as an endless GIF.

@@ -1,4 +1,4 @@
-//! One frame of an animation: panels side by side, the truth pale behind each model.
+//! One frame of an animation: panels side by side, the truth in pale colour beneath each model.
 
 use super::chart::NOTE;
 use super::curve::Point;

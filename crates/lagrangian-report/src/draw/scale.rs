@@ -10,7 +10,7 @@ pub(super) struct Laid {
     names: Vec<String>,
 }
 
-/// A tick: where it stands in the unit interval and what is written at it.
+/// A tick: its place in the unit interval and its label.
 pub(super) struct Tick {
     pub(super) at: f64,
     pub(super) label: String,

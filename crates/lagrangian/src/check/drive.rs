@@ -1,10 +1,10 @@
 //! Whether the forces belong to the motion: their delay, sign and size.
 
-use super::regression::{Findings, Found, findings};
+use super::regression::{JointFit, JointFits, fit_joints};
 use super::{CheckOptions, Item};
 use crate::trajectory::{Recording, Topology};
 
-/// An inertia or a sign is judged only where the motion explains this part of the variance of the force …
+/// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
 const EXPLAINED: f64 = 0.5;
 /// … and a delay, which changes little of it, where it explains this part.
 const WELL_EXPLAINED: f64 = 0.9;
@@ -19,7 +19,7 @@ const INERTIA: (f64, f64) = (1e-6, 1e4);
 /// A wrong sign is certain beyond so many standard errors …
 const SIGN_ERRORS: f64 = 5.0;
 /// … where inertia makes up this part of the force.
-const SHARE: f64 = 0.2;
+const INERTIAL_PART: f64 = 0.2;
 /// Accelerations that are less certain than this part of them want a filter.
 const UNCERTAIN: f64 = 0.1;
 /// So does an inertia that grows by more than this part from one window to a wider one.
@@ -27,7 +27,7 @@ const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
 pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Item> {
-    let Some(found) = findings(recordings, options) else {
+    let Some(found) = fit_joints(recordings, options) else {
         return Vec::new();
     };
     let mut items = delays(recordings, &found);
@@ -45,13 +45,13 @@ fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
 }
 
 /// Whether the positions show what the force does not know, so that neither inertias nor delays can be trusted: the
-/// accelerations of all joints stand in the regressor of each.
-fn is_shaken(findings: &Findings) -> bool {
-    let mut joints = findings.joints.iter().flatten();
+/// accelerations of all joints are in the regressor of each.
+fn is_shaken(fits: &JointFits) -> bool {
+    let mut joints = fits.joints.iter().flatten();
     joints.any(|f| f.explained.0 > EXPLAINED && f.growth.abs() > GROWTH)
 }
 
-fn is_delay(found: &Found, step: f64) -> bool {
+fn is_delay(found: &JointFit, step: f64) -> bool {
     let (at_delay, at_none) = (1.0 - found.explained.0, 1.0 - found.explained.1);
     !found.at_end
         && found.explained.0 > WELL_EXPLAINED
@@ -59,16 +59,16 @@ fn is_delay(found: &Found, step: f64) -> bool {
         && at_none > GAIN * at_delay
 }
 
-fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
-    let (step, shaken) = (findings.step, is_shaken(findings));
-    let milliseconds = |found: &Option<Found>| match found {
+fn delays(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+    let (step, shaken) = (fits.step, is_shaken(fits));
+    let milliseconds = |found: &Option<JointFit>| match found {
         Some(f) if !shaken && is_delay(f, step) => format!("{:.3}", 1e3 * f.delay),
         _ => "0".into(),
     };
-    let values: Vec<String> = findings.joints.iter().map(milliseconds).collect();
+    let values: Vec<String> = fits.joints.iter().map(milliseconds).collect();
     let remedy = format!("shift the forces: `delay` {}", values.join(","));
     let item = |(i, name): (usize, &str)| {
-        let found = findings.joints[i]?;
+        let found = fits.joints[i]?;
         let explained = 100.0 * found.explained.0;
         let (samples, error) = (found.delay / step, found.error / step);
         let (ms, ms_error) = (1e3 * found.delay, 1e3 * found.error);
@@ -106,9 +106,9 @@ fn delays(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
     names(recordings).filter_map(item).collect()
 }
 
-fn inertias(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
+fn inertias(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     let item = |(i, name): (usize, &str)| {
-        let found = findings.joints[i].filter(|f| f.explained.0 > EXPLAINED)?;
+        let found = fits.joints[i].filter(|f| f.explained.0 > EXPLAINED)?;
         let (inertia, error) = found.inertia;
         if !inertia.is_finite() || inertia.abs() == 0.0 {
             return None; // no force, or none that can be squared
@@ -116,7 +116,7 @@ fn inertias(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
         let circle = recordings[0].coordinates.0[i].topology == Topology::Circle;
         let unit = if circle { "kg m²" } else { "kg or kg m²" };
         let finding = format!("{name}: inertia {inertia:.3e} ± {error:.1e} {unit}");
-        let certain = inertia.abs() > SIGN_ERRORS * error && found.share > SHARE;
+        let certain = inertia.abs() > SIGN_ERRORS * error && found.inertial_part > INERTIAL_PART;
         let item = if certain && inertia < 0.0 {
             let finding = format!("{finding}: the force pushes against the acceleration");
             let remedy = "reverse the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
@@ -134,26 +134,26 @@ fn inertias(recordings: &[Recording], findings: &Findings) -> Vec<Item> {
 }
 
 /// Whether noise spoils the accelerations.
-fn accelerations(recordings: &[Recording], findings: &Findings) -> Option<Item> {
-    let certainty = findings.certainty.iter().enumerate();
+fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
+    let certainty = fits.certainty.iter().enumerate();
     let (at, worst) = certainty
         .filter(|(_, c)| c.error.is_finite() && c.filter.is_finite())
         .max_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
     let name = |i: usize| names(recordings).nth(i).map_or("", |n| n.1);
     let (percent, joint) = (100.0 * worst.error, name(at));
     let mut finding = format!("estimated q̈ is uncertain by {percent:.1} % ({joint})");
-    let explained = |f: &Found| f.explained.0 > EXPLAINED && f.inertia.0 > 0.0;
-    let grown = findings.joints.iter().enumerate();
+    let explained = |f: &JointFit| f.explained.0 > EXPLAINED && f.inertia.0 > 0.0;
+    let grown = fits.joints.iter().enumerate();
     let grown = grown.filter_map(|(i, f)| Some((i, f.filter(explained)?.growth)));
     let grown = grown.max_by(|a, b| a.1.total_cmp(&b.1));
     let shrunk = grown.is_some_and(|(_, growth)| growth > GROWTH);
     if let Some((i, growth)) = grown.filter(|_| shrunk) {
         let (joint, percent) = (name(i), 100.0 * growth);
         finding += &format!(
-            "; the inertia of {joint} comes out {percent:.0} % larger in windows 1.4 times as long: noise, play or vibrations make it too small"
+            "; the estimated inertia of {joint} is {percent:.0} % larger in windows 1.4 times as long: noise, play or vibrations make it too small"
         );
     }
-    let windows = findings.certainty.iter().map(|c| c.filter);
+    let windows = fits.certainty.iter().map(|c| c.filter);
     let windows = windows.filter(|s| s.is_finite());
     let seconds = windows.fold(f64::INFINITY, f64::min);
     let remedy = format!(

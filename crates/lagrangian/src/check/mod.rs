@@ -1,6 +1,6 @@
-//! A gate before fitting: what a roboticist would look at in recordings before trusting them.
+//! Whether recordings are good enough for a fit: what a roboticist checks before trusting them.
 //!
-//! Every item has a verdict, a finding in words, the numbers behind it and a remedy. [`Verdict::Fail`] means that
+//! Every item has a verdict, a finding in words, its numbers and a remedy. [`Verdict::Fail`] means that
 //! a fit of these recordings would be meaningless; [`Verdict::Warn`] that it would be worse than it could be.
 
 mod coverage;
@@ -33,10 +33,10 @@ pub enum Verdict {
     Fail,
 }
 
-/// One thing that was looked at.
+/// One result of the check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Item {
-    /// What was looked at, e.g. `velocity`.
+    /// What was checked, e.g. `velocity`.
     pub name: &'static str,
     /// The trajectory; none if it is about all of them.
     pub trajectory: Option<String>,
@@ -46,7 +46,7 @@ pub struct Item {
     pub finding: String,
     /// What to do about it.
     pub remedy: Option<String>,
-    /// The numbers behind it, under stable names.
+    /// The numbers of the finding, under stable names.
     pub values: BTreeMap<String, f64>,
 }
 
@@ -101,7 +101,7 @@ impl Item {
     }
 }
 
-/// Everything that was looked at.
+/// The results of a check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
     /// First the items about all recordings together, then those of each.
@@ -136,7 +136,7 @@ pub struct CheckOptions {
     pub filter: Option<f64>,
 }
 
-/// Looks at recordings before they are fitted. It never fails itself: whatever is wrong is an item.
+/// Checks recordings before they are fitted. It has no error: each problem is an item.
 ///
 /// # Example
 /// ```

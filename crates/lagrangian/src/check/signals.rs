@@ -196,7 +196,7 @@ fn wraps(recording: &Recording) -> Item {
     Item::pass("wraps", finding).value("unwrapped", total as f64)
 }
 
-/// Jumps of a coordinate: samples whose step differs from what its neighbours' steps foretell.
+/// Jumps of a coordinate: samples whose step differs from the one that the neighbouring steps predict.
 fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
     let (t, q): (_, Vec<f64>) = (&recording.t, c.iter().collect());
     let slope = |k: usize| (q[k + 1] - q[k]) / (t[k + 1] - t[k]);
@@ -204,7 +204,7 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
         let expected = 0.5 * (slope(k - 1) + slope(k + 1));
         (q[k + 1] - q[k] - expected * (t[k + 1] - t[k])).abs()
     };
-    // Beside a gap nothing is foretold.
+    // Beside a gap nothing is predicted.
     let longest = time::GAP * median_step(t);
     let near = |k: usize| t[k - 1..k + 3].windows(2).all(|w| w[1] - w[0] <= longest);
     let surprises: Vec<f64> = (1..q.len() - 2)
@@ -382,7 +382,7 @@ fn saturation(c: &Column<'_>) -> Option<Item> {
     let extreme = if at(low) > at(high) { low } else { high };
     let (part, limit_is_rest) = (at(extreme), extreme.abs() <= near);
     let (name, percent) = (c.name, 100.0 * part);
-    let finding = format!("{name} stands at {extreme:.4} for {percent:.1} % of the samples");
+    let finding = format!("{name} is at {extreme:.4} for {percent:.1} % of the samples");
     let remedy = "what the limit hides cannot be learned: check that the true value is recorded, or stay below the limit";
     let item = Item::warn("saturation", finding, remedy).value("fraction", part);
     (part > MUCH_SATURATION && !limit_is_rest).then_some(item)

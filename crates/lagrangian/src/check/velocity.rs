@@ -7,7 +7,7 @@ use crate::trajectory::derivatives::velocity;
 use crate::trajectory::local_polynomial::{Series, median_step, segments};
 use crate::trajectory::{Recording, Signal};
 
-/// A lag is looked for among so many samples either way.
+/// A lag is searched over this many samples in both directions.
 const LONGEST_LAG: usize = 30;
 /// Correlation below which q̇ is something else than the derivative of q.
 const POOR: f64 = 0.5;
@@ -114,8 +114,8 @@ fn relate(v: &[f64], d: &[f64]) -> Relation {
     }
 }
 
-/// What is said where the log holds differences.
-const DIFFERENCES: &str = "it is the difference of successive positions, half a sample late: estimating it from q is less noisy";
+/// The finding where the log holds differences.
+const DIFFERENCES: &str = "it is the difference of successive positions, half a sample late: an estimate from q is less noisy";
 
 /// Whether most velocities are Δq / Δt from the sample before to 2 %, and far nearer to it than to the slope through
 /// both neighbours, which a true velocity is near.

@@ -1,4 +1,5 @@
-//! What a rollout learns of q̈ at its samples along the way: where a step begins at a sample, its first slope.
+//! The accelerations at the samples of a rollout that its integrator has evaluated: the first slopes of steps that begin
+//! at a sample.
 
 /// The accelerations of the first samples, as far as an evaluation met every one of them.
 #[derive(Debug, Default)]

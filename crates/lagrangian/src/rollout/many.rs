@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::round::Round;
-use super::{Force, Known, Rollout, RolloutOptions, abreast, check, record, rollout};
+use super::{Force, Known, Rollout, RolloutOptions, check, grouped, record, rollout};
 use crate::integrate::adaptive::Stepper;
 use crate::integrate::{Dop853, Dopri5, EmbeddedPair, Ending, Failure, Method};
 use crate::mechanics::dynamics::{Evaluator, Model};
@@ -43,7 +43,7 @@ pub fn rollout_many(
         .map(|group| match options.method {
             Method::Dop853 => Ok(run::<Dop853>(model, group, times, tau, options)),
             Method::Dopri5 => Ok(run::<Dopri5>(model, group, times, tau, options)),
-            Method::Rk4 => match abreast::run(model, group, times, tau, options) {
+            Method::Rk4 => match grouped::run(model, group, times, tau, options) {
                 Some(found) => Ok(found),
                 None => each(group),
             },

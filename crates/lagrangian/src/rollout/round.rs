@@ -89,8 +89,8 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// Tells each row its acceleration, where that is what was evaluated.
-    pub(super) fn tell(&mut self, known: &mut [Known]) {
+    /// Gives each row its acceleration, where that was evaluated.
+    pub(super) fn record_accelerations(&mut self, known: &mut [Known]) {
         if self.evaluator.phase_flow().is_some() {
             return;
         }

@@ -48,7 +48,7 @@ pub fn with_friction(
     }
 }
 
-/// Puts the forces of a drive in the place of those recorded: what a sensor behind the motor reads, without friction.
+/// Replaces the recorded forces by those of a drive, without friction, as a sensor at the motor measures them.
 pub fn record_forces(
     motion: &mut Trajectory,
     drive: impl Fn(f64, &[f64], &[f64], &mut [f64]) + Send + Sync,

@@ -1,7 +1,7 @@
 //! Saved models: a safetensors file whose header says what the weights mean.
 //!
 //! The layout is that of safetensors: 8 bytes (length of the header, little endian), a JSON header, then the
-//! weights. Everything that is not a weight stands as JSON in the header's `__metadata__`, under the one key
+//! weights. Everything that is not a weight is JSON in the header's `__metadata__`, under the one key
 //! `lagrangian`, so that the bytes depend on the content alone.
 //!
 //! A file may come from anywhere. Nothing is allocated on the word of its header, and whatever is not a complete,
@@ -45,9 +45,9 @@ pub struct Header {
     pub form: Option<String>,
     /// The coordinates that the model is a function of.
     pub coordinates: Coordinates,
-    /// Sizes and activations, as the family wants them.
+    /// Sizes and activations, in the form of the family.
     pub architecture: Value,
-    /// Scales of coordinates, energy and time, as the family wants them.
+    /// Scales of coordinates, energy and time, in the form of the family.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub scaling: Value,
     /// Dissipation that was learned or given, where there is one.
@@ -91,7 +91,7 @@ impl Provenance {
     }
 }
 
-/// The header as it stands in the file.
+/// The header in the file.
 #[derive(Serialize, Deserialize)]
 struct Envelope {
     format: String,

@@ -20,7 +20,7 @@ pub(super) fn from_reader(mut reader: impl Read) -> Result<SavedModel> {
     let length = header_length(&bytes)?;
     take(&mut reader, length, &mut bytes)?;
     let (metadata, _) = header(&bytes, length)?;
-    // One byte more than promised tells a file that is too long.
+    // One byte more than promised detects a file that is too long.
     take(
         &mut reader,
         metadata.data_len().saturating_add(1),

@@ -95,7 +95,7 @@ fn one_each(delays: &[f64], n: usize) -> Result<Vec<f64>> {
 /// A step that is so many times the median one is a gap: no force is interpolated across it.
 const GAP: f64 = 5.0;
 
-/// The time stamps before and behind a time within `t`.
+/// The time stamps before and after a time within `t`.
 fn around(t: &[f64], at: f64) -> (f64, f64) {
     let after = t.partition_point(|t| *t < at).clamp(1, t.len() - 1);
     (t[after - 1], t[after])

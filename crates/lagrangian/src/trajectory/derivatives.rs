@@ -23,7 +23,7 @@ pub struct EstimateOptions {
     /// Also replace measured q and q̇ by their local polynomial.
     pub smooth: bool,
     /// Replace all signals, τ too, by polynomials over windows of this length, s: the same band of frequencies of
-    /// motion and forces, from q and τ alone. Half a window is lost at each end.
+    /// motion and forces, from q and τ alone. Half a window is omitted at each end.
     ///
     /// Where a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
     /// fit shrink both; so it does where play and vibrations shake the encoders but not the drive.
@@ -93,7 +93,7 @@ pub enum Source {
     Tau,
 }
 
-/// How one signal was estimated, so that the user can be told.
+/// How one signal was estimated, for the user to read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
     /// The trajectory.
@@ -117,7 +117,7 @@ pub struct Estimate {
     pub standard_error: f64,
     /// The same in those half windows, where it is larger, and itself less certain.
     pub standard_error_ends: f64,
-    /// Samples that were left out because they stand alone between gaps.
+    /// Samples that were omitted because too few are between two gaps.
     pub left_out: usize,
 }
 
@@ -183,7 +183,7 @@ impl Fitted {
         }
     }
 
-    /// All signals in the same windows; what is nearer to an end than half of one is left out.
+    /// All signals in the same windows; samples nearer to an end than half a window are omitted.
     fn filter(
         mut self,
         recording: &Recording,
@@ -230,7 +230,7 @@ impl Fitted {
         Ok(self)
     }
 
-    /// Estimates one signal, each coordinate in the way that has the smallest risk.
+    /// Estimates one signal, each coordinate from the source with the smallest risk.
     fn signal(
         &mut self,
         recording: &Recording,

@@ -90,7 +90,7 @@ impl Format {
     }
 }
 
-/// What stands in the place of Parquet in a build that omits it.
+/// Parquet in a build that omits it.
 #[cfg(not(feature = "parquet"))]
 mod parquet {
     use super::{Contents, Error, Layout, Readings, Result};

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
 ///
-/// Signals that are left empty are looked for under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`,
+/// Signals without names are expected under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`,
 /// `p1 … pn` and `tau1 … taun`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Layout {
@@ -39,7 +39,7 @@ pub struct Layout {
     pub sample: Option<Sampling>,
 }
 
-/// The same as it is written in a TOML file beside the data.
+/// A [`Layout`] as a TOML file beside the data holds it.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct LayoutFile {
@@ -91,7 +91,7 @@ fn list(names: &[String]) -> Option<OneOrMany> {
 }
 
 impl Layout {
-    /// Reads the small TOML file that may stand beside the data.
+    /// Reads the small TOML file that may accompany the data.
     ///
     /// ```
     /// let layout = lagrangian::Layout::from_toml(r#"
@@ -181,7 +181,7 @@ impl Layout {
         layout
     }
 
-    /// Fills what is left unsaid here from `beside` (flags win over the file beside the data).
+    /// Fills what is not set here from `beside` (arguments take precedence over the file beside the data).
     #[must_use]
     pub fn or(mut self, beside: Self) -> Self {
         self.trajectory = self.trajectory.or(beside.trajectory);

@@ -1,4 +1,4 @@
-//! Noise as sensors have it, for tests of what comes after.
+//! Sensor noise, for tests of estimation and fitting.
 
 use rand::{Rng, RngExt};
 
@@ -6,7 +6,7 @@ use super::{Signals, Trajectory};
 
 impl Trajectory {
     /// Adds Gaussian noise of standard deviation `sigma` to q (in its unit), to q̇ (in its unit per second) and to p
-    /// (in its unit) where there is any, and leaves q̈ and ṗ out, since no sensor would have known them.
+    /// (in its unit) where there is any, and removes q̈ and ṗ, which no sensor measures.
     pub fn add_noise(&mut self, sigma: f64, rng: &mut dyn Rng) {
         let Signals { q, qd, p, .. } = &mut self.signals;
         for x in q.iter_mut().chain(qd).chain(p) {

@@ -3,8 +3,8 @@
 //! Every stretch has a random number that follows from the seed, its recording and its place. Those with the smallest
 //! are kept, as many as the limit allows: each has the same chance, whatever the length of the log, and one pass is
 //! enough (bottom-k sampling: Cohen and Kaplan, PODC 2007). Rows of a stretch stay together, so that derivatives, delays
-//! and rollouts have their neighbours. What is passed over is looked at on the way: a value that is no number is an
-//! error wherever it stands.
+//! and rollouts have their neighbours. Rows that are not kept are checked as well: a value that is not a number is an
+//! error in any row.
 
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ pub struct Sampling {
     pub rows: usize,
     /// Chooses the stretches.
     pub seed: u64,
-    /// Rows of a stretch, at most: short ones meet more of a motion, long ones leave room for windows and rollouts.
+    /// Rows of a stretch, at most: short stretches cover more of a motion, long ones allow for windows and rollouts.
     pub stretch: usize,
 }
 
@@ -238,7 +238,7 @@ pub fn thin(recordings: &mut Vec<Recording>, sampling: &Sampling) {
 
 impl Recording {
     /// As [`Recording::into_trajectory`], but where only a sample was kept each run of rows is a trajectory of its own:
-    /// windows are chosen for all of them together, and half a window is left out beside each cut.
+    /// windows are chosen for all of them together, and half a window is omitted beside each cut.
     ///
     /// # Errors
     /// As [`Recording::into_trajectory`].
@@ -282,7 +282,7 @@ impl Recording {
     }
 }
 
-/// A run of rows: its first and last time, and whether rows were passed over before and behind it.
+/// A run of rows: its first and last time, and whether rows were omitted before and after it.
 struct Kept {
     begin: f64,
     end: f64,
@@ -294,8 +294,8 @@ fn pieces(whole: &Trajectory, kept: &[Kept], margin: usize) -> Vec<Trajectory> {
     let at = |cut: bool| if cut { margin } else { 0 };
     let piece = |run: &Kept| {
         let first = whole.t.partition_point(|t| *t < run.begin) + at(run.cut.0);
-        let behind = whole.t.partition_point(|t| *t <= run.end);
-        let last = behind.saturating_sub(at(run.cut.1));
+        let after = whole.t.partition_point(|t| *t <= run.end);
+        let last = after.saturating_sub(at(run.cut.1));
         (last >= first + SHORTEST_PIECE).then(|| Trajectory {
             name: format!("{} from {:.3} s", whole.name, run.begin),
             ..whole.part(first..last)

@@ -41,7 +41,7 @@ struct Local {
     start: usize,
     weights: Vec<f64>,
     value: f64,
-    /// The end of the data has shifted it off centre.
+    /// Whether the end of the data shifts it off centre.
     shifted: bool,
 }
 
@@ -121,7 +121,7 @@ pub(crate) fn choose(
         let mut risk = Risk::of_noise(&here, variance);
         if let Some((previous, shorter)) = &shorter {
             let ratio = window as f64 / *previous as f64;
-            // The difference says the bias of the shorter window best; the longest one has no other witness.
+            // The difference estimates the bias of the shorter window best; for the longest window there is no other estimate.
             if let Some(last) = risks.last_mut() {
                 last.1
                     .add_bias(&here, shorter, variance, |order| ratio.powi(order) - 1.0);
@@ -162,7 +162,7 @@ pub(super) struct Risk {
     pub(super) inside: f64,
     /// Where the end of the data has shifted it.
     pub(super) ends: f64,
-    /// The part of the samples that stand at the ends.
+    /// The fraction of the samples at the ends.
     part: f64,
 }
 
@@ -188,8 +188,8 @@ impl Risk {
         self.inside * (1.0 - self.part) + self.ends * self.part
     }
 
-    /// Adds the squared bias that the differences between two windows tell; `growth` is that of the bias from one
-    /// to the other, minus 1, for a bias of some order in the length.
+    /// Adds the squared bias that the differences between two windows show; `growth` is the ratio of their biases
+    /// minus 1, for a bias of some order in the length.
     fn add_bias(
         &mut self,
         longer: &[Local],

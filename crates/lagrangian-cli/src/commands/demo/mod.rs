@@ -1,6 +1,6 @@
-//! `lagrangian demo`: a double pendulum learned twice, by a Lagrangian and by a plain network, and judged.
+//! `lagrangian demo`: a double pendulum learned by a Lagrangian and by a plain network, and compared.
 
-mod judge;
+mod measure;
 mod page;
 
 use std::path::Path;
@@ -17,7 +17,7 @@ use lagrangian::{
 };
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::cli::DemoArgs;
 use crate::failure::Advise;
 use crate::interrupt;
@@ -26,7 +26,7 @@ use crate::progress::Progress;
 use crate::run_folder::{FIGURES, MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord};
 use crate::watch::Watch;
 
-use judge::{Judged, Judgement};
+use measure::{Measured, Measurements};
 
 /// The system that is learned.
 const SYSTEM: &str = "double-pendulum";
@@ -42,7 +42,7 @@ struct Trained {
     metrics: Vec<Metric>,
 }
 
-pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
     let start = Instant::now();
     let occupied = if args.force {
         Occupied::Restart
@@ -60,7 +60,7 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
         "lnn",
         Box::<dyn Family>::from(LnnConfig::default()),
         &data,
-        manner,
+        mode,
     )?;
     let mlp = train(
         args,
@@ -68,16 +68,16 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
         "mlp",
         Box::<dyn Family>::from(MlpConfig::default()),
         &data,
-        manner,
+        mode,
     )?;
-    let judgement = Judgement::of(args, &*system, &lnn.fit.model, &mlp.fit.model, manner)?;
-    write_rollouts(&folder, &*system, &judgement)?;
+    let measurements = Measurements::of(args, &*system, &lnn.fit.model, &mlp.fit.model, mode)?;
+    write_rollouts(&folder, &*system, &measurements)?;
     let seconds = start.elapsed().as_secs_f64();
-    let report = page::report(args, &*system, &data, [&lnn, &mlp], &judgement, seconds)?;
+    let report = page::report(args, &*system, &data, [&lnn, &mlp], &measurements, seconds)?;
     folder.write(REPORT, lagrangian_report::draw::html(&report).as_bytes())?;
     folder.write(FIGURES, &serde_json::to_vec(&report)?)?;
     let page = folder.file(REPORT);
-    if manner.json {
+    if mode.json {
         let figures = json!({
             "command": "demo",
             "out": args.out,
@@ -86,16 +86,16 @@ pub(super) fn run(args: &DemoArgs, manner: Manner) -> Result<ExitCode> {
             "samples": args.samples,
             "starts": args.starts,
             "seconds": seconds,
-            "lnn": figures(&judgement.lnn, &lnn),
-            "baseline": figures(&judgement.mlp, &mlp),
+            "lnn": figures(&measurements.lnn, &lnn),
+            "baseline": figures(&measurements.mlp, &mlp),
             "truth": {
-                "energy_error_mean_percent": judgement.truth.energy.mean,
-                "valid_time": judgement.restarted,
+                "energy_error_mean_percent": measurements.truth.energy.mean,
+                "valid_time": measurements.restarted,
             },
         });
         output::print_json(&figures)?;
     } else {
-        let [lnn, mlp] = [&judgement.lnn, &judgement.mlp].map(|j| j.energy.mean);
+        let [lnn, mlp] = [&measurements.lnn, &measurements.mlp].map(|j| j.energy.mean);
         eprintln!(
             "energy error at 100 s, mean of {} starts: {lnn:.5} % (plain network {mlp:.2} %)",
             args.starts
@@ -113,7 +113,7 @@ fn train(
     name: &str,
     family: Box<dyn Family>,
     data: &Dataset,
-    manner: Manner,
+    mode: OutputMode,
 ) -> Result<Trained> {
     let occupied = if args.force {
         Occupied::Restart
@@ -129,7 +129,7 @@ fn train(
         ..FitConfig::default()
     };
     folder.write_record(&RunRecord::now(args.seed, &config, Vec::new())?)?;
-    let bar = Progress::start(format!("fit {name}"), manner.quiet);
+    let bar = Progress::start(format!("fit {name}"), mode.quiet);
     let mut watch = Watch::new(&folder, folder.metrics(0)?, bar, Arc::clone(interrupted));
     let fit = train::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;
@@ -155,19 +155,19 @@ fn train(
     })
 }
 
-/// The rollouts behind every figure of energy and prediction.
+/// Writes the rollouts from which the figures of energy and prediction are computed.
 fn write_rollouts(
     folder: &RunFolder,
     system: &dyn AnalyticModel,
-    judgement: &Judgement,
+    measurements: &Measurements,
 ) -> Result<()> {
     let files = [
-        ("truth.npz", &judgement.truth),
-        ("lnn.npz", &judgement.lnn),
-        ("mlp.npz", &judgement.mlp),
+        ("truth.npz", &measurements.truth),
+        ("lnn.npz", &measurements.lnn),
+        ("mlp.npz", &measurements.mlp),
     ];
-    for (name, judged) in files {
-        let trajectories: Vec<_> = judged
+    for (name, measured) in files {
+        let trajectories: Vec<_> = measured
             .rollouts
             .iter()
             .map(|r| r.trajectory.clone())
@@ -183,13 +183,13 @@ fn write_rollouts(
     Ok(())
 }
 
-fn figures(judged: &Judged, trained: &Trained) -> serde_json::Value {
+fn figures(measured: &Measured, trained: &Trained) -> serde_json::Value {
     json!({
-        "energy_error_mean_percent": judged.energy.mean,
-        "energy_error_median_percent": judged.energy.median,
-        "energy_error_worst_percent": judged.energy.worst,
-        "unfinished": judged.energy.unfinished,
-        "valid_time": judged.valid,
+        "energy_error_mean_percent": measured.energy.mean,
+        "energy_error_median_percent": measured.energy.median,
+        "energy_error_worst_percent": measured.energy.worst,
+        "unfinished": measured.energy.unfinished,
+        "valid_time": measured.valid,
         "acceleration_loss": trained.fit.best,
         "train_seconds": trained.fit.seconds,
         "steps": trained.fit.steps,

@@ -11,7 +11,7 @@ use lagrangian_report::{
     loss_curves, parity, phase_portrait, trajectories,
 };
 
-use super::judge::{DURATION, Judged, Judgement, RESTART, options};
+use super::measure::{DURATION, Measured, Measurements, RESTART, options};
 use super::{REFERENCE_ENERGY, Trained};
 use crate::cli::DemoArgs;
 
@@ -30,15 +30,15 @@ pub(super) fn report(
     system: &dyn AnalyticModel,
     data: &Dataset,
     trained: [&Trained; 2],
-    judgement: &Judgement,
+    measurements: &Measurements,
     seconds: f64,
 ) -> Result<Report> {
-    let shown = shown(system, trained, judgement)?;
+    let shown = shown(system, trained, measurements)?;
     let named = shown.iter().zip(NAMES);
     let motions = named.map(|(rollout, (name, role))| Motion::new(name, role, &rollout.trajectory));
     let motions: Vec<Motion> = motions.collect();
     let coordinates = system.coordinates();
-    let mut figures = vec![energy_figure(system, judgement)];
+    let mut figures = vec![energy_figure(system, measurements)];
     figures.push(loss_figure(trained));
     figures.push(parity_figure(data, trained));
     figures.extend((0..coordinates.dof()).map(|i| trajectories(coordinates, i, &motions)));
@@ -51,12 +51,12 @@ pub(super) fn report(
             args.seconds,
             args.starts
         ),
-        headlines: headlines(judgement, seconds),
-        summary: summary(judgement),
+        headlines: headlines(measurements, seconds),
+        summary: summary(measurements),
         animations: vec![animation(system, &motions)],
         maps: Vec::new(),
         figures,
-        tables: vec![table(judgement)],
+        tables: vec![table(measurements)],
         settings: settings(args, trained),
         commands: commands(args),
     })
@@ -66,9 +66,9 @@ pub(super) fn report(
 fn shown(
     system: &dyn AnalyticModel,
     trained: [&Trained; 2],
-    judgement: &Judgement,
+    measurements: &Measurements,
 ) -> Result<Vec<Rollout>> {
-    let start = &judgement.starts[judgement.shown()];
+    let start = &measurements.starts[measurements.shown()];
     let times = times(DURATION, FRAME)?;
     let models: [&dyn Model; 3] = [system, &trained[0].fit.model, &trained[1].fit.model];
     let mut rollouts = Vec::new();
@@ -80,23 +80,23 @@ fn shown(
     Ok(rollouts)
 }
 
-fn headlines(judgement: &Judgement, seconds: f64) -> Vec<Headline> {
-    let count = judgement.starts.len();
-    let energy = |label: &str, judged: &Judged, role| {
-        let worst = short(judged.energy.worst);
+fn headlines(measurements: &Measurements, seconds: f64) -> Vec<Headline> {
+    let count = measurements.starts.len();
+    let energy = |label: &str, measured: &Measured, role| {
+        let worst = short(measured.energy.worst);
         let note = format!("mean of {count} starts; worst {worst} %");
-        let headline = Headline::new(label, short(judged.energy.mean), "%", note);
+        let headline = Headline::new(label, short(measured.energy.mean), "%", note);
         Headline {
             role: Some(role),
             ..headline
         }
     };
-    let valid = |judged: &Judged| {
-        let valid = judged.valid.as_ref();
+    let valid = |measured: &Measured| {
+        let valid = measured.valid.as_ref();
         valid.map_or(f64::NAN, |v| v.chaotic_lyapunov_times)
     };
-    let (lnn, mlp) = (&judgement.lnn, &judgement.mlp);
-    let limit = judgement.restarted.chaotic_lyapunov_times;
+    let (lnn, mlp) = (&measurements.lnn, &measurements.mlp);
+    let limit = measurements.restarted.chaotic_lyapunov_times;
     let note = format!(
         "plain network {:.1}; the truth moved by {} rad {limit:.1}",
         valid(mlp),
@@ -132,8 +132,8 @@ fn grouped(count: u32) -> String {
     groups.join("\u{a0}")
 }
 
-fn summary(judgement: &Judgement) -> Vec<String> {
-    let ratio = judgement.mlp.energy.mean / judgement.lnn.energy.mean;
+fn summary(measurements: &Measurements) -> Vec<String> {
+    let ratio = measurements.mlp.energy.mean / measurements.lnn.energy.mean;
     vec![
         format!(
             "Both networks saw the same accelerations. The one whose output is the Lagrangian keeps the energy over \
@@ -143,10 +143,10 @@ fn summary(judgement: &Judgement) -> Vec<String> {
             "The energy is the true one, along each predicted motion, relative to {REFERENCE_ENERGY} J. The motion is \
              chaotic from {} of {} starts, so that no prediction of it can last: the true equations themselves, \
              restarted {} rad away, part after {:.0} s.",
-            judgement.restarted.chaotic,
-            judgement.starts.len(),
+            measurements.restarted.chaotic,
+            measurements.starts.len(),
             short(RESTART),
-            judgement.restarted.chaotic_seconds
+            measurements.restarted.chaotic_seconds
         ),
     ]
 }
@@ -165,7 +165,7 @@ fn animation(system: &dyn AnalyticModel, motions: &[Motion]) -> Animation {
     Animation {
         id: "pendulum".into(),
         title: "The same start, three times".into(),
-        caption: "The pale pendulum behind a prediction is the truth. Chaos parts them in the end; the energy tells \
+        caption: "The pale pendulum behind a prediction is the truth. Chaos separates them in the end; the energy shows \
                   which still obeys mechanics."
             .into(),
         panels: motions.iter().map(panel).collect(),
@@ -173,29 +173,29 @@ fn animation(system: &dyn AnalyticModel, motions: &[Motion]) -> Animation {
 }
 
 /// Median and spread of the energy error over all starts.
-fn energy_figure(system: &dyn AnalyticModel, judgement: &Judgement) -> Figure {
+fn energy_figure(system: &dyn AnalyticModel, measurements: &Measurements) -> Figure {
     let error = |rollout: &Rollout| -> Vec<f64> {
         let error = energy_error(system, &rollout.trajectory, REFERENCE_ENERGY);
         error.into_iter().map(f64::abs).collect()
     };
-    let series = |(judged, (name, role)): (&Judged, (&str, Role))| {
-        let errors: Vec<Vec<f64>> = judged.rollouts.iter().map(error).collect();
-        let times = judged.rollouts.iter().map(|r| &r.trajectory.t);
+    let series = |(measured, (name, role)): (&Measured, (&str, Role))| {
+        let errors: Vec<Vec<f64>> = measured.rollouts.iter().map(error).collect();
+        let times = measured.rollouts.iter().map(|r| &r.trajectory.t);
         let longest = times.max_by_key(|t| t.len()).cloned();
         Series::spread(name, role, longest.unwrap_or_default(), &errors)
     };
-    let judged = [&judgement.truth, &judgement.lnn, &judgement.mlp];
+    let measured = [&measurements.truth, &measurements.lnn, &measurements.mlp];
     Figure {
         id: "energy".into(),
         title: "Energy error".into(),
         caption: format!(
             "Difference of the true energy from its start along each predicted motion: median of {} starts, and the \
              range of the middle 80 %. The truth shows the error of the integrator alone.",
-            judgement.starts.len()
+            measurements.starts.len()
         ),
         x: Axis::linear("time", "s"),
         y: Axis::log("energy error", "%"),
-        series: judged.into_iter().zip(NAMES).map(series).collect(),
+        series: measured.into_iter().zip(NAMES).map(series).collect(),
     }
 }
 
@@ -227,7 +227,7 @@ fn parity_figure(data: &Dataset, trained: [&Trained; 2]) -> Figure {
     parity("acceleration", "rad/s²", vec![model(1), model(0)])
 }
 
-fn table(judgement: &Judgement) -> Table {
+fn table(measurements: &Measurements) -> Table {
     let header = [
         "",
         "energy error, mean",
@@ -245,8 +245,8 @@ fn table(judgement: &Judgement) -> Table {
             format!("{:.1} s", valid.regular_seconds),
         ]
     };
-    let row = |name: &str, judged: &Judged, valid: Option<&ValidTimes>| {
-        let energy = &judged.energy;
+    let row = |name: &str, measured: &Measured, valid: Option<&ValidTimes>| {
+        let energy = &measured.energy;
         let mut row = vec![name.to_string()];
         row.extend([energy.mean, energy.median, energy.worst].map(|x| format!("{} %", short(x))));
         row.push(energy.unfinished.to_string());
@@ -255,18 +255,30 @@ fn table(judgement: &Judgement) -> Table {
     };
     let ValidTimes {
         chaotic, regular, ..
-    } = judgement.restarted;
+    } = measurements.restarted;
     let caption = format!(
         "All figures over the same {} starts ({chaotic} chaotic, {regular} regular), true energy relative to {REFERENCE_ENERGY} J. \
          Valid: median time until the error reaches half a standard deviation of the motion, at most 100 s. The truth \
          is restarted {} rad away for its valid times.",
-        judgement.starts.len(),
+        measurements.starts.len(),
         short(RESTART)
     );
     let rows = vec![
-        row(NAMES[1].0, &judgement.lnn, judgement.lnn.valid.as_ref()),
-        row(NAMES[2].0, &judgement.mlp, judgement.mlp.valid.as_ref()),
-        row(NAMES[0].0, &judgement.truth, Some(&judgement.restarted)),
+        row(
+            NAMES[1].0,
+            &measurements.lnn,
+            measurements.lnn.valid.as_ref(),
+        ),
+        row(
+            NAMES[2].0,
+            &measurements.mlp,
+            measurements.mlp.valid.as_ref(),
+        ),
+        row(
+            NAMES[0].0,
+            &measurements.truth,
+            Some(&measurements.restarted),
+        ),
     ];
     Table::new(caption, &header, rows)
 }

@@ -12,7 +12,7 @@ use lagrangian_control::{
 };
 use serde_json::json;
 
-use super::Manner;
+use super::OutputMode;
 use crate::cli::DataArgs;
 use crate::data;
 use crate::failure::{Advise, mistake};
@@ -23,7 +23,7 @@ use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 /// Bandwidth of the feedback where no gains are given, rad/s: low, as where a model is to do the work.
 const BANDWIDTH: f64 = 5.0;
 
-pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
+pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     let PlotArgs { file, plot } = &args.output;
     args.output.refuse_unwritable()?;
     if let Some(path) = &file.out {
@@ -58,13 +58,13 @@ pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
         let motion = std::slice::from_ref(&first.followed.driven.trajectory);
         output::write_trajectories(path, file.existing(), motion, model.coordinates())?;
     }
-    let story = page::Story {
+    let report = page::TrackingReport {
         coordinates: model.coordinates(),
         reference: &reference,
         rate: control.rate,
         runs: &runs,
     };
-    args.output.draw(|| story.page())?;
+    args.output.draw(|| report.page())?;
     let figures = json!({
             "command": "track",
             "model": args.model,
@@ -79,7 +79,7 @@ pub(super) fn run(args: &TrackArgs, manner: Manner) -> Result<ExitCode> {
             "plot": plot,
             "tracking": tracking(&runs),
     });
-    manner.print(&figures, || story.text())?;
+    mode.print(&figures, || report.text())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -98,7 +98,7 @@ fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {
     data::require_dof(&recordings, model.coordinates())?;
     let others = recordings.len() - 1;
     if others > 0 {
-        eprintln!("note: the first trajectory is followed; {others} others are left out");
+        eprintln!("note: the first trajectory is followed; {others} others are omitted");
     }
     let first = recordings.into_iter().take(1).collect();
     let (trajectories, _) = data::trajectories(first, &args.estimate.options())?;
@@ -219,7 +219,7 @@ struct Run {
 }
 
 impl Run {
-    /// Says what went wrong on the way.
+    /// Notes what went wrong.
     fn warn(&self) {
         let driven = &self.followed.driven;
         if let LoopOutcome::Diverged { t } = driven.outcome {
@@ -231,7 +231,7 @@ impl Run {
         let lost = self.followed.without_model + driven.not_finite;
         if lost > 0 {
             let name = self.name;
-            eprintln!("note: with {name}, {lost} torques were not finite and left out");
+            eprintln!("note: with {name}, {lost} torques were not finite and are omitted");
         }
     }
 

@@ -1,4 +1,4 @@
-//! What came of it: as text, and as a page.
+//! The results of tracking as text and as a page.
 
 use lagrangian::Coordinates;
 use lagrangian_control::{Quantiles, Reference};
@@ -10,15 +10,15 @@ use lagrangian_report::{
 use super::Run;
 use crate::run_folder::command_line;
 
-/// Everything that is told.
-pub(super) struct Story<'a> {
+/// The results of tracking.
+pub(super) struct TrackingReport<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) reference: &'a Reference,
     pub(super) rate: f64,
     pub(super) runs: &'a [Run],
 }
 
-/// What is told of each joint: a name, and the figures of a run.
+/// A figure of each joint: its name, and its values in a run.
 type Signal = (&'static str, fn(&Run) -> &[f64]);
 
 const SIGNALS: [Signal; 3] = [
@@ -48,7 +48,7 @@ fn follower(run: &Run) -> Follower<'_> {
     }
 }
 
-impl Story<'_> {
+impl TrackingReport<'_> {
     fn names(&self) -> impl Iterator<Item = &str> {
         self.coordinates.0.iter().map(|c| c.name.as_str())
     }

@@ -30,13 +30,13 @@ pub(super) fn read(
         Some(name) => analytic(name, args)?,
         None => Box::new(bodies(path, args, model)?),
     };
-    let (found, wanted) = (robot.coordinates().dof(), reference.dof());
-    if found == wanted {
+    let (found, expected) = (robot.coordinates().dof(), reference.dof());
+    if found == expected {
         return Ok(Some(robot));
     }
     Err(mistake(
         format!(
-            "the robot '{}' has {found} joints, the model and the reference have {wanted}",
+            "the robot '{}' has {found} joints, the model and the reference have {expected}",
             path.display()
         ),
         "give the robot of the model, and the joints that move as --joints where it comes from a URDF",

@@ -9,7 +9,7 @@ const BROAD: (u32, u32) = (1084, 380);
 const WIDE: (u32, u32) = (524, 350);
 const NARROW: (u32, u32) = (306, 288);
 
-/// Two columns where there is room; the first of an odd number goes across both.
+/// Two columns where they fit; the first of an odd number spans both.
 pub(super) fn figures(body: &mut String, figures: &[Figure]) {
     let odd = figures.len() % 2 == 1;
     let class = if odd { "figures odd" } else { "figures" };
@@ -30,7 +30,7 @@ pub(super) fn figures(body: &mut String, figures: &[Figure]) {
     body.push_str("</div>\n");
 }
 
-/// Two columns where there is room.
+/// Two columns where they fit.
 pub(super) fn maps(body: &mut String, maps: &[HeatMap]) {
     body.push_str("<div class=\"figures\">\n");
     for map in maps {

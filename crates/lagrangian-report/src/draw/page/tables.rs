@@ -29,7 +29,7 @@ pub(super) fn table(body: &mut String, table: &Table) {
     body.push_str("</tbody></table></div></div>\n");
 }
 
-/// A cell that may be broken where there is no room: between its parts, `a / b` or `a; b`, and before the range of a
+/// A cell that may be broken where it does not fit: between its parts, `a / b` or `a; b`, and before the range of a
 /// figure, `median (least … largest)`.
 fn breakable(cell: &str) -> String {
     let separator = if cell.contains(" / ") { " / " } else { "; " };

@@ -3,14 +3,14 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::Found;
+use super::JointFit;
 use super::source::Signals;
 use super::terms::Terms;
 
 /// Added to the diagonal of the system in units of it.
 const RIDGE: f64 = 1e-9;
 
-/// What a stretch leaves behind.
+/// The sums over a stretch.
 pub(super) struct Part {
     /// Rows.
     count: f64,
@@ -97,16 +97,16 @@ impl Part {
 
 /// The fit of some stretches together.
 struct Solution {
-    /// Delay in steps, and whether it stands at an end.
+    /// Delay in steps, and whether it is at an end of the range.
     delay: f64,
     at_end: bool,
     /// Unexplained parts of the variance at the best delay and at none.
     unexplained: (f64, f64),
     inertia: f64,
-    share: f64,
+    inertial_part: f64,
 }
 
-pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<Found> {
+pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<JointFit> {
     let mut all = Part {
         count: 0.0,
         own: parts.first()?.own,
@@ -130,14 +130,14 @@ pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<Found
         let mean = left.iter().map(of).sum::<f64>() / count;
         ((count - 1.0) / count * left.iter().map(|l| (of(l) - mean).powi(2)).sum::<f64>()).sqrt()
     };
-    Some(Found {
+    Some(JointFit {
         delay: whole.delay * step,
         error: scatter(|l| l.0) * step,
         at_end: whole.at_end,
         explained: (1.0 - whole.unexplained.0, 1.0 - whole.unexplained.1),
         inertia: (whole.inertia, scatter(|l| l.1)),
         growth: 0.0,
-        share: whole.share,
+        inertial_part: whole.inertial_part,
     })
 }
 
@@ -187,6 +187,6 @@ fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
         at_end,
         unexplained: (unexplained[best], unexplained[shifts]),
         inertia,
-        share: inertia.abs() * (sums.acceleration / sums.tau[best].1).sqrt(),
+        inertial_part: inertia.abs() * (sums.acceleration / sums.tau[best].1).sqrt(),
     })
 }

@@ -7,8 +7,8 @@
 //! | τ(t − δₖ) | the force so much earlier | m × K |
 //!
 //! Motion and forces pass the same local polynomials on one even grid, so that a shift by a step is exact and all
-//! shifts see the same band of frequencies. A stretch of a recording leaves behind `YᵀY`, `Yᵀτ` and `τᵀτ` alone; leaving
-//! one stretch out after the other then costs no second look at the samples (theory.md, equations 61 and 62).
+//! shifts see the same band of frequencies. Of a stretch of a recording only `YᵀY`, `Yᵀτ` and `τᵀτ` are kept, so that omitting
+//! one stretch after another needs no second pass over the samples (theory.md, equations 61 and 62).
 
 mod least_squares;
 mod source;
@@ -41,41 +41,41 @@ pub(in crate::check) struct Certainty {
     pub(in crate::check) filter: f64,
 }
 
-/// What was found for one joint.
+/// The regression of one joint.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::check) struct Found {
+pub(in crate::check) struct JointFit {
     /// The motion answers the force so much later, s.
     pub(in crate::check) delay: f64,
     /// Standard error of that, s.
     pub(in crate::check) error: f64,
-    /// Whether the delay stands at an end of what was looked at.
+    /// Whether the delay is at an end of the range that was searched.
     pub(in crate::check) at_end: bool,
     /// Part of the variance of the force that the motion explains at this delay, and at none.
     pub(in crate::check) explained: (f64, f64),
     /// Mean inertia ∂τᵢ/∂q̈ᵢ and its standard error, kg m² or kg.
     pub(in crate::check) inertia: (f64, f64),
-    /// How much larger the inertia comes out in the wider window, as a part of it: noise and vibrations of the
+    /// How much larger the inertia is in the wider window, relative to it: noise and vibrations of the
     /// positions that the force does not know make it too small, the more so the shorter the window.
     pub(in crate::check) growth: f64,
     /// Root mean square of inertia × acceleration over that of the force.
-    pub(in crate::check) share: f64,
+    pub(in crate::check) inertial_part: f64,
 }
 
 /// All joints of some recordings.
-pub(in crate::check) struct Findings {
+pub(in crate::check) struct JointFits {
     /// Step of the grid, s.
     pub(in crate::check) step: f64,
     /// For each coordinate, where it has forces that vary.
-    pub(in crate::check) joints: Vec<Option<Found>>,
+    pub(in crate::check) joints: Vec<Option<JointFit>>,
     /// For each coordinate.
     pub(in crate::check) certainty: Vec<Certainty>,
 }
 
-/// Looks at all recordings with forces and usable time stamps; `None` where there is none, or too little.
-pub(in crate::check) fn findings(
+/// Fits all recordings with forces and usable time stamps; `None` where there is none, or too little.
+pub(in crate::check) fn fit_joints(
     recordings: &[Recording],
     options: &CheckOptions,
-) -> Option<Findings> {
+) -> Option<JointFits> {
     let first = recordings.first()?;
     let coordinates = &first.coordinates;
     let whole = |r: &&Recording| r.coordinates == *coordinates && usable(r);
@@ -106,14 +106,14 @@ pub(in crate::check) fn findings(
         let other = wide.as_ref().and_then(|w| w[i]);
         found.map(|f| f.beside(other))
     });
-    Some(Findings {
+    Some(JointFits {
         step,
         joints: joints.collect(),
         certainty,
     })
 }
 
-impl Found {
+impl JointFit {
     /// The same with the difference to another window in its error.
     fn beside(self, other: Option<Self>) -> Self {
         let difference = other.map_or(0.0, |o| o.delay - self.delay);
@@ -140,7 +140,7 @@ fn joints(
     coordinates: &Coordinates,
     step: f64,
     window: f64,
-) -> Option<Vec<Option<Found>>> {
+) -> Option<Vec<Option<JointFit>>> {
     let n = coordinates.dof();
     let shifts = ((FARTHEST / step).ceil() as usize).clamp(STEPS.0, STEPS.1);
     let stretches = stretches(sources, step, window, shifts);

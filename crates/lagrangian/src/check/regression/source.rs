@@ -1,4 +1,4 @@
-//! Recordings on their way into the regression: cut into stretches, filtered onto one even grid.
+//! Recordings for the regression: cut into stretches, filtered onto one even grid.
 
 use std::ops::Range;
 
@@ -8,14 +8,14 @@ use crate::trajectory::derivatives::acceleration_window;
 use crate::trajectory::local_polynomial::{Filter, Series, around, median_step, segments};
 use crate::trajectory::{Recording, Signal};
 
-/// Stretches that are left out one after the other.
+/// Stretches that are omitted one after another.
 const STRETCHES: usize = 24;
 /// Longest stretch, steps of the grid.
 const LONGEST: usize = 2500;
 /// Samples of a stretch that are used.
 const SAMPLES: usize = 600;
 
-/// One recording on its way into the regression.
+/// A recording that the regression uses.
 pub(super) struct Source<'a> {
     pub(super) recording: &'a Recording,
     tau: &'a [f64],

@@ -9,7 +9,7 @@ use crate::integrate::{Ending, Rk4, fixed};
 use crate::mechanics::dynamics::Model;
 
 /// Rolls a group out together by the Runge–Kutta method of order 4. `None` where not all of them came to their last
-/// time, or began: then each goes its own way.
+/// time, or began: then each is rolled out separately.
 pub(super) fn run(
     model: &dyn Model,
     starts: &[State],
@@ -41,7 +41,7 @@ pub(super) fn run(
         x.chunks_exact(d).for_each(|x| round.add(x));
         round.evaluate(tau, |_| t);
         evaluations += 1;
-        round.tell(&mut known.borrow_mut());
+        round.record_accelerations(&mut known.borrow_mut());
         let rows = dx.chunks_exact_mut(d).zip(&mut singular).enumerate();
         rows.for_each(|(row, (dx, singular))| *singular += round.read(row, dx));
     };

@@ -6,7 +6,7 @@ use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
 use lagrangian::{Method, Model, Rollout, RolloutOptions, State, random_starts};
 use lagrangian_analysis::chaos::{ValidTimes, lyapunov_times, restarted, valid_times};
 
-use super::{Manner, REFERENCE_ENERGY};
+use super::{OutputMode, REFERENCE_ENERGY};
 use crate::cli::DemoArgs;
 use crate::progress::Progress;
 
@@ -18,7 +18,7 @@ const INTERVAL: f64 = 0.05;
 pub(super) const RESTART: f64 = 1e-12;
 
 /// Rollouts of one model from all starts, and what they show.
-pub(super) struct Judged {
+pub(super) struct Measured {
     pub(super) rollouts: Vec<Rollout>,
     pub(super) energy: EnergyTest,
     /// None for the truth itself.
@@ -26,14 +26,14 @@ pub(super) struct Judged {
 }
 
 /// Everything that was measured.
-pub(super) struct Judgement {
+pub(super) struct Measurements {
     pub(super) starts: Vec<State>,
     /// The Lyapunov time of each start whose motion is chaotic, s.
     pub(super) lyapunov_times: Vec<Option<f64>>,
-    pub(super) truth: Judged,
+    pub(super) truth: Measured,
     pub(super) restarted: ValidTimes,
-    pub(super) lnn: Judged,
-    pub(super) mlp: Judged,
+    pub(super) lnn: Measured,
+    pub(super) mlp: Measured,
 }
 
 /// Tolerances at which the integration error is far below the error of any model here.
@@ -46,38 +46,38 @@ pub(super) fn options() -> RolloutOptions {
     }
 }
 
-impl Judgement {
+impl Measurements {
     pub(super) fn of(
         args: &DemoArgs,
         system: &dyn AnalyticModel,
         lnn: &dyn Model,
         mlp: &dyn Model,
-        manner: Manner,
+        mode: OutputMode,
     ) -> Result<Self> {
         let starts = random_starts(system, args.starts as usize, args.seed.wrapping_add(1));
         let times = times(DURATION, INTERVAL)?;
-        let mut bar = Progress::start("rollouts of 100 s", manner.quiet);
+        let mut bar = Progress::start("rollouts of 100 s", mode.quiet);
         let truth = rollout_many(system, &starts, &times, &free, &RolloutOptions::truth())?;
         bar.update(0.2, "true motions");
         let lyapunov_times = lyapunov_times(system, &starts, DURATION, &options())?;
         let restarted = restarted(system, &starts, RESTART, &times, &RolloutOptions::truth())?;
         let restarted = valid_times(system, &truth, &restarted, &lyapunov_times)?;
         bar.update(0.5, "Lyapunov times");
-        let judge = |model: &dyn Model| -> Result<Judged> {
+        let measure = |model: &dyn Model| -> Result<Measured> {
             let rollouts = rollout_many(model, &starts, &times, &free, &options())?;
             let valid = valid_times(model, &truth, &rollouts, &lyapunov_times)?;
-            Ok(Judged {
+            Ok(Measured {
                 energy: energy_test(system, &rollouts, REFERENCE_ENERGY),
                 valid: Some(valid),
                 rollouts,
             })
         };
-        let lnn = judge(lnn)?;
+        let lnn = measure(lnn)?;
         bar.update(0.8, "learned Lagrangian");
-        let mlp = judge(mlp)?;
+        let mlp = measure(mlp)?;
         bar.finish(&format!("{} starts, three models", starts.len()));
         let energy = energy_test(system, &truth, REFERENCE_ENERGY);
-        let truth = Judged {
+        let truth = Measured {
             energy,
             valid: None,
             rollouts: truth,
