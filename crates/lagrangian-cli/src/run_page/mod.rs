@@ -26,11 +26,11 @@ pub(crate) struct Run<'a> {
     pub(crate) metrics: &'a [Metric],
     /// Its model.
     pub(crate) model: &'a Learned,
-    /// Motions that the model is evaluation by.
+    /// Motions that the model is evaluated on, and the check of the data.
     pub(crate) evaluation: &'a Evaluation,
 }
 
-/// Motions that a model is evaluation by.
+/// Motions that a model is evaluated on.
 pub(crate) struct Evaluation {
     pub(crate) motions: Vec<Trajectory>,
     /// Whether they were kept from training; otherwise there were no others.
