@@ -2,7 +2,7 @@
 //!
 //! Meshes, colours, transmissions and the sections of simulators are ignored.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
 use roxmltree::{Document, Node, ParsingOptions};
@@ -148,14 +148,11 @@ impl Description {
                 return Err(doubled("link", &link.name));
             }
         }
-        let mut joints = Vec::new();
-        let mut names = HashMap::new();
-        for node in children(robot, "joint") {
-            let joint = joint(node, &index)?;
-            if names.insert(joint.name.clone(), ()).is_some() {
-                return Err(doubled("joint", &joint.name));
-            }
-            joints.push(joint);
+        let joints = children(robot, "joint").map(|node| joint(node, &index));
+        let joints: Vec<Joint> = joints.collect::<Result<_>>()?;
+        let mut names = HashSet::new();
+        if let Some(joint) = joints.iter().find(|joint| !names.insert(&joint.name)) {
+            return Err(doubled("joint", &joint.name));
         }
         Ok(Self {
             name: robot.attribute("name").unwrap_or("robot").into(),
@@ -266,39 +263,30 @@ fn name(node: Node<'_, '_>) -> Result<String> {
 fn link(node: Node<'_, '_>) -> Result<Link> {
     let name = name(node)?;
     let of = format!("link '{name}'");
-    let inertial = match child(node, "inertial") {
-        None => None,
-        Some(inertial) => {
-            let (xyz, rpy) = origin(inertial, &of)?;
-            let mass = match child(inertial, "mass") {
-                Some(mass) => number(mass, "value", &of)?,
-                None => {
-                    return Err(unusable(
-                        format!("{of} has an <inertial> without <mass>"),
-                        "state its mass",
-                    ));
-                }
-            };
-            let second = child(inertial, "inertia");
-            let mut inertia = [0.0; 6];
-            for (value, key) in inertia
-                .iter_mut()
-                .zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"])
-            {
-                *value = match second {
-                    Some(node) if node.has_attribute(key) => number(node, key, &of)?,
-                    _ => 0.0,
-                };
-            }
-            Some(Inertial {
-                xyz,
-                rpy,
-                mass,
-                inertia,
-            })
-        }
+    let inertial = child(node, "inertial").map(|node| inertial(node, &of));
+    Ok(Link {
+        inertial: inertial.transpose()?,
+        name,
+    })
+}
+
+fn inertial(node: Node<'_, '_>, of: &str) -> Result<Inertial> {
+    let Some(mass) = child(node, "mass") else {
+        let finding = format!("{of} has an <inertial> without <mass>");
+        return Err(unusable(finding, "state its mass"));
     };
-    Ok(Link { name, inertial })
+    let [mass] = numbers(mass, "value", of)?;
+    let mut inertia = [0.0; 6];
+    let keys = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
+    for (value, key) in inertia.iter_mut().zip(keys) {
+        [*value] = optional(child(node, "inertia"), key, of)?;
+    }
+    Ok(Inertial {
+        xyz: optional(child(node, "origin"), "xyz", of)?,
+        rpy: optional(child(node, "origin"), "rpy", of)?,
+        mass,
+        inertia,
+    })
 }
 
 fn joint(node: Node<'_, '_>, links: &HashMap<&str, usize>) -> Result<Joint> {
@@ -326,65 +314,52 @@ fn joint(node: Node<'_, '_>, links: &HashMap<&str, usize>) -> Result<Joint> {
             )
         })
     };
-    let (xyz, rpy) = origin(node, &of)?;
     let axis = match child(node, "axis") {
-        Some(axis) => vector(axis, "xyz", &of)?,
+        Some(axis) => numbers(axis, "xyz", &of)?,
         None => [1.0, 0.0, 0.0],
     };
-    let coefficient = |key: &str| match child(node, "dynamics") {
-        Some(dynamics) if dynamics.has_attribute(key) => number(dynamics, key, &of),
-        _ => Ok(0.0),
-    };
+    let [damping] = optional(child(node, "dynamics"), "damping", &of)?;
+    let [friction] = optional(child(node, "dynamics"), "friction", &of)?;
     Ok(Joint {
         kind,
-        xyz,
-        rpy,
+        xyz: optional(child(node, "origin"), "xyz", &of)?,
+        rpy: optional(child(node, "origin"), "rpy", &of)?,
         axis,
         parent: end("parent")?,
         child: end("child")?,
         mimic: child(node, "mimic").map(|m| m.attribute("joint").unwrap_or("").into()),
-        damping: coefficient("damping")?,
-        friction: coefficient("friction")?,
+        damping,
+        friction,
         name,
     })
 }
 
-/// `xyz` and `rpy` of the node's `origin`; 0 where they are absent.
-fn origin(node: Node<'_, '_>, of: &str) -> Result<(Vec3, Vec3)> {
-    let Some(origin) = child(node, "origin") else {
-        return Ok(([0.0; 3], [0.0; 3]));
-    };
-    let vector = |key| match origin.has_attribute(key) {
-        true => vector(origin, key, of),
-        false => Ok([0.0; 3]),
-    };
-    Ok((vector("xyz")?, vector("rpy")?))
+/// The numbers of an attribute that may be absent, as its element may be: they are 0 then.
+fn optional<const N: usize>(node: Option<Node<'_, '_>>, key: &str, of: &str) -> Result<[f64; N]> {
+    match node.filter(|n| n.has_attribute(key)) {
+        Some(node) => numbers(node, key, of),
+        None => Ok([0.0; N]),
+    }
 }
 
-fn vector(node: Node<'_, '_>, key: &str, of: &str) -> Result<Vec3> {
+/// The `N` numbers of an attribute.
+fn numbers<const N: usize>(node: Node<'_, '_>, key: &str, of: &str) -> Result<[f64; N]> {
     let text = node.attribute(key).unwrap_or("");
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .map(|t| value(t, key, of))
-        .collect::<Result<_>>()?;
-    <[f64; 3]>::try_from(numbers).map_err(|_| {
-        let finding = format!("{of}: {key}=\"{}\" is not three numbers", shortened(text));
-        unusable(finding, "give x, y and z, separated by spaces")
-    })
-}
-
-fn number(node: Node<'_, '_>, key: &str, of: &str) -> Result<f64> {
-    value(node.attribute(key).unwrap_or(""), key, of)
-}
-
-fn value(text: &str, key: &str, of: &str) -> Result<f64> {
-    match text.trim().parse::<f64>() {
+    let number = |text: &str| match text.parse::<f64>() {
         Ok(x) if x.is_finite() && x.abs() < 1e12 => Ok(x),
         _ => Err(unusable(
             format!("{of}: {key} is '{}'", shortened(text)),
             "write a finite number in SI units (expand xacro first)",
         )),
-    }
+    };
+    let numbers = text.split_whitespace().map(number);
+    <[f64; N]>::try_from(numbers.collect::<Result<Vec<_>>>()?).map_err(|_| {
+        let finding = format!("{of}: {key} is '{}'", shortened(text));
+        match N {
+            1 => unusable(finding, "write one finite number in SI units"),
+            _ => unusable(finding, "write three numbers in SI units, separated by spaces"),
+        }
+    })
 }
 
 fn shortened(text: &str) -> String {

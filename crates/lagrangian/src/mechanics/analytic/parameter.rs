@@ -31,59 +31,43 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// A parameter above 0.
-    #[must_use]
-    pub const fn positive(name: &'static str, unit: &'static str, value: f64) -> Self {
+    const fn new(name: &'static str, unit: &'static str, value: f64, domain: Domain) -> Self {
         Self {
             name,
             unit,
             value,
-            domain: Domain::Positive,
+            domain,
         }
+    }
+
+    /// A parameter above 0.
+    #[must_use]
+    pub const fn positive(name: &'static str, unit: &'static str, value: f64) -> Self {
+        Self::new(name, unit, value, Domain::Positive)
     }
 
     /// A parameter that may be 0 or above.
     #[must_use]
     pub const fn not_negative(name: &'static str, unit: &'static str, value: f64) -> Self {
-        Self {
-            name,
-            unit,
-            value,
-            domain: Domain::NotNegative,
-        }
+        Self::new(name, unit, value, Domain::NotNegative)
     }
 
     /// A parameter that may be any finite number.
     #[must_use]
     pub const fn finite(name: &'static str, unit: &'static str, value: f64) -> Self {
-        Self {
-            name,
-            unit,
-            value,
-            domain: Domain::Finite,
-        }
+        Self::new(name, unit, value, Domain::Finite)
     }
 
     /// A whole number of bodies or links, from 1 to 32.
     #[must_use]
     pub const fn count(name: &'static str, value: f64) -> Self {
-        Self {
-            name,
-            unit: "",
-            value,
-            domain: Domain::Count,
-        }
+        Self::new(name, "", value, Domain::Count)
     }
 
     /// The number of dimensions of space, 2 or 3.
     #[must_use]
     pub const fn planar_or_spatial(name: &'static str) -> Self {
-        Self {
-            name,
-            unit: "",
-            value: 2.0,
-            domain: Domain::PlanarOrSpatial,
-        }
+        Self::new(name, "", 2.0, Domain::PlanarOrSpatial)
     }
 
     /// Checks that a value is in the domain.

@@ -127,11 +127,8 @@ impl TryFrom<Described> for Actuation {
                 "give one row and one column for each coordinate, and one offset; at most 64",
             ));
         }
-        let numbers = described.matrix.iter().chain(&described.offset);
-        if let Some(index) = numbers.clone().position(|x| !x.is_finite()) {
-            let what = "input matrix or offset".into();
-            return Err(Error::NotFinite { what, index });
-        }
+        Error::check_finite("input matrix", &described.matrix)?;
+        Error::check_finite("offset", &described.offset)?;
         if described.matrix.iter().all(|&b| b == 0.0) {
             return Err(Error::argument(
                 "input matrix",

@@ -50,32 +50,23 @@ impl Dissipation {
     /// [`Error::Shape`] where there are not `n` of each; [`Error::Argument`] where one is negative or not
     /// finite, or a speed is not positive.
     pub fn validate(&self, n: usize) -> Result<()> {
-        self.coefficients()
-            .try_for_each(|(name, list)| checked(name, list, n, |x| x >= 0.0, COEFFICIENT))?;
-        self.speeds()
-            .try_for_each(|(name, list)| checked(name, list, n, |x| x > 0.0, SPEED))
-    }
-
-    fn coefficients(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
-        let height = self
-            .stribeck
-            .iter()
-            .map(|s| ("Stribeck friction", &s.height[..]));
-        let others = [
-            ("viscous friction", &self.viscous[..]),
-            ("Coulomb friction", &self.coulomb),
+        let mut lists = vec![
+            ("viscous friction", &self.viscous, COEFFICIENT),
+            ("Coulomb friction", &self.coulomb, COEFFICIENT),
+            ("smoothing", &self.smoothing, SPEED),
         ];
-        others.into_iter().chain(height)
-    }
-
-    fn speeds(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
-        let speed = self
-            .stribeck
-            .iter()
-            .map(|s| ("Stribeck speed", &s.speed[..]));
-        [("smoothing", &self.smoothing[..])]
-            .into_iter()
-            .chain(speed)
+        if let Some(stribeck) = &self.stribeck {
+            lists.push(("Stribeck friction", &stribeck.height, COEFFICIENT));
+            lists.push(("Stribeck speed", &stribeck.speed, SPEED));
+        }
+        for (name, list, must) in lists {
+            Error::check_shape(name, list.len(), n, "give one coefficient per coordinate")?;
+            let right = |x: &f64| x.is_finite() && (*x > 0.0 || (*x == 0.0 && must == COEFFICIENT));
+            if let Some(value) = list.iter().find(|x| !right(x)) {
+                return Err(Error::argument(name, value, must));
+            }
+        }
+        Ok(())
     }
 
     /// Writes d at `m` states; `qd` and `force` are `[m, n]`.
@@ -114,21 +105,6 @@ impl Dissipation {
 
 const COEFFICIENT: &str = "finite and not negative: friction takes energy out";
 const SPEED: &str = "a positive speed: take one below the slowest motion of interest";
-
-/// Checks that a list has `n` finite values that are `right`.
-fn checked(
-    name: &'static str,
-    list: &[f64],
-    n: usize,
-    right: impl Fn(f64) -> bool,
-    must: &'static str,
-) -> Result<()> {
-    Error::check_shape(name, list.len(), n, "give one coefficient per coordinate")?;
-    match list.iter().find(|x| !(x.is_finite() && right(**x))) {
-        None => Ok(()),
-        Some(value) => Err(Error::argument(name, value, must)),
-    }
-}
 
 #[cfg(test)]
 mod tests {

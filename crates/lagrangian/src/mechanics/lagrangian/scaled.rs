@@ -45,23 +45,18 @@ impl Scaling {
         for (name, list) in lists {
             Error::check_shape(name, list.len(), n, "give one scale per coordinate")?;
         }
-        let scales = self
-            .q_scale
-            .iter()
-            .chain(&self.qd_scale)
-            .chain([&self.energy]);
-        match scales.chain(&self.q_center).find(|x| !x.is_finite()) {
-            Some(x) => Err(bad(*x)),
-            None => match self
-                .q_scale
-                .iter()
-                .chain(&self.qd_scale)
-                .chain([&self.energy])
-                .find(|x| **x <= 0.0)
-            {
-                Some(x) => Err(bad(*x)),
-                None => Ok(()),
-            },
+        let scales = self.q_scale.iter().chain(&self.qd_scale);
+        let wrong = scales
+            .chain([&self.energy])
+            .find(|x| !(x.is_finite() && **x > 0.0))
+            .or_else(|| self.q_center.iter().find(|x| !x.is_finite()));
+        match wrong {
+            None => Ok(()),
+            Some(value) => Err(Error::argument(
+                "scaling",
+                value,
+                "finite, and positive where it divides",
+            )),
         }
     }
 
@@ -89,10 +84,6 @@ impl Scaling {
             .map(|i| 1 + usize::from(coordinates.is_circle(i)))
             .sum()
     }
-}
-
-fn bad(value: f64) -> Error {
-    Error::argument("scaling", value, "finite, and positive where it divides")
 }
 
 /// The features of one coordinate with their first and second derivatives: (cos q, sin q) or ((q − centre) / scale).
