@@ -70,7 +70,7 @@ impl Chart {
     }
 
     /// The state of the chart at a state of the system.
-    pub(crate) fn from_system(&self, state: &State) -> State {
+    pub(crate) fn to_chart(&self, state: &State) -> State {
         let State { q, qd } = state;
         match self {
             Self::Own => state.clone(),
@@ -234,7 +234,7 @@ mod tests {
         for chart in charts() {
             for _ in 0..50 {
                 let state = AnalyticModel::sample_state(&system, &mut rng);
-                let back = chart.to_system(&chart.from_system(&state));
+                let back = chart.to_system(&chart.to_chart(&state));
                 let pairs = back.q.iter().zip(&state.q);
                 let rates = back.qd.iter().zip(&state.qd);
                 for (a, b) in pairs.chain(rates) {
@@ -259,7 +259,7 @@ mod tests {
         let expected = moved(&system, &start);
         for chart in charts() {
             let model = InChart::new(system.system().clone(), chart.clone());
-            let end = chart.to_system(&moved(&model, &chart.from_system(&start)));
+            let end = chart.to_system(&moved(&model, &chart.to_chart(&start)));
             for (a, b) in end.q.iter().zip(&expected.q) {
                 assert!((a - b).abs() < 1e-9, "{chart:?}: {a} against {b}");
             }

@@ -1,8 +1,10 @@
-//! Families of models as experiments compare them: two hidden layers of a width, all else as it is by default.
+//! Families of models as experiments compare them: two hidden layers of a width, all else as it is by default; and the
+//! optimiser of most.
 
 use lagrangian::models::{Form, HnnStructure, Momenta, Order};
+use lagrangian::train::NaturalConfig;
 use lagrangian::{
-    DelanConfig, Family, HnnConfig, LnnConfig, MlpConfig, NeuralOdeConfig, RigidConfig,
+    DelanConfig, Family, HnnConfig, LnnConfig, MlpConfig, NeuralOdeConfig, Optimizer, RigidConfig,
 };
 
 /// Makes a family of models whose layers have so many units.
@@ -68,4 +70,12 @@ pub(crate) fn mlp(width: usize) -> Box<dyn Family> {
 /// A chain of links, which has no layers.
 pub(crate) fn rigid(_: usize) -> Box<dyn Family> {
     Box::new(RigidConfig::default())
+}
+
+/// The natural gradient with this damping at its end; noise asks for more, because each batch is solved for itself.
+pub(crate) fn natural(damping_last: f64) -> Optimizer {
+    Optimizer::Natural(NaturalConfig {
+        damping_last,
+        ..NaturalConfig::default()
+    })
 }

@@ -4,11 +4,11 @@ mod protocol;
 
 use anyhow::Result;
 use lagrangian::models::{HnnStructure, Momenta};
-use lagrangian::train::NaturalConfig;
-use lagrangian::{FitConfig, HnnConfig, Optimizer};
+use lagrangian::{FitConfig, HnnConfig};
 use lagrangian_report::{Axis, Role};
 
 use crate::data::column;
+use crate::families;
 use crate::harness::failure::mistake;
 use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither, published};
 use protocol::{PhaseTest, STARTS, TASKS, Task, Training};
@@ -63,10 +63,7 @@ impl Training {
                 activation: self.activation,
                 speed_limit: None,
             }),
-            optimizer: Optimizer::Natural(NaturalConfig {
-                damping_last: self.damping,
-                ..NaturalConfig::default()
-            }),
+            optimizer: families::natural(self.damping),
             budget: lab.budget(self.steps, self.quick.0),
             loss: self.loss,
             batch: self.batch,

@@ -2,15 +2,14 @@
 //! step at which each fit is at its best.
 
 use anyhow::Result;
-use lagrangian::train::NaturalConfig;
-use lagrangian::{Dataset, Optimizer};
+use lagrangian::Dataset;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::contestants::CONTESTANTS;
 use super::data::Letters;
 use super::{begin, config, mse};
-use crate::families::MakeFamily;
+use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, Lab};
 
 /// Deviations of the noise, as parts of the torques' own.
@@ -51,10 +50,7 @@ fn one(
         begin(lab, who, part, seconds)?;
         let mut settings = config(who.config, seconds, seed);
         if let Some(damping_last) = damping {
-            settings.optimizer = Optimizer::Natural(NaturalConfig {
-                damping_last,
-                ..NaturalConfig::default()
-            });
+            settings.optimizer = families::natural(damping_last);
         }
         let fitted = lab.fit(&data, &settings)?;
         if best.is_none_or(|(least, ..)| fitted.best < least) {

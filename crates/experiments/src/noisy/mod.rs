@@ -5,7 +5,7 @@ mod protocol;
 use anyhow::Result;
 use lagrangian::analytic::by_name;
 use lagrangian::models::Order;
-use lagrangian::train::{AdamConfig, NaturalConfig, RolloutLoss, Start};
+use lagrangian::train::{AdamConfig, RolloutLoss, Start};
 use lagrangian::{Family, FitConfig, Loss, Optimizer};
 use lagrangian_report::Axis;
 
@@ -89,10 +89,7 @@ fn config(family: Box<dyn Family>, prediction: Prediction, lab: &Lab, seed: u64)
                 warm_start: 0.1,
                 ..RolloutLoss::default()
             },
-            optimizer: Optimizer::Natural(NaturalConfig {
-                damping_last: 1e-4,
-                ..NaturalConfig::default()
-            }),
+            optimizer: families::natural(1e-4),
             budget: lab.budget(100, 15),
             batch: 128,
             ..usual

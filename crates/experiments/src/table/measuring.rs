@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use lagrangian::train::{NaturalConfig, RolloutLoss};
-use lagrangian::{Budget, Error, FitConfig, Learned, Loss, Observer, Optimizer, Signal, fit};
+use lagrangian::{Budget, Error, FitConfig, Learned, Loss, Observer, Signal, fit};
 
 use super::columns::{Column, Measured};
 use super::contestants::Recipe;
@@ -10,7 +10,7 @@ use super::early_end::EarlyEnd;
 use super::measure::{call_seconds, energy_drift, step_errors};
 use super::{Cell, Lesson, Plan, Reads, SAMPLES, Task};
 use crate::data::energies;
-use crate::families::WIDTH;
+use crate::families::{self, WIDTH};
 use crate::harness::{Contestant, History, Lab, fit_with_history};
 
 /// A row of the table.
@@ -195,20 +195,13 @@ impl Measuring<'_, '_> {
     }
 
     fn config(&self, row: Row, noisy: bool) -> FitConfig {
-        let default = NaturalConfig::default();
+        let usual = NaturalConfig::default().damping_last;
         FitConfig {
             family: (row.config.family)(WIDTH),
             loss: row.config.loss,
             budget: self.plan.budget,
             batch: row.config.batch,
-            optimizer: Optimizer::Natural(NaturalConfig {
-                damping_last: if noisy {
-                    NOISY_DAMPING
-                } else {
-                    default.damping_last
-                },
-                ..default
-            }),
+            optimizer: families::natural(if noisy { NOISY_DAMPING } else { usual }),
             seed: self.seed,
             validate_every: 10,
             rollout: RolloutLoss {

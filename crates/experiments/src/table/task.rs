@@ -127,7 +127,7 @@ impl Task {
         let motions = |count: usize, seed: u64| -> Result<Vec<Trajectory>> {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let starts: Vec<State> = (0..count)
-                .map(|_| chart.from_system(&self.start(&mut rng)))
+                .map(|_| chart.to_chart(&self.start(&mut rng)))
                 .collect();
             let options = RolloutOptions::default();
             let found = chunks(&truth, &starts, &self.cut(), &options, seed)?;

@@ -8,11 +8,10 @@ use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::integrate::{Rule, Variational};
 use lagrangian::mechanics::Slopes;
 use lagrangian::rollout::{energy_error, free, times};
-use lagrangian::train::NaturalConfig;
 use lagrangian::{
     Budget, Coordinates, Dataset, Error, EstimateOptions, Family, FitConfig, Learned, Loss, Method,
-    Model, Observer, Optimizer, Result, Rollout, RolloutOptions, State, Trajectory, VinConfig, fit,
-    rollout, split,
+    Model, Observer, Result, Rollout, RolloutOptions, State, Trajectory, VinConfig, fit, rollout,
+    split,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -210,10 +209,7 @@ pub(crate) fn learn(
     let config = FitConfig {
         family: (recipe.family)(effort.width),
         loss: recipe.loss,
-        optimizer: Optimizer::Natural(NaturalConfig {
-            damping_last: damping(noisy),
-            ..NaturalConfig::default()
-        }),
+        optimizer: families::natural(damping(noisy)),
         budget: Budget::Steps(effort.steps),
         batch: 512,
         seed: effort.seed,

@@ -194,7 +194,8 @@ pub(crate) fn field_test(
     };
     let steepness =
         |places: &[(f64, f64)]| places.iter().map(|p| p.1.abs()).sum::<f64>() / places.len() as f64;
-    let off = |of: &dyn Fn(&[(f64, f64)]) -> f64| {
+    type Of<'a> = &'a dyn Fn(&[(f64, f64)]) -> f64;
+    let off = |of: Of| {
         let (own, truth) = followed.as_ref()?;
         Some((of(own) / of(truth) - 1.0).abs())
     };

@@ -54,7 +54,7 @@ pub(crate) fn motions(
 ) -> Result<Vec<lagrangian::Trajectory>> {
     let system = chain(links, chart);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let starts = (0..count).map(|_| system.chart.from_system(&sample(links, &mut rng)));
+    let starts = (0..count).map(|_| system.chart.to_chart(&sample(links, &mut rng)));
     let starts: Vec<State> = starts.collect();
     let cut = Cut {
         interval: INTERVAL,
@@ -71,7 +71,7 @@ pub(crate) fn predictions(
     chart: &Chart,
     starts: &[State],
 ) -> Result<Vec<Rollout>> {
-    let own: Vec<State> = starts.iter().map(|s| chart.from_system(s)).collect();
+    let own: Vec<State> = starts.iter().map(|s| chart.to_chart(s)).collect();
     let last = INTERVAL * (STEPS - 1) as f64;
     rollout_many(model, &own, &times(last, INTERVAL)?, &free, &options())
 }
