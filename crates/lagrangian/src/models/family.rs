@@ -1,4 +1,4 @@
-//! What a family of models is to the rest of the library: a configuration that can be fitted, and a row in a table.
+//! The interface of a family of models: a configuration that can be fitted, and a row of a table.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -17,34 +17,34 @@ use crate::train::{Choice, FitConfig, Known, Learner, Loss, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
-/// A family of models with its settings: what is fitted.
+/// A family of models with its settings.
 ///
 /// Implemented by the configuration of each family, such as [`LnnConfig`](crate::LnnConfig).
 pub trait Family: Configuration {
-    /// The name on the command line and in files.
+    /// The name of the family on the command line and in files.
     fn name(&self) -> &'static str;
 
-    /// The size in a few words.
+    /// The size of the model in a few words.
     fn summary(&self) -> String;
 
-    /// What the family can be fitted to.
+    /// The losses, forces and nominal models that the family can be fitted with.
     fn abilities(&self) -> Abilities;
 
     /// Refuses data and settings that the family cannot be fitted to, beyond its [`Abilities`].
     ///
     /// # Errors
-    /// [`Error::Argument`] for the first of them.
+    /// [`Error::Argument`] for the first refused setting.
     fn check(&self, dataset: &Dataset, config: &FitConfig) -> Result<()> {
         let _ = (dataset, config);
         Ok(())
     }
 
-    /// What the second half of the model's state is: momenta, where the model moves in phase space.
+    /// The momenta, where the model moves in phase space.
     fn momenta(&self) -> Option<&Momenta> {
         None
     }
 
-    /// Everything that a fit to these data needs.
+    /// The plan of a fit to these data.
     ///
     /// # Errors
     /// [`Error::Argument`] for settings outside their domain.
@@ -73,26 +73,25 @@ impl<C: Family + Clone + Serialize> Configuration for C {
     }
 }
 
-/// What a family can be fitted to.
+/// The losses, forces and nominal models that a family can be fitted with.
 #[derive(Debug, Clone, Copy)]
 pub struct Abilities {
-    /// The losses that it can be trained with.
+    /// The losses that the family can be trained with.
     pub losses: &'static [Loss],
-    /// What to do about any other loss.
+    /// The remedy for any other loss.
     pub remedy: &'static str,
-    /// Whether it has a Lagrangian that can be added to that of a known robot.
+    /// Whether the family has a Lagrangian that can be added to a nominal model.
     pub nominal: bool,
-    /// Whether it keeps the inertia of rotors apart from its own mass matrix.
+    /// Whether the family keeps the inertia of rotors apart from its mass matrix.
     pub rotor: bool,
-    /// Residuals of a sample under a loss of rates, in units of the coordinates: 2 where both halves of the state have
-    /// rates, else 1.
+    /// The number of residuals of a coordinate under a loss of rates: 2 where both halves of the state have rates, else 1.
     pub rates: usize,
-    /// Whether it is solved for at once, without an optimiser.
+    /// Whether the family is fitted in closed form, without an optimiser.
     pub solved: bool,
 }
 
 impl Abilities {
-    /// Every loss of accelerations, torques and rollouts, and nothing else.
+    /// These losses, and nothing else.
     pub(crate) const fn of_losses(losses: &'static [Loss], remedy: &'static str) -> Self {
         Self {
             losses,
@@ -105,38 +104,38 @@ impl Abilities {
     }
 }
 
-/// How a fit is done.
+/// The method of a fit.
 #[allow(
     missing_debug_implementations,
     reason = "closures and trait objects have nothing to show"
 )]
 pub enum Plan {
-    /// By an optimiser, step by step.
+    /// Training by an optimiser.
     Train(Training),
-    /// In closed form, at once.
+    /// A solution in closed form.
     Solve(Box<Solve>),
 }
 
 /// A fit in closed form.
 pub type Solve = dyn Fn(&Dataset) -> Result<Solution> + Send + Sync;
 
-/// What a fit in closed form comes to.
+/// The result of a fit in closed form.
 #[derive(Debug)]
 pub struct Solution {
-    /// The model.
+    /// The fitted model.
     pub model: Learned,
-    /// Mean loss of the training samples.
+    /// The mean loss on the training samples.
     pub loss: f64,
-    /// Mean loss of the validation samples, where there are any.
+    /// The mean loss on the validation samples, where there are any.
     pub validation: Option<f64>,
 }
 
-/// What the residuals of a [`Trainable`] are.
+/// The kind of the residuals of a [`Trainable`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Residuals {
-    /// Those of the loss that the fit minimises.
+    /// The residuals of the loss that the fit minimises.
     OfLoss,
-    /// Errors of the rates of the state, unweighted: what a rollout is made of.
+    /// The unweighted errors of the rates of the state, for rollouts.
     OfRates,
 }
 
@@ -169,7 +168,7 @@ impl Training {
         self.0.initialise(seed)
     }
 
-    /// Number of all parameters.
+    /// The number of all parameters.
     #[must_use]
     pub fn parameters(&self) -> usize {
         self.0.parameters()
@@ -177,13 +176,13 @@ impl Training {
 }
 
 impl Plan {
-    /// By an optimiser.
+    /// Training of a network by an optimiser.
     pub(crate) fn train(network: impl Trained + 'static, setup: Setup) -> Self {
         Self::Train(Training(Box::new(NetworkTraining { network, setup })))
     }
 }
 
-/// What a family does for its training.
+/// A model in training, in either precision.
 pub(crate) trait Trainable: Send + Sync {
     /// Evaluates residuals in double precision.
     fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_>;
@@ -257,13 +256,13 @@ impl<N: Trained> Trainable for NetworkTraining<N> {
 pub struct Entry {
     /// The name on the command line and in files.
     pub name: &'static str,
-    /// What the family is, in one line.
+    /// A description of the family in one line.
     pub about: &'static str,
     /// The default configuration.
     pub default: fn() -> Box<dyn Family>,
-    /// What people can set of it, and of the forces beside it.
+    /// The settings of the family and of the forces beside it.
     pub settings: &'static [Setting],
-    /// What it chooses of its settings, and of the loss, for such data and such a request; what was given is not chosen.
+    /// The choices of the family for settings and the loss that a request omits.
     ///
     /// # Errors
     /// [`Error::Setting`] for settings that exclude each other.
@@ -295,7 +294,7 @@ impl Entry {
     }
 }
 
-/// For families that choose nothing from the data.
+/// The choices of a family that chooses nothing from the data.
 pub(crate) fn no_choice(_: &Known, _: &Request) -> Result<Vec<Choice>> {
     Ok(Vec::new())
 }
@@ -377,7 +376,7 @@ impl PartialEq for dyn Family {
     }
 }
 
-/// What derived comparisons of structs that hold a boxed family ask for.
+/// For derived comparisons of structs that hold a boxed family.
 impl PartialEq<&Self> for Box<dyn Family> {
     fn eq(&self, other: &&Self) -> bool {
         **self == ***other

@@ -19,23 +19,23 @@ use crate::{Coordinates, Result};
 #[derive(Debug)]
 pub struct Learned(Box<dyn FittedModel>);
 
-/// What every fitted model can tell of itself, beside its motion.
+/// A fitted model: its motion, its description and its saved form.
 pub trait FittedModel: Model + Any + Debug {
-    /// What it is.
+    /// The description of the model.
     fn description(&self) -> Description;
 
-    /// What is to be saved of it.
+    /// The saved form of the model.
     ///
     /// # Errors
     /// [`crate::Error::DamagedModel`] where its description cannot be written.
     fn stored(&self) -> Result<Stored>;
 
-    /// Its Lagrangian, where it has one.
+    /// The Lagrangian of the model, where it has one.
     fn lagrangian(&self) -> Option<&dyn Lagrangian> {
         None
     }
 
-    /// The forces beside those of its Lagrangian.
+    /// The forces of the model beside those of its Lagrangian.
     fn forces(&self) -> FittedForces<'_> {
         FittedForces::default()
     }
@@ -45,13 +45,13 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
-    /// Its parameters that have a name and a unit.
+    /// The parameters of the model that have a name and a unit.
     fn parameters(&self) -> Vec<Parameter> {
         Named::of(self.coordinates()).forces(self.forces()).list()
     }
 
-    /// The same motion with the Lagrangian on the heap, so that a nominal model can be put beneath it; `None` where that
-    /// makes no sense.
+    /// The same motion with the Lagrangian on the heap, for the sum with a nominal model; `None` for a model that cannot be
+    /// combined with one.
     fn on_heap(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
         None
     }
@@ -63,25 +63,25 @@ pub trait FittedModel: Model + Any + Debug {
 /// The forces of a fitted model beside those of its Lagrangian.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FittedForces<'a> {
-    /// Its friction, where it has any.
+    /// The friction, where there is any.
     pub dissipation: Option<&'a Dissipation>,
-    /// How its forces come from inputs, where they are not the inputs themselves.
+    /// The map from inputs to forces, where inputs are not the forces themselves.
     pub actuation: Option<&'a Actuation>,
 }
 
-/// What a fitted model is.
+/// The description of a fitted model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Description {
-    /// The name of its family.
+    /// The name of the family.
     pub family: &'static str,
-    /// What was learned, for people, such as "A Lagrangian".
+    /// The kind of the model in words, such as "A Lagrangian".
     pub what: &'static str,
-    /// Whether its motion obeys mechanics: a plain network's does not.
+    /// Whether the motion obeys mechanics, as that of a plain network does not.
     pub mechanical: bool,
 }
 
 impl Description {
-    /// Something whose motion obeys mechanics.
+    /// A model whose motion obeys mechanics.
     pub(crate) const fn mechanical(family: &'static str, what: &'static str) -> Self {
         Self {
             family,
@@ -90,7 +90,7 @@ impl Description {
         }
     }
 
-    /// Something to compare with.
+    /// A model for comparison, whose motion need not obey mechanics.
     pub(crate) const fn plain(family: &'static str, what: &'static str) -> Self {
         Self {
             family,
@@ -100,20 +100,20 @@ impl Description {
     }
 }
 
-/// What is saved of a model, apart from its coordinates and forces.
+/// The saved form of a model, apart from its coordinates and forces.
 #[derive(Debug, Clone, Default)]
 pub struct Stored {
-    /// The name under which it is saved.
+    /// The name of the saved form.
     pub name: String,
-    /// Form within the family.
+    /// The form within the family.
     pub form: Option<String>,
-    /// Sizes and activations.
+    /// The sizes and activations.
     pub architecture: Value,
-    /// Scales.
+    /// The scales.
     pub scaling: Value,
     /// The nominal model beneath it.
     pub nominal: Value,
-    /// Its numbers by name.
+    /// The tensors by name.
     pub tensors: Vec<(&'static str, Vec<f64>)>,
 }
 
@@ -121,7 +121,7 @@ pub struct Stored {
 pub(crate) const WEIGHTS: &str = "parameters";
 
 impl Stored {
-    /// A model of these weights.
+    /// The saved form of a model with these weights.
     pub(crate) fn new(
         name: &str,
         architecture: &impl Serialize,
@@ -137,20 +137,20 @@ impl Stored {
         })
     }
 
-    /// With this form within the family.
+    /// Adds the form within the family.
     pub(crate) fn with_form(mut self, form: &impl Serialize) -> Result<Self> {
         self.form = saved::describe(form)?.as_str().map(String::from);
         Ok(self)
     }
 
-    /// With more numbers.
+    /// Adds a tensor.
     pub(crate) fn with(mut self, name: &'static str, values: &[f64]) -> Self {
         self.tensors.push((name, values.to_vec()));
         self
     }
 }
 
-/// A Lagrangian that a family learned.
+/// A learned Lagrangian.
 pub trait LearnedLagrangian: Lagrangian + Any + Debug {
     /// What it is.
     fn description(&self) -> Description;
@@ -300,31 +300,31 @@ impl Learned {
             .map(|model| &model.lagrangian)
     }
 
-    /// The name of its family.
+    /// The name of the family.
     #[must_use]
     pub fn family(&self) -> &'static str {
         self.0.description().family
     }
 
-    /// What it is, for people.
+    /// The description of the model.
     #[must_use]
     pub fn description(&self) -> Description {
         self.0.description()
     }
 
-    /// Its Lagrangian, where it has one.
+    /// The Lagrangian, where there is one.
     #[must_use]
     pub fn lagrangian(&self) -> Option<&dyn Lagrangian> {
         self.0.lagrangian()
     }
 
-    /// Its friction, where it has any.
+    /// The friction, where there is any.
     #[must_use]
     pub fn dissipation(&self) -> Option<&Dissipation> {
         self.0.forces().dissipation
     }
 
-    /// How its forces come from inputs, where they are not the inputs themselves.
+    /// The map from inputs to forces, where inputs are not the forces themselves.
     #[must_use]
     pub fn actuation(&self) -> Option<&Actuation> {
         self.0.forces().actuation
@@ -336,7 +336,7 @@ impl Learned {
         self.0.nominal()
     }
 
-    /// Its parameters that have a name and a unit: friction, offsets, gains, rotor inertias; all of an identified robot.
+    /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         self.0.parameters()
@@ -350,7 +350,7 @@ impl Learned {
         Ok(rest.with(|rest| Sum::new(nominal, rest))?.into())
     }
 
-    /// What is to be saved of it.
+    /// The saved form of the model with its provenance.
     ///
     /// # Errors
     /// [`crate::Error::Tensor`] where a weight is not finite, [`crate::Error::DamagedModel`] where its description cannot be
@@ -378,7 +378,7 @@ impl Learned {
         })
     }
 
-    /// The model that was saved.
+    /// The model of a saved form.
     ///
     /// # Errors
     /// [`crate::Error::DamagedModel`] for an unknown family or a description that is not that of its family;

@@ -9,18 +9,18 @@ use crate::mechanics::forces::{Actuation, Dissipation};
 /// A parameter with a meaning: a coefficient of friction, an offset, a gain, an inertia.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parameter {
-    /// Its name, `kind_coordinate`, e.g. `viscous_q1`.
+    /// The name, `kind_coordinate`, such as `viscous_q1`.
     pub name: String,
-    /// Its value.
+    /// The value.
     pub value: f64,
-    /// Its unit.
+    /// The unit.
     pub unit: String,
-    /// Its standard error, where it was solved for.
+    /// The standard error, for a parameter that was identified.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_error: Option<f64>,
 }
 
-/// A unit of one that rotates, or of one that slides, by the unit of its coordinate.
+/// The unit for a rotating or a sliding coordinate, by the unit of the coordinate.
 fn either(q: &str, rotating: &str, sliding: &str) -> String {
     if q == "rad" { rotating } else { sliding }.into()
 }
@@ -41,7 +41,7 @@ fn inertia(q: &str) -> String {
     either(q, "kg·m²", "kg")
 }
 
-/// A list of named parameters in the making.
+/// Builds a list of named parameters.
 pub(crate) struct Named<'a> {
     coordinates: &'a Coordinates,
     list: Vec<Parameter>,

@@ -1,5 +1,4 @@
-//! What the training of every family has in common: the loss and its weights, the forces beside the model, and what is
-//! known already.
+//! The part of a fit that all families share: the loss and its weights, the forces beside the model, and the nominal model.
 
 use std::borrow::Cow;
 
@@ -17,21 +16,21 @@ use crate::{Error, Result};
 /// The part of a fit that does not depend on the network.
 #[derive(Debug, Clone)]
 pub(crate) struct Setup {
-    /// What is minimised; under the rollout loss, what the run begins with.
+    /// The loss; under the rollout loss, that of the warm start.
     pub(crate) loss: Loss,
     /// The weight of each residual of a sample, `[m]`.
     pub(crate) weights: Vec<f64>,
-    /// Ones in the place of the weights.
+    /// Unit weights, for rates.
     pub(crate) ones: Vec<f64>,
-    /// The forces that are learned beside the model, and how they are trained.
+    /// The forces that are learned beside the model, and their units.
     pub(crate) terms: ForceTerms,
     pub(crate) forces: Forces,
-    /// The robot that is known.
+    /// The nominal model.
     pub(crate) nominal: Option<RigidBodies>,
 }
 
 impl Setup {
-    /// For these data; and the data as the network sees them, less what the nominal model explains.
+    /// The setup for these data, and the data of the network, from which the forces of the nominal model are subtracted.
     pub(crate) fn new<'d>(
         dataset: &'d Dataset,
         config: &FitConfig,
@@ -59,7 +58,7 @@ impl Setup {
         Ok((setup, dataset))
     }
 
-    /// What is minimised, and the weights of its residuals.
+    /// The loss for such residuals, and their weights.
     pub(crate) fn target(&self, residuals: Residuals) -> (Loss, &[f64]) {
         match residuals {
             Residuals::OfLoss => (self.loss, &self.weights),
@@ -67,8 +66,8 @@ impl Setup {
         }
     }
 
-    /// What trains a Lagrangian network on positions alone, where the loss is one of them; `constant` says whether momenta
-    /// depend on the velocity alone.
+    /// The learner of a Lagrangian network from positions alone, for such a loss; `constant` says whether momenta depend on
+    /// the velocity alone.
     pub(crate) fn positions<'a, F>(
         &'a self,
         family: &'a F,
