@@ -1,4 +1,4 @@
-//! What a model family offers so that any loss and any optimiser can train it.
+//! Learners: a model family in training, for any loss and any optimiser.
 //!
 //! Notation: r residuals of a batch `[samples, m]`; S the raw outputs `[samples, k]`, the left side of the balance of
 //! each coordinate at one or at two accelerations, so that `S_j` belongs to coordinate j mod n; r = D S + … with D a
@@ -19,28 +19,27 @@ use crate::trajectory::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Pass, Terms};
 
-/// The memory in which a block of samples is evaluated: its states, its pass through the network, and what the loss makes
-/// of it.
+/// The memory in which a block of samples is evaluated: its states, its pass through the network, and its residuals.
 pub(crate) struct Work<T: Real> {
     pub(crate) pass: Pass<T>,
-    /// Samples of the block, each of one or of several points of the pass.
+    /// The number of samples of the block, each of one or of several points of the pass.
     pub(crate) samples: usize,
-    /// Samples that count; the rest of the block repeats the first.
+    /// The number of samples that count; the rest of the block repeats the first.
     pub(crate) count: usize,
-    /// Residuals of a sample that count: those of parameters do not.
+    /// The number of residuals of a sample that count, as those of parameters do not.
     pub(crate) counted: usize,
     /// States and targets.
     pub(crate) states: Samples,
     pub(crate) linear: Linearisation,
     pub(crate) adjoint: Adjoint<T>,
     pub(crate) mechanics: Mechanics,
-    /// What the family keeps between its passes.
+    /// The memory of the family between its passes.
     pub(crate) own: Own<T>,
     /// ∂S/∂(q, q̇), where a flow is linearised.
     pub(crate) slopes: Vec<f64>,
 }
 
-/// The residuals of a block and what they are made of.
+/// The residuals of a block and their linearisation.
 pub(crate) struct Linearisation {
     /// r, `[samples, m]`.
     pub(crate) residual: Vec<f64>,
@@ -50,7 +49,7 @@ pub(crate) struct Linearisation {
     pub(crate) along: Vec<f64>,
     /// ∂`S_j`/∂(extra parameter e of its coordinate), `[samples, k, extra]`.
     pub(crate) extra: Vec<f64>,
-    /// Samples whose mass matrix was singular; they weigh nothing.
+    /// The number of samples whose mass matrix was singular; they have no weight.
     pub(crate) singular: usize,
 }
 
@@ -77,13 +76,13 @@ pub(crate) struct Mechanics {
     pub(crate) scratch: Vec<f64>,
 }
 
-/// What families keep of a block between their passes.
+/// The memory of families between the passes of a block.
 pub(crate) struct Own<T: Real> {
-    /// Of losses of positions alone.
+    /// The points of losses of positions alone.
     pub(crate) points: Points,
-    /// Of deep Lagrangian networks that are trained by torques or accelerations.
+    /// The block of a deep Lagrangian network that is trained by torques or accelerations.
     pub(crate) deep: Option<Box<Block<T>>>,
-    /// Of other mass matrices of this form.
+    /// The factors of other mass matrices of this form.
     pub(crate) factors: Factors,
     /// The seeds of their reverse passes along directions.
     pub(crate) seeds: Vec<f64>,
@@ -138,8 +137,8 @@ impl<T: Real> Work<T> {
 }
 
 impl<T: Real> Work<T> {
-    /// What `forces` and the nominal model add to the left side of the balance of sample `s`, N·m, into the second half of the scratch;
-    /// their slopes, in units of `energy`, into `extra`, for the set of outputs that `at` belongs to.
+    /// Writes the contribution of `forces` and of the nominal model to the left side of the balance of sample `s`, N·m, to
+    /// the second half of the scratch, and its slopes, in units of `energy`, to `extra` for the set of outputs of `at`.
     pub(crate) fn force(
         &mut self,
         forces: &Forces,
@@ -192,37 +191,36 @@ impl<T: Real> Work<T> {
 /// The acceleration at which forces are taken.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum At {
-    /// The sample's.
+    /// The recorded acceleration.
     Recorded,
-    /// None.
+    /// No acceleration.
     Rest,
-    /// That of the model, in this set of [`Linearisation::along`].
+    /// The acceleration of the model, in this set of [`Linearisation::along`].
     Predicted(usize),
 }
 
-/// What a learner is, in data.
+/// The properties of a learner.
 pub(crate) struct Facts<'a> {
     /// The network.
     pub(crate) net: &'a Net,
-    /// Degrees of freedom n.
+    /// The number n of degrees of freedom.
     pub(crate) dof: usize,
-    /// Directions that a pass holds at once.
+    /// The number of directions of a pass.
     pub(crate) directions: usize,
-    /// Raw outputs S of a sample, k.
+    /// The number k of raw outputs S of a sample.
     pub(crate) outputs: usize,
-    /// Residuals of a sample, m.
+    /// The number m of residuals of a sample.
     pub(crate) residuals: usize,
-    /// Points of the network that a sample is made of. Where there are several, point j of sample s is row
+    /// The number of points of the network for a sample. Where there are several, point j of sample s is row
     /// j · samples + s of the pass, and raw output i of that point is number i · points + j of the sample.
     pub(crate) points: usize,
-    /// Whether its states are (q, p), momenta in the place of velocities.
+    /// Whether states are (q, p), with momenta in place of velocities.
     pub(crate) phase: bool,
-    /// What is minimised.
+    /// The loss.
     pub(crate) loss: Loss,
     /// The weight of each coordinate's residual, `[n]`.
     pub(crate) weights: &'a [f64],
-    /// Forces that are learned beside the network: their parameters are stored `[force_terms, n]` behind those of the
-    /// network.
+    /// The forces that are learned beside the network; their parameters `[force_terms, n]` follow those of the network.
     pub(crate) forces: Option<&'a Forces>,
 }
 
@@ -263,7 +261,7 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
     pub(crate) fn forces(&self) -> Option<&Forces> {
         self.facts().forces
     }
-    /// Parameters of each coordinate beside those of the network.
+    /// The number of force terms.
     pub(crate) fn extra(&self) -> usize {
         self.forces().map_or(0, Forces::force_terms)
     }
@@ -305,14 +303,14 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
             d.for_each(|d| *d *= weight);
         }
     }
-    /// Moves parameters back into their domain.
+    /// Projects the parameters onto their domain.
     pub(crate) fn project(&self, parameters: &mut [f64]) {
         let net = self.net();
         let (weights, extra) = parameters.split_at_mut(net.parameters);
         net.project(weights);
         self.project_extra(extra);
     }
-    /// The same for those beside the network's.
+    /// Projects the parameters of the forces onto their domain.
     pub(crate) fn project_extra(&self, extra: &mut [f64]) {
         if let Some(forces) = self.forces() {
             forces.project(extra);

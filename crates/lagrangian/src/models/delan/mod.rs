@@ -28,25 +28,25 @@ use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
 
-/// Whether M and V are read off the same hidden layers.
+/// The hidden layers of M and V.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Trunks {
-    /// One stack of layers for all.
+    /// One stack of layers for all outputs.
     #[default]
     Shared,
-    /// One for M, one for V and A.
+    /// One stack for M and one for V and A.
     Separate,
 }
 
-/// What the mass matrix of a deep Lagrangian network depends on.
+/// The dependence of the mass matrix of a deep Lagrangian network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Inertia {
-    /// The configuration: M(q).
+    /// M(q) depends on the configuration.
     #[default]
     Configuration,
-    /// Nothing: M is a learned constant, as in variational integrator networks (Saemundsson et al. 2020, arXiv
+    /// M is a learned constant, as in variational integrator networks (Saemundsson et al. 2020, arXiv
     /// 1910.09349).
     Constant,
 }
@@ -55,19 +55,19 @@ pub enum Inertia {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DelanConfig {
-    /// Units of a hidden layer.
+    /// The number of units of a hidden layer.
     pub width: usize,
-    /// Hidden layers.
+    /// The number of hidden layers.
     pub layers: usize,
-    /// Nonlinearity.
+    /// The activation.
     pub activation: Activation,
-    /// Shared or separate hidden layers.
+    /// The hidden layers of M and V.
     pub trunks: Trunks,
-    /// The least diagonal entry of the factor G, in units of the scales.
+    /// The smallest diagonal entry of the factor G, in units of the scales.
     pub shift: f64,
     /// Whether L has the term A(q)·q̇, for gyroscopic and magnetic forces.
     pub vector_potential: bool,
-    /// What M depends on.
+    /// The dependence of the mass matrix.
     pub inertia: Inertia,
 }
 
@@ -108,7 +108,7 @@ impl DelanConfig {
     }
 
     /// The layers for these coordinates. Outputs: the diagonal of G before softplus, its entries below the diagonal row
-    /// by row, V, and A where it is wanted.
+    /// by row, V, and A for a vector potential.
     fn net(&self, coordinates: &Coordinates) -> Net {
         let n = coordinates.dof();
         let (factor, rest) = (
@@ -195,7 +195,7 @@ impl Delan {
         &self.shape.rotors
     }
 
-    /// Something that evaluates M, C, gravity and energies, with its own memory.
+    /// An evaluator of M, C, gravity and energies, with its own memory.
     #[must_use]
     pub fn structure(&self) -> Structure<'_> {
         Structure::new(self)

@@ -1,4 +1,4 @@
-//! The parts of a deep Lagrangian network that robotics calls by name: M(q), C(q, q̇), gravity, energies.
+//! The terms of the equation of motion of a deep Lagrangian network: M(q), C(q, q̇), gravity, and the energies.
 
 use super::{Delan, Factor};
 use crate::models::NetworkShape;
@@ -22,7 +22,7 @@ pub struct Terms {
     pub potential_energy: f64,
 }
 
-/// Evaluates the parts of one network; allocates nothing after its first call. See [`Delan::structure`].
+/// Evaluates the terms of one network; allocates nothing after its first call. See [`Delan::structure`].
 #[derive(Debug)]
 pub struct Structure<'a> {
     delan: &'a Delan,
@@ -48,7 +48,7 @@ impl<'a> Structure<'a> {
         }
     }
 
-    /// The parts at the state (`q`, `qd`), `[n]` each.
+    /// The terms at the state (`q`, `qd`), `[n]` each.
     ///
     /// # Panics
     /// Where `q` or `qd` have another length than the coordinates.

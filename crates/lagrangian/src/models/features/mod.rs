@@ -85,7 +85,7 @@ pub struct FeatureLagrangian {
 }
 
 impl FeatureLagrangian {
-    /// From all weights, in the order of [`Lnn::parameters`]: those of the features, their biases, the output's.
+    /// The Lagrangian with these weights, in the order of [`Lnn::parameters`]: those of the features, their biases, the output's.
     ///
     /// # Errors
     /// As [`FeaturesConfig::validate`] and [`Lnn::with_parameters`].
@@ -100,13 +100,13 @@ impl FeatureLagrangian {
         Ok(Self { config, network })
     }
 
-    /// Its configuration.
+    /// The configuration.
     #[must_use]
     pub fn config(&self) -> &FeaturesConfig {
         &self.config
     }
 
-    /// The network that computes it.
+    /// The network that computes the Lagrangian.
     #[must_use]
     pub fn network(&self) -> &Lnn {
         &self.network

@@ -28,16 +28,16 @@ use crate::models::Solution;
 use crate::train::Samples;
 use crate::{Coordinates, Error, Result};
 
-/// The ridges that are tried, in parts of the length of each column.
+/// The candidate ridges, relative to the norm of each column.
 const RIDGES: [f64; 8] = [1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-4, 1e-2];
 
-/// The ridge without validation samples to choose it by.
+/// The ridge without validation samples.
 const RIDGE: f64 = 1e-8;
 
-/// How firmly the mean inertia is held where the motion is free, in parts of all that the samples say.
+/// The weight of the mean inertia for free motions, relative to that of all samples.
 const FIRMNESS: f64 = 1e3;
 
-/// Samples of a block.
+/// The number of samples of a block.
 const BLOCK: usize = 1024;
 
 /// The Lagrangian whose forces explain the training samples best.
@@ -48,7 +48,7 @@ pub(super) fn solve(dataset: &Dataset, config: &FeaturesConfig, seed: u64) -> Re
     let problem = Problem::new(dataset, config, seed);
     let (train, held) = (&dataset.train, &dataset.validation);
     let sums = problem.triangle(train);
-    let judge = (!held.is_empty()).then(|| problem.triangle(held));
+    let validation_sums = (!held.is_empty()).then(|| problem.triangle(held));
     let conditioned = match dataset.forced {
         true => sums.clone(),
         false => triangle(stack(&[sums.clone(), problem.inertia(train)])),
@@ -56,11 +56,15 @@ pub(super) fn solve(dataset: &Dataset, config: &FeaturesConfig, seed: u64) -> Re
     let loss = |sums: &Mat<f64>, weights: &[f64], samples: &Samples| {
         squared_distance(sums, weights) / (samples.len() * samples.n) as f64
     };
-    let ridges: &[f64] = if judge.is_some() { &RIDGES } else { &[RIDGE] };
+    let ridges: &[f64] = if validation_sums.is_some() {
+        &RIDGES
+    } else {
+        &[RIDGE]
+    };
     let candidates = ridges.iter().map(|&ridge| {
         let weights = ridge_regression(&conditioned, ridge);
         let loss_of = |sums| loss(sums, &weights, held);
-        let validation = judge.as_ref().map(loss_of);
+        let validation = validation_sums.as_ref().map(loss_of);
         (loss(&sums, &weights, train), validation, weights)
     });
     let best = candidates

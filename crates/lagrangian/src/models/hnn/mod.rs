@@ -17,7 +17,7 @@ use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
 
-/// What kind of function of (q, p) the network is.
+/// The form of the Hamiltonian of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum HnnStructure {
@@ -26,26 +26,26 @@ pub enum HnnStructure {
     Free,
     /// H = ½ pᵀM⁻¹(q)p + V(q), M positive definite by construction.
     Mass,
-    /// No Hamiltonian: the flow (q, z) → (q̇, ż) itself, the plain network that the others are compared with. With
-    /// momenta it moves from (q, p) alone, see [`crate::rollout::rollout_phase`]: it knows none that belongs to a q̇.
+    /// No Hamiltonian but the flow (q, z) → (q̇, ż) itself, a plain network for comparison. With momenta it moves from
+    /// (q, p) alone, see [`crate::rollout::rollout_phase`]: it knows none that belongs to a q̇.
     None,
 }
 
-/// What stands for the momenta.
+/// The source of the momenta.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Momenta {
-    /// The recorded p.
+    /// Recorded momenta p.
     #[default]
     Recorded,
-    /// p = m q̇ with these masses, `[n]`.
+    /// Momenta p = m q̇ with these masses, `[n]`.
     Masses(Vec<f64>),
-    /// q̇ in the place of p: right only where masses are equal and constant, else H does not exist.
+    /// Velocities in place of momenta: correct only for equal and constant masses, since else no H exists.
     Velocities,
 }
 
 impl Momenta {
-    /// Whether these are momenta.
+    /// Whether these are canonical momenta.
     #[must_use]
     pub fn canonical(&self) -> bool {
         *self != Self::Velocities
@@ -56,17 +56,17 @@ impl Momenta {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HnnConfig {
-    /// Free, with a mass matrix, or none.
+    /// The form of the Hamiltonian.
     pub structure: HnnStructure,
-    /// What stands for the momenta.
+    /// The source of the momenta.
     pub momenta: Momenta,
-    /// Units of a hidden layer.
+    /// The number of units of a hidden layer.
     pub width: usize,
-    /// Hidden layers.
+    /// The number of hidden layers.
     pub layers: usize,
-    /// Nonlinearity.
+    /// The activation.
     pub activation: Activation,
-    /// A speed c that no coordinate reaches, in units of q̇: the network then sees arsinh(p/s) with s the median |p|,
+    /// A speed c that no coordinate reaches, in units of q̇: the network then reads arsinh(p/s) with s the median |p|,
     /// and starts from velocities below c (theory.md, equation 116). Free structure on momenta only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_limit: Option<f64>,
@@ -107,7 +107,7 @@ impl HnnConfig {
     }
 }
 
-/// κ of the term ½ κ ‖p / s‖² that a free network starts from.
+/// κ of the term ½ κ ‖p / s‖² beside a free network.
 const KINETIC: f64 = 1.0;
 
 /// A Hamiltonian network (theory.md, equations 91 and 92), π = p / s:
@@ -142,7 +142,7 @@ pub struct HnnShape {
     pub(crate) net: HnnNet,
 }
 
-/// What raw outputs are worth, see [`HnnShape::unit`].
+/// The units of raw outputs, see [`HnnShape::unit`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Unit {
     pub(crate) rate: f64,
@@ -319,7 +319,7 @@ impl HnnShape {
         }
     }
 
-    /// What the raw outputs of coordinate `i` are worth at momentum `p`: q̇ᵢ = rate Sᵢ + start, ṗᵢ = force Sₙ₊ᵢ, with
+    /// The units of the raw outputs of coordinate `i` at momentum `p`: q̇ᵢ = rate Sᵢ + start, ṗᵢ = force Sₙ₊ᵢ, with
     /// the start that of the kinetic term.
     pub(crate) fn unit(&self, i: usize, p: f64) -> Unit {
         let scaling = self.scaling();

@@ -18,7 +18,7 @@ use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass, Weighted};
 
-/// What kind of function of the velocity the network may be.
+/// The class of functions of the velocity that a network represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Form {
@@ -34,24 +34,24 @@ pub enum Form {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LnnConfig {
-    /// Free, or convex in q̇.
+    /// The class of functions of the velocity.
     pub form: Form,
-    /// Units of a hidden layer (a multiple of 16 in the convex form).
+    /// The number of units of a hidden layer, a multiple of 16 in the convex form.
     pub width: usize,
-    /// Hidden layers.
+    /// The number of hidden layers.
     pub layers: usize,
-    /// Nonlinearity. In the convex form, that of the part that sees q; the part that sees q̇ uses softplus.
+    /// The activation; in the convex form that of the part of q, while the part of q̇ uses softplus.
     pub activation: Activation,
-    /// κ of the term ½ κ ‖u‖² that every network starts from, u = q̇/s or what takes its place.
+    /// κ of the term ½ κ ‖u‖² beside the network, where u is q̇/s or the feature in its place.
     pub kinetic: f64,
-    /// Whether 16 units eˣ stand before the output, for mass matrices that span decades.
+    /// Whether the output reads 16 units eˣ, for mass matrices that span decades.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub exponential: bool,
-    /// A speed c that no coordinate reaches, in units of q̇: the network then sees artanh(q̇/c) in place of q̇/s
-    /// (theory.md, equation 108). Free form only: a convex function of the one is not convex in the other.
+    /// A speed c that no coordinate reaches, in units of q̇: the network then reads artanh(q̇/c) in place of q̇/s
+    /// (theory.md, equation 108). In the free form only: a convex function of the one is not convex in the other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_limit: Option<f64>,
-    /// What it sees of q̇ below that limit: artanh(q̇/c), or arcsin(q̇/c).
+    /// The velocity feature below that limit: artanh(q̇/c) or arcsin(q̇/c).
     #[serde(skip_serializing_if = "SpeedChart::is_default")]
     pub speed_chart: SpeedChart,
 }
@@ -71,7 +71,7 @@ impl Default for LnnConfig {
     }
 }
 
-/// Exponential units, where there are any.
+/// The number of exponential units.
 const EXPONENTIAL: usize = 16;
 
 impl LnnConfig {
@@ -161,7 +161,7 @@ pub struct LnnShape {
     pub(crate) config: LnnConfig,
     pub(crate) scaling: Scaling,
     pub(crate) net: Net,
-    /// What the network sees of the velocities, or of what is in their place.
+    /// The features of the velocities.
     pub(crate) seen: Seen,
     /// 1 / s of each coordinate and velocity: a division costs as much as all else that is done with one.
     pub(crate) inverse: [Vec<f64>; 2],
@@ -321,7 +321,7 @@ impl LnnShape {
         }
     }
 
-    /// What the network sees of velocity `i`.
+    /// The feature of velocity `i`.
     #[inline]
     pub(crate) fn velocity(&self, i: usize, v: f64) -> VelocityFeature {
         match self.seen {

@@ -1,5 +1,5 @@
-//! The fair opponent: a plain network with the same inputs, size and optimiser, (q, q̇, τ) → q̈ where accelerations are
-//! compared and (q, q̇, q̈) → τ where torques are.
+//! Plain networks for comparison, with the same inputs, size and optimiser: (q, q̇, τ) → q̈ under losses of accelerations
+//! and (q, q̇, q̈) → τ under losses of torques.
 
 pub(crate) mod family;
 pub(crate) mod learner;
@@ -14,14 +14,14 @@ use crate::{Coordinates, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
 
-/// What a plain network predicts. It knows one of the two alone: it holds no equation that could be turned round.
+/// The prediction of a plain network, which has no equation that could be inverted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
-    /// Accelerations, (q, q̇, τ) → q̈: it moves, and has no inverse dynamics.
+    /// Accelerations, (q, q̇, τ) → q̈: forward dynamics alone.
     #[default]
     Forward,
-    /// Forces, (q, q̇, q̈) → τ: it has inverse dynamics, and does not move.
+    /// Forces, (q, q̇, q̈) → τ: inverse dynamics alone.
     Inverse,
     /// Velocities and accelerations, (q, q̇, τ) → (q̇, q̈): the right-hand side of a differential equation of first order.
     Flow,
@@ -31,15 +31,15 @@ pub enum Direction {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MlpConfig {
-    /// Units of a hidden layer.
+    /// The number of units of a hidden layer.
     pub width: usize,
-    /// Hidden layers.
+    /// The number of hidden layers.
     pub layers: usize,
-    /// Nonlinearity.
+    /// The activation.
     pub activation: Activation,
-    /// What it predicts; a fit sets it to what the loss asks for.
+    /// The prediction; a fit sets it by the loss.
     pub direction: Direction,
-    /// Whether it reads the forces τ (forward); a fit sets it to whether the data hold any.
+    /// Whether a forward network reads the forces τ; a fit sets it by the data.
     pub forced: bool,
 }
 
@@ -162,7 +162,7 @@ impl MlpShape {
         }
     }
 
-    /// The scale of what it reads beside the state, `[n]`: of τ forward, of q̈ inverse; none where it reads no more.
+    /// The scale of the third input, `[n]`: of τ forward, of q̈ inverse; none without such an input.
     fn third_scale(&self) -> Option<&[f64]> {
         match self.config.direction {
             Direction::Forward | Direction::Flow => self.config.forced.then_some(&self.scaling.tau),
@@ -242,7 +242,7 @@ struct MlpEvaluator<'a> {
 }
 
 impl MlpEvaluator<'_> {
-    /// Gives its outputs for states (q, q̇) and what it reads beside them to `out`: (sample, output, value).
+    /// Passes the outputs for states (q, q̇) and the third input to `out`: (sample, output, value).
     fn evaluate(
         &mut self,
         q: &[f64],

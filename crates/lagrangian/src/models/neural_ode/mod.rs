@@ -13,13 +13,13 @@ use crate::models::mlp::{Direction, Mlp, MlpConfig};
 use crate::{Coordinates, Error, Result};
 use nets::Activation;
 
-/// Order of the differential equation.
+/// The order of a differential equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Order {
-    /// (q, q̇, τ) → (q̇, q̈).
+    /// First order, (q, q̇, τ) → (q̇, q̈).
     First,
-    /// (q, q̇, τ) → q̈.
+    /// Second order, (q, q̇, τ) → q̈.
     #[default]
     Second,
 }
@@ -28,13 +28,13 @@ pub enum Order {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NeuralOdeConfig {
-    /// Order of the equation.
+    /// The order of the equation.
     pub order: Order,
-    /// Units of a hidden layer.
+    /// The number of units of a hidden layer.
     pub width: usize,
-    /// Hidden layers.
+    /// The number of hidden layers.
     pub layers: usize,
-    /// Nonlinearity.
+    /// The activation.
     pub activation: Activation,
 }
 
@@ -100,13 +100,13 @@ impl NeuralOde {
         Ok(Self(network))
     }
 
-    /// Its right-hand side.
+    /// The network of the right-hand side.
     #[must_use]
     pub fn network(&self) -> &Mlp {
         &self.0
     }
 
-    /// Its order.
+    /// The order of the equation.
     #[must_use]
     pub fn order(&self) -> Order {
         match self.0.config().direction {

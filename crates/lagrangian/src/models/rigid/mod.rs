@@ -1,5 +1,5 @@
-//! Rigid bodies identified from torques by least squares: what robotics does where the structure of the machine is
-//! known, and so the measure for models that must find it out.
+//! Rigid bodies identified from torques by least squares, the method of robotics for machines of known structure, with which
+//! learned models are compared.
 //!
 //! Without a description the machine is a planar [`chain`]; with one it is the [`robot`] of that description.
 
@@ -49,15 +49,15 @@ const SETTINGS: &[Setting] = &[
 /// The name of the family.
 pub(crate) const NAME: &str = "rigid";
 
-/// What is known of the bodies before they are identified.
+/// The knowledge of rigid bodies before their identification.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RigidConfig {
-    /// What the angles of a chain are measured against; `None`: whichever explains the torques better.
+    /// The reference of the angles of a chain; `None` for the one that explains the torques better.
     pub angles: Option<Angles>,
-    /// The speed vₛ over which Coulomb friction changes its sign; `None`: whichever explains the torques best.
+    /// The speed vₛ over which Coulomb friction changes its sign; `None` for the one that explains the torques best.
     pub smoothing: Option<f64>,
-    /// The robot, where its kinematics are known: then all its inertial parameters are identified.
+    /// The robot with known kinematics, all of whose inertial parameters are identified.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotConfig>,
 }

@@ -47,13 +47,13 @@ fn choose(known: &Known, _: &Request) -> Result<Vec<Choice>> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VinConfig {
-    /// Units of a hidden layer.
+    /// The number of units of a hidden layer.
     pub width: usize,
-    /// Hidden layers.
+    /// The number of hidden layers.
     pub layers: usize,
-    /// Nonlinearity.
+    /// The activation.
     pub activation: Activation,
-    /// The least diagonal entry of the factor of M, in units of the scales.
+    /// The smallest diagonal entry of the factor of M, in units of the scales.
     pub shift: f64,
     /// Whether L has the term A(q)·q̇, for gyroscopic and magnetic forces.
     pub vector_potential: bool,
@@ -73,7 +73,7 @@ impl Default for VinConfig {
 }
 
 impl VinConfig {
-    /// The deep Lagrangian network that it is.
+    /// The configuration as a deep Lagrangian network.
     #[must_use]
     pub fn network(&self) -> DelanConfig {
         DelanConfig {

@@ -1,4 +1,4 @@
-//! A block of samples: its residuals, the factors of its rows of J, and what is pushed and pulled through them.
+//! A block of samples: its residuals, the factors of its rows of J, and products with them.
 
 use super::lanes::value;
 use crate::train::learner::{Learner, Work};
@@ -7,10 +7,10 @@ use crate::train::problem::LossValue;
 use nets::simd::Buffer;
 use nets::{Factors, Gradient, Packed, Terms};
 
-/// Samples of a block.
+/// The number of samples of a block.
 pub(super) const BLOCK: usize = 16;
 
-/// Residuals below this share of the mean |r| weigh no more than one of that size.
+/// Residuals below this part of the mean |r| have the weight of one of that size.
 const SMALL: f64 = 0.1;
 
 /// A direction in the space of the parameters.
@@ -25,7 +25,7 @@ pub(super) struct Direction<'a> {
 pub(super) struct Block {
     pub(super) work: Work<f64>,
     pub(super) factors: Factors<f64>,
-    /// The same, rounded.
+    /// The factors in single precision.
     pub(super) rounded: Factors<f32>,
     pub(super) gradient: Gradient<f64>,
     pub(super) value: LossValue,
@@ -54,7 +54,7 @@ impl Block {
         }
     }
 
-    /// Turns residuals into those whose squares are minimised, and leaves the padding of the block out.
+    /// Weights residuals so that their squares are minimised; those of the padding of the block become 0.
     pub(super) fn weigh(&mut self, loss: Loss, level: f64, m: usize) {
         let work = &mut self.work;
         self.value = value(work, loss, m);
@@ -163,7 +163,7 @@ impl Block {
         self.reorder(points, |by_point, by_sample| (by_point, by_sample));
     }
 
-    /// Moves every number of `raw` to the first of the places that `way` says, from the second.
+    /// Moves every entry of `raw` from the second to the first of the places that `way` returns.
     fn reorder(&mut self, points: usize, way: impl Fn(usize, usize) -> (usize, usize)) {
         if points == 1 {
             return;

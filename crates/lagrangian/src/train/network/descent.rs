@@ -1,5 +1,4 @@
-//! The loss of a network as something to descend: everything is kept as the kernels want it, and only looks at the run
-//! see the parameters as they are saved.
+//! The loss of a network with its gradient; parameters and moments stay in the layout of the kernels between validations.
 
 use super::lanes::Batches;
 use crate::train::adam::Adam;

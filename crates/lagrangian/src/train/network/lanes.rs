@@ -8,7 +8,7 @@ use crate::train::problem::{Batch, LossValue};
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed};
 
-/// Parts that a batch is cut into; more threads than this do not help a batch.
+/// The number of parts of a batch; more threads are of no use.
 const LANES: usize = 4;
 
 struct Lane<T: Real> {
@@ -129,7 +129,7 @@ impl<T: Real> Batches<T> {
     }
 }
 
-/// Samples of a block: few enough that its buffers stay in the second-level cache, and that a batch makes several.
+/// The number of samples of a block: few enough for the second-level cache, and for several blocks in a batch.
 fn block(batch: usize) -> usize {
     16.min(batch.div_ceil(2).next_multiple_of(8)).max(8)
 }

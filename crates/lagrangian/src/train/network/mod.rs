@@ -198,7 +198,7 @@ impl LeastSquares for NetworkProblem<'_> {
 }
 
 impl NetworkProblem<'_> {
-    /// Turns residuals into those whose squares are minimised.
+    /// Weights residuals so that their squares are minimised.
     fn weigh(&mut self) -> ResidualSize {
         let (m, loss) = (self.learner.residuals_each(), self.loss);
         let blocks = &mut self.memory.blocks[..self.used];

@@ -1,11 +1,11 @@
-//! Which residuals of a batch have a row in its system.
+//! The rows of the residuals of a batch in its system.
 
 use super::block::BLOCK;
 use super::tiles::{Tile, Tiles};
 use crate::train::System;
 
-/// The row of each residual in the system; none for those that weigh nothing (of parameters, of padding), whose rows of
-/// J Jᵀ are zeros.
+/// The row of each residual in the system; none for residuals without weight (of parameters, of padding), whose rows of
+/// J Jᵀ are zero.
 #[derive(Default)]
 pub(super) struct Rows {
     /// `[block, residual, sample]`.
@@ -30,12 +30,12 @@ impl Rows {
         Self { rows, m }
     }
 
-    /// Residuals with a row.
+    /// The number of residuals with a row.
     pub(super) fn count(&self) -> usize {
         self.rows.iter().flatten().count()
     }
 
-    /// All residuals.
+    /// The number of all residuals.
     pub(super) fn all(&self) -> usize {
         self.rows.len()
     }

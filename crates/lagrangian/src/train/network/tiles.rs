@@ -10,8 +10,7 @@ use crate::train::learner::Learner;
 use nets::simd::Real;
 use nets::{Factors, Terms, TileScratch};
 
-/// J Jᵀ may be rounded to single precision where the damping on its diagonal is more than this share of its largest
-/// entry.
+/// J Jᵀ may be rounded to single precision where the damping on its diagonal exceeds this part of its largest entry.
 const ROUNDED: f64 = 1e-6;
 
 /// Tiles on the side of a square.
@@ -27,7 +26,7 @@ pub(super) struct Tile {
 /// J Jᵀ of a batch.
 pub(super) struct Tiles {
     tiles: Vec<Tile>,
-    /// One for each thread.
+    /// The scratch of each thread.
     scratch: Vec<Mutex<Scratch>>,
     /// Residuals of a block.
     count: usize,
@@ -56,7 +55,7 @@ impl Tiles {
         }
     }
 
-    /// Those of the first `used` blocks.
+    /// The tiles of the first `used` blocks.
     pub(super) fn of(&self, used: usize) -> impl Iterator<Item = &Tile> {
         self.tiles.iter().filter(move |t| t.row < used)
     }
@@ -121,7 +120,7 @@ fn in_squares(count: usize) -> Vec<(usize, usize)> {
     tiles
 }
 
-/// What a thread needs for a tile, in both precisions: kept, because memory of this size is dear to ask for.
+/// The scratch of a thread for a tile, in both precisions; kept, since allocating it is slow.
 struct Scratch {
     double: TileScratch<f64>,
     single: TileScratch<f32>,

@@ -21,11 +21,11 @@ use crate::models::NetworkShape;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
-/// What a family offers at points (q, v) that stand in [`Points`].
+/// A family at the points (q, v) of [`Points`].
 pub(crate) trait PointFamily<T: Real>: NetworkShape<Scaling = Scaling> {
     /// The pairs of components by which α p − β ∂L/∂q along direction `d` of `directions` depends on the weights.
     fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2];
-    /// Carries all points forward and back: p, ∂L/∂q and, where `mass` is wanted, M in SI units into `work.mechanics.jet`.
+    /// Carries all points forward and back: p, ∂L/∂q and, if `mass`, M in SI units into `work.mechanics.jet`.
     fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, mass: bool);
     /// Fills the components of the scalars Σᵢ weight(point, d, i) (α pᵢ − β ∂L/∂qᵢ)/E, after [`PointFamily::evaluate`].
     fn sensitivities(
@@ -84,7 +84,7 @@ pub(crate) struct PositionsLearner<'a, F> {
     pub(crate) chords: usize,
 }
 
-/// As many are enough at ten steps a period.
+/// Two are enough at ten steps a period.
 pub(crate) const CHORDS: usize = 2;
 
 impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
@@ -151,7 +151,7 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
 }
 
 impl<F> PositionsLearner<'_, F> {
-    /// Points of a sample.
+    /// The number of points of a sample.
     fn places(&self) -> usize {
         match self.rule {
             Rule::Trapezoidal if !self.constant => 4,
@@ -159,7 +159,7 @@ impl<F> PositionsLearner<'_, F> {
         }
     }
 
-    /// Sets the points of all samples and their weights; those that a moves are behind the first half.
+    /// Sets the points of all samples and their weights; a moves those of the second half.
     fn place<T: Real>(&self, work: &mut Work<T>) {
         let (samples, n) = (work.samples, work.states.qd.len() / work.samples);
         let points = &mut work.own.points;
@@ -201,7 +201,7 @@ impl<F> PositionsLearner<'_, F> {
 }
 
 impl<F> PositionsLearner<'_, F> {
-    /// B at the points that stand; the slopes of the forces by their parameters go to `extra` of the first place.
+    /// Computes B at the present points; the slopes of the forces by their parameters go to `extra` of the first place.
     fn balance<T: Real>(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>, mass: bool)
     where
         F: PointFamily<T>,
@@ -241,7 +241,7 @@ impl<F> PositionsLearner<'_, F> {
         }
     }
 
-    /// ∂B/∂a ≈ M behind q.
+    /// ∂B/∂a ≈ M at the first point after q.
     fn mass_as_jacobian<T: Real>(&self, extra: &[f64], work: &mut Work<T>) {
         let (samples, places) = (work.samples, self.places());
         let n = work.states.qd.len() / samples;
@@ -273,7 +273,7 @@ impl<F> PositionsLearner<'_, F> {
         self.place(work);
     }
 
-    /// ∂B/∂a by differences at the a that stands.
+    /// ∂B/∂a by differences at the present a.
     fn differences<T: Real>(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>)
     where
         F: PointFamily<T>,
@@ -349,5 +349,5 @@ impl<F> PositionsLearner<'_, F> {
     }
 }
 
-/// Parameters of forces that a coordinate has at most: those of friction, and a row of the input matrix.
+/// The largest number of force terms of a coordinate: those of friction, and a row of the input matrix.
 const MAX_FORCE_TERMS: usize = 8 + super::learner::MAX_DOF;

@@ -1,4 +1,4 @@
-//! Settings of the rollout loss.
+//! The settings of the rollout loss.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,46 +8,46 @@ use crate::integrate::Method;
 use crate::train::{Loss, Optimizer};
 use crate::{Error, Result};
 
-/// What of a rollout is compared with the recording.
+/// The part of a rollout that is compared with the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Observe {
     /// Positions and velocities.
     #[default]
     States,
-    /// Positions alone: the velocities of the recording were estimated.
+    /// Positions alone, for recordings whose velocities are estimates.
     Positions,
 }
 
-/// Where a segment starts.
+/// The initial state of a segment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Start {
-    /// At the recorded state.
+    /// The recorded state.
     #[default]
     Recorded,
-    /// At a state that is learned with the weights, near the recorded one: for noisy data.
+    /// A state near the recorded one that is learned with the weights, for noisy data.
     Free,
 }
 
-/// Settings of the rollout loss.
+/// The settings of the rollout loss.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RolloutLoss {
-    /// Samples that are predicted from each start, k.
+    /// The number k of samples that are predicted from each start.
     pub horizon: usize,
-    /// The method: rk4, stormer-verlet or implicit-midpoint.
+    /// The integrator: rk4, stormer-verlet or implicit-midpoint.
     pub integrator: Method,
-    /// Its steps from one sample to the next.
+    /// The number of its steps from one sample to the next.
     pub substeps: usize,
-    /// What is compared.
+    /// The part of a rollout that is compared with the recording.
     pub observe: Observe,
-    /// Where segments start.
+    /// The initial states of segments.
     #[serde(alias = "starts")]
     pub start: Start,
-    /// Part of the budget in which the horizon grows from 1 to k; 0: at once.
+    /// The part of the budget in which the horizon grows from 1 to k; 0 for k from the start.
     pub growth: f64,
-    /// Part of the budget in which the accelerations are fitted first; 0: none. They must be known.
+    /// The part of the budget in which known accelerations are fitted first; 0 for no such fit.
     pub warm_start: f64,
 }
 

@@ -1,8 +1,8 @@
-//! The rollout loss as problems for a run: which segments a step takes, how far, and what an optimiser sees of them.
+//! The rollout loss as problems for a run: the segments of each step, and their residuals or gradient.
 
 use super::config::{RolloutLoss, SEGMENTS, Start};
 use super::gauss_newton::{GaussNewton, RolloutProblem, Segments};
-use super::gradient::{GradientOf, Shooting};
+use super::gradient::{Derivatives, Shooting};
 use super::segments::{Recorded, Rows};
 use super::shoot::Task;
 use crate::dataset::Dataset;
@@ -15,16 +15,16 @@ use crate::train::problem::{Differentiable, GradientSize, LeastSquares, LossValu
 use crate::train::{FitConfig, Optimizer};
 use nets::simd::AdamRule;
 
-/// The segments of a validation at most.
+/// The largest number of segments of a validation.
 const VALIDATED: usize = 128;
 
-/// Which segments a step takes, and how far they go.
+/// The segments of each step, and their horizon.
 pub(crate) struct SegmentOrder<'a> {
     config: &'a RolloutLoss,
     optimizer: &'a Optimizer,
     train: Recorded<'a>,
     weights: Vec<f64>,
-    /// Samples of a batch.
+    /// The number of samples of a batch.
     batch: usize,
     seed: u64,
     /// The horizon of the segments below.
@@ -50,7 +50,7 @@ impl<'a> SegmentOrder<'a> {
         }
     }
 
-    /// What stands behind the parameters of the model: the recorded states, where starts are free.
+    /// The parameters after those of the model: the recorded states, where starts are free.
     pub(crate) fn free_starts(&self) -> Vec<f64> {
         match self.config.start {
             Start::Recorded => Vec::new(),
@@ -96,8 +96,8 @@ impl<'a> SegmentOrder<'a> {
             let seed = self.seed.wrapping_add(horizon as u64);
             self.order = Order::new(self.begins.len(), seed);
         }
-        let gradient_of = self.count(horizon).min(self.begins.len());
-        let indices = self.order.batch(step, gradient_of);
+        let count = self.count(horizon).min(self.begins.len());
+        let indices = self.order.batch(step, count);
         indices.iter().map(|k| self.begins[*k]).collect()
     }
 
@@ -113,7 +113,7 @@ impl<'a> SegmentOrder<'a> {
             .max(SEGMENTS)
     }
 
-    /// Segments of a batch at most.
+    /// The largest number of segments of a batch.
     fn most(&self) -> usize {
         self.count(self.config.horizon.min(1))
     }
@@ -212,7 +212,7 @@ impl Differentiable for RolloutDescent<'_> {
         let warm = self.order.config.warm_start;
         let segments = self.order.next(at.step, (at.part - warm) / (1.0 - warm));
         let mut moves = Vec::new();
-        let gradient_of = GradientOf {
+        let derivatives = Derivatives {
             gradient: &mut self.gradient,
             moves: &mut moves,
         };
@@ -220,7 +220,7 @@ impl Differentiable for RolloutDescent<'_> {
         let (flow, parameters) = (self.flow, &self.parameters);
         let loss = self
             .shooting
-            .evaluate(flow, parameters, task, Some(gradient_of));
+            .evaluate(flow, parameters, task, Some(derivatives));
         for (place, change) in moves {
             if let (Some(x), true) = (self.starts.get_mut(place), change.is_finite()) {
                 *x += change;

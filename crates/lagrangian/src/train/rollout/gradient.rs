@@ -11,10 +11,10 @@ use crate::train::learner::Learner;
 use crate::train::problem::LossValue;
 use nets::{Gradient, Packed};
 
-/// Parts that a batch is cut into; more threads than this do not help it.
+/// The number of parts of a batch; more threads are of no use.
 const LANES: usize = 4;
 
-/// Part of the way to the best start of a segment that a step goes.
+/// The part of the step towards the best start of a segment that is taken.
 const STRIDE: f64 = 0.5;
 
 /// Damping of that step, in units of the weights.
@@ -35,11 +35,11 @@ pub(super) struct Shooting {
     packed: Packed<f64>,
 }
 
-/// What is gradient_of beside the value.
-pub(super) struct GradientOf<'a> {
+/// Where the derivatives of the loss are written.
+pub(super) struct Derivatives<'a> {
     /// The gradient by the parameters, overwritten.
     pub(super) gradient: &'a mut [f64],
-    /// What free starts move by: (place in `Task::starts`, change).
+    /// The changes of free starts, with their places in `Task::starts`.
     pub(super) moves: &'a mut Vec<(usize, f64)>,
 }
 
@@ -60,19 +60,19 @@ impl Shooting {
         }
     }
 
-    /// The loss on the segments that start at `begins`, and what is gradient_of.
+    /// The loss on the segments that start at `begins`, and its derivatives.
     pub(super) fn evaluate(
         &mut self,
         learner: &dyn Learner<f64>,
         parameters: &[f64],
         (task, begins): (&Task<'_>, &[usize]),
-        gradient_of: Option<GradientOf<'_>>,
+        derivatives: Option<Derivatives<'_>>,
     ) -> LossValue {
         let net = learner.net();
         let (weights, extra) = parameters.split_at(net.parameters);
         self.packed.set(net, weights);
         let (packed, lanes) = (&self.packed, self.lanes.len());
-        let factor = gradient_of
+        let factor = derivatives
             .is_some()
             .then(|| 1.0 / (begins.len() * task.rows.count()).max(1) as f64);
         self.lanes.par_iter_mut().enumerate().for_each(|(l, lane)| {
@@ -94,7 +94,7 @@ impl Shooting {
                 }
             }
         });
-        if let Some(GradientOf { gradient, moves }) = gradient_of {
+        if let Some(Derivatives { gradient, moves }) = derivatives {
             gradient.fill(0.0);
             moves.clear();
             if let Some((first, rest)) = self.lanes.split_first_mut() {
@@ -127,7 +127,7 @@ impl Lane {
         self.pull_back(flow, task);
     }
 
-    /// The starts that suit the weights best, each by itself: a damped step of Gauss and Newton.
+    /// Moves each start towards the one that fits the weights best, by a damped Gauss–Newton step.
     fn move_starts(&mut self, task: &Task<'_>) {
         let (rows, d) = (task.rows.count(), task.weights.len());
         let mut solver = SymmetricSolver::new(d);

@@ -1,4 +1,4 @@
-//! Which samples start a segment, and the units of its errors.
+//! The starts of segments, and the units of their errors.
 
 use super::config::{Observe, RolloutLoss, Start};
 use crate::Coordinates;
@@ -12,7 +12,7 @@ pub(super) struct Recorded<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) samples: &'a Samples,
     pub(super) times: &'a Timeline,
-    /// What stands for the momenta, where states are (q, p).
+    /// The source of the momenta, where states are (q, p).
     pub(super) momenta: Option<&'a Momenta>,
 }
 
@@ -109,11 +109,11 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// What the residuals of a segment are, in the order of time.
+/// The residuals of a segment in the order of time.
 #[derive(Debug, Clone)]
 pub(super) struct Rows {
     pub(super) horizon: usize,
-    /// Components compared at each sample: n or 2n.
+    /// The number of components that are compared at each sample: n or 2n.
     pub(super) seen: usize,
     /// Whether the start is compared with the recording too.
     pub(super) start: bool,
@@ -131,7 +131,7 @@ impl Rows {
         }
     }
 
-    /// Residuals of a segment.
+    /// The number of residuals of a segment.
     pub(super) fn count(&self) -> usize {
         self.first(self.horizon + 1)
     }

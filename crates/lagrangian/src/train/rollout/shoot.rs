@@ -7,30 +7,30 @@ use super::step::{Moving, Span, back, evaluations, step};
 use crate::train::learner::{Learner, Work};
 use crate::train::problem::LossValue;
 
-/// Errors beyond this, in units of a system at rest, are those of a rollout that failed.
+/// The largest error, in units of a system at rest, of a rollout that has not failed.
 const FAR: f64 = 1e3;
 
-/// What all blocks of a batch share.
+/// The part of a batch that all its blocks share.
 #[derive(Clone, Copy)]
 pub(super) struct Task<'a> {
     pub(super) recorded: Recorded<'a>,
     pub(super) config: &'a RolloutLoss,
-    /// Of the components of a state, `[2n]`.
+    /// The weights of the components of a state, `[2n]`.
     pub(super) weights: &'a [f64],
     /// Learned states of all samples, `[samples, 2n]`; empty where segments start at the recorded ones.
     pub(super) starts: &'a [f64],
     pub(super) rows: &'a Rows,
 }
 
-/// A block of segments at work.
+/// A block of segments.
 pub(super) struct Block {
     pub(super) sizes: Sizes,
-    /// One for each evaluation, or one for all.
+    /// The memory of each evaluation, or one for all.
     pub(super) works: Vec<Work<f64>>,
     pub(super) points: Vec<Point>,
-    /// Segments that count; the rest repeats the first.
+    /// The number of segments; the rest of the block repeats the first.
     pub(super) count: usize,
-    /// Sample that each segment starts at.
+    /// The sample at which each segment starts.
     pub(super) begins: Vec<usize>,
     /// x at the boundaries of the steps, `[steps + 1][samples, 2n]`.
     pub(super) states: Vec<Vec<f64>>,
@@ -47,17 +47,17 @@ pub(super) struct Block {
     lambda: Vec<f64>,
 }
 
-/// What goes back.
+/// The quantity that is propagated backwards.
 #[derive(Clone, Copy)]
 pub(super) enum Back<'a> {
-    /// Every residual by itself.
+    /// Each residual.
     Each,
-    /// Their sum with these weights, `[samples, rows]`.
+    /// The sum of the residuals with these weights, `[samples, rows]`.
     Sum(&'a [f64]),
 }
 
 impl Block {
-    /// Room for the whole horizon; `keep` says whether the work of every evaluation is kept.
+    /// A block for the whole horizon; `keep` says whether each evaluation has memory of its own.
     pub(super) fn new(learner: &dyn Learner<f64>, config: &RolloutLoss, keep: bool) -> Self {
         let sizes = Sizes::of(learner, SEGMENTS);
         let (m, d) = (sizes.samples, sizes.state());
@@ -134,7 +134,7 @@ impl Block {
             failed: &mut self.failed,
         };
         step(config.integrator, moving);
-        // A rollout that failed waits where it started.
+        // A failed rollout stays at its start.
         let d = self.sizes.state();
         for s in (0..self.failed.len()).filter(|s| self.failed[*s]) {
             x[s * d..][..d].copy_from_slice(&before[0][s * d..][..d]);
@@ -161,7 +161,7 @@ impl Block {
         }
     }
 
-    /// Whether segment `s` weighs nothing.
+    /// Whether segment `s` has no weight.
     pub(super) fn is_silent(&self, s: usize) -> bool {
         self.failed[s] || s >= self.count
     }
@@ -197,7 +197,7 @@ impl Block {
         }
     }
 
-    /// The same of segment `s`.
+    /// Back-propagation for segment `s`.
     fn back_of(&mut self, task: &Task<'_>, what: Back<'_>, s: usize) {
         let (rows, d, config) = (task.rows, self.sizes.state(), task.config);
         let each = evaluations(config.integrator);
@@ -236,7 +236,7 @@ impl Block {
     }
 }
 
-/// Adds what the residuals of sample `j` of segment `s` ask of λ.
+/// Adds the slopes of the residuals of sample `j` of segment `s` to λ.
 fn seed(task: &Task<'_>, what: Back<'_>, s: usize, j: usize, lambda: &mut [f64]) {
     let (rows, d) = (task.rows, task.weights.len());
     let mut add = |row: usize, c: usize, weight: f64| match what {

@@ -7,13 +7,13 @@ use crate::mechanics::analytic::{ClosedForm, DualJets};
 use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
 
-/// What the angles of a chain are measured against.
+/// The reference of the angles of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Angles {
-    /// Against a fixed direction: θᵢ = qᵢ.
+    /// A fixed direction: θᵢ = qᵢ.
     Absolute,
-    /// Against the link before, as the encoder of a joint does: θᵢ = Σ_{j≤i} qⱼ.
+    /// The link before, as for the encoder of a joint: θᵢ = Σ_{j≤i} qⱼ.
     #[default]
     Relative,
 }
@@ -38,7 +38,7 @@ pub struct RigidChain {
     parameters: Vec<f64>,
 }
 
-/// The most links: a robot arm's.
+/// The largest number of links, that of a robot arm.
 const MOST: usize = 7;
 
 impl RigidChain {
@@ -94,7 +94,7 @@ impl RigidChain {
         &self.parameters
     }
 
-    /// What its angles are measured against.
+    /// The reference of its angles.
     #[must_use]
     pub fn angles(&self) -> Angles {
         self.angles

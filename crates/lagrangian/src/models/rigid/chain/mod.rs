@@ -1,5 +1,4 @@
-//! Identification of a planar chain of rigid links by least squares: what robotics does where the structure of the
-//! machine is known, and so the measure for models that must find it out.
+//! Identification of a planar chain of rigid links by least squares.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
@@ -8,8 +7,8 @@
 //! | W | diagonal, one over the root mean square of each torque | n × n |
 //!
 //! The Lagrangian is linear in π, so that τ = Y π, and π minimises Σ |W (Y π − τ)|² over all samples (Atkeson, An,
-//! Hollerbach, Int. J. Robotics Research 5, 1986). Friction is kept non-negative by leaving out, one after the
-//! other, the coefficients that come out below 0.
+//! Hollerbach, Int. J. Robotics Research 5, 1986). Friction is kept non-negative by setting the coefficients below 0
+//! to 0, one after the other.
 
 mod lagrangian;
 
@@ -81,14 +80,14 @@ pub(crate) fn load(saved: &SavedModel) -> Result<Rigid> {
     Rigid::new(saved.moving(chain)?, errors)
 }
 
-/// What came out of an identification.
+/// The result of an identification.
 #[derive(Debug, Clone)]
 pub struct Identified {
-    /// The chain.
+    /// The identified chain.
     pub model: Rigid,
-    /// Mean of the squared weighted torque residuals on the training samples.
+    /// The mean of the squared weighted torque residuals on the training samples.
     pub loss: f64,
-    /// The same on the validation samples, where there are any.
+    /// The mean on the validation samples, where there are any.
     pub validation: Option<f64>,
 }
 
@@ -144,15 +143,15 @@ pub fn identify(dataset: &Dataset, config: &RigidConfig, dissipation: bool) -> R
     }
 }
 
-/// Terms beyond those of a chain that hangs at 0; each only where it pays, since over small angles they can hardly
-/// be told apart, and what small angles leave open errs most at large ones.
+/// Terms beyond those of a chain that hangs at 0. Each is used only where it lowers the loss much: small angles hardly
+/// distinguish them, and errors grow at large angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Terms {
-    /// None.
+    /// No further terms.
     Hanging,
     /// Gravity in any direction.
     AnyDirection,
-    /// And constant torques.
+    /// Gravity in any direction, and constant torques.
     Offsets,
 }
 
@@ -168,7 +167,7 @@ impl Terms {
     }
 }
 
-/// More terms must bring the loss below this part of what it was.
+/// More terms must lower the loss to below this part.
 const WORTH: f64 = 0.8;
 
 /// One convention of angles: sums over the samples, for all candidates of the smoothing at once.
@@ -211,8 +210,8 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// The loss over all samples: a chain has so few parameters that it cannot follow those that it was solved from,
-    /// and a validation of slow motions alone may say little.
+    /// The loss over all samples: with so few parameters a chain does not overfit, and a validation on slow motions alone
+    /// would say little.
     fn pooled(&self, found: &Identified) -> f64 {
         let (train, held) = (self.train.count as f64, self.validation.count as f64);
         (found.loss * train + found.validation.unwrap_or(0.0) * held) / (train + held)

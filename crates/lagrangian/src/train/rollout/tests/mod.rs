@@ -4,7 +4,7 @@ mod gauss_newton;
 
 use super::config::{Observe, RolloutLoss, Start};
 use super::flow::Flow;
-use super::gradient::{GradientOf, Shooting};
+use super::gradient::{Derivatives, Shooting};
 use super::segments::{Recorded, Rows};
 use super::shoot::{Back, Block, Task};
 use crate::dataset::Dataset;
@@ -173,13 +173,13 @@ fn loss(
     let mut gradient = vec![0.0; parameters.len()];
     let value = {
         let learner = &*template.learner(crate::models::Residuals::OfRates);
-        let gradient_of = GradientOf {
+        let derivatives = Derivatives {
             gradient: &mut gradient,
             moves: &mut Vec::new(),
         };
         let mut shooting = Shooting::new(learner, config, 16);
         let task = (&task, &recorded.starts(config.horizon, 2)[..]);
-        shooting.evaluate(learner, parameters, task, Some(gradient_of))
+        shooting.evaluate(learner, parameters, task, Some(derivatives))
     };
     assert_eq!(value.singular, 0);
     (value.mean(), gradient)
