@@ -215,14 +215,13 @@ impl dyn Trainable + '_ {
     }
 }
 
-/// What a family does for its training in either precision; it makes a [`Trainable`].
+/// A learner of a training.
+pub(crate) type BoxedLearner<'a, T> = Box<dyn Learner<T> + 'a>;
+
+/// The training of a network of a family in either precision, from which a [`Trainable`] is made.
 pub(crate) trait Trained: Send + Sync {
     /// Evaluates residuals, the network in this precision.
-    fn learner<'a, T: Real>(
-        &'a self,
-        setup: &'a Setup,
-        residuals: Residuals,
-    ) -> Box<dyn Learner<T> + 'a>;
+    fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T>;
 
     /// The model with these parameters.
     ///

@@ -32,7 +32,7 @@ pub use learned::{Description, FittedForces, FittedModel, Learned, LearnedLagran
 pub use lnn::{Form, Lnn, LnnConfig};
 pub use mlp::{Direction, Mlp, MlpConfig, MlpScaling};
 pub use named::Parameter;
-pub use network::{Network, NetworkShape};
+pub use network::{Network, NetworkShape, Parts};
 pub use neural_ode::{NeuralOde, NeuralOdeConfig, Order};
 pub use rigid::chain::{Identified, Rigid, identify};
 pub use rigid::robot::IdentifiedRobot;

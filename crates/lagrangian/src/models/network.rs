@@ -25,17 +25,8 @@ pub trait NetworkShape: Debug + Clone + Send + Sync {
     /// [`Error::Argument`] or [`Error::Shape`] for sizes or scales outside their domain, and without coordinates.
     fn new(coordinates: Coordinates, config: Self::Config, scaling: Self::Scaling) -> Result<Self>;
 
-    /// The coordinates of its states.
-    fn coordinates(&self) -> &Coordinates;
-
-    /// Its sizes.
-    fn config(&self) -> &Self::Config;
-
-    /// Its scales.
-    fn scaling(&self) -> &Self::Scaling;
-
-    /// Its layers.
-    fn net(&self) -> &Net;
+    /// Its coordinates, sizes, scales and layers.
+    fn parts(&self) -> Parts<'_, Self::Config, Self::Scaling>;
 
     /// Refuses finite weights that such a network cannot have.
     ///
@@ -46,10 +37,33 @@ pub trait NetworkShape: Debug + Clone + Send + Sync {
         Ok(())
     }
 
-    /// Degrees of freedom.
+    /// The coordinates of its states.
+    fn coordinates(&self) -> &Coordinates {
+        self.parts().coordinates
+    }
+
+    /// The layers.
+    fn net(&self) -> &Net {
+        self.parts().net
+    }
+
+    /// The number of degrees of freedom.
     fn dof(&self) -> usize {
         self.coordinates().dof()
     }
+}
+
+/// The parts of a [`NetworkShape`].
+#[derive(Debug)]
+pub struct Parts<'a, C, S> {
+    /// The coordinates of the states.
+    pub coordinates: &'a Coordinates,
+    /// The sizes.
+    pub config: &'a C,
+    /// The scales.
+    pub scaling: &'a S,
+    /// The layers.
+    pub net: &'a Net,
 }
 
 /// A network in double precision: a shape and its weights.
@@ -110,13 +124,13 @@ impl<S: NetworkShape> Network<S> {
     /// Its configuration.
     #[must_use]
     pub fn config(&self) -> &S::Config {
-        self.shape.config()
+        self.shape.parts().config
     }
 
     /// Its scales.
     #[must_use]
     pub fn scaling(&self) -> &S::Scaling {
-        self.shape.scaling()
+        self.shape.parts().scaling
     }
 
     /// What is to be saved of it under this name.

@@ -119,6 +119,16 @@ impl Loss {
     /// Squared errors of positions by the trapezoidal rule, which is Störmer–Verlet where M is constant.
     pub const POSITIONS_TRAPEZOIDAL: Self = Self::squared(Target::Positions(Rule::Trapezoidal));
 
+    /// The losses of accelerations and of torques, one of them at a time, and that of rollouts.
+    pub(crate) const SINGLE: &'static [Self] = &[
+        Self::ACCELERATION,
+        Self::ACCELERATION_RELATIVE,
+        Self::ACCELERATION_L1,
+        Self::TORQUE,
+        Self::TORQUE_L1,
+        Self::ROLLOUT,
+    ];
+
     /// All losses that can be chosen.
     pub const ALL: [NamedLoss; 10] = [
         named(

@@ -40,7 +40,7 @@ pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};
 pub use natural::{DampingRule, Natural, NaturalConfig, Part, StepSize, System};
 pub(crate) use nominal::remainder;
 pub use observer::{Ending, Observer, Progress};
-pub(crate) use positions::{CHORDS, PointFamily, PositionsLearner};
+pub(crate) use positions::{CHORDS, Derivatives, PointFamily, PositionsLearner};
 pub use problem::{
     Batch, Differentiable, GradientSize, LeastSquares, LossValue, ResidualSize, StepAt,
 };

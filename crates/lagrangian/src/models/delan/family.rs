@@ -4,14 +4,16 @@ use super::learner::DelanLearner;
 use super::{Delan, DelanConfig, DelanShape, Inertia};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
+use crate::models::family::{
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+};
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, WEIGHTS};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::models::vin;
 use crate::saved::{self, SavedModel};
 use crate::settings::{Kind, Setting, named};
-use crate::train::{Choice, FitConfig, Known, LOSS, Learner, Loss, Request};
+use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -127,16 +129,12 @@ pub(crate) fn prepare(delan: &DelanConfig, dataset: &Dataset, config: &FitConfig
 }
 
 impl Trained for DelanShape {
-    fn learner<'a, T: Real>(
-        &'a self,
-        setup: &'a Setup,
-        residuals: Residuals,
-    ) -> Box<dyn Learner<T> + 'a> {
+    fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
         let constant = self.config.has_constant_momentum();
         if let Some(learner) = setup.positions(self, constant) {
             return Box::new(learner);
         }
-        let (loss, weights) = setup.target(residuals);
+        let (loss, weights) = setup.target(of);
         Box::new(DelanLearner {
             shape: self,
             loss,

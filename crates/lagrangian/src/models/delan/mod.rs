@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mechanics::lagrangian::scaled::{Features, Scaling};
 use crate::mechanics::lagrangian::{Jets, Lagrangian};
-use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
+use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, check_layers};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
@@ -253,20 +253,13 @@ impl NetworkShape for DelanShape {
         })
     }
 
-    fn coordinates(&self) -> &Coordinates {
-        &self.coordinates
-    }
-
-    fn config(&self) -> &DelanConfig {
-        &self.config
-    }
-
-    fn scaling(&self) -> &Scaling {
-        &self.scaling
-    }
-
-    fn net(&self) -> &Net {
-        &self.net
+    fn parts(&self) -> Parts<'_, DelanConfig, Scaling> {
+        Parts {
+            coordinates: &self.coordinates,
+            config: &self.config,
+            scaling: &self.scaling,
+            net: &self.net,
+        }
     }
 }
 

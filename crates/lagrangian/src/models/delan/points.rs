@@ -2,8 +2,8 @@
 
 use super::{DelanShape, Outputs};
 use crate::models::NetworkShape;
-use crate::train::PointFamily;
 use crate::train::Work;
+use crate::train::{Derivatives, PointFamily};
 use nets::Packed;
 use nets::simd::Real;
 
@@ -13,7 +13,7 @@ impl<T: Real> PointFamily<T> for DelanShape {
         [(0, 2 + d), (1 + directions + d, 0)]
     }
 
-    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, _mass: bool) {
+    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, _derivatives: Derivatives) {
         let (shape, n) = (self, self.dof());
         let (energy, scale) = (shape.scaling.energy, &shape.scaling.qd_scale);
         let points = work.pass.samples();

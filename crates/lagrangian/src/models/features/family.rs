@@ -55,13 +55,7 @@ impl Family for FeaturesConfig {
 
     fn abilities(&self) -> Abilities {
         // Whatever is compared, the balance of forces is what the weights are solved from.
-        const LOSSES: &[Loss] = &[
-            Loss::ACCELERATION,
-            Loss::ACCELERATION_RELATIVE,
-            Loss::ACCELERATION_L1,
-            Loss::TORQUE,
-            Loss::TORQUE_L1,
-        ];
+        const LOSSES: &[Loss] = Loss::SINGLE.split_at(Loss::SINGLE.len() - 1).0;
         let remedy =
             "acceleration or torque: random features are solved from the balance of forces";
         Abilities {

@@ -8,13 +8,15 @@ use crate::dataset::Dataset;
 use crate::mechanics::hamiltonian::{Canonical, Hamiltonian};
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::NetworkShape;
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
+use crate::models::family::{
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+};
 use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
 use crate::settings::{Kind, Range, Setting, named};
-use crate::train::{Choice, FitConfig, ForceTerms, Known, Learner, Loss, Request};
+use crate::train::{Choice, FitConfig, ForceTerms, Known, Loss, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -159,18 +161,14 @@ impl Family for HnnConfig {
 }
 
 impl Trained for HnnShape {
-    fn learner<'a, T: Real>(
-        &'a self,
-        setup: &'a Setup,
-        residuals: Residuals,
-    ) -> Box<dyn Learner<T> + 'a> {
-        let (loss, weights) = setup.target(residuals);
+    fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
+        let (loss, weights) = setup.target(of);
         Box::new(HnnLearner {
             shape: self,
             loss,
             weights,
             forces: setup.forces.clone(),
-            phase: residuals == Residuals::OfRates,
+            phase: of == Residuals::OfRates,
         })
     }
 

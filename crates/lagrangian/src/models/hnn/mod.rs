@@ -12,7 +12,7 @@ use crate::mechanics::hamiltonian::{Hamiltonian, HamiltonianJets};
 use crate::mechanics::lagrangian::{DelanShape, Features, LnnShape, Scaling, Seen};
 use crate::models::delan::{Delan, DelanConfig};
 use crate::models::lnn::{Lnn, LnnConfig};
-use crate::models::network::{Network, NetworkShape};
+use crate::models::network::{Network, NetworkShape, Parts};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
@@ -234,33 +234,27 @@ impl NetworkShape for HnnShape {
         Ok(Self { config, net })
     }
 
-    fn coordinates(&self) -> &Coordinates {
-        match &self.net {
-            HnnNet::Free(shape) | HnnNet::None(shape) => &shape.coordinates,
-            HnnNet::Mass(shape) => &shape.coordinates,
-        }
-    }
-
-    fn config(&self) -> &HnnConfig {
-        &self.config
-    }
-
-    fn scaling(&self) -> &Scaling {
-        match &self.net {
-            HnnNet::Free(shape) | HnnNet::None(shape) => &shape.scaling,
-            HnnNet::Mass(shape) => &shape.scaling,
-        }
-    }
-
-    fn net(&self) -> &Net {
-        match &self.net {
-            HnnNet::Free(shape) | HnnNet::None(shape) => &shape.net,
-            HnnNet::Mass(shape) => &shape.net,
+    fn parts(&self) -> Parts<'_, HnnConfig, Scaling> {
+        let (coordinates, scaling, net) = match &self.net {
+            HnnNet::Free(shape) | HnnNet::None(shape) => {
+                (&shape.coordinates, &shape.scaling, &shape.net)
+            }
+            HnnNet::Mass(shape) => (&shape.coordinates, &shape.scaling, &shape.net),
+        };
+        Parts {
+            coordinates,
+            config: &self.config,
+            scaling,
+            net,
         }
     }
 }
 
 impl HnnShape {
+    pub(crate) fn scaling(&self) -> &Scaling {
+        self.parts().scaling
+    }
+
     /// Writes (q, p) as the value of sample `s`; of a network with a mass matrix only q is an input.
     pub(crate) fn write<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], p: &[f64]) {
         self.each_feature(q, |at, _, value, _| {

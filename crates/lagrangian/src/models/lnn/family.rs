@@ -6,13 +6,15 @@ use super::learner::LnnLearner;
 use super::{Form, Lnn, LnnConfig, LnnShape};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
+use crate::models::family::{
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+};
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
 use crate::settings::{Kind, Setting, named};
-use crate::train::{Choice, FitConfig, Known, Learner, Loss, Request};
+use crate::train::{Choice, FitConfig, Known, Loss, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -138,15 +140,11 @@ impl Family for LnnConfig {
 }
 
 impl Trained for LnnShape {
-    fn learner<'a, T: Real>(
-        &'a self,
-        setup: &'a Setup,
-        residuals: Residuals,
-    ) -> Box<dyn Learner<T> + 'a> {
+    fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
         if let Some(learner) = setup.positions(self, false) {
             return Box::new(learner);
         }
-        let (loss, weights) = setup.target(residuals);
+        let (loss, weights) = setup.target(of);
         Box::new(LnnLearner {
             shape: self,
             loss,

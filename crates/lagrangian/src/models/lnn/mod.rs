@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::mechanics::lagrangian::scaled::{Features, Scaling};
 use crate::mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
 use crate::mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
-use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
+use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, check_layers};
 use crate::models::passes::Passes;
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
@@ -220,20 +220,13 @@ impl NetworkShape for LnnShape {
         })
     }
 
-    fn coordinates(&self) -> &Coordinates {
-        &self.coordinates
-    }
-
-    fn config(&self) -> &LnnConfig {
-        &self.config
-    }
-
-    fn scaling(&self) -> &Scaling {
-        &self.scaling
-    }
-
-    fn net(&self) -> &Net {
-        &self.net
+    fn parts(&self) -> Parts<'_, LnnConfig, Scaling> {
+        Parts {
+            coordinates: &self.coordinates,
+            config: &self.config,
+            scaling: &self.scaling,
+            net: &self.net,
+        }
     }
 
     fn check(&self, parameters: &[f64]) -> Result<()> {

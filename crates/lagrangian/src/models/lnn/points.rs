@@ -2,8 +2,8 @@
 
 use super::LnnShape;
 use crate::models::NetworkShape;
-use crate::train::PointFamily;
 use crate::train::Work;
+use crate::train::{Derivatives, PointFamily};
 use nets::Packed;
 use nets::simd::Real;
 
@@ -14,14 +14,17 @@ impl<T: Real> PointFamily<T> for LnnShape {
         [(0, mixed), (mixed, 0)]
     }
 
-    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, mass: bool) {
+    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, derivatives: Derivatives) {
         let (shape, n) = (self, self.dof());
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
             let (q, v) = (&work.own.points.q[row.clone()], &work.own.points.v[row]);
             shape.write_still(&mut work.pass, point, q, v);
         }
-        let directions = if mass { n } else { 0 };
+        let directions = match derivatives {
+            Derivatives::First => 0,
+            Derivatives::WithMass => n,
+        };
         work.pass.forward(&shape.net, packed, Some(directions));
         work.pass.reverse(&shape.net, packed, directions);
         for point in 0..work.pass.samples() {

@@ -5,11 +5,13 @@ use super::{Direction, Mlp, MlpConfig, MlpScaling, MlpShape};
 use crate::Result;
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
+use crate::models::family::{
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+};
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
-use crate::train::{FitConfig, Learner, Loss};
+use crate::train::{FitConfig, Loss};
 use nets::simd::Real;
 
 /// The row of the table of families.
@@ -36,16 +38,8 @@ impl Family for MlpConfig {
     }
 
     fn abilities(&self) -> Abilities {
-        const LOSSES: &[Loss] = &[
-            Loss::ACCELERATION,
-            Loss::ACCELERATION_RELATIVE,
-            Loss::ACCELERATION_L1,
-            Loss::TORQUE,
-            Loss::TORQUE_L1,
-            Loss::ROLLOUT,
-        ];
         let remedy = "acceleration, torque or rollout: a plain network has neither an action nor a balance of power";
-        Abilities::of_losses(LOSSES, remedy)
+        Abilities::of_losses(Loss::SINGLE, remedy)
     }
 
     fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
@@ -76,12 +70,8 @@ impl MlpShape {
 }
 
 impl Trained for MlpShape {
-    fn learner<'a, T: Real>(
-        &'a self,
-        setup: &'a Setup,
-        residuals: Residuals,
-    ) -> Box<dyn Learner<T> + 'a> {
-        let (loss, weights) = setup.target(residuals);
+    fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
+        let (loss, weights) = setup.target(of);
         Box::new(MlpLearner {
             shape: self,
             loss,

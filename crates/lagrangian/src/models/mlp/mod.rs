@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mechanics::dynamics::{Evaluation, Evaluator, Model, PhaseFlow};
 use crate::mechanics::lagrangian::{Features, Scaling};
-use crate::models::network::{Network, NetworkShape, check_coordinates, check_layers};
+use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, check_layers};
 use crate::models::passes::Passes;
 use crate::{Coordinates, Result};
 use nets::simd::Real;
@@ -125,20 +125,13 @@ impl NetworkShape for MlpShape {
         })
     }
 
-    fn coordinates(&self) -> &Coordinates {
-        &self.coordinates
-    }
-
-    fn config(&self) -> &MlpConfig {
-        &self.config
-    }
-
-    fn scaling(&self) -> &MlpScaling {
-        &self.scaling
-    }
-
-    fn net(&self) -> &Net {
-        &self.net
+    fn parts(&self) -> Parts<'_, MlpConfig, MlpScaling> {
+        Parts {
+            coordinates: &self.coordinates,
+            config: &self.config,
+            scaling: &self.scaling,
+            net: &self.net,
+        }
     }
 }
 

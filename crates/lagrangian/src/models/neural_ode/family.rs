@@ -3,14 +3,16 @@
 use super::{NeuralOde, NeuralOdeConfig, Order};
 use crate::Result;
 use crate::dataset::Dataset;
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Residuals, Trained};
+use crate::models::family::{
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+};
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::mlp::{Mlp, MlpShape};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::SavedModel;
 use crate::settings::{Kind, Setting, named};
-use crate::train::{Choice, FitConfig, Known, LOSS, Learner, Loss, Request};
+use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
 use nets::simd::Real;
 
 /// The row of the table of families.
@@ -87,12 +89,8 @@ impl Family for NeuralOdeConfig {
 struct RightHandSide(MlpShape);
 
 impl Trained for RightHandSide {
-    fn learner<'a, T: Real>(
-        &'a self,
-        setup: &'a Setup,
-        residuals: Residuals,
-    ) -> Box<dyn Learner<T> + 'a> {
-        self.0.learner(setup, residuals)
+    fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
+        self.0.learner(setup, of)
     }
 
     fn assemble(&self, _setup: &Setup, parameters: &[f64]) -> Result<Learned> {

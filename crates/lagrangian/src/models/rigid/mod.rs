@@ -77,18 +77,10 @@ impl Family for RigidConfig {
 
     fn abilities(&self) -> Abilities {
         // Whatever is compared, the torques are what the bodies are solved from.
-        const LOSSES: &[Loss] = &[
-            Loss::ACCELERATION,
-            Loss::ACCELERATION_RELATIVE,
-            Loss::ACCELERATION_L1,
-            Loss::TORQUE,
-            Loss::TORQUE_L1,
-            Loss::ROLLOUT,
-        ];
         let remedy = "omitted: rigid bodies are identified from torques";
         Abilities {
             solved: true,
-            ..Abilities::of_losses(LOSSES, remedy)
+            ..Abilities::of_losses(Loss::SINGLE, remedy)
         }
     }
 

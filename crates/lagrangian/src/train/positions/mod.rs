@@ -21,12 +21,21 @@ use crate::models::NetworkShape;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
+/// The derivatives of a Lagrangian at its points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Derivatives {
+    /// p and ∂L/∂q.
+    First,
+    /// p, ∂L/∂q and M.
+    WithMass,
+}
+
 /// A family at the points (q, v) of [`Points`].
 pub(crate) trait PointFamily<T: Real>: NetworkShape<Scaling = Scaling> {
     /// The pairs of components by which α p − β ∂L/∂q along direction `d` of `directions` depends on the weights.
     fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2];
-    /// Carries all points forward and back: p, ∂L/∂q and, if `mass`, M in SI units into `work.mechanics.jet`.
-    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, mass: bool);
+    /// Carries all points forward and back, and writes these derivatives in SI units to `work.mechanics.jet`.
+    fn evaluate(&self, packed: &Packed<T>, work: &mut Work<T>, derivatives: Derivatives);
     /// Fills the components of the scalars Σᵢ weight(point, d, i) (α pᵢ − β ∂L/∂qᵢ)/E, after [`PointFamily::evaluate`].
     fn sensitivities(
         &self,
@@ -115,15 +124,15 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
         work.mechanics.jet.resize(work.pass.samples(), n);
         work.own.points.a.copy_from_slice(&work.states.qdd);
         self.place(work);
-        self.balance(packed, extra, work, true);
+        self.balance(packed, extra, work, Derivatives::WithMass);
         self.mass_as_jacobian(extra, work);
         for _ in 0..self.chords {
             self.correct(work);
-            self.balance(packed, extra, work, false);
+            self.balance(packed, extra, work, Derivatives::First);
         }
         self.differences(packed, extra, work);
         self.correct(work);
-        self.balance(packed, extra, work, false);
+        self.balance(packed, extra, work, Derivatives::First);
         work.linear.singular = 0;
         for s in 0..samples {
             self.residual(s, work);
@@ -202,14 +211,19 @@ impl<F> PositionsLearner<'_, F> {
 
 impl<F> PositionsLearner<'_, F> {
     /// Computes B at the present points; the slopes of the forces by their parameters go to `extra` of the first place.
-    fn balance<T: Real>(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>, mass: bool)
-    where
+    fn balance<T: Real>(
+        &self,
+        packed: &Packed<T>,
+        extra: &[f64],
+        work: &mut Work<T>,
+        derivatives: Derivatives,
+    ) where
         F: PointFamily<T>,
     {
-        self.family.evaluate(packed, work, mass);
+        self.family.evaluate(packed, work, derivatives);
         let (n, samples, force_terms) =
             (self.family.dof(), work.samples, self.forces.force_terms());
-        let (places, energy) = (self.places(), self.family.scaling().energy);
+        let (places, energy) = (self.places(), self.family.parts().scaling.energy);
         work.linear.extra.fill(0.0);
         let mut slopes = [0.0; MAX_FORCE_TERMS];
         for s in 0..samples {
@@ -283,7 +297,7 @@ impl<F> PositionsLearner<'_, F> {
         let part = if size_of::<T>() == 4 { 1e-3 } else { 1e-7 };
         let step = |work: &Work<T>, s: usize, j: usize| {
             let mean = 0.5 * (work.states.steps[2 * s] + work.states.steps[2 * s + 1]);
-            part * self.family.scaling().qd_scale[j] / mean
+            part * self.family.parts().scaling.qd_scale[j] / mean
         };
         let points = &mut work.own.points;
         points.beside.copy_from_slice(&points.balance);
@@ -295,7 +309,7 @@ impl<F> PositionsLearner<'_, F> {
                 }
                 if sign > 0.0 {
                     self.place(work);
-                    self.balance(packed, extra, work, false);
+                    self.balance(packed, extra, work, Derivatives::First);
                 }
             }
             for s in 0..work.samples {
@@ -318,7 +332,7 @@ impl<F> PositionsLearner<'_, F> {
         let (n, places, energy) = (
             self.family.dof(),
             self.places(),
-            self.family.scaling().energy,
+            self.family.parts().scaling.energy,
         );
         let (k, row) = (n * places, s * n..s * n + n);
         let jacobian = &work.own.points.jacobian[s * n * n..][..n * n];
