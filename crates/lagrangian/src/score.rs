@@ -114,7 +114,25 @@ pub fn score(
     score_predictions(model, trajectories, &predictions, options)
 }
 
-/// What the model makes of each trajectory, as [`predict`]; nothing where it has no forward dynamics.
+/// What a model predicts of some trajectories; empty for a model without forward dynamics.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Predictions {
+    /// The motion of each trajectory from its first state, as [`predict`].
+    pub rollouts: Vec<Rollout>,
+    /// The accelerations at the samples of each trajectory; none for a trajectory without q̈.
+    pub accelerations: Vec<Option<Accelerations>>,
+}
+
+/// Accelerations that a model predicts from (q, q̇, τ).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accelerations {
+    /// q̈, `[m, n]`.
+    pub qdd: Vec<f64>,
+    /// The number of states at which the mass matrix is singular.
+    pub singular: usize,
+}
+
+/// The predictions of a model that a score is made of.
 ///
 /// # Errors
 /// As [`score`].
@@ -122,9 +140,28 @@ pub fn predict_all(
     model: &dyn Model,
     trajectories: &[Trajectory],
     options: &RolloutOptions,
-) -> Result<Vec<Rollout>> {
-    let moving = trajectories.iter().filter(|_| model.moves());
-    moving.map(|truth| predict(model, truth, options)).collect()
+) -> Result<Predictions> {
+    if !model.moves() {
+        return Ok(Predictions::default());
+    }
+    let rollouts = trajectories.iter().map(|t| predict(model, t, options));
+    let rollouts = rollouts.collect::<Result<_>>()?;
+    let accelerations = trajectories.iter().map(|t| accelerations(model, t));
+    Ok(Predictions {
+        rollouts,
+        accelerations: accelerations.collect(),
+    })
+}
+
+fn accelerations(model: &dyn Model, t: &Trajectory) -> Option<Accelerations> {
+    let mut qdd = vec![0.0; t.values(Signal::Qdd)?.len()];
+    let free = vec![0.0; qdd.len()];
+    let tau = t.values(Signal::Tau).unwrap_or(&free);
+    let outcome = model
+        .evaluator()
+        .forward_dynamics(&t.q, &t.qd, tau, &mut qdd);
+    let singular = outcome.singular();
+    Some(Accelerations { qdd, singular })
 }
 
 /// As [`score`], with the predictions that [`predict_all`] has made.
@@ -134,16 +171,22 @@ pub fn predict_all(
 pub fn score_predictions(
     model: &dyn Model,
     trajectories: &[Trajectory],
-    predictions: &[Rollout],
+    predictions: &Predictions,
     options: &RolloutOptions,
 ) -> Result<Score> {
     let n = model.coordinates().dof();
     let (mut acceleration, mut torque) = (Errors::new(n), Errors::new(n));
     let mut singular = 0;
-    for trajectory in trajectories {
-        singular += one_step(model, trajectory, &mut acceleration, &mut torque);
+    for (truth, predicted) in trajectories.iter().zip(&predictions.accelerations) {
+        if let (Some(qdd), Some(predicted)) = (truth.values(Signal::Qdd), predicted) {
+            acceleration.add(qdd, &predicted.qdd);
+            singular += predicted.singular;
+        }
     }
-    let pairs = trajectories.iter().zip(predictions);
+    for trajectory in trajectories {
+        add_torques(model, trajectory, &mut torque);
+    }
+    let pairs = trajectories.iter().zip(&predictions.rollouts);
     let rollouts = pairs.map(|(truth, prediction)| followed(model, truth, prediction));
     let rollouts = rollouts.collect::<Result<_>>()?;
     Ok(Score {
@@ -303,33 +346,16 @@ fn followed(model: &dyn Model, truth: &Trajectory, prediction: &Rollout) -> Resu
     })
 }
 
-/// Adds the errors of q̈ and τ at every sample; returns the number of singular mass matrices.
-fn one_step(
-    model: &dyn Model,
-    t: &Trajectory,
-    acceleration: &mut Errors,
-    torque: &mut Errors,
-) -> usize {
-    let Some(qdd) = t.values(Signal::Qdd) else {
-        return 0;
-    };
-    let free = vec![0.0; t.q.len()];
-    let tau = t.values(Signal::Tau).unwrap_or(&free);
-    let mut evaluator = model.evaluator();
-    let mut predicted = vec![0.0; t.q.len()];
-    let mut singular = 0;
-    if model.moves() {
-        let outcome = evaluator.forward_dynamics(&t.q, &t.qd, tau, &mut predicted);
-        singular = outcome.singular();
-        acceleration.add(qdd, &predicted);
-    }
-    if !t.tau.is_empty() {
+/// Adds the errors of τ at every sample, where the model has inverse dynamics.
+fn add_torques(model: &dyn Model, t: &Trajectory, torque: &mut Errors) {
+    if let (Some(qdd), Some(tau)) = (t.values(Signal::Qdd), t.values(Signal::Tau)) {
+        let mut predicted = vec![0.0; tau.len()];
+        let mut evaluator = model.evaluator();
         let outcome = evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted);
         if outcome.is_supported() {
             torque.add(tau, &predicted);
         }
     }
-    singular
 }
 
 /// Squared errors, `[n]`, and the true signal that they belong to, `[m, n]`.

@@ -1,5 +1,6 @@
 //! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
 
+use lagrangian::score::Accelerations;
 use lagrangian::{Coordinate, Model, Rollout, Signal, Trajectory};
 use lagrangian_report::{
     Animation, Figure, Motion, Panel, Role, Series, energy_error_over_time, loss_curves, parity,
@@ -149,23 +150,15 @@ pub(super) fn loss(metrics: &[Metric], role: Role) -> Figure {
 }
 
 /// Accelerations, predicted over recorded, for each coordinate.
-pub(super) fn parities(run: &Run) -> Vec<Figure> {
+pub(super) fn parities(run: &Run, accelerations: &[Option<Accelerations>]) -> Vec<Figure> {
     let coordinates = run.model.coordinates();
     let n = coordinates.dof();
     let (mut truth, mut predicted) = (Vec::new(), Vec::new());
-    for trajectory in run.evaluation.motions.iter().filter(|_| run.model.moves()) {
-        let Some(qdd) = trajectory.values(Signal::Qdd) else {
-            continue;
-        };
-        let free = vec![0.0; qdd.len()];
-        let tau = trajectory.values(Signal::Tau).unwrap_or(&free);
-        let mut own = vec![0.0; qdd.len()];
-        let _ =
-            run.model
-                .evaluator()
-                .forward_dynamics(&trajectory.q, &trajectory.qd, tau, &mut own);
-        truth.extend_from_slice(qdd);
-        predicted.extend(own);
+    for (motion, own) in run.evaluation.motions.iter().zip(accelerations) {
+        if let (Some(qdd), Some(own)) = (motion.values(Signal::Qdd), own) {
+            truth.extend_from_slice(qdd);
+            predicted.extend_from_slice(&own.qdd);
+        }
     }
     let every = (truth.len() / n.max(1)).div_ceil(DOTS).max(1);
     let column = |signal: &[f64], i: usize| -> Vec<f64> {

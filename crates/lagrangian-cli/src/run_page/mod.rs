@@ -45,10 +45,11 @@ impl Run<'_> {
         let (motions, options) = (&self.evaluation.motions, motion::for_comparison());
         let predictions = predict_all(self.model, motions, &options)?;
         let score = score_predictions(self.model, motions, &predictions, &options)?;
-        let followed = Followed::first(self, predictions);
+        let parities = figures::parities(self, &predictions.accelerations);
+        let followed = Followed::first(self, predictions.rollouts);
         let mut figures = vec![figures::loss(self.metrics, self.role())];
         figures.extend(followed.iter().flat_map(|motion| motion.figures(self)));
-        figures.extend(figures::parities(self));
+        figures.extend(parities);
         let animation = followed.and_then(|motion| motion.animation(self, links));
         Ok(Report {
             title: format!("{}, learned from recordings", self.model.description().what),

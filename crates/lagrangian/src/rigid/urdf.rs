@@ -357,7 +357,10 @@ fn numbers<const N: usize>(node: Node<'_, '_>, key: &str, of: &str) -> Result<[f
         let finding = format!("{of}: {key} is '{}'", shortened(text));
         match N {
             1 => unusable(finding, "write one finite number in SI units"),
-            _ => unusable(finding, "write three numbers in SI units, separated by spaces"),
+            _ => unusable(
+                finding,
+                "write three numbers in SI units, separated by spaces",
+            ),
         }
     })
 }
