@@ -8,7 +8,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use serde::Serialize;
 
 use super::field::{Field, FieldScale, States};
-use lagrangian::{Model, Signal, Trajectory};
+use lagrangian::{Model, Trajectory};
 
 /// The number of states at which the damping is measured.
 const STATES: usize = 200;
@@ -35,7 +35,7 @@ pub(super) fn damping(
     scale: &FieldScale,
     tau_scale: &[f64],
 ) -> Option<Damping> {
-    let states = thinned(recordings, scale.q.len());
+    let states = thinned(recordings);
     let [own, other] = models.map(|model| Dampings::of(model, &states, scale, tau_scale));
     let (own, other) = (own?, other?);
     let n = scale.q.len();
@@ -113,22 +113,19 @@ fn multipliers(n: usize, by_tau: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// q, q̇ and τ at evenly chosen states.
-fn thinned(recordings: &[Trajectory], n: usize) -> [Vec<f64>; 3] {
+fn thinned(recordings: &[Trajectory]) -> [Vec<f64>; 3] {
     let samples: usize = recordings.iter().map(Trajectory::len).sum();
     let every = (samples / STATES).max(1);
-    let mut states = [Vec::new(), Vec::new(), Vec::new()];
-    let rows = recordings
-        .iter()
-        .flat_map(|r| (0..r.len()).map(move |k| (r, k * n)));
-    for (r, at) in rows.step_by(every) {
-        states[0].extend_from_slice(&r.q[at..at + n]);
-        states[1].extend_from_slice(&r.qd[at..at + n]);
-        let tau = r.values(Signal::Tau).map(|tau| &tau[at..at + n]);
-        states[2].extend_from_slice(tau.unwrap_or_default());
-        let size = states[0].len();
-        states[2].resize(size, 0.0);
+    let [mut q, mut qd, mut tau] = [const { Vec::new() }; 3];
+    let rows = recordings.iter();
+    let rows = rows.flat_map(|r| (0..r.len()).map(move |k| r.row(k)));
+    for row in rows.step_by(every) {
+        q.extend_from_slice(row.q);
+        qd.extend_from_slice(row.qd);
+        tau.extend_from_slice(row.tau);
+        tau.resize(q.len(), 0.0);
     }
-    states
+    [q, qd, tau]
 }
 
 #[cfg(test)]

@@ -8,7 +8,6 @@ use faer::{Mat, Side};
 use serde::Serialize;
 
 use super::field::{Field, FieldScale};
-use super::matrices::{basis, identity, skew_part};
 use lagrangian::mechanics::product;
 use lagrangian::rollout::{free, times};
 use lagrangian::{Error, Method, Model, Result, RolloutOptions, State, Trajectory, rollout};
@@ -231,6 +230,33 @@ fn regularity(n: usize, symmetric: &[Vec<f64>], values: &[f64], vectors: faer::M
     };
     let sizes = || values.iter().map(|x| x.abs());
     sizes().fold(f64::INFINITY, f64::min) / sizes().fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// An orthonormal basis of the symmetric matrices.
+fn basis(n: usize) -> Vec<Vec<f64>> {
+    let pairs = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
+    let one = |(i, j): (usize, usize)| {
+        let mut g = vec![0.0; n * n];
+        let weight = if i == j { 1.0 } else { 0.5_f64.sqrt() };
+        (g[i * n + j], g[j * n + i]) = (weight, weight);
+        g
+    };
+    pairs.map(one).collect()
+}
+
+/// gP − (gP)ᵀ.
+fn skew_part(n: usize, g: &[f64], p: &[f64]) -> Vec<f64> {
+    let gp = product(g, p, n);
+    (0..n * n)
+        .map(|at| gp[at] - gp[at % n * n + at / n])
+        .collect()
+}
+
+/// The unit matrix.
+fn identity(n: usize) -> Vec<f64> {
+    (0..n * n)
+        .map(|at| f64::from(u8::from(at / n == at % n)))
+        .collect()
 }
 
 #[cfg(test)]

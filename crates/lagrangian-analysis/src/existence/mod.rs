@@ -13,7 +13,6 @@ mod fits;
 mod helmholtz;
 mod item;
 mod laws;
-mod matrices;
 mod parts;
 mod reasons;
 mod survey;
