@@ -53,6 +53,28 @@ pub(crate) struct Linearisation {
     pub(crate) singular: usize,
 }
 
+impl Linearisation {
+    /// Adds J φ of the parameters of the forces, `[force_terms, n]`, to that of the raw outputs, `[samples, k]`.
+    pub(crate) fn push_forces(&self, learner: &dyn Learner<f64>, phi: &[f64], raw: &mut [f64]) {
+        let (n, k, force_terms) = (learner.dof(), learner.outputs_each(), learner.extra());
+        for (at, raw) in raw.iter_mut().enumerate() {
+            let coordinate = learner.coordinate(at % k);
+            for e in 0..force_terms {
+                *raw += self.extra[at * force_terms + e] * phi[e * n + coordinate];
+            }
+        }
+    }
+
+    /// Adds Jᵀ x of the parameters of the forces to `phi`, for x of the raw outputs, `[samples, k]`.
+    pub(crate) fn pull_forces(&self, learner: &dyn Learner<f64>, raw: &[f64], phi: &mut [f64]) {
+        let (n, k, force_terms) = (learner.dof(), learner.outputs_each(), learner.extra());
+        for (at, slope) in self.extra.iter().enumerate() {
+            let (output, term) = (at / force_terms, at % force_terms);
+            phi[term * n + learner.coordinate(output % k)] += slope * raw[output];
+        }
+    }
+}
+
 /// Sensitivities on their way back from the loss.
 pub(crate) struct Adjoint<T> {
     /// ∂loss/∂r of one sample, `[m]`.

@@ -83,58 +83,21 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
     }
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
-        let (shape, n) = (self.shape, self.shape.dof());
-        for (t, &x) in work.adjoint.lambda_along.iter_mut().zip(&work.linear.along) {
-            *t = T::of(x);
-        }
-        work.pass.combine(
-            &shape.net,
-            n,
-            &work.adjoint.lambda_along,
-            Some(&work.adjoint.lambda),
-        );
-        for s in 0..work.pass.samples() {
-            let row = s * n..s * n + n;
-            for (w, x) in work
-                .mechanics
-                .scratch
-                .iter_mut()
-                .zip(&work.adjoint.lambda[row.clone()])
-            {
-                *w = x.f64();
-            }
-            let state = (
-                &work.states.qd[row.clone()],
-                &self.motion(&work.states.qdd, &work.linear.along)[row],
-            );
-            shape.write_mixed(&mut work.pass, (0, s), state, &work.mechanics.scratch[..n]);
-        }
-        work.pass.forward_mixed(&shape.net, packed, 1);
-        work.pass.reverse_mixed(&shape.net, packed, 1);
-        work.pass.add_gradient(&shape.net, gradient);
+        let (net, n) = (&self.shape.net, self.shape.dof());
+        let lambda = std::mem::take(&mut work.adjoint.lambda);
+        self.set_motion(work);
+        let along = &work.adjoint.lambda_along;
+        work.pass.combine(net, n, along, Some(&lambda));
+        self.carry_mixed(packed, work, 1, |s, _, i| lambda[s * n + i].f64());
+        work.pass.add_gradient(net, gradient);
+        work.adjoint.lambda = lambda;
     }
 
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>) {
-        let (shape, n) = (self.shape, self.shape.dof());
-        for (t, &x) in work.adjoint.lambda_along.iter_mut().zip(&work.linear.along) {
-            *t = T::of(x);
-        }
-        work.pass
-            .combine(&shape.net, n, &work.adjoint.lambda_along, None);
-        for s in 0..work.pass.samples() {
-            for i in 0..n {
-                work.mechanics.scratch[..n].fill(0.0);
-                work.mechanics.scratch[i] = 1.0;
-                let row = s * n..s * n + n;
-                let state = (
-                    &work.states.qd[row.clone()],
-                    &self.motion(&work.states.qdd, &work.linear.along)[row],
-                );
-                shape.write_mixed(&mut work.pass, (i, s), state, &work.mechanics.scratch[..n]);
-            }
-        }
-        work.pass.forward_mixed(&shape.net, packed, n);
-        work.pass.reverse_mixed(&shape.net, packed, n);
+        let (net, n) = (&self.shape.net, self.shape.dof());
+        self.set_motion(work);
+        work.pass.combine(net, n, &work.adjoint.lambda_along, None);
+        self.carry_mixed(packed, work, n, |_, d, i| f64::from(u8::from(d == i)));
     }
 
     fn state_slopes(
@@ -156,12 +119,44 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
 }
 
 impl LnnLearner<'_> {
-    /// The accelerations that the balance is taken at: those recorded, or those that the model has.
-    fn motion<'b>(&self, recorded: &'b [f64], found: &'b [f64]) -> &'b [f64] {
+    /// Sets the accelerations along which S is taken in the precision of the network.
+    fn set_motion<T: Real>(&self, work: &mut Work<T>) {
+        let pairs = work.adjoint.lambda_along.iter_mut();
+        let pairs = pairs.zip(&work.linear.along);
+        pairs.for_each(|(t, &x)| *t = T::of(x));
+    }
+
+    /// Carries the mixed components of the scalars Σᵢ weight(s, d, i) Sᵢ, d < `directions`, forward and back.
+    fn carry_mixed<T: Real>(
+        &self,
+        packed: &Packed<T>,
+        work: &mut Work<T>,
+        directions: usize,
+        weight: impl Fn(usize, usize, usize) -> f64,
+    ) {
+        let (shape, n) = (self.shape, self.shape.dof());
+        for s in 0..work.pass.samples() {
+            let row = s * n..s * n + n;
+            let qdd = &self.motion(&work.states.qdd, &work.linear.along)[row.clone()];
+            let state = (&work.states.qd[row], qdd);
+            for d in 0..directions {
+                let weights = &mut work.mechanics.scratch[..n];
+                for (i, w) in weights.iter_mut().enumerate() {
+                    *w = weight(s, d, i);
+                }
+                shape.write_mixed(&mut work.pass, (d, s), state, weights);
+            }
+        }
+        work.pass.forward_mixed(&shape.net, packed, directions);
+        work.pass.reverse_mixed(&shape.net, packed, directions);
+    }
+
+    /// The accelerations at which the balance is taken: the recorded ones, or those of the model.
+    fn motion<'b>(&self, recorded: &'b [f64], predicted: &'b [f64]) -> &'b [f64] {
         if self.loss.needs_forces() {
             recorded
         } else {
-            found
+            predicted
         }
     }
 
@@ -173,9 +168,9 @@ impl LnnLearner<'_> {
             let at = s * n + i;
             let inertia = self.shape.velocity(i, work.states.qd[at]).kinetic[2];
             let kinetic = self.shape.scaling.energy * self.shape.config.kinetic * inertia;
-            let found = work.mechanics.jet.momentum_drift[at] + kinetic * work.states.qdd[at]
+            let balance = work.mechanics.jet.momentum_drift[at] + kinetic * work.states.qdd[at]
                 - work.mechanics.jet.dl_dq[at];
-            work.linear.residual[at] = self.weights[i] * (found + work.mechanics.scratch[n + i]);
+            work.linear.residual[at] = self.weights[i] * (balance + work.mechanics.scratch[n + i]);
             work.linear.along[at] = 0.0;
             for j in 0..n {
                 work.linear.d[at * n + j] = if i == j {
@@ -194,9 +189,9 @@ impl LnnLearner<'_> {
         let energy = self.shape.scaling.energy;
         let row = s * n..s * n + n;
         let inverse = &mut work.linear.d[s * n * n..][..n * n];
-        let found = work.mechanics.solver.invert(mass, inverse);
+        let regularity = work.mechanics.solver.invert(mass, inverse);
         inverse.iter_mut().for_each(|d| *d *= -energy);
-        let mut regular = matches!(found, Regularity::Definite | Regularity::Indefinite);
+        let mut regular = matches!(regularity, Regularity::Definite | Regularity::Indefinite);
         for i in row.clone() {
             let force = work.mechanics.jet.dl_dq[i]
                 - work.mechanics.jet.momentum_drift[i]

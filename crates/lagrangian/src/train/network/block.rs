@@ -94,24 +94,13 @@ impl Block {
         work.pass
             .push_forward(learner.net(), phi.packed, terms, wide, raw);
         self.by_sample(learner.points());
-        self.push_extra(learner, phi.extra);
+        let linear = &self.work.linear;
+        linear.push_forces(learner, phi.extra, &mut self.raw);
         let (m, k) = (self.right.len() / BLOCK, self.raw.len() / BLOCK);
         for (at, right) in self.right.iter_mut().enumerate() {
             let along = &self.raw[at / m * k..][..k];
             let row = &self.work.linear.d[at * k..][..k];
             *right = row.iter().zip(along).map(|(d, x)| d * x).sum::<f64>();
-        }
-    }
-
-    /// Adds what the parameters beside the network contribute to J φ in S-space.
-    fn push_extra(&mut self, learner: &dyn Learner<f64>, extra: &[f64]) {
-        let n = learner.dof();
-        let (force_terms, k) = (extra.len() / n, self.raw.len() / BLOCK);
-        for (at, raw) in self.raw.iter_mut().enumerate() {
-            for e in 0..force_terms {
-                *raw += self.work.linear.extra[at * force_terms + e]
-                    * extra[e * n + learner.coordinate(at % k)];
-            }
         }
     }
 
@@ -144,13 +133,9 @@ impl Block {
 
     /// Adds Jᵀ x of the parameters beside the network, after [`Block::pull_back`].
     pub(super) fn pull_extra_back(&mut self, learner: &dyn Learner<f64>, phi_extra: &mut [f64]) {
-        let (n, k, force_terms) = (learner.dof(), learner.outputs_each(), learner.extra());
         self.by_sample(learner.points());
-        for (at, slope) in self.work.linear.extra.iter().enumerate() {
-            let (output, kind) = (at / force_terms, at % force_terms);
-            let coordinate = learner.coordinate(output % k);
-            phi_extra[kind * n + coordinate] += slope * self.raw[output];
-        }
+        let linear = &self.work.linear;
+        linear.pull_forces(learner, &self.raw, phi_extra);
     }
 
     /// Brings `raw` from the order of the pass, `[point, sample, n]`, to that of the samples, `[sample, n, point]`.

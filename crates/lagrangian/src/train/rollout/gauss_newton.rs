@@ -167,20 +167,21 @@ impl LeastSquares for RolloutProblem<'_> {
                 unit.right.copy_from_slice(x);
                 unit.pull(learner, terms);
             });
-        let (net, n, k) = (learner.net(), learner.dof(), learner.outputs_each());
+        let (net, k) = (learner.net(), learner.outputs_each());
         if let Some((first, rest)) = units.split_first_mut() {
             rest.iter()
                 .for_each(|unit| first.gradient.add(&unit.gradient));
             first.gradient.add_to(net, phi);
         }
-        let force_terms = learner.extra();
+        let phi = &mut phi[net.parameters..];
         for unit in units.iter() {
-            for (e, raw) in unit.raw.chunks_exact(SEGMENTS * k).enumerate() {
-                let slopes = &unit.block.works[e].linear.extra;
-                for (at, slope) in slopes.iter().enumerate() {
-                    let (output, kind) = (at / force_terms, at % force_terms);
-                    phi[net.parameters + kind * n + output % k % n] += slope * raw[output];
-                }
+            for (work, raw) in unit
+                .block
+                .works
+                .iter()
+                .zip(unit.raw.chunks_exact(SEGMENTS * k))
+            {
+                work.linear.pull_forces(learner, raw, phi);
             }
         }
     }

@@ -69,7 +69,7 @@ impl Unit {
         terms: &Terms,
         phi_extra: &[f64],
     ) {
-        let (net, n, force_terms) = (learner.net(), learner.dof(), learner.extra());
+        let net = learner.net();
         let k = self.block.sizes.outputs;
         let rows = self.block.residual.len() / SEGMENTS;
         let total = self.chained.len() / (SEGMENTS * rows * k);
@@ -82,11 +82,7 @@ impl Unit {
             .zip(self.raw.chunks_exact_mut(SEGMENTS * k))
         {
             work.pass.push_forward(net, phi, terms, &mut self.wide, raw);
-            for (at, raw) in raw.iter_mut().enumerate() {
-                for e in 0..force_terms {
-                    *raw += work.linear.extra[at * force_terms + e] * phi_extra[e * n + at % k % n];
-                }
-            }
+            work.linear.push_forces(learner, phi_extra, raw);
         }
         self.right.clear();
         self.right.resize(self.block.residual.len(), 0.0);
