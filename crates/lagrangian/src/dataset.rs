@@ -145,32 +145,21 @@ impl Dataset {
         let data = &self.train;
         let (centre, deviation) = (column(&data.q, n, mean), column(&data.q, n, deviation));
         let circle = |i: usize| self.coordinates.is_circle(i);
-        let qd_scale = column(&data.qd, n, |x| positive(root_mean_square(x)));
-        let energies: Vec<f64> = self
-            .inertias()
-            .iter()
-            .zip(&qd_scale)
-            .enumerate()
-            .filter(|(i, _)| !self.coordinates.is_parameter(*i))
-            .map(|(_, (m, v))| m * v * v)
-            .collect();
+        let qd_scale = size(&data.qd, n);
+        let moves = |i: &usize| !self.coordinates.is_parameter(*i);
+        let inertias = self.inertias();
+        let energies = (0..n).filter(moves);
+        let energies = energies.map(|i| inertias[i] * qd_scale[i] * qd_scale[i]);
+        let logarithms: Vec<f64> = energies.map(f64::ln).collect();
+        let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+        let on_line = |i, value| if circle(i) { None } else { Some(value) };
+        let centres = (0..n).map(|i| on_line(i, centre[i]).unwrap_or(0.0));
+        let scales = (0..n).map(|i| on_line(i, positive(deviation[i])).unwrap_or(1.0));
         Scaling {
-            q_center: (0..n)
-                .map(|i| if circle(i) { 0.0 } else { centre[i] })
-                .collect(),
-            q_scale: (0..n)
-                .map(|i| {
-                    if circle(i) {
-                        1.0
-                    } else {
-                        positive(deviation[i])
-                    }
-                })
-                .collect(),
+            q_center: centres.collect(),
+            q_scale: scales.collect(),
             // The geometric mean over the coordinates.
-            energy: positive(
-                (energies.iter().map(|e| e.ln()).sum::<f64>() / energies.len() as f64).exp(),
-            ),
+            energy: positive(mean.exp()),
             qd_scale,
         }
     }
@@ -207,12 +196,11 @@ impl Dataset {
     /// [`Error::Argument`] where momenta are needed and missing; [`Error::Shape`] for another number of masses.
     pub fn phase_scaling(&self, hnn: &HnnConfig) -> Result<(Scaling, Vec<f64>)> {
         let (n, data) = (self.coordinates.dof(), &self.train);
-        let size = |x: &[f64]| column(x, n, |x| positive(root_mean_square(x)));
         let size_of_momenta = |p: &[f64]| match hnn.speed_limit {
-            None => size(p),
+            None => size(p, n),
             Some(_) => column(p, n, |p| positive(median_size(p))),
         };
-        let (velocities, accelerations) = (size(&data.qd), size(&data.qdd));
+        let (velocities, accelerations) = (size(&data.qd, n), size(&data.qdd, n));
         let times = |x: &[f64], masses: &[f64]| -> Vec<f64> {
             x.iter().zip(masses).map(|(x, m)| x * m).collect()
         };
@@ -224,7 +212,7 @@ impl Dataset {
                     "recorded (columns p1, p2, … or `p`), or p = m q̇ with `masses`, or `momenta` velocities",
                 ));
             }
-            Momenta::Recorded => (size_of_momenta(&data.p), size(&data.pd)),
+            Momenta::Recorded => (size_of_momenta(&data.p), size(&data.pd, n)),
             Momenta::Masses(m) => (times(&velocities, m), times(&accelerations, m)),
             Momenta::Velocities => (velocities.clone(), accelerations),
         };
@@ -294,17 +282,13 @@ impl Dataset {
     /// Root mean square of each acceleration, `[n]`; 1 where it is 0.
     #[must_use]
     pub fn acceleration_scale(&self) -> Vec<f64> {
-        column(&self.train.qdd, self.coordinates.dof(), |x| {
-            positive(root_mean_square(x))
-        })
+        size(&self.train.qdd, self.coordinates.dof())
     }
 
     /// Root mean square of each force, `[n]`; 1 where it is 0.
     #[must_use]
     pub fn force_scale(&self) -> Vec<f64> {
-        column(&self.train.tau, self.coordinates.dof(), |x| {
-            positive(root_mean_square(x))
-        })
+        size(&self.train.tau, self.coordinates.dof())
     }
 }
 
@@ -320,11 +304,8 @@ impl Dataset {
     #[must_use]
     pub fn power_scale(&self) -> f64 {
         let n = self.coordinates.dof().max(1);
-        let samples = self
-            .train
-            .tau
-            .chunks_exact(n)
-            .zip(self.train.qd.chunks_exact(n));
+        let Samples { signals, .. } = &self.train;
+        let samples = signals.tau.chunks_exact(n).zip(signals.qd.chunks_exact(n));
         let mut power = samples.map(|(tau, v)| tau.iter().zip(v).map(|(f, v)| f * v).sum::<f64>());
         positive(root_mean_square(&mut power))
     }
@@ -384,9 +365,8 @@ const MOST_HELD: f64 = 2.5;
 /// Cuts the last `fraction` off each trajectory.
 fn ends(trajectories: &[Trajectory], fraction: f64) -> (Vec<Trajectory>, Vec<Trajectory>) {
     let cut = |t: &Trajectory| t.len() - (t.len() as f64 * fraction).round() as usize;
-    let parts = trajectories
-        .iter()
-        .map(|t| (t.part(0..cut(t)), t.part(cut(t)..t.len())));
+    let parts = trajectories.iter();
+    let parts = parts.map(|t| (t.part(0..cut(t)), t.part(cut(t)..t.len())));
     parts.filter(|(head, _)| !head.is_empty()).unzip()
 }
 
@@ -477,9 +457,13 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
 }
 
 fn column(x: &[f64], n: usize, f: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Vec<f64> {
-    (0..n)
-        .map(|i| f(&mut x.iter().skip(i).step_by(n).copied()))
-        .collect()
+    let own = |i| f(&mut x.iter().skip(i).step_by(n).copied());
+    (0..n).map(own).collect()
+}
+
+/// Root mean square of each column, `[n]`; 1 where it is 0.
+fn size(x: &[f64], n: usize) -> Vec<f64> {
+    column(x, n, |x| positive(root_mean_square(x)))
 }
 
 fn mean(x: &mut dyn Iterator<Item = f64>) -> f64 {

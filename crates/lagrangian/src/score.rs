@@ -12,7 +12,7 @@ use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, roll
 use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Trajectory};
 
-pub use valid_time::{ValidTime, normalised_error, valid_prediction_time};
+pub use valid_time::{ValidTime, valid_prediction_time};
 
 /// The normalised error at which a prediction is no longer valid.
 pub const THRESHOLD: f64 = 0.5;

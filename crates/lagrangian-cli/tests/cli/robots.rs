@@ -107,7 +107,7 @@ fn robots_that_do_not_fit_are_refused_with_a_hint() {
         ("fit data.npz --model rigid --urdf ur5", "6 joints"),
         (
             "fit named.csv --q shoulder,elbow --qd v1,v2 --qdd a1,a2 --tau u1,u2 --angle all --model rigid --urdf arm.urdf --joints elbow,shoulder",
-            "column 'shoulder' of the data",
+            "column 'shoulder' where joint 'elbow' is expected",
         ),
         (
             "fit data.npz --model rigid --urdf arm.urdf --joints knee",

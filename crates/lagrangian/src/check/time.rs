@@ -1,9 +1,9 @@
 //! Time stamps: order, rate, jitter, gaps.
 
 use super::Item;
-use crate::trajectory::Recording;
 use crate::trajectory::derivatives::SHORTEST;
 use crate::trajectory::local_polynomial::{median, median_step, segments};
+use crate::trajectory::{Recording, TimeStep};
 
 /// Steps longer than this many median steps are gaps; derivatives are not estimated across them.
 pub(super) const GAP: f64 = 5.0;
@@ -141,11 +141,11 @@ fn gaps(recording: &Recording) -> Item {
         .filter(|(k, w)| w[1] - w[0] > GAP * step && !is_cut(*k))
         .map(|(_, w)| (w[0], w[1] - w[0]))
         .collect();
-    if let Some((longest, before)) = part.map(|part| part.longest_step)
-        && longest > GAP * step
-        && gaps.iter().all(|gap| gap.1 < longest)
+    if let Some(TimeStep { seconds, after }) = part.map(|part| part.longest_step)
+        && seconds > GAP * step
+        && gaps.iter().all(|gap| gap.1 < seconds)
     {
-        gaps.push((before, longest));
+        gaps.push((after, seconds));
     }
     let longest = gaps.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
     let item = match longest {

@@ -185,22 +185,12 @@ impl SavedModel {
     /// [`Error::Tensor`] for the first weight that is missing, unknown or of another shape.
     pub fn expect_tensors(&self, expected: &[(String, Vec<usize>)]) -> Result<()> {
         for (name, shape) in expected {
-            let Some(tensor) = self.tensors.get(name) else {
-                return Err(wrong_tensor(name, "is missing".into()));
-            };
-            if tensor.shape() != shape {
-                return Err(wrong_tensor(
-                    name,
-                    format!("has shape {:?} instead of {shape:?}", tensor.shape()),
-                ));
-            }
+            self.tensor(name, shape)?;
         }
-        let known = |name: &String| expected.iter().any(|(e, _)| e == name);
-        match self.tensors.keys().find(|name| !known(name)) {
-            Some(name) => Err(wrong_tensor(
-                name,
-                "does not belong to this architecture".into(),
-            )),
+        let is_known = |name: &String| expected.iter().any(|(e, _)| e == name);
+        let problem = "does not belong to this architecture";
+        match self.tensors.keys().find(|name| !is_known(name)) {
+            Some(name) => Err(wrong_tensor(name, problem.into())),
             None => Ok(()),
         }
     }

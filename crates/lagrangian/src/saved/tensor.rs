@@ -38,55 +38,36 @@ impl Tensor {
     }
 
     pub(super) fn check(&self, name: &str) -> Result<()> {
-        let size = self
-            .shape
-            .iter()
-            .try_fold(1_usize, |size, &side| size.checked_mul(side));
-        if size != Some(self.data.len()) {
-            let problem = format!(
-                "holds {} values, which do not fill {:?}",
-                self.data.len(),
-                self.shape
-            );
+        let Self { shape, data } = self;
+        let mut sides = shape.iter();
+        let size = sides.try_fold(1_usize, |size, &side| size.checked_mul(side));
+        if size != Some(data.len()) {
+            let problem = format!("holds {} values, which do not fill {shape:?}", data.len());
             return Err(wrong_tensor(name, problem));
         }
-        match self.data.iter().position(|x| !x.is_finite()) {
-            Some(index) => Err(wrong_tensor(
-                name,
-                format!("is {} at index {index}", self.data[index]),
-            )),
+        match data.iter().position(|x| !x.is_finite()) {
+            Some(index) => {
+                let problem = format!("is {} at index {index}", data[index]);
+                Err(wrong_tensor(name, problem))
+            }
             None => Ok(()),
         }
     }
 
     /// f64 as it is, f32 widened (exact); other types are refused.
     pub(super) fn from_view(name: &str, view: &TensorView<'_>) -> Result<Self> {
-        let data: Vec<f64> = match view.dtype() {
-            Dtype::F64 => view
-                .data()
-                .as_chunks()
-                .0
-                .iter()
-                .map(|&b| f64::from_le_bytes(b))
-                .collect(),
-            Dtype::F32 => view
-                .data()
-                .as_chunks()
-                .0
-                .iter()
-                .map(|&b| f64::from(f32::from_le_bytes(b)))
-                .collect(),
+        let single = |b: &[u8; 4]| f64::from(f32::from_le_bytes(*b));
+        let double = |b: &[u8; 8]| f64::from_le_bytes(*b);
+        let data = match view.dtype() {
+            Dtype::F64 => view.data().as_chunks().0.iter().map(double).collect(),
+            Dtype::F32 => view.data().as_chunks().0.iter().map(single).collect(),
             other => {
-                return Err(wrong_tensor(
-                    name,
-                    format!("is of type {other}, not F64 or F32"),
-                ));
+                let problem = format!("is of type {other}, not F64 or F32");
+                return Err(wrong_tensor(name, problem));
             }
         };
-        let tensor = Self {
-            shape: view.shape().to_vec(),
-            data,
-        };
+        let shape = view.shape().to_vec();
+        let tensor = Self { shape, data };
         tensor.check(name)?;
         Ok(tensor)
     }

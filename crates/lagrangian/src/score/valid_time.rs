@@ -39,37 +39,12 @@ pub fn valid_prediction_time(
     let error = NormalisedError::new(truth, coordinates);
     let since = |k: usize| truth.t[k] - truth.t[0];
     let invalid = |&k: &usize| error.at(truth, prediction, k) > threshold;
-    let bad = (0..prediction.len()).find(invalid);
-    Ok(match bad {
-        Some(k) => ValidTime {
-            seconds: since(k),
-            exceeded: true,
-        },
-        None if prediction.len() < truth.len() => ValidTime {
-            seconds: since(prediction.len()),
-            exceeded: true,
-        },
-        None => ValidTime {
-            seconds: since(truth.len() - 1),
-            exceeded: false,
-        },
+    let ended = Some(prediction.len()).filter(|len| *len < truth.len());
+    let bad = (0..prediction.len()).find(invalid).or(ended);
+    Ok(ValidTime {
+        seconds: since(bad.unwrap_or(truth.len() - 1)),
+        exceeded: bad.is_some(),
     })
-}
-
-/// The normalised error ε of [`valid_prediction_time`] at each sample of the prediction.
-///
-/// # Errors
-/// As [`valid_prediction_time`].
-pub fn normalised_error(
-    truth: &Trajectory,
-    prediction: &Trajectory,
-    coordinates: &Coordinates,
-) -> Result<Vec<f64>> {
-    comparable(truth, prediction, coordinates)?;
-    let error = NormalisedError::new(truth, coordinates);
-    Ok((0..prediction.len())
-        .map(|k| error.at(truth, prediction, k))
-        .collect())
 }
 
 fn comparable(
@@ -79,26 +54,16 @@ fn comparable(
 ) -> Result<()> {
     truth.validate()?;
     prediction.validate()?;
-    let shape =
-        |what: &str, found, expected, remedy: &str| Error::shape(what, found, expected, remedy);
-    let n = coordinates.dof();
-    for (what, trajectory) in [
-        ("a state of the truth", truth),
-        ("a state of the prediction", prediction),
-    ] {
-        if trajectory.dof() != n {
-            let remedy = "compare trajectories of the same system, with at least one sample";
-            return Err(shape(what, trajectory.dof(), n, remedy));
-        }
-    }
-    if prediction.len() > truth.len() {
+    let (n, remedy) = (
+        coordinates.dof(),
+        "compare trajectories of the same system, with at least one sample",
+    );
+    Error::check_shape("a state of the truth", truth.dof(), n, remedy)?;
+    Error::check_shape("a state of the prediction", prediction.dof(), n, remedy)?;
+    let (found, most) = (prediction.len(), truth.len());
+    if found > most {
         let remedy = "cut the prediction where the truth ends";
-        return Err(shape(
-            "the prediction",
-            prediction.len(),
-            truth.len(),
-            remedy,
-        ));
+        return Err(Error::shape("the prediction", found, most, remedy));
     }
     let differs = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-9 * a.abs().max(1.0);
     if let Some(k) = truth.t.iter().zip(&prediction.t).position(differs) {
@@ -120,12 +85,11 @@ impl<'a> NormalisedError<'a> {
         let n = coordinates.dof();
         let on_circle = std::f64::consts::PI / 3.0_f64.sqrt();
         let sigma_q = (0..n).map(|i| {
-            let most = if coordinates.is_circle(i) {
-                on_circle
-            } else {
-                f64::INFINITY
-            };
-            deviation(&truth.q, n, i).min(most)
+            let sigma = deviation(&truth.q, n, i);
+            match coordinates.is_circle(i) {
+                true => sigma.min(on_circle),
+                false => sigma,
+            }
         });
         let sigma_qd = (0..n).map(|i| deviation(&truth.qd, n, i));
         Self {

@@ -94,7 +94,9 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         numbers,
         degrees: layout.degrees,
         every: layout.every.max(1),
-        sample: layout.sample.map(|s| s.with_room(estimated)),
+        sample: layout
+            .sample
+            .map(|s| if estimated { s.for_estimates() } else { s }),
     })
 }
 

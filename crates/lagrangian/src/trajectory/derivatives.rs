@@ -52,10 +52,7 @@ impl Default for EstimateOptions {
 
 impl EstimateOptions {
     pub(super) fn validate(&self) -> Result<()> {
-        let window = self
-            .window
-            .unwrap_or(self.longest_window)
-            .min(self.longest_window);
+        let window = self.window.unwrap_or(usize::MAX).min(self.longest_window);
         if window < SHORTEST {
             return Err(Error::argument("window", window, "at least 6 samples"));
         }
@@ -224,9 +221,9 @@ impl Fitted {
             *segment = segment.start + half..segment.end - half;
         }
         let left_out = recording.len() - self.segments.iter().map(Range::len).sum::<usize>();
-        self.estimates
-            .iter_mut()
-            .for_each(|e| e.left_out = left_out);
+        for estimate in &mut self.estimates {
+            estimate.left_out = left_out;
+        }
         Ok(self)
     }
 
@@ -248,15 +245,11 @@ impl Fitted {
                     n,
                     coordinate,
                 };
-                (
-                    *source,
-                    series,
-                    choose(series, &self.segments, Filter::of_order(*order), options),
-                )
+                let choice = choose(series, &self.segments, Filter::of_order(*order), options);
+                (*source, series, choice)
             });
-            let Some((source, series, choice)) =
-                choices.min_by(|a, b| a.2.risk.total().total_cmp(&b.2.risk.total()))
-            else {
+            let best = choices.min_by(|a, b| a.2.risk.total().total_cmp(&b.2.risk.total()));
+            let Some((source, series, choice)) = best else {
                 continue;
             };
             for segment in &self.segments {
@@ -290,10 +283,8 @@ impl Fitted {
             if whole || values.is_empty() {
                 return values;
             }
-            self.segments
-                .iter()
-                .flat_map(|s| values[s.start * width..s.end * width].iter().copied())
-                .collect()
+            let part = |s: &Range<usize>| &values[s.start * width..s.end * width];
+            self.segments.iter().flat_map(part).copied().collect()
         };
         let mut measured = recording.signals;
         if options.filter.is_some() {
@@ -322,9 +313,8 @@ fn apply(series: Series<'_>, choice: Choice, segment: &Range<usize>, values: &mu
         .for_each_init(Vec::new, |weights, (k, row)| {
             let k = segment.start + k;
             let window = around(k, choice.window, segment);
-            choice
-                .filter
-                .weights(&series.t[window.clone()], series.t[k], weights);
+            let times = &series.t[window.clone()];
+            choice.filter.weights(times, series.t[k], weights);
             row[coordinate] = series.dot(window.start, weights);
         });
 }
@@ -340,22 +330,15 @@ pub(crate) fn velocity(series: Series<'_>, segments: &[Range<usize>]) -> (Vec<f6
     let options = EstimateOptions::default();
     let choice = choose(series, segments, Filter::of_order(1), &options);
     let mut values = vec![f64::NAN; series.t.len()];
+    let column: Vec<f64> = (0..series.t.len()).map(|k| series.value(k)).collect();
     let alone = Series {
+        t: series.t,
+        y: &column,
         n: 1,
         coordinate: 0,
-        ..series
     };
-    let column: Vec<f64> = (0..series.t.len()).map(|k| series.value(k)).collect();
     for segment in segments {
-        apply(
-            Series {
-                y: &column,
-                ..alone
-            },
-            choice,
-            segment,
-            &mut values,
-        );
+        apply(alone, choice, segment, &mut values);
     }
     (values, choice)
 }

@@ -33,10 +33,7 @@ impl Filter {
     /// The degree is lowered where the samples are too few or too close for it.
     pub(crate) fn weights(self, t: &[f64], at: f64, a: &mut Vec<f64>) {
         a.clear();
-        let (first, last) = (
-            t.first().copied().unwrap_or(at),
-            t.last().copied().unwrap_or(at),
-        );
+        let (first, last) = (*t.first().unwrap_or(&at), *t.last().unwrap_or(&at));
         let (centre, scale) = (0.5 * (first + last), 0.5 * (last - first));
         if scale <= 0.0 {
             a.resize(t.len(), 0.0);
@@ -60,10 +57,8 @@ impl Filter {
             degree -= 1; // OK because degree 0 always has a pivot.
         };
         let unit = scale.powi(i32::try_from(self.order).unwrap_or(0)).recip();
-        a.extend(
-            t.iter()
-                .map(|t| unit * polynomial(&c, (t - centre) / scale)),
-        );
+        let weight = |t: &f64| unit * polynomial(&c, (t - centre) / scale);
+        a.extend(t.iter().map(weight));
     }
 }
 
@@ -121,10 +116,8 @@ impl Series<'_> {
     }
 
     pub(crate) fn dot(&self, from: usize, a: &[f64]) -> f64 {
-        a.iter()
-            .enumerate()
-            .map(|(j, a)| a * self.value(from + j))
-            .sum()
+        let samples = a.iter().enumerate();
+        samples.map(|(j, a)| a * self.value(from + j)).sum()
     }
 
     /// Sum of squared residuals of the polynomial through the window, and its degrees of freedom.

@@ -29,7 +29,7 @@ pub use derivatives::{Estimate, EstimateOptions, Source};
 pub use format::Format;
 pub use layout::Layout;
 pub use recording::{Readings, Recording};
-pub use sample::{Sampled, Sampling, thin};
+pub use sample::{Sampled, Sampling, TimeStep, thin};
 pub use signals::{Signal, Signals};
 pub use state::State;
 pub use table::Table;

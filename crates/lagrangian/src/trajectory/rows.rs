@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
+use std::slice::ChunksExactMut;
 
 use super::columns::Resolved;
-use super::sample::{Flaw, Sampled, Stretch, drop_stretches};
+use super::sample::{Flaw, Sampled, Stretch, TimeStep, Wrap, drop_stretches};
 use super::{Readings, Recording, Signals};
 use crate::{Error, Result};
 
@@ -79,11 +80,11 @@ impl Partial {
         let counts = self.rows.is_multiple_of(resolved.every);
         self.rows += 1;
         for i in (0..n).filter(|&i| resolved.coordinates.is_circle(i)) {
-            self.watch(i, values[1 + i]);
+            self.follow_angle(i, values[1 + i]);
         }
         let keep = counts && self.is_kept(resolved, least);
         if counts {
-            self.look_at(values, resolved);
+            self.inspect(values, resolved);
         }
         if keep {
             self.append(values);
@@ -111,27 +112,26 @@ impl Partial {
             row: self.counted,
             at: r.t.len(),
             number,
-            wraps: turns.map(|(i, turns)| (0, i, *turns)).collect(),
+            wraps: turns.map(|(i, turns)| Wrap::at(0, i, *turns)).collect(),
         });
         true
     }
 
     /// Notes what must be known of every row, kept or not.
-    fn look_at(&mut self, values: &[f64], resolved: &Resolved) {
+    fn inspect(&mut self, values: &[f64], resolved: &Resolved) {
         self.counted += 1;
-        let Some(sampled) = self
-            .recording
-            .sampled
-            .as_mut()
-            .filter(|_| resolved.sample.is_some())
-        else {
+        let sampled = self.recording.sampled.as_mut();
+        let Some(sampled) = sampled.filter(|_| resolved.sample.is_some()) else {
             return;
         };
         sampled.rows = self.counted;
         let (before, step) = (self.before, values[0] - self.before);
         self.before = values[0];
-        if step > sampled.longest_step.0 {
-            sampled.longest_step = (step, before);
+        if step > sampled.longest_step.seconds {
+            sampled.longest_step = TimeStep {
+                seconds: step,
+                after: before,
+            };
         }
         if self.counted == 1 {
             let parameters = resolved.coordinates.parameters();
@@ -163,7 +163,7 @@ impl Partial {
     }
 
     /// Follows angle `i` through all rows, so that thinning cannot hide a turn.
-    fn watch(&mut self, i: usize, q: f64) {
+    fn follow_angle(&mut self, i: usize, q: f64) {
         if !q.is_finite() {
             return;
         }
@@ -176,7 +176,7 @@ impl Partial {
             // A stretch that begins with the next row begins with the turns so far.
             if let Some(stretch) = last.filter(|s| s.place == place) {
                 let row = r.t.len() - stretch.at;
-                stretch.wraps.push((row, i, self.turns[i]));
+                stretch.wraps.push(Wrap::at(row, i, self.turns[i]));
             }
         }
         self.last[i] = q;
@@ -193,14 +193,13 @@ impl Partial {
         for i in (0..n).filter(|i| !wrapped.contains(i)) {
             r.unwrapped[i] = 0;
         }
-        let ranges = r.sampled.iter().flat_map(|s| s.ranges(r.t.len()));
-        let ranges: Vec<_> = ranges.collect();
+        let ranges: Vec<_> = r.sampled.iter().flat_map(|s| s.ranges(r.t.len())).collect();
         let stretches = r.sampled.iter_mut().flat_map(|s| &mut s.stretches);
         for (stretch, range) in stretches.zip(ranges) {
             let wraps = std::mem::take(&mut stretch.wraps);
             for &i in &wrapped {
                 let rows = range.start * n..range.end * n;
-                unwrap((&mut r.signals.q[rows], n), i, &wraps);
+                unwrap(r.signals.q[rows].chunks_exact_mut(n), i, &wraps);
             }
         }
         if !sampled {
@@ -210,13 +209,13 @@ impl Partial {
     }
 }
 
-/// Adds the turns of angle `i` to the rows `q` `[rows, n]` of a stretch.
-fn unwrap((q, n): (&mut [f64], usize), i: usize, wraps: &[(usize, usize, i32)]) {
-    let mut wraps = wraps.iter().filter(|w| w.1 == i).peekable();
+/// Adds the turns of angle `i` to the rows of a stretch.
+fn unwrap(rows: ChunksExactMut<'_, f64>, i: usize, wraps: &[Wrap]) {
+    let mut wraps = wraps.iter().filter(|w| w.coordinate == i).peekable();
     let mut turns = 0;
-    for (k, row) in q.chunks_exact_mut(n).enumerate() {
-        while let Some(wrap) = wraps.next_if(|w| w.0 <= k) {
-            turns = wrap.2;
+    for (k, row) in rows.enumerate() {
+        while let Some(wrap) = wraps.next_if(|w| w.row <= k) {
+            turns = wrap.turns;
         }
         // Adding no turn would still make 0 of −0.
         if turns != 0 {
@@ -271,17 +270,14 @@ impl Rows {
     pub(super) fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
         let name = trajectory.unwrap_or(&self.file);
         self.rows += 1;
-        let same = self
-            .partial
-            .get(self.current)
-            .is_some_and(|p| p.recording.name == name);
-        if !same {
+        let current = self.partial.get(self.current);
+        if !current.is_some_and(|p| p.recording.name == name) {
             self.current = match self.by_name.get(name) {
                 Some(&at) => at,
                 None => {
+                    let new = Partial::new(name.to_owned(), &self.resolved);
                     self.by_name.insert(name.to_owned(), self.partial.len());
-                    self.partial
-                        .push(Partial::new(name.to_owned(), &self.resolved));
+                    self.partial.push(new);
                     self.partial.len() - 1
                 }
             };
@@ -300,8 +296,8 @@ impl Rows {
         let Some(sampling) = self.resolved.sample else {
             return;
         };
-        let mut all: Vec<&mut Recording> =
-            self.partial.iter_mut().map(|p| &mut p.recording).collect();
+        let all = self.partial.iter_mut().map(|p| &mut p.recording);
+        let mut all: Vec<&mut Recording> = all.collect();
         if let Some(least) = drop_stretches(&mut all, sampling.rows) {
             self.least = least;
         }
@@ -313,14 +309,10 @@ impl Rows {
             return Ok(());
         }
         let column = self.resolved.columns.trajectory.clone().unwrap_or_default();
+        let names: Vec<&str> = self.resolved.names().map(String::as_str).collect();
         Err(Error::Columns {
             finding: format!("column '{column}' names a new trajectory at nearly every row"),
-            found: self
-                .resolved
-                .names()
-                .cloned()
-                .collect::<Vec<_>>()
-                .join(", "),
+            found: names.join(", "),
             remedy: "name the column that tells trajectories apart with `trajectory`".into(),
         })
     }

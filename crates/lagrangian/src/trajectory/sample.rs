@@ -38,13 +38,10 @@ impl Sampling {
     /// Where windows or delays are given in seconds, whatever these are in rows.
     pub const LONGEST: usize = 2048;
 
-    /// The same with long stretches, where something is estimated.
-    pub(super) fn with_room(self, estimated: bool) -> Self {
-        let least = if estimated { Self::LONG } else { 0 };
-        Self {
-            stretch: self.stretch.max(least),
-            ..self
-        }
+    /// The same with stretches that are long enough for estimates.
+    pub(super) fn for_estimates(self) -> Self {
+        let stretch = self.stretch.max(Self::LONG);
+        Self { stretch, ..self }
     }
 
     /// Rows of each stretch.
@@ -78,11 +75,40 @@ impl Sampling {
 pub struct Sampled {
     /// Rows of the whole recording.
     pub rows: usize,
-    /// The longest step of time in the whole recording, s, and the time before it.
-    pub longest_step: (f64, f64),
+    /// The longest step of time in the whole recording.
+    pub longest_step: TimeStep,
     pub(super) stretches: Vec<Stretch>,
     /// The first thing that is wrong with it, in a row that may not have been kept.
     pub(super) flaw: Option<Flaw>,
+}
+
+/// A step of time.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TimeStep {
+    /// Its length, s.
+    pub seconds: f64,
+    /// The time before it, s.
+    pub after: f64,
+}
+
+/// Where an angle has wrapped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Wrap {
+    /// The row of its stretch.
+    pub(super) row: usize,
+    pub(super) coordinate: usize,
+    /// Turns from this row on.
+    pub(super) turns: i32,
+}
+
+impl Wrap {
+    pub(super) fn at(row: usize, coordinate: usize, turns: i32) -> Self {
+        Self {
+            row,
+            coordinate,
+            turns,
+        }
+    }
 }
 
 /// Successive rows that were kept.
@@ -95,8 +121,8 @@ pub(super) struct Stretch {
     /// Its first row in what was kept.
     pub(super) at: usize,
     pub(super) number: u64,
-    /// Where an angle has wrapped: (row of this stretch, coordinate, turns from there on).
-    pub(super) wraps: Vec<(usize, usize, i32)>,
+    /// Where angles have wrapped, in the order of the rows.
+    pub(super) wraps: Vec<Wrap>,
 }
 
 /// Something wrong at a row of the whole recording.
@@ -112,7 +138,7 @@ impl Sampled {
     pub(super) fn new() -> Self {
         Self {
             rows: 0,
-            longest_step: (0.0, 0.0),
+            longest_step: TimeStep::default(),
             stretches: Vec::new(),
             flaw: None,
         }
@@ -266,17 +292,18 @@ impl Recording {
             .map(|run| Kept {
                 begin: self.t[run.start],
                 end: self.t[run.end - 1],
-                cut: (true, true),
+                cut_before: true,
+                cut_after: true,
             })
             .collect();
         // The ends of the log itself are no cuts.
         let (first, last) = (part.stretches.first(), part.stretches.last());
         if let (Some(run), Some(0)) = (kept.first_mut(), first.map(|s| s.place)) {
-            run.cut.0 = false;
+            run.cut_before = false;
         }
         let rest = last.map(|s| part.rows.saturating_sub(s.row) <= self.len() - s.at);
         if let (Some(run), Some(true)) = (kept.last_mut(), rest) {
-            run.cut.1 = false;
+            run.cut_after = false;
         }
         kept
     }
@@ -286,16 +313,17 @@ impl Recording {
 struct Kept {
     begin: f64,
     end: f64,
-    cut: (bool, bool),
+    cut_before: bool,
+    cut_after: bool,
 }
 
 /// The motions of these runs, without `margin` samples beside each cut.
 fn pieces(whole: &Trajectory, kept: &[Kept], margin: usize) -> Vec<Trajectory> {
     let at = |cut: bool| if cut { margin } else { 0 };
     let piece = |run: &Kept| {
-        let first = whole.t.partition_point(|t| *t < run.begin) + at(run.cut.0);
+        let first = whole.t.partition_point(|t| *t < run.begin) + at(run.cut_before);
         let after = whole.t.partition_point(|t| *t <= run.end);
-        let last = after.saturating_sub(at(run.cut.1));
+        let last = after.saturating_sub(at(run.cut_after));
         (last >= first + SHORTEST_PIECE).then(|| Trajectory {
             name: format!("{} from {:.3} s", whole.name, run.begin),
             ..whole.part(first..last)

@@ -66,12 +66,8 @@ impl Local {
     /// ‖a − b‖², where `shorter` lies inside.
     fn distance(&self, shorter: &Self) -> f64 {
         let offset = shorter.start - self.start;
-        let inside = shorter
-            .weights
-            .iter()
-            .enumerate()
-            .map(|(j, b)| self.weights[offset + j] * b)
-            .sum::<f64>();
+        let pairs = self.weights[offset..].iter().zip(&shorter.weights);
+        let inside = pairs.map(|(a, b)| a * b).sum::<f64>();
         self.variance() + shorter.variance() - 2.0 * inside
     }
 }
@@ -91,10 +87,9 @@ pub(crate) fn noise_variance(
     degree: usize,
     window: usize,
 ) -> f64 {
-    let sum = places(segments)
-        .into_iter()
-        .map(|(k, segment)| series.residual(around(k, window, segment), degree))
-        .fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
+    let residuals = places(segments).into_iter();
+    let residuals = residuals.map(|(k, s)| series.residual(around(k, window, s), degree));
+    let sum = residuals.fold((0.0, 0.0), |sum, r| (sum.0 + r.0, sum.1 + r.1));
     if sum.1 > 1e-9 { sum.0 / sum.1 } else { 0.0 }
 }
 
@@ -169,12 +164,8 @@ pub(super) struct Risk {
 impl Risk {
     fn of_noise(here: &[Local], variance: f64) -> Self {
         let risk = |shifted| {
-            variance
-                * mean(
-                    here.iter()
-                        .filter(|l| l.shifted == shifted)
-                        .map(Local::variance),
-                )
+            let own = here.iter().filter(|l| l.shifted == shifted);
+            variance * mean(own.map(Local::variance))
         };
         let shifted = here.iter().filter(|l| l.shifted).count();
         Self {
@@ -200,12 +191,8 @@ impl Risk {
         // A shifted window errs at one order less. Both are taken one lower than for a smooth motion, since a window
         // that is longer than a jerk hides part of its bias.
         for (shifted, order, risk) in [(false, 3, &mut self.inside), (true, 2, &mut self.ends)] {
-            let pairs = || {
-                longer
-                    .iter()
-                    .zip(shorter)
-                    .filter(|(l, _)| l.shifted == shifted)
-            };
+            let all = || longer.iter().zip(shorter);
+            let pairs = || all().filter(|(l, _)| l.shifted == shifted);
             let squared = mean(pairs().map(|(l, s)| (l.value - s.value).powi(2)));
             let excess = (squared - variance * mean(pairs().map(|(l, s)| l.distance(s)))).max(0.0);
             *risk += excess / growth(order).powi(2);
@@ -225,12 +212,10 @@ fn longer(window: usize) -> usize {
 
 fn ladder(shortest: usize, longest: usize) -> Vec<usize> {
     let next = |w: &usize| Some(longer(*w));
-    let rungs: Vec<usize> = std::iter::successors(Some(shortest | 1), next)
-        .take_while(|w| *w <= longest)
-        .collect();
-    if rungs.is_empty() {
-        vec![longest.max(1)]
-    } else {
-        rungs
+    let rungs = std::iter::successors(Some(shortest | 1), next);
+    let rungs: Vec<usize> = rungs.take_while(|w| *w <= longest).collect();
+    match rungs.is_empty() {
+        true => vec![longest.max(1)],
+        false => rungs,
     }
 }
