@@ -51,7 +51,7 @@ pub trait Family: Configuration {
     fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan>;
 }
 
-/// What every configuration can do, whatever its family.
+/// The methods of configurations of any family.
 pub trait Configuration: Any + Debug + Send + Sync {
     /// The settings as one JSON object.
     ///

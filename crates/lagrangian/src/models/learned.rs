@@ -152,10 +152,10 @@ impl Stored {
 
 /// A learned Lagrangian.
 pub trait LearnedLagrangian: Lagrangian + Any + Debug {
-    /// What it is.
+    /// The description of the Lagrangian.
     fn description(&self) -> Description;
 
-    /// What is to be saved of it.
+    /// The saved form of the Lagrangian.
     ///
     /// # Errors
     /// [`crate::Error::DamagedModel`] where its description cannot be written.

@@ -133,7 +133,7 @@ impl<S: NetworkShape> Network<S> {
         self.shape.parts().scaling
     }
 
-    /// What is to be saved of it under this name.
+    /// The saved form of the network under this name.
     pub(crate) fn stored_as(&self, name: &str) -> Result<Stored> {
         Stored::new(name, self.config(), self.scaling(), &self.parameters)
     }

@@ -16,7 +16,7 @@ pub(super) trait Engine {
     fn load(&mut self, state: &Checkpoint);
 }
 
-/// What a step was like.
+/// The result of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stepped {
     /// The loss of the batch before it.

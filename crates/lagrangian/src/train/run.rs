@@ -34,7 +34,7 @@ pub(super) struct Run<'a> {
     clock: Instant,
 }
 
-/// How a run ended.
+/// The end of a run.
 pub(super) struct Ended {
     pub(super) ending: Ending,
     /// The progress at its last step.

@@ -144,29 +144,29 @@ const LOSSES: [Named; Loss::ALL.len()] = {
     names
 };
 
-/// What was given of [`SETTINGS`].
+/// The values of [`SETTINGS`] that were given.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainingSettings {
-    /// What is minimised.
+    /// The loss.
     pub loss: Option<Loss>,
-    /// How weights are improved.
+    /// The optimiser.
     pub optimizer: Option<OptimizerName>,
-    /// Samples of a step.
+    /// The number of samples of a step.
     pub batch: Option<usize>,
-    /// Samples of the first step.
+    /// The number of samples of the first step.
     pub batch_first: Option<usize>,
-    /// How the damping of the natural gradient falls.
+    /// The rule for the damping of the natural gradient.
     pub damping: Option<DampingName>,
     /// The learning rate at the start.
     pub learning_rate: Option<f64>,
     /// The weight decay of Adam.
     pub weight_decay: Option<f64>,
-    /// Validations without improvement after which the fit stops.
+    /// The number of validations without improvement after which the fit stops.
     pub patience: Option<usize>,
 }
 
-/// An optimiser by its name.
+/// The name of an optimiser.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OptimizerName {
@@ -176,14 +176,14 @@ pub enum OptimizerName {
     Adam,
 }
 
-/// A rule of damping by its name.
+/// The name of a rule for the damping.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DampingName {
-    /// Geometrically over the whole fit.
+    /// The damping falls geometrically over the whole fit.
     Schedule,
-    /// As the loss of the batch does.
+    /// The damping follows the loss of the batch.
     Loss,
-    /// As long as each step lowers the loss by what its quadratic model foresaw.
+    /// The damping falls while each step lowers the loss as its quadratic model predicts.
     Adaptive,
 }

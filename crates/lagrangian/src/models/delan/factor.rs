@@ -53,7 +53,7 @@ pub(crate) struct Factor<T = f64> {
 }
 
 impl<T: Real> Factor<T> {
-    /// Room for vectors of `lanes` states.
+    /// Scratch for vectors of `lanes` states.
     pub(crate) fn new(n: usize, vector_potential: bool, shift: f64, lanes: usize) -> Self {
         let row = || Buffer::new(n * lanes);
         let triangle = || Buffer::new(n * (n + 1) / 2 * lanes);

@@ -13,7 +13,7 @@ pub(crate) struct Factors {
     seeds: Vec<f64>,
 }
 
-/// What of the outputs of a pass is read.
+/// The part of the outputs of a pass that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outputs {
     /// Their values alone; they do not change.

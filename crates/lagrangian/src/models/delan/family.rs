@@ -48,7 +48,7 @@ pub(crate) const LOSSES: &[Loss] = &[
     Loss::POSITIONS_TRAPEZOIDAL,
 ];
 
-/// What people can set of a deep Lagrangian network.
+/// The settings of a deep Lagrangian network.
 const SETTINGS: &[Setting] = &[
     shared::WIDTH,
     shared::LAYERS,

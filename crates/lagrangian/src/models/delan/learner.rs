@@ -20,7 +20,7 @@ pub(crate) struct DelanLearner<'a> {
     /// Weight of each residual, `[m]`.
     pub(crate) weights: &'a [f64],
     pub(crate) forces: Forces,
-    /// What is known already.
+    /// The nominal model, where there is one.
     pub(crate) nominal: Option<&'a RigidBodies>,
 }
 

@@ -24,7 +24,7 @@ pub(crate) const ENTRY: Entry = Entry {
 
 const NAME: &str = "features";
 
-/// What people can set of random features.
+/// The settings of random features.
 const SETTINGS: &[Setting] = &[
     Setting::new(
         "width",

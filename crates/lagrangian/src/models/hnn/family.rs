@@ -34,7 +34,7 @@ pub(crate) const ENTRY: Entry = Entry {
 
 const NAME: &str = "hnn";
 
-/// What people can set of a Hamiltonian network.
+/// The settings of a Hamiltonian network.
 const SETTINGS: &[Setting] = &[
     shared::SPEED_LIMIT,
     shared::WIDTH,

@@ -32,7 +32,7 @@ pub(crate) const ENTRY: Entry = Entry {
 
 const NAME: &str = "lnn";
 
-/// What people can set of a Lagrangian network.
+/// The settings of a Lagrangian network.
 const SETTINGS: &[Setting] = &[
     Setting::new(
         "form",

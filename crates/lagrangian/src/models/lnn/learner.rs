@@ -17,7 +17,7 @@ pub(crate) struct LnnLearner<'a> {
     /// Weight of each coordinate's residual, `[n]`.
     pub(crate) weights: &'a [f64],
     pub(crate) forces: Forces,
-    /// What is known already.
+    /// The nominal model, where there is one.
     pub(crate) nominal: Option<&'a RigidBodies>,
 }
 

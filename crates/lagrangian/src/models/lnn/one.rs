@@ -12,7 +12,7 @@ use nets::Chain;
 pub(super) struct One {
     chain: Chain,
     positions: Positions,
-    /// What the velocities wrote.
+    /// The features of the velocities.
     velocities: Vec<VelocityFeature>,
 }
 

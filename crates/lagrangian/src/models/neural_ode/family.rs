@@ -29,7 +29,7 @@ pub(crate) const ENTRY: Entry = Entry {
 
 const NAME: &str = "neural-ode";
 
-/// What people can set of a neural ODE.
+/// The settings of a neural ODE.
 const SETTINGS: &[Setting] = &[
     shared::WIDTH,
     shared::LAYERS,

@@ -15,14 +15,14 @@ pub struct IdentifiedBodies<L> {
 
 /// Rigid bodies that can be identified.
 pub trait Identifiable: Lagrangian + Clone + std::fmt::Debug + 'static {
-    /// What they are, for people.
+    /// The kind of the bodies in words.
     const WHAT: &'static str;
 
     /// All parameters of bodies in motion, without standard errors: those of the bodies, then viscous and Coulomb friction
     /// where there is any.
     fn parameters(motion: &Mechanical<Self>) -> Vec<Parameter>;
 
-    /// What is to be saved of them, apart from the standard errors.
+    /// The saved form of the bodies, apart from the standard errors.
     ///
     /// # Errors
     /// [`Error::DamagedModel`] where their description cannot be written.

@@ -35,7 +35,7 @@ pub(crate) const ENTRY: Entry = Entry {
     },
 };
 
-/// What people can set of rigid bodies.
+/// The settings of rigid bodies.
 const SETTINGS: &[Setting] = &[
     shared::DISSIPATION,
     shared::FORCES,

@@ -27,7 +27,7 @@ pub(crate) const ENTRY: Entry = Entry {
 /// The name of the family.
 pub(crate) const NAME: &str = "vin";
 
-/// What people can set of a variational integrator network.
+/// The settings of a variational integrator network.
 const SETTINGS: &[Setting] = &[
     shared::WIDTH,
     shared::LAYERS,

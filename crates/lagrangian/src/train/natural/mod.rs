@@ -121,14 +121,14 @@ impl Natural {
     /// The ratio of the decrease of the loss to that which the quadratic model predicted for the last step.
     pub(super) fn gain(&self, rate: f64, change: Change) -> f64 {
         let before = change.before.mean();
-        let foreseen =
-            before - self.foreseen(rate) / change.before.count.max(1) as f64 / change.unit;
-        (before - change.after.mean()) / foreseen.max(f64::MIN_POSITIVE)
+        let predicted =
+            before - self.predicted(rate) / change.before.count.max(1) as f64 / change.unit;
+        (before - change.after.mean()) / predicted.max(f64::MIN_POSITIVE)
     }
 
-    /// The sum of squares that the quadratic model foresees after a step at `rate`: with
+    /// The sum of squares that the quadratic model predicts after a step at `rate`: with
     /// x = (J Jᵀ + λ N I)⁻¹ (r − μ J φ), J φ after the step is r − λ N x whatever the momentum.
-    fn foreseen(&self, rate: f64) -> f64 {
+    fn predicted(&self, rate: f64) -> f64 {
         let pairs = self.system.residual.iter().zip(self.system.solution());
         pairs
             .map(|(r, x)| ((1.0 - rate) * r + rate * self.damped * x).powi(2))

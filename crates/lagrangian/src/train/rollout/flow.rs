@@ -32,7 +32,7 @@ impl Sizes {
     }
 }
 
-/// What is kept of one evaluation of a block.
+/// One evaluation of a block.
 #[derive(Debug, Clone)]
 pub(super) struct Point {
     /// x, `[samples, 2n]`.
@@ -41,7 +41,7 @@ pub(super) struct Point {
     pub(super) rate: Vec<f64>,
     /// F = ∂ẋ/∂x, `[samples, 2n, 2n]`.
     pub(super) slopes: Vec<f64>,
-    /// Of an implicit stage: the inverse of its own equation's slope, `[samples, 2n, 2n]`.
+    /// The inverse of the slope of the equation of an implicit stage, `[samples, 2n, 2n]`.
     pub(super) inverse: Vec<f64>,
     /// D = ∂(learned rates)/∂S, `[samples, rates, k]`.
     pub(super) by_output: Vec<f64>,

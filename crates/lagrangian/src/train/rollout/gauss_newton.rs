@@ -45,7 +45,7 @@ impl GaussNewton {
 pub(super) struct Segments<'p> {
     pub(super) recorded: Recorded<'p>,
     pub(super) config: &'p RolloutLoss,
-    /// Of the components of a state, `[2n]`.
+    /// The weights of the components of a state, `[2n]`.
     pub(super) weights: &'p [f64],
     pub(super) rows: Rows,
     /// The samples that they start at.
@@ -53,7 +53,7 @@ pub(super) struct Segments<'p> {
 }
 
 impl Segments<'_> {
-    /// What all of them share; `starts` are the free ones, where they are needed.
+    /// The task that all segments share; `starts` are the free starts, where they are needed.
     pub(super) fn task<'t>(&'t self, starts: &'t [f64]) -> Task<'t> {
         Task {
             recorded: self.recorded,

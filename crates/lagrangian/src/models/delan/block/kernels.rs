@@ -3,7 +3,7 @@
 use super::Block;
 use nets::simd::{Isa, LARGEST_ANGLE, Real, Task, Vector, set_vector, sin_cos, vector};
 
-/// How the features of one coordinate follow from it.
+/// The features of one coordinate.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Chart {
     /// cos q and sin q.
@@ -12,7 +12,7 @@ pub(super) enum Chart {
     Line { centre: f64, scale: f64 },
 }
 
-/// What is done to every vector of samples.
+/// A step of the algebra on every vector of samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Step {
     /// Computes the features of q and their slopes.
@@ -33,7 +33,7 @@ pub(super) enum Step {
     Sensitivities,
 }
 
-/// A step of a block.
+/// Runs a step of a block.
 pub(super) struct Run<'a, T: Real> {
     pub(super) block: &'a mut Block<T>,
     pub(super) step: Step,

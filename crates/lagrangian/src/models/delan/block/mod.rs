@@ -9,7 +9,7 @@ use kernels::{Chart, Run, Step};
 use nets::simd::{Planes, Real, dispatch};
 use nets::{Packed, Pass};
 
-/// What stands between the passes of a block through the network; see [`Factor`] for the symbols.
+/// The algebra between the passes of a block through the network; see [`Factor`] for the symbols.
 #[derive(Debug)]
 pub(crate) struct Block<T> {
     samples: usize,

@@ -61,7 +61,7 @@ impl Identifiable for RigidChain {
     }
 }
 
-/// What the parameters of a chain mean.
+/// The convention of the parameters of a chain.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Shape {

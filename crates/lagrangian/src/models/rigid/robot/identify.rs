@@ -106,7 +106,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// What the description says of all parameters.
+    /// The values of all parameters in the description.
     fn described(&self) -> Vec<f64> {
         let mut values = self.robot.inertial_parameters();
         values.extend(self.robot.rotor().iter().chain(self.robot.offset()));
