@@ -1,0 +1,75 @@
+//! The properties of data that choices depend on.
+
+use crate::dataset::Dataset;
+use crate::trajectory::{Estimate, Source};
+
+/// Accelerations are noisy where their relative standard error exceeds this.
+const NOISY: f64 = 0.005;
+
+/// The properties of data that choices depend on.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Known {
+    /// The relative standard error of the accelerations, that of the worst coordinate.
+    pub uncertainty: f64,
+    /// Whether forces are recorded.
+    pub forced: bool,
+}
+
+impl Known {
+    /// The properties of these data, from the estimates of their signals.
+    #[must_use]
+    pub fn of(dataset: &Dataset, estimates: &[Estimate]) -> Self {
+        let error = |name: &str| match dataset.train.steps.is_empty() {
+            true => standard_error(estimates, name),
+            false => second_difference(dataset, estimates, name),
+        };
+        let names = dataset.coordinates.0.iter().map(|c| &*c.name);
+        let scales = dataset.acceleration_scale();
+        let parts = names.zip(&scales).map(|(name, scale)| error(name) / scale);
+        Self {
+            uncertainty: parts.fold(0.0, f64::max),
+            forced: dataset.forced,
+        }
+    }
+
+    /// Whether accelerations are noisy.
+    #[must_use]
+    pub fn noisy(&self) -> bool {
+        self.uncertainty > NOISY
+    }
+
+    /// The uncertainty of the accelerations in words.
+    #[must_use]
+    pub fn certainty(&self) -> String {
+        format!(
+            "accelerations are uncertain by {:.1} %",
+            100.0 * self.uncertainty
+        )
+    }
+}
+
+/// Standard error of the accelerations of a coordinate, root mean square over the trajectories.
+fn standard_error(estimates: &[Estimate], name: &str) -> f64 {
+    let own = estimates
+        .iter()
+        .filter(|e| e.signal == "qdd" && e.coordinate == name);
+    let (sum, count) = own.fold((0.0, 0.0), |(s, c), e| {
+        (s + e.standard_error.powi(2), c + 1.0)
+    });
+    if count > 0.0 {
+        (sum / count).sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// Standard error of the second divided difference of three positions, from the noise of the positions.
+fn second_difference(dataset: &Dataset, estimates: &[Estimate], name: &str) -> f64 {
+    let steps = &dataset.train.steps;
+    let step = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    let own = estimates
+        .iter()
+        .filter(|e| e.signal == "qdd" && e.coordinate == name && e.source == Source::Q);
+    let noise = own.map(|e| e.noise).fold(0.0, f64::max);
+    6.0_f64.sqrt() * noise / (step * step)
+}

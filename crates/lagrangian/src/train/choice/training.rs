@@ -1,0 +1,132 @@
+//! The choices of the training: optimiser, damping, batch and budget.
+
+use serde_json::Value;
+
+use super::{Choice, Known};
+use crate::train::adam::AdamConfig;
+use crate::train::fit::{Budget, Optimizer};
+use crate::train::loss::Loss;
+use crate::train::natural::NaturalConfig;
+use crate::train::settings::{DampingName, OptimizerName, TrainingSettings};
+use crate::{Error, Result};
+
+/// The length of a fit whose request gives neither steps nor seconds, s.
+const SECONDS: f64 = 60.0;
+
+/// The choices of the training so far, and what further ones depend on.
+pub(super) struct TrainingChoices {
+    pub(super) asked: TrainingSettings,
+    pub(super) loss: Loss,
+    /// Whether the length of the fit is a time, not a number of steps.
+    pub(super) timed: bool,
+    pub(super) known: Known,
+    pub(super) choices: Vec<Choice>,
+}
+
+impl TrainingChoices {
+    fn choose(&mut self, setting: &str, value: impl Into<Value>, reason: impl Into<String>) {
+        self.choices.push(Choice::new(setting, value, reason));
+    }
+
+    /// The optimiser. The natural gradient solves each batch with its noise, while Adam averages over many batches; the noise
+    /// of states harms a rollout less than that of accelerations harms a balance (ADR 0042).
+    pub(super) fn optimizer(&mut self) -> OptimizerName {
+        if let Some(name) = self.asked.optimizer {
+            return name;
+        }
+        if self.known.noisy() && self.loss != Loss::ROLLOUT {
+            let reason = format!(
+                "{}: Adam instead of the natural gradient, which would follow the noise",
+                self.known.certainty()
+            );
+            self.choose("optimizer", "adam", reason);
+            return OptimizerName::Adam;
+        }
+        let reason = "it is the fastest where noise does not dominate";
+        self.choose("optimizer", "natural", reason);
+        OptimizerName::Natural
+    }
+
+    /// Whether small batches with a damping that follows the loss are best, as for fits by time; fits by steps are best with
+    /// large batches (docs/adr/0050).
+    fn follows_the_loss(&self) -> bool {
+        self.timed && self.loss != Loss::ROLLOUT
+    }
+
+    /// The optimiser of this name with its settings.
+    pub(super) fn configured(&mut self, name: OptimizerName) -> Result<Optimizer> {
+        match name {
+            OptimizerName::Natural => {
+                let default = match self.damping()? {
+                    DampingName::Schedule => NaturalConfig::default(),
+                    DampingName::Loss => NaturalConfig::following_the_loss(),
+                    DampingName::Adaptive => NaturalConfig::adaptive(),
+                };
+                let rate = self.asked.learning_rate.unwrap_or(default.rate);
+                Ok(Optimizer::Natural(NaturalConfig { rate, ..default }))
+            }
+            OptimizerName::Adam => {
+                if self.asked.damping.is_some() {
+                    return Err(Error::setting(
+                        "`damping` is a setting of the natural gradient, and this fit is one by Adam",
+                        "omit it, or take `optimizer` natural",
+                    ));
+                }
+                let default = AdamConfig::default();
+                Ok(Optimizer::Adam(AdamConfig {
+                    rate: self.asked.learning_rate.unwrap_or(default.rate),
+                    decay: self.asked.weight_decay.unwrap_or(default.decay),
+                    ..default
+                }))
+            }
+        }
+    }
+
+    fn damping(&mut self) -> Result<DampingName> {
+        match self.asked.damping {
+            Some(name) if self.loss == Loss::ROLLOUT && name != DampingName::Schedule => {
+                Err(Error::setting(
+                    "under the loss rollout the damping follows a schedule",
+                    "omit `damping`, or choose another `loss`",
+                ))
+            }
+            Some(name) => Ok(name),
+            None if self.follows_the_loss() => {
+                let reason =
+                    "a fit with a time to use ends lowest where the damping falls with the loss";
+                self.choose("damping", "loss", reason);
+                Ok(DampingName::Loss)
+            }
+            None => {
+                let reason = "a number of steps, or a loss of rollouts, is used best by a schedule";
+                self.choose("damping", "schedule", reason);
+                Ok(DampingName::Schedule)
+            }
+        }
+    }
+
+    /// The number of samples of a step.
+    pub(super) fn batch(&mut self, optimizer: OptimizerName) -> usize {
+        if let Some(batch) = self.asked.batch {
+            return batch;
+        }
+        let (batch, reason) = match optimizer {
+            OptimizerName::Natural if self.follows_the_loss() => (
+                128,
+                "small batches end lowest where a fit has a time to use",
+            ),
+            OptimizerName::Natural => (256, "large batches use a number of steps best"),
+            OptimizerName::Adam => (512, "Adam averages the noise over the samples of a batch"),
+        };
+        self.choose("batch", batch, reason);
+        batch
+    }
+
+    /// The length of the fit.
+    pub(super) fn budget(&mut self, given: Option<Budget>) -> Budget {
+        given.unwrap_or_else(|| {
+            self.choose("seconds", SECONDS, "neither steps nor seconds were given");
+            Budget::Seconds(SECONDS)
+        })
+    }
+}
