@@ -81,7 +81,8 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// The same robot with a point mass on a link, kg, at `centre` in the link's frame, m: a payload. A negative mass removes one.
+    /// The same robot with a point mass on a link, kg, at `centre` in the link's frame, m: a payload. A negative mass
+    /// removes one.
     ///
     /// # Errors
     /// [`Error::UnknownName`] for a link that is not there; [`Error::Argument`] where a number is not finite.
@@ -105,18 +106,14 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// The same robot with rotors that turn with the joints, kg·m² (kg where a joint slides), and constant torques, N·m; `[n]` each.
+    /// The same robot with rotors that turn with the joints, kg·m² (kg where a joint slides), and constant torques, N·m;
+    /// `[n]` each.
     ///
     /// # Errors
     /// [`Error::Shape`] for other lengths; [`Error::NotFinite`].
     pub fn with_drives(mut self, rotor: Vec<f64>, offset: Vec<f64>) -> Result<Self> {
         for (what, list) in [("rotor inertias", &rotor), ("torque offsets", &offset)] {
-            Error::check_shape(
-                what,
-                list.len(),
-                self.tree.bodies.len(),
-                "give one for each joint",
-            )?;
+            Error::check_shape(what, list.len(), self.dof(), "give one for each joint")?;
             Error::check_finite(what, list)?;
         }
         (self.rotor, self.offset) = (rotor, offset);

@@ -59,27 +59,14 @@ impl Tree {
     pub(crate) fn new(description: &Description, joints: &[String]) -> Result<Self> {
         let walk = Walk::new(description)?;
         let selection = selection(description, joints, &walk)?;
+        let chosen = || selection.iter().map(|&j| &description.joints[j]);
         let mut tree = Self {
-            coordinates: Coordinates(
-                selection
-                    .iter()
-                    .map(|&j| coordinate(&description.joints[j]))
-                    .collect(),
-            ),
-            joints: selection
-                .iter()
-                .map(|&j| description.joints[j].name.clone())
-                .collect(),
+            coordinates: Coordinates(chosen().map(coordinate).collect()),
+            joints: chosen().map(|joint| joint.name.clone()).collect(),
             bodies: Vec::new(),
             places: Vec::new(),
-            damping: selection
-                .iter()
-                .map(|&j| description.joints[j].damping)
-                .collect(),
-            friction: selection
-                .iter()
-                .map(|&j| description.joints[j].friction)
-                .collect(),
+            damping: chosen().map(|joint| joint.damping).collect(),
+            friction: chosen().map(|joint| joint.friction).collect(),
         };
         // Where each link is, filled from the root outwards.
         let mut places: Vec<Option<(Option<usize>, Frame)>> = vec![None; description.links.len()];
