@@ -271,7 +271,7 @@ impl Rows {
         let name = trajectory.unwrap_or(&self.file);
         self.rows += 1;
         let current = self.partial.get(self.current);
-        if !current.is_some_and(|p| p.recording.name == name) {
+        if current.is_none_or(|p| p.recording.name != name) {
             self.current = match self.by_name.get(name) {
                 Some(&at) => at,
                 None => {
