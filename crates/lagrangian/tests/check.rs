@@ -212,7 +212,7 @@ fn gaps_jitter_repeats_and_saturation_are_warned_of() {
     let report = checked(&Layout::default(), |_, t, q, qd| {
         format!("{t},{q},{qd},{}\n", (3.0 * t).sin().clamp(-0.5, 2.0))
     });
-    assert_finds(&report, "saturation", Verdict::Warn, "tau1 stands at -0.5");
+    assert_finds(&report, "saturation", Verdict::Warn, "tau1 is at -0.5");
 }
 
 #[test]
