@@ -8,7 +8,8 @@ use super::Activation;
 use super::net::{Kind, Net, Source};
 use super::packed::{Packed, panels};
 use super::simd::{
-    Buffer, Isa, Pair, Rows, Task, Vector, Weights, collect, contract, dispatch, product, pull,
+    Arithmetic, Buffer, Isa, Memory, Pair, Rows, Task, Vector, Weights, collect, contract,
+    dispatch, product, pull,
 };
 
 /// The number of values in a vector of f64.

@@ -23,7 +23,7 @@ struct Evaluate<'a, T> {
 impl<T: Real> Task for Evaluate<'_, T> {
     #[inline(always)]
     fn run<I: super::simd::Isa>(self) {
-        use super::simd::Vector;
+        use super::simd::Memory;
         let (mut lanes, n) = ([[T::default(); 16]; 4], T::LANES);
         for (x, out) in self.x.chunks_exact(n).zip(self.out.chunks_exact_mut(n)) {
             let d = self.activation.derivatives(T::Vec::<I>::load(x));

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::shape::load;
-use super::{Isa, Real, Shape, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Shape, Task};
 use crate::Activation;
 
 /// a₀ = σ(z₀), and the slopes σ′, σ″, σ‴ at z₀ (theory.md, equation 10).

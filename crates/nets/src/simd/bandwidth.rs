@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Buffer, Isa, Task, Vector, dispatch};
+use super::{Arithmetic, Buffer, Isa, Memory, Task, Vector, dispatch};
 
 /// Vectors that are added to sums of their own, so that no addition waits for another.
 const CHAINS: usize = 12;

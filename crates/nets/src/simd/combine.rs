@@ -1,7 +1,7 @@
 //! Tangents as linear combinations of others, sample by sample.
 
 use super::shape::load;
-use super::{Isa, Real, Shape, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Shape, Task};
 
 /// Linear combinations of tangents: ′ += Σ `along[s, i]` i, and direction 0 = Σ `onto[s, i]` i.
 pub(crate) struct Combine<'a, T> {

@@ -1,7 +1,7 @@
 //! Second derivatives of the output as a sum over the units of every layer (theory.md, equation 14).
 
 use super::shape::load;
-use super::{Isa, Real, Shape, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Shape, Task, Vector};
 
 /// Adds `Σ_units` σ″ ya₀ `z_t` `z_u` of one layer to the second derivatives of the output along the tangents:
 /// `hessian[s, i, j]` for i ≥ j, and `hessian[s, i, directions]` for the pair of i with ′

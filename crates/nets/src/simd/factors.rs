@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Isa, Real, Shape, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Shape, Task, Vector};
 
 /// The pairs (component of the sensitivities y, component of the input a) of each raw output of a sample.
 type Pairs = [Vec<(usize, usize)>];

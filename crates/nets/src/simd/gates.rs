@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Isa, Real, Shape, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Shape, Task, Vector};
 
 /// The two sides of a gate z = `Σ_j` `g_j` `v_j` + `g_n`: the gates g (from q) and the velocities v.
 pub(crate) struct Gates<'a, T> {

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::{Isa, Real, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Task};
 
 /// What C holds before the product is added.
 #[derive(Debug, Clone, Copy)]
@@ -19,48 +19,72 @@ pub(crate) enum Init<'a, T> {
     Rows(&'a [T], usize),
 }
 
+/// The factor A, whose row r begins at `(r / LANES) · group + (r % LANES) · row`.
+struct Broadcast<'a, T> {
+    /// All of its numbers.
+    numbers: &'a [T],
+    /// Distance of neighbouring groups of `LANES` rows.
+    group: usize,
+    /// Distance of neighbouring rows of a group.
+    row: usize,
+    /// Distance of neighbours along k.
+    step: usize,
+}
+
+impl<T: Real> Broadcast<'_, T> {
+    /// Where row r begins.
+    #[inline(always)]
+    fn row(&self, r: usize) -> usize {
+        r / T::LANES * self.group + r % T::LANES * self.row
+    }
+}
+
+/// A matrix in panels of `LANES` columns, B or C: row r of panel p begins at `p · panel + r · LANES`.
+struct Panels<S> {
+    /// All of its numbers.
+    numbers: S,
+    /// Distance of neighbouring panels.
+    panel: usize,
+}
+
+/// The sum over k, in pieces.
+struct Sum<'a> {
+    /// Where the pieces begin in A and B.
+    pieces: Pieces<'a>,
+    /// Terms in one piece; the last piece may be shorter.
+    length: usize,
+    /// Terms in all.
+    terms: usize,
+}
+
 /// C[r, :] = init + `Σ_k` A[r, k] B[k, :], for `rows` rows and `panels` panels of C.
 pub(crate) struct Gemm<'a, T> {
-    /// Broadcast factor. Row r begins at `(r / LANES) · a_group + (r % LANES) · a_row`.
-    pub a: &'a [T],
-    /// See `a`.
-    pub a_group: usize,
-    /// See `a`.
-    pub a_row: usize,
-    /// Distance of neighbours along k.
-    pub a_step: usize,
-    /// Vector factor: panel p begins at `p · b_panel`, k at `k · LANES`.
-    pub b: &'a [T],
-    /// See `b`.
-    pub b_panel: usize,
-    /// Where the pieces of the sum over k begin in `a` and `b`.
-    pub segments: Segments<'a>,
-    /// Terms in one piece; the last piece may be shorter.
-    pub segment: usize,
-    /// Terms in all.
-    pub terms: usize,
-    /// Result: panel p begins at `p · c_panel`, row r at `r · LANES`.
-    pub c: &'a mut [T],
-    /// See `c`.
-    pub c_panel: usize,
+    /// Broadcast factor.
+    a: Broadcast<'a, T>,
+    /// Vector factor, with row k for term k.
+    b: Panels<&'a [T]>,
+    /// Result.
+    c: Panels<&'a mut [T]>,
+    /// The terms along k.
+    sum: Sum<'a>,
     /// Rows of C.
-    pub rows: Range<usize>,
+    rows: Range<usize>,
     /// Panels of C.
-    pub panels: usize,
+    panels: usize,
     /// What C holds first.
-    pub init: Init<'a, T>,
+    init: Init<'a, T>,
 }
 
 /// Where the pieces of a sum begin in both factors.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Segments<'a> {
+enum Pieces<'a> {
     /// Piece s begins at `s · a`, `s · b`.
     Even { a: usize, b: usize },
     /// Piece s begins at the s-th pair.
     At(&'a [(usize, usize)]),
 }
 
-impl Segments<'_> {
+impl Pieces<'_> {
     #[inline(always)]
     fn at(&self, s: usize) -> (usize, usize) {
         match self {
@@ -90,20 +114,28 @@ impl<'a, T: Real> Gemm<'a, T> {
     ) -> Self {
         let lanes = T::LANES;
         Self {
-            a,
-            a_group: lanes * lanes,
-            a_row: lanes,
-            a_step: 1,
-            b,
-            b_panel: terms * lanes,
-            segments: Segments::Even {
-                a: a_rows * lanes,
-                b: lanes * lanes,
+            a: Broadcast {
+                numbers: a,
+                group: lanes * lanes,
+                row: lanes,
+                step: 1,
             },
-            segment: lanes,
-            terms,
-            c,
-            c_panel: c_rows * lanes,
+            b: Panels {
+                numbers: b,
+                panel: terms * lanes,
+            },
+            c: Panels {
+                numbers: c,
+                panel: c_rows * lanes,
+            },
+            sum: Sum {
+                pieces: Pieces::Even {
+                    a: a_rows * lanes,
+                    b: lanes * lanes,
+                },
+                length: lanes,
+                terms,
+            },
             rows,
             panels,
             init,
@@ -130,17 +162,25 @@ impl<'a, T: Real> Gemm<'a, T> {
     ) -> Self {
         let lanes = T::LANES;
         Self {
-            a,
-            a_group: a_rows * lanes,
-            a_row: 1,
-            a_step: lanes,
-            b,
-            b_panel: b_rows * lanes,
-            segments: Segments::At(pieces),
-            segment: piece,
-            terms: piece * pieces.len(),
-            c,
-            c_panel: rows * lanes,
+            a: Broadcast {
+                numbers: a,
+                group: a_rows * lanes,
+                row: 1,
+                step: lanes,
+            },
+            b: Panels {
+                numbers: b,
+                panel: b_rows * lanes,
+            },
+            c: Panels {
+                numbers: c,
+                panel: rows * lanes,
+            },
+            sum: Sum {
+                pieces: Pieces::At(pieces),
+                length: piece,
+                terms: piece * pieces.len(),
+            },
             rows: 0..rows,
             panels,
             init,
@@ -154,23 +194,23 @@ impl<'a, T: Real> Gemm<'a, T> {
         }
         let lanes = T::LANES;
         assert_eq!(lanes % 8, 0);
-        let row = |r: usize| r / lanes * self.a_group + r % lanes * self.a_row;
+        let (a, b, c, sum) = (&self.a, &self.b, &self.c, &self.sum);
         // The offset grows with r inside a group and from group to group.
         let last_in_group = lanes.min(self.rows.end) - 1;
-        let last_row = row(self.rows.end - 1).max(row(last_in_group));
-        let pieces = self.terms.div_ceil(self.segment.max(1));
+        let last_row = a.row(self.rows.end - 1).max(a.row(last_in_group));
+        let pieces = sum.terms.div_ceil(sum.length.max(1));
         // Pieces that follow each other evenly end where the last one does.
-        let first = match self.segments {
-            Segments::Even { .. } => pieces.saturating_sub(1),
-            Segments::At(_) => 0,
+        let first = match sum.pieces {
+            Pieces::Even { .. } => pieces.saturating_sub(1),
+            Pieces::At(_) => 0,
         };
         for s in first..pieces {
-            let (a, b) = self.segments.at(s);
-            let length = self.segment.min(self.terms - s * self.segment);
-            assert!(a + last_row + (length - 1) * self.a_step < self.a.len());
-            assert!(b + (self.panels - 1) * self.b_panel + length * lanes <= self.b.len());
+            let (in_a, in_b) = sum.pieces.at(s);
+            let length = sum.length.min(sum.terms - s * sum.length);
+            assert!(in_a + last_row + (length - 1) * a.step < a.numbers.len());
+            assert!(in_b + (self.panels - 1) * b.panel + length * lanes <= b.numbers.len());
         }
-        assert!((self.panels - 1) * self.c_panel + self.rows.end * lanes <= self.c.len());
+        assert!((self.panels - 1) * c.panel + self.rows.end * lanes <= c.numbers.len());
         if let Init::Rows(bias, _) = self.init {
             assert!(self.panels * lanes <= bias.len());
         }
@@ -184,16 +224,14 @@ impl<T: Real> Task for Gemm<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(mut self) {
         self.check();
-        let goes = self.terms.div_ceil(DEPTH).max(1);
-        let depth = self
-            .terms
-            .div_ceil(goes)
-            .next_multiple_of(self.segment.max(1));
+        let Sum { length, terms, .. } = self.sum;
+        let goes = terms.div_ceil(DEPTH).max(1);
+        let depth = terms.div_ceil(goes).next_multiple_of(length.max(1));
         let mut from = 0;
         loop {
-            let to = self.terms.min(from + depth);
+            let to = terms.min(from + depth);
             self.go::<I>(from..to);
-            if to == self.terms {
+            if to == terms {
                 break;
             }
             (from, self.init) = (to, Init::Add);
@@ -231,7 +269,7 @@ fn column<I: Isa, T: Real, const P: usize>(
     let end = g.rows.end;
     // Where rows do not follow each other evenly throughout, a tile begins at a multiple of its height, so that none crosses a
     // group of LANES rows.
-    let even = g.a_group == T::LANES * g.a_row;
+    let even = g.a.group == T::LANES * g.a.row;
     let wide = I::TILE_PANELS == 2;
     while r < end {
         let left = end - r;
@@ -270,8 +308,8 @@ unsafe fn tile<I: Isa, T: Real, const P: usize, const R: usize>(
     terms: &Range<usize>,
 ) -> usize {
     let lanes = T::LANES;
-    let c = unsafe { g.c.as_mut_ptr().add(p * g.c_panel + r * lanes) };
-    let row = r / lanes * g.a_group + r % lanes * g.a_row;
+    let c = unsafe { g.c.numbers.as_mut_ptr().add(p * g.c.panel + r * lanes) };
+    let row = g.a.row(r);
     // SAFETY: the caller's, for every pointer below.
     unsafe {
         let mut sum = [[T::Vec::<I>::splat(T::default()); P]; R];
@@ -280,7 +318,7 @@ unsafe fn tile<I: Isa, T: Real, const P: usize, const R: usize>(
             Init::Add => {
                 for (i, row) in sum.iter_mut().enumerate() {
                     for (j, x) in row.iter_mut().enumerate() {
-                        *x = T::Vec::<I>::load_ptr(c.add(j * g.c_panel + i * lanes));
+                        *x = T::Vec::<I>::load_ptr(c.add(j * g.c.panel + i * lanes));
                     }
                 }
             }
@@ -293,24 +331,24 @@ unsafe fn tile<I: Isa, T: Real, const P: usize, const R: usize>(
             }
         }
         let mut left = terms.len();
-        let mut s = terms.start / g.segment.max(1);
+        let mut s = terms.start / g.sum.length.max(1);
         while left > 0 {
-            let length = left.min(g.segment);
-            let (a_start, b_start) = g.segments.at(s);
-            let mut a = g.a.as_ptr().add(a_start + row);
-            let mut b = g.b.as_ptr().add(b_start + p * g.b_panel);
+            let length = left.min(g.sum.length);
+            let (a_start, b_start) = g.sum.pieces.at(s);
+            let mut a = g.a.numbers.as_ptr().add(a_start + row);
+            let mut b = g.b.numbers.as_ptr().add(b_start + p * g.b.panel);
             for _ in 0..length {
                 let mut y = [T::Vec::<I>::splat(T::default()); P];
                 for (j, y) in y.iter_mut().enumerate() {
-                    *y = T::Vec::<I>::load_ptr(b.add(j * g.b_panel));
+                    *y = T::Vec::<I>::load_ptr(b.add(j * g.b.panel));
                 }
                 for (i, row) in sum.iter_mut().enumerate() {
-                    let x = T::Vec::<I>::splat(*a.add(i * g.a_row));
+                    let x = T::Vec::<I>::splat(*a.add(i * g.a.row));
                     for (j, z) in row.iter_mut().enumerate() {
                         *z = x.fma(y[j], *z);
                     }
                 }
-                a = a.add(g.a_step);
+                a = a.add(g.a.step);
                 b = b.add(lanes);
             }
             left -= length;
@@ -318,7 +356,7 @@ unsafe fn tile<I: Isa, T: Real, const P: usize, const R: usize>(
         }
         for (i, row) in sum.iter().enumerate() {
             for (j, x) in row.iter().enumerate() {
-                x.store_ptr(c.add(j * g.c_panel + i * lanes));
+                x.store_ptr(c.add(j * g.c.panel + i * lanes));
             }
         }
     }

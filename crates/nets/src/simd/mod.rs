@@ -51,7 +51,7 @@ pub(crate) use sensitivity::{PointReverse2, PointReverseTangents};
 pub(crate) use shape::Shape;
 pub use update::{AdamRule, AdamStep};
 pub(crate) use update::{AddTo, SumOfSquares, SumRows};
-pub use vector::{Real, Vector};
+pub use vector::{Arithmetic, Memory, Real, Vector};
 
 use vector::Lanes;
 pub(crate) use vector::Pair;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Isa, Real, Task, Vector, dispatch};
+use super::{Arithmetic, Isa, Memory, Real, Task, Vector, dispatch};
 
 /// Multiply–adds of one chain of dependent operations.
 const CHAIN: usize = 1 << 16;

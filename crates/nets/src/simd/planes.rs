@@ -4,7 +4,7 @@
 //! A layer keeps the units of one sample side by side, planes keep one value of many samples side by side; square blocks
 //! are transposed between the two by log₂ LANES rounds of [`Vector::zip`].
 
-use super::{Buffer, Isa, Real, Shape, Task, Vector};
+use super::{Buffer, Isa, Memory, Real, Shape, Task, Vector};
 
 /// The same number of values of every sample: value k of sample s is lane s mod LANES of vector k of group s / LANES.
 #[derive(Debug, Clone)]

@@ -5,7 +5,7 @@
 //! terms at a time summed over the units. So the weights of a layer of 64 units stay in the first-level cache, which the
 //! two copies that [`Gemm`](super::Gemm) reads do not.
 
-use super::{Isa, Vector};
+use super::{Arithmetic, Isa, Memory};
 
 /// The number of values in a vector of f64.
 const LANES: usize = 8;

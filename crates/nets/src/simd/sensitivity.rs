@@ -1,7 +1,7 @@
 //! Sensitivities backward through an activation (theory.md, equations 17 and 32).
 
 use super::shape::load;
-use super::{Isa, Real, Shape, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Shape, Task};
 
 /// Components ′, i and i′ of the sensitivity backward through an activation:
 /// the product of σ′(z) and ya in the truncated algebra (theory.md, equation 17).

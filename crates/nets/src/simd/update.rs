@@ -1,6 +1,6 @@
 //! Updates of whole arrays: sums of gradients, and the moments of Adam.
 
-use super::{Isa, Real, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Task, Vector};
 
 /// to += from.
 pub(crate) struct AddTo<'a, T> {

@@ -31,25 +31,45 @@ fn entry(i: usize, j: usize) -> usize {
 #[derive(Debug, Clone)]
 pub(crate) struct Factor<T = f64> {
     n: usize,
+    /// Added to the diagonal of G.
     shift: f64,
+    /// Whether the outputs include A.
     vector_potential: bool,
-    /// The lower triangles of G and G′, row by row.
-    g: Buffer<T>,
-    g_rate: Buffer<T>,
-    /// softplus′ and softplus″ of the diagonal, and the rate of its argument.
-    first: Buffer<T>,
-    second: Buffer<T>,
-    diagonal_rate: Buffer<T>,
+    /// The lower triangle of G, row by row.
+    g: WithRate<T>,
+    diagonal: Diagonal<T>,
+    /// q̇ in units of the velocities.
     v: Buffer<T>,
+    /// q̈ in the same units.
     a: Buffer<T>,
+    /// Gᵀv.
     u: Buffer<T>,
+    /// G′ᵀv + Gᵀa.
     w: Buffer<T>,
-    /// One number.
+    /// V, one number.
     potential: Buffer<T>,
-    linear: Buffer<T>,
-    linear_rate: Buffer<T>,
+    /// The vector potential A.
+    linear: WithRate<T>,
     /// Gᵀβ, G′ᵀβ and Ĝᵀv of [`Factor::velocity_slopes`].
     along: [Buffer<T>; 3],
+}
+
+/// A quantity and its change along q̇.
+#[derive(Debug, Clone)]
+struct WithRate<T> {
+    value: Buffer<T>,
+    rate: Buffer<T>,
+}
+
+/// The diagonal of G, which is softplus of its outputs: what its derivatives need.
+#[derive(Debug, Clone)]
+struct Diagonal<T> {
+    /// softplus′.
+    first: Buffer<T>,
+    /// softplus″.
+    second: Buffer<T>,
+    /// The change of the outputs along q̇.
+    rate: Buffer<T>,
 }
 
 impl<T: Real> Factor<T> {
@@ -61,18 +81,24 @@ impl<T: Real> Factor<T> {
             n,
             shift,
             vector_potential,
-            g: triangle(),
-            g_rate: triangle(),
-            first: row(),
-            second: row(),
-            diagonal_rate: row(),
+            g: WithRate {
+                value: triangle(),
+                rate: triangle(),
+            },
+            diagonal: Diagonal {
+                first: row(),
+                second: row(),
+                rate: row(),
+            },
             v: row(),
             a: row(),
             u: row(),
             w: row(),
             potential: Buffer::new(lanes),
-            linear: row(),
-            linear_rate: row(),
+            linear: WithRate {
+                value: row(),
+                rate: row(),
+            },
             along: [row(), row(), row()],
         }
     }
@@ -88,26 +114,26 @@ impl<T: Real> Factor<T> {
         for i in 0..n {
             let (diagonal, rate) = (Activation::Softplus.derivatives(output(0, i)), output(1, i));
             set_vector(&mut self.v, i, v(i));
-            set_vector(&mut self.first, i, diagonal.first);
-            set_vector(&mut self.second, i, diagonal.second);
-            set_vector(&mut self.diagonal_rate, i, rate);
+            set_vector(&mut self.diagonal.first, i, diagonal.first);
+            set_vector(&mut self.diagonal.second, i, diagonal.second);
+            set_vector(&mut self.diagonal.rate, i, rate);
             let value = diagonal.value.add(V::of(self.shift));
-            set_vector(&mut self.g, entry(i, i), value);
-            set_vector(&mut self.g_rate, entry(i, i), diagonal.first.mul(rate));
+            set_vector(&mut self.g.value, entry(i, i), value);
+            set_vector(&mut self.g.rate, entry(i, i), diagonal.first.mul(rate));
             for j in 0..i {
-                set_vector(&mut self.g, entry(i, j), output(0, below(n, i, j)));
-                set_vector(&mut self.g_rate, entry(i, j), output(1, below(n, i, j)));
+                set_vector(&mut self.g.value, entry(i, j), output(0, below(n, i, j)));
+                set_vector(&mut self.g.rate, entry(i, j), output(1, below(n, i, j)));
             }
         }
         let at = n * (n + 1) / 2;
         set_vector(&mut self.potential, 0, output(0, at));
         if self.vector_potential {
             for i in 0..n {
-                set_vector(&mut self.linear, i, output(0, at + 1 + i));
-                set_vector(&mut self.linear_rate, i, output(1, at + 1 + i));
+                set_vector(&mut self.linear.value, i, output(0, at + 1 + i));
+                set_vector(&mut self.linear.rate, i, output(1, at + 1 + i));
             }
         }
-        transposed_product::<V>(n, &self.g, &self.v, &mut self.u);
+        transposed_product::<V>(n, &self.g.value, &self.v, &mut self.u);
         self.accelerate(|_| V::of(0.0));
     }
 
@@ -122,8 +148,8 @@ impl<T: Real> Factor<T> {
             let mut sum = V::of(0.0);
             for i in j..n {
                 let (g, rate): (V, V) = (
-                    vector(&self.g, entry(i, j)),
-                    vector(&self.g_rate, entry(i, j)),
+                    vector(&self.g.value, entry(i, j)),
+                    vector(&self.g.rate, entry(i, j)),
                 );
                 sum = rate.fma(vector(&self.v, i), g.fma(vector(&self.a, i), sum));
             }
@@ -134,7 +160,7 @@ impl<T: Real> Factor<T> {
     /// L/E.
     #[inline(always)]
     pub(crate) fn lagrangian<V: Vector<Elem = T>>(&self) -> V {
-        let linear = product::<V>(&self.linear, &self.v, self.n);
+        let linear = product::<V>(&self.linear.value, &self.v, self.n);
         self.kinetic::<V>().add(linear).sub(self.potential())
     }
 
@@ -153,18 +179,18 @@ impl<T: Real> Factor<T> {
     /// πᵢ.
     #[inline(always)]
     pub(crate) fn momentum<V: Vector<Elem = T>>(&self, i: usize) -> V {
-        let own = product::<V>(row::<V>(&self.g, i), &self.u, i + 1);
-        own.add(vector(&self.linear, i))
+        let own = product::<V>(row::<V>(&self.g.value, i), &self.u, i + 1);
+        own.add(vector(&self.linear.value, i))
     }
 
     /// π′ᵢ.
     #[inline(always)]
     pub(crate) fn momentum_rate<V: Vector<Elem = T>>(&self, i: usize) -> V {
-        let mut sum: V = vector(&self.linear_rate, i);
+        let mut sum: V = vector(&self.linear.rate, i);
         for j in 0..=i {
             let (g, rate): (V, V) = (
-                vector(&self.g, entry(i, j)),
-                vector(&self.g_rate, entry(i, j)),
+                vector(&self.g.value, entry(i, j)),
+                vector(&self.g.rate, entry(i, j)),
             );
             sum = rate.fma(vector(&self.u, j), g.fma(vector(&self.w, j), sum));
         }
@@ -174,13 +200,14 @@ impl<T: Real> Factor<T> {
     /// (G Gᵀ)ᵢⱼ.
     #[inline(always)]
     pub(crate) fn mass<V: Vector<Elem = T>>(&self, i: usize, j: usize) -> V {
-        product(row::<V>(&self.g, i), row::<V>(&self.g, j), i.min(j) + 1)
+        let g = &self.g.value;
+        product(row::<V>(g, i), row::<V>(g, j), i.min(j) + 1)
     }
 
     /// The change of (G Gᵀ)ᵢⱼ with G′.
     #[inline(always)]
     pub(crate) fn mass_rate<V: Vector<Elem = T>>(&self, i: usize, j: usize) -> V {
-        let (g, rate, m) = (&self.g, &self.g_rate, i.min(j) + 1);
+        let (g, rate, m) = (&self.g.value, &self.g.rate, i.min(j) + 1);
         let first = product::<V>(row::<V>(rate, i), row::<V>(g, j), m);
         first.add(product(row::<V>(g, i), row::<V>(rate, j), m))
     }
@@ -191,7 +218,8 @@ impl<T: Real> Factor<T> {
         let n = self.n;
         for i in 0..n {
             let v: V = vector(&self.v, i);
-            let own = v.mul(vector(&self.u, i)).mul(vector(&self.first, i));
+            let first = vector(&self.diagonal.first, i);
+            let own = v.mul(vector(&self.u, i)).mul(first);
             set_vector(seed, i, own);
             for j in 0..i {
                 set_vector(seed, below(n, i, j), v.mul(vector(&self.u, j)));
@@ -222,11 +250,11 @@ impl<T: Real> Factor<T> {
             let (mut g_beta, mut rest) = (V::of(0.0), V::of(0.0));
             for i in j..n {
                 let (b, at) = (vector::<V>(beta, i), entry(i, j));
-                g_beta = b.fma(vector(&self.g, at), g_beta);
-                rest = b.fma(vector(&self.g_rate, at), rest);
+                g_beta = b.fma(vector(&self.g.value, at), g_beta);
+                rest = b.fma(vector(&self.g.rate, at), rest);
                 let mut hat = hat(if i == j { j } else { below(n, i, j) });
                 if i == j {
-                    hat = hat.mul(vector(&self.first, j));
+                    hat = hat.mul(vector(&self.diagonal.first, j));
                 }
                 rest = hat.fma(vector(&self.v, i), rest);
             }
@@ -236,10 +264,10 @@ impl<T: Real> Factor<T> {
                 let rate = b.fma(u, g_beta.mul(v));
                 let value = g_beta.fma(vector(&self.a, i), rest.fma(v, b.mul(w)));
                 if i == j {
-                    let first: V = vector(&self.first, j);
+                    let first: V = vector(&self.diagonal.first, j);
                     let bend = hat(j).mul(v).mul(u);
-                    let curved = rate.fma(vector(&self.diagonal_rate, j), bend);
-                    let curved = curved.mul(vector(&self.second, j));
+                    let curved = rate.fma(vector(&self.diagonal.rate, j), bend);
+                    let curved = curved.mul(vector(&self.diagonal.second, j));
                     set_vector(to_rate, j, rate.mul(first));
                     set_vector(to_value, j, value.fma(first, curved));
                 } else {
@@ -271,10 +299,10 @@ impl<T: Real> Factor<T> {
     ) {
         let n = self.n;
         let [g_beta, rate_beta, hat_v] = &mut self.along;
-        transposed_product::<V>(n, &self.g, beta, g_beta);
-        transposed_product::<V>(n, &self.g_rate, beta, rate_beta);
+        transposed_product::<V>(n, &self.g.value, beta, g_beta);
+        transposed_product::<V>(n, &self.g.rate, beta, rate_beta);
         for j in 0..n {
-            let own = hat(j).mul(vector(&self.first, j));
+            let own = hat(j).mul(vector(&self.diagonal.first, j));
             let mut sum = own.mul(vector(&self.v, j));
             for i in j + 1..n {
                 sum = hat(below(n, i, j)).fma(vector(&self.v, i), sum);
@@ -282,15 +310,15 @@ impl<T: Real> Factor<T> {
             set_vector(hat_v, j, sum);
         }
         for i in 0..n {
-            let own = hat(i).mul(vector(&self.first, i));
+            let own = hat(i).mul(vector(&self.diagonal.first, i));
             let mut sum = own.mul(vector(&self.u, i));
             for j in 0..i {
                 sum = hat(below(n, i, j)).fma(vector(&self.u, j), sum);
             }
             for j in 0..=i {
                 let (g, rate): (V, V) = (
-                    vector(&self.g, entry(i, j)),
-                    vector(&self.g_rate, entry(i, j)),
+                    vector(&self.g.value, entry(i, j)),
+                    vector(&self.g.rate, entry(i, j)),
                 );
                 let along_g = vector::<V>(rate_beta, j).add(vector(hat_v, j));
                 sum = g.fma(along_g, rate.fma(vector(g_beta, j), sum));

@@ -63,11 +63,8 @@ impl Real for f64 {
     }
 }
 
-/// Arithmetic on all lanes of a vector at once.
-///
-/// All methods compile to single instructions when they are inlined below the entry of their instruction set. `f64` is
-/// the vector of one lane, for algebra that serves one state as well as a vector of samples; it needs no entry.
-pub trait Vector: Copy + Sealed {
+/// The values of a vector: from memory, from one number, and back to memory.
+pub trait Memory: Copy + Sealed {
     /// The type of the value in a lane.
     type Elem: Real;
     /// The number of lanes.
@@ -84,26 +81,6 @@ pub trait Vector: Copy + Sealed {
     unsafe fn store_ptr(self, p: *mut Self::Elem);
     /// The vector with `x` in every lane.
     fn splat(x: Self::Elem) -> Self;
-    /// a + b.
-    fn add(self, b: Self) -> Self;
-    /// a − b.
-    fn sub(self, b: Self) -> Self;
-    /// a · b.
-    fn mul(self, b: Self) -> Self;
-    /// a / b.
-    fn div(self, b: Self) -> Self;
-    /// a · b + c, rounded once.
-    fn fma(self, b: Self, c: Self) -> Self;
-    /// √a.
-    fn sqrt(self) -> Self;
-    /// The larger of a and b, and b where a is NaN.
-    fn max(self, b: Self) -> Self;
-    /// `yes` where a ≥ 0, else `no`.
-    fn if_non_negative(self, yes: Self, no: Self) -> Self;
-    /// 2ⁿ from n + 1.5·2⁵² (1.5·2²³ in single precision), with n in the normal exponents.
-    fn pow2_of_shifted(self) -> Self;
-    /// The lanes of a and b interleaved, a₀ b₀ a₁ b₁ …: the first half, and the second.
-    fn zip(self, b: Self) -> (Self, Self);
 
     /// Loads the first `LANES` values of a slice; panics where it is shorter.
     #[inline(always)]
@@ -124,11 +101,43 @@ pub trait Vector: Copy + Sealed {
     fn of(x: f64) -> Self {
         Self::splat(Self::Elem::of(x))
     }
+}
+
+/// Arithmetic on all lanes of a vector at once.
+pub trait Arithmetic: Memory {
+    /// a + b.
+    fn add(self, b: Self) -> Self;
+    /// a − b.
+    fn sub(self, b: Self) -> Self;
+    /// a · b.
+    fn mul(self, b: Self) -> Self;
+    /// a / b.
+    fn div(self, b: Self) -> Self;
+    /// a · b + c, rounded once.
+    fn fma(self, b: Self, c: Self) -> Self;
+    /// √a.
+    fn sqrt(self) -> Self;
+    /// The larger of a and b, and b where a is NaN.
+    fn max(self, b: Self) -> Self;
     /// |a|.
     #[inline(always)]
     fn abs(self) -> Self {
         self.max(Self::of(0.0).sub(self))
     }
+}
+
+/// A vector of the kernels: its [`Memory`], its [`Arithmetic`], and what depends on the bits or the order of its lanes.
+///
+/// All methods compile to single instructions when they are inlined below the entry of their instruction set. `f64` is
+/// the vector of one lane, for algebra that serves one state as well as a vector of samples; it needs no entry.
+pub trait Vector: Arithmetic {
+    /// `yes` where a ≥ 0, else `no`.
+    fn if_non_negative(self, yes: Self, no: Self) -> Self;
+    /// 2ⁿ from n + 1.5·2⁵² (1.5·2²³ in single precision), with n in the normal exponents.
+    fn pow2_of_shifted(self) -> Self;
+    /// The lanes of a and b interleaved, a₀ b₀ a₁ b₁ …: the first half, and the second.
+    fn zip(self, b: Self) -> (Self, Self);
+
     /// The sum of the lanes, always in the same order.
     #[inline(always)]
     fn sum(self) -> Self::Elem {

@@ -1,6 +1,6 @@
 //! Two vectors side by side, where a register holds less than 64 bytes.
 
-use super::Vector;
+use super::{Arithmetic, Memory, Vector};
 use crate::simd::sealed::Sealed;
 
 /// Operations that act on both vectors alike.
@@ -19,7 +19,7 @@ pub(crate) struct Pair<V>(V, V);
 
 impl<V: Vector> Sealed for Pair<V> {}
 
-impl<V: Vector> Vector for Pair<V> {
+impl<V: Vector> Memory for Pair<V> {
     type Elem = V::Elem;
     const LANES: usize = 2 * V::LANES;
 
@@ -40,17 +40,14 @@ impl<V: Vector> Vector for Pair<V> {
     fn splat(x: Self::Elem) -> Self {
         Self(V::splat(x), V::splat(x))
     }
-    both!(
-        add(b),
-        sub(b),
-        mul(b),
-        div(b),
-        fma(b, c),
-        sqrt(),
-        max(b),
-        if_non_negative(yes, no),
-        pow2_of_shifted()
-    );
+}
+
+impl<V: Vector> Arithmetic for Pair<V> {
+    both!(add(b), sub(b), mul(b), div(b), fma(b, c), sqrt(), max(b));
+}
+
+impl<V: Vector> Vector for Pair<V> {
+    both!(if_non_negative(yes, no), pow2_of_shifted());
     #[inline(always)]
     fn zip(self, b: Self) -> (Self, Self) {
         let (low, high) = (self.0.zip(b.0), self.1.zip(b.1));

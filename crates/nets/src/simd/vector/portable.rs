@@ -1,6 +1,6 @@
 //! Vectors as plain arrays, for CPUs whose instructions are not known.
 
-use super::Vector;
+use super::{Arithmetic, Memory, Vector};
 use crate::simd::sealed::Sealed;
 
 /// An array of lanes, which the compiler vectorises as it can.
@@ -25,7 +25,7 @@ macro_rules! lanes {
 
 macro_rules! portable {
     ($elem:ty, $n:literal, $bits:ty, $bias:literal, $shift:literal) => {
-        impl Vector for Lanes<$elem, $n> {
+        impl Memory for Lanes<$elem, $n> {
             type Elem = $elem;
             const LANES: usize = $n;
             #[inline(always)]
@@ -42,6 +42,9 @@ macro_rules! portable {
             fn splat(x: $elem) -> Self {
                 Self([x; $n])
             }
+        }
+
+        impl Arithmetic for Lanes<$elem, $n> {
             lanes! {
                 add(a, b) => a + b;
                 sub(a, b) => a - b;
@@ -51,6 +54,11 @@ macro_rules! portable {
                 fma(a, b, c) => a * b + c;
                 sqrt(a) => num_traits::Float::sqrt(a);
                 max(a, b) => if a > b { a } else { b };
+            }
+        }
+
+        impl Vector for Lanes<$elem, $n> {
+            lanes! {
                 if_non_negative(a, yes, no) => if a >= 0.0 { yes } else { no };
             }
             #[inline(always)]

@@ -14,7 +14,7 @@ macro_rules! register {
 
         impl $crate::simd::sealed::Sealed for $name {}
 
-        impl Vector for $name {
+        impl Memory for $name {
             type Elem = $elem;
             const LANES: usize = $n;
             #[inline(always)]
@@ -32,6 +32,9 @@ macro_rules! register {
                 // SAFETY: as above.
                 Self(unsafe { $splat(x) })
             }
+        }
+
+        impl Arithmetic for $name {
             $crate::simd::vector::register::binary!(add: $add, sub: $sub, mul: $mul, div: $div, max: $max);
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -44,6 +47,9 @@ macro_rules! register {
                 // SAFETY: as above.
                 Self(unsafe { $fma })
             }
+        }
+
+        impl Vector for $name {
             #[inline(always)]
             fn if_non_negative(self, yes: Self, no: Self) -> Self {
                 let ($s, $yes, $no) = (self.0, yes.0, no.0);

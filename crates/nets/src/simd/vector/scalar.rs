@@ -1,7 +1,7 @@
 //! A single value as a vector of one lane, so that algebra written over vectors serves one state too. It needs no
 //! particular instructions and may be used outside of kernels.
 
-use super::Vector;
+use super::{Arithmetic, Memory, Vector};
 
 macro_rules! scalar {
     ($($operation:ident($a:ident $(, $other:ident)*) => $value:expr;)*) => {$(
@@ -13,7 +13,7 @@ macro_rules! scalar {
     )*};
 }
 
-impl Vector for f64 {
+impl Memory for f64 {
     type Elem = Self;
     const LANES: usize = 1;
     #[inline(always)]
@@ -30,6 +30,9 @@ impl Vector for f64 {
     fn splat(x: Self) -> Self {
         x
     }
+}
+
+impl Arithmetic for f64 {
     scalar! {
         add(a, b) => a + b;
         sub(a, b) => a - b;
@@ -39,6 +42,11 @@ impl Vector for f64 {
         fma(a, b, c) => a * b + c;
         sqrt(a) => Self::sqrt(a);
         max(a, b) => if a > b { a } else { b };
+    }
+}
+
+impl Vector for f64 {
+    scalar! {
         if_non_negative(a, yes, no) => if a >= 0.0 { yes } else { no };
         pow2_of_shifted(a) => Self::from_bits(a.to_bits().wrapping_add(1023) << 52);
     }

@@ -2,8 +2,8 @@
 
 use std::arch::x86_64::*;
 
-use super::Vector;
 use super::register::register;
+use super::{Arithmetic, Memory, Vector};
 
 register!(
     F32x8,

@@ -1,7 +1,9 @@
 //! What is done to the vectors of samples of a [`Block`], between the passes through the network.
 
-use super::Block;
-use nets::simd::{Isa, LARGEST_ANGLE, Real, Task, Vector, set_vector, sin_cos, vector};
+use super::{Balance, Block, Features};
+use nets::simd::{
+    Arithmetic, Isa, LARGEST_ANGLE, Memory, Real, Task, Vector, set_vector, sin_cos, vector,
+};
 
 /// The features of one coordinate.
 #[derive(Debug, Clone, Copy)]
@@ -59,25 +61,31 @@ impl<T: Real> Task for Run<'_, T> {
 impl<T: Real> Block<T> {
     #[inline(always)]
     fn features<I: Isa>(&mut self) {
+        let Features {
+            charts,
+            values,
+            slopes,
+            ..
+        } = &mut self.features;
         for first in (0..self.samples).step_by(8) {
-            let q = self.q.group(first / 8);
+            let q = self.motion.q.group(first / 8);
             let mut at = 0;
-            for (i, &chart) in self.charts.iter().enumerate() {
+            for (i, &chart) in charts.iter().enumerate() {
                 let q: I::F64 = vector(q, i);
                 match chart {
                     Chart::Circle => {
                         let (sin, cos) = circle(q);
-                        self.values.set_eight(at, first, cos);
-                        self.values.set_eight(at + 1, first, sin);
+                        values.set_eight(at, first, cos);
+                        values.set_eight(at + 1, first, sin);
                         let minus = I::F64::of(0.0).sub(sin);
-                        self.slopes.set_eight(at, first, minus);
-                        self.slopes.set_eight(at + 1, first, cos);
+                        slopes.set_eight(at, first, minus);
+                        slopes.set_eight(at + 1, first, cos);
                         at += 2;
                     }
                     Chart::Line { centre, scale } => {
                         let x = q.sub(I::F64::of(centre)).div(I::F64::of(scale));
-                        self.values.set_eight(at, first, x);
-                        self.slopes.set_eight(at, first, I::F64::of(1.0 / scale));
+                        values.set_eight(at, first, x);
+                        slopes.set_eight(at, first, I::F64::of(1.0 / scale));
                         at += 1;
                     }
                 }
@@ -87,10 +95,11 @@ impl<T: Real> Block<T> {
 
     #[inline(always)]
     fn tangent<I: Isa>(&mut self) {
+        let features = &mut self.features;
         for g in 0..self.factors.len() {
-            let (slopes, direction) = (self.slopes.group(g), self.direction.group(g));
-            let tangent = self.tangent.group_mut(g);
-            for (f, &i) in self.coordinates.iter().enumerate() {
+            let (slopes, direction) = (features.slopes.group(g), self.motion.direction.group(g));
+            let tangent = features.tangent.group_mut(g);
+            for (f, &i) in features.coordinates.iter().enumerate() {
                 let slope: T::Vec<I> = vector(slopes, f);
                 set_vector(tangent, f, slope.mul(vector(direction, i)));
             }
@@ -99,11 +108,12 @@ impl<T: Real> Block<T> {
 
     #[inline(always)]
     fn slope<I: Isa>(&mut self) {
+        let features = &self.features;
         for g in 0..self.factors.len() {
-            let (slopes, gradient) = (self.slopes.group(g), self.tangent.group(g));
-            let to = self.slope.group_mut(g);
+            let (slopes, gradient) = (features.slopes.group(g), features.tangent.group(g));
+            let to = self.balance.slope.group_mut(g);
             to.fill(T::default());
-            for (f, &i) in self.coordinates.iter().enumerate() {
+            for (f, &i) in features.coordinates.iter().enumerate() {
                 let slope: T::Vec<I> = vector(slopes, f);
                 let sum = slope.fma(vector(gradient, f), vector(to, i));
                 set_vector(to, i, sum);
@@ -115,7 +125,7 @@ impl<T: Real> Block<T> {
     fn read<I: Isa>(&mut self) {
         for (g, factor) in self.factors.iter_mut().enumerate() {
             let outputs = [self.outputs[0].group(g), self.outputs[1].group(g)];
-            let v = self.v.group(g);
+            let v = self.motion.v.group(g);
             factor.read::<T::Vec<I>>(|c, o| vector(outputs[c], o), |i| vector(v, i));
             factor.seeds::<T::Vec<I>>(self.seeds[0].group_mut(g));
         }
@@ -124,15 +134,16 @@ impl<T: Real> Block<T> {
     #[inline(always)]
     fn set_acceleration<I: Isa>(&mut self) {
         for (g, factor) in self.factors.iter_mut().enumerate() {
-            let a = self.a.group(g);
+            let a = self.motion.a.group(g);
             factor.accelerate::<T::Vec<I>>(|i| vector(a, i));
         }
     }
 
     #[inline(always)]
     fn take_balance<I: Isa>(&mut self) {
+        let Balance { slope, left, .. } = &mut self.balance;
         for (g, factor) in self.factors.iter().enumerate() {
-            let (slope, left) = (self.slope.group(g), self.left.group_mut(g));
+            let (slope, left) = (slope.group(g), left.group_mut(g));
             for (i, &unit) in self.units.iter().enumerate() {
                 let rate: T::Vec<I> = factor.momentum_rate(i);
                 let scaled = rate.mul(T::Vec::<I>::of(unit));
@@ -144,7 +155,7 @@ impl<T: Real> Block<T> {
     #[inline(always)]
     fn take_masses<I: Isa>(&mut self) {
         for (g, factor) in self.factors.iter().enumerate() {
-            let masses = self.masses.group_mut(g);
+            let masses = self.balance.masses.group_mut(g);
             for i in 0..self.units.len() {
                 for j in 0..=i {
                     set_vector::<T::Vec<I>>(masses, i * (i + 1) / 2 + j, factor.mass(i, j));
@@ -157,7 +168,7 @@ impl<T: Real> Block<T> {
     fn sensitivities<I: Isa>(&mut self) {
         let [to_rate, to_value] = &mut self.seeds;
         for (g, factor) in self.factors.iter_mut().enumerate() {
-            let (beta, hat) = (self.beta.group(g), self.outputs[0].group(g));
+            let (beta, hat) = (self.motion.beta.group(g), self.outputs[0].group(g));
             let (rate, value) = (to_rate.group_mut(g), to_value.group_mut(g));
             factor.sensitivities::<T::Vec<I>>(beta, |o| vector(hat, o), rate, value);
         }

@@ -13,27 +13,57 @@ use nets::{Packed, Pass};
 #[derive(Debug)]
 pub(crate) struct Block<T> {
     samples: usize,
+    /// 1/s.
+    units: Vec<f64>,
+    /// The factor of each vector of samples.
+    factors: Vec<Factor<T>>,
+    motion: Motion<T>,
+    features: Features<T>,
+    balance: Balance<T>,
+    /// Outputs and one of their changes.
+    outputs: [Planes<T>; 2],
+    /// Sensitivities to the outputs and to their change.
+    seeds: [Planes<T>; 2],
+}
+
+/// What is set for each sample, `[n]` each.
+#[derive(Debug)]
+struct Motion<T> {
+    q: Planes<f64>,
+    /// q̇ in units of the velocities.
+    v: Planes<T>,
+    /// q̈ in the same units.
+    a: Planes<T>,
+    /// Weights of the momentum rates π′.
+    beta: Planes<T>,
+    /// A direction in q, along which the features change.
+    direction: Planes<T>,
+}
+
+/// The features of the coordinates and their derivatives, one number for each feature.
+#[derive(Debug)]
+struct Features<T> {
+    /// The features of each coordinate.
     charts: Vec<Chart>,
     /// The coordinate of each feature.
     coordinates: Vec<usize>,
-    /// 1/s.
-    units: Vec<f64>,
-    factors: Vec<Factor<T>>,
-    q: Planes<f64>,
-    v: Planes<T>,
-    a: Planes<T>,
-    beta: Planes<T>,
-    direction: Planes<T>,
+    /// The features.
     values: Planes<T>,
+    /// The derivative of each feature by its coordinate.
     slopes: Planes<T>,
     /// A tangent of the features, or the gradient by them.
     tangent: Planes<T>,
+}
+
+/// Terms of the balance of forces.
+#[derive(Debug)]
+struct Balance<T> {
+    /// ∂(L/E)/∂q, `[n]`.
     slope: Planes<T>,
+    /// The left side without the forces, in units of the energy, `[n]`.
     left: Planes<T>,
+    /// The lower triangle of G Gᵀ, row by row.
     masses: Planes<T>,
-    /// Outputs and one of their changes; sensitivities to both.
-    outputs: [Planes<T>; 2],
-    seeds: [Planes<T>; 2],
 }
 
 impl<T: Real> Block<T> {
@@ -52,23 +82,29 @@ impl<T: Real> Block<T> {
         let (x, o) = (coordinates.len(), shape.factor_outputs());
         Self {
             samples,
-            charts: (0..n).map(chart).collect(),
             units: scaling.qd_scale.iter().map(|s| 1.0 / s).collect(),
             factors: vec![shape.factor_over(T::LANES); samples.div_ceil(T::LANES)],
-            q: Planes::new(n, samples),
-            v: planes(n),
-            a: planes(n),
-            beta: planes(n),
-            direction: planes(n),
-            values: planes(x),
-            slopes: planes(x),
-            tangent: planes(x),
-            slope: planes(n),
-            left: planes(n),
-            masses: planes(n * (n + 1) / 2),
+            motion: Motion {
+                q: Planes::new(n, samples),
+                v: planes(n),
+                a: planes(n),
+                beta: planes(n),
+                direction: planes(n),
+            },
+            features: Features {
+                charts: (0..n).map(chart).collect(),
+                coordinates,
+                values: planes(x),
+                slopes: planes(x),
+                tangent: planes(x),
+            },
+            balance: Balance {
+                slope: planes(n),
+                left: planes(n),
+                masses: planes(n * (n + 1) / 2),
+            },
             outputs: [planes(o), planes(o)],
             seeds: [planes(o), planes(o)],
-            coordinates,
         }
     }
 
@@ -81,16 +117,16 @@ impl<T: Real> Block<T> {
         (q, qd): (&[f64], &[f64]),
     ) {
         let n = self.units.len();
-        fill(&mut self.q, self.samples, n, |s, i| q[s * n + i]);
-        fill(&mut self.direction, self.samples, n, |s, i| {
+        fill(&mut self.motion.q, self.samples, n, |s, i| q[s * n + i]);
+        fill(&mut self.motion.direction, self.samples, n, |s, i| {
             T::of(qd[s * n + i])
         });
         let scale = &shape.scaling.qd_scale;
-        fill(&mut self.v, self.samples, n, |s, i| {
+        fill(&mut self.motion.v, self.samples, n, |s, i| {
             T::of(qd[s * n + i] / scale[i])
         });
         self.run(Step::Features);
-        pass.set_features(0, &self.values);
+        pass.set_features(0, &self.features.values);
         self.set_tangent(pass, 1);
         pass.forward(&shape.net, packed, Some(0));
         for (c, outputs) in self.outputs.iter_mut().enumerate() {
@@ -99,7 +135,7 @@ impl<T: Real> Block<T> {
         self.run(Step::Read);
         pass.set_seeds(&shape.net, 0, &self.seeds[0]);
         pass.reverse_seeded(&shape.net, packed);
-        pass.read_feature_gradient(&mut self.tangent);
+        pass.read_feature_gradient(&mut self.features.tangent);
         self.run(Step::Slope);
     }
 
@@ -110,7 +146,7 @@ impl<T: Real> Block<T> {
     /// Sets the accelerations q̈, `qdd(s, i)`.
     pub(crate) fn accelerate(&mut self, qdd: impl Fn(usize, usize) -> f64) {
         let (n, units) = (self.units.len(), &self.units);
-        fill(&mut self.a, self.samples, n, |s, i| {
+        fill(&mut self.motion.a, self.samples, n, |s, i| {
             T::of(qdd(s, i) * units[i])
         });
         self.run(Step::Accelerate);
@@ -123,7 +159,7 @@ impl<T: Real> Block<T> {
 
     /// Left side of the balance of coordinate `i` of sample `s` without the forces, in units of the energy.
     pub(crate) fn left(&self, s: usize, i: usize) -> f64 {
-        self.left.number(i, s).f64()
+        self.balance.left.number(i, s).f64()
     }
 
     /// Takes the mass matrices.
@@ -134,7 +170,8 @@ impl<T: Real> Block<T> {
     /// (G Gᵀ)ᵢⱼ of sample `s`.
     pub(crate) fn mass(&self, s: usize, i: usize, j: usize) -> f64 {
         let (row, column) = (i.max(j), i.min(j));
-        self.masses.number(row * (row + 1) / 2 + column, s).f64()
+        let masses = &self.balance.masses;
+        masses.number(row * (row + 1) / 2 + column, s).f64()
     }
 
     /// Writes tangent `d` of the features, along −`weight(s, i)` in q.
@@ -145,7 +182,7 @@ impl<T: Real> Block<T> {
         weight: impl Fn(usize, usize) -> f64,
     ) {
         let n = self.units.len();
-        fill(&mut self.direction, self.samples, n, |s, i| {
+        fill(&mut self.motion.direction, self.samples, n, |s, i| {
             T::of(-weight(s, i))
         });
         self.set_tangent(pass, 2 + d);
@@ -153,7 +190,7 @@ impl<T: Real> Block<T> {
 
     fn set_tangent(&mut self, pass: &mut Pass<T>, component: usize) {
         self.run(Step::Tangent);
-        pass.set_features(component, &self.tangent);
+        pass.set_features(component, &self.features.tangent);
     }
 
     /// Seeds the sensitivities of Σ weight(s, i) Sᵢ, direction `d` of `directions`, whose tangent has gone forward.
@@ -165,7 +202,7 @@ impl<T: Real> Block<T> {
         weight: impl Fn(usize, usize) -> f64,
     ) {
         let (n, units) = (self.units.len(), &self.units);
-        fill(&mut self.beta, self.samples, n, |s, i| {
+        fill(&mut self.motion.beta, self.samples, n, |s, i| {
             T::of(weight(s, i) * units[i])
         });
         pass.read_outputs(&shape.net, 2 + d, &mut self.outputs[0]);
