@@ -87,27 +87,76 @@ enum Phase {
 #[derive(Debug, Clone)]
 pub struct Stepper<'a, P> {
     pair: PhantomData<P>,
+    /// The times of the samples.
     times: &'a [f64],
-    control: Control,
-    phase: Phase,
-    solution: Solution,
-    t: f64,
-    /// The step to try next, and the one being tried.
-    h: f64,
-    step: f64,
     /// Index of the next sample.
     next: usize,
-    last_error: f64,
-    /// Factor from the step accepted to the next.
-    next_factor: f64,
-    last_rejected: bool,
+    control: Control,
+    phase: Phase,
+    /// The ending and the cost so far.
+    solution: Solution,
+    /// The time of the end of the last accepted step.
+    t: f64,
+    /// The state there.
     x: Vec<f64>,
-    x_new: Vec<f64>,
-    /// Where and when a slope is asked for, and the slope.
-    input: Vec<f64>,
-    input_t: f64,
+    size: StepSize,
+    request: Request,
+    attempt: Attempt,
+}
+
+/// The size of the steps, and what its control remembers.
+#[derive(Debug, Clone)]
+struct StepSize {
+    /// The step to try next.
+    next: f64,
+    /// The step being tried.
+    tried: f64,
+    /// The error of the last accepted step, 1 being allowed.
+    last_error: f64,
+    /// The factor from the step accepted to the next.
+    next_factor: f64,
+    /// Whether the last attempt was rejected.
+    last_rejected: bool,
+}
+
+impl StepSize {
+    /// Notes the error of an accepted step and the factor to the next, which must not grow after a rejection.
+    fn accept(&mut self, error: f64, factor: f64) {
+        self.last_error = error.max(1e-4);
+        self.next_factor = if self.last_rejected {
+            factor.min(1.0)
+        } else {
+            factor
+        };
+        self.last_rejected = false;
+    }
+
+    /// Shortens the step by the factor, for another attempt.
+    fn reject(&mut self, factor: f64) {
+        self.next = self.tried * factor.min(1.0);
+        self.last_rejected = true;
+    }
+}
+
+/// The slope that is asked for: see [`Stepper::request`].
+#[derive(Debug, Clone)]
+struct Request {
+    /// Its time.
+    t: f64,
+    /// Its state.
+    x: Vec<f64>,
+    /// f(t, x), which the caller writes.
     slope: Vec<f64>,
+}
+
+/// The memory of one attempt of a step.
+#[derive(Debug, Clone)]
+struct Attempt {
+    /// The slopes k, `[·, n]`.
     k: Vec<f64>,
+    /// The state at the end of the step.
+    x_new: Vec<f64>,
+    /// The terms of the dense output, `[TERMS, n]`.
     terms: Vec<f64>,
 }
 
@@ -122,6 +171,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         Self {
             pair: PhantomData,
             times,
+            next: 1,
             control,
             phase: if times.len() > 1 {
                 Phase::Begin
@@ -134,26 +184,32 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
                 rejected: 0,
             },
             t,
-            h: 0.0,
-            step: 0.0,
-            next: 1,
-            last_error: 1e-4,
-            next_factor: 1.0,
-            last_rejected: false,
             x: x0.to_vec(),
-            x_new: x0.to_vec(),
-            input: x0.to_vec(),
-            input_t: t,
-            slope: vec![0.0; n],
-            k: vec![0.0; P::A.len() * n],
-            terms: vec![0.0; P::TERMS * n],
+            size: StepSize {
+                next: 0.0,
+                tried: 0.0,
+                last_error: 1e-4,
+                next_factor: 1.0,
+                last_rejected: false,
+            },
+            request: Request {
+                t,
+                x: x0.to_vec(),
+                slope: vec![0.0; n],
+            },
+            attempt: Attempt {
+                k: vec![0.0; P::A.len() * n],
+                x_new: x0.to_vec(),
+                terms: vec![0.0; P::TERMS * n],
+            },
         }
     }
 
     /// Time and state at which the slope f(t, x) is needed next, and where to write it before
     /// [`Stepper::proceed`]; `None` at the end.
     pub fn request(&mut self) -> Option<(f64, &[f64], &mut [f64])> {
-        (self.phase != Phase::Done).then_some((self.input_t, &self.input[..], &mut self.slope[..]))
+        let Request { t, x, slope } = &mut self.request;
+        (self.phase != Phase::Done).then_some((*t, &x[..], &mut slope[..]))
     }
 
     /// How it ended, or what it has cost so far.
@@ -168,15 +224,15 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         match self.phase {
             Phase::Done => {}
             Phase::Begin => {
-                self.k[..n].copy_from_slice(&self.slope);
+                self.attempt.k[..n].copy_from_slice(&self.request.slope);
                 self.probe();
             }
             Phase::Probe => {
-                self.h = self.first_step();
+                self.size.next = self.first_step();
                 self.try_step();
             }
             Phase::Slope(s) => {
-                self.k[s * n..(s + 1) * n].copy_from_slice(&self.slope);
+                self.attempt.k[s * n..(s + 1) * n].copy_from_slice(&self.request.slope);
                 if s + 1 < P::ATTEMPT {
                     self.ask(s + 1);
                 } else if s + 1 == P::ATTEMPT {
@@ -192,8 +248,9 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
 
     /// Asks for slope s of the step being tried.
     fn ask(&mut self, s: usize) {
-        combine(&mut self.input, &self.x, self.step, P::A[s], &self.k);
-        self.input_t = self.t + P::C[s] * self.step;
+        let (step, request) = (self.size.tried, &mut self.request);
+        combine(&mut request.x, &self.x, step, P::A[s], &self.attempt.k);
+        request.t = self.t + P::C[s] * step;
         self.phase = Phase::Slope(s);
     }
 
@@ -202,54 +259,52 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         self.phase = Phase::Done;
     }
 
-    /// Begins a step of size `h`, cut to the end of the last interval, unless it is time to give up.
+    /// Begins the next step, cut to the end of the last interval, unless it is time to give up.
     fn try_step(&mut self) {
         let (t, end) = (self.t, self.times[self.times.len() - 1]);
-        if !self.h.is_finite() {
+        if !self.size.next.is_finite() {
             self.end(Ending::Failed {
                 t,
                 reason: Failure::NotFinite,
             });
         } else if self.solution.steps + self.solution.rejected >= self.control.max_steps {
             self.end(Ending::StepLimit { t });
-        } else if self.h < SMALLEST_STEP * t.abs().max(f64::MIN_POSITIVE) && t + self.h < end {
+        } else if self.size.next < SMALLEST_STEP * t.abs().max(f64::MIN_POSITIVE)
+            && t + self.size.next < end
+        {
             self.end(Ending::Failed {
                 t,
                 reason: Failure::StepTooSmall,
             });
         } else {
-            self.step = if self.is_last() { end - t } else { self.h };
+            self.size.tried = if self.is_last() {
+                end - t
+            } else {
+                self.size.next
+            };
             self.ask(1);
         }
     }
 
     /// Whether the step reaches the end, but for a rounding.
     fn is_last(&self) -> bool {
-        self.t + self.h * 1.000_000_01 >= self.times[self.times.len() - 1]
+        self.t + self.size.next * 1.000_000_01 >= self.times[self.times.len() - 1]
     }
 
     /// Accepts or rejects the attempt.
     fn decide(&mut self, sink: &mut Sink<'_>) {
-        combine(&mut self.x_new, &self.x, self.step, P::A[P::END], &self.k);
-        let error = P::error(&self.k, self.step, &self.x, &self.x_new, &self.control);
-        let factor = step_factor(&P::CONTROLLER, error, self.last_error);
+        let (step, Attempt { k, x_new, .. }) = (self.size.tried, &mut self.attempt);
+        combine(x_new, &self.x, step, P::A[P::END], k);
+        let error = P::error(k, step, &self.x, x_new, &self.control);
+        let factor = step_factor(&P::CONTROLLER, error, self.size.last_error);
         // NaN: the step left the domain of f.
         if error > 1.0 || error.is_nan() {
             self.solution.rejected += 1;
-            self.h = self.step * factor.min(1.0);
-            self.last_rejected = true;
+            self.size.reject(factor);
             return self.try_step();
         }
         self.solution.steps += 1;
-        (self.last_error, self.next_factor) = (
-            error.max(1e-4),
-            if self.last_rejected {
-                factor.min(1.0)
-            } else {
-                factor
-            },
-        );
-        self.last_rejected = false;
+        self.size.accept(error, factor);
         if P::END >= P::ATTEMPT {
             self.ask(P::END);
         } else {
@@ -261,7 +316,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         if self.is_last() {
             self.times[self.times.len() - 1]
         } else {
-            self.t + self.step
+            self.t + self.size.tried
         }
     }
 
@@ -274,23 +329,24 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
     fn conclude(&mut self, sink: &mut Sink<'_>) {
         let (n, t_new) = (self.x.len(), self.arrival());
         if self.samples_inside() {
-            P::prepare(&self.k, self.step, &self.x, &self.x_new, &mut self.terms);
+            let Attempt { k, x_new, terms } = &mut self.attempt;
+            P::prepare(k, self.size.tried, &self.x, x_new, terms);
         }
         while self.next < self.times.len() && self.times[self.next] <= t_new {
             let time = self.times[self.next];
             if time < t_new {
-                let theta = (time - self.t) / self.step;
-                interpolate(&self.terms, theta, &self.x, &mut self.input);
-                sink(self.next, &self.input);
+                let theta = (time - self.t) / self.size.tried;
+                interpolate(&self.attempt.terms, theta, &self.x, &mut self.request.x);
+                sink(self.next, &self.request.x);
             } else {
-                sink(self.next, &self.x_new);
+                sink(self.next, &self.attempt.x_new);
             }
             self.next += 1;
         }
-        std::mem::swap(&mut self.x, &mut self.x_new);
-        self.k.copy_within(P::END * n..(P::END + 1) * n, 0);
+        std::mem::swap(&mut self.x, &mut self.attempt.x_new);
+        self.attempt.k.copy_within(P::END * n..(P::END + 1) * n, 0);
         self.t = t_new;
-        self.h = self.step * self.next_factor;
+        self.size.next = self.size.tried * self.size.next_factor;
         if self.next == self.times.len() {
             self.end(Ending::Finished)
         } else {
@@ -300,41 +356,45 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
 
     /// Asks for a slope one explicit Euler step of 1 % of the first guess of the time scale ahead.
     fn probe(&mut self) {
-        let (d0, d1) = (self.norm(&self.x), self.norm(&self.slope));
+        let (d0, d1) = (self.norm(&self.x), self.norm(&self.request.slope));
         if !(d0.is_finite() && d1.is_finite()) {
             return self.end(Ending::Failed {
                 t: self.t,
                 reason: Failure::NotFinite,
             });
         }
-        self.step = if d0 < 1e-5 || d1 < 1e-5 {
+        let step = if d0 < 1e-5 || d1 < 1e-5 {
             1e-6
         } else {
             0.01 * d0 / d1
         };
-        combine(&mut self.input, &self.x, self.step, &[1.0], &self.k);
-        self.input_t = self.t + self.step;
+        let request = &mut self.request;
+        combine(&mut request.x, &self.x, step, &[1.0], &self.attempt.k);
+        request.t = self.t + step;
+        self.size.tried = step;
         self.phase = Phase::Probe;
     }
 
     /// A first step of about 1 % of the time scale of the solution (Hairer, Nørsett, Wanner, section II.4).
     fn first_step(&mut self) -> f64 {
-        let d1 = self.norm(&self.k[..self.x.len()]);
-        self.slope
+        let step = self.size.tried;
+        let d1 = self.norm(&self.attempt.k[..self.x.len()]);
+        self.request
+            .slope
             .iter_mut()
-            .zip(&self.k)
+            .zip(&self.attempt.k)
             .for_each(|(ahead, here)| *ahead -= here);
-        let d2 = self.norm(&self.slope) / self.step;
+        let d2 = self.norm(&self.request.slope) / step;
         if !d2.is_finite() {
-            return self.step;
+            return step;
         }
         let largest = d1.max(d2);
         let h = if largest <= 1e-15 {
-            (self.step * 1e-3).max(1e-6)
+            (step * 1e-3).max(1e-6)
         } else {
             (0.01 / largest).powf(P::CONTROLLER.exponent)
         };
-        (100.0 * self.step).min(h)
+        (100.0 * step).min(h)
     }
 
     fn norm(&self, v: &[f64]) -> f64 {

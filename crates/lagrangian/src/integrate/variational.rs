@@ -39,20 +39,35 @@ const DIFFERENCE: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub struct Variational {
     rule: Rule,
+    /// The slopes at the midpoint, or at the beginning of the interval.
     first: Slopes,
+    /// The slopes at the end of the interval.
     second: Slopes,
-    solver: SymmetricSolver,
+    newton: Newton,
+    /// The momentum of [`Variational::step`].
     p: Vec<f64>,
-    /// Trial velocity, q at its end, midpoint.
+    /// Trial velocity.
     v: Vec<f64>,
+    /// q at the end of the interval by the trial velocity.
     end: Vec<f64>,
+    /// q at the midpoint by the trial velocity.
     middle: Vec<f64>,
-    /// p⁻, p⁺, the residual p − p⁻, the Newton step.
+    /// p⁻.
     minus: Vec<f64>,
+    /// p⁺.
     plus: Vec<f64>,
-    residual: Vec<f64>,
-    change: Vec<f64>,
+}
+
+/// The linear system of a Newton step.
+#[derive(Debug, Clone)]
+struct Newton {
+    solver: SymmetricSolver,
+    /// M, or the Jacobian by differences.
     jacobian: Vec<f64>,
+    /// p − p⁻.
+    residual: Vec<f64>,
+    /// The change of the velocity.
+    change: Vec<f64>,
 }
 
 impl Variational {
@@ -64,16 +79,18 @@ impl Variational {
             rule,
             first: Slopes::new(n),
             second: Slopes::new(n),
-            solver: SymmetricSolver::new(n),
+            newton: Newton {
+                solver: SymmetricSolver::new(n),
+                jacobian: vec![0.0; n * n],
+                residual: row(),
+                change: row(),
+            },
             p: row(),
             v: row(),
             end: row(),
             middle: row(),
             minus: row(),
             plus: row(),
-            residual: row(),
-            change: row(),
-            jacobian: vec![0.0; n * n],
         }
     }
 
@@ -131,7 +148,7 @@ impl Variational {
         let mut convergence = Convergence::new();
         for iteration in 0..MAX_ITERATIONS {
             self.evaluate(f, (t, h), q, p);
-            if self.residual.iter().any(|x| !x.is_finite()) {
+            if self.newton.residual.iter().any(|x| !x.is_finite()) {
                 return Err(Failure::NotFinite);
             }
             let (change, size) = self.correct(f, (t, h), (q, p), iteration >= WITH_MASS_MATRIX)?;
@@ -152,7 +169,7 @@ impl Variational {
             *end = q[i] + h * self.v[i];
         }
         self.transform(f, (t, h), q);
-        for (i, residual) in self.residual.iter_mut().enumerate() {
+        for (i, residual) in self.newton.residual.iter_mut().enumerate() {
             *residual = p[i] - self.minus[i];
         }
     }
@@ -165,25 +182,31 @@ impl Variational {
         (q, p): (&[f64], &[f64]),
         exactly: bool,
     ) -> Result<(f64, f64), Failure> {
-        self.jacobian.copy_from_slice(&self.first.mass_matrix);
+        let jacobian = &mut self.newton.jacobian;
+        jacobian.copy_from_slice(&self.first.mass_matrix);
         if self.rule == Rule::Trapezoidal {
-            let pairs = self.jacobian.iter_mut().zip(&self.second.mass_matrix);
+            let pairs = jacobian.iter_mut().zip(&self.second.mass_matrix);
             pairs.for_each(|(m, other)| *m = 0.5 * (*m + other));
         }
-        let solved = if exactly {
+        if exactly {
             self.differences(f, at, q, p);
-            self.solver
-                .solve_general(&self.jacobian, &self.residual, &mut self.change)
+        }
+        let Newton {
+            solver,
+            jacobian,
+            residual,
+            change,
+        } = &mut self.newton;
+        let solved = if exactly {
+            solver.solve_general(jacobian, residual, change)
         } else {
-            self.solver
-                .solve(&self.jacobian, &self.residual, &mut self.change)
-                != Regularity::NotFinite
+            solver.solve(jacobian, residual, change) != Regularity::NotFinite
         };
         if !solved {
             return Err(Failure::NotConverged);
         }
         let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
-        for ((v, step), q) in self.v.iter_mut().zip(&self.change).zip(q) {
+        for ((v, step), q) in self.v.iter_mut().zip(&self.newton.change).zip(q) {
             *v += step;
             change = change.max(step.abs());
             size = size.max(v.abs()).max(q.abs() / at.1 * f64::EPSILON);
@@ -193,18 +216,18 @@ impl Variational {
 
     /// The Jacobian ∂p⁻/∂v by differences; the residual stays as it was.
     fn differences(&mut self, f: &mut Mechanics<'_>, at: (f64, f64), q: &[f64], p: &[f64]) {
-        let (n, residual) = (self.v.len(), self.residual.clone());
+        let (n, residual) = (self.v.len(), self.newton.residual.clone());
         let size = self.v.iter().fold(1e-3, |size: f64, v| size.max(v.abs()));
         for j in 0..n {
             let (v, step) = (self.v[j], DIFFERENCE * size);
             self.v[j] = v + step;
             self.evaluate(f, at, q, p);
-            for (i, (here, beside)) in residual.iter().zip(&self.residual).enumerate() {
-                self.jacobian[i * n + j] = (here - beside) / step;
+            for (i, (here, beside)) in residual.iter().zip(&self.newton.residual).enumerate() {
+                self.newton.jacobian[i * n + j] = (here - beside) / step;
             }
             self.v[j] = v;
         }
-        self.residual = residual;
+        self.newton.residual = residual;
     }
 
     /// p⁻ and p⁺ of the interval from `q` to `end`, whose velocity is `v`.
@@ -246,16 +269,21 @@ impl Variational {
         let mut convergence = Convergence::new();
         for _ in 0..MAX_ITERATIONS {
             f(t, q, v, &mut self.first);
-            for (i, residual) in self.residual.iter_mut().enumerate() {
+            for (i, residual) in self.newton.residual.iter_mut().enumerate() {
                 *residual = p[i] - self.first.momentum[i];
             }
-            let solver = &mut self.solver;
-            let found = solver.solve(&self.first.mass_matrix, &self.residual, &mut self.change);
-            if found == Regularity::NotFinite || self.change.iter().any(|x| !x.is_finite()) {
+            let Newton {
+                solver,
+                residual,
+                change,
+                ..
+            } = &mut self.newton;
+            let regularity = solver.solve(&self.first.mass_matrix, residual, change);
+            if regularity == Regularity::NotFinite || change.iter().any(|x| !x.is_finite()) {
                 return Err(Failure::NotFinite);
             }
             let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
-            for (v, step) in v.iter_mut().zip(&self.change) {
+            for (v, step) in v.iter_mut().zip(&self.newton.change) {
                 *v += step;
                 change = change.max(step.abs());
                 size = size.max(v.abs());
