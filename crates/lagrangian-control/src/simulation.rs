@@ -13,19 +13,35 @@ pub struct Simulation<'a> {
     config: LoopConfig,
     robot: Box<dyn Evaluator + 'a>,
     integrator: Rk4,
-    readout: Readout,
+    sensing: Sensing,
+    drives: Drives,
+    /// Degrees of freedom.
     n: usize,
+    /// The number of ticks so far.
     tick: usize,
     /// (q, q̇), `[2 n]`.
     state: Vec<f64>,
-    measured: State,
-    /// The torque that is demanded of the drives, and the torque that acts.
-    tau: Vec<f64>,
-    acting: Vec<f64>,
-    /// Delayed outputs of the controller and delayed states for the sensors, both as rings.
-    decisions: Vec<f64>,
-    readings: Vec<f64>,
+    /// The motion so far.
     driven: Driven,
+}
+
+/// The sensors and their delay.
+struct Sensing {
+    readout: Readout,
+    /// The states of the last ticks, a ring `[sensor_delay + 1, 2 n]`.
+    delayed: Vec<f64>,
+    /// The last measured state.
+    measured: State,
+}
+
+/// The drives and their delay.
+struct Drives {
+    /// The outputs of the controller of the last ticks, a ring `[actuation_delay + 1, n]`.
+    delayed: Vec<f64>,
+    /// The torque that is demanded, `[n]`.
+    demanded: Vec<f64>,
+    /// The torque that acts, `[n]`.
+    acting: Vec<f64>,
 }
 
 impl<'a> Simulation<'a> {
@@ -41,18 +57,21 @@ impl<'a> Simulation<'a> {
             Error::check_finite(what, x)?;
         }
         let state = [&start.q[..], &start.qd[..]].concat();
-        let readings = state.repeat(config.sensor_delay + 1);
         Ok(Self {
             robot: model.evaluator(),
             integrator: Rk4::new(2 * n),
-            readout: Readout::new(config.sensors, n, config.seed),
+            sensing: Sensing {
+                readout: Readout::new(config.sensors, n, config.seed),
+                delayed: state.repeat(config.sensor_delay + 1),
+                measured: start.clone(),
+            },
+            drives: Drives {
+                delayed: vec![0.0; n * (config.actuation_delay + 1)],
+                demanded: vec![0.0; n],
+                acting: vec![0.0; n],
+            },
             n,
             tick: 0,
-            measured: start.clone(),
-            tau: vec![0.0; n],
-            acting: vec![0.0; n],
-            decisions: vec![0.0; n * (config.actuation_delay + 1)],
-            readings,
             driven: Driven::new(),
             state,
             config,
@@ -80,13 +99,13 @@ impl<'a> Simulation<'a> {
     /// The measured state at the last tick.
     #[must_use]
     pub fn measured(&self) -> &State {
-        &self.measured
+        &self.sensing.measured
     }
 
     /// The torque that was demanded of the drives at the last tick, `[n]`.
     #[must_use]
     pub fn torque(&self) -> &[f64] {
-        &self.tau
+        &self.drives.demanded
     }
 
     /// The motion so far.
@@ -110,17 +129,18 @@ impl<'a> Simulation<'a> {
         let t = self.time();
         self.measure();
         let slot = self.tick % (self.config.actuation_delay + 1) * self.n;
-        let decision = &mut self.decisions[slot..slot + self.n];
+        let decision = &mut self.drives.delayed[slot..slot + self.n];
+        let measured = &self.sensing.measured;
         let clock = Instant::now();
-        controller.torque(t, &self.measured.q, &self.measured.qd, decision);
+        controller.torque(t, &measured.q, &measured.qd, decision);
         self.driven.latency.record(clock.elapsed());
         self.drive();
         self.driven.record(&Tick {
             t,
             state: &self.state,
-            measured: &self.measured,
-            acting: &self.acting,
-            demanded: &self.tau,
+            measured: &self.sensing.measured,
+            acting: &self.drives.acting,
+            demanded: &self.drives.demanded,
         });
         self.advance();
         self.tick += 1;
@@ -140,39 +160,47 @@ impl<'a> Simulation<'a> {
         let width = 2 * self.n;
         let length = self.config.sensor_delay + 1;
         let newest = self.tick % length * width;
-        self.readings[newest..newest + width].copy_from_slice(&self.state);
+        let Sensing {
+            readout,
+            delayed,
+            measured,
+        } = &mut self.sensing;
+        delayed[newest..newest + width].copy_from_slice(&self.state);
         let oldest = (self.tick + 1) % length * width;
-        let delayed = &self.readings[oldest..oldest + width];
-        self.readout
-            .read(self.config.period(), delayed, &mut self.measured);
+        let reading = &delayed[oldest..oldest + width];
+        readout.read(self.config.period(), reading, measured);
     }
 
     /// Applies the delayed output of the controller within the limits.
     fn drive(&mut self) {
         let slot = (self.tick + 1) % (self.config.actuation_delay + 1) * self.n;
-        self.tau
-            .copy_from_slice(&self.decisions[slot..slot + self.n]);
-        if !self.tau.iter().all(|x| x.is_finite()) {
-            self.tau.fill(0.0);
+        let Drives {
+            delayed,
+            demanded,
+            acting,
+        } = &mut self.drives;
+        demanded.copy_from_slice(&delayed[slot..slot + self.n]);
+        if !demanded.iter().all(|x| x.is_finite()) {
+            demanded.fill(0.0);
             self.driven.not_finite += 1;
         }
         let mut cut = false;
-        for (tau, limit) in self.tau.iter_mut().zip(&self.config.limit) {
+        for (tau, limit) in demanded.iter_mut().zip(&self.config.limit) {
             cut |= tau.abs() > *limit && *limit > 0.0;
             *tau = tau.clamp(-limit, *limit);
         }
         self.driven.saturated += u64::from(cut);
-        self.acting.copy_from_slice(&self.tau);
+        acting.copy_from_slice(demanded);
         if self.config.drive_noise > 0.0 {
-            for (acting, limit) in self.acting.iter_mut().zip(&self.config.limit) {
-                *acting += self.config.drive_noise * limit * self.readout.normal();
+            for (acting, limit) in acting.iter_mut().zip(&self.config.limit) {
+                *acting += self.config.drive_noise * limit * self.sensing.readout.normal();
             }
         }
     }
 
     fn advance(&mut self) {
         let h = self.config.period() / self.config.substeps as f64;
-        let (n, robot, tau) = (self.n, &mut self.robot, &self.acting);
+        let (n, robot, tau) = (self.n, &mut self.robot, &self.drives.acting);
         let mut motion = |_: f64, x: &[f64], slope: &mut [f64]| {
             let (q, qd) = x.split_at(n);
             let (velocity, acceleration) = slope.split_at_mut(n);

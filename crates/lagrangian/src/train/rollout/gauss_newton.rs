@@ -205,7 +205,8 @@ impl RolloutProblem<'_> {
             for s in (0..block.count).filter(|s| !block.is_silent(*s)) {
                 for (c, weight) in weights.iter().enumerate() {
                     let along = |row: usize| {
-                        block.to_start[(s * rows + row) * d + c] * unit.right[s * rows + row]
+                        block.sensitivities.to_start[(s * rows + row) * d + c]
+                            * unit.right[s * rows + row]
                     };
                     let change = -rate * ((0..rows).map(along).sum::<f64>() / (weight * weight));
                     if change.is_finite() {

@@ -137,7 +137,7 @@ impl Lane {
             square.fill(0.0);
             right.fill(0.0);
             for row in 0..rows {
-                let slopes = &block.to_start[(s * rows + row) * d..][..d];
+                let slopes = &block.sensitivities.to_start[(s * rows + row) * d..][..d];
                 for i in 0..d {
                     let slope = slopes[i] / task.weights[i];
                     right[i] -= slope * block.residual[s * rows + row];
@@ -169,7 +169,7 @@ impl Lane {
             let x = &block.points[e].x;
             flow.rate(work, x, &block.tau, &mut rate, &mut block.failed);
             for s in 0..sizes.samples {
-                let direct = &block.direct[(s * total + e) * d..][..d];
+                let direct = &block.sensitivities.direct[(s * total + e) * d..][..d];
                 for j in 0..k {
                     let by_output = |i: usize| work.linear.d[(s * rates + i) * k + j];
                     let terms = (0..rates).map(|i| direct[d - rates + i] * by_output(i));

@@ -102,7 +102,7 @@ fn starts_kernel(
     let (rows, d) = (out.len(), task.weights.len());
     // ∂(residual)/∂(component c of its start) over the weight of c.
     let slope = |block: &Block, s: usize, row: usize, c: usize| {
-        block.to_start[(s * rows + row) * d + c] / task.weights[c]
+        block.sensitivities.to_start[(s * rows + row) * d + c] / task.weights[c]
     };
     for c in 0..d {
         let left = slope(a, s, i, c);

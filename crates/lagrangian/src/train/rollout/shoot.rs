@@ -27,6 +27,7 @@ pub(super) struct Block {
     pub(super) sizes: Sizes,
     /// The memory of each evaluation, or one for all.
     pub(super) works: Vec<Work<f64>>,
+    /// The state and the Jacobians of each evaluation.
     pub(super) points: Vec<Point>,
     /// The number of segments; the rest of the block repeats the first.
     pub(super) count: usize,
@@ -34,16 +35,25 @@ pub(super) struct Block {
     pub(super) begins: Vec<usize>,
     /// x at the boundaries of the steps, `[steps + 1][samples, 2n]`.
     pub(super) states: Vec<Vec<f64>>,
-    /// h of each step and segment, `[steps][samples]`, and the τ that is held.
+    /// h of each step and segment, `[steps][samples]`.
     pub(super) h: Vec<Vec<f64>>,
+    /// The τ that is held, `[samples, n]`.
     pub(super) tau: Vec<f64>,
+    /// Whether the rollout of each segment has failed.
     pub(super) failed: Vec<bool>,
     /// r, `[samples, rows]`.
     pub(super) residual: Vec<f64>,
-    /// ∂/∂(rates at every evaluation), `[samples, rows, evaluations, 2n]`, and ∂/∂s, `[samples, rows, 2n]`, of each
-    /// residual or of one weighted sum of them.
+    pub(super) sensitivities: Sensitivities,
+}
+
+/// The sensitivities of each residual of a block, or of one weighted sum of them.
+#[derive(Default)]
+pub(super) struct Sensitivities {
+    /// To the rates at every evaluation, `[samples, rows, evaluations, 2n]`.
     pub(super) direct: Vec<f64>,
+    /// To the start of the segment, `[samples, rows, 2n]`.
     pub(super) to_start: Vec<f64>,
+    /// To the state of one segment, `[rows, 2n]`, while it is propagated backwards.
     lambda: Vec<f64>,
 }
 
@@ -76,9 +86,7 @@ impl Block {
             tau: vec![0.0; m * sizes.n],
             failed: vec![false; m],
             residual: Vec::new(),
-            direct: Vec::new(),
-            to_start: Vec::new(),
-            lambda: Vec::new(),
+            sensitivities: Sensitivities::default(),
         }
     }
 
@@ -185,11 +193,14 @@ impl Block {
             Back::Sum(_) => 1,
         };
         let total = task.config.evaluations(rows.horizon);
-        self.direct.clear();
-        self.direct
-            .resize(self.sizes.samples * out * total * d, 0.0);
-        self.to_start.clear();
-        self.to_start.resize(self.sizes.samples * out * d, 0.0);
+        let samples = self.sizes.samples;
+        let Sensitivities {
+            direct, to_start, ..
+        } = &mut self.sensitivities;
+        direct.clear();
+        direct.resize(samples * out * total * d, 0.0);
+        to_start.clear();
+        to_start.resize(samples * out * d, 0.0);
         for s in 0..self.count {
             if !self.failed[s] {
                 self.back_of(task, what, s);
@@ -202,8 +213,8 @@ impl Block {
         let (rows, d, config) = (task.rows, self.sizes.state(), task.config);
         let each = evaluations(config.integrator);
         let total = config.evaluations(rows.horizon);
-        let out = self.to_start.len() / (self.sizes.samples * d);
-        let mut lambda = std::mem::take(&mut self.lambda);
+        let out = self.sensitivities.to_start.len() / (self.sizes.samples * d);
+        let mut lambda = std::mem::take(&mut self.sensitivities.lambda);
         lambda.clear();
         lambda.resize(out * d, 0.0);
         for number in (0..rows.horizon * config.substeps).rev() {
@@ -217,7 +228,7 @@ impl Block {
             let points = &self.points[number * each..][..each];
             for row in first..out {
                 let at = ((s * out + row) * total + number * each) * d;
-                let direct = &mut self.direct[at..at + each * d];
+                let direct = &mut self.sensitivities.direct[at..at + each * d];
                 let lambda = &mut lambda[row * d..][..d];
                 back(
                     config.integrator,
@@ -231,8 +242,8 @@ impl Block {
         if rows.start {
             seed(task, what, s, 0, &mut lambda);
         }
-        self.to_start[s * out * d..][..out * d].copy_from_slice(&lambda);
-        self.lambda = lambda;
+        self.sensitivities.to_start[s * out * d..][..out * d].copy_from_slice(&lambda);
+        self.sensitivities.lambda = lambda;
     }
 }
 

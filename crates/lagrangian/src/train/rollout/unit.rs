@@ -46,10 +46,10 @@ impl Unit {
         let block = &self.block;
         let (rates, k, d) = (block.sizes.rates, block.sizes.outputs, block.sizes.state());
         let rows = rows.count();
-        let total = block.direct.len() / (SEGMENTS * rows * d);
+        let total = block.sensitivities.direct.len() / (SEGMENTS * rows * d);
         self.chained.clear();
         self.chained.resize(SEGMENTS * rows * total * k, 0.0);
-        for (at, direct) in block.direct.chunks_exact(d).enumerate() {
+        for (at, direct) in block.sensitivities.direct.chunks_exact(d).enumerate() {
             let (s, e) = (at / (rows * total), at % total);
             let by_output = &block.points[e].by_output[s * rates * k..][..rates * k];
             let out = &mut self.chained[at * k..][..k];

@@ -346,7 +346,7 @@ fn free_starts_have_the_slopes_of_differences() {
                 };
                 block.shoot(&flow, &task, &[2]);
                 block.back(&task, Back::Each);
-                (block.residual, block.to_start)
+                (block.residual, block.sensitivities.to_start)
             })
         };
         let (_, slopes) = at(&starts);
