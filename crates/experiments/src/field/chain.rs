@@ -15,10 +15,11 @@ use lagrangian::{Coordinates, Lagrangian};
 /// on all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
-    speed: f64,
-    radius: f64,
-    gap: f64,
-    coordinates: Coordinates,
+    /// The wave speed c, m/s.
+    pub(crate) speed: f64,
+    pub(super) radius: f64,
+    pub(super) gap: f64,
+    pub(super) coordinates: Coordinates,
 }
 
 impl Chain {
@@ -33,18 +34,8 @@ impl Chain {
         }
     }
 
-    /// The equation of Klein and Gordon φ̈ = c² φ″ − ω₀² φ.
-    #[must_use]
-    pub fn klein_gordon(speed: f64, gap: f64) -> Self {
-        Self {
-            gap,
-            ..Self::wave(speed)
-        }
-    }
-
     /// The rod of Rayleigh and Love, φ̈ − r² φ̈″ = c² φ″: short waves are slow, because they must widen the rod.
-    #[must_use]
-    pub fn love_rod(speed: f64, radius: f64) -> Self {
+    pub(crate) fn love_rod(speed: f64, radius: f64) -> Self {
         Self {
             radius,
             ..Self::wave(speed)
@@ -52,8 +43,7 @@ impl Chain {
     }
 
     /// The sine-Gordon equation φ̈ = c² φ″ − ω₀² sin φ: pendulums on a twisted band. φ is an angle.
-    #[must_use]
-    pub fn sine_gordon(speed: f64, gap: f64) -> Self {
+    pub(crate) fn sine_gordon(speed: f64, gap: f64) -> Self {
         Self {
             gap,
             coordinates: Coordinates::angles(3),
@@ -61,15 +51,8 @@ impl Chain {
         }
     }
 
-    /// Its wave speed c, m/s.
-    #[must_use]
-    pub fn speed(&self) -> f64 {
-        self.speed
-    }
-
     /// ω(k) of small waves, rad/s; k in rad/m.
-    #[must_use]
-    pub fn frequency(&self, k: f64) -> f64 {
+    pub(crate) fn frequency(&self, k: f64) -> f64 {
         let kappa = 2.0 * (0.5 * k).sin();
         let stiffness = self.gap.powi(2) + (self.speed * kappa).powi(2);
         (stiffness / (1.0 + (self.radius * kappa).powi(2))).sqrt()

@@ -53,17 +53,6 @@ impl CyclicBand {
         })
     }
 
-    /// Writes M x to `out`, both `[n]`.
-    pub(super) fn multiply(&self, x: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        for (j, k, m) in self.couplings() {
-            out[j] += m * x[k];
-            if j != k {
-                out[k] += m * x[j];
-            }
-        }
-    }
-
     /// The same matrix row-major, `[n, n]`: for small rings, and to test by.
     pub(super) fn dense(&self) -> Vec<f64> {
         let mut dense = vec![0.0; self.n * self.n];
@@ -300,7 +289,12 @@ mod tests {
 
     fn residual(m: &CyclicBand, x: &[f64], b: &[f64]) -> f64 {
         let mut out = vec![0.0; b.len()];
-        m.multiply(x, &mut out);
+        for (j, k, m) in m.couplings() {
+            out[j] += m * x[k];
+            if j != k {
+                out[k] += m * x[j];
+            }
+        }
         let pairs = out.iter().zip(b);
         pairs.fold(0.0, |worst, (a, b)| (a - b).abs().max(worst))
     }

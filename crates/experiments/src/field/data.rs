@@ -10,25 +10,24 @@ use nets::normal;
 
 /// The distribution of random rings: Fourier modes with normal amplitudes, equal for all wave numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RingStates {
+pub(crate) struct RingStates {
     /// The mean of φ over the ring is uniform between ± this.
-    pub mean: f64,
+    pub(crate) mean: f64,
     /// Root mean square of φ about its mean; each ring has a uniform share of it.
-    pub amplitude: f64,
+    pub(crate) amplitude: f64,
     /// Root mean square of φ̇; each ring has a uniform share of it.
-    pub rate: f64,
+    pub(crate) rate: f64,
     /// An angle winds up to this many times around the circle along the ring, either way.
-    pub windings: i32,
+    pub(crate) windings: i32,
     /// Length of a motion, s, and its sample interval.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// Time between two samples, s.
-    pub interval: f64,
+    pub(crate) interval: f64,
 }
 
 impl RingStates {
     /// A random field and its rate on a ring of `points`.
-    #[must_use]
-    pub fn sample(&self, points: usize, rng: &mut impl rand::Rng) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn sample(&self, points: usize, rng: &mut impl rand::Rng) -> (Vec<f64>, Vec<f64>) {
         let mean = self.mean * (2.0 * rng.random::<f64>() - 1.0);
         let turns = (f64::from(self.windings) * (2.0 * rng.random::<f64>() - 1.0)).round();
         let shares = [self.amplitude, self.rate].map(|x| x * rng.random::<f64>());
@@ -48,10 +47,7 @@ fn modes(points: usize, size: f64, rng: &mut impl rand::Rng) -> Vec<f64> {
 }
 
 /// `count` motions of `truth` from random states, with their accelerations.
-///
-/// # Errors
-/// As [`times`] and [`rollout()`].
-pub fn ring_states<D: Lagrangian>(
+pub(crate) fn ring_states<D: Lagrangian>(
     truth: &Field<D>,
     states: &RingStates,
     count: usize,

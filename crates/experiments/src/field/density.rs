@@ -41,7 +41,7 @@ impl Default for DensityConfig {
 
 /// What a network of three neighbouring points gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Output {
+pub(crate) enum Output {
     /// A density, from which the motion follows.
     Density,
     /// The acceleration of the point in the middle: the plain network.
@@ -80,7 +80,7 @@ impl Weighted {
 /// It is a Lagrangian of the values left, here and right; [`Field`](super::Field) sums it over a ring of any size.
 #[derive(Debug, Clone)]
 pub struct DensityNet {
-    network: Weighted,
+    pub(super) network: Weighted,
     coordinates: Coordinates,
 }
 
@@ -106,18 +106,6 @@ impl DensityNet {
     #[must_use]
     pub fn parameters(&self) -> &[f64] {
         &self.network.parameters
-    }
-
-    /// Its configuration.
-    #[must_use]
-    pub fn config(&self) -> &DensityConfig {
-        &self.network.shape.config
-    }
-
-    /// Its scales.
-    #[must_use]
-    pub fn scaling(&self) -> &FieldScaling {
-        &self.network.shape.inputs.scaling
     }
 }
 
@@ -275,6 +263,27 @@ mod tests {
 
     use super::*;
     use lagrangian::analytic::{ClosedForm, DualJets, DualNum};
+
+    impl Inputs {
+        /// All inputs over any scalar.
+        fn evaluate<D: DualNum<Primitive = f64> + Copy>(&self, phi: &[D], phid: &[D]) -> Vec<D> {
+            let s = &self.scaling;
+            let mut x = vec![
+                (phi[1] - phi[0]) / s.difference,
+                (phi[2] - phi[1]) / s.difference,
+            ];
+            match self.symmetry {
+                Symmetry::None => x.push((phi[1] - s.centre) / s.value),
+                Symmetry::Shift => {}
+                Symmetry::Turn => x.extend([phi[1].cos(), phi[1].sin()]),
+            }
+            for pair in phid.windows(2) {
+                x.push((pair[1] - pair[0]) / s.difference_rate);
+            }
+            x.push(phid[1] / s.rate);
+            x
+        }
+    }
 
     /// The slow, plain evaluation that the kernels are tested against.
     impl ClosedForm for DensityNet {

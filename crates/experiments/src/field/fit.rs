@@ -16,21 +16,21 @@ use lagrangian::{Budget, Dataset, Model, Observer, Progress, Result, shuffle};
 
 /// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FieldFitConfig {
+pub(crate) struct FieldFitConfig {
     /// What is learned.
-    pub output: Output,
+    pub(crate) output: Output,
     /// The network.
-    pub network: DensityConfig,
+    pub(crate) network: DensityConfig,
     /// The optimiser.
-    pub natural: NaturalConfig,
+    pub(crate) natural: NaturalConfig,
     /// How long.
-    pub budget: Budget,
+    pub(crate) budget: Budget,
     /// Rings of one step.
-    pub rings: usize,
+    pub(crate) rings: usize,
     /// The seed of weights and batches.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// Steps between two validations.
-    pub validate_every: usize,
+    pub(crate) validate_every: usize,
 }
 
 impl Default for FieldFitConfig {
@@ -54,7 +54,7 @@ impl Default for FieldFitConfig {
 
 /// What was learned of a field.
 #[derive(Debug, Clone)]
-pub enum LearnedField {
+pub(crate) enum LearnedField {
     /// A density.
     Density(DensityNet),
     /// A plain network.
@@ -63,10 +63,7 @@ pub enum LearnedField {
 
 impl LearnedField {
     /// Its law on a ring of so many points.
-    ///
-    /// # Errors
-    /// [`lagrangian::Error::Argument`] for fewer than three.
-    pub fn ring(&self, points: usize) -> Result<Box<dyn Model + '_>> {
+    pub(crate) fn ring(&self, points: usize) -> Result<Box<dyn Model + '_>> {
         Ok(match self {
             Self::Density(density) => Box::new(Field::new(density, points)?),
             Self::Plain(net) => Box::new(net.ring(points)?),
@@ -76,23 +73,20 @@ impl LearnedField {
 
 /// What a fit came to.
 #[derive(Debug, Clone)]
-pub struct FieldFit {
+pub(crate) struct FieldFit {
     /// With the weights of the best validation.
-    pub model: LearnedField,
+    pub(crate) model: LearnedField,
     /// Its mean squared error of accelerations on the validation rings, in units of their mean square.
-    pub best: f64,
+    pub(crate) best: f64,
     /// Seconds it took.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
 }
 
 /// A loss that exceeds the best by this factor goes back to the best, with more damping.
 const SETBACK: f64 = 10.0;
 
 /// Fits a density to a dataset whose coordinates are the points of a ring, by its accelerations.
-///
-/// # Errors
-/// [`lagrangian::Error::Argument`] for a budget of nothing.
-pub fn fit(
+pub(crate) fn fit(
     dataset: &Dataset,
     config: &FieldFitConfig,
     observer: &mut dyn Observer,

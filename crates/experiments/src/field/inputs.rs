@@ -170,29 +170,3 @@ impl Inputs {
 pub(super) fn along(slopes: &[f64; NEIGHBOURS], change: &[f64]) -> f64 {
     slopes.iter().zip(change).map(|(s, x)| s * x).sum()
 }
-
-#[cfg(test)]
-impl Inputs {
-    /// All inputs over any scalar.
-    pub(super) fn evaluate<D: num_dual::DualNum<Primitive = f64> + Copy>(
-        &self,
-        phi: &[D],
-        phid: &[D],
-    ) -> Vec<D> {
-        let s = &self.scaling;
-        let mut x = vec![
-            (phi[1] - phi[0]) / s.difference,
-            (phi[2] - phi[1]) / s.difference,
-        ];
-        match self.symmetry {
-            Symmetry::None => x.push((phi[1] - s.centre) / s.value),
-            Symmetry::Shift => {}
-            Symmetry::Turn => x.extend([phi[1].cos(), phi[1].sin()]),
-        }
-        for pair in phid.windows(2) {
-            x.push((pair[1] - pair[0]) / s.difference_rate);
-        }
-        x.push(phid[1] / s.rate);
-        x
-    }
-}

@@ -38,14 +38,18 @@ mod ring;
 mod rows;
 mod saved;
 mod stencil;
+#[cfg(test)]
+mod tests;
 mod waves;
 
 pub use chain::Chain;
-pub use data::{RingStates, ring_states};
-pub use density::{DensityConfig, DensityNet, Output};
-pub use fit::{FieldFit, FieldFitConfig, LearnedField, fit};
+pub(crate) use data::{RingStates, ring_states};
+pub(crate) use density::Output;
+pub use density::{DensityConfig, DensityNet};
+pub(crate) use fit::{FieldFitConfig, LearnedField, fit};
 pub use inputs::{FieldScaling, Symmetry};
-pub use plain::{StencilField, StencilNet};
 pub use ring::{Field, FieldEvaluator, MassBand};
-pub use stencil::wrapped;
-pub use waves::{Pulse, centre_of_pulse, dispersion, kink, kink_position, slope, speed_of_motion};
+pub(crate) use stencil::wrapped;
+pub(crate) use waves::{
+    Pulse, centre_of_pulse, dispersion, kink, kink_position, slope, speed_of_motion,
+};

@@ -10,14 +10,11 @@ use nets::Pass;
 /// Same inputs, size, scales and optimiser as the density; but it knows no energy, and no point further than its
 /// neighbours.
 #[derive(Debug, Clone)]
-pub struct StencilNet(pub(super) Weighted);
+pub(crate) struct StencilNet(pub(super) Weighted);
 
 impl StencilNet {
     /// The same network at every point of a ring.
-    ///
-    /// # Errors
-    /// [`lagrangian::Error::Argument`] for fewer than three points.
-    pub fn ring(&self, points: usize) -> Result<StencilField<'_>> {
+    pub(crate) fn ring(&self, points: usize) -> Result<StencilField<'_>> {
         let here = &self.0.shape.inputs.coordinates().0[1];
         Ok(StencilField {
             network: &self.0,
@@ -28,7 +25,7 @@ impl StencilNet {
 
 /// A [`StencilNet`] on a ring, as a model without energy.
 #[derive(Debug, Clone)]
-pub struct StencilField<'a> {
+pub(crate) struct StencilField<'a> {
     network: &'a Weighted,
     coordinates: Coordinates,
 }

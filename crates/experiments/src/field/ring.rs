@@ -35,8 +35,7 @@ impl<D: Lagrangian> Field<D> {
     }
 
     /// Number of points.
-    #[must_use]
-    pub fn points(&self) -> usize {
+    pub(crate) fn points(&self) -> usize {
         self.coordinates.dof()
     }
 
@@ -89,12 +88,6 @@ impl FieldEvaluator<'_> {
         &mut self.assembly
     }
 
-    /// Writes the energy of each density, J, `[points]`; their sum is the energy.
-    pub fn local_energies(&mut self, phi: &[f64], phid: &[f64], out: &mut [f64]) {
-        self.evaluate(phi, phid);
-        lagrangian::mechanics::energy(&self.jet, NEIGHBOURS, &self.neighbours.phid, out);
-    }
-
     /// The mass matrix at one state, row-major `[points, points]`: for small rings, and to test by.
     #[must_use]
     pub fn mass_matrix(&mut self, phi: &[f64], phid: &[f64]) -> Vec<f64> {
@@ -138,31 +131,13 @@ impl Evaluator for FieldEvaluator<'_> {
         Evaluation::of(qdd, n, singular)
     }
 
-    fn inverse_dynamics(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &[f64],
-        tau: &mut [f64],
-    ) -> Evaluation {
-        let n = self.points();
-        let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
-        let signals = qdd.chunks_exact(n).zip(tau.chunks_exact_mut(n));
-        for ((q, qd), (qdd, tau)) in states.zip(signals) {
-            let assembly = self.assemble(q, qd);
-            assembly.mass.multiply(qdd, tau);
-            let pairs = tau.iter_mut().zip(&assembly.bias);
-            pairs.for_each(|(tau, c)| *tau += c);
-        }
-        Evaluation::of(tau, n, 0)
-    }
-
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> Evaluation {
         let n = self.points();
         let mut local = vec![0.0; n];
         let states = q.chunks_exact(n).zip(qd.chunks_exact(n));
         for (h, (q, qd)) in energy.iter_mut().zip(states) {
-            self.local_energies(q, qd, &mut local);
+            self.evaluate(q, qd);
+            lagrangian::mechanics::energy(&self.jet, NEIGHBOURS, &self.neighbours.phid, &mut local);
             *h = local.iter().sum();
         }
         Evaluation::of(energy, 1, 0)

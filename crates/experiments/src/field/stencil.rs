@@ -12,8 +12,7 @@ pub(super) const NEIGHBOURS: usize = 3;
 const HALF: usize = 2;
 
 /// The angle in (−π, π] that differs from `x` by whole turns.
-#[must_use]
-pub fn wrapped(x: f64) -> f64 {
+pub(crate) fn wrapped(x: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     PI - (PI - x).rem_euclid(TAU)
 }

@@ -7,8 +7,7 @@ use lagrangian::Model;
 
 /// ω² of small waves with `mode` wavelengths around a ring, by the model's own accelerations: −1 times the share of
 /// cos kx in φ̈ at φ = ± `amplitude` · cos kx at rest, over the amplitude. Negative where the ring is unstable.
-#[must_use]
-pub fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 {
+pub(crate) fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 {
     let n = model.coordinates().dof();
     let shape: Vec<f64> = (0..n)
         .map(|i| (TAU * (mode * i % n) as f64 / n as f64).cos())
@@ -27,19 +26,18 @@ pub fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 {
 
 /// A Gaussian pulse.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pulse {
+pub(crate) struct Pulse {
     /// Its height.
-    pub height: f64,
+    pub(crate) height: f64,
     /// Its centre, in points.
-    pub centre: f64,
+    pub(crate) centre: f64,
     /// Points from its centre to where it is e⁻¹ of its height.
-    pub width: f64,
+    pub(crate) width: f64,
 }
 
 impl Pulse {
     /// The pulse on a ring, with φ̇ = −`speed` ∂φ/∂x (points a second), so that it runs to the right; at rest with 0.
-    #[must_use]
-    pub fn start(&self, points: usize, speed: f64) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn start(&self, points: usize, speed: f64) -> (Vec<f64>, Vec<f64>) {
         let length = points as f64;
         let at = |i: usize| {
             let x = i as f64 - self.centre;
@@ -52,8 +50,7 @@ impl Pulse {
 }
 
 /// The centre of φ² on the ring, in points: the phase of its first Fourier component.
-#[must_use]
-pub fn centre_of_pulse(phi: &[f64]) -> f64 {
+pub(crate) fn centre_of_pulse(phi: &[f64]) -> f64 {
     let n = phi.len() as f64;
     let (mut re, mut im) = (0.0, 0.0);
     for (i, x) in phi.iter().enumerate() {
@@ -66,8 +63,11 @@ pub fn centre_of_pulse(phi: &[f64]) -> f64 {
 
 /// A kink of the sine-Gordon equation that moves at v < c: φ = 4 arctan exp(γ (x − x₀) ω₀/c), φ̇ = −v ∂φ/∂x, from 0 to 2π
 /// once around a ring at spacing 1 (γ = 1/√(1 − v²/c²)).
-#[must_use]
-pub fn kink(points: usize, centre: f64, (speed, gap, v): (f64, f64, f64)) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn kink(
+    points: usize,
+    centre: f64,
+    (speed, gap, v): (f64, f64, f64),
+) -> (Vec<f64>, Vec<f64>) {
     let steepness = gap / speed / (1.0 - (v / speed).powi(2)).sqrt();
     let at = |i: usize| {
         let x = steepness * (i as f64 - centre);
@@ -77,8 +77,7 @@ pub fn kink(points: usize, centre: f64, (speed, gap, v): (f64, f64, f64)) -> (Ve
 }
 
 /// Where φ passes π (modulo 2π) on the ring, in points, and its slope there; `None` where it does not.
-#[must_use]
-pub fn kink_position(phi: &[f64]) -> Option<(f64, f64)> {
+pub(crate) fn kink_position(phi: &[f64]) -> Option<(f64, f64)> {
     let n = phi.len();
     (0..n).find_map(|i| {
         let (from, step) = (wrapped(phi[i] - PI), wrapped(phi[(i + 1) % n] - phi[i]));
@@ -88,8 +87,7 @@ pub fn kink_position(phi: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// The speed of a place on a ring of this length by least squares, which moves less than half the ring between samples.
-#[must_use]
-pub fn speed_of_motion(times: &[f64], places: &[f64], length: f64) -> f64 {
+pub(crate) fn speed_of_motion(times: &[f64], places: &[f64], length: f64) -> f64 {
     let mut unrolled = Vec::with_capacity(places.len());
     for &place in places {
         let last = unrolled.last().copied().unwrap_or(place);
@@ -100,8 +98,7 @@ pub fn speed_of_motion(times: &[f64], places: &[f64], length: f64) -> f64 {
 }
 
 /// The slope of the line through points (x, y) by least squares.
-#[must_use]
-pub fn slope(x: &[f64], y: &[f64]) -> f64 {
+pub(crate) fn slope(x: &[f64], y: &[f64]) -> f64 {
     let count = x.len() as f64;
     let (mx, my) = (x.iter().sum::<f64>() / count, y.iter().sum::<f64>() / count);
     let pairs = || x.iter().zip(y).map(|(a, b)| (a - mx, b - my));

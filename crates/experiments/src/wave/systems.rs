@@ -80,7 +80,7 @@ impl WaveSystem {
     pub(crate) fn start(&self, points: usize) -> (Vec<f64>, Vec<f64>) {
         let centre = 0.5 * points as f64;
         if self.has_kink() {
-            return kink(points, centre, (self.chain.speed(), GAP, KINK_SPEED));
+            return kink(points, centre, (self.chain.speed, GAP, KINK_SPEED));
         }
         let pulse = Pulse {
             height: 1.0,
@@ -224,7 +224,7 @@ pub(crate) fn pulse_speed_error(
         centre: 0.25 * n as f64,
         width: 12.0,
     };
-    let (phi, phid) = pulse.start(n, system.chain.speed());
+    let (phi, phid) = pulse.start(n, system.chain.speed);
     let times = times(seconds, seconds / 40.0)?;
     let speed = |model: &dyn Model| -> Result<f64> {
         let options = prediction(RolloutOptions::default().max_steps);
