@@ -4,8 +4,8 @@
 //! knows no preferred coordinates, and what a model family makes of that can be measured.
 
 use lagrangian::analytic::{ClosedForm, DualJets, DualNum, System};
-use lagrangian::mechanics::{EulerLagrange, Jets, SymmetricSolver};
-use lagrangian::{Coordinates, Evaluator, Lagrangian, Model, State};
+use lagrangian::mechanics::{Jets, SymmetricSolver};
+use lagrangian::{Coordinates, Lagrangian, Mechanical, State};
 
 /// A change of coordinates q = f(Q) from those of a chart, Q, to those of a system, q.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -13,11 +13,13 @@ pub(crate) enum Chart {
     /// q = Q.
     #[default]
     Own,
+    /// q = Q, and all coordinates are lines: for angles of motions that never turn over.
+    Lines,
     /// qᵢ = Σ_{j≤i} Qⱼ: angles against the link before, as the encoder of a joint measures them.
     Relative,
     /// q = A Q: rotated, sheared and stretched; the coordinates of the chart are lines.
     Linear(Linear),
-    /// qᵢ = Qᵢ + a sin Qᵢ with |a| < 1: circles stay circles.
+    /// qᵢ = Qᵢ + a sin Qᵢ with |a| < 1; the coordinates of the chart are lines.
     Sine(f64),
 }
 
@@ -36,7 +38,7 @@ impl Chart {
     /// The coordinates of the chart, for a system with these.
     fn coordinates(&self, system: &Coordinates) -> Coordinates {
         match self {
-            Self::Linear(_) => Coordinates::lines(system.dof()),
+            Self::Lines | Self::Linear(_) | Self::Sine(_) => Coordinates::lines(system.dof()),
             _ => system.clone(),
         }
     }
@@ -44,7 +46,7 @@ impl Chart {
     /// (q, q̇) of the system at (Q, Q̇) of the chart, over any scalar.
     fn map<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> (Vec<D>, Vec<D>) {
         match self {
-            Self::Own => (q.to_vec(), qd.to_vec()),
+            Self::Own | Self::Lines => (q.to_vec(), qd.to_vec()),
             Self::Relative => (sums(q), sums(qd)),
             Self::Linear(linear) => (linear.times(q), linear.times(qd)),
             Self::Sine(a) => q
@@ -73,7 +75,7 @@ impl Chart {
     pub(crate) fn to_chart(&self, state: &State) -> State {
         let State { q, qd } = state;
         match self {
-            Self::Own => state.clone(),
+            Self::Own | Self::Lines => state.clone(),
             Self::Relative => State::new(differences(q), differences(qd)),
             Self::Linear(linear) => State::new(linear.solve(q), linear.solve(qd)),
             Self::Sine(a) => {
@@ -165,15 +167,13 @@ pub(crate) struct InChart<S> {
     coordinates: Coordinates,
 }
 
-impl<S: System> InChart<S> {
-    /// The system, seen in the chart.
-    pub(crate) fn new(system: S, chart: Chart) -> Self {
-        Self {
-            coordinates: chart.coordinates(&system.coordinates()),
-            system,
-            chart,
-        }
-    }
+/// The model of a known system in the coordinates of a chart.
+pub(crate) fn in_chart<S: System>(system: S, chart: Chart) -> Mechanical<InChart<S>> {
+    Mechanical::conservative(InChart {
+        coordinates: chart.coordinates(&system.coordinates()),
+        system,
+        chart,
+    })
 }
 
 impl<S: System> ClosedForm for InChart<S> {
@@ -193,20 +193,6 @@ impl<S: System> Lagrangian for InChart<S> {
     }
 }
 
-impl<S: System> Model for InChart<S> {
-    fn coordinates(&self) -> &Coordinates {
-        &self.coordinates
-    }
-
-    fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        Box::new(EulerLagrange::new(self, None))
-    }
-
-    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
-        Some(EulerLagrange::new(self, None))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
@@ -214,12 +200,14 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use lagrangian::Model;
     use lagrangian::analytic::{Analytic, AnalyticModel, DoublePendulum};
     use lagrangian::rollout::{RolloutOptions, free, rollout, times};
 
     fn charts() -> Vec<Chart> {
         vec![
             Chart::Own,
+            Chart::Lines,
             Chart::Relative,
             Chart::Linear(Linear::new(vec![0.8, -0.6, 0.9, 0.8])),
             Chart::Sine(0.3),
@@ -258,7 +246,7 @@ mod tests {
         };
         let expected = moved(&system, &start);
         for chart in charts() {
-            let model = InChart::new(system.system().clone(), chart.clone());
+            let model = in_chart(system.system().clone(), chart.clone());
             let end = chart.to_system(&moved(&model, &chart.to_chart(&start)));
             for (a, b) in end.q.iter().zip(&expected.q) {
                 assert!((a - b).abs() < 1e-9, "{chart:?}: {a} against {b}");

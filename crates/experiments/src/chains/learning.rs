@@ -1,8 +1,8 @@
 //! What the data of a chain contain, and how a model learns from them.
 
-use crate::data::{with_corrected_accelerations, with_estimated_accelerations};
+use crate::data::{Chunks, with_corrected_accelerations, with_estimated_accelerations};
 use anyhow::Result;
-use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model, Trajectory};
+use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model};
 
 use super::protocol::options;
 use crate::harness::Lab;
@@ -40,23 +40,6 @@ impl Teaching {
 
 /// Shares of the budget for the rounds between which accelerations are corrected by the model so far.
 const ROUNDS: [f64; 3] = [0.2, 0.2, 0.6];
-
-/// Chunks of motions.
-pub(super) struct Chunks {
-    /// To fit.
-    pub(super) train: Vec<Trajectory>,
-    /// To choose the weights by.
-    pub(super) held: Vec<Trajectory>,
-}
-
-impl Chunks {
-    fn map(&self, change: impl Fn(&[Trajectory]) -> Result<Vec<Trajectory>>) -> Result<Self> {
-        Ok(Self {
-            train: change(&self.train)?,
-            held: change(&self.held)?,
-        })
-    }
-}
 
 /// A model of chunks in the coordinates of `truth`, of which nothing else is used.
 pub(super) fn learn(

@@ -5,6 +5,7 @@ mod learning;
 mod protocol;
 
 use crate::chart::Chart;
+use crate::data::{Chunks, TEST_SEED};
 use anyhow::Result;
 use lagrangian::train::RolloutLoss;
 use lagrangian::{FitConfig, Rollout, State};
@@ -13,7 +14,7 @@ use lagrangian_report::{Axis, Role};
 use crate::harness::failure::mistake;
 use crate::harness::{Contestant, Experiment, Lab, Layout, contestant, less};
 use contestants::{CONTESTANTS, PUBLISHED, Recipe};
-use learning::{Chunks, Teaching, learn};
+use learning::{Teaching, learn};
 use protocol::{INTERVAL, SAMPLES, Score, chain, floor, motions, predictions, score, test_starts};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -43,8 +44,6 @@ const HELD: usize = 100;
 const TEST: usize = 100;
 /// As many times more pieces show what data bring.
 const MORE: usize = 10;
-/// The starts of the test are the same for all models and seeds.
-const TEST_SEED: u64 = 1_000_003;
 
 const FLOOR: Contestant = contestant("floor", "floor: truth restarted", Role::Truth, ());
 

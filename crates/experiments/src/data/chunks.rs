@@ -18,6 +18,33 @@ pub(crate) struct Cut {
     pub(crate) places: usize,
 }
 
+/// Chunks of motions.
+#[derive(Debug, Clone)]
+pub(crate) struct Chunks {
+    /// To fit.
+    pub(crate) train: Vec<Trajectory>,
+    /// To choose the weights by.
+    pub(crate) held: Vec<Trajectory>,
+}
+
+impl Chunks {
+    /// All chunks, those to fit first.
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Trajectory> {
+        self.train.iter_mut().chain(&mut self.held)
+    }
+
+    /// Changed chunks, by a function of all those to fit and of all others.
+    pub(crate) fn map(
+        &self,
+        change: impl Fn(&[Trajectory]) -> Result<Vec<Trajectory>>,
+    ) -> Result<Self> {
+        Ok(Self {
+            train: change(&self.train)?,
+            held: change(&self.held)?,
+        })
+    }
+}
+
 /// A chunk of the free motion of `model` from each start, at a random place, with its accelerations. Motions that do not
 /// reach their chunk are omitted.
 pub(crate) fn chunks(

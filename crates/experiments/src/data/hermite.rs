@@ -9,12 +9,12 @@ use super::first_state;
 /// them, of degree 2 K − 1 for K samples (Hermite), differentiated twice (theory.md, 114). For few samples without
 /// noise: a long motion would swing between its samples.
 pub(crate) fn with_estimated_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
-    let estimated = |motion: &Trajectory| with(motion, accelerations(motion));
+    let estimated = |motion: &Trajectory| with_accelerations(motion, accelerations(motion));
     motions.iter().map(estimated).collect()
 }
 
 /// A motion with these accelerations.
-fn with(motion: &Trajectory, qdd: Vec<f64>) -> Trajectory {
+pub(crate) fn with_accelerations(motion: &Trajectory, qdd: Vec<f64>) -> Trajectory {
     let mut motion = motion.clone();
     motion.qdd = qdd;
     motion
@@ -48,7 +48,7 @@ pub(crate) fn with_corrected_accelerations(
             x.iter_mut().zip(own).for_each(|(x, own)| *x -= own);
         }
         let qdd = accelerations(&rest).into_iter().zip(&own.qdd);
-        with(motion, qdd.map(|(a, b)| a + b).collect())
+        with_accelerations(motion, qdd.map(|(a, b)| a + b).collect())
     });
     Ok(corrected.collect())
 }

@@ -14,14 +14,19 @@ macro_rules! without_parameters {
 }
 pub(crate) use without_parameters;
 
+/// The seed of test data, which are the same for all models and seeds.
+pub(crate) const TEST_SEED: u64 = 1_000_003;
+
 mod chunks;
 mod expressible;
 mod hermite;
 mod motion;
 
-pub(crate) use chunks::{Cut, chunks, with_momenta};
+pub(crate) use chunks::{Chunks, Cut, chunks, with_momenta};
 pub(crate) use expressible::{beyond_delan, lagrangian_of};
-pub(crate) use hermite::{with_corrected_accelerations, with_estimated_accelerations};
+pub(crate) use hermite::{
+    with_accelerations, with_corrected_accelerations, with_estimated_accelerations,
+};
 pub(crate) use motion::{
     accelerations, column, column_sizes, energies, first_state, prediction, recorded,
     relative_error, thinned, two_samples,

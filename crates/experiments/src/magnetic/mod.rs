@@ -6,7 +6,7 @@ use anyhow::Result;
 use lagrangian::{DelanConfig, FitConfig, Loss, random_starts};
 use lagrangian_report::{Axis, Role};
 
-use crate::data::{beyond_delan, column, lagrangian_of, two_samples};
+use crate::data::{TEST_SEED, beyond_delan, column, lagrangian_of, two_samples};
 use crate::families::{self, MakeFamily, WIDTH};
 use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither};
 use orbits::{
@@ -42,9 +42,6 @@ const CONTESTANTS: [Contestant<MakeFamily>; 4] = contestants! {
     "delan", "deep Lagrangian network", Other(1), families::delan;
     "baseline", "plain network", Baseline, families::mlp;
 };
-
-/// The states of the test are the same for all models and seeds.
-const TEST_SEED: u64 = 1_000_003;
 
 fn run(lab: &mut Lab) -> Result<()> {
     lab.plan(FIELDS.len() * CONTESTANTS.len() * lab.seeds().len());

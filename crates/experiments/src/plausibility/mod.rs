@@ -10,6 +10,7 @@ use lagrangian::analytic::by_name;
 use lagrangian::{Budget, Dataset, FitConfig, Learned, Model, State, Trajectory};
 use lagrangian_report::{Axis, Role};
 
+use crate::data::TEST_SEED;
 use crate::families::WIDTH;
 use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more, neither};
 use contestants::{BROKEN, OBEYED, Recipe};
@@ -54,8 +55,6 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
 const TRAIN: usize = 13;
 const HELD: usize = 3;
 const TEST: usize = 6;
-/// The recordings of the test are the same for all models and seeds.
-const TEST_SEED: u64 = 1_000_003;
 /// The machines whose laws are measured.
 const SYSTEMS: [&str; 3] = ["pendulum", "double-pendulum", "arm"];
 /// Starts of the free motions.

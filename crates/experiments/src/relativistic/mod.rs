@@ -8,7 +8,7 @@ use lagrangian::State;
 use lagrangian::train::Samples;
 use lagrangian_report::{Axis, Role};
 
-use crate::data::{beyond_delan, lagrangian_of, two_samples};
+use crate::data::{TEST_SEED, beyond_delan, lagrangian_of, two_samples};
 use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither, published};
 use contestants::{CONTESTANTS, Recipe};
 pub(crate) use particle::Particle;
@@ -43,8 +43,6 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ..Experiment::EMPTY
 };
 
-/// The test samples are the same for all models and seeds.
-const TEST_SEED: u64 = 1_000_003;
 /// The field in which accelerations and momenta are compared, 1/s.
 const FIELD: f64 = 10.0;
 /// The fastest speed of the data, and one up to which momenta are compared as well.

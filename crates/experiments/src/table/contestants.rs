@@ -53,7 +53,7 @@ static DLN: Published = Published {
 
 static LNN: Published = Published {
     name: "an LNN",
-    properties: &PUBLISHED,
+    properties: PUBLISHED,
 };
 
 /// A family that is fitted to the accelerations of free motions and moves continuously.

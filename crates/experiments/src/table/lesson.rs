@@ -5,9 +5,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Task;
 use crate::chart::Chart;
-use crate::data::{column_sizes, with_estimated_accelerations};
+use crate::data::{Chunks, column_sizes, with_accelerations, with_estimated_accelerations};
 use lagrangian::analytic::{Rng, normal};
-use lagrangian::{Coordinates, Dataset, Model, Result, Signal, Signals, Trajectory};
+use lagrangian::{Dataset, Model, Result, Signal, Signals, Trajectory};
 
 /// How many chunks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,9 +44,7 @@ pub(crate) struct Lesson {
     /// The same system in its own coordinates.
     pub(crate) system: Box<dyn Model>,
     /// Chunks to learn from, with accelerations and momenta.
-    pub(crate) train: Vec<Trajectory>,
-    /// Chunks to choose the weights by.
-    pub(crate) held: Vec<Trajectory>,
+    pub(crate) chunks: Chunks,
     /// Chunks to test on.
     pub(crate) test: Vec<Trajectory>,
     /// Time between two samples, s.
@@ -56,48 +54,33 @@ pub(crate) struct Lesson {
 }
 
 impl Lesson {
-    /// The data to fit, as a family reads them.
-    pub(crate) fn data(&self, reads: Reads, seed: u64) -> Result<Dataset> {
-        let (train, held) = self.motions(reads, seed);
-        self.dataset(reads, &train, &held)
-    }
-
-    /// The same without some of their signals.
-    pub(crate) fn data_without(
-        &self,
-        hidden: &[Signal],
-        reads: Reads,
-        seed: u64,
-    ) -> Result<Dataset> {
-        let (train, held) = self.motions(reads, seed);
-        self.dataset(reads, &strip(&train, hidden), &strip(&held, hidden))
-    }
-
-    fn motions(&self, reads: Reads, seed: u64) -> (Vec<Trajectory>, Vec<Trajectory>) {
-        let (mut train, mut held) = match reads {
+    /// The data to fit without the `hidden` signals, as a family reads them.
+    pub(crate) fn data(&self, hidden: &[Signal], reads: Reads, seed: u64) -> Result<Dataset> {
+        let mut chunks = match reads {
             Reads::Torques => self.under_torques(seed),
-            _ => (self.train.clone(), self.held.clone()),
+            _ => self.chunks.clone(),
         };
         if self.noise > 0.0 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(2);
-            self.disturb(&mut train, &mut rng);
-            self.disturb(&mut held, &mut rng);
+            self.disturb(&mut chunks.train, &mut rng);
+            self.disturb(&mut chunks.held, &mut rng);
         }
-        (train, held)
-    }
-
-    fn dataset(&self, reads: Reads, train: &[Trajectory], held: &[Trajectory]) -> Result<Dataset> {
+        for motion in chunks.iter_mut() {
+            hidden.iter().for_each(|s| motion.get_mut(*s).clear());
+        }
+        let coordinates = self.truth.coordinates().clone();
+        let Chunks { train, held } = &chunks;
         match reads {
-            Reads::Positions => Dataset::of_positions(self.coordinates(), train, held, 1),
+            Reads::Positions => Dataset::of_positions(coordinates, train, held, 1),
             Reads::States => {
                 let estimated = match self.noise > 0.0 {
                     true => with_mean_accelerations,
                     false => with_estimated_accelerations,
                 };
-                Dataset::new(self.coordinates(), &estimated(train), &estimated(held))
+                Dataset::new(coordinates, &estimated(train), &estimated(held))
             }
-            Reads::Motions | Reads::Torques => Dataset::new(self.coordinates(), train, held),
+            Reads::Motions | Reads::Torques => Dataset::new(coordinates, train, held),
         }
     }
 
@@ -112,7 +95,7 @@ impl Lesson {
 
     /// Adds the noise, the same for the same seed.
     fn disturb(&self, motions: &mut [Trajectory], rng: &mut dyn Rng) {
-        let coordinates = self.coordinates();
+        let coordinates = self.truth.coordinates();
         let n = coordinates.dof();
         let mut q = column_sizes(n, motions.iter().map(|m| &m.q[..]));
         for (i, size) in q.iter_mut().enumerate() {
@@ -139,25 +122,19 @@ impl Lesson {
 
     /// The same states under random torques of the size of the accelerations, N·m, with the accelerations that follow;
     /// these chunks are no motions any more.
-    fn under_torques(&self, seed: u64) -> (Vec<Trajectory>, Vec<Trajectory>) {
+    fn under_torques(&self, seed: u64) -> Chunks {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(3);
         let mut evaluator = self.truth.evaluator();
-        let mut under = |motion: &Trajectory| {
+        let mut chunks = self.chunks.clone();
+        for motion in chunks.iter_mut() {
             let size = motion.qdd.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
             let tau: Vec<f64> = motion.q.iter().map(|_| size * normal(&mut rng)).collect();
-            let mut under = motion.clone();
-            let Signals { q, qd, qdd, .. } = &mut under.signals;
+            let Signals { q, qd, qdd, .. } = &mut motion.signals;
             let _ = evaluator.forward_dynamics(q, qd, &tau, qdd);
-            (under.tau, under.pd) = (tau, Vec::new());
-            under
-        };
-        let train = self.train.iter().map(&mut under).collect();
-        (train, self.held.iter().map(&mut under).collect())
-    }
-
-    fn coordinates(&self) -> Coordinates {
-        self.truth.coordinates().clone()
+            (motion.tau, motion.pd) = (tau, Vec::new());
+        }
+        chunks
     }
 }
 
@@ -175,19 +152,6 @@ fn with_mean_accelerations(motions: &[Trajectory]) -> Vec<Trajectory> {
         }
         slope.repeat(motion.len())
     };
-    let estimated = |motion: &Trajectory| {
-        let mut motion = motion.clone();
-        motion.qdd = slopes(&motion);
-        motion
-    };
+    let estimated = |motion: &Trajectory| with_accelerations(motion, slopes(motion));
     motions.iter().map(estimated).collect()
-}
-
-/// The motions without these signals.
-fn strip(motions: &[Trajectory], hidden: &[Signal]) -> Vec<Trajectory> {
-    let mut motions = motions.to_vec();
-    for motion in &mut motions {
-        hidden.iter().for_each(|s| motion.get_mut(*s).clear());
-    }
-    motions
 }

@@ -239,10 +239,9 @@ pub(crate) fn call_seconds(model: &dyn Model, lesson: &Lesson) -> f64 {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::super::task::OnLines;
     use super::super::{Reads, Size, Task};
     use super::*;
-    use crate::chart::InChart;
+    use crate::chart::in_chart;
     use lagrangian::Signal;
     use lagrangian::analytic::{DoublePendulum, System};
 
@@ -268,8 +267,8 @@ mod tests {
     fn a_wrong_model_is_as_wrong_in_every_chart() {
         let errors = [Task::Swings, Task::Sheared, Task::Bent].map(|task| {
             let lesson = task.lesson(FEW, 1).unwrap();
-            let light = OnLines(DoublePendulum::new(&[1.0, 1.0, 1.0, 1.0, 8.0]));
-            let light = InChart::new(light, lesson.chart.clone());
+            let light = DoublePendulum::new(&[1.0, 1.0, 1.0, 1.0, 8.0]);
+            let light = in_chart(light, lesson.chart.clone());
             acceleration_error(&light, &lesson)
         });
         assert!(errors[0] > 0.1, "{errors:?}");
@@ -284,7 +283,7 @@ mod tests {
         let drift = energy_drift(&*lesson.truth, &lesson, Method::Rk4, (2, 5.0)).unwrap();
         assert!(drift.figures[0].1 < 1e-8 && drift.value.unwrap() < 1e-8);
         assert_eq!(drift.figures[2], ("unfinished", 0.0));
-        let motion = &lesson.train[0];
+        let motion = &lesson.chunks.train[0];
         // p = q̇ + ½ B × q with B = 1.
         let p = &motion.p;
         assert!((p[0] - (motion.qd[0] - 0.5 * motion.q[1])).abs() < 1e-12);
@@ -299,16 +298,19 @@ mod tests {
         let noisy = Task::Swings.lesson(FEW, 1).unwrap().noisy(0.05);
         assert_eq!(clean.test, noisy.test);
         for reads in [Reads::Motions, Reads::Torques] {
-            let (clean, noisy) = (clean.data(reads, 1).unwrap(), noisy.data(reads, 1).unwrap());
+            let (clean, noisy) = (
+                clean.data(&[], reads, 1).unwrap(),
+                noisy.data(&[], reads, 1).unwrap(),
+            );
             assert_ne!(clean.train.q, noisy.train.q);
             assert_ne!(clean.train.qdd, noisy.train.qdd);
         }
-        let all = clean.data(Reads::Motions, 1).unwrap();
-        let data = clean.data_without(&[Signal::P, Signal::Pd], Reads::Motions, 1);
+        let all = clean.data(&[], Reads::Motions, 1).unwrap();
+        let data = clean.data(&[Signal::P, Signal::Pd], Reads::Motions, 1);
         assert!(data.unwrap().train.p.is_empty() && !all.train.p.is_empty());
-        let without = |reads| clean.data_without(&[Signal::Qdd, Signal::Pd], reads, 1);
+        let without = |reads| clean.data(&[Signal::Qdd, Signal::Pd], reads, 1);
         assert!(without(Reads::Motions).is_err());
         assert!(without(Reads::Positions).is_ok() && without(Reads::States).is_ok());
-        assert!(clean.data(Reads::Torques, 1).unwrap().forced);
+        assert!(clean.data(&[], Reads::Torques, 1).unwrap().forced);
     }
 }

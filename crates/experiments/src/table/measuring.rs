@@ -220,7 +220,7 @@ impl Measuring<'_, '_> {
     }
 
     fn fit(&mut self, row: Row, lesson: &Lesson) -> Result<Fitted, Error> {
-        let data = lesson.data(row.config.reads, self.seed)?;
+        let data = lesson.data(&[], row.config.reads, self.seed)?;
         let error = |model: &Learned| (row.config.error)(model, lesson);
         let mut config = self.config(row, lesson.noise > 0.0);
         if lesson.task == Task::Pendulum && lesson.noise <= 0.0 {
@@ -256,7 +256,7 @@ impl Measuring<'_, '_> {
             Reads::Torques if hidden.contains(&Signal::Tau) => Reads::Motions,
             reads => reads,
         };
-        let tried = lesson.data_without(hidden, reads, self.seed);
+        let tried = lesson.data(hidden, reads, self.seed);
         match tried.and_then(|data| fit(&data, &config, None, &mut ())) {
             Ok(_) => Measured {
                 accepted: Some(true),

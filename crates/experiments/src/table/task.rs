@@ -4,12 +4,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Lesson, Size};
-use crate::chart::{Chart, InChart, Linear};
-use crate::data::{Cut, chunks, with_momenta};
+use crate::chart::{Chart, Linear, in_chart};
+use crate::data::{Chunks, Cut, TEST_SEED, chunks, with_momenta};
 use lagrangian::analytic::{
-    ChargedParticle, DoublePendulum, Parameter, RelativisticParticle, Rng, System, normal, uniform,
+    Analytic, ChargedParticle, DoublePendulum, RelativisticParticle, Rng, System, normal, uniform,
 };
-use lagrangian::{Coordinates, Result, RolloutOptions, State, Trajectory};
+use lagrangian::{Result, RolloutOptions, State, Trajectory};
 
 /// What is to be learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,8 +34,6 @@ pub(crate) const SAMPLES: usize = 5;
 const SHEAR: f64 = 0.5;
 /// The amount of [`Task::Bent`].
 const BEND: f64 = 0.3;
-/// Seed of the test chunks of all.
-const TEST_SEED: u64 = 1_000_003;
 
 impl Task {
     /// All tasks with their names.
@@ -90,7 +88,7 @@ impl Task {
     fn chart(self) -> Chart {
         let (sin, cos) = (0.5, 3f64.sqrt() / 2.0);
         match self {
-            Self::Swings => Chart::Linear(Linear::new(vec![1.0, 0.0, 0.0, 1.0])),
+            Self::Swings => Chart::Lines,
             // The rotation times ((1, s), (0, 1)).
             Self::Sheared => {
                 let columns = [cos, SHEAR * cos - sin, sin, SHEAR * sin + cos];
@@ -103,9 +101,8 @@ impl Task {
 
     /// The lesson of this task; the same seed gives the same chunks, and the same test chunks for all seeds.
     pub(crate) fn lesson(self, size: Size, seed: u64) -> Result<Lesson> {
-        let pendulum = || DoublePendulum::new(&[1.0, 1.0, 1.0, 1.0, 9.8]);
         match self {
-            Self::Relativistic => self.of(&RelativisticParticle { field: 1.0 }, size, seed),
+            Self::Relativistic => self.of(RelativisticParticle { field: 1.0 }, size, seed),
             Self::Magnetic => {
                 let particle = ChargedParticle {
                     dimensions: 2,
@@ -114,16 +111,17 @@ impl Task {
                     magnetic: 1.0,
                     electric: 0.5,
                 };
-                self.of(&particle, size, seed)
+                self.of(particle, size, seed)
             }
-            Self::Swings | Self::Sheared | Self::Bent => self.of(&OnLines(pendulum()), size, seed),
-            Self::Pendulum => self.of(&pendulum(), size, seed),
+            Self::Pendulum | Self::Swings | Self::Sheared | Self::Bent => {
+                self.of(DoublePendulum::new(&[1.0, 1.0, 1.0, 1.0, 9.8]), size, seed)
+            }
         }
     }
 
-    fn of<S: System + Clone>(self, system: &S, size: Size, seed: u64) -> Result<Lesson> {
+    fn of<S: System + Clone>(self, system: S, size: Size, seed: u64) -> Result<Lesson> {
         let chart = self.chart();
-        let truth = InChart::new(system.clone(), chart.clone());
+        let truth = in_chart(system.clone(), chart.clone());
         let motions = |count: usize, seed: u64| -> Result<Vec<Trajectory>> {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let starts: Vec<State> = (0..count)
@@ -131,44 +129,20 @@ impl Task {
                 .collect();
             let options = RolloutOptions::default();
             let found = chunks(&truth, &starts, &self.cut(), &options, seed)?;
-            Ok(with_momenta(&truth, &found))
+            Ok(with_momenta(&truth.lagrangian, &found))
         };
         Ok(Lesson {
             task: self,
-            train: motions(size.train, 2 * seed)?,
-            held: motions(size.held, 2 * seed + 1)?,
+            chunks: Chunks {
+                train: motions(size.train, 2 * seed)?,
+                held: motions(size.held, 2 * seed + 1)?,
+            },
             test: motions(size.test, TEST_SEED)?,
-            system: Box::new(InChart::new(system.clone(), Chart::Own)),
+            system: Box::new(Analytic::new(system)),
             truth: Box::new(truth),
             chart,
             interval: self.cut().interval,
             noise: 0.0,
         })
-    }
-}
-
-/// A system whose angles count as lines: where it does not turn over they are.
-#[derive(Debug, Clone)]
-pub(super) struct OnLines<S>(pub(super) S);
-
-impl<S: System> System for OnLines<S> {
-    const NAME: &'static str = S::NAME;
-    const ABOUT: &'static str = S::ABOUT;
-    const PARAMETERS: &'static [Parameter] = S::PARAMETERS;
-
-    fn new(values: &[f64]) -> Self {
-        Self(S::new(values))
-    }
-
-    fn coordinates(&self) -> Coordinates {
-        Coordinates::lines(self.0.coordinates().dof())
-    }
-
-    fn lagrangian<D: num_dual::DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
-        self.0.lagrangian(q, qd)
-    }
-
-    fn sample_state(&self, rng: &mut dyn Rng) -> State {
-        self.0.sample_state(rng)
     }
 }

@@ -54,7 +54,7 @@ pub(crate) fn motions(
 ) -> Result<Vec<lagrangian::Trajectory>> {
     let system = chain(links, chart);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let starts = (0..count).map(|_| system.chart.to_chart(&sample(links, &mut rng)));
+    let starts = (0..count).map(|_| system.lagrangian.chart.to_chart(&sample(links, &mut rng)));
     let starts: Vec<State> = starts.collect();
     let cut = Cut {
         interval: INTERVAL,
@@ -62,7 +62,7 @@ pub(crate) fn motions(
         places: STEPS / SAMPLES,
     };
     let found = chunks(&system, &starts, &cut, &options(), seed)?;
-    Ok(with_momenta(&system, &found))
+    Ok(with_momenta(&system.lagrangian, &found))
 }
 
 /// The motions of `model`, in the coordinates of `chart`, from starts in absolute angles.

@@ -14,9 +14,9 @@ mod error;
 pub(crate) use cartesian::{cartesian, on_the_rods};
 pub(crate) use error::{Score, floor, motions, predictions, score, test_starts};
 
-use crate::chart::{Chart, InChart};
+use crate::chart::{Chart, InChart, in_chart};
 use lagrangian::analytic::{NLinkPendulum, Rng, normal};
-use lagrangian::{RolloutOptions, State};
+use lagrangian::{Mechanical, RolloutOptions, State};
 
 use crate::data::prediction;
 
@@ -30,14 +30,14 @@ pub(crate) const STEPS: usize = 100;
 pub(crate) const RESTART: f64 = 1e-4;
 
 /// The chain with so many links, in the coordinates of a chart of the absolute angles.
-pub(crate) fn chain(links: usize, chart: Chart) -> InChart<NLinkPendulum> {
+pub(crate) fn chain(links: usize, chart: Chart) -> Mechanical<InChart<NLinkPendulum>> {
     let ones = vec![1.0; links];
     let system = NLinkPendulum {
         masses: ones.clone(),
         lengths: ones,
         gravity: 1.0,
     };
-    InChart::new(system, chart)
+    in_chart(system, chart)
 }
 
 /// A start of the protocol, in absolute angles: angles and their rates from N(0, 1), then positions disturbed by
