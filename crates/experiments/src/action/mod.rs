@@ -184,6 +184,9 @@ fn record(
     }
 }
 
+/// Title of the figures of actions along families of variations.
+const VARIED: &str = "Action of varied paths";
+
 /// Paths, actions along families of variations, and eigenvalues; those of a learned Lagrangian over its scale.
 fn draw(
     lab: &mut Lab,
@@ -194,14 +197,12 @@ fn draw(
 ) {
     let path = &paths.short.stationary.path;
     let q: Vec<f64> = path.q.iter().step_by(path.dof).copied().collect();
-    lab.plot(
-        format!("paths-{}", case.system),
-        format!("Stationary paths, {}", group(case, case.short)),
-    )
-    .caption("The first coordinate.")
-    .x(Axis::linear("time", "s"))
-    .y(Axis::linear("first coordinate", ""))
-    .add(name, role, &path.times(), q);
+    let short_group = group(case, case.short);
+    lab.plot_of([case.system, &short_group], "paths", "Stationary paths")
+        .caption("The first coordinate.")
+        .x(Axis::linear("time", "s"))
+        .y(Axis::linear("first coordinate", ""))
+        .add(name, role, &path.times(), q);
     let upwards = "flat at ε = 0, and upwards along all";
     let downwards =
         "after the conjugate point still flat at ε = 0, but downwards along one at least";
@@ -211,10 +212,7 @@ fn draw(
     ];
     for (id, seconds, measured, scale, caption) in families {
         let plot = lab
-            .plot(
-                format!("{id}-{}", case.system),
-                format!("Action of varied paths, {}", group(case, seconds)),
-            )
+            .plot_of([case.system, &group(case, seconds)], id, VARIED)
             .caption(format!(
                 "One curve for each variation, one and two half waves of each \
                 coordinate: {caption}."
@@ -230,7 +228,7 @@ fn draw(
     let (t, x): (Vec<f64>, Vec<f64>) = eigenvalues.map(|(t, x)| (*t, x / long)).unzip();
     let caption = "Least eigenvalue of the second variation over the time of the end: the path is a minimum while it \
                        is above 0; it passes 0 at the first conjugate point.";
-    lab.plot_of(case.system, "conjugate", "Where the minimum ends")
+    lab.plot_of([case.system; 2], "conjugate", "Where the minimum ends")
         .caption(caption)
         .x(Axis::linear("time of the end", "s"))
         .y(Axis::linear("least eigenvalue", ""))
@@ -244,11 +242,8 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     let mut action = DiscreteAction::new(system.lagrangian());
     let mode = &stationary.second_variation.mode;
     let along = action_variation(&mut action, &stationary.path, mode, &SIZES);
-    lab.plot(
-        format!("saddle-{}", case.system),
-        format!("Action of varied paths, {}", group(case, case.long)),
-    )
-    .add(
+    let [short, long] = [case.short, case.long].map(|seconds| group(case, seconds));
+    lab.plot_of([case.system, &long], "saddle", VARIED).add(
         "least curved variation",
         Role::Other(0),
         &along.epsilon,
@@ -275,14 +270,12 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
         let change = change.iter().map(|s| s.abs()).collect();
         let caption = "Along the motion the action changes by the square of the variation, down to rounding; along any \
                            other path in proportion to it.";
-        lab.plot(
-            format!("order-{}", case.system),
-            format!("How fast the action changes, {}", group(case, case.short)),
-        )
-        .caption(caption)
-        .x(Axis::log("size of the variation ε", ""))
-        .y(Axis::log("|S(ε) − S(0)|", "J·s"))
-        .add(name, role, &epsilon, change);
+        let title = "How fast the action changes";
+        lab.plot_of([case.system, &short], "order", title)
+            .caption(caption)
+            .x(Axis::log("size of the variation ε", ""))
+            .y(Axis::log("|S(ε) − S(0)|", "J·s"))
+            .add(name, role, &epsilon, change);
     }
     Ok(())
 }

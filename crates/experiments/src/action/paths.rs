@@ -119,12 +119,12 @@ pub(crate) fn measure(lagrangian: &dyn Lagrangian, first: &Path) -> Result<Optio
     let families = directions.iter();
     let families = families.map(|eta| action_variation(&mut action, path, eta, &SIZES));
     let families: Vec<ActionVariation> = families.collect();
-    let slope = directions.iter().map(|eta| {
+    let slope = directions.iter().zip(&families).map(|(eta, far)| {
         // Small enough for the cubic part, large enough for rounding.
         let near = action_variation(&mut action, path, eta, &[-1e-4, 1e-4]);
         let slope = (near.change[1] - near.change[0]) / 2e-4;
-        let far = action_variation(&mut action, path, eta, &SIZES).change;
-        let largest = far.iter().fold(f64::MIN_POSITIVE, |l, x| l.max(x.abs()));
+        let far = far.change.iter();
+        let largest = far.fold(f64::MIN_POSITIVE, |l, x| l.max(x.abs()));
         slope.abs() * LARGEST / largest
     });
     let slope = slope.fold(0.0, f64::max);

@@ -6,7 +6,7 @@ use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
 
 use super::learning::Teaching;
 use crate::families::{self, MakeFamily};
-use crate::harness::{Contestant, Published, contestants};
+use crate::harness::{Contestant, Published, contestants, published};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
@@ -62,26 +62,25 @@ impl Recipe {
 const GROUPS: [&str; 4] = ["1 pendulum", "2 pendulums", "3 pendulums", "5 pendulums"];
 
 /// Geometric means of Finzi, Wang, Wilson 2020, for each number of links.
-#[rustfmt::skip]
-pub(super) const PUBLISHED: &[Published] = &[
-    Published { group: GROUPS[0], name: "neural ODE", values: &[("error", 3.8e-4)] },
-    Published { group: GROUPS[1], name: "neural ODE", values: &[("error", 6.5e-2)] },
-    Published { group: GROUPS[2], name: "neural ODE", values: &[("error", 0.27)] },
-    Published { group: GROUPS[3], name: "neural ODE", values: &[("error", 0.44)] },
-    Published { group: GROUPS[0], name: "HNN", values: &[("error", 1.2e-4)] },
-    Published { group: GROUPS[1], name: "HNN", values: &[("error", 1.9e-3)] },
-    Published { group: GROUPS[2], name: "HNN", values: &[("error", 4.7e-2)] },
-    Published { group: GROUPS[3], name: "HNN", values: &[("error", 0.34)] },
-    Published { group: GROUPS[0], name: "DeLaN", values: &[("error", 2.5e-4)] },
-    Published { group: GROUPS[1], name: "DeLaN", values: &[("error", 1.3e-3)] },
-    Published { group: GROUPS[2], name: "DeLaN", values: &[("error", 4.1e-2)] },
-    Published { group: GROUPS[3], name: "DeLaN", values: &[("error", 0.33)] },
-    Published { group: GROUPS[0], name: "constrained LNN", values: &[("error", 5.2e-5)] },
-    Published { group: GROUPS[1], name: "constrained LNN", values: &[("error", 1.1e-4)] },
-    Published { group: GROUPS[2], name: "constrained LNN", values: &[("error", 3.3e-4)] },
-    Published { group: GROUPS[3], name: "constrained LNN", values: &[("error", 9.3e-4)] },
-    Published { group: GROUPS[0], name: "floor", values: &[("error", 3.6e-5)] },
-    Published { group: GROUPS[1], name: "floor", values: &[("error", 5.9e-5)] },
-    Published { group: GROUPS[2], name: "floor", values: &[("error", 1.1e-4)] },
-    Published { group: GROUPS[3], name: "floor", values: &[("error", 1.5e-4)] },
-];
+pub(super) const PUBLISHED: &[Published] = published! {
+    GROUPS[0], "neural ODE", "error": 3.8e-4;
+    GROUPS[1], "neural ODE", "error": 6.5e-2;
+    GROUPS[2], "neural ODE", "error": 0.27;
+    GROUPS[3], "neural ODE", "error": 0.44;
+    GROUPS[0], "HNN", "error": 1.2e-4;
+    GROUPS[1], "HNN", "error": 1.9e-3;
+    GROUPS[2], "HNN", "error": 4.7e-2;
+    GROUPS[3], "HNN", "error": 0.34;
+    GROUPS[0], "DeLaN", "error": 2.5e-4;
+    GROUPS[1], "DeLaN", "error": 1.3e-3;
+    GROUPS[2], "DeLaN", "error": 4.1e-2;
+    GROUPS[3], "DeLaN", "error": 0.33;
+    GROUPS[0], "constrained LNN", "error": 5.2e-5;
+    GROUPS[1], "constrained LNN", "error": 1.1e-4;
+    GROUPS[2], "constrained LNN", "error": 3.3e-4;
+    GROUPS[3], "constrained LNN", "error": 9.3e-4;
+    GROUPS[0], "floor", "error": 3.6e-5;
+    GROUPS[1], "floor", "error": 5.9e-5;
+    GROUPS[2], "floor", "error": 1.1e-4;
+    GROUPS[3], "floor", "error": 1.5e-4;
+};

@@ -77,10 +77,7 @@ fn run(lab: &mut Lab) -> Result<()> {
             {
                 for seed in lab.seeds() {
                     let score = measure(lab, links, (who, teaching), seed, &test)?;
-                    let key = format!("{} {}", who.key, teaching.key());
-                    let name = format!("{}, {}", who.name, teaching.name());
-                    lab.results
-                        .row_of(&group, &key, &name, who.role)
+                    lab.variant(&group, who, [teaching.key(), teaching.name()])
                         .add("error", score.error)
                         .detail("over_time", &score.over_time)
                         .detail("unfinished", score.unfinished);

@@ -32,16 +32,16 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     about_quantities: "Energy error: mean square of the true energy along the model's motion less that of the true \
                        motion, mean of 15 starts. Coordinates: mean squared error of all q and p along the tests. Loss: \
                        in units of the variance of (q̇, ṗ). Published: Greydanus, Dzamba and Yosinski 2019.",
-    published: &[
-        published("mass_spring", "HNN", &[("energy_mse", 3.8e-4)]),
-        published("mass_spring", "plain network", &[("energy_mse", 1.7e-1)]),
-        published("pendulum", "HNN", &[("energy_mse", 2.5e-2)]),
-        published("pendulum", "plain network", &[("energy_mse", 4.2e-2)]),
-        published("two_bodies", "HNN", &[("energy_mse", 3.9e-5)]),
-        published("two_bodies", "plain network", &[("energy_mse", 6.3e-2)]),
-        published("three_bodies", "HNN", &[("energy_mse", 4.2e-2)]),
-        published("three_bodies", "plain network", &[("energy_mse", 109.0)]),
-    ],
+    published: published! {
+        "mass_spring", "HNN", "energy_mse": 3.8e-4;
+        "mass_spring", "plain network", "energy_mse": 1.7e-1;
+        "pendulum", "HNN", "energy_mse": 2.5e-2;
+        "pendulum", "plain network", "energy_mse": 4.2e-2;
+        "two_bodies", "HNN", "energy_mse": 3.9e-5;
+        "two_bodies", "plain network", "energy_mse": 6.3e-2;
+        "three_bodies", "HNN", "energy_mse": 4.2e-2;
+        "three_bodies", "plain network", "energy_mse": 109.0;
+    },
     ..Experiment::EMPTY
 };
 
@@ -138,7 +138,7 @@ fn draw(lab: &mut Lab, task: &Task, who: &Contestant<HnnStructure>, test: &Phase
         false => ("Phase portrait", "q", Axis::linear("p", "")),
     };
     for ((name, role, trajectory), energies) in lines.into_iter().zip(&test.energies) {
-        lab.plot_of(task.key, "energy", "True energy along the motion")
+        lab.plot_of([task.key; 2], "energy", "True energy along the motion")
             .caption(caption)
             .x(Axis::linear("time", "s"))
             .y(Axis::linear("energy", "J"))
@@ -148,7 +148,7 @@ fn draw(lab: &mut Lab, task: &Task, who: &Contestant<HnnStructure>, test: &Phase
             true => column(&trajectory.q, n, 1),
             false => column(&trajectory.p, n, 0),
         };
-        lab.plot_of(task.key, "motion", what)
+        lab.plot_of([task.key; 2], "motion", what)
             .caption(caption)
             .x(Axis::linear(x, unit))
             .y(y.clone())

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use lagrangian::train::{self};
 use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Provenance};
 
@@ -74,24 +74,6 @@ impl Lab<'_> {
         Ok(fit)
     }
 
-    /// The fit of the least validation loss with its number; every fit is a part of its own.
-    pub(crate) fn best(
-        &mut self,
-        what: &str,
-        data: &Dataset,
-        configs: &[FitConfig],
-    ) -> Result<(usize, Fit)> {
-        let mut best: Option<(usize, Fit)> = None;
-        for (k, config) in configs.iter().enumerate() {
-            self.begin(format!("{what}, start {} of {}", k + 1, configs.len()))?;
-            let fit = self.fit(data, config)?;
-            if best.as_ref().is_none_or(|(_, best)| fit.best < best.best) {
-                best = Some((k, fit));
-            }
-        }
-        best.ok_or_else(|| anyhow!("{what}: there is nothing to fit"))
-    }
-
     /// Saves a model beside the figures.
     pub(crate) fn save(&self, name: &str, model: &Learned, seed: u64) -> Result<()> {
         let bytes = model.save(Provenance::of_seed(seed))?.to_bytes()?;
@@ -101,7 +83,21 @@ impl Lab<'_> {
 
     /// The row of a contestant in a group.
     pub(crate) fn row<C>(&mut self, group: &str, who: &Contestant<C>) -> &mut Row {
-        self.results.row(group, who)
+        self.results.row(group, who.key, who.name, who.role)
+    }
+
+    /// The row of a variant of a contestant, which a key and a name beside its own denote.
+    pub(crate) fn variant<C>(
+        &mut self,
+        group: &str,
+        who: &Contestant<C>,
+        [key, name]: [&str; 2],
+    ) -> &mut Row {
+        let (key, name) = (
+            format!("{} {key}", who.key),
+            format!("{}, {name}", who.name),
+        );
+        self.results.row(group, &key, &name, who.role)
     }
 
     /// The figure with this id.
@@ -109,10 +105,10 @@ impl Lab<'_> {
         self.results.plot(id, title)
     }
 
-    /// A figure of a group, which its id and its title name.
-    pub(crate) fn plot_of(&mut self, group: &str, what: &str, title: &str) -> &mut Plot {
-        let id = format!("{what}-{}", group.replace(' ', "-"));
-        self.plot(id, format!("{title}, {group}"))
+    /// A figure of a group: its id ends with the key of the group, its title with the name.
+    pub(crate) fn plot_of(&mut self, [key, name]: [&str; 2], what: &str, title: &str) -> &mut Plot {
+        let id = format!("{what}-{}", key.replace(' ', "-"));
+        self.plot(id, format!("{title}, {name}"))
     }
 
     /// Notes why a contestant cannot express a system, before it is fitted.

@@ -63,32 +63,29 @@ pub(crate) struct Quantity {
     pub(crate) better: Better,
 }
 
-/// A quantity that should be small.
-pub(crate) const fn less(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
-    quantity(key, name, unit, Better::Less)
-}
-
-/// A quantity that should be large.
-pub(crate) const fn more(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
-    quantity(key, name, unit, Better::More)
-}
-
 /// A quantity that is neither good nor bad.
 pub(crate) const fn neither(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
-    quantity(key, name, unit, Better::Neither)
-}
-
-const fn quantity(
-    key: &'static str,
-    name: &'static str,
-    unit: &'static str,
-    better: Better,
-) -> Quantity {
     Quantity {
         key,
         name,
         unit,
-        better,
+        better: Better::Neither,
+    }
+}
+
+/// A quantity that should be small.
+pub(crate) const fn less(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
+    Quantity {
+        better: Better::Less,
+        ..neither(key, name, unit)
+    }
+}
+
+/// A quantity that should be large.
+pub(crate) const fn more(key: &'static str, name: &'static str, unit: &'static str) -> Quantity {
+    Quantity {
+        better: Better::More,
+        ..neither(key, name, unit)
     }
 }
 
@@ -115,18 +112,17 @@ pub(crate) struct Published {
     pub(crate) values: &'static [(&'static str, f64)],
 }
 
-/// A published line in one line.
-pub(crate) const fn published(
-    group: &'static str,
-    name: &'static str,
-    values: &'static [(&'static str, f64)],
-) -> Published {
-    Published {
-        group,
-        name,
-        values,
-    }
+/// A table of published lines: a row has the group, the name, and keys of quantities with their values.
+macro_rules! published {
+    ($($group:expr, $name:literal, $($key:literal: $value:literal),+;)*) => {
+        &[$(crate::harness::Published {
+            group: $group,
+            name: $name,
+            values: &[$(($key, $value)),+],
+        }),*]
+    };
 }
+pub(crate) use published;
 
 /// The first item for which `is` holds; where there is none, a new one at the end.
 fn entry<T>(items: &mut Vec<T>, is: impl Fn(&T) -> bool, new: impl FnOnce() -> T) -> &mut T {
@@ -285,12 +281,7 @@ pub(crate) struct Results {
 
 impl Results {
     /// The row of a contestant in a group; a new one where there is none.
-    pub(crate) fn row<C>(&mut self, group: &str, who: &Contestant<C>) -> &mut Row {
-        self.row_of(group, who.key, who.name, who.role)
-    }
-
-    /// The same of one whose name is put together.
-    pub(crate) fn row_of(&mut self, group: &str, key: &str, name: &str, role: Role) -> &mut Row {
+    pub(crate) fn row(&mut self, group: &str, key: &str, name: &str, role: Role) -> &mut Row {
         let known = |row: &Row| row.group == group && row.key == key;
         entry(&mut self.rows, known, || Row {
             group: group.into(),

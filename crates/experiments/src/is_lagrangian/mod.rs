@@ -86,18 +86,12 @@ fn run(lab: &mut Lab) -> Result<()> {
 fn record(lab: &mut Lab, system: &System, noise: f64, survey: &Survey) {
     let who = contestant(system.name, system.name, Role::Lnn, ());
     let truth = system.truth;
+    let right = survey.verdict.existence == truth;
     let asymmetry = survey.asymmetry.as_ref();
     let damping = survey.damping.as_ref();
     let divergence = survey.contraction;
     lab.row(&format!("noise_{noise}"), &who)
-        .add(
-            "right",
-            if survey.verdict.existence == truth {
-                1.0
-            } else {
-                0.0
-            },
-        )
+        .add("right", f64::from(u8::from(right)))
         .add("confidence", survey.verdict.confidence)
         .add("lagrangian", survey.conservative.relative)
         .add("with_friction", survey.friction.relative)

@@ -49,23 +49,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         neither("steps", "steps", ""),
         neither("train_seconds", "training", "s"),
     ],
-    published: &[
-        published(
-            "",
-            "deep Lagrangian network, public code (177 s)",
-            &[("torque_mse", 2.2e-5), ("valid_seconds", 2.3)],
-        ),
-        published(
-            "",
-            "black-box Lagrangian, public code",
-            &[("torque_mse", 2.8e-5), ("valid_seconds", 2.8)],
-        ),
-        published(
-            "",
-            "plain network, public code",
-            &[("torque_mse", 6.2e-4), ("valid_seconds", 1.8)],
-        ),
-    ],
+    published: published! {
+        "", "deep Lagrangian network, public code (177 s)", "torque_mse": 2.2e-5, "valid_seconds": 2.3;
+        "", "black-box Lagrangian, public code", "torque_mse": 2.8e-5, "valid_seconds": 2.8;
+        "", "plain network, public code", "torque_mse": 6.2e-4, "valid_seconds": 1.8;
+    },
     ..Experiment::EMPTY
 };
 

@@ -106,14 +106,12 @@ fn measure(
     if seed == lab.args.seed {
         draw(lab, field, who.name, who.role, &own);
         let periods = in_periods(&own);
-        lab.plot(
-            format!("distance-{}", field.name),
-            format!("Distance from the true orbit, {} field", field.name),
-        )
-        .caption("From the same start.")
-        .x(Axis::linear("time", "gyro-periods"))
-        .y(Axis::log("distance", "m").between(1e-9, 100.0))
-        .add(who.name, who.role, &periods, distance);
+        let of = [field.name, field.title];
+        lab.plot_of(of, "distance", "Distance from the true orbit")
+            .caption("From the same start.")
+            .x(Axis::linear("time", "gyro-periods"))
+            .y(Axis::log("distance", "m").between(1e-9, 100.0))
+            .add(who.name, who.role, &periods, distance);
     }
     Ok(())
 }
@@ -128,13 +126,10 @@ fn draw(lab: &mut Lab, field: &Field, name: &str, role: Role, orbit: &Orbit) {
     // The first ten circles, before lines cover lines.
     let cut = |i| coordinate(i).into_iter().take(200).collect::<Vec<f64>>();
     let mut plot = |what: &str, title: &str, [x, y]: [Axis; 2], values: (&[f64], Vec<f64>)| {
-        lab.plot(
-            format!("{what}-{}", field.name),
-            format!("{title}, {} field", field.name),
-        )
-        .x(x)
-        .y(y)
-        .add(name, role, values.0, values.1);
+        lab.plot_of([field.name, field.title], what, title)
+            .x(x)
+            .y(y)
+            .add(name, role, values.0, values.1);
     };
     let metres = |label: &str, most: f64| Axis::linear(label, "m").between(-most, most);
     let time = || Axis::linear("time", "gyro-periods");

@@ -15,6 +15,8 @@ use crate::data::{accelerations, energies, relative_error};
 pub(crate) struct Field {
     /// Its name in files.
     pub(crate) name: &'static str,
+    /// Its name in titles.
+    pub(crate) title: &'static str,
     /// The name of the system.
     system: &'static str,
     /// Where its long orbit begins.
@@ -24,6 +26,7 @@ pub(crate) struct Field {
 /// The same field everywhere, in a plane.
 static UNIFORM: Field = Field {
     name: "uniform",
+    title: "uniform field",
     system: "charged-particle",
     start: || State::new(vec![0.8, 0.0], vec![0.0, -0.8]),
 };
@@ -31,6 +34,7 @@ static UNIFORM: Field = Field {
 /// Two magnetic mirrors; the orbit turns round near z = ± 0.75 a.
 pub(crate) static MIRROR: Field = Field {
     name: "mirror",
+    title: "mirror field",
     system: "magnetic-mirror",
     start: || State::new(vec![0.4, 0.0, 0.0], vec![0.0, -0.4, 0.3]),
 };

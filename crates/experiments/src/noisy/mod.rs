@@ -132,12 +132,7 @@ fn measure(lab: &mut Lab, system: &str, protocol: &Protocol) -> Result<()> {
                 let config = config((family.config)(WIDTH), prediction, lab, seed);
                 let fitted = lab.fit(&data.dataset, &config)?;
                 let errors = errors(&fitted.model, &data.truth, STEP)?;
-                let (key, name) = (
-                    format!("{} {loss}", family.key),
-                    format!("{}, {loss}", family.name),
-                );
-                lab.results
-                    .row_of(&group, &key, &name, family.role)
+                lab.variant(&group, family, [loss; 2])
                     .add("acceleration", errors.acceleration)
                     .add("valid", errors.valid)
                     .add("valid_quarter_step", errors.steps[0].1)

@@ -156,7 +156,7 @@ fn draw(lab: &mut Lab, arm: &Arm, who: &Contestant<Condition>, outcome: &Outcome
     if who.config != Condition::PerfectLoaded {
         let letters: Vec<f64> = (1..=outcome.errors.len()).map(|k| k as f64).collect();
         let caption = "With the last letter comes the payload, which the true model does not know.";
-        lab.plot_of(arm.name, "errors", "Error of each letter")
+        lab.plot_of([arm.name; 2], "errors", "Error of each letter")
             .caption(caption)
             .x(Axis::linear("letter", ""))
             .y(Axis::log("tracking error", "rad"))
@@ -164,7 +164,7 @@ fn draw(lab: &mut Lab, arm: &Arm, who: &Contestant<Condition>, outcome: &Outcome
     }
     if who.config != Condition::Pd {
         let (t, errors) = outcome.after.clone();
-        lab.plot_of(arm.name, "payload", "After the payload")
+        lab.plot_of([arm.name; 2], "payload", "After the payload")
             .caption(format!(
                 "Errors in windows of {WINDOW} s from the instant that the payload \
                 comes into the hand. The true model does not learn of it; the one \
@@ -194,7 +194,7 @@ fn draw_path(
         joints.map(|q| (q[0], q[1])).unzip()
     };
     let (reference, own) = (path(writing.reference.samples()), path(&outcome.motion));
-    lab.plot_of(arm.name, "path", &format!("The letter {name}"))
+    lab.plot_of([arm.name; 2], "path", &format!("The letter {name}"))
         .caption("Second joint over first.")
         .x(Axis::linear("first joint", "rad"))
         .y(Axis::linear("second joint", "rad"))
@@ -213,7 +213,11 @@ fn live(lab: &mut Lab, arm: &Arm, writing: &Writing) -> Result<()> {
     };
     let live = run.outcome(arm, writing)?;
     let latency = live.latency;
-    let plot = lab.plot_of(arm.name, "latency", "Time of a tick while a thread learns");
+    let plot = lab.plot_of(
+        [arm.name; 2],
+        "latency",
+        "Time of a tick while a thread learns",
+    );
     plot.caption(format!(
         "Controller alone, {} ticks at 500 Hz in real time: median {:.1} \
                 µs, 99 % below {:.1} µs, longest {:.0} µs.",

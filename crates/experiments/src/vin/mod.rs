@@ -191,7 +191,7 @@ fn record(
     [own, exact]: [&Errors; 2],
 ) {
     lab.results
-        .row_of(group, key, name, role)
+        .row(group, key, name, role)
         .add("error", own.error)
         .add("drift", own.drift)
         .add("error_continuous", exact.error)
@@ -296,7 +296,7 @@ fn at_other_steps(
 /// The error over the noise.
 fn draw_noise(lab: &mut Lab, case: &Case, place: usize, error: f64, plan: &Plan) {
     let names = plan.noises.iter().map(|noise| noise.to_string()).collect();
-    lab.plot_of(case.system.name, "noise", "Error and noise")
+    lab.plot_of([case.system.name; 2], "noise", "Error and noise")
         .caption(format!(
             "Position error over {HORIZON} s, a dot for each seed."
         ))

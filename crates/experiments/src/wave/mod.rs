@@ -252,13 +252,10 @@ fn draw(
     speeds: (&[f64], Vec<f64>),
 ) {
     let mut plot = |what: &str, title: &str, [x, y]: [Axis; 2], values: (&[f64], Vec<f64>)| {
-        lab.plot(
-            format!("{what}-{}", system.name),
-            format!("{title}, {}", system.about),
-        )
-        .x(x)
-        .y(y)
-        .add(who.name, who.role, values.0, values.1);
+        lab.plot_of([system.name, system.about], what, title)
+            .x(x)
+            .y(y)
+            .add(who.name, who.role, values.0, values.1);
     };
     let log = |label: &str| Axis::log(label, "");
     let time = || Axis::linear("time", "s");
