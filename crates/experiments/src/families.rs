@@ -10,61 +10,53 @@ use lagrangian::{
 /// Makes a family of models whose layers have so many units.
 pub(crate) type MakeFamily = fn(usize) -> Box<dyn Family>;
 
+/// A family with these fields, all else as it is by default.
+macro_rules! family {
+    ($config:ident { $($field:ident $(: $value:expr)?),* }) => {
+        Box::new($config { $($field $(: $value)?,)* ..$config::default() })
+    };
+}
+pub(crate) use family;
+
 /// Units of a layer unless an experiment says otherwise.
 pub(crate) const WIDTH: usize = 64;
 
 pub(crate) fn lnn(width: usize) -> Box<dyn Family> {
-    Box::new(LnnConfig {
-        width,
-        ..LnnConfig::default()
-    })
+    family!(LnnConfig { width })
 }
 
 pub(crate) fn convex(width: usize) -> Box<dyn Family> {
-    Box::new(LnnConfig {
+    family!(LnnConfig {
         form: Form::Convex,
-        width,
-        ..LnnConfig::default()
+        width
     })
 }
 
 pub(crate) fn delan(width: usize) -> Box<dyn Family> {
-    Box::new(DelanConfig {
-        width,
-        ..DelanConfig::default()
-    })
+    family!(DelanConfig { width })
 }
 
 pub(crate) fn delan_with_vector_potential(width: usize) -> Box<dyn Family> {
-    Box::new(DelanConfig {
+    family!(DelanConfig {
         vector_potential: true,
-        width,
-        ..DelanConfig::default()
+        width
     })
 }
 
 pub(crate) fn hnn(structure: HnnStructure, momenta: Momenta, width: usize) -> Box<dyn Family> {
-    Box::new(HnnConfig {
+    family!(HnnConfig {
         structure,
         momenta,
-        width,
-        ..HnnConfig::default()
+        width
     })
 }
 
 pub(crate) fn neural_ode(order: Order, width: usize) -> Box<dyn Family> {
-    Box::new(NeuralOdeConfig {
-        order,
-        width,
-        ..NeuralOdeConfig::default()
-    })
+    family!(NeuralOdeConfig { order, width })
 }
 
 pub(crate) fn mlp(width: usize) -> Box<dyn Family> {
-    Box::new(MlpConfig {
-        width,
-        ..MlpConfig::default()
-    })
+    family!(MlpConfig { width })
 }
 
 /// A chain of links, which has no layers.

@@ -21,19 +21,12 @@ pub(super) enum Teaching {
 impl Teaching {
     pub(super) const ALL: [Self; 3] = [Self::Exact, Self::States, Self::More];
 
-    pub(super) fn key(self) -> &'static str {
+    /// Its key in figures and its name on the page.
+    pub(super) fn words(self) -> [&'static str; 2] {
         match self {
-            Self::Exact => "accelerations",
-            Self::States => "states",
-            Self::More => "more_data",
-        }
-    }
-
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "with accelerations",
-            Self::States => "states alone",
-            Self::More => "ten times the data",
+            Self::Exact => ["accelerations", "with accelerations"],
+            Self::States => ["states", "states alone"],
+            Self::More => ["more_data", "ten times the data"],
         }
     }
 }

@@ -77,7 +77,7 @@ fn run(lab: &mut Lab) -> Result<()> {
             {
                 for seed in lab.seeds() {
                     let score = measure(lab, links, (who, teaching), seed, &test)?;
-                    lab.variant(&group, who, [teaching.key(), teaching.name()])
+                    lab.variant(&group, who, teaching.words())
                         .add("error", score.error)
                         .detail("over_time", &score.over_time)
                         .detail("unfinished", score.unfinished);
@@ -133,11 +133,8 @@ fn measure(
     seed: u64,
     test: &Test,
 ) -> Result<Score> {
-    let part = format!(
-        "{links} links, {}, {}, seed {seed}",
-        who.name,
-        teaching.name()
-    );
+    let [_, name] = teaching.words();
+    let part = format!("{links} links, {}, {name}, seed {seed}", who.name);
     lab.begin_weighted(part, (links * links) as f64)?;
     let chart = who.config.chart();
     let count = match teaching {
@@ -163,12 +160,13 @@ fn draw(
     (name, role): (&str, Role),
     score: &Score,
 ) {
+    let [key, what] = teaching.words();
     let t = (0..score.over_time.len()).map(|k| INTERVAL * k as f64);
     let t: Vec<f64> = t.collect();
     let caption = "Geometric mean over the test motions; median and range of the seeds.";
     lab.plot(
-        format!("over-time-{links}-{}", teaching.key().replace('_', "-")),
-        format!("{}, {}", group(links), teaching.name()),
+        format!("over-time-{links}-{}", key.replace('_', "-")),
+        format!("{}, {what}", group(links)),
     )
     .caption(caption)
     .x(Axis::linear("time", "s"))

@@ -63,10 +63,8 @@ fn run(lab: &mut Lab) -> Result<()> {
         let writing = Writing::new(&text)?;
         let names: Vec<&str> = writing.letters.iter().map(|l| l.name.as_str()).collect();
         lab.setting(&format!("Letters, {}", arm.name), names.join(", "));
-        lab.setting(
-            &format!("Payload, {}", arm.name),
-            format!("{} kg", arm.payload),
-        );
+        let payload = format!("{} kg", arm.payload);
+        lab.setting(&format!("Payload, {}", arm.name), payload);
         let mut perfect = Vec::new();
         for who in &CONDITIONS {
             for (k, seed) in lab.seeds().into_iter().enumerate() {
@@ -213,11 +211,8 @@ fn live(lab: &mut Lab, arm: &Arm, writing: &Writing) -> Result<()> {
     };
     let live = run.outcome(arm, writing)?;
     let latency = live.latency;
-    let plot = lab.plot_of(
-        [arm.name; 2],
-        "latency",
-        "Time of a tick while a thread learns",
-    );
+    let title = "Time of a tick while a thread learns";
+    let plot = lab.plot_of([arm.name; 2], "latency", title);
     plot.caption(format!(
         "Controller alone, {} ticks at 500 Hz in real time: median {:.1} \
                 µs, 99 % below {:.1} µs, longest {:.0} µs.",

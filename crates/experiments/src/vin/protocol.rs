@@ -17,7 +17,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::data::recorded;
-use crate::families::{self, MakeFamily};
+use crate::families::{self, MakeFamily, family};
 use crate::harness::{Contestant, contestants};
 
 /// Time between samples, s.
@@ -152,10 +152,7 @@ const fn by(loss: Loss, family: MakeFamily) -> Recipe {
 }
 
 fn vin(width: usize) -> Box<dyn Family> {
-    Box::new(VinConfig {
-        width,
-        ..VinConfig::default()
-    })
+    family!(VinConfig { width })
 }
 
 impl Recipe {
