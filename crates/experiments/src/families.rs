@@ -64,6 +64,11 @@ pub(crate) fn rigid(_: usize) -> Box<dyn Family> {
     Box::new(RigidConfig::default())
 }
 
+/// Whether a family is [`rigid`]: it is solved for, without training.
+pub(crate) fn is_rigid(family: MakeFamily) -> bool {
+    family(WIDTH).name() == "rigid"
+}
+
 /// The natural gradient with this damping at its end; noise asks for more, because each batch is solved for itself.
 pub(crate) fn natural(damping_last: f64) -> Optimizer {
     Optimizer::Natural(NaturalConfig {

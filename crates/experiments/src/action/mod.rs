@@ -241,7 +241,7 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     let stationary = &paths.long.stationary;
     let mut action = DiscreteAction::new(system.lagrangian());
     let mode = &stationary.second_variation.mode;
-    let along = action_variation(&mut action, &stationary.path, mode, &SIZES);
+    let along = action_variation(&mut action, &stationary.path, mode, &*SIZES);
     let [short, long] = [case.short, case.long].map(|seconds| group(case, seconds));
     lab.plot_of([case.system, &long], "saddle", VARIED).add(
         "least curved variation",

@@ -5,6 +5,8 @@
 //! neither F nor c. Where every motion has its own α (one coordinate: H and any function of it have the same motions), it
 //! is that of this path.
 
+use std::sync::LazyLock;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -22,15 +24,8 @@ pub(crate) const SEGMENTS: usize = 400;
 /// The largest variation.
 pub(crate) const LARGEST: f64 = 0.2;
 /// Sizes of the variations, even, 0 in the middle.
-pub(crate) const SIZES: [f64; 21] = {
-    let mut sizes = [0.0; 21];
-    let mut k = 0;
-    while k < 21 {
-        sizes[k] = LARGEST * (k as f64 - 10.0) / 10.0;
-        k += 1;
-    }
-    sizes
-};
+pub(crate) static SIZES: LazyLock<[f64; 21]> =
+    LazyLock::new(|| std::array::from_fn(|k| LARGEST * (k as f64 - 10.0) / 10.0));
 
 /// A motion whose ends are connected, short of its first conjugate point and beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,7 +91,6 @@ impl Case {
 }
 
 /// What one Lagrangian says of the paths between two ends.
-#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Measured {
     /// Its stationary path.
     pub(crate) stationary: StationaryPath,
@@ -117,7 +111,7 @@ pub(crate) fn measure(lagrangian: &dyn Lagrangian, first: &Path) -> Result<Optio
     let path = &stationary.path;
     let directions = directions(path);
     let families = directions.iter();
-    let families = families.map(|eta| action_variation(&mut action, path, eta, &SIZES));
+    let families = families.map(|eta| action_variation(&mut action, path, eta, &*SIZES));
     let families: Vec<ActionVariation> = families.collect();
     let slope = directions.iter().zip(&families).map(|(eta, far)| {
         // Small enough for the cubic part, large enough for rounding.

@@ -60,8 +60,7 @@ pub(super) fn learn(
     let mut chunks = chunks.map(|motions| Ok(with_estimated_accelerations(motions)))?;
     let mut model: Learned = fit(&round(ROUNDS[0]), &chunks)?;
     for share in &ROUNDS[1..] {
-        chunks =
-            chunks.map(|motions| Ok(with_corrected_accelerations(motions, &model, &options())?))?;
+        chunks = chunks.map(|motions| with_corrected_accelerations(motions, &model, &options()))?;
         model = fit(&round(*share), &chunks)?;
     }
     Ok(model)

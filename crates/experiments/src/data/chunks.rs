@@ -8,7 +8,6 @@ use lagrangian::rollout::{free, rollout_many};
 use lagrangian::{Lagrangian, Model, Result, RolloutOptions, State, Trajectory};
 
 /// Where motions are cut.
-#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cut {
     /// Time between two samples, s.
     pub(crate) interval: f64,

@@ -1,9 +1,12 @@
 //! Questions that several experiments ask of motions and of models along them.
 
+use std::f64::consts::TAU;
+
 use lagrangian::train::Samples;
 use lagrangian::trajectory::Columns;
 use lagrangian::{
-    Coordinates, Dataset, Model, Recording, Result, RolloutOptions, Signals, State, Trajectory,
+    Coordinates, Dataset, EstimateOptions, Model, Recording, Result, RolloutOptions, Signals,
+    State, Trajectory,
 };
 
 /// Column i of a signal `[len, n]`.
@@ -15,6 +18,14 @@ pub(crate) fn column(signal: &[f64], n: usize, i: usize) -> Vec<f64> {
 pub(crate) fn first_state(motion: &Trajectory) -> State {
     let n = motion.dof();
     State::new(motion.q[..n].to_vec(), motion.qd[..n].to_vec())
+}
+
+/// A difference of coordinate `i`, of angles by the shorter way.
+pub(crate) fn shorter(difference: f64, coordinates: &Coordinates, i: usize) -> f64 {
+    match coordinates.is_circle(i) {
+        true => difference - TAU * (difference / TAU).round(),
+        false => difference,
+    }
 }
 
 /// The accelerations of a model at states `[m, n]` under these forces.
@@ -54,10 +65,11 @@ pub(crate) fn column_sizes<'a>(n: usize, signals: impl Iterator<Item = &'a [f64]
     squares.iter().map(size).collect()
 }
 
-/// A motion as it would stand in a file: its positions, and its velocities where it has any.
-pub(crate) fn recorded(motion: Trajectory, coordinates: &Coordinates) -> Recording {
+/// A motion as it would be read from a file with its positions, and its velocities where it has any: all else is
+/// estimated.
+pub(crate) fn estimated(motion: Trajectory, coordinates: &Coordinates) -> Result<Trajectory> {
     let Signals { q, qd, .. } = motion.signals;
-    Recording {
+    let recording = Recording {
         name: motion.name,
         coordinates: coordinates.clone(),
         t: motion.t,
@@ -69,7 +81,8 @@ pub(crate) fn recorded(motion: Trajectory, coordinates: &Coordinates) -> Recordi
             qd,
             ..Signals::default()
         },
-    }
+    };
+    Ok(recording.into_trajectory(&EstimateOptions::default())?.0)
 }
 
 /// Every `stride`-th sample: its time, q, q̇ and τ.

@@ -59,7 +59,7 @@ pub(super) struct Shape {
 
 /// A network of three neighbouring points with its weights.
 #[derive(Debug, Clone)]
-pub(super) struct Weighted {
+pub(crate) struct Weighted {
     pub(super) shape: Shape,
     pub(super) parameters: Vec<f64>,
     pub(super) packed: Packed<f64>,

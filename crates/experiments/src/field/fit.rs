@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::density::{DensityConfig, DensityNet, Output, Shape, Weighted};
 use super::inputs::FieldScaling;
 use super::natural::{RingMemory, RingProblem};
-use super::plain::StencilNet;
+use super::plain::StencilField;
 use super::ring::Field;
 use lagrangian::train::{Batch, LeastSquares, Natural, NaturalConfig, StepSize, cosine};
 use lagrangian::{Budget, Dataset, Model, Observer, Progress, Result, shuffle};
@@ -53,12 +53,11 @@ impl Default for FieldFitConfig {
 }
 
 /// What was learned of a field.
-#[derive(Debug, Clone)]
 pub(crate) enum LearnedField {
     /// A density.
     Density(DensityNet),
     /// A plain network.
-    Plain(StencilNet),
+    Plain(Weighted),
 }
 
 impl LearnedField {
@@ -66,13 +65,12 @@ impl LearnedField {
     pub(crate) fn ring(&self, points: usize) -> Result<Box<dyn Model + '_>> {
         Ok(match self {
             Self::Density(density) => Box::new(Field::new(density, points)?),
-            Self::Plain(net) => Box::new(net.ring(points)?),
+            Self::Plain(net) => Box::new(StencilField::new(net, points)?),
         })
     }
 }
 
 /// What a fit came to.
-#[derive(Debug, Clone)]
 pub(crate) struct FieldFit {
     /// With the weights of the best validation.
     pub(crate) model: LearnedField,
@@ -223,7 +221,7 @@ impl<'a> Run<'a> {
         let network = Weighted::new(self.memory.shape, parameters)?;
         let model = match self.config.output {
             Output::Density => LearnedField::Density(DensityNet::of(network)),
-            Output::Acceleration => LearnedField::Plain(StencilNet(network)),
+            Output::Acceleration => LearnedField::Plain(network),
         };
         Ok(FieldFit {
             model,

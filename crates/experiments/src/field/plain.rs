@@ -5,29 +5,24 @@ use super::stencil::{Neighbours, ring_coordinates};
 use lagrangian::{Coordinates, Evaluation, Evaluator, Model, Result};
 use nets::Pass;
 
-/// φ̈ᵢ = s N(what a [`DensityNet`](super::DensityNet) sees), the same at every point: a convolution over the ring.
+/// φ̈ᵢ = s N(what a [`DensityNet`](super::DensityNet) sees), the same at every point of a ring: a convolution.
 ///
-/// Same inputs, size, scales and optimiser as the density; but it knows no energy, and no point further than its
-/// neighbours.
-#[derive(Debug, Clone)]
-pub(crate) struct StencilNet(pub(super) Weighted);
+/// It has the inputs, the size, the scales and the optimiser of a density; but it knows no energy, and no point further
+/// than its neighbours.
+pub(super) struct StencilField<'a> {
+    network: &'a Weighted,
+    coordinates: Coordinates,
+}
 
-impl StencilNet {
-    /// The same network at every point of a ring.
-    pub(crate) fn ring(&self, points: usize) -> Result<StencilField<'_>> {
-        let here = &self.0.shape.inputs.coordinates().0[1];
-        Ok(StencilField {
-            network: &self.0,
+impl<'a> StencilField<'a> {
+    /// The same network at every point of a ring of at least three.
+    pub(super) fn new(network: &'a Weighted, points: usize) -> Result<Self> {
+        let here = &network.shape.inputs.coordinates().0[1];
+        Ok(Self {
+            network,
             coordinates: ring_coordinates(here, points)?,
         })
     }
-}
-
-/// A [`StencilNet`] on a ring, as a model without energy.
-#[derive(Debug, Clone)]
-pub(crate) struct StencilField<'a> {
-    network: &'a Weighted,
-    coordinates: Coordinates,
 }
 
 impl Model for StencilField<'_> {

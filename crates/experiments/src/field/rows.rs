@@ -24,7 +24,6 @@ pub(super) struct Ring<'a> {
 }
 
 /// The buffers of one ring at work.
-#[derive(Debug)]
 pub(super) struct RowWork {
     pass: Pass<f64>,
     gradient: Gradient<f64>,

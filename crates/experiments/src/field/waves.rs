@@ -25,7 +25,6 @@ pub(crate) fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 
 }
 
 /// A Gaussian pulse.
-#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pulse {
     /// Its height.
     pub(crate) height: f64,

@@ -262,7 +262,6 @@ impl Task {
 const TESTED: usize = 101;
 
 /// A model's motion from one start beside the true one.
-#[derive(Debug, Clone)]
 pub(crate) struct PhaseTest {
     /// The true motion.
     pub(crate) truth: Trajectory,

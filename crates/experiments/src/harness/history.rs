@@ -16,7 +16,6 @@ pub(crate) struct Moment {
 }
 
 /// A measurement over the time of a fit.
-#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct History {
     /// In the order of time.
     pub(crate) moments: Vec<Moment>,

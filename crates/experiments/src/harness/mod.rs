@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Parser;
 use lagrangian_report::draw;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use args::Args;
 use failure::mistake;
@@ -72,7 +72,6 @@ impl Experiment {
 }
 
 /// What the columns of the summary are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Layout {
     /// Quantities; a row for each contestant of each group.
     Quantities,
@@ -139,7 +138,11 @@ fn run(args: &Args) -> Result<()> {
     lab.setting("Whole experiment", format!("{seconds:.0} s"));
     lab.setting("Threads", folder::threads().to_string());
     lab.setting("Length", length);
-    let figures = figures(args, &lab.results, seconds);
+    let mut figures = lab.results.json();
+    let settings = json!({
+        "experiment": args.name, "seeds": args.seeds(), "quick": args.quick, "wall_seconds": seconds,
+    });
+    figures.insert("settings".into(), settings);
     let summary = page::summary(experiment, &lab.results);
     let report = page::report(experiment, lab.results);
     folder.write("figures.json", &serde_json::to_vec_pretty(&figures)?)?;
@@ -150,16 +153,6 @@ fn run(args: &Args) -> Result<()> {
     }
     eprintln!("open {}", folder.path().join("report.html").display());
     Ok(())
-}
-
-/// Everything that was measured, with the settings of the run.
-fn figures(args: &Args, results: &Results, seconds: f64) -> Map<String, Value> {
-    let mut figures = results.json();
-    let settings = json!({
-        "experiment": args.name, "seeds": args.seeds(), "quick": args.quick, "wall_seconds": seconds,
-    });
-    figures.insert("settings".into(), settings);
-    figures
 }
 
 fn by_name(name: &str) -> Result<&'static Experiment> {

@@ -103,7 +103,6 @@ impl Quantity {
 }
 
 /// A published line beside ours.
-#[derive(Debug, Clone, Copy)]
 pub(crate) struct Published {
     /// The group that it belongs to.
     pub(crate) group: &'static str,
@@ -134,7 +133,6 @@ fn entry<T>(items: &mut Vec<T>, is: impl Fn(&T) -> bool, new: impl FnOnce() -> T
 }
 
 /// All that was measured for one contestant in one group (a system, a task, a level of noise).
-#[derive(Debug)]
 pub(crate) struct Row {
     pub(crate) group: String,
     pub(crate) key: String,
@@ -189,13 +187,11 @@ impl Row {
 }
 
 /// A figure whose curves come seed by seed: curves of one name become a median with its range.
-#[derive(Debug)]
 pub(crate) struct Plot {
     figure: Figure,
     curves: Vec<Curve>,
 }
 
-#[derive(Debug)]
 struct Curve {
     name: String,
     role: Role,
@@ -265,7 +261,7 @@ impl Plot {
 }
 
 /// The grid, and what is drawn and written beside it.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Results {
     pub(crate) rows: Vec<Row>,
     /// More tables, below the summary.

@@ -11,6 +11,12 @@ pub(crate) fn median(values: &[f64]) -> f64 {
     }
 }
 
+/// The middle one, the upper of two; none of nothing.
+pub(crate) fn upper_median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
 /// `median (least … largest)`, and how many are not finite; a dash where there is nothing.
 pub(crate) fn cell(values: &[f64]) -> String {
     let finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();

@@ -1,6 +1,6 @@
 //! The models that are compared.
 
-use crate::families::{self, MakeFamily, WIDTH};
+use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, contestants};
 
 /// All of them, in the order of the tables.
@@ -10,10 +10,3 @@ pub(super) const CONTESTANTS: [Contestant<MakeFamily>; 4] = contestants! {
     "mlp", "plain network", Baseline, families::mlp;
     "rigid", "identified chain", Other(1), families::rigid;
 };
-
-impl Contestant<MakeFamily> {
-    /// Whether it takes time to train; the identified chain is solved for.
-    pub(super) fn is_trained(&self) -> bool {
-        (self.config)(WIDTH).name() != "rigid"
-    }
-}

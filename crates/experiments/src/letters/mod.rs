@@ -10,7 +10,7 @@ use anyhow::{Result, anyhow};
 use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model};
 use lagrangian_report::Axis;
 
-use crate::families::{MakeFamily, WIDTH};
+use crate::families::{MakeFamily, WIDTH, is_rigid};
 use crate::harness::failure::Advise;
 use crate::harness::{Contestant, Experiment, Lab, less, more, neither, published};
 use contestants::CONTESTANTS;
@@ -77,23 +77,20 @@ impl Plan {
     fn of(lab: &Lab) -> Self {
         let usual = if lab.quick() { 1.5 } else { 60.0 };
         let main = lab.args.seconds.unwrap_or(usual);
-        match lab.quick() {
-            true => Self {
-                main,
-                short: 0.2 * main,
-                counts: &[1, 4, 17],
-            },
-            false => Self {
-                main,
-                short: 0.1 * main,
-                counts: &[1, 2, 3, 4, 6, 8, 12, 17],
-            },
+        let (part, counts): (f64, &[usize]) = match lab.quick() {
+            true => (0.2, &[1, 4, 17]),
+            false => (0.1, &[1, 2, 3, 4, 6, 8, 12, 17]),
+        };
+        Self {
+            main,
+            short: part * main,
+            counts,
         }
     }
 
     /// Expected seconds of the whole.
     fn seconds(&self, seeds: usize) -> f64 {
-        let trained = CONTESTANTS.iter().filter(|c| c.is_trained()).count() as f64;
+        let trained = CONTESTANTS.iter().filter(|c| !is_rigid(c.config)).count() as f64;
         let short = self.counts.len() + noise::LEVELS.len() * noise::CANDIDATES.len();
         seeds as f64 * ((trained + COMPANION) * self.main + trained * short as f64 * self.short)
     }
@@ -111,11 +108,17 @@ fn config(family: MakeFamily, seconds: f64, seed: u64) -> FitConfig {
     }
 }
 
+/// The file of the letters in the reference data.
+pub(crate) const FILE: &str = "characters/characters.csv";
+
+/// The letters in a file; the error names the remedy.
+pub(crate) fn read(file: &[u8]) -> Result<Letters> {
+    let hint = "give the reference data with --data";
+    Letters::read(file).advise("cannot read the letters", hint)
+}
+
 fn run(lab: &mut Lab) -> Result<()> {
-    let letters = Letters::read(&lab.data("characters/characters.csv")?).advise(
-        "cannot read the letters",
-        "give the reference data with --data",
-    )?;
+    let letters = read(&lab.data(FILE)?)?;
     let plan = Plan::of(lab);
     lab.progress.plan(plan.seconds(lab.seeds().len()));
     lab.setting("Time of a main fit", format!("{} s", plan.main));
@@ -142,7 +145,7 @@ fn begin(
     seconds: f64,
 ) -> Result<()> {
     let part = format!("{}{part}", who.name);
-    lab.begin_weighted(part, if who.is_trained() { seconds } else { 0.0 })
+    lab.begin_weighted(part, if is_rigid(who.config) { 0.0 } else { seconds })
 }
 
 fn mse(model: &dyn Model, letters: &[Letter]) -> f64 {
@@ -207,7 +210,7 @@ fn draw(
     model: &Learned,
     history: &crate::harness::History,
 ) {
-    if who.is_trained() {
+    if !is_rigid(who.config) {
         let at = |k: i32| 0.005 * plan.main * 200.0_f64.powf(f64::from(k) / 119.0);
         let times: Vec<f64> = (0..120).map(at).collect();
         let values = times.iter().map(|t| history.at(*t)).collect();

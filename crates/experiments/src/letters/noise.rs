@@ -40,9 +40,9 @@ fn one(
     let own = letters.torque_variance();
     let variances: Vec<f64> = own.iter().map(|v| level * level * v).collect();
     let data = noisy(letters, &variances, seed)?;
-    let candidates: Vec<Option<f64>> = match who.is_trained() {
-        true => CANDIDATES.map(Some).to_vec(),
-        false => vec![None],
+    let candidates: Vec<Option<f64>> = match families::is_rigid(who.config) {
+        true => vec![None],
+        false => CANDIDATES.map(Some).to_vec(),
     };
     let mut best: Option<(f64, f64, Option<f64>)> = None;
     for damping in candidates {

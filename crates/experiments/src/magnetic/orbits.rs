@@ -109,7 +109,6 @@ pub(crate) fn acceleration_error(model: &dyn Model, system: &dyn AnalyticModel, 
 }
 
 /// A free orbit.
-#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Orbit {
     /// Time, s.
     pub(crate) t: Vec<f64>,

@@ -8,17 +8,15 @@ use lagrangian::analytic::{AnalyticModel, normal};
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::score::valid_prediction_time;
 use lagrangian::{
-    Coordinates, Dataset, Error, EstimateOptions, Model, Result, Rollout, RolloutOptions, Signals,
-    Trajectory,
+    Coordinates, Dataset, Error, Model, Result, Rollout, RolloutOptions, Signals, Trajectory,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::data::{accelerations, column, first_state, recorded, relative_error, thinned};
+use crate::data::{accelerations, column, estimated, first_state, relative_error, thinned};
 use crate::harness::spread::median;
 
 /// How recordings are made.
-#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protocol {
     /// Recordings to fit, and as many more for validation by a quarter.
     pub(crate) recordings: usize,
@@ -35,7 +33,6 @@ pub(crate) struct Protocol {
 }
 
 /// Recordings, and true motions to test on.
-#[derive(Debug, Clone)]
 pub(crate) struct Noisy {
     /// What is fitted: accelerations are estimated from the noisy velocities.
     pub(crate) dataset: Dataset,
@@ -64,13 +61,11 @@ pub(crate) fn record(system: &dyn AnalyticModel, protocol: &Protocol, seed: u64)
     let (mut trajectories, mut exact) = (Vec::new(), Vec::new());
     for rollout in &clean {
         let noisy = with_noise(&rollout.trajectory, &sigma, &mut rng);
-        let recording = recorded(noisy, system.coordinates());
-        let (trajectory, _) = recording.into_trajectory(&EstimateOptions::default())?;
+        trajectories.push(estimated(noisy, system.coordinates())?);
         exact.push(free_accelerations(system, &rollout.trajectory));
-        trajectories.push(trajectory);
     }
-    let estimated = trajectories.iter().flat_map(|t| &t.signals.qdd);
-    let estimate_error = relative_error(estimated.zip(exact.iter().flatten()));
+    let accelerations = trajectories.iter().flat_map(|t| &t.signals.qdd);
+    let estimate_error = relative_error(accelerations.zip(exact.iter().flatten()));
     let (train, validation) = trajectories.split_at(protocol.recordings);
     Ok(Noisy {
         dataset: Dataset::new(system.coordinates().clone(), train, validation)?,
@@ -115,7 +110,6 @@ fn with_noise(trajectory: &Trajectory, sigma: &[f64], rng: &mut ChaCha8Rng) -> T
 }
 
 /// How well a model knows the motion without noise.
-#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Errors {
     /// Root mean square error of accelerations along true motions, over their root mean square.
     pub(crate) acceleration: f64,

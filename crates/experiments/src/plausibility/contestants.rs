@@ -1,41 +1,32 @@
 //! The models that are compared.
 
-use lagrangian::train::Input;
 use lagrangian::{ForceTerms, Loss};
 
-use crate::families::{self, MakeFamily, WIDTH};
+use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, contestants};
 
 /// How a contestant is fitted.
 pub(super) struct Recipe {
     pub(super) loss: Loss,
-    pub(super) forces: ForceTerms,
+    pub(super) forces: fn() -> ForceTerms,
     pub(super) family: MakeFamily,
 }
 
-/// No forces but those of L.
-const NONE: ForceTerms = ForceTerms {
-    viscous: false,
-    coulomb: false,
-    stribeck: false,
-    offset: false,
-    rotor: false,
-    input: Input::Torque,
-};
-
 /// Friction and a constant torque.
-const FORCES: ForceTerms = ForceTerms {
-    viscous: true,
-    coulomb: true,
-    offset: true,
-    ..NONE
-};
+fn friction_and_offset() -> ForceTerms {
+    ForceTerms {
+        viscous: true,
+        coulomb: true,
+        offset: true,
+        ..ForceTerms::default()
+    }
+}
 
 /// A model of torques without further forces.
 const fn plain(family: MakeFamily) -> Recipe {
     Recipe {
         loss: Loss::TORQUE,
-        forces: NONE,
+        forces: ForceTerms::default,
         family,
     }
 }
@@ -43,7 +34,7 @@ const fn plain(family: MakeFamily) -> Recipe {
 /// The same with friction and a constant torque.
 const fn with_forces(family: MakeFamily) -> Recipe {
     Recipe {
-        forces: FORCES,
+        forces: friction_and_offset,
         ..plain(family)
     }
 }
@@ -74,10 +65,3 @@ pub(super) const BROKEN: [Contestant<Recipe>; 6] = contestants! {
     "mlp", "plain network", Baseline, MLP;
     "rigid_forces", "identified chain with friction", Other(1), with_forces(families::rigid);
 };
-
-impl Recipe {
-    /// Whether it is a chain of links, which has angles alone and is solved for.
-    pub(super) fn is_chain(&self) -> bool {
-        (self.family)(WIDTH).name() == "rigid"
-    }
-}

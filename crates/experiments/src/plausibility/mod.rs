@@ -11,7 +11,7 @@ use lagrangian::{Budget, Dataset, FitConfig, Learned, Model, State, Trajectory};
 use lagrangian_report::{Axis, Role};
 
 use crate::data::TEST_SEED;
-use crate::families::WIDTH;
+use crate::families::{WIDTH, is_rigid};
 use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more, neither};
 use contestants::{BROKEN, OBEYED, Recipe};
 use laws::{Laws, laws};
@@ -66,7 +66,8 @@ const TRUTH: Contestant = contestant("truth", "truth", Role::Truth, ());
 
 fn run(lab: &mut Lab) -> Result<()> {
     let amounts: &[usize] = if lab.quick() { &[0, 2] } else { &[0, 1, 2, 3] };
-    let trained = |all: &[Contestant<Recipe>]| all.iter().filter(|c| !c.config.is_chain()).count();
+    let trained =
+        |all: &[Contestant<Recipe>]| all.iter().filter(|c| !is_rigid(c.config.family)).count();
     let fits =
         trained(&OBEYED) * SYSTEMS.len() + trained(&BROKEN) * amounts.len() * Premise::ALL.len();
     lab.plan(lab.seeds().len() * fits);
@@ -91,7 +92,11 @@ fn seconds(lab: &Lab) -> f64 {
 }
 
 fn begin(lab: &mut Lab, what: &str, who: &Contestant<Recipe>, seed: u64) -> Result<()> {
-    let weight = if who.config.is_chain() { 0.0 } else { 1.0 };
+    let weight = if is_rigid(who.config.family) {
+        0.0
+    } else {
+        1.0
+    };
     lab.begin_weighted(format!("{what}, {}, seed {seed}", who.name), weight)
 }
 
@@ -108,7 +113,7 @@ fn fitted(
     let config = FitConfig {
         family: (who.config.family)(WIDTH),
         loss: who.config.loss,
-        forces: who.config.forces,
+        forces: (who.config.forces)(),
         budget: Budget::Seconds(seconds(lab)),
         seed,
         validate_every: 10,
@@ -164,18 +169,15 @@ fn broken(lab: &mut Lab, premise: Premise, amount: f64, unbroken: f64) -> Result
     lab.row(group, &TRUTH)
         .add("violation", violation)
         .add("torque_rms", violation);
-    let place = if violation < 1e-6 {
-        unbroken
-    } else {
-        violation
-    };
-    if violation > 1e-6 {
+    let is_broken = violation > 1e-6;
+    let place = if is_broken { violation } else { unbroken };
+    if is_broken {
         let name = "exact Lagrangian of the unbroken machine";
         draw(lab, premise, name, Role::Truth, (place, violation));
     }
     // The body on a blade is no chain of links.
     let applies =
-        |who: &&Contestant<Recipe>| !(who.config.is_chain() && premise == Premise::Rolling);
+        |who: &&Contestant<Recipe>| !(is_rigid(who.config.family) && premise == Premise::Rolling);
     for seed in lab.seeds() {
         let recordings = premise.recordings(amount, TRAIN + HELD, seed)?;
         for who in BROKEN.iter().filter(applies) {

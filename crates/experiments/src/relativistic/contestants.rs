@@ -9,7 +9,6 @@ use crate::families;
 use crate::harness::{Contestant, contestants};
 
 /// Where a fit starts from.
-#[derive(Debug, Clone, Copy)]
 pub(super) struct Start {
     /// What the network sees of q̇, where it knows the limit.
     chart: SpeedChart,

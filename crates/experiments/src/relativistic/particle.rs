@@ -152,7 +152,6 @@ fn weighted(samples: &Samples, error: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// What a model has at speeds −c < v < c, at q = 0 in one field.
-#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Sweep {
     /// q̇.
     pub(crate) speed: Vec<f64>,

@@ -18,7 +18,6 @@ pub(crate) const UPRIGHT: f64 = 0.1;
 const RATE: f64 = 500.0;
 
 /// One attempt.
-#[derive(Debug, Clone)]
 pub(crate) struct Attempt {
     /// When the pendulum came within [`UPRIGHT`] of the top to stay there, s; `None` where it did not for [`HELD`].
     pub(crate) up_since: Option<f64>,

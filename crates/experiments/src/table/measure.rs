@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::Lesson;
 use super::columns::{Measured, OWN_ENERGY};
 use crate::data::{accelerations, energies, first_state};
+use crate::harness::spread::upper_median;
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{Method, Model, Result, Rollout, RolloutOptions, Signals, State, Trajectory};
 
@@ -182,8 +183,7 @@ pub(crate) fn energy_drift(
             let finished = motion.outcome.is_finished() && drift.is_finite();
             all.push(if finished { drift } else { 1.0_f64.max(drift) });
         }
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied()
+        upper_median(all)
     };
     let own = median(model, &motions);
     let truth = median(&*lesson.truth, &true_motions);

@@ -7,9 +7,8 @@ use anyhow::Result;
 use lagrangian::Trajectory;
 use lagrangian_report::{Axis, Role};
 
-use crate::harness::failure::Advise;
 use crate::harness::{Contestant, Experiment, Lab, Row, contestants, less};
-use crate::letters::Letters;
+use crate::letters;
 use writing::{Arm, Clock, Condition, Outcome, Run, Span, WINDOW, Writing, curves, recovery};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -95,14 +94,10 @@ fn weight(arm: &Arm) -> f64 {
 
 /// The letters of the reference data; where it is absent, curves like letters.
 fn text(lab: &Lab, count: usize) -> Result<Vec<Trajectory>> {
-    let Ok(file) = lab.data("characters/characters.csv") else {
-        return Ok(curves(count));
-    };
-    let letters = Letters::read(&file).advise(
-        "cannot read the letters",
-        "give the reference data with --data",
-    )?;
-    Ok(letters.chosen(count, 0))
+    match lab.data(letters::FILE) {
+        Ok(file) => Ok(letters::read(&file)?.chosen(count, 0)),
+        Err(_) => Ok(curves(count)),
+    }
 }
 
 /// The letters in lock step; with the last one the payload comes, but for feedback alone.

@@ -22,7 +22,6 @@ const WAY: f64 = 1.0;
 pub(crate) const WINDOW: f64 = 0.5;
 
 /// Letters one after another, with smooth ways between them.
-#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Writing {
     /// The whole motion.
     pub(crate) reference: Reference,
@@ -30,7 +29,6 @@ pub(crate) struct Writing {
 }
 
 /// A letter, and when it begins and ends, s.
-#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Span {
     pub(crate) name: String,
     pub(crate) from: f64,
@@ -61,7 +59,7 @@ impl Writing {
             });
         }
         Ok(Self {
-            reference: Reference::new(path.trajectory)?,
+            reference: Reference::new(path.0)?,
             letters: spans,
         })
     }
@@ -102,13 +100,11 @@ impl Writing {
 
 /// A reference in the making.
 #[derive(Default)]
-struct Path {
-    trajectory: Trajectory,
-}
+struct Path(Trajectory);
 
 impl Path {
     fn end(&self) -> f64 {
-        self.trajectory.t.last().copied().unwrap_or(0.0)
+        self.0.t.last().copied().unwrap_or(0.0)
     }
 
     /// Adds a letter, after a way to its start; where it starts, s.
@@ -116,7 +112,7 @@ impl Path {
         let n = letter.dof();
         let mut start = Desired::new(n);
         letter.at(letter.start(), &mut start);
-        if !self.trajectory.is_empty() {
+        if !self.0.is_empty() {
             let way = self.way_to(&start, n)?;
             self.append(&way, way.start() + 1.0 / RATE);
         }
@@ -129,7 +125,7 @@ impl Path {
     /// The quintic from the last sample to `start`.
     fn way_to(&self, start: &Desired, n: usize) -> Result<Reference> {
         let last = |x: &[f64]| x[x.len() - n..].to_vec();
-        let t = &self.trajectory;
+        let t = &self.0;
         let signals = Signals {
             q: [last(&t.q), start.q.clone()].concat(),
             qd: [last(&t.qd), start.qd.clone()].concat(),
@@ -148,7 +144,7 @@ impl Path {
             // The last instant of a piece still belongs to it.
             let t = (from + k as f64 / RATE).min(piece.end() - 1e-9);
             piece.at(t, &mut desired);
-            let trajectory = &mut self.trajectory;
+            let trajectory = &mut self.0;
             trajectory.t.push(offset + from + k as f64 / RATE);
             trajectory.q.extend(&desired.q);
             trajectory.qd.extend(&desired.qd);
@@ -332,7 +328,6 @@ pub(crate) enum Condition {
 }
 
 /// What came of one run.
-#[derive(Debug, Clone)]
 pub(crate) struct Outcome {
     /// Root mean square error of each letter, rad.
     pub(crate) errors: Vec<f64>,

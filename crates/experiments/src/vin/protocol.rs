@@ -9,22 +9,21 @@ use lagrangian::integrate::{Rule, Variational};
 use lagrangian::mechanics::Slopes;
 use lagrangian::rollout::{energy_error, free, times};
 use lagrangian::{
-    Budget, Coordinates, Dataset, Error, EstimateOptions, Family, FitConfig, Learned, Loss, Method,
-    Model, Observer, Result, Rollout, RolloutOptions, State, Trajectory, VinConfig, fit, rollout,
-    split,
+    Budget, Coordinates, Dataset, Error, Family, FitConfig, Learned, Loss, Method, Model, Observer,
+    Result, Rollout, RolloutOptions, State, Trajectory, VinConfig, fit, rollout, split,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::data::recorded;
+use crate::data::{estimated, shorter};
 use crate::families::{self, MakeFamily, family};
+use crate::harness::spread::upper_median;
 use crate::harness::{Contestant, contestants};
 
 /// Time between samples, s.
 pub(crate) const STEP: f64 = 0.1;
 
 /// A system of the paper.
-#[derive(Debug)]
 pub(crate) struct System {
     /// Its name among the analytic systems.
     pub(crate) name: &'static str,
@@ -83,7 +82,6 @@ impl System {
 }
 
 /// One motion of which positions are seen, with noise.
-#[derive(Debug, Clone)]
 pub(crate) struct Seen {
     /// The system.
     pub(crate) system: &'static System,
@@ -122,13 +120,11 @@ impl Seen {
     fn estimated(&self) -> Result<Trajectory> {
         let mut positions = self.motion.clone();
         positions.qd = Vec::new();
-        let recording = recorded(positions, &self.coordinates);
-        Ok(recording.into_trajectory(&EstimateOptions::default())?.0)
+        estimated(positions, &self.coordinates)
     }
 }
 
 /// What a contestant learns by, and as what.
-#[derive(Clone, Copy)]
 pub(crate) struct Recipe {
     pub(crate) loss: Loss,
     family: MakeFamily,
@@ -167,7 +163,6 @@ impl Recipe {
 }
 
 /// How a contestant is fitted.
-#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Effort {
     /// Distance of neighbouring positions, in samples.
     pub(crate) baseline: usize,
@@ -216,7 +211,6 @@ pub(crate) fn learn(
 }
 
 /// How good predictions are; medians over the starts.
-#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Errors {
     /// Root mean square of the position error over the first 10 s, rad or m.
     pub(crate) error: f64,
@@ -276,20 +270,14 @@ pub(crate) fn errors(
         let options = RolloutOptions::truth();
         let right = rollout(&*truth, &start.q, &start.qd, &t.t[..near], &free, &options)?;
         let pairs = right.trajectory.q.iter().zip(&t.q);
-        let squares = pairs.map(|(a, b)| difference(system, *a, *b).powi(2));
+        let squares = pairs.map(|(a, b)| shorter(a - b, truth.coordinates(), 0).powi(2));
         all.push((squares.sum::<f64>() / near as f64).sqrt());
     }
     Ok(Errors {
-        error: middle(all),
-        drift: middle(drifts),
+        error: upper_median(all).unwrap_or(f64::NAN),
+        drift: upper_median(drifts).unwrap_or(f64::NAN),
         lost,
     })
-}
-
-/// The middle one; the upper of two.
-fn middle(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// Root mean square of what the discrete equation of the true model leaves of the positions that were seen, relative to
@@ -322,13 +310,4 @@ pub(crate) fn residual_of_truth(seen: &Seen, rule: Rule, baseline: usize) -> Res
         all += a * a;
     }
     Ok((squares / all).sqrt())
-}
-
-/// a − b, of angles by the shorter way.
-fn difference(system: &System, a: f64, b: f64) -> f64 {
-    let (difference, turn) = (a - b, std::f64::consts::TAU);
-    match system.is_pendulum() {
-        true => difference - turn * (difference / turn).round(),
-        false => difference,
-    }
 }

@@ -123,7 +123,6 @@ pub(crate) fn modes(points: usize, count: usize) -> Vec<usize> {
 }
 
 /// A rollout beside that of the truth.
-#[derive(Debug, Clone)]
 pub(crate) struct FieldTest {
     /// Root mean square of φ − φ true over the ring, relative to the root mean square of φ true about its mean; angles
     /// the short way round. As long as the motion lasted.
@@ -262,7 +261,6 @@ fn drift(model: &dyn Model, motion: &Trajectory) -> Vec<f64> {
 }
 
 /// What one evaluation of a ring costs.
-#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepCost {
     /// Points of the ring.
     pub(crate) points: usize,

@@ -14,7 +14,6 @@ use lagrangian::{Model, Result, Rollout, Signals, State};
 const LEAST: f64 = 1e-8;
 
 /// Errors of the predicted motions.
-#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Score {
     /// Geometric mean over the motions and times.
     pub(crate) error: f64,

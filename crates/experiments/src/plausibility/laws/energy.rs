@@ -1,7 +1,7 @@
 //! What a model makes of energy: its balance under forces, and its drift without.
 
-use super::{Row, States, derivative, dot, root_mean_square};
-use crate::data::prediction;
+use super::{Row, derivative, dot, root_mean_square, rows};
+use crate::data::{energies, prediction};
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{Model, Result, RolloutOptions, State, Trajectory};
 
@@ -10,7 +10,7 @@ const DURATION: f64 = 10.0;
 const INTERVAL: f64 = 0.05;
 
 /// Root mean square of dE/dt − τ·q̇, W, with the energy of `energy` along the motion of `model`.
-pub(super) fn balance(model: &dyn Model, energy: &dyn Model, states: &States) -> Option<f64> {
+pub(super) fn balance(model: &dyn Model, energy: &dyn Model, states: &Trajectory) -> Option<f64> {
     if !model.moves() {
         return None;
     }
@@ -30,11 +30,12 @@ pub(super) fn balance(model: &dyn Model, energy: &dyn Model, states: &States) ->
         let rate = derivative(&mut at)?;
         Some(rate - dot(row.tau, row.qd))
     };
-    let all: Option<Vec<f64>> = states.rows().map(&mut residual).collect();
+    let all: Option<Vec<f64>> = rows(states).map(&mut residual).collect();
     all.map(|x| root_mean_square(x.into_iter()))
 }
 
 /// How far free motions leave their energy, over its deviation in the data: with the model's own energy and the true one.
+#[derive(Default)]
 pub(super) struct Drifts {
     pub(super) own: Option<f64>,
     pub(super) exact: Option<f64>,
@@ -45,15 +46,11 @@ pub(super) struct Drifts {
 pub(super) fn drifts(
     model: &dyn Model,
     truth: &dyn Model,
-    states: &States,
+    states: &Trajectory,
     starts: &[State],
 ) -> Result<Drifts> {
     if !model.moves() {
-        return Ok(Drifts {
-            own: None,
-            exact: None,
-            unfinished: 0,
-        });
+        return Ok(Drifts::default());
     }
     let options = prediction(RolloutOptions::default().max_steps);
     let rollouts = rollout_many(model, starts, &times(DURATION, INTERVAL)?, &free, &options)?;
@@ -63,16 +60,12 @@ pub(super) fn drifts(
         .map(|r| &r.trajectory)
         .collect();
     let drift = |model: &dyn Model| {
+        let all = energies(model, states).filter(|_| !finished.is_empty())?;
         let mut evaluator = model.evaluator();
-        let mut all = vec![0.0; states.len()];
-        let outcome = evaluator.energy(&states.all.q, &states.all.qd, &mut all);
-        if !outcome.is_supported() || finished.is_empty() {
-            return None;
-        }
         let mean = all.iter().sum::<f64>() / all.len() as f64;
         let deviation = root_mean_square(all.iter().map(|e| e - mean));
         let mut change = |motion: &&Trajectory| {
-            let n = states.n;
+            let n = states.dof();
             let last = motion.q.len() - n;
             let mut e = [0.0; 2];
             let (start, end) = e.split_at_mut(1);

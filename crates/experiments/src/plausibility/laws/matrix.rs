@@ -20,11 +20,7 @@ impl Matrix {
     pub(super) fn of(evaluator: &mut dyn Evaluator, moves: bool, row: Row) -> Self {
         let n = row.q.len();
         let by_torque = Self::by_torque(evaluator, row, row.qd);
-        let by_acceleration = || {
-            moves
-                .then(|| Self::by_acceleration(evaluator, row))
-                .flatten()
-        };
+        let by_acceleration = || moves.then(|| Self::by_acceleration(evaluator, row));
         by_torque.or_else(by_acceleration).unwrap_or(Self {
             n,
             values: vec![f64::NAN; n * n],
@@ -56,7 +52,7 @@ impl Matrix {
     }
 
     /// Column i is ∂q̈/∂τᵢ, by central differences.
-    pub(super) fn by_acceleration(evaluator: &mut dyn Evaluator, row: Row) -> Option<Self> {
+    pub(super) fn by_acceleration(evaluator: &mut dyn Evaluator, row: Row) -> Self {
         let n = row.q.len();
         let mut values = vec![0.0; n * n];
         for i in 0..n {
@@ -69,11 +65,11 @@ impl Matrix {
             let (above, below) = (at(TORQUE), at(-TORQUE));
             (0..n).for_each(|k| values[k * n + i] = (above[k] - below[k]) / (2.0 * TORQUE));
         }
-        Some(Self {
+        Self {
             n,
             values,
             inverse: true,
-        })
+        }
     }
 
     pub(super) fn asymmetry(&self) -> f64 {

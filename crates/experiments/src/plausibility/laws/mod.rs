@@ -50,16 +50,15 @@ pub(crate) fn laws(
     driven: &[Trajectory],
     starts: &[State],
 ) -> Result<Laws> {
-    let n = model.coordinates().dof().max(1);
-    let states = States::of(driven, n);
-    let power = root_mean_square(states.rows().map(|row| dot(row.tau, row.qd)));
+    let states = states(driven);
+    let power = root_mean_square(rows(&states).map(|row| dot(row.tau, row.qd)));
     let (mut own, mut exact) = (model.evaluator(), truth.evaluator());
     let mut asymmetries = Vec::new();
     let (mut definite, mut least) = (0, f64::INFINITY);
-    for row in states.rows() {
+    for row in rows(&states) {
         let mass = Matrix::of(&mut *own, model.moves(), row);
         let true_mass = if mass.inverse {
-            Matrix::by_acceleration(&mut *exact, row)
+            Some(Matrix::by_acceleration(&mut *exact, row))
         } else {
             Matrix::by_torque(&mut *exact, row, row.qd)
         };
@@ -69,7 +68,7 @@ pub(crate) fn laws(
         least = least.min(smallest / true_mass.map_or(f64::NAN, |m| m.smallest_eigenvalue()));
     }
     let over = |x: Option<f64>| x.map(|x| x / power);
-    let skew = states.rows().map(|row| skew(&mut *own, row));
+    let skew = rows(&states).map(|row| skew(&mut *own, row));
     let skew = skew
         .collect::<Option<Vec<f64>>>()
         .map(|x| root_mean_square(x.into_iter()));
@@ -92,29 +91,19 @@ pub(crate) fn laws(
 type Row<'a> = Signals<&'a [f64]>;
 
 /// States under torques: every fifth sample, because neighbours say the same.
-struct States {
-    n: usize,
-    all: Signals,
+fn states(driven: &[Trajectory]) -> Trajectory {
+    let mut all = Trajectory::default();
+    for motion in driven.iter().map(|motion| thinned(motion, 5)) {
+        all.t.extend(motion.t);
+        all.signals.q.extend(motion.signals.q);
+        all.signals.qd.extend(motion.signals.qd);
+        all.signals.tau.extend(motion.signals.tau);
+    }
+    all
 }
 
-impl States {
-    fn of(driven: &[Trajectory], n: usize) -> Self {
-        let mut all: Signals = Signals::default();
-        for motion in driven.iter().map(|motion| thinned(motion, 5).signals) {
-            all.q.extend(motion.q);
-            all.qd.extend(motion.qd);
-            all.tau.extend(motion.tau);
-        }
-        Self { n, all }
-    }
-
-    fn len(&self) -> usize {
-        self.all.q.len() / self.n
-    }
-
-    fn rows(&self) -> impl Iterator<Item = Row<'_>> {
-        (0..self.len()).map(|k| self.all.row(self.n, k))
-    }
+fn rows(states: &Trajectory) -> impl Iterator<Item = Row<'_>> {
+    (0..states.len()).map(|k| states.row(k))
 }
 
 /// ½ q̇ᵀ (Ṁ − 2C) q̇, W.

@@ -1,7 +1,6 @@
 //! How far a model is from recordings: in torque, and in motion over a short time.
 
-use std::f64::consts::TAU;
-
+use crate::data::shorter;
 use lagrangian::rollout::{Hold, rollout_recorded};
 use lagrangian::{Method, Model, Result, RolloutOptions, Signal, Trajectory};
 
@@ -58,13 +57,7 @@ pub(crate) fn motion_misfit(
             let last = window.q.len() - n;
             let pairs = window.q[last..].iter().zip(&found.trajectory.q[last..]);
             for (i, (q, own)) in pairs.enumerate() {
-                let apart = own - q;
-                let turns = if model.coordinates().is_circle(i) {
-                    (apart / TAU).round()
-                } else {
-                    0.0
-                };
-                sum += (apart - TAU * turns).powi(2);
+                sum += shorter(own - q, model.coordinates(), i).powi(2);
                 count += 1;
             }
         }
