@@ -10,7 +10,7 @@ use lagrangian::{
 /// Makes a family of models whose layers have so many units.
 pub(crate) type MakeFamily = fn(usize) -> Box<dyn Family>;
 
-/// A family with these fields, all else as it is by default.
+/// A family with these fields and the defaults for all others.
 macro_rules! family {
     ($config:ident { $($field:ident $(: $value:expr)?),* }) => {
         Box::new($config { $($field $(: $value)?,)* ..$config::default() })

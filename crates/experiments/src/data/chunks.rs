@@ -20,9 +20,9 @@ pub(crate) struct Cut {
 /// Chunks of motions.
 #[derive(Debug, Clone)]
 pub(crate) struct Chunks {
-    /// To fit.
+    /// The chunks to fit.
     pub(crate) train: Vec<Trajectory>,
-    /// To choose the weights by.
+    /// The chunks for validation.
     pub(crate) held: Vec<Trajectory>,
 }
 
@@ -32,7 +32,7 @@ impl Chunks {
         self.train.iter_mut().chain(&mut self.held)
     }
 
-    /// Changed chunks, by a function of all those to fit and of all others.
+    /// The chunks that `change` makes of those to fit and of those for validation.
     pub(crate) fn map(
         &self,
         change: impl Fn(&[Trajectory]) -> Result<Vec<Trajectory>>,

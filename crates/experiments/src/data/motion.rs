@@ -65,8 +65,7 @@ pub(crate) fn column_sizes<'a>(n: usize, signals: impl Iterator<Item = &'a [f64]
     squares.iter().map(size).collect()
 }
 
-/// A motion as it would be read from a file with its positions, and its velocities where it has any: all else is
-/// estimated.
+/// The motion as it is read from a file of its positions and, where it has any, its velocities; all else is estimated.
 pub(crate) fn estimated(motion: Trajectory, coordinates: &Coordinates) -> Result<Trajectory> {
     let Signals { q, qd, .. } = motion.signals;
     let recording = Recording {

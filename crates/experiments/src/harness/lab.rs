@@ -86,7 +86,7 @@ impl Lab<'_> {
         self.results.row(group, who.key, who.name, who.role)
     }
 
-    /// The row of a variant of a contestant, which a key and a name beside its own denote.
+    /// The row of a variant of a contestant: `key` and `name` are appended to its own.
     pub(crate) fn variant<C>(
         &mut self,
         group: &str,
