@@ -104,8 +104,8 @@ pub use mechanics::{
     Quantities, analytic,
 };
 pub use models::{
-    DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig, NeuralOdeConfig,
-    RigidConfig, VinConfig,
+    ChainConfig, DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig,
+    NeuralOdeConfig, RigidConfig, VinConfig,
 };
 pub use rigid::RobotConfig;
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};

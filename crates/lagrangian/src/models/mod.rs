@@ -6,6 +6,7 @@
 //! | `family.rs` | what it can be fitted to, how it is prepared for training, how it is saved |
 //! | `learner.rs` | its residuals and their derivatives |
 
+pub(crate) mod chain;
 pub(crate) mod delan;
 mod family;
 pub(crate) mod features;
@@ -22,6 +23,7 @@ mod settings;
 mod setup;
 pub(crate) mod vin;
 
+pub use chain::ChainConfig;
 pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub use family::{Abilities, Configuration, Entry, Family, Plan, Solution, Solve, Training};
 pub(crate) use family::{Residuals, Trainable};
@@ -48,5 +50,6 @@ pub const FAMILIES: &[Entry] = &[
     mlp::family::ENTRY,
     neural_ode::family::ENTRY,
     rigid::ENTRY,
+    chain::family::ENTRY,
     features::family::ENTRY,
 ];

@@ -53,7 +53,10 @@ impl RigidBodies {
     /// # Errors
     /// As [`RigidBodies::from_urdf`]; [`Error::UnknownName`] for a joint that is not in the text.
     pub fn with_joints(text: &str, joints: &[String]) -> Result<Self> {
-        let description = Description::read(text)?;
+        Self::of_description(Description::read(text)?, joints)
+    }
+
+    pub(super) fn of_description(description: Description, joints: &[String]) -> Result<Self> {
         let tree = Tree::new(&description, joints)?;
         let n = tree.bodies.len();
         Ok(Self {

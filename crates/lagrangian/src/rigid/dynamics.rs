@@ -15,8 +15,8 @@ pub(super) struct Moving {
     pub(super) frame: Frame,
     pub(super) twist: Twist,
     pub(super) acceleration: Twist,
-    wrench: Wrench,
-    momentum: Wrench,
+    pub(super) wrench: Wrench,
+    pub(super) momentum: Wrench,
     /// Inertia of all that hangs on it.
     composite: Inertia,
     /// Gravity in its axes, and the potential of its origin per mass.
@@ -95,9 +95,26 @@ impl Body {
         }
     }
 
+    /// A motion given in the frame of the joint before it moves, seen from the body at q.
+    pub(super) fn after_moving(&self, t: Twist, q: f64) -> Twist {
+        if !self.turns {
+            let linear = add(t.linear, cross(t.angular, [0.0, 0.0, q]));
+            return Twist {
+                angular: t.angular,
+                linear,
+            };
+        }
+        let (s, c) = q.sin_cos();
+        let turned = |[x, y, z]: Vec3| [c * x + s * y, c * y - s * x, z];
+        Twist {
+            angular: turned(t.angular),
+            linear: turned(t.linear),
+        }
+    }
+
     /// v × S.
     #[inline(always)]
-    fn across(&self, v: &Twist) -> Twist {
+    pub(super) fn across(&self, v: &Twist) -> Twist {
         let of = |[x, y, _]: Vec3| [y, -x, 0.0];
         if self.turns {
             Twist {
@@ -141,6 +158,17 @@ impl<'a> RigidDynamics<'a> {
         for (body, own) in self.bodies().iter().zip(&mut self.moving) {
             own.frame = body.at(q[body.coordinate]);
         }
+    }
+
+    /// Twist and spatial acceleration that a body receives from its parent, in its own axes.
+    pub(super) fn received(&self, own: &Moving, parent: Option<&Moving>) -> (Twist, Twist) {
+        let base = Twist {
+            angular: [0.0; 3],
+            linear: scale(self.robot.gravity(), -1.0),
+        };
+        let (twist, acceleration) =
+            parent.map_or((Twist::default(), base), |p| (p.twist, p.acceleration));
+        (own.frame.twist(twist), own.frame.twist(acceleration))
     }
 
     /// Twists, spatial accelerations that hold gravity, and the wrenches that they need: outwards.

@@ -21,11 +21,15 @@
 //! ```
 
 mod bodies;
+pub(crate) mod consistent;
 mod dynamics;
+pub(crate) mod joint_sums;
+pub(crate) mod placement;
 pub(crate) mod regressor;
 mod robot_config;
 mod robots;
-mod spatial;
+pub(crate) mod screws;
+pub(crate) mod spatial;
 mod starts;
 mod tree;
 mod urdf;

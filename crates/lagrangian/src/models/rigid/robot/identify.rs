@@ -1,33 +1,43 @@
-//! Identification of a robot whose kinematics are known: all inertial parameters, drives and friction, by least
-//! squares with a ridge towards the description (theory.md, 45 to 47).
+//! Identification of a robot whose kinematics are known: inertial parameters that bodies can have, drives and friction
+//! (theory.md, 45 to 47).
 //!
-//! | symbol | meaning | shape |
-//! |---|---|---|
-//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction | K |
-//! | Y(q, q̇, q̈) | regressor, τ = Y π | n × K |
-//! | ρ | ridge: what the torques do not determine stays at the description | |
+//! | symbol | meaning |
+//! |---|---|
+//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction |
+//! | wⱼ | weight of joint j: one over the root mean square of its residual |
+//! | γ | strength of the prior |
 //!
-//! Of the ten parameters of a body some move nothing and some only together (Gautier, Khalil 1990): the ridge leaves
-//! those combinations as they were. How much it holds back the others is chosen by the validation samples.
+//! Of the ten parameters of a body some move nothing and some only together (Gautier, Khalil 1990): for those
+//! combinations the prior decides. Joints count by what is left unexplained of them, as in maximum likelihood; a joint
+//! whose friction is large then does not hide what the others tell about the bodies.
 
 use super::IdentifiedRobot;
 use crate::dataset::Dataset;
+use crate::mechanics::dynamics::Mechanical;
+use crate::mechanics::forces::Dissipation;
 use crate::models::Solution;
-use crate::models::rigid::least_squares::{Columns, Sums};
+use crate::rigid::consistent::{Minimum, Prior, is_consistent, minimise};
+use crate::rigid::joint_sums::{Friction, JointSums};
 use crate::rigid::regressor::PER_BODY;
 use crate::rigid::{RigidBodies, RobotConfig};
 use crate::train::Samples;
 use crate::{Error, Result};
 
-/// Ridges that are tried, in units of the torques that a parameter makes.
-const RIDGES: [f64; 11] = [
-    1e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0,
-];
-/// The ridge where there is nothing to choose it by.
+/// Strengths of the prior that are tried, each from the minimum of the one before.
+const STRENGTHS: [f64; 8] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9, 1e-12];
+/// The last strength where there is nothing to choose it by.
+const STRENGTH: f64 = 1e-3;
+/// Smoothing speeds of Coulomb friction that are tried, rad/s or m/s.
+const SPEEDS: [f64; 6] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
+/// Ridge of the regressions that choose them.
 const RIDGE: f64 = 1e-6;
+/// Rounds of weighting the joints by their residuals.
+const ROUNDS: usize = 3;
+/// The smallest residual that a weight believes, in parts of the deviation of the torque.
+const SMALLEST: f64 = 1e-6;
 
 /// Identifies `robot` from the samples of `dataset`, with friction if `dissipation`; Coulomb friction changes its sign
-/// over `smoothing`, or over what the validation chooses.
+/// over `smoothing`, or for each joint over what explains its torques best.
 ///
 /// # Errors
 /// As [`RobotConfig::bodies`]; [`Error::Argument`] where the data hold no forces; [`Error::NotFinite`] where the
@@ -46,151 +56,202 @@ pub(crate) fn identify(
             "recorded (`tau`): a robot is identified from torques",
         ));
     }
-    let problem = Problem::new(dataset, &robot, smoothing, dissipation);
-    let mut best: Option<(f64, Candidate)> = None;
-    let ridges: &[f64] = if dataset.validation.is_empty() {
-        &[RIDGE]
-    } else {
-        &RIDGES
-    };
-    for speed in 0..problem.columns.speeds.len() {
-        for &ridge in ridges {
-            let Some(candidate) = problem.solve(speed, ridge) else {
-                continue;
-            };
-            let judged = candidate.validation.unwrap_or(candidate.loss);
-            if best.as_ref().is_none_or(|(least, _)| judged < *least) {
-                best = Some((judged, candidate));
-            }
-        }
-    }
+    let problem = Problem::new(dataset, robot, smoothing, dissipation);
+    let priors = [problem.described(), problem.generic()];
+    let candidates = priors.iter().flat_map(|prior| problem.candidates(prior));
+    let best = candidates.min_by(|a, b| a.score.total_cmp(&b.score));
     let what = || "the sums of squares of the samples".to_string();
-    let (_, candidate) = best.ok_or_else(|| Error::not_finite(what(), 0))?;
-    problem.assemble(candidate)
+    problem.assemble(best.ok_or_else(|| Error::not_finite(what(), 0))?)
 }
 
-/// Parameters of one ridge and one smoothing speed.
-struct Candidate {
-    speed: usize,
+/// The minimum with one prior.
+struct Candidate<'a> {
+    prior: &'a Prior,
+    strength: f64,
+    /// The weight of each joint.
+    weights: Vec<f64>,
     values: Vec<f64>,
-    errors: Vec<f64>,
-    loss: f64,
-    validation: Option<f64>,
+    /// The sum over the joints of the logarithm of the mean square residual, on validation samples where there are any.
+    score: f64,
 }
 
-/// Sums over the samples, for all smoothing speeds at once.
-struct Problem<'a> {
-    robot: &'a RigidBodies,
-    columns: Columns,
-    train: Sums,
-    validation: Sums,
+/// Sums over the samples.
+struct Problem {
+    robot: RigidBodies,
+    train: JointSums,
+    validation: JointSums,
+    /// The deviation of each joint's torque.
+    scale: Vec<f64>,
+    speeds: Vec<f64>,
+    friction: Friction,
 }
 
-impl<'a> Problem<'a> {
+impl Problem {
     fn new(
         dataset: &Dataset,
-        robot: &'a RigidBodies,
+        robot: RigidBodies,
         smoothing: Option<f64>,
         dissipation: bool,
     ) -> Self {
-        // Bodies, rotors, constant torques.
-        let bodies = (PER_BODY + 2) * robot.dof();
-        let columns = Columns::new(dataset, bodies, smoothing, dissipation);
-        let weights: Vec<f64> = dataset.force_scale().iter().map(|s| 1.0 / s).collect();
-        let sums = |samples| sums(samples, robot, &columns, &weights);
+        let speeds = smoothing.map_or(SPEEDS.to_vec(), |speed| vec![speed]);
+        let sums = |samples: &Samples| JointSums::over(samples, 0..samples.len(), &robot, &speeds);
+        let (train, validation) = (sums(&dataset.train), sums(&dataset.validation));
+        let judge = if validation.samples > 0 {
+            &validation
+        } else {
+            &train
+        };
+        let friction = match dissipation {
+            true => train.smoothing(judge, RIDGE),
+            false => Friction::Frictionless,
+        };
         Self {
+            scale: dataset.force_scale(),
             robot,
-            train: sums(&dataset.train),
-            validation: sums(&dataset.validation),
-            columns,
-        }
-    }
-
-    /// The values of all parameters in the description.
-    fn described(&self) -> Vec<f64> {
-        let mut values = self.robot.inertial_parameters();
-        values.extend(self.robot.rotor().iter().chain(self.robot.offset()));
-        if !self.columns.friction_speeds().is_empty() {
-            let tree = self.robot.tree();
-            values.extend(
-                tree.damping
-                    .iter()
-                    .chain(&tree.friction)
-                    .map(|x| x.max(0.0)),
-            );
-        }
-        values
-    }
-
-    /// Rotors and friction are never negative: those that come out below 0 are held at 0, the worst first.
-    fn solve(&self, speed: usize, ridge: f64) -> Option<Candidate> {
-        let (n, columns) = (self.robot.dof(), self.columns.of(speed));
-        let offsets = (PER_BODY + 1) * n..self.columns.bodies;
-        let any_sign = |k: usize| k < PER_BODY * n || offsets.contains(&k);
-        let free = (0..columns.len()).collect();
-        let near = (&self.described()[..], ridge);
-        let solution = self
-            .train
-            .solve_non_negative(&columns, free, near, any_sign)?;
-        let (values, errors) = (solution.values, solution.errors);
-        let validation =
-            (self.validation.count > 0).then(|| self.validation.loss(&columns, &values));
-        Some(Candidate {
-            speed,
-            loss: self.train.loss(&columns, &values),
+            train,
             validation,
-            values,
-            errors,
-        })
+            speeds,
+            friction,
+        }
     }
 
-    fn assemble(&self, found: Candidate) -> Result<Solution> {
-        let n = self.robot.dof();
-        let (bodies, rest) = found.values.split_at(PER_BODY * n);
-        let (drives, friction) = rest.split_at(2 * n);
-        let robot = self
-            .robot
-            .clone()
-            .with_inertial_parameters(bodies)?
-            .with_drives(drives[..n].to_vec(), drives[n..].to_vec())?;
-        let motion = self.columns.moving(robot, friction, found.speed)?;
-        Ok(Solution {
-            model: IdentifiedRobot::new(motion, found.errors)?.into(),
-            loss: found.loss,
-            validation: found.validation,
-        })
+    /// The description as a prior; bodies that it does not describe are generic.
+    fn described(&self) -> Prior {
+        let generic = self.generic();
+        let described = self.robot.inertial_parameters();
+        let bodies = described
+            .as_chunks::<PER_BODY>()
+            .0
+            .iter()
+            .zip(&generic.bodies);
+        Prior {
+            bodies: bodies
+                .map(|(own, other)| if is_consistent(own) { *own } else { *other })
+                .collect(),
+            ..generic
+        }
     }
-}
 
-fn sums(samples: &Samples, robot: &RigidBodies, columns: &Columns, weights: &[f64]) -> Sums {
-    let (n, lasting, count) = (robot.dof(), columns.bodies, columns.count());
-    let speeds = columns.friction_speeds();
-    Sums::over(samples.len(), count, weights, |range| {
-        let rows = range.start * n..range.end * n;
-        let mut columns = vec![vec![0.0; rows.len()]; count];
-        let (mut dynamics, mut own) = (robot.dynamics(), vec![0.0; n * PER_BODY * n]);
-        for (s, at) in range.map(|s| s * n).enumerate() {
-            let (q, qd, qdd) = (
-                &samples.q[at..][..n],
-                &samples.qd[at..][..n],
-                &samples.qdd[at..][..n],
-            );
-            dynamics.inertial_regressor(q, qd, qdd, &mut own);
-            for (i, row) in own.chunks_exact(PER_BODY * n).enumerate() {
-                let at = s * n + i;
-                for (column, y) in columns.iter_mut().zip(row) {
-                    column[at] = *y;
-                }
-                columns[PER_BODY * n + i][at] = qdd[i];
-                columns[(PER_BODY + 1) * n + i][at] = 1.0;
-                if !speeds.is_empty() {
-                    columns[lasting + i][at] = qd[i];
-                }
-                for (k, speed) in speeds.iter().enumerate() {
-                    columns[lasting + (k + 1) * n + i][at] = (qd[i] / speed).tanh();
-                }
+    /// Bodies of which nothing is known.
+    fn generic(&self) -> Prior {
+        Prior::generic(&self.scale, self.train.of_joint(&self.friction))
+    }
+
+    /// The minima under `prior`, from the strongest to the weakest.
+    fn candidates<'a>(&self, prior: &'a Prior) -> Vec<Candidate<'a>> {
+        let last = if self.validation.samples > 0 {
+            0.0
+        } else {
+            STRENGTH
+        };
+        let mut found: Vec<Candidate<'a>> = Vec::new();
+        for strength in STRENGTHS.into_iter().filter(|s| *s >= last) {
+            let before = found.last();
+            let start = before.map_or_else(|| prior.values(), |b| b.values.clone());
+            let weights =
+                before.map_or_else(|| self.weights(&self.deviations()), |b| b.weights.clone());
+            match self.solve(prior, strength, weights, start) {
+                Some(candidate) => found.push(candidate),
+                None => break,
             }
         }
-        (columns, samples.tau[rows].to_vec())
-    })
+        found
+    }
+
+    /// Variances of the torques.
+    fn deviations(&self) -> Vec<f64> {
+        self.scale.iter().map(|s| s * s).collect()
+    }
+
+    /// One over the root of mean squares, which are not believed where they are rounding.
+    fn weights(&self, squares: &[f64]) -> Vec<f64> {
+        let floors = self.scale.iter().map(|s| (SMALLEST * s).powi(2));
+        squares
+            .iter()
+            .zip(floors)
+            .map(|(s, floor)| 1.0 / s.max(floor).sqrt())
+            .collect()
+    }
+
+    fn solve<'a>(
+        &self,
+        prior: &'a Prior,
+        strength: f64,
+        mut weights: Vec<f64>,
+        mut values: Vec<f64>,
+    ) -> Option<Candidate<'a>> {
+        for _ in 0..ROUNDS {
+            let data = self.train.quadratic(&weights, &self.friction);
+            values = minimise(&data, prior, strength, &values)?.values;
+            weights = self.weights(&self.train.mean_squares(&values, &self.friction));
+        }
+        let judge = if self.validation.samples > 0 {
+            &self.validation
+        } else {
+            &self.train
+        };
+        let residuals = judge.mean_squares(&values, &self.friction);
+        let relative = residuals
+            .iter()
+            .zip(&self.scale)
+            .map(|(r, s)| (r / (s * s)).max(1e-30).ln());
+        let score = relative.sum::<f64>();
+        score.is_finite().then_some(Candidate {
+            prior,
+            strength,
+            weights,
+            values,
+            score,
+        })
+    }
+
+    /// The mean square of the residuals in parts of the deviation of the torques.
+    fn loss(&self, sums: &JointSums, values: &[f64]) -> f64 {
+        let squares = sums.mean_squares(values, &self.friction);
+        let relative = squares.iter().zip(&self.scale).map(|(r, s)| r / (s * s));
+        relative.sum::<f64>() / self.scale.len().max(1) as f64
+    }
+
+    /// The model of the best candidate, solved once more with the validation samples.
+    fn assemble(&self, best: Candidate<'_>) -> Result<Solution> {
+        let n = self.robot.dof();
+        let all = self.train.clone().plus(&self.validation);
+        let data = all.quadratic(&best.weights, &self.friction);
+        let minimum = minimise(&data, best.prior, best.strength, &best.values);
+        let minimum =
+            minimum.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
+        let values = &minimum.values;
+        let (bodies, rest) = values.split_at(PER_BODY * n);
+        let mut coefficients = rest.chunks_exact(n.max(1)).map(<[f64]>::to_vec);
+        let mut next = || coefficients.next().unwrap_or_default();
+        let robot = self.robot.clone().with_inertial_parameters(bodies)?;
+        let robot = robot.with_drives(next(), next())?;
+        let motion = match &self.friction {
+            Friction::Coulomb(speeds) => {
+                let dissipation = Dissipation {
+                    viscous: next(),
+                    coulomb: next(),
+                    smoothing: speeds.iter().map(|&k| self.speeds[k]).collect(),
+                    stribeck: None,
+                };
+                Mechanical::dissipative(robot, dissipation)?
+            }
+            _ => Mechanical::conservative(robot),
+        };
+        let errors = self.errors(&minimum);
+        Ok(Solution {
+            model: IdentifiedRobot::new(motion, errors)?.into(),
+            loss: self.loss(&self.train, &best.values),
+            validation: (self.validation.samples > 0)
+                .then(|| self.loss(&self.validation, &best.values)),
+        })
+    }
+
+    /// Standard errors from the information of data and prior: residuals have the variance 1 by their weights.
+    fn errors(&self, minimum: &Minimum) -> Vec<f64> {
+        let samples = self.train.samples + self.validation.samples;
+        let torques = (samples * self.robot.dof()).max(1) as f64;
+        let variances = minimum.variances().into_iter();
+        variances.map(|v| (v / torques).sqrt()).collect()
+    }
 }

@@ -1,0 +1,75 @@
+//! Chains as a family: what they can be fitted to, and their settings.
+
+use super::{ChainConfig, search};
+use crate::dataset::Dataset;
+use crate::models::family::{self, Abilities, Entry, Family, Plan};
+use crate::models::rigid::robot;
+use crate::rigid::{MAX_JOINTS, RobotConfig};
+use crate::settings::{Kind, Setting};
+use crate::train::{FitConfig, Loss};
+use crate::{Error, Result};
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "a robot from its log alone: a serial chain whose joints are searched for and whose bodies are identified",
+    default: family::default::<ChainConfig>,
+    settings: SETTINGS,
+    choose: family::no_choice,
+    read: family::read::<ChainConfig>,
+    saved_as: &[],
+    load: |saved| Ok(robot::load(saved)?.into()),
+};
+
+const NAME: &str = "chain";
+
+/// What people can set of chains.
+const SETTINGS: &[Setting] = &[Setting::new(
+    "searches",
+    Kind::Integer { min: 1, max: 1000 },
+    "The number of searches for the joints, each from other random directions",
+)
+.or("8")];
+
+impl Family for ChainConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn summary(&self) -> String {
+        format!("joints and bodies are learned, {} searches", self.searches)
+    }
+
+    fn abilities(&self) -> Abilities {
+        let remedy = "omitted: the joints of a chain are searched for, and its bodies identified from torques";
+        Abilities {
+            solved: true,
+            ..Abilities::of_losses(
+                &[
+                    Loss::ACCELERATION,
+                    Loss::ACCELERATION_RELATIVE,
+                    Loss::TORQUE,
+                ],
+                remedy,
+            )
+        }
+    }
+
+    fn check(&self, dataset: &Dataset, _config: &FitConfig) -> Result<()> {
+        let n = dataset.coordinates.dof();
+        if n > MAX_JOINTS {
+            let must = "at most 12 joints: choose the columns of one arm";
+            return Err(Error::argument("q", n, must));
+        }
+        Ok(())
+    }
+
+    fn prepare(&self, _dataset: &Dataset, _config: &FitConfig) -> Result<Plan> {
+        let own = self.clone();
+        Ok(Plan::Solve(Box::new(move |dataset| {
+            let screws = search::screws(dataset, own.searches)?;
+            let robot = RobotConfig::of_screws(&screws, &dataset.coordinates);
+            robot::identify(dataset, &robot, own.smoothing, true)
+        })))
+    }
+}

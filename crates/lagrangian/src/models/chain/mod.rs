@@ -1,0 +1,36 @@
+//! A robot from its log alone: the screws of a serial chain are searched for, and its bodies identified.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `search.rs` | directions and offsets of all joints by linear regressions (docs/adr/0066) |
+//! | `refine.rs` | the joints between the points of the search |
+//! | `family.rs` | what the family can be fitted to, its settings, its row of the table |
+//!
+//! Friction is always learned, since a machine without it has a coefficient of nearly 0. What is learned is a robot with a
+//! description: it is evaluated, saved and reported as an identified robot is.
+
+pub(crate) mod family;
+mod refine;
+mod search;
+
+use serde::{Deserialize, Serialize};
+
+/// A serial chain of revolute and prismatic joints whose kinematics are learned with its bodies; settings of the search.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ChainConfig {
+    /// The number of searches, each from other random directions.
+    pub searches: usize,
+    /// The speed over which Coulomb friction changes its sign, rad/s or m/s; `None`: for each joint the one that explains
+    /// its torques best.
+    pub smoothing: Option<f64>,
+}
+
+impl Default for ChainConfig {
+    fn default() -> Self {
+        Self {
+            searches: 8,
+            smoothing: None,
+        }
+    }
+}

@@ -1,0 +1,465 @@
+//! The screws of a chain between the points of the search: Gauss–Newton steps on the places of all joints, with the bodies
+//! solved for at each (theory.md, 47).
+//!
+//! | symbol | meaning | shape |
+//! |---|---|---|
+//! | s | displacements of the frames of all joints: two rotations and two translations across the axis of each, and no translation of the first, which nothing feels | S = 4 n − 2 |
+//! | π(s) | bodies and coefficients that minimise (47) for these screws | K |
+//! | B | ∂τ/∂s | rows × S |
+//! | H, C | half of the Hessian of (47); Yᵀ W² B / N | K × K, K × S |
+//!
+//! The step solves [Bᵀ W² B / N + P + μ − Cᵀ H⁻¹ C] Δs = −Bᵀ W² r / N − P s, with a prior P around the point of the
+//! search, that also holds what the torques do not determine.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+use super::search::BLOCKS;
+use crate::rigid::RigidBodies;
+use crate::rigid::consistent::{Minimum, Prior, minimise};
+use crate::rigid::joint_sums::{Friction, JointSums};
+use crate::rigid::placement::Tangents;
+use crate::rigid::regressor::PER_BODY;
+use crate::rigid::screws::Screw;
+use crate::rigid::spatial::{Twist, Vec3, add, cross, dot, scale, sub, turn_back, turning_to_z};
+use crate::train::Samples;
+use crate::{Coordinates, Evaluator};
+
+/// The strength of the prior of the bodies.
+const STRENGTH: f64 = 1e-3;
+/// The prior of the displacements: of translations, 1/m², and of rotations.
+const TRANSLATION: f64 = 1e-2;
+const ROTATION: f64 = 1e-1;
+/// The most steps.
+const STEPS: usize = 30;
+/// The longest displacement of one step, m or rad.
+const LONGEST: f64 = 0.1;
+/// A relative decrease that ends the steps.
+const DECREASE: f64 = 1e-4;
+
+/// The data of a refinement.
+pub(super) struct Refinement<'a> {
+    pub(super) coordinates: &'a Coordinates,
+    pub(super) samples: &'a Samples,
+    pub(super) friction: &'a Friction,
+    pub(super) speeds: &'a [f64],
+    /// The deviations of the torques.
+    pub(super) scale: &'a [f64],
+}
+
+/// Screws with the bodies that belong to them.
+struct Point {
+    screws: Vec<Screw>,
+    /// s.
+    displacements: Vec<f64>,
+    robot: RigidBodies,
+    minimum: Minimum,
+    cost: f64,
+}
+
+impl Refinement<'_> {
+    /// The screws after refinement, and the mean logarithm of the relative mean squares of the residuals.
+    pub(super) fn refine(&self, screws: Vec<Screw>) -> Option<Vec<Screw>> {
+        let n = screws.len();
+        let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
+        let zero = vec![0.0; 4 * n - 2];
+        let mut point = self.point(screws, zero, &weights, None)?;
+        for _ in 0..3 {
+            weights = self.weights(&point);
+            point = self.point(
+                point.screws,
+                point.displacements,
+                &weights,
+                Some(&point.minimum),
+            )?;
+        }
+        let mut damping = 1e-2;
+        for _ in 0..STEPS {
+            let System { matrix, right } = self.system(&point, &weights)?;
+            let mut next = None;
+            while damping < 1e6 && next.is_none() {
+                let trial = step(&matrix, &right, damping)
+                    .and_then(|step| self.moved(&point, &step, &weights));
+                next = trial.filter(|trial| trial.cost < point.cost);
+                damping *= if next.is_some() { 0.2 } else { 4.0 };
+            }
+            let Some(next) = next else { break };
+            let decrease = point.cost - next.cost;
+            point = next;
+            if decrease < DECREASE * point.cost {
+                break;
+            }
+        }
+        Some(point.screws)
+    }
+
+    /// The mean logarithm of the relative mean square error on blocks of time that were left out in turn.
+    pub(super) fn error_of_blocks(&self, screws: &[Screw]) -> Option<f64> {
+        let robot = RigidBodies::of_screws(screws, self.coordinates).ok()?;
+        let m = self.samples.len();
+        let block = |b: usize| {
+            JointSums::over(
+                self.samples,
+                b * m / BLOCKS..(b + 1) * m / BLOCKS,
+                &robot,
+                self.speeds,
+            )
+        };
+        let blocks: Vec<JointSums> = (0..BLOCKS).map(block).collect();
+        let prior = Prior::generic(self.scale, blocks[0].of_joint(self.friction));
+        let mut errors = vec![0.0; screws.len()];
+        for (left, own) in blocks.iter().enumerate() {
+            let others = blocks
+                .iter()
+                .enumerate()
+                .filter(|(b, _)| *b != left)
+                .map(|(_, b)| b);
+            let others = others.fold(
+                JointSums::zero(screws.len(), self.speeds.len()),
+                JointSums::plus,
+            );
+            let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
+            let mut values = prior.values();
+            for _ in 0..3 {
+                values = minimise(
+                    &others.quadratic(&weights, self.friction),
+                    &prior,
+                    STRENGTH,
+                    &values,
+                )?
+                .values;
+                weights = self.weights_of(&others.mean_squares(&values, self.friction));
+            }
+            for (error, own) in errors
+                .iter_mut()
+                .zip(own.mean_squares(&values, self.friction))
+            {
+                *error += own / BLOCKS as f64;
+            }
+        }
+        let relative = errors
+            .iter()
+            .zip(self.scale)
+            .map(|(e, s)| (e / (s * s)).max(1e-12).ln());
+        Some(relative.sum::<f64>() / errors.len().max(1) as f64)
+    }
+
+    fn weights_of(&self, squares: &[f64]) -> Vec<f64> {
+        let floored = squares
+            .iter()
+            .zip(self.scale)
+            .map(|(e, s)| e.max(1e-4 * s * s));
+        floored.map(|e| 1.0 / e.sqrt()).collect()
+    }
+
+    fn sums(&self, robot: &RigidBodies) -> JointSums {
+        JointSums::over(self.samples, 0..self.samples.len(), robot, self.speeds)
+    }
+
+    fn point(
+        &self,
+        screws: Vec<Screw>,
+        displacements: Vec<f64>,
+        weights: &[f64],
+        near: Option<&Minimum>,
+    ) -> Option<Point> {
+        let robot = RigidBodies::of_screws(&screws, self.coordinates).ok()?;
+        let sums = self.sums(&robot);
+        let prior = Prior::generic(self.scale, sums.of_joint(self.friction));
+        let start = near.map_or_else(|| prior.values(), |m| m.values.clone());
+        let minimum = minimise(
+            &sums.quadratic(weights, self.friction),
+            &prior,
+            STRENGTH,
+            &start,
+        )?;
+        let robot = robot
+            .with_inertial_parameters(minimum.values.get(..PER_BODY * screws.len())?)
+            .ok()?;
+        let held: f64 = displacements
+            .iter()
+            .enumerate()
+            .map(|(k, s)| stiffness(k) * s * s)
+            .sum();
+        let cost = minimum.cost + held;
+        Some(Point {
+            screws,
+            displacements,
+            robot,
+            minimum,
+            cost,
+        })
+    }
+
+    fn weights(&self, point: &Point) -> Vec<f64> {
+        self.weights_of(
+            &self
+                .sums(&point.robot)
+                .mean_squares(&point.minimum.values, self.friction),
+        )
+    }
+
+    fn moved(&self, from: &Point, step: &[f64], weights: &[f64]) -> Option<Point> {
+        let mut screws = from.screws.clone();
+        for (k, s) in step.iter().enumerate() {
+            displace(&mut screws, k, s.clamp(-LONGEST, LONGEST));
+        }
+        let sum = from.displacements.iter().zip(step);
+        let displacements = sum.map(|(a, b)| a + b.clamp(-LONGEST, LONGEST)).collect();
+        self.point(screws, displacements, weights, Some(&from.minimum))
+    }
+
+    /// The system of a step, with the parameters of bodies and joints eliminated.
+    fn system(&self, point: &Point, weights: &[f64]) -> Option<System> {
+        let (n, size, unknowns) = (
+            weights.len(),
+            point.minimum.values.len(),
+            point.displacements.len(),
+        );
+        let count = (self.samples.len() * n) as f64;
+        let (mut own, mut mixed) = (
+            Mat::<f64>::zeros(unknowns, unknowns),
+            Mat::<f64>::zeros(size, unknowns),
+        );
+        let mut slope = vec![0.0; unknowns];
+        let mut rows = Rows::new(self, point, n);
+        for s in 0..self.samples.len() {
+            rows.evaluate(s);
+            for (j, weight) in weights.iter().enumerate() {
+                let factor = weight * weight / count;
+                let of_joint: Vec<f64> =
+                    (0..unknowns).map(|k| rows.derivatives[k * n + j]).collect();
+                for (k, b) in of_joint.iter().enumerate().filter(|(_, b)| **b != 0.0) {
+                    slope[k] += factor * rows.residual[j] * b;
+                    for (l, c) in of_joint.iter().enumerate() {
+                        own[(l, k)] += factor * b * c;
+                    }
+                    for &(column, y) in &rows.regressor[j] {
+                        mixed[(column, k)] += factor * b * y;
+                    }
+                }
+            }
+        }
+        for k in 0..unknowns {
+            own[(k, k)] += stiffness(k);
+            slope[k] += stiffness(k) * point.displacements[k];
+        }
+        let solved = point
+            .minimum
+            .information
+            .llt(Side::Lower)
+            .ok()?
+            .solve(&mixed);
+        let matrix = own - mixed.transpose() * solved;
+        Some(System {
+            matrix,
+            right: slope.iter().map(|g| -g).collect(),
+        })
+    }
+}
+
+/// A linear system of a step.
+struct System {
+    matrix: Mat<f64>,
+    right: Vec<f64>,
+}
+
+fn step(matrix: &Mat<f64>, right: &[f64], damping: f64) -> Option<Vec<f64>> {
+    let n = right.len();
+    let damped = Mat::from_fn(n, n, |k, j| {
+        matrix[(k, j)] * if k == j { 1.0 + damping } else { 1.0 }
+    });
+    let right = Mat::from_fn(n, 1, |k, _| right[k]);
+    let solution = damped.llt(Side::Lower).ok()?.solve(right);
+    let step: Vec<f64> = (0..n).map(|k| solution[(k, 0)]).collect();
+    step.iter().all(|x| x.is_finite()).then_some(step)
+}
+
+/// Which joint unknown `k` displaces, and how, in the axes of its frame.
+fn unknown(k: usize) -> (usize, Twist) {
+    const AXES: [Vec3; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    // Two rotations of the first joint, then two rotations and two translations of each.
+    let (joint, kind) = if k < 2 {
+        (0, k)
+    } else {
+        ((k - 2) / 4 + 1, (k - 2) % 4)
+    };
+    let mut twist = Twist::default();
+    match kind {
+        0 | 1 => twist.angular = AXES[kind],
+        _ => twist.linear = AXES[kind - 2],
+    }
+    (joint, twist)
+}
+
+fn stiffness(k: usize) -> f64 {
+    match k >= 2 && (k - 2) % 4 >= 2 {
+        true => TRANSLATION,
+        false => ROTATION,
+    }
+}
+
+/// Displaces a joint, and all that it carries, along unknown `k`.
+fn displace(screws: &mut [Screw], k: usize, by: f64) {
+    let (joint, twist) = unknown(k);
+    let axes = turning_to_z(screws[joint].axis);
+    let (rotation, translation) = (
+        turn_back(&axes, twist.angular),
+        turn_back(&axes, twist.linear),
+    );
+    let centre = screws[joint].point;
+    let (sine, cosine) = by.sin_cos();
+    let turned = |v: Vec3| match dot(rotation, rotation) > 0.0 {
+        // Rodrigues' formula.
+        true => add(
+            add(scale(v, cosine), scale(cross(rotation, v), sine)),
+            scale(rotation, dot(rotation, v) * (1.0 - cosine)),
+        ),
+        false => v,
+    };
+    for screw in &mut screws[joint..] {
+        let axis = turned(screw.axis);
+        screw.axis = scale(axis, 1.0 / dot(axis, axis).sqrt());
+        screw.point = add(
+            add(centre, turned(sub(screw.point, centre))),
+            scale(translation, by),
+        );
+    }
+}
+
+/// What a step needs of one sample.
+struct Rows<'a> {
+    data: &'a Refinement<'a>,
+    point: &'a Point,
+    dynamics: crate::rigid::RigidDynamics<'a>,
+    bodies: Vec<f64>,
+    tangents: Tangents,
+    /// Columns and values of the regressor of each joint.
+    regressor: Vec<Vec<(usize, f64)>>,
+    /// τ̂ − τ.
+    residual: Vec<f64>,
+    /// ∂τ/∂s, `[S, n]`.
+    derivatives: Vec<f64>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(data: &'a Refinement<'a>, point: &'a Point, n: usize) -> Self {
+        Self {
+            dynamics: point.robot.dynamics(),
+            bodies: vec![0.0; n * PER_BODY * n],
+            tangents: Tangents::default(),
+            regressor: vec![Vec::new(); n],
+            residual: vec![0.0; n],
+            derivatives: vec![0.0; n * point.displacements.len()],
+            data,
+            point,
+        }
+    }
+
+    fn evaluate(&mut self, s: usize) {
+        let (x, n) = (self.data.samples.row(s), self.residual.len());
+        self.dynamics
+            .inertial_regressor(x.q, x.qd, x.qdd, &mut self.bodies);
+        // A robot answers; what is not finite is found in the sums.
+        let _ = self
+            .dynamics
+            .inverse_dynamics(x.q, x.qd, x.qdd, &mut self.residual);
+        let columns = PER_BODY * n;
+        for j in 0..n {
+            let row = &mut self.regressor[j];
+            row.clear();
+            row.extend(
+                self.bodies[j * columns..][..columns]
+                    .iter()
+                    .copied()
+                    .enumerate(),
+            );
+            let (qd, qdd) = (x.qd[j], x.qdd[j]);
+            let coulomb = |speed: &f64| (qd / speed).tanh();
+            let friction: Vec<f64> = match self.data.friction {
+                Friction::Frictionless => Vec::new(),
+                Friction::Coulomb(speeds) => vec![qd, coulomb(&self.data.speeds[speeds[j]])],
+                Friction::Every => std::iter::once(qd)
+                    .chain(self.data.speeds.iter().map(coulomb))
+                    .collect(),
+            };
+            let values = [qdd, 1.0].into_iter().chain(friction);
+            for (kind, value) in values.enumerate() {
+                let column = columns + kind * n + j;
+                row.push((column, value));
+                self.residual[j] += value * self.point.minimum.values[column];
+            }
+            self.residual[j] -= x.tau[j];
+        }
+        for (k, derivative) in self.derivatives.chunks_exact_mut(n).enumerate() {
+            let (joint, twist) = unknown(k);
+            self.dynamics.placement_derivative(
+                (x.q, x.qd),
+                joint,
+                twist,
+                &mut self.tangents,
+                derivative,
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Result;
+    use crate::rigid::JointKind;
+
+    #[test]
+    fn torques_change_with_the_place_of_a_joint_as_differences_say() -> Result<()> {
+        let screws = vec![
+            Screw {
+                kind: JointKind::Revolute,
+                axis: [0.0, 0.6, 0.8],
+                point: [0.0; 3],
+            },
+            Screw {
+                kind: JointKind::Prismatic,
+                axis: [1.0, 0.0, 0.0],
+                point: [0.1, 0.2, 0.3],
+            },
+            Screw {
+                kind: JointKind::Revolute,
+                axis: [0.0, -1.0, 0.0],
+                point: [0.3, 0.2, 0.6],
+            },
+        ];
+        let coordinates = Coordinates::lines(3);
+        let (q, qd, qdd) = ([0.4, 0.2, -0.9], [1.0, -0.5, 0.7], [2.0, 1.0, -3.0]);
+        let torques = |screws: &[Screw]| -> Result<Vec<f64>> {
+            let mut tau = vec![0.0; 3];
+            let _ = RigidBodies::of_screws(screws, &coordinates)?
+                .dynamics()
+                .inverse_dynamics(&q, &qd, &qdd, &mut tau);
+            Ok(tau)
+        };
+        let robot = RigidBodies::of_screws(&screws, &coordinates)?;
+        let (mut dynamics, mut tangents) = (robot.dynamics(), Tangents::default());
+        let _ = dynamics.inverse_dynamics(&q, &qd, &qdd, &mut [0.0; 3]);
+        for k in 0..10 {
+            let (joint, twist) = unknown(k);
+            let mut exact = [0.0; 3];
+            dynamics.placement_derivative((&q, &qd), joint, twist, &mut tangents, &mut exact);
+            let moved = |by: f64| {
+                let mut screws = screws.clone();
+                displace(&mut screws, k, by);
+                torques(&screws)
+            };
+            let (up, down) = (moved(1e-5)?, moved(-1e-5)?);
+            for j in 0..3 {
+                let difference = (up[j] - down[j]) / 2e-5;
+                assert!(
+                    (difference - exact[j]).abs() < 1e-6 * exact[j].abs().max(1.0),
+                    "{k} {j}: {difference} {}",
+                    exact[j]
+                );
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,315 @@
+//! The search for the screws of a chain: for given screws the torques are linear in everything else.
+//!
+//! Coordinate descent over directions ±x, ±y, ±z and offsets of 0 or 0.3 m along these, from several random starts. A set
+//! of screws is scored by a ridge regression over blocks of time: the sum over the joints of the logarithm of the mean
+//! square error on the block that was left out. Joints are weighted by that error, so that one with much friction does
+//! not hide what the others say.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::refine::Refinement;
+use crate::dataset::Dataset;
+use crate::rigid::consistent::Quadratic;
+use crate::rigid::joint_sums::{Friction, JointSums};
+use crate::rigid::screws::Screw;
+use crate::rigid::{JointKind, RigidBodies};
+use crate::train::Samples;
+use crate::{Coordinates, Error, Result, shuffle};
+
+/// The samples that are searched with.
+const SAMPLES: usize = 240;
+/// The samples of a refinement.
+const REFINED: usize = 1500;
+/// The searches whose result is refined.
+const BEST: usize = 3;
+/// The blocks that are left out in turn.
+pub(super) const BLOCKS: usize = 6;
+/// The ridge of a regression, in parts of a column.
+const RIDGE: f64 = 1e-4;
+/// The offsets that are tried, m.
+const OFFSET: f64 = 0.3;
+/// Smoothing speeds of Coulomb friction, all at once, rad/s or m/s.
+const SPEEDS: [f64; 2] = [0.02, 0.2];
+/// The most sweeps over all joints.
+const SWEEPS: usize = 10;
+/// The smallest error that a weight believes, in parts of the deviation of the torque.
+const SMALLEST: f64 = 1e-2;
+/// A lower score that is none.
+const GAIN: f64 = 1e-6;
+
+const DIRECTIONS: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
+
+/// The screws of the best of `searches` searches.
+///
+/// # Errors
+/// [`Error::Argument`] where the data hold no forces or fewer samples than blocks; [`Error::NotFinite`] where no
+/// regression has a solution.
+pub(super) fn screws(dataset: &Dataset, searches: usize) -> Result<Vec<Screw>> {
+    if !dataset.forced {
+        let must = "recorded (`tau`): a chain is found from torques";
+        return Err(Error::argument("forces", "none", must));
+    }
+    let search = Search::new(dataset)?;
+    let starts = 0..searches.max(1) as u64;
+    let mut found: Vec<(f64, Vec<Joint>)> = starts
+        .into_par_iter()
+        .map(|seed| search.descend(seed))
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.dedup_by(|a, b| (a.0 - b.0).abs() < GAIN);
+    let samples = evenly(&dataset.train, REFINED);
+    let scale = dataset.force_scale();
+    let refinement = Refinement {
+        coordinates: &dataset.coordinates,
+        samples: &samples,
+        friction: &search.friction,
+        speeds: &SPEEDS,
+        scale: &scale,
+    };
+    let refined = found.into_par_iter().take(BEST).filter_map(|(_, joints)| {
+        let refined = refinement.refine(screws_of(&joints))?;
+        Some((refinement.error_of_blocks(&refined)?, refined))
+    });
+    let best = refined.min_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, screws) =
+        best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
+    Ok(screws)
+}
+
+/// A joint in the search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Joint {
+    kind: JointKind,
+    axis: [f64; 3],
+    /// From the joint before it, m.
+    offset: [f64; 3],
+}
+
+fn screws_of(joints: &[Joint]) -> Vec<Screw> {
+    let mut point = [0.0; 3];
+    let mut screw = |joint: &Joint| {
+        point = std::array::from_fn(|k| point[k] + joint.offset[k]);
+        Screw {
+            kind: joint.kind,
+            axis: joint.axis,
+            point,
+        }
+    };
+    joints.iter().map(&mut screw).collect()
+}
+
+/// The samples of a search.
+struct Search<'a> {
+    coordinates: &'a Coordinates,
+    samples: Samples,
+    friction: Friction,
+    /// Variances of the torques.
+    variances: Vec<f64>,
+}
+
+/// Mean square errors on blocks that were left out, `[n]`.
+type Errors = Vec<f64>;
+
+impl<'a> Search<'a> {
+    fn new(dataset: &'a Dataset) -> Result<Self> {
+        let samples = evenly(&dataset.train, SAMPLES);
+        if samples.len() < 2 * BLOCKS {
+            let must = "at least 12 samples";
+            return Err(Error::argument("data", samples.len(), must));
+        }
+        Ok(Self {
+            coordinates: &dataset.coordinates,
+            variances: dataset.force_scale().iter().map(|s| s * s).collect(),
+            friction: Friction::Every,
+            samples,
+        })
+    }
+
+    /// Coordinate descent from the directions of a seed; the first start is a vertical axis and then horizontal ones.
+    fn descend(&self, seed: u64) -> (f64, Vec<Joint>) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let n = self.coordinates.dof();
+        let mut joint = |j: usize| Joint {
+            kind: if self.slides(j) {
+                JointKind::Prismatic
+            } else {
+                JointKind::Revolute
+            },
+            axis: match (j, seed) {
+                (0, _) => DIRECTIONS[4],
+                (_, 0) => DIRECTIONS[2],
+                _ => DIRECTIONS[rng.random_range(0..DIRECTIONS.len())],
+            },
+            offset: [0.0; 3],
+        };
+        let mut joints: Vec<Joint> = (0..n).map(&mut joint).collect();
+        let mut order: Vec<usize> = (0..n).collect();
+        let mut weights: Vec<f64> = self.variances.iter().map(|v| 1.0 / v.sqrt()).collect();
+        let mut best = f64::INFINITY;
+        for _ in 0..SWEEPS {
+            if let Some(errors) = self.errors(&joints, &weights) {
+                weights = self.weights(&errors);
+            }
+            let before = self.score(&joints, &weights);
+            best = before;
+            shuffle(&mut order, &mut rng);
+            for &j in &order {
+                best = self.improve(&mut joints, j, &weights, best);
+            }
+            if best >= before - 1e-3 || best.is_nan() {
+                break;
+            }
+        }
+        (best, joints)
+    }
+
+    /// Tries all directions and then all offsets of one joint.
+    fn improve(&self, joints: &mut Vec<Joint>, j: usize, weights: &[f64], mut best: f64) -> f64 {
+        let try_with = |joints: &mut Vec<Joint>, joint: Joint, best: &mut f64| {
+            let before = std::mem::replace(&mut joints[j], joint);
+            let score = self.score(joints, weights);
+            if score < *best - GAIN {
+                *best = score;
+            } else {
+                joints[j] = before;
+            }
+        };
+        for axis in DIRECTIONS {
+            let joint = Joint { axis, ..joints[j] };
+            try_with(joints, joint, &mut best);
+        }
+        if j > 0 {
+            let offsets = DIRECTIONS.map(|d| d.map(|x| OFFSET * x));
+            for offset in offsets.into_iter().chain([[0.0; 3]]) {
+                let joint = Joint {
+                    offset,
+                    ..joints[j]
+                };
+                try_with(joints, joint, &mut best);
+            }
+        }
+        best
+    }
+
+    /// Whether coordinate `j` is a length.
+    fn slides(&self, j: usize) -> bool {
+        self.coordinates.0[j].unit == "m"
+    }
+
+    fn weights(&self, errors: &[f64]) -> Vec<f64> {
+        let floored = errors
+            .iter()
+            .zip(&self.variances)
+            .map(|(e, v)| e.max(SMALLEST * SMALLEST * v));
+        floored.map(|e| 1.0 / e.sqrt()).collect()
+    }
+
+    /// The mean logarithm of the relative errors; infinite where there is no regression.
+    fn score(&self, joints: &[Joint], weights: &[f64]) -> f64 {
+        let Some(errors) = self.errors(joints, weights) else {
+            return f64::INFINITY;
+        };
+        let relative = errors
+            .iter()
+            .zip(&self.variances)
+            .map(|(e, v)| (e / v).max(1e-12).ln());
+        relative.sum::<f64>() / errors.len().max(1) as f64
+    }
+
+    fn errors(&self, joints: &[Joint], weights: &[f64]) -> Option<Errors> {
+        let robot = RigidBodies::of_screws(&screws_of(joints), self.coordinates).ok()?;
+        let m = self.samples.len();
+        let block = |b: usize| {
+            JointSums::over(
+                &self.samples,
+                b * m / BLOCKS..(b + 1) * m / BLOCKS,
+                &robot,
+                &SPEEDS,
+            )
+        };
+        let blocks: Vec<JointSums> = (0..BLOCKS).map(block).collect();
+        let parts: Vec<Quadratic> = blocks
+            .iter()
+            .map(|b| b.quadratic(weights, &self.friction))
+            .collect();
+        // Each quadratic is a mean; all blocks count by their samples.
+        let shares: Vec<f64> = blocks.iter().map(|b| b.samples as f64 / m as f64).collect();
+        let all = sum(&parts, &shares, None);
+        let mut errors = vec![0.0; joints.len()];
+        for (left, own) in blocks.iter().enumerate() {
+            let values = ridge(&sum(&parts, &shares, Some(left)), &all)?;
+            for (error, own) in errors
+                .iter_mut()
+                .zip(own.mean_squares(&values, &self.friction))
+            {
+                *error += shares[left] * own;
+            }
+        }
+        errors.iter().all(|e| e.is_finite()).then_some(errors)
+    }
+}
+
+/// The sums of all blocks but one.
+fn sum(parts: &[Quadratic], shares: &[f64], without: Option<usize>) -> Quadratic {
+    let size = parts[0].size();
+    let mut all = Quadratic {
+        gram: vec![0.0; size * size],
+        right: vec![0.0; size],
+        torque: 0.0,
+    };
+    for (k, (part, share)) in parts.iter().zip(shares).enumerate() {
+        if Some(k) != without {
+            all.gram
+                .iter_mut()
+                .zip(&part.gram)
+                .for_each(|(a, b)| *a += share * b);
+            all.right
+                .iter_mut()
+                .zip(&part.right)
+                .for_each(|(a, b)| *a += share * b);
+            all.torque += share * part.torque;
+        }
+    }
+    all
+}
+
+/// A ridge regression, with the columns in the scale that they have in `all`.
+fn ridge(data: &Quadratic, all: &Quadratic) -> Option<Vec<f64>> {
+    let size = data.size();
+    let scale: Vec<f64> = (0..size)
+        .map(|k| all.gram[k * size + k].max(1e-18).sqrt())
+        .collect();
+    let matrix = Mat::from_fn(size, size, |k, j| {
+        let ridge = if k == j { RIDGE } else { 0.0 };
+        data.gram[k * size + j] / (scale[k] * scale[j]) + ridge
+    });
+    let right = Mat::from_fn(size, 1, |k, _| data.right[k] / scale[k]);
+    let solution = matrix.llt(Side::Lower).ok()?.solve(right);
+    let values: Vec<f64> = (0..size).map(|k| solution[(k, 0)] / scale[k]).collect();
+    values.iter().all(|x| x.is_finite()).then_some(values)
+}
+
+/// At most `most` samples, evenly spaced.
+fn evenly(samples: &Samples, most: usize) -> Samples {
+    let count = samples.len().min(most);
+    let mut signals: crate::Signals = crate::Signals::default();
+    for k in 0..count {
+        let row = samples.row(k * samples.len() / count.max(1));
+        signals.q.extend_from_slice(row.q);
+        signals.qd.extend_from_slice(row.qd);
+        signals.qdd.extend_from_slice(row.qdd);
+        signals.tau.extend_from_slice(row.tau);
+    }
+    Samples::new(samples.n, signals)
+}

@@ -1,0 +1,291 @@
+//! The torques of a robot as linear functions of its parameters, summed over samples joint by joint (theory.md, 45).
+//!
+//! | symbol | meaning | shape |
+//! |---|---|---|
+//! | yⱼ | regressor of joint j: the inertial parameters of all bodies, then the joint's own rotor, offset, viscous friction, and Coulomb friction for each smoothing speed | P = 10 n + 3 + S |
+//! | Gⱼ, rⱼ | Σ yⱼ yⱼᵀ and Σ yⱼ τⱼ | P × P, P |
+//! | π | bodies, rotors, offsets, then viscous friction and Coulomb friction for each speed in use | K |
+
+use std::ops::Range;
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::solvers::Solve;
+use faer::{Accum, Mat, Par, Side};
+use rayon::prelude::*;
+
+use super::bodies::RigidBodies;
+use super::consistent::Quadratic;
+use super::regressor::PER_BODY;
+use crate::train::Samples;
+
+/// The number of samples that are summed at a time.
+const BLOCK: usize = 512;
+
+/// The friction of the joints.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Friction {
+    /// None.
+    Frictionless,
+    /// Viscous and Coulomb friction, the latter with one smoothing speed for each joint, `[n]`.
+    Coulomb(Vec<usize>),
+    /// Viscous friction, and Coulomb friction with all smoothing speeds at once.
+    Every,
+}
+
+/// Sums over samples.
+#[derive(Debug, Clone)]
+pub(crate) struct JointSums {
+    /// The number of samples.
+    pub(crate) samples: usize,
+    speeds: usize,
+    joints: Vec<Moments>,
+}
+
+/// The sums of one joint.
+#[derive(Debug, Clone)]
+struct Moments {
+    gram: Mat<f64>,
+    right: Vec<f64>,
+    torque: f64,
+}
+
+impl Moments {
+    fn zero(size: usize) -> Self {
+        Self {
+            gram: Mat::zeros(size, size),
+            right: vec![0.0; size],
+            torque: 0.0,
+        }
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        self.gram += &other.gram;
+        self.right
+            .iter_mut()
+            .zip(&other.right)
+            .for_each(|(a, b)| *a += b);
+        self.torque += other.torque;
+        self
+    }
+}
+
+impl JointSums {
+    /// Over the samples of `range`; Coulomb friction changes its sign over each of `speeds`, rad/s or m/s.
+    pub(crate) fn over(
+        samples: &Samples,
+        range: Range<usize>,
+        robot: &RigidBodies,
+        speeds: &[f64],
+    ) -> Self {
+        let starts: Vec<usize> = range.clone().step_by(BLOCK).collect();
+        let block = |&start: &usize| {
+            Self::of_block(
+                samples,
+                start..(start + BLOCK).min(range.end),
+                robot,
+                speeds,
+            )
+        };
+        let blocks: Vec<Self> = starts.par_iter().map(block).collect();
+        blocks
+            .iter()
+            .fold(Self::zero(robot.dof(), speeds.len()), Self::plus)
+    }
+
+    /// Sums over no samples.
+    pub(crate) fn zero(n: usize, speeds: usize) -> Self {
+        let size = PER_BODY * n + 3 + speeds;
+        Self {
+            samples: 0,
+            speeds,
+            joints: vec![Moments::zero(size); n],
+        }
+    }
+
+    /// The sums over both sets of samples.
+    pub(crate) fn plus(self, other: &Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            speeds: self.speeds,
+            joints: self
+                .joints
+                .into_iter()
+                .zip(&other.joints)
+                .map(|(a, b)| a.plus(b))
+                .collect(),
+        }
+    }
+
+    fn of_block(
+        samples: &Samples,
+        range: Range<usize>,
+        robot: &RigidBodies,
+        speeds: &[f64],
+    ) -> Self {
+        let (n, rows) = (robot.dof(), range.len());
+        let bodies = PER_BODY * n;
+        let mut regressors = vec![Mat::<f64>::zeros(rows, bodies + 3 + speeds.len()); n];
+        let (mut dynamics, mut own) = (robot.dynamics(), vec![0.0; n * bodies]);
+        for (row, s) in range.clone().enumerate() {
+            let x = samples.row(s);
+            dynamics.inertial_regressor(x.q, x.qd, x.qdd, &mut own);
+            for (j, (y, of_bodies)) in regressors
+                .iter_mut()
+                .zip(own.chunks_exact(bodies))
+                .enumerate()
+            {
+                for (k, value) in of_bodies.iter().enumerate() {
+                    y[(row, k)] = *value;
+                }
+                y[(row, bodies)] = x.qdd[j];
+                y[(row, bodies + 1)] = 1.0;
+                y[(row, bodies + 2)] = x.qd[j];
+                for (k, speed) in speeds.iter().enumerate() {
+                    y[(row, bodies + 3 + k)] = (x.qd[j] / speed).tanh();
+                }
+            }
+        }
+        let moments = |(j, y): (usize, &Mat<f64>)| {
+            let mut sums = Moments::zero(y.ncols());
+            matmul(
+                sums.gram.as_mut(),
+                Accum::Replace,
+                y.transpose(),
+                y.as_ref(),
+                1.0,
+                Par::Seq,
+            );
+            for (row, s) in range.clone().enumerate() {
+                let tau = samples.row(s).tau[j];
+                sums.torque += tau * tau;
+                for (k, right) in sums.right.iter_mut().enumerate() {
+                    *right += y[(row, k)] * tau;
+                }
+            }
+            sums
+        };
+        Self {
+            samples: rows,
+            speeds: speeds.len(),
+            joints: regressors.iter().enumerate().map(moments).collect(),
+        }
+    }
+
+    /// n.
+    pub(crate) fn dof(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The number of coefficients of each joint.
+    pub(crate) fn of_joint(&self, friction: &Friction) -> usize {
+        match friction {
+            Friction::Frictionless => 2,
+            Friction::Coulomb(_) => 4,
+            Friction::Every => 3 + self.speeds,
+        }
+    }
+
+    /// The columns of yⱼ that are in use, each with its place in π.
+    fn columns(&self, j: usize, friction: &Friction) -> Vec<(usize, usize)> {
+        let (n, bodies) = (self.dof(), PER_BODY * self.dof());
+        let of_joint: Vec<usize> = match friction {
+            Friction::Frictionless => vec![0, 1],
+            Friction::Coulomb(speeds) => vec![0, 1, 2, 3 + speeds[j]],
+            Friction::Every => (0..3 + self.speeds).collect(),
+        };
+        let own = of_joint
+            .into_iter()
+            .enumerate()
+            .map(|(place, k)| (bodies + k, bodies + place * n + j));
+        (0..bodies).map(|k| (k, k)).chain(own).collect()
+    }
+
+    /// The weighted sums of all joints: those of joint j count `weights[j]`².
+    pub(crate) fn quadratic(&self, weights: &[f64], friction: &Friction) -> Quadratic {
+        let size = (PER_BODY + self.of_joint(friction)) * self.dof();
+        let (mut gram, mut right, mut torque) = (vec![0.0; size * size], vec![0.0; size], 0.0);
+        let count = (self.samples * self.dof()).max(1) as f64;
+        for (j, (sums, weight)) in self.joints.iter().zip(weights).enumerate() {
+            let factor = weight * weight / count;
+            let columns = self.columns(j, friction);
+            for &(from, to) in &columns {
+                right[to] += factor * sums.right[from];
+                for &(other, at) in &columns {
+                    gram[to * size + at] += factor * sums.gram[(from, other)];
+                }
+            }
+            torque += factor * sums.torque;
+        }
+        Quadratic {
+            gram,
+            right,
+            torque,
+        }
+    }
+
+    /// The mean square of the residuals of each joint at π, `[n]`.
+    pub(crate) fn mean_squares(&self, values: &[f64], friction: &Friction) -> Vec<f64> {
+        let count = self.samples.max(1) as f64;
+        let of_joint = |(j, sums): (usize, &Moments)| {
+            let columns = self.columns(j, friction);
+            let sum: f64 = columns
+                .iter()
+                .map(|&(from, to)| {
+                    let row: f64 = columns
+                        .iter()
+                        .map(|&(k, at)| sums.gram[(from, k)] * values[at])
+                        .sum();
+                    values[to] * (row - 2.0 * sums.right[from])
+                })
+                .sum();
+            ((sum + sums.torque) / count).max(0.0)
+        };
+        self.joints.iter().enumerate().map(of_joint).collect()
+    }
+
+    /// The smoothing speed of each joint whose regression, on these samples and with any body for each joint, has the
+    /// smallest residual on the samples of `other`.
+    pub(crate) fn smoothing(&self, other: &Self, ridge: f64) -> Friction {
+        let joint = |j: usize| {
+            let error = |speed: usize| self.regression(j, speed, other, ridge);
+            (0..self.speeds)
+                .min_by(|&a, &b| error(a).total_cmp(&error(b)))
+                .unwrap_or(0)
+        };
+        Friction::Coulomb((0..self.dof()).into_par_iter().map(joint).collect())
+    }
+
+    /// The mean square residual on `other` of a ridge regression of joint j alone; infinite where it has no solution.
+    fn regression(&self, j: usize, speed: usize, other: &Self, ridge: f64) -> f64 {
+        let columns: Vec<usize> = self
+            .columns(j, &Friction::Coulomb(vec![speed; self.dof()]))
+            .iter()
+            .map(|c| c.0)
+            .collect();
+        let (own, size) = (&self.joints[j], columns.len());
+        let scale: Vec<f64> = columns
+            .iter()
+            .map(|&k| own.gram[(k, k)].max(1e-300).sqrt())
+            .collect();
+        let matrix = Mat::from_fn(size, size, |a, b| {
+            let ridge = if a == b { ridge } else { 0.0 };
+            own.gram[(columns[a], columns[b])] / (scale[a] * scale[b]) + ridge
+        });
+        let right = Mat::from_fn(size, 1, |a, _| own.right[columns[a]] / scale[a]);
+        let Ok(factor) = matrix.llt(Side::Lower) else {
+            return f64::INFINITY;
+        };
+        let solution = factor.solve(right);
+        let value = |a: usize| solution[(a, 0)] / scale[a];
+        let sums = &other.joints[j];
+        let sum: f64 = (0..size)
+            .map(|a| {
+                let row: f64 = (0..size)
+                    .map(|b| sums.gram[(columns[a], columns[b])] * value(b))
+                    .sum();
+                value(a) * (row - 2.0 * sums.right[columns[a]])
+            })
+            .sum();
+        (sum + sums.torque) / other.samples.max(1) as f64
+    }
+}

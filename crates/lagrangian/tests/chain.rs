@@ -1,0 +1,145 @@
+//! Robots from their logs alone.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use lagrangian::rigid::RigidBodies;
+use lagrangian::train::Samples;
+use lagrangian::{
+    ChainConfig, Coordinates, Dataset, Dissipation, Fit, FitConfig, Learned, Loss, Mechanical,
+    Model, Provenance, Quantities, SavedModel, Signals, fit,
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A vertical axis, two horizontal ones across it, links of 0.36 m and 0.24 m, and an offset of the shoulder.
+const ARM: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <link name="column"><inertial><origin xyz="0.02 0 0.1"/><mass value="4"/>
+    <inertia ixx="0.03" iyy="0.03" izz="0.02"/></inertial></link>
+  <link name="upper"><inertial><origin xyz="0.17 0.01 0"/><mass value="2.5"/>
+    <inertia ixx="0.004" iyy="0.03" izz="0.03"/></inertial></link>
+  <link name="fore"><inertial><origin xyz="0.1 0 0.01"/><mass value="1.2"/>
+    <inertia ixx="0.002" iyy="0.008" izz="0.008"/></inertial></link>
+  <joint name="waist" type="revolute"><parent link="base"/><child link="column"/><axis xyz="0 0 1"/></joint>
+  <joint name="shoulder" type="revolute"><origin xyz="0.07 0.12 0.3"/><parent link="column"/><child link="upper"/>
+    <axis xyz="0 1 0"/></joint>
+  <joint name="elbow" type="revolute"><origin xyz="0.36 0 0"/><parent link="upper"/><child link="fore"/>
+    <axis xyz="0 1 0"/></joint>
+</robot>"#;
+
+fn arm() -> Mechanical<RigidBodies> {
+    let friction = Dissipation {
+        viscous: vec![0.5, 0.4, 0.2],
+        coulomb: vec![1.0, 0.8, 0.4],
+        smoothing: vec![0.05; 3],
+        stribeck: None,
+    };
+    Mechanical::dissipative(RigidBodies::from_urdf(ARM).unwrap(), friction).unwrap()
+}
+
+/// Random states with the torques of `truth`.
+fn samples(truth: &dyn Model, m: usize, seed: u64) -> Samples {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut column =
+        |size: f64| -> Vec<f64> { (0..m * 3).map(|_| rng.random_range(-size..size)).collect() };
+    let (q, qd, qdd) = (column(2.0), column(2.0), column(6.0));
+    let mut tau = vec![0.0; m * 3];
+    assert!(
+        truth
+            .evaluator()
+            .inverse_dynamics(&q, &qd, &qdd, &mut tau)
+            .is_supported()
+    );
+    Samples::new(
+        3,
+        Signals {
+            q,
+            qd,
+            qdd,
+            tau,
+            ..Signals::default()
+        },
+    )
+}
+
+fn learned(
+    coordinates: Coordinates,
+    train: Samples,
+    validation: Samples,
+    loss: Loss,
+) -> lagrangian::Result<Fit> {
+    let data = Dataset::from_samples(coordinates, train, validation)?;
+    let config = FitConfig {
+        family: Box::new(ChainConfig {
+            searches: 3,
+            ..ChainConfig::default()
+        }),
+        loss,
+        ..FitConfig::default()
+    };
+    fit(&data, &config, None, &mut ())
+}
+
+#[test]
+fn an_arm_is_found_from_its_torques_alone_and_every_mass_matrix_is_positive_definite() {
+    let truth = arm();
+    let found = learned(
+        truth.coordinates().clone(),
+        samples(&truth, 600, 1),
+        samples(&truth, 150, 2),
+        Loss::TORQUE,
+    )
+    .unwrap()
+    .model;
+
+    let unseen = samples(&truth, 300, 3);
+    let mut tau = vec![0.0; unseen.tau.len()];
+    assert!(
+        found
+            .evaluator()
+            .inverse_dynamics(&unseen.q, &unseen.qd, &unseen.qdd, &mut tau)
+            .is_supported()
+    );
+    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    let errors: Vec<f64> = tau.iter().zip(&unseen.tau).map(|(a, b)| a - b).collect();
+    let nmse = square(&errors) / square(&unseen.tau);
+    assert!(nmse < 1e-3, "{nmse:e}");
+
+    for s in 0..unseen.len() {
+        let (q, qd) = (unseen.row(s).q, unseen.row(s).qd);
+        let m = found.mass_matrix(q).unwrap();
+        let energy: f64 = (0..9).map(|k| qd[k / 3] * m[k] * qd[k % 3]).sum();
+        assert!(energy > 1e-4 * square(qd), "{q:?} {qd:?}: {energy:e}");
+    }
+
+    let saved = found
+        .save(Provenance::default())
+        .unwrap()
+        .to_bytes()
+        .unwrap();
+    let again = Learned::load(&SavedModel::from_bytes(&saved).unwrap()).unwrap();
+    let mut other = vec![0.0; tau.len()];
+    assert!(
+        again
+            .evaluator()
+            .inverse_dynamics(&unseen.q, &unseen.qd, &unseen.qdd, &mut other)
+            .is_supported()
+    );
+    assert_eq!(tau, other, "to the bit");
+}
+
+#[test]
+fn motions_without_torques_are_refused_with_what_to_record() {
+    let truth = arm();
+    let mut free = samples(&truth, 100, 1);
+    free.signals.tau.fill(0.0);
+    let message = learned(
+        Coordinates::lines(3),
+        free,
+        Samples::new(3, Signals::default()),
+        Loss::ACCELERATION,
+    )
+    .unwrap_err()
+    .to_string();
+    assert!(message.contains("`tau`"), "{message}");
+}
