@@ -322,7 +322,10 @@ impl Task for Run<'_> {
         match self.order {
             Order::Second => self.second_order::<I>(),
             Order::Forward => {
-                (0..layers).for_each(|l| self.chain.layer::<I>(self.net, self.packed, l, 2));
+                // A loop: a closure would not be compiled for the instruction set.
+                for l in 0..layers {
+                    self.chain.layer::<I>(self.net, self.packed, l, 2);
+                }
             }
             Order::Reverse => {
                 let last = layers - 1;
