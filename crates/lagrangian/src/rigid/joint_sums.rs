@@ -67,6 +67,15 @@ impl Moments {
         self.torque += other.torque;
         self
     }
+
+    /// The sum of the squared residuals for columns with these values, the others being 0.
+    fn residual(&self, terms: &[(usize, f64)]) -> f64 {
+        let of_column = |&(k, x): &(usize, f64)| {
+            let row: f64 = terms.iter().map(|&(j, y)| self.gram[(k, j)] * y).sum();
+            x * (row - 2.0 * self.right[k])
+        };
+        terms.iter().map(of_column).sum::<f64>() + self.torque
+    }
 }
 
 impl JointSums {
@@ -227,18 +236,9 @@ impl JointSums {
     pub(crate) fn mean_squares(&self, values: &[f64], friction: &Friction) -> Vec<f64> {
         let count = self.samples.max(1) as f64;
         let of_joint = |(j, sums): (usize, &Moments)| {
-            let columns = self.columns(j, friction);
-            let sum: f64 = columns
-                .iter()
-                .map(|&(from, to)| {
-                    let row: f64 = columns
-                        .iter()
-                        .map(|&(k, at)| sums.gram[(from, k)] * values[at])
-                        .sum();
-                    values[to] * (row - 2.0 * sums.right[from])
-                })
-                .sum();
-            ((sum + sums.torque) / count).max(0.0)
+            let columns = self.columns(j, friction).into_iter();
+            let terms: Vec<(usize, f64)> = columns.map(|(from, to)| (from, values[to])).collect();
+            (sums.residual(&terms) / count).max(0.0)
         };
         self.joints.iter().enumerate().map(of_joint).collect()
     }
@@ -276,16 +276,9 @@ impl JointSums {
             return f64::INFINITY;
         };
         let solution = factor.solve(right);
-        let value = |a: usize| solution[(a, 0)] / scale[a];
-        let sums = &other.joints[j];
-        let sum: f64 = (0..size)
-            .map(|a| {
-                let row: f64 = (0..size)
-                    .map(|b| sums.gram[(columns[a], columns[b])] * value(b))
-                    .sum();
-                value(a) * (row - 2.0 * sums.right[columns[a]])
-            })
-            .sum();
-        (sum + sums.torque) / other.samples.max(1) as f64
+        let terms: Vec<(usize, f64)> = (0..size)
+            .map(|a| (columns[a], solution[(a, 0)] / scale[a]))
+            .collect();
+        other.joints[j].residual(&terms) / other.samples.max(1) as f64
     }
 }

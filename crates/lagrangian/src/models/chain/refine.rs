@@ -14,7 +14,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::search::BLOCKS;
+use super::search::{BLOCKS, SPEEDS};
 use crate::rigid::RigidBodies;
 use crate::rigid::consistent::{Minimum, Prior, minimise};
 use crate::rigid::joint_sums::{Friction, JointSums};
@@ -30,6 +30,8 @@ const STRENGTH: f64 = 1e-3;
 /// The prior of the displacements: of translations, 1/m², and of rotations.
 const TRANSLATION: f64 = 1e-2;
 const ROTATION: f64 = 1e-1;
+/// Rounds of weighting the joints by their residuals.
+const ROUNDS: usize = 3;
 /// The most steps.
 const STEPS: usize = 30;
 /// The longest displacement of one step, m or rad.
@@ -41,8 +43,6 @@ const DECREASE: f64 = 1e-4;
 pub(super) struct Refinement<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) samples: &'a Samples,
-    pub(super) friction: &'a Friction,
-    pub(super) speeds: &'a [f64],
     /// The deviations of the torques.
     pub(super) scale: &'a [f64],
 }
@@ -58,21 +58,12 @@ struct Point {
 }
 
 impl Refinement<'_> {
-    /// The screws after refinement, and the mean logarithm of the relative mean squares of the residuals.
+    /// The screws after refinement.
     pub(super) fn refine(&self, screws: Vec<Screw>) -> Option<Vec<Screw>> {
         let n = screws.len();
-        let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
-        let zero = vec![0.0; 4 * n - 2];
-        let mut point = self.point(screws, zero, &weights, None)?;
-        for _ in 0..3 {
-            weights = self.weights(&point);
-            point = self.point(
-                point.screws,
-                point.displacements,
-                &weights,
-                Some(&point.minimum),
-            )?;
-        }
+        let sums = self.sums(&RigidBodies::of_screws(&screws, self.coordinates).ok()?);
+        let (weights, start) = self.reweighted(&sums)?;
+        let mut point = self.point(screws, vec![0.0; 4 * n - 2], &weights, &start)?;
         let mut damping = 1e-2;
         for _ in 0..STEPS {
             let System { matrix, right } = self.system(&point, &weights)?;
@@ -102,11 +93,10 @@ impl Refinement<'_> {
                 self.samples,
                 b * m / BLOCKS..(b + 1) * m / BLOCKS,
                 &robot,
-                self.speeds,
+                &SPEEDS,
             )
         };
         let blocks: Vec<JointSums> = (0..BLOCKS).map(block).collect();
-        let prior = Prior::generic(self.scale, blocks[0].of_joint(self.friction));
         let mut errors = vec![0.0; screws.len()];
         for (left, own) in blocks.iter().enumerate() {
             let others = blocks
@@ -114,25 +104,11 @@ impl Refinement<'_> {
                 .enumerate()
                 .filter(|(b, _)| *b != left)
                 .map(|(_, b)| b);
-            let others = others.fold(
-                JointSums::zero(screws.len(), self.speeds.len()),
-                JointSums::plus,
-            );
-            let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
-            let mut values = prior.values();
-            for _ in 0..3 {
-                values = minimise(
-                    &others.quadratic(&weights, self.friction),
-                    &prior,
-                    STRENGTH,
-                    &values,
-                )?
-                .values;
-                weights = self.weights_of(&others.mean_squares(&values, self.friction));
-            }
+            let others = others.fold(JointSums::zero(screws.len(), SPEEDS.len()), JointSums::plus);
+            let (_, values) = self.reweighted(&others)?;
             for (error, own) in errors
                 .iter_mut()
-                .zip(own.mean_squares(&values, self.friction))
+                .zip(own.mean_squares(&values, &Friction::Every))
             {
                 *error += own / BLOCKS as f64;
             }
@@ -144,6 +120,19 @@ impl Refinement<'_> {
         Some(relative.sum::<f64>() / errors.len().max(1) as f64)
     }
 
+    /// Weights of the joints by their residuals, found in a few rounds, and the parameters of the last.
+    fn reweighted(&self, sums: &JointSums) -> Option<(Vec<f64>, Vec<f64>)> {
+        let prior = Prior::generic(self.scale, sums.of_joint(&Friction::Every));
+        let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
+        let mut values = prior.values();
+        for _ in 0..ROUNDS {
+            let data = sums.quadratic(&weights, &Friction::Every);
+            values = minimise(&data, &prior, STRENGTH, &values)?.values;
+            weights = self.weights_of(&sums.mean_squares(&values, &Friction::Every));
+        }
+        Some((weights, values))
+    }
+
     fn weights_of(&self, squares: &[f64]) -> Vec<f64> {
         let floored = squares
             .iter()
@@ -153,7 +142,7 @@ impl Refinement<'_> {
     }
 
     fn sums(&self, robot: &RigidBodies) -> JointSums {
-        JointSums::over(self.samples, 0..self.samples.len(), robot, self.speeds)
+        JointSums::over(self.samples, 0..self.samples.len(), robot, &SPEEDS)
     }
 
     fn point(
@@ -161,18 +150,13 @@ impl Refinement<'_> {
         screws: Vec<Screw>,
         displacements: Vec<f64>,
         weights: &[f64],
-        near: Option<&Minimum>,
+        start: &[f64],
     ) -> Option<Point> {
         let robot = RigidBodies::of_screws(&screws, self.coordinates).ok()?;
         let sums = self.sums(&robot);
-        let prior = Prior::generic(self.scale, sums.of_joint(self.friction));
-        let start = near.map_or_else(|| prior.values(), |m| m.values.clone());
-        let minimum = minimise(
-            &sums.quadratic(weights, self.friction),
-            &prior,
-            STRENGTH,
-            &start,
-        )?;
+        let prior = Prior::generic(self.scale, sums.of_joint(&Friction::Every));
+        let data = sums.quadratic(weights, &Friction::Every);
+        let minimum = minimise(&data, &prior, STRENGTH, start)?;
         let robot = robot
             .with_inertial_parameters(minimum.values.get(..PER_BODY * screws.len())?)
             .ok()?;
@@ -191,14 +175,6 @@ impl Refinement<'_> {
         })
     }
 
-    fn weights(&self, point: &Point) -> Vec<f64> {
-        self.weights_of(
-            &self
-                .sums(&point.robot)
-                .mean_squares(&point.minimum.values, self.friction),
-        )
-    }
-
     fn moved(&self, from: &Point, step: &[f64], weights: &[f64]) -> Option<Point> {
         let mut screws = from.screws.clone();
         for (k, s) in step.iter().enumerate() {
@@ -206,7 +182,7 @@ impl Refinement<'_> {
         }
         let sum = from.displacements.iter().zip(step);
         let displacements = sum.map(|(a, b)| a + b.clamp(-LONGEST, LONGEST)).collect();
-        self.point(screws, displacements, weights, Some(&from.minimum))
+        self.point(screws, displacements, weights, &from.minimum.values)
     }
 
     /// The system of a step, with the parameters of bodies and joints eliminated.
@@ -376,14 +352,7 @@ impl<'a> Rows<'a> {
             );
             let (qd, qdd) = (x.qd[j], x.qdd[j]);
             let coulomb = |speed: &f64| (qd / speed).tanh();
-            let friction: Vec<f64> = match self.data.friction {
-                Friction::Frictionless => Vec::new(),
-                Friction::Coulomb(speeds) => vec![qd, coulomb(&self.data.speeds[speeds[j]])],
-                Friction::Every => std::iter::once(qd)
-                    .chain(self.data.speeds.iter().map(coulomb))
-                    .collect(),
-            };
-            let values = [qdd, 1.0].into_iter().chain(friction);
+            let values = [qdd, 1.0, qd].into_iter().chain(SPEEDS.iter().map(coulomb));
             for (kind, value) in values.enumerate() {
                 let column = columns + kind * n + j;
                 row.push((column, value));

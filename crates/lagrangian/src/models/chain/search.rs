@@ -33,7 +33,7 @@ const RIDGE: f64 = 1e-4;
 /// The offsets that are tried, m.
 const OFFSET: f64 = 0.3;
 /// Smoothing speeds of Coulomb friction, all at once, rad/s or m/s.
-const SPEEDS: [f64; 2] = [0.02, 0.2];
+pub(super) const SPEEDS: [f64; 2] = [0.02, 0.2];
 /// The most sweeps over all joints.
 const SWEEPS: usize = 10;
 /// The smallest error that a weight believes, in parts of the deviation of the torque.
@@ -73,8 +73,6 @@ pub(super) fn screws(dataset: &Dataset, searches: usize) -> Result<Vec<Screw>> {
     let refinement = Refinement {
         coordinates: &dataset.coordinates,
         samples: &samples,
-        friction: &search.friction,
-        speeds: &SPEEDS,
         scale: &scale,
     };
     let refined = found.into_par_iter().take(BEST).filter_map(|(_, joints)| {
@@ -113,7 +111,6 @@ fn screws_of(joints: &[Joint]) -> Vec<Screw> {
 struct Search<'a> {
     coordinates: &'a Coordinates,
     samples: Samples,
-    friction: Friction,
     /// Variances of the torques.
     variances: Vec<f64>,
 }
@@ -131,7 +128,6 @@ impl<'a> Search<'a> {
         Ok(Self {
             coordinates: &dataset.coordinates,
             variances: dataset.force_scale().iter().map(|s| s * s).collect(),
-            friction: Friction::Every,
             samples,
         })
     }
@@ -241,7 +237,7 @@ impl<'a> Search<'a> {
         let blocks: Vec<JointSums> = (0..BLOCKS).map(block).collect();
         let parts: Vec<Quadratic> = blocks
             .iter()
-            .map(|b| b.quadratic(weights, &self.friction))
+            .map(|b| b.quadratic(weights, &Friction::Every))
             .collect();
         // Each quadratic is a mean; all blocks count by their samples.
         let shares: Vec<f64> = blocks.iter().map(|b| b.samples as f64 / m as f64).collect();
@@ -251,7 +247,7 @@ impl<'a> Search<'a> {
             let values = ridge(&sum(&parts, &shares, Some(left)), &all)?;
             for (error, own) in errors
                 .iter_mut()
-                .zip(own.mean_squares(&values, &self.friction))
+                .zip(own.mean_squares(&values, &Friction::Every))
             {
                 *error += shares[left] * own;
             }

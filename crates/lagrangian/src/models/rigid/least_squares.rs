@@ -109,7 +109,7 @@ pub(super) struct Solution {
 }
 
 /// Added to the diagonal of the system in units of it: what the data do not determine becomes 0.
-pub(super) const RIDGE: f64 = 1e-13;
+const RIDGE: f64 = 1e-13;
 
 /// Samples that are worked on at a time.
 const BLOCK: usize = 1024;
@@ -175,18 +175,16 @@ impl Sums {
 
     /// The solution over `columns` in which those that must not be negative are 0 where they would be, the worst first; `free`
     /// are the indices of the columns that may differ from 0 at all, and `any_sign` says of an index that its value may be
-    /// negative. The ridge draws the value of column k to `near[k]`. `None` where the sums are not finite.
+    /// negative. `None` where the sums are not finite.
     pub(super) fn solve_non_negative(
         &self,
         columns: &[usize],
         mut free: Vec<usize>,
-        (near, ridge): (&[f64], f64),
         any_sign: impl Fn(usize) -> bool,
     ) -> Option<Solution> {
         let solution = loop {
             let own: Vec<usize> = free.iter().map(|&k| columns[k]).collect();
-            let near: Vec<f64> = free.iter().map(|&k| near[k]).collect();
-            let solution = self.solve_near(&own, &near, ridge)?;
+            let solution = self.solve(&own)?;
             let negative = free.iter().zip(&solution.values).enumerate();
             let worst = negative
                 .filter(|(_, (k, x))| !any_sign(**k) && **x < 0.0)
@@ -206,9 +204,8 @@ impl Sums {
         })
     }
 
-    /// Least squares over these columns alone, scaled to length 1, with a ridge towards `near`: minimises |W (Y π − τ)|² + ρ Σₖ |W yₖ|² (πₖ − nearₖ)², so that a change of
-    /// a parameter weighs as much as what it does to the torques (theory.md, 47). `None` where the sums are not finite.
-    fn solve_near(&self, columns: &[usize], near: &[f64], ridge: f64) -> Option<Solution> {
+    /// Least squares over these columns alone, scaled to length 1. `None` where the sums are not finite.
+    fn solve(&self, columns: &[usize]) -> Option<Solution> {
         let scale: Vec<f64> = columns
             .iter()
             .map(|&k| {
@@ -219,22 +216,19 @@ impl Sums {
             .collect();
         let size = columns.len();
         let matrix = Mat::from_fn(size, size, |k, j| {
-            let ridge = if k == j { ridge } else { 0.0 };
+            let ridge = if k == j { RIDGE } else { 0.0 };
             self.at(columns[k], columns[j]) / (scale[k] * scale[j]) + ridge
         });
         let inverse = matrix
             .llt(Side::Lower)
             .ok()?
             .solve(Mat::<f64>::identity(size, size));
-        let open = |j: usize| -> f64 {
-            let known = columns.iter().zip(near);
-            let known: f64 = known.map(|(&k, x)| self.at(columns[j], k) * x).sum();
-            (self.right[columns[j]] - known) / scale[j]
-        };
-        let open: Vec<f64> = (0..size).map(open).collect();
+        let right: Vec<f64> = (0..size)
+            .map(|j| self.right[columns[j]] / scale[j])
+            .collect();
         let value = |k: usize| -> f64 {
-            let row = (0..size).map(|j| inverse[(k, j)] * open[j]);
-            near[k] + row.sum::<f64>() / scale[k]
+            let row = (0..size).map(|j| inverse[(k, j)] * right[j]);
+            row.sum::<f64>() / scale[k]
         };
         let values: Vec<f64> = (0..size).map(value).collect();
         let freedom = self.count.saturating_sub(size).max(1) as f64;

@@ -19,7 +19,7 @@ use serde_json::Value;
 
 use super::RigidConfig;
 use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
-use super::least_squares::{Columns, RIDGE, Sums};
+use super::least_squares::{Columns, Sums};
 
 use crate::dataset::Dataset;
 use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical};
@@ -238,12 +238,8 @@ impl<'a> Problem<'a> {
         let columns = self.columns.of(candidate);
         let allowed = |&k: &usize| self.names.get(k).is_none_or(|name| terms.allow(name));
         let free = (0..columns.len()).filter(allowed).collect();
-        let near = (&vec![0.0; columns.len()][..], RIDGE);
         let any_sign = |k| k < chain;
-        let Some(solution) = self
-            .train
-            .solve_non_negative(&columns, free, near, any_sign)
-        else {
+        let Some(solution) = self.train.solve_non_negative(&columns, free, any_sign) else {
             return Ok(None);
         };
         let values = solution.values;

@@ -66,8 +66,8 @@ pub(crate) fn identify(
         .flat_map(|prior| problem.candidates(prior))
         .collect();
     let best = strongest(candidates, problem.scale.len());
-    let what = || "the sums of squares of the samples".to_string();
-    problem.assemble(best.ok_or_else(|| Error::not_finite(what(), 0))?)
+    let best = best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
+    problem.assemble(best)
 }
 
 /// The candidate of the strongest prior among those that explain the torques of all `n` joints nearly as well as the best.
@@ -202,12 +202,11 @@ impl Problem {
             values = minimise(&data, prior, strength, &values)?.values;
             weights = self.weights(&self.train.mean_squares(&values, &self.friction));
         }
-        let judge = if self.validation.samples > 0 {
-            &self.validation
-        } else {
-            &self.train
+        let scored = match self.validation.samples {
+            0 => &self.train,
+            _ => &self.validation,
         };
-        let residuals = judge.mean_squares(&values, &self.friction);
+        let residuals = scored.mean_squares(&values, &self.friction);
         let relative = residuals
             .iter()
             .zip(&self.scale)
