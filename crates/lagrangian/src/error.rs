@@ -114,6 +114,17 @@ pub enum Error {
         remedy: String,
     },
 
+    /// The topics of a bag are not what is needed.
+    #[error("{finding} (topics found: {found}): {remedy}")]
+    Topic {
+        /// What is missing, or not clear.
+        finding: String,
+        /// The topics of the bag with the types of their messages, separated by commas.
+        found: String,
+        /// What to do.
+        remedy: String,
+    },
+
     /// A cell of a file is not a number.
     #[error(
         "line {line}, column '{column}': '{text}' is not a number: correct that cell, or leave it empty and remove the row"

@@ -186,7 +186,7 @@ fn an_empty_file_a_header_alone_and_one_row_are_refused() {
         &conversion_refusal("t,q1\n0,0\n"),
         &["1 samples", "2 are needed"],
     );
-    for format in [Format::Npz, Format::Parquet] {
+    for format in [Format::Npz, Format::Parquet, Format::Db3, Format::Mcap] {
         assert!(
             format
                 .read(Cursor::new(Vec::new()), "file", &Layout::default())
@@ -234,6 +234,23 @@ fn without_parquet_the_error_names_the_feature() {
         .read(Cursor::new(Vec::new()), "file", &Layout::default())
         .unwrap_err();
     assert_says(&error.to_string(), &["the feature parquet"]);
+}
+
+#[cfg(not(feature = "ros"))]
+#[test]
+fn without_bags_the_error_names_the_feature() {
+    for format in [Format::Db3, Format::Mcap] {
+        let error = format.read(Cursor::new(Vec::new()), "file", &Layout::default());
+        assert_says(&error.unwrap_err().to_string(), &["the feature ros"]);
+    }
+}
+
+#[test]
+fn bags_are_not_written_and_older_ones_say_how_to_convert_them() {
+    let error = Format::Mcap.write(Cursor::new(Vec::new()), &[Trajectory::default()]);
+    assert_says(&error.unwrap_err().to_string(), &["mcap", "not written"]);
+    let error = Format::from_extension("bag").unwrap_err();
+    assert_says(&error.to_string(), &["ROS 1", "rosbags-convert"]);
 }
 
 #[test]

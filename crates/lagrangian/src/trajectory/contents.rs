@@ -30,23 +30,20 @@ impl<'a> Contents<'a> {
             return Err(Error::too_short("the list of trajectories", 0, 1));
         };
         let n = first.dof();
-        let is_written = |signal: &Signal| {
-            matches!(signal, Signal::Q | Signal::Qd) || first.values(*signal).is_some()
-        };
+        let is_written = |signal: &Signal| *signal == Signal::Q || first.values(*signal).is_some();
         let signals: Vec<Signal> = Signal::IN_FILES.into_iter().filter(is_written).collect();
-        let fits = |t: &Trajectory, signal: Signal| {
-            let rows = if signals.contains(&signal) {
-                t.len()
-            } else {
-                0
-            };
-            t.get(signal).len() == rows * n
+        let needed = |t: &Trajectory, signal: Signal| match signals.contains(&signal) {
+            true => t.len() * n,
+            false => 0,
         };
-        let fits = |t: &&Trajectory| Signal::IN_FILES.into_iter().all(|signal| fits(t, signal));
-        if let Some(other) = motions.iter().find(|t| !fits(t)) {
-            let what = format!("trajectory '{}'", other.name);
+        let all = |t| Signal::IN_FILES.into_iter().map(move |signal| (t, signal));
+        let differs =
+            |(t, signal): &(&Trajectory, Signal)| t.get(*signal).len() != needed(t, *signal);
+        if let Some((t, signal)) = motions.iter().flat_map(all).find(differs) {
+            let what = format!("{} of trajectory '{}'", signal.name(), t.name);
             let remedy = "trajectories of one file need the same coordinates and the same signals";
-            return Err(Error::shape(what, other.dof(), n, remedy));
+            let found = t.get(signal).len();
+            return Err(Error::shape(what, found, needed(t, signal), remedy));
         }
         let time = Array {
             name: "t".into(),

@@ -5,6 +5,8 @@ use std::io::{Read, Seek, Write};
 use super::contents::Contents;
 #[cfg(feature = "parquet")]
 use super::parquet;
+#[cfg(feature = "ros")]
+use super::ros;
 use super::{Layout, Readings, Table, Trajectory};
 use crate::{Error, Result};
 
@@ -17,14 +19,20 @@ pub enum Format {
     Npz,
     /// Apache Parquet (feature `parquet`).
     Parquet,
+    /// Joint states of a ROS 2 bag in SQLite (feature `ros`); read, but not written.
+    Db3,
+    /// Joint states of a ROS 2 bag in MCAP (feature `ros`); read, but not written.
+    Mcap,
 }
 
 impl Format {
     /// All formats with their file extensions.
-    pub const ALL: [(Self, &'static str); 3] = [
+    pub const ALL: [(Self, &'static str); 5] = [
         (Self::Csv, "csv"),
         (Self::Npz, "npz"),
         (Self::Parquet, "parquet"),
+        (Self::Db3, "db3"),
+        (Self::Mcap, "mcap"),
     ];
 
     /// The format of files with this extension (`txt`, `tsv` and `dat` are text too).
@@ -41,15 +49,21 @@ impl Format {
             .find(|(_, e)| *e == lower)
             .map(|(format, _)| *format)
             .ok_or_else(|| Error::Format {
+                remedy: instead_of(&lower),
                 extension: lower,
-                remedy: format!("use one of {}", Self::ALL.map(|(_, e)| e).join(", ")),
             })
+    }
+
+    /// Whether [`Format::write`] writes it.
+    #[must_use]
+    pub fn is_written(self) -> bool {
+        !matches!(self, Self::Db3 | Self::Mcap)
     }
 
     /// Reads all recordings of a file; `name` is given to a recording that has no `trajectory` column.
     ///
     /// # Errors
-    /// See [`super::csv::read`]; [`Error::Format`] where this build omits the format.
+    /// See [`super::csv::read`]; [`Error::Topic`] for bags; [`Error::Format`] where this build omits the format.
     pub fn read<R>(self, source: R, name: &str, layout: &Layout) -> Result<Readings>
     where
         R: Read + Seek + Send + 'static,
@@ -58,6 +72,8 @@ impl Format {
             Self::Csv => super::csv::read(source, name, layout),
             Self::Npz => super::npz::read(source, name, layout),
             Self::Parquet => parquet::read(source, name, layout),
+            Self::Db3 => ros::read_db3(source, name, layout),
+            Self::Mcap => ros::read_mcap(source, name, layout),
         }
     }
 
@@ -67,7 +83,7 @@ impl Format {
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Shape`] if degrees of freedom or signals differ among the trajectories;
-    /// [`Error::Format`] where this build omits the format.
+    /// [`Error::Format`] for bags, and where this build omits the format.
     pub fn write<W: Write + Seek + Send>(self, sink: W, trajectories: &[Trajectory]) -> Result<()> {
         self.write_contents(sink, &Contents::of_motions(trajectories)?)
     }
@@ -75,8 +91,8 @@ impl Format {
     /// Writes named columns of numbers.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Shape`] for columns of different lengths; [`Error::Format`] where this build omits
-    /// the format.
+    /// [`Error::Io`]; [`Error::Shape`] for columns of different lengths; [`Error::Format`] for bags, and where this
+    /// build omits the format.
     pub fn write_table<W: Write + Seek + Send>(self, sink: W, table: &Table) -> Result<()> {
         self.write_contents(sink, &Contents::of_table(table)?)
     }
@@ -86,14 +102,43 @@ impl Format {
             Self::Csv => super::csv::write_contents(sink, contents),
             Self::Npz => super::npz::write(sink, contents),
             Self::Parquet => parquet::write(sink, contents),
+            Self::Db3 => Err(only_read("db3")),
+            Self::Mcap => Err(only_read("mcap")),
         }
+    }
+}
+
+/// What to do with a file of an unknown extension.
+fn instead_of(extension: &str) -> String {
+    match extension {
+        "bag" => "it is a bag of ROS 1: convert it with `rosbags-convert --src a.bag --dst a` and give the folder".into(),
+        "zstd" | "zst" => "it is compressed: unpack it with `zstd -d`".into(),
+        _ => format!("use one of {}", Format::ALL.map(|(_, e)| e).join(", ")),
+    }
+}
+
+fn only_read(extension: &str) -> Error {
+    Error::Format {
+        extension: extension.into(),
+        remedy: "bags are read, but not written: write CSV, NPZ or Parquet".into(),
+    }
+}
+
+/// Why a build without `feature` reads no files with this extension.
+#[cfg(not(all(feature = "parquet", feature = "ros")))]
+fn omitted(extension: &str, what: &str, feature: &str) -> Error {
+    Error::Format {
+        extension: extension.into(),
+        remedy: format!(
+            "this build omits {what}: build it with the feature {feature}, or convert to CSV or NPZ"
+        ),
     }
 }
 
 /// Parquet in a build that omits it.
 #[cfg(not(feature = "parquet"))]
 mod parquet {
-    use super::{Contents, Error, Layout, Readings, Result};
+    use super::{Contents, Error, Layout, Readings, Result, omitted};
 
     pub(super) fn read<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
         Err(without_parquet())
@@ -104,11 +149,20 @@ mod parquet {
     }
 
     fn without_parquet() -> Error {
-        let remedy =
-            "this build omits Parquet: build it with the feature parquet, or convert to CSV or NPZ";
-        Error::Format {
-            extension: "parquet".into(),
-            remedy: remedy.into(),
-        }
+        omitted("parquet", "Parquet", "parquet")
+    }
+}
+
+/// Bags in a build that omits them.
+#[cfg(not(feature = "ros"))]
+mod ros {
+    use super::{Layout, Readings, Result, omitted};
+
+    pub(super) fn read_db3<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
+        Err(omitted("db3", "ROS 2 bags", "ros"))
+    }
+
+    pub(super) fn read_mcap<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
+        Err(omitted("mcap", "ROS 2 bags", "ros"))
     }
 }

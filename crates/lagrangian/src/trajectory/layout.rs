@@ -15,6 +15,8 @@ use crate::{Error, Result};
 pub struct Layout {
     /// Column that tells trajectories apart.
     pub trajectory: Option<String>,
+    /// Topic of a bag; a bag with one topic of joint states needs none.
+    pub topic: Option<String>,
     /// Column of time, s.
     pub t: Option<String>,
     /// Columns of each signal: those of `q` give the coordinates their names, the others follow their order. Momenta
@@ -53,6 +55,8 @@ struct LayoutFile {
     degrees: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     every: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    topic: Option<String>,
     columns: ColumnsTable,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     units: BTreeMap<String, String>,
@@ -114,6 +118,7 @@ impl Layout {
         let mut columns = file.columns;
         let mut layout = Self {
             trajectory: one(columns.remove("trajectory"))?,
+            topic: file.topic,
             t: one(columns.remove("t"))?,
             columns: Signals::default(),
             actuated: names(file.actuated),
@@ -157,6 +162,7 @@ impl Layout {
             parameter: list(&self.parameters),
             degrees: self.degrees,
             every: (self.every > 1).then_some(self.every),
+            topic: self.topic.clone(),
             columns: columns.collect(),
             units: self.units.clone(),
         };
@@ -185,6 +191,7 @@ impl Layout {
     #[must_use]
     pub fn or(mut self, beside: Self) -> Self {
         self.trajectory = self.trajectory.or(beside.trajectory);
+        self.topic = self.topic.or(beside.topic);
         self.t = self.t.or(beside.t);
         self.columns = self.columns.or(beside.columns);
         let lists = [

@@ -15,6 +15,8 @@ mod npz;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod recording;
+#[cfg(feature = "ros")]
+mod ros;
 mod rows;
 mod sample;
 mod shared;

@@ -48,6 +48,8 @@ pub struct Readings {
     pub recordings: Vec<Recording>,
     /// The columns that were used, and those that were ignored.
     pub columns: Columns,
+    /// What else the reader passed over or decided, in sentences.
+    pub notes: Vec<String>,
 }
 
 impl Recording {

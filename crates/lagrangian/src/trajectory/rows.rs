@@ -328,6 +328,7 @@ impl Rows {
         Ok(Readings {
             recordings,
             columns: self.resolved.columns,
+            notes: Vec::new(),
         })
     }
 }
