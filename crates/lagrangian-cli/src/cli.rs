@@ -48,6 +48,8 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// Roll out a system whose Lagrangian is known: trajectories to learn from
     Simulate(SimulateArgs),
+    /// Write recordings of any format in another one, several as one file
+    Convert(ConvertArgs),
     /// Check recordings before fitting: rate, gaps, noise, units, coverage
     Check(CheckArgs),
     /// Learn a model from recordings, and leave a run folder with model, metrics and report
@@ -83,6 +85,10 @@ pub(crate) struct FileArgs {
     /// Column that tells several trajectories of one file apart [default: trajectory, if there is one]
     #[arg(long, value_name = "NAME")]
     pub(crate) trajectory: Option<String>,
+
+    /// Topic of a ROS 2 bag; its joints are columns that --q names [default: the one with joint states]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) topic: Option<String>,
 
     /// Coordinates that are angles, so that q and q + 2π are the same; `all` for all of them
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -264,6 +270,29 @@ pub(crate) struct SimulateArgs {
     pub(crate) motion: MotionArgs,
 }
 
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Every value is kept, also those that `lagrangian check` refuses; units become SI, and wrapped angles are unwrapped.
+
+Examples:
+  lagrangian convert motion.csv --out parquet/motion.parquet
+  lagrangian convert log1.csv log2.csv --time time --q theta --tau torque --angle theta --degrees --out logs.npz
+  lagrangian convert bag.db3 --angle all --out arm.csv
+  lagrangian convert bag_folder --topic /joint_states --q shoulder,elbow --every 2 --out arm.csv")]
+#[command(mut_arg("out", |arg| arg.help("File for the recordings, .csv, .npz or .parquet; a .toml that declares the angles is put beside it [default: CSV on standard output]")))]
+pub(crate) struct ConvertArgs {
+    /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap, or folders of bags; several become one file with a
+    /// column `trajectory`
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) output: OutArgs,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}
+
 /// The distribution of random initial states.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -326,7 +355,7 @@ Examples:
   lagrangian check motion.csv --lagrangian --seconds 10")]
 #[command(mut_arg("out", |arg| arg.help("File for the findings as JSON")))]
 pub(crate) struct CheckArgs {
-    /// Files with recordings: .csv, .npz, .parquet
+    /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
 
@@ -361,7 +390,7 @@ pub(crate) struct ScoreArgs {
     /// A saved model
     pub(crate) model: PathBuf,
 
-    /// Files with recordings: .csv, .npz, .parquet
+    /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
 
@@ -389,7 +418,7 @@ pub(crate) struct TorqueArgs {
     /// A saved model
     pub(crate) model: PathBuf,
 
-    /// Files with recordings: .csv, .npz, .parquet; with torques, the prediction is compared with them
+    /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap; with torques, the prediction is compared with them
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
 

@@ -10,11 +10,12 @@ use lagrangian::{
     CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Layout, Learned, Readings,
     Recording, SavedModel, Trajectory,
 };
+use serde::Serialize;
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake, with_flags};
 use crate::hashed::{FileHash, Hashed};
-use crate::output;
+use crate::{bag_folder, output};
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
@@ -25,6 +26,27 @@ pub(crate) struct Files {
     pub(crate) recordings: Vec<Recording>,
     /// The files, each with its hash.
     pub(crate) hashes: Vec<(PathBuf, FileHash)>,
+    /// What was read of each.
+    pub(crate) sources: Vec<Source>,
+}
+
+/// What was read of a file, and what was not.
+#[derive(Debug, Serialize)]
+pub(crate) struct Source {
+    pub(crate) path: PathBuf,
+    pub(crate) trajectories: usize,
+    pub(crate) rows: usize,
+    /// Columns that were not used.
+    pub(crate) unused: Vec<String>,
+    /// What else was passed over or decided.
+    pub(crate) notes: Vec<String>,
+}
+
+/// One file.
+struct OneFile {
+    recordings: Vec<Recording>,
+    hash: FileHash,
+    source: Source,
 }
 
 impl EstimateArgs {
@@ -44,6 +66,7 @@ impl DataArgs {
         let file = self.file.clone();
         Layout {
             trajectory: file.trajectory,
+            topic: file.topic,
             t: file.time,
             columns: file.columns.0,
             actuated: self.actuated.clone(),
@@ -55,12 +78,16 @@ impl DataArgs {
         }
     }
 
-    /// The flags, completed from the file beside the data.
-    fn layout_for(&self, path: &Path) -> Result<Layout> {
+    /// The layout file that speaks for a data file, if there is one.
+    pub(crate) fn layout_file(&self, path: &Path) -> Option<PathBuf> {
         let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
         let given = self.file.layout.clone();
-        let chosen = given.or_else(|| beside.into_iter().find(|p| p.is_file()));
-        let Some(chosen) = chosen else {
+        given.or_else(|| beside.into_iter().find(|p| p.is_file()))
+    }
+
+    /// The flags, completed from the file beside the data.
+    fn layout_for(&self, path: &Path) -> Result<Layout> {
+        let Some(chosen) = self.layout_file(path) else {
             return Ok(self.layout());
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
@@ -82,18 +109,20 @@ pub(crate) fn read_sample(
     args: &DataArgs,
     sampling: Option<Sampling>,
 ) -> Result<Files> {
-    let (mut recordings, mut hashes, mut rows) = (Vec::new(), Vec::new(), 0);
-    for path in files {
-        let (read, hash) = read_file(path, args, sampling)?;
-        hashes.push((path.clone(), hash));
-        let all = |r: &Recording| r.part().map_or(r.len(), |part| part.rows);
-        rows += read.iter().map(all).sum::<usize>();
-        recordings.extend(read);
+    let files = bag_folder::files(files)?;
+    refuse_needless_topic(&files, args)?;
+    let (mut recordings, mut hashes, mut sources) = (Vec::new(), Vec::new(), Vec::new());
+    for path in &files {
+        let read = read_file(path, args, sampling)?;
+        hashes.push((path.clone(), read.hash));
+        sources.push(read.source);
+        recordings.extend(read.recordings);
         if let Some(sampling) = &sampling {
             thin(&mut recordings, sampling);
         }
     }
     let kept: usize = recordings.iter().map(Recording::len).sum();
+    let rows: usize = sources.iter().map(|source| source.rows).sum();
     if kept < rows {
         eprintln!(
             "note: {kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
@@ -108,7 +137,11 @@ pub(crate) fn read_sample(
     };
     let differs = |r: &&Recording| r.coordinates != first.coordinates;
     let Some(other) = recordings.iter().find(differs) else {
-        return Ok(Files { recordings, hashes });
+        return Ok(Files {
+            recordings,
+            hashes,
+            sources,
+        });
     };
     Err(mistake(
         format!(
@@ -119,17 +152,14 @@ pub(crate) fn read_sample(
     ))
 }
 
-fn read_file(
-    path: &Path,
-    args: &DataArgs,
-    sample: Option<Sampling>,
-) -> Result<(Vec<Recording>, FileHash)> {
+fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<OneFile> {
     let shown = format!("cannot read '{}'", path.display());
     let format = output::format_named(path).advise(&shown, "rename or convert the file")?;
     let layout = Layout {
         sample,
         ..args.layout_for(path)?
     };
+    bag_folder::refuse_unfinished(path)?;
     let access = "check that the file exists and may be read";
     let (file, hashing) = Hashed::open(path).advise(&shown, access)?;
     let name = path.file_stem().and_then(|stem| stem.to_str());
@@ -142,9 +172,41 @@ fn read_file(
     if !ignored.is_empty() {
         eprintln!("note: '{}': columns not used: {ignored}", path.display());
     }
+    for note in readings.notes.iter().map(|note| with_flags(note)) {
+        eprintln!("note: '{}': {note}", path.display());
+    }
     note_passive(path, &readings);
     let hash = hashing.finish().advise(shown, access)?;
-    Ok((readings.recordings, hash))
+    Ok(OneFile {
+        source: Source::of(path, &readings),
+        recordings: readings.recordings,
+        hash,
+    })
+}
+
+impl Source {
+    fn of(path: &Path, readings: &Readings) -> Self {
+        let all = |r: &Recording| r.part().map_or(r.len(), |part| part.rows);
+        Self {
+            path: path.into(),
+            trajectories: readings.recordings.len(),
+            rows: readings.recordings.iter().map(all).sum(),
+            unused: readings.columns.ignored.clone(),
+            notes: readings.notes.iter().map(|note| with_flags(note)).collect(),
+        }
+    }
+}
+
+/// Refuses --topic where no file has topics.
+fn refuse_needless_topic(files: &[PathBuf], args: &DataArgs) -> Result<()> {
+    let is_bag = |path: &PathBuf| output::format_named(path).is_ok_and(|f| !f.is_written());
+    match args.file.topic {
+        Some(_) if !files.iter().any(is_bag) => Err(mistake(
+            "--topic chooses a topic of a bag, and no file is one",
+            "omit --topic, or give a .db3 or .mcap file",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Checks recordings; remedies name the flags.

@@ -28,7 +28,7 @@ Examples:
   lagrangian fit video.csv --angle all --loss positions --out run           angles alone, no velocities
   lagrangian fit --out run --resume                 continue an interrupted run")]
 pub(crate) struct FitArgs {
-    /// Files with recordings: .csv, .npz, .parquet
+    /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap
     #[arg(required_unless_present = "resume")]
     pub(crate) files: Vec<PathBuf>,
 

@@ -74,7 +74,7 @@ pub(crate) struct ConservedArgs {
     #[command(flatten)]
     pub(crate) subject: SubjectArgs,
 
-    /// Files with recordings, .csv, .npz, .parquet; without any, a system is rolled out from random states
+    /// Files with recordings, .csv, .npz, .parquet, .db3, .mcap; without any, a system is rolled out from random states
     pub(crate) files: Vec<PathBuf>,
 
     /// Points that turn and shift together, as their Cartesian coordinates: x1:y1,x2:y2 [default: by the names]

@@ -1,5 +1,6 @@
 //! The command `lagrangian`: reads files, calls the library, shows what comes back. It holds no formula.
 
+mod bag_folder;
 mod cli;
 mod column_args;
 mod commands;

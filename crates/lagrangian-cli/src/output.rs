@@ -127,10 +127,15 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
 
 /// The format that a file's extension means, before any work is done for it.
 pub(crate) fn format_of(path: &Path) -> Result<Format> {
-    format_named(path).advise(
-        format!("cannot write '{}'", path.display()),
-        "end the name of --out with .csv, .npz or .parquet",
-    )
+    let shown = format!("cannot write '{}'", path.display());
+    let hint = "end the name of --out with .csv, .npz or .parquet";
+    match format_named(path).advise(&shown, hint)? {
+        format if format.is_written() => Ok(format),
+        _ => Err(mistake(
+            format!("{shown}: bags are read, but not written"),
+            hint,
+        )),
+    }
 }
 
 /// The format that a file's extension means.

@@ -24,7 +24,7 @@ pub(crate) struct TrackArgs {
     /// A saved model: what the controller knows
     pub(crate) model: PathBuf,
 
-    /// File with the motion to follow: .csv, .npz, .parquet; of several trajectories the first
+    /// File with the motion to follow: .csv, .npz, .parquet, .db3, .mcap; of several trajectories the first
     #[arg(long, value_name = "FILE")]
     pub(crate) reference: PathBuf,
 

@@ -3,6 +3,7 @@
 mod action;
 mod check;
 mod conserved;
+mod convert;
 mod demo;
 mod existence;
 mod fit;
@@ -50,6 +51,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
     match cli.command {
         Command::Demo(args) => demo::run(&args, mode),
         Command::Simulate(args) => simulate::run(&args, mode),
+        Command::Convert(args) => convert::run(&args, mode),
         Command::Check(args) => check::run(&args, mode),
         Command::Fit(args) => fit::run(&args, mode),
         Command::Score(args) => score::run(&args, mode),

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod commands;
+mod convert;
 mod instructions;
 mod laws;
 mod long_logs;

@@ -1,0 +1,147 @@
+//! `lagrangian convert`: recordings of any format in another one.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Result;
+use lagrangian::{Coordinates, Recording, Trajectory};
+use serde_json::json;
+
+use super::OutputMode;
+use crate::cli::ConvertArgs;
+use crate::data::{self, Files, Source};
+use crate::failure::mistake;
+use crate::{bag_folder, output};
+
+pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
+    refuse_inputs(args)?;
+    args.output.refuse_unwritable()?;
+    let Files {
+        recordings,
+        sources,
+        ..
+    } = data::read_sample(&args.files, &args.data, None)?;
+    let coordinates = recordings[0].coordinates.clone();
+    let motions: Vec<Trajectory> = recordings.into_iter().map(as_recorded).collect();
+    let (out, existing) = (args.output.out.as_deref(), args.output.existing());
+    let layout = match out {
+        Some(path) => Some(output::write_trajectories(
+            path,
+            existing,
+            &motions,
+            &coordinates,
+        )?),
+        None if mode.json => None,
+        None => {
+            output::print_trajectories(&motions)?;
+            None
+        }
+    };
+    let rows: usize = motions.iter().map(Trajectory::len).sum();
+    if mode.json {
+        let signals = motions[0].known().map(|(signal, _)| signal.name());
+        output::print_json(&json!({
+            "command": "convert",
+            "files": sources,
+            "coordinates": coordinates,
+            "signals": signals.collect::<Vec<_>>(),
+            "trajectories": motions.len(),
+            "rows": rows,
+            "out": out,
+            "layout": layout,
+        }))?;
+    } else {
+        tell(&sources, &coordinates);
+        let written = out.zip(layout.as_deref()).map(|(path, layout)| {
+            format!(
+                ": {} (columns and angles: {})",
+                path.display(),
+                layout.display()
+            )
+        });
+        let (count, written) = (motions.len(), written.unwrap_or_default());
+        eprintln!("{count} trajectories, {rows} rows{written}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The values that were recorded, and none that are estimated.
+fn as_recorded(recording: Recording) -> Trajectory {
+    Trajectory::new(recording.name, recording.t, recording.signals)
+}
+
+/// Says what was read, and which joint or column became which coordinate.
+fn tell(sources: &[Source], coordinates: &Coordinates) {
+    for Source {
+        path,
+        trajectories,
+        rows,
+        ..
+    } in sources
+    {
+        eprintln!(
+            "'{}': {trajectories} trajectories, {rows} rows",
+            path.display()
+        );
+    }
+    let renamed = (1..)
+        .zip(&coordinates.0)
+        .map(|(i, c)| (format!("q{i}"), &c.name));
+    let renamed = renamed.filter(|(new, name)| new != *name);
+    let renamed: Vec<String> = renamed
+        .map(|(new, name)| format!("{new} is {name}"))
+        .collect();
+    if !renamed.is_empty() {
+        eprintln!("{}", renamed.join(", "));
+    }
+}
+
+/// Refuses to write over a file that is read, however its path is written, and a layout that would speak for an input too.
+fn refuse_inputs(args: &ConvertArgs) -> Result<()> {
+    let Some(out) = &args.output.out else {
+        return Ok(());
+    };
+    let files = bag_folder::files(&args.files)?;
+    let layouts = files.iter().filter_map(|path| args.data.layout_file(path));
+    let inputs: Vec<PathBuf> = files.iter().cloned().chain(layouts).collect();
+    let layout = out.with_extension("toml");
+    for written in [out, &layout] {
+        if inputs.iter().any(|input| is_same(input, written)) {
+            return Err(mistake(
+                format!("'{}' is read, and would be written over", written.display()),
+                "give --out another name",
+            ));
+        }
+    }
+    match files
+        .iter()
+        .find(|file| is_same_name(&file.with_extension("toml"), &layout))
+    {
+        None => Ok(()),
+        Some(file) => Err(mistake(
+            format!(
+                "'{}', which declares the angles of '{}', would speak for '{}' as well",
+                layout.display(),
+                out.display(),
+                file.display()
+            ),
+            "give --out another name or another folder",
+        )),
+    }
+}
+
+/// Whether two paths lead to one file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let real = |path: &Path| fs::canonicalize(path).ok();
+    real(a).is_some_and(|a| real(b) == Some(a))
+}
+
+/// Whether two paths, of files that need not exist, are one name in one folder.
+fn is_same_name(a: &Path, b: &Path) -> bool {
+    let real = |path: &Path| {
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+        fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()
+    };
+    a.file_name() == b.file_name() && real(a).is_some_and(|folder| real(b) == Some(folder))
+}

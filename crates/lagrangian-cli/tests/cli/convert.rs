@@ -1,0 +1,277 @@
+//! Recordings in other formats: the same values, and no input is lost.
+
+use crate::workbench::{Workbench, swing};
+
+#[test]
+fn a_file_goes_through_other_formats_and_comes_back_the_same() {
+    let bench = Workbench::new();
+    bench.succeed("simulate double-pendulum --drive 1 --duration 1 --trajectories 3 --out a.csv");
+    let there = bench.succeed("convert a.csv --out b.npz");
+    assert!(
+        there.stderr.contains("3 trajectories, 303 rows: b.npz"),
+        "{}",
+        there.stderr
+    );
+    bench.succeed("convert b.npz --out c.csv");
+    assert_eq!(bench.read("c.csv"), bench.read("a.csv"));
+    assert_eq!(bench.read("c.toml"), bench.read("a.toml"));
+}
+
+#[test]
+fn several_recordings_become_one_file_and_what_is_not_used_is_said() {
+    let bench = Workbench::new();
+    bench.write("a.csv", "t,q1,heat\n0,1,20\n1,nan,20\n");
+    bench.write("b.csv", "t,q1,heat\n0,3,20\n");
+    let outcome = bench.succeed("convert a.csv b.csv --out ab.csv --json");
+    let json = outcome.json();
+    assert_eq!(
+        String::from_utf8(bench.read("ab.csv")).unwrap(),
+        "trajectory,t,q1\na,0,1\na,1,NaN\nb,0,3\n"
+    );
+    assert_eq!(
+        (&json["rows"], &json["trajectories"]),
+        (&3.into(), &2.into())
+    );
+    assert_eq!(json["files"][0]["unused"][0], "heat");
+    assert_eq!(json["signals"], serde_json::json!(["q"]));
+    assert!(outcome.stderr.contains("columns not used: heat"));
+}
+
+#[test]
+fn flags_name_columns_and_units_and_the_new_file_needs_none() {
+    let bench = Workbench::new();
+    bench.write("log.csv", "time,angle,torque\n0,0,1\n1,90,2\n2,180,3\n");
+    let how = "--time time --q angle --tau torque --angle angle --degrees --every 2";
+    let outcome = bench.succeed(&format!("convert log.csv {how} --out new.csv"));
+    assert!(outcome.stderr.contains("q1 is angle"), "{}", outcome.stderr);
+    assert_eq!(
+        String::from_utf8(bench.read("new.csv")).unwrap(),
+        format!("t,q1,tau1\n0,0,1\n2,{},3\n", std::f64::consts::PI)
+    );
+    assert_eq!(
+        String::from_utf8(bench.read("new.toml"))
+            .unwrap()
+            .trim_end(),
+        "angle = [\"q1\"]\n\n[columns]"
+    );
+    assert_eq!(
+        bench.succeed("convert new.csv").stdout.as_bytes(),
+        bench.read("new.csv")
+    );
+}
+
+#[test]
+fn no_input_is_written_over_however_its_path_is_written() {
+    let bench = Workbench::new();
+    std::fs::create_dir(bench.path("sub")).unwrap();
+    bench.write("a.csv", &swing());
+    bench.write("columns.toml", "angle = \"all\"\n");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(bench.path("a.csv"), bench.path("link.csv")).unwrap();
+    #[cfg(unix)]
+    assert!(
+        bench
+            .refuse("convert a.csv --out link.csv --force")
+            .contains("'link.csv' is read")
+    );
+    for out in ["a.csv", "./a.csv", "sub/../a.csv", "sub/../a.npz", "a.npz"] {
+        let message = bench.refuse(&format!("convert a.csv --out {out} --force"));
+        assert!(message.contains("--out"), "{message}");
+    }
+    let message = bench.refuse("convert a.csv --layout columns.toml --out columns.csv --force");
+    assert!(message.contains("'columns.toml' is read"), "{message}");
+    assert!(
+        bench
+            .refuse("convert a.csv --out a.npz")
+            .contains("as well")
+    );
+    assert_eq!(bench.read("a.csv"), swing().as_bytes());
+    assert_eq!(bench.read("columns.toml"), b"angle = \"all\"\n");
+}
+
+#[test]
+fn a_file_that_exists_is_replaced_only_by_force_and_not_by_a_failure() {
+    let bench = Workbench::new();
+    bench.write("a.csv", &swing());
+    bench.write("bad.csv", "t,q1\n0,1\n1,two\n");
+    bench.write("old.csv", "precious");
+    assert!(
+        bench
+            .refuse("convert a.csv --out old.csv")
+            .contains("--force")
+    );
+    assert!(
+        bench
+            .refuse("convert bad.csv --out old.csv --force")
+            .contains("line 3")
+    );
+    assert!(
+        bench
+            .refuse("convert a.csv bad.csv --out new.csv")
+            .contains("line 3")
+    );
+    assert_eq!(bench.read("old.csv"), b"precious");
+    assert_eq!(bench.names("."), ["a.csv", "bad.csv", "old.csv"]);
+    bench.succeed("convert a.csv --out old.csv --force");
+    assert_eq!(bench.read("old.csv"), swing().as_bytes());
+}
+
+#[test]
+fn what_cannot_be_converted_is_refused() {
+    let bench = Workbench::new();
+    bench.write("a.csv", &swing());
+    bench.write("b.csv", "t,q1,q2\n0,1,2\n1,1,2\n");
+    bench.write("c.csv", "t,q1\n0,1\n1,1\n");
+    assert!(
+        bench
+            .refuse("convert a.csv --out x.mcap")
+            .contains("bags are read, but not written")
+    );
+    assert!(bench.refuse("convert a.csv --out x.xlsx").contains(".npz"));
+    assert!(
+        bench
+            .refuse("convert a.csv b.csv --out x.csv")
+            .contains("different coordinates")
+    );
+    assert!(
+        bench
+            .refuse("convert a.csv c.csv --out x.csv")
+            .contains("same signals")
+    );
+    assert!(
+        bench
+            .refuse("convert a.csv --topic /joints --out x.csv")
+            .contains("--topic")
+    );
+    bench.write("old.bag", "#ROSBAG V2.0\n");
+    assert!(
+        bench
+            .refuse("convert old.bag --out x.csv")
+            .contains("rosbags-convert")
+    );
+    std::fs::create_dir(bench.path("folder")).unwrap();
+    assert!(
+        bench
+            .refuse("convert folder --out x.csv")
+            .contains("metadata.yaml")
+    );
+    assert_eq!(
+        bench.names("."),
+        ["a.csv", "b.csv", "c.csv", "folder", "old.bag"]
+    );
+}
+
+#[cfg(not(feature = "ros"))]
+#[test]
+fn without_bags_the_error_names_the_feature() {
+    let bench = Workbench::new();
+    bench.write("a.db3", "");
+    assert!(bench.refuse("check a.db3").contains("the feature ros"));
+}
+
+#[cfg(feature = "ros")]
+mod bags {
+    use super::*;
+
+    /// A bag in MCAP of one topic: a pendulum of one joint, `count` messages at 100 Hz from `start`, ns.
+    fn bag(start: u64, count: u64) -> Vec<u8> {
+        let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+        let mut bag = b"\x89MCAP0\r\n".to_vec();
+        let mut put = |opcode: u8, body: &[&[u8]]| {
+            let body = body.concat();
+            bag.push(opcode);
+            bag.extend((body.len() as u64).to_le_bytes());
+            bag.extend(body);
+        };
+        put(1, &[&text("ros2"), &text("")]);
+        put(
+            3,
+            &[
+                &[1, 0],
+                &text("sensor_msgs/msg/JointState"),
+                &text("ros2msg"),
+                &[0; 4],
+            ],
+        );
+        put(
+            4,
+            &[&[0, 0, 1, 0], &text("/joint_states"), &text("cdr"), &[0; 4]],
+        );
+        for k in 0..count {
+            let time = start + 10_000_000 * k;
+            let t = 0.01 * k as f64;
+            let message = [
+                &[0, 1, 0, 0][..],
+                &((time / 1_000_000_000) as u32).to_le_bytes(),
+                &((time % 1_000_000_000) as u32).to_le_bytes(),
+                &[1, 0, 0, 0, 0, 0, 0, 0],
+                &[1, 0, 0, 0, 4, 0, 0, 0],
+                b"arm\0",
+                &[1, 0, 0, 0],
+                &t.sin().to_le_bytes(),
+                &[1, 0, 0, 0, 0, 0, 0, 0],
+                &t.cos().to_le_bytes(),
+                &[0; 4],
+            ];
+            put(
+                5,
+                &[
+                    &[0, 0],
+                    &(k as u32).to_le_bytes(),
+                    &time.to_le_bytes(),
+                    &time.to_le_bytes(),
+                    &message.concat(),
+                ],
+            );
+        }
+        put(15, &[&[0; 4]]);
+        put(2, &[&[0; 20]]);
+        bag.extend(b"\x89MCAP0\r\n");
+        bag
+    }
+
+    #[test]
+    fn a_bag_is_checked_and_converted_and_its_folder_is_its_files_in_order() {
+        let bench = Workbench::new();
+        std::fs::create_dir(bench.path("swing")).unwrap();
+        for (name, start) in [
+            ("swing_0.mcap", 5_000_000_000),
+            ("swing_1.mcap", 8_000_000_000),
+        ] {
+            std::fs::write(bench.path("swing").join(name), bag(start, 300)).unwrap();
+        }
+        bench.write("swing/metadata.yaml", "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n    - swing_0.mcap\n    - swing_1.mcap\n");
+        let check = bench.succeed("check swing/swing_0.mcap --angle all");
+        assert!(
+            check.stderr.contains("no efforts of arm"),
+            "{}",
+            check.stderr
+        );
+        let outcome = bench.succeed("convert swing --angle arm --out table.csv --json");
+        let json = outcome.json();
+        assert_eq!(
+            (&json["rows"], &json["trajectories"]),
+            (&600.into(), &2.into())
+        );
+        assert_eq!(json["coordinates"][0]["name"], "arm");
+        let table = String::from_utf8(bench.read("table.csv")).unwrap();
+        assert!(
+            table.starts_with("trajectory,t,q1,qd1\nswing_0,0,0,1\nswing_0,0.01,"),
+            "{table}"
+        );
+        assert!(table.contains("\nswing_1,0,0,1\n"));
+        let message = bench.refuse("check swing --q wrist");
+        assert!(
+            message.contains("--q") && message.contains("arm velocity"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn a_bag_that_was_not_closed_is_refused() {
+        let bench = Workbench::new();
+        bench.write("a.db3", "");
+        bench.write("a.db3-wal", "changes");
+        assert!(bench.refuse("check a.db3").contains("was not closed"));
+    }
+}
