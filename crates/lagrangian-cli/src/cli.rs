@@ -272,7 +272,8 @@ pub(crate) struct SimulateArgs {
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Every value is kept, also those that `lagrangian check` refuses; units become SI, and wrapped angles are unwrapped.
+Every value is kept, also those that `lagrangian check` refuses, and none is estimated; degrees become radians, and wrapped
+angles are unwrapped.
 
 Examples:
   lagrangian convert motion.csv --out parquet/motion.parquet

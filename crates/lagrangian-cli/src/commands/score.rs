@@ -75,12 +75,12 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
 /// A line for each coordinate, and one for all of them where there are several.
 fn signal(name: &str, error: &SignalError, coordinates: &Coordinates) -> String {
     let all = format!(
-        "  {name:<13}{:<12}mean square error {:.3e} (sum), of its variance {:.3e} (mean)\n",
+        "  {name:<13}{:<11} mean square error {:.3e} (sum), of its variance {:.3e} (mean)\n",
         "all", error.mse_sum, error.nmse_mean
     );
     let line = |(c, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
         let own = &c.name;
-        format!("  {name:<13}{own:<12}mean square error {mse:.3e}, of its variance {nmse:.3e}\n")
+        format!("  {name:<13}{own:<11} mean square error {mse:.3e}, of its variance {nmse:.3e}\n")
     };
     let errors = error.mse.iter().zip(&error.nmse);
     let lines = coordinates.0.iter().zip(errors).map(line);
