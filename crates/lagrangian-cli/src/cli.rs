@@ -10,6 +10,7 @@ use lagrangian::trajectory::Sampling;
 use crate::column_args::ColumnArgs;
 use crate::commands::OutputMode;
 use crate::fit_args::FitArgs;
+use crate::identify_args::IdentifyArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::out_args::{OutArgs, PlotArgs};
 use crate::track_args::TrackArgs;
@@ -54,6 +55,8 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Learn a model from recordings, and leave a run folder with model, metrics and report
     Fit(Box<FitArgs>),
+    /// Identify a robot from its logs, and write what was found into its URDF
+    Identify(Box<IdentifyArgs>),
     /// Measure a model on recordings that it has not seen
     Score(ScoreArgs),
     /// Predict a motion from an initial state

@@ -9,6 +9,7 @@ mod failure;
 mod fit_args;
 mod fit_config;
 mod hashed;
+mod identify_args;
 mod instructions;
 mod interrupt;
 mod law_args;

@@ -94,15 +94,17 @@ pub(crate) fn read(path: &Path, joints: &[String]) -> Result<RobotConfig> {
     Ok(open(path, joints)?.config)
 }
 
-/// A robot, and the hash of its file where it is no example.
+/// A robot, its description word for word, and the hash of its file where it is no example.
 pub(crate) struct Robot {
     pub(crate) config: RobotConfig,
+    pub(crate) text: String,
     hash: Option<FileHash>,
 }
 
-fn open(path: &Path, joints: &[String]) -> Result<Robot> {
+/// Reads the robot of a URDF file, or the example of that name.
+pub(crate) fn open(path: &Path, joints: &[String]) -> Result<Robot> {
     let (text, hash) = match example(path) {
-        Some(text) => (text.into(), None),
+        Some(text) => (text.to_owned(), None),
         None => {
             let (text, hash) = text(path)?;
             (text, Some(hash))
@@ -112,7 +114,7 @@ fn open(path: &Path, joints: &[String]) -> Result<Robot> {
         format!("cannot use the robot of '{}'", path.display()),
         "`check_urdf` of ROS finds most mistakes in a URDF file",
     )?;
-    Ok(Robot { config, hash })
+    Ok(Robot { config, text, hash })
 }
 
 fn text(path: &Path) -> Result<(String, FileHash)> {

@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::rigid::{self, IdentifiedRobot, RigidBodies};
+use lagrangian::rigid::{self, IdentifiedRobot, IdentifyOptions, Quantity, RigidBodies};
 use lagrangian::train::Samples;
 use lagrangian::{
     Coordinates, Dataset, Dissipation, Error, Family, FitConfig, ForceTerms, Learned, Loss,
-    Mechanical, Model, Provenance, RigidConfig, RobotConfig, SavedModel, Signals, fit,
+    Mechanical, Model, Provenance, RigidConfig, RobotConfig, SavedModel, Signals, Trajectory, fit,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -373,4 +373,159 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
     .unwrap_err()
     .to_string();
     assert!(message.contains("`tau`"), "{message}");
+}
+
+/// A motion of sums of sines with the torques of `truth`, and noise rₖ₊₁ = a rₖ + … of this deviation.
+fn motion(truth: &dyn Model, seed: u64, noise: f64, a: f64) -> Trajectory {
+    let n = truth.coordinates().dof();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let waves: Vec<[f64; 3]> = (0..3 * n)
+        .map(|_| {
+            [
+                rng.random_range(0.3..0.9),
+                rng.random_range(1.0..7.0),
+                rng.random_range(0.0..6.0),
+            ]
+        })
+        .collect();
+    let t: Vec<f64> = (0..1500).map(|k| 0.01 * f64::from(k)).collect();
+    let column = |derivative: i32| -> Vec<f64> {
+        let at = |t: f64, j: usize| -> f64 {
+            let own = waves.iter().skip(j).step_by(n);
+            own.map(|[size, f, phase]| {
+                let quarter = f64::from(derivative) * std::f64::consts::FRAC_PI_2;
+                size * f.powi(derivative) * (f * t + phase + quarter).sin()
+            })
+            .sum()
+        };
+        t.iter()
+            .flat_map(|t| (0..n).map(move |j| (t, j)))
+            .map(|(t, j)| at(*t, j))
+            .collect()
+    };
+    let (q, qd, qdd) = (column(0), column(1), column(2));
+    let mut tau = vec![0.0; q.len()];
+    let _ = truth.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau);
+    let (mut rest, mut rng) = (vec![0.0; n], ChaCha8Rng::seed_from_u64(seed));
+    for row in tau.chunks_exact_mut(n) {
+        for (tau, rest) in row.iter_mut().zip(&mut rest) {
+            // A uniform distribution of deviation 1, and a series of deviation 1.
+            let fresh = 12_f64.sqrt() * (rng.random::<f64>() - 0.5);
+            *rest = a * *rest + (1.0 - a * a).sqrt() * fresh;
+            *tau += noise * *rest;
+        }
+    }
+    Trajectory::new(
+        "motion",
+        t,
+        Signals {
+            q,
+            qd,
+            qdd,
+            tau,
+            ..Signals::default()
+        },
+    )
+}
+
+#[test]
+fn standard_errors_are_the_scatter_of_the_parameters_where_noise_lasts() {
+    let arm = robot("two_link_arm")
+        .with_drives(vec![0.02; 2], vec![0.1; 2])
+        .unwrap();
+    let friction = Dissipation {
+        viscous: vec![0.3; 2],
+        coulomb: vec![0.5; 2],
+        smoothing: vec![0.05; 2],
+        stribeck: None,
+    };
+    let truth = Mechanical::dissipative(arm, friction).unwrap();
+    let robot = RobotConfig::new(rigid::example("two_link_arm").unwrap(), Vec::new()).unwrap();
+    let options = IdentifyOptions {
+        smoothing: Some(0.05),
+        ..IdentifyOptions::default()
+    };
+    for a in [0.0, 0.95] {
+        let found: Vec<Vec<rigid::Quantity>> = (0..24)
+            .map(|seed| {
+                let motion = motion(&truth, seed, 0.3, a);
+                let data = Dataset::new(truth.coordinates().clone(), &[motion], &[]).unwrap();
+                let found = rigid::identify(&data, &robot, &options).unwrap();
+                // What the prior keeps from being explained lasts, too.
+                let (found_memory, memory) = (1500.0 / found.independent[0], (1.0 + a) / (1.0 - a));
+                assert!(
+                    (0.35 * memory..1.6 * memory + 3.0).contains(&found_memory),
+                    "{a}: {found_memory}"
+                );
+                let changes = found.changes();
+                changes
+                    .joints
+                    .into_iter()
+                    .flat_map(|part| part.quantities)
+                    .collect()
+            })
+            .collect();
+        for (name, value) in [("offset", 0.1), ("damping", 0.3), ("friction", 0.5)] {
+            let own = || {
+                found
+                    .iter()
+                    .map(|all| all.iter().find(|q| q.name == name).unwrap())
+            };
+            // The prior holds all of them back alike; it is as strong as the torques allow.
+            let mean = own().map(|q| q.after).sum::<f64>() / 24.0;
+            assert!((mean - value).abs() < 0.1, "{a} {name}: {mean}");
+            let scatter = own().map(|q| (q.after - mean).powi(2)).sum::<f64>() / 23.0;
+            let claimed = own().map(|q| q.standard_error.powi(2)).sum::<f64>() / 24.0;
+            let ratio = (scatter / claimed).sqrt();
+            // Coulomb friction changes faster than the noise, and is known better than is said.
+            assert!((0.25..1.6).contains(&ratio), "{a} {name}: {ratio}");
+            assert!(own().all(Quantity::is_determined));
+        }
+    }
+}
+
+#[test]
+fn what_torques_do_not_tell_is_said_to_be_that_of_the_description() {
+    let truth = robot("ur5")
+        .with_payload("tool0", 1.0, [0.0, 0.05, 0.1])
+        .unwrap();
+    let data = dataset(&truth, 400, 0.01);
+    let robot = RobotConfig::new(rigid::example("ur5").unwrap(), Vec::new()).unwrap();
+    let options = IdentifyOptions {
+        friction: false,
+        ..IdentifyOptions::default()
+    };
+    let found = rigid::identify(&data, &robot, &options).unwrap();
+    let changes = found.changes();
+    assert_eq!(changes.links.len(), 6);
+    let quantity = |link: usize, name: &str| {
+        let all = &changes.links[link].quantities;
+        all.iter().find(|q| q.name == name).unwrap().clone()
+    };
+    // The first link only turns about its axis: its mass has no effect.
+    assert!(
+        !quantity(0, "mass").is_determined(),
+        "{:?}",
+        quantity(0, "mass")
+    );
+    assert_eq!(quantity(0, "mass").before, Some(3.7));
+    // 36 combinations of the bodies of six joints (Gautier, Khalil 1990), six constant torques, and four rotors that are
+    // no part of a body's inertia.
+    assert_eq!(found.combinations, 36 + 6 + 4);
+    let text = rigid::example("ur5").unwrap();
+    let edited = found
+        .model
+        .motion()
+        .lagrangian
+        .edit_urdf(text, None)
+        .unwrap();
+    let again = RigidBodies::from_urdf(&edited).unwrap();
+    let bare = found
+        .model
+        .motion()
+        .lagrangian
+        .clone()
+        .with_drives(vec![0.0; 6], vec![0.0; 6])
+        .unwrap();
+    assert!(torque_nmse(&again, &bare) < 1e-20);
 }

@@ -296,7 +296,10 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
 }
 
 /// Refuses data that `lagrangian check` fails.
-fn refuse_meaningless(recordings: &[Recording], options: &EstimateOptions) -> Result<CheckReport> {
+pub(super) fn refuse_meaningless(
+    recordings: &[Recording],
+    options: &EstimateOptions,
+) -> Result<CheckReport> {
     let filter = options.filter;
     let report = data::check(recordings, &CheckOptions { filter });
     let mut items = report.items.iter();

@@ -7,6 +7,7 @@ mod convert;
 mod demo;
 mod existence;
 mod fit;
+mod identify;
 mod report;
 mod rollout;
 mod score;
@@ -54,6 +55,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Convert(args) => convert::run(&args, mode),
         Command::Check(args) => check::run(&args, mode),
         Command::Fit(args) => fit::run(&args, mode),
+        Command::Identify(args) => identify::run(&args, mode),
         Command::Score(args) => score::run(&args, mode),
         Command::Rollout(args) => rollout::run(&args, mode),
         Command::Torque(args) => torque::run(&args, mode),

@@ -4,6 +4,7 @@
 mod bad_input;
 mod commands;
 mod convert;
+mod identified;
 mod instructions;
 mod laws;
 mod long_logs;

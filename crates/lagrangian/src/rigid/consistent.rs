@@ -45,6 +45,32 @@ pub(crate) struct Quadratic {
 }
 
 impl Quadratic {
+    /// No data about `size` parameters.
+    pub(crate) fn nothing(size: usize) -> Self {
+        Self {
+            gram: vec![0.0; size * size],
+            right: vec![0.0; size],
+            torque: 0.0,
+        }
+    }
+
+    /// The number of combinations of parameters that the data tell apart: eigenvalues of G with columns of length 1
+    /// above `tolerance` of the largest.
+    pub(crate) fn rank(&self, tolerance: f64) -> usize {
+        let size = self.size();
+        let length: Vec<f64> = (0..size).map(|k| self.row(k)[k].max(0.0).sqrt()).collect();
+        let used: Vec<usize> = (0..size).filter(|&k| length[k] > 0.0).collect();
+        let matrix = Mat::from_fn(used.len(), used.len(), |a, b| {
+            let (k, j) = (used[a], used[b]);
+            self.row(k)[j] / (length[k] * length[j])
+        });
+        let Ok(values) = matrix.self_adjoint_eigenvalues(Side::Lower) else {
+            return 0;
+        };
+        let largest = values.iter().fold(0.0, |most: f64, x| most.max(*x));
+        values.iter().filter(|x| **x > tolerance * largest).count()
+    }
+
     /// K.
     pub(crate) fn size(&self) -> usize {
         self.right.len()
@@ -132,40 +158,43 @@ pub(crate) struct Minimum {
     pub(crate) information: Mat<f64>,
 }
 
-impl Minimum {
-    /// The diagonal of the inverse of the information, `[K]`; 0 for what neither data nor prior say anything about.
-    pub(crate) fn variances(&self) -> Vec<f64> {
-        let n = self.values.len();
-        let scale: Vec<f64> = (0..n)
-            .map(|k| self.information[(k, k)].max(0.0).sqrt())
-            .collect();
-        let known = |k: usize| scale[k] > 0.0;
-        let matrix = Mat::from_fn(n, n, |k, j| match (k == j, known(k) && known(j)) {
-            (_, true) => {
-                self.information[(k, j)] / (scale[k] * scale[j]) + if k == j { 1e-13 } else { 0.0 }
-            }
-            (same, false) => {
-                if same {
-                    1.0
-                } else {
-                    0.0
-                }
-            }
-        });
-        let Ok(factor) = matrix.llt(Side::Lower) else {
-            return vec![0.0; n];
-        };
-        let inverse = factor.solve(Mat::<f64>::identity(n, n));
-        (0..n)
-            .map(|k| {
-                if known(k) {
-                    inverse[(k, k)] / (scale[k] * scale[k])
-                } else {
-                    0.0
-                }
-            })
-            .collect()
-    }
+/// Half of the Hessian of what is minimised, `[K, K]`, at `values`: the information of data and prior, in parts of the
+/// variance of a residual.
+pub(crate) fn information(
+    data: &Quadratic,
+    prior: &Prior,
+    strength: f64,
+    values: &[f64],
+) -> Mat<f64> {
+    let problem = Problem {
+        data,
+        prior,
+        strength,
+    };
+    problem.slope(values).half_hessian
+}
+
+/// The inverse of an information, `[K, K]`; 0 in the rows of what it says nothing about.
+pub(crate) fn covariance(information: &Mat<f64>) -> Mat<f64> {
+    let n = information.nrows();
+    let scale: Vec<f64> = (0..n)
+        .map(|k| information[(k, k)].max(0.0).sqrt())
+        .collect();
+    let known = |k: usize| scale[k] > 0.0;
+    let matrix = Mat::from_fn(n, n, |k, j| match (k == j, known(k) && known(j)) {
+        (true, true) => 1.0 + 1e-13,
+        (false, true) => information[(k, j)] / (scale[k] * scale[j]),
+        (true, false) => 1.0,
+        (false, false) => 0.0,
+    });
+    let Ok(factor) = matrix.llt(Side::Lower) else {
+        return Mat::zeros(n, n);
+    };
+    let inverse = factor.solve(Mat::<f64>::identity(n, n));
+    Mat::from_fn(n, n, |k, j| match known(k) && known(j) {
+        true => inverse[(k, j)] / (scale[k] * scale[j]),
+        false => 0.0,
+    })
 }
 
 /// Minimises from `start`, which has consistent bodies, such as the values of the prior or the minimum of a stronger one;
@@ -195,11 +224,10 @@ pub(crate) fn minimise(
         };
         (values, cost) = (next, lower);
     }
-    let information = problem.slope(&values).half_hessian;
     Some(Minimum {
+        information: information(data, prior, strength, &values),
         values,
         cost,
-        information,
     })
 }
 

@@ -21,8 +21,10 @@
 //! ```
 
 mod bodies;
+pub(crate) mod changes;
 pub(crate) mod consistent;
 mod dynamics;
+pub(crate) mod edited_urdf;
 pub(crate) mod joint_sums;
 pub(crate) mod placement;
 pub(crate) mod regressor;
@@ -31,11 +33,13 @@ mod robots;
 pub(crate) mod screws;
 pub(crate) mod spatial;
 mod starts;
+mod text_edits;
 mod tree;
 mod urdf;
 
-pub use crate::models::rigid::robot::IdentifiedRobot;
+pub use crate::models::rigid::robot::{Identification, IdentifiedRobot, IdentifyOptions, identify};
 pub use bodies::{GRAVITY, RigidBodies};
+pub use changes::{Changes, PartChange, Quantity};
 pub use dynamics::RigidDynamics;
 pub use robot_config::RobotConfig;
 pub(crate) use robot_config::RobotShape;

@@ -153,6 +153,14 @@ impl Frame {
         }
     }
 
+    /// The frame of the parent in this one.
+    pub(crate) fn inverse(&self) -> Self {
+        Self {
+            turn: transposed(&self.turn),
+            origin: scale(turn(&self.turn, self.origin), -1.0),
+        }
+    }
+
     /// The frame `inner`, given in this one, in this one's parent.
     pub(crate) fn then(&self, inner: &Self) -> Self {
         Self {
@@ -231,6 +239,27 @@ impl Inertia {
             *a += b;
         }
         sum
+    }
+
+    /// The inertia of this part of its density.
+    pub(crate) fn scaled(&self, part: f64) -> Self {
+        Self {
+            mass: part * self.mass,
+            first: scale(self.first, part),
+            second: self.second.map(|x| part * x),
+        }
+    }
+
+    /// The centre of mass; not finite for a mass of 0.
+    pub(crate) fn centre(&self) -> Vec3 {
+        scale(self.first, 1.0 / self.mass)
+    }
+
+    /// The second moments about the centre of mass, in the same axes: xx, xy, xz, yy, yz, zz.
+    pub(crate) fn about_own_centre(&self) -> [f64; 6] {
+        let Self { mass, second, .. } = *self;
+        let moved = Self::about_centre(mass, self.centre(), [0.0; 6]).second;
+        [0, 1, 2, 3, 4, 5].map(|k| second[k] - moved[k])
     }
 
     /// I ω about the origin.

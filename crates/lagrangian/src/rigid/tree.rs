@@ -304,7 +304,7 @@ fn check_movable(joint: &Joint) -> Result<()> {
 }
 
 /// The inertia of a link, if a body can have it: m ≥ 0, principal moments ≥ 0, none above the sum of the others.
-fn checked(inertial: &Inertial, link: &str) -> Result<Inertia> {
+pub(crate) fn checked(inertial: &Inertial, link: &str) -> Result<Inertia> {
     let Inertial {
         xyz,
         rpy,

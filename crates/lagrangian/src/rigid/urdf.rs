@@ -112,35 +112,8 @@ impl Description {
     /// # Errors
     /// [`Error::Robot`] for text that is not URDF, names that are missing or doubled, and values that are not numbers.
     pub(crate) fn read(text: &str) -> Result<Self> {
-        if text.len() > MAX_TEXT {
-            let finding = format!("{} bytes of text, where {MAX_TEXT} is the most", text.len());
-            return Err(unusable(
-                finding,
-                "give the URDF alone, meshes stay in files of their own",
-            ));
-        }
-        check_depth(text)?;
-        let options = ParsingOptions {
-            nodes_limit: MAX_NODES,
-            ..ParsingOptions::default()
-        };
-        let document = Document::parse_with_options(text, options).map_err(|e| {
-            unusable(
-                format!("not XML: {e}"),
-                "give a URDF file (expand xacro first)",
-            )
-        })?;
+        let document = document(text)?;
         let robot = document.root_element();
-        if robot.tag_name().name() != "robot" {
-            let finding = format!(
-                "the outermost element is <{}>, not <robot>",
-                robot.tag_name().name()
-            );
-            return Err(unusable(
-                finding,
-                "give a URDF file; SDF and MJCF are other formats",
-            ));
-        }
         let links: Vec<Link> = children(robot, "link").map(link).collect::<Result<_>>()?;
         let mut index = HashMap::new();
         for (i, link) in links.iter().enumerate() {
@@ -211,6 +184,43 @@ impl Description {
     }
 }
 
+/// The XML of a URDF text.
+///
+/// # Errors
+/// [`Error::Robot`] for text that is too long, nests too deep, is not XML, or not of a `robot`.
+pub(super) fn document(text: &str) -> Result<Document<'_>> {
+    if text.len() > MAX_TEXT {
+        let finding = format!("{} bytes of text, where {MAX_TEXT} is the most", text.len());
+        return Err(unusable(
+            finding,
+            "give the URDF alone, meshes stay in files of their own",
+        ));
+    }
+    check_depth(text)?;
+    let options = ParsingOptions {
+        nodes_limit: MAX_NODES,
+        ..ParsingOptions::default()
+    };
+    let document = Document::parse_with_options(text, options).map_err(|e| {
+        unusable(
+            format!("not XML: {e}"),
+            "give a URDF file (expand xacro first)",
+        )
+    })?;
+    let robot = document.root_element();
+    if robot.tag_name().name() != "robot" {
+        let finding = format!(
+            "the outermost element is <{}>, not <robot>",
+            robot.tag_name().name()
+        );
+        return Err(unusable(
+            finding,
+            "give a URDF file; SDF and MJCF are other formats",
+        ));
+    }
+    Ok(document)
+}
+
 /// Refuses text that nests deeper than any URDF before a parser follows it. Counts tags, so that it may be wrong about
 /// comments, never by as much as the limit allows.
 fn check_depth(text: &str) -> Result<()> {
@@ -242,11 +252,14 @@ fn doubled(kind: &str, name: &str) -> Error {
     )
 }
 
-fn children<'a, 'b>(node: Node<'a, 'b>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'b>> {
+pub(super) fn children<'a, 'b>(
+    node: Node<'a, 'b>,
+    tag: &'static str,
+) -> impl Iterator<Item = Node<'a, 'b>> {
     node.children().filter(move |n| n.tag_name().name() == tag)
 }
 
-fn child<'a, 'b>(node: Node<'a, 'b>, tag: &'static str) -> Option<Node<'a, 'b>> {
+pub(super) fn child<'a, 'b>(node: Node<'a, 'b>, tag: &'static str) -> Option<Node<'a, 'b>> {
     children(node, tag).next()
 }
 
@@ -369,7 +382,7 @@ fn shortened(text: &str) -> String {
     text.chars().take(40).collect()
 }
 
-fn list(x: Vec3) -> String {
+pub(super) fn list(x: Vec3) -> String {
     format!("{} {} {}", x[0], x[1], x[2])
 }
 

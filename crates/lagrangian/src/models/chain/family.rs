@@ -69,7 +69,11 @@ impl Family for ChainConfig {
         Ok(Plan::Solve(Box::new(move |dataset| {
             let screws = search::screws(dataset, own.searches)?;
             let robot = RobotConfig::of_screws(&screws, &dataset.coordinates);
-            robot::identify(dataset, &robot, own.smoothing, true)
+            let options = robot::IdentifyOptions {
+                smoothing: own.smoothing,
+                ..robot::IdentifyOptions::default()
+            };
+            Ok(robot::identify(dataset, &robot, &options)?.into())
         })))
     }
 }

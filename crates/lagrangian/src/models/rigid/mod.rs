@@ -95,7 +95,13 @@ impl Family for RigidConfig {
         let (own, dissipation) = (self.clone(), config.forces.viscous || config.forces.coulomb);
         Ok(Plan::Solve(Box::new(move |dataset| match &own.robot {
             None => Ok(chain::identify(dataset, &own, dissipation)?.into()),
-            Some(robot) => robot::identify(dataset, robot, own.smoothing, dissipation),
+            Some(robot) => {
+                let options = robot::IdentifyOptions {
+                    friction: dissipation,
+                    smoothing: own.smoothing,
+                };
+                Ok(robot::identify(dataset, robot, &options)?.into())
+            }
         })))
     }
 }

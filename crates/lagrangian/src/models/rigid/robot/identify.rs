@@ -11,12 +11,13 @@
 //! combinations the prior decides. Joints count by what is left unexplained of them, as in maximum likelihood; a joint
 //! whose friction is large then does not hide what the others tell about the bodies.
 
-use super::IdentifiedRobot;
+use super::correlation::correlations;
+use super::{Identification, IdentifiedRobot};
 use crate::dataset::Dataset;
 use crate::mechanics::dynamics::Mechanical;
 use crate::mechanics::forces::Dissipation;
-use crate::models::Solution;
-use crate::rigid::consistent::{Minimum, Prior, is_consistent, minimise};
+use crate::rigid::changes::Certainty;
+use crate::rigid::consistent::{Prior, is_consistent, minimise};
 use crate::rigid::joint_sums::{Friction, JointSums};
 use crate::rigid::regressor::PER_BODY;
 use crate::rigid::{RigidBodies, RobotConfig};
@@ -36,21 +37,41 @@ const ROUNDS: usize = 3;
 /// The logarithm of a mean square residual that is nearly as good: 5 %, for which a stronger prior, and a better conditioned
 /// mass matrix, are worth having.
 const NEARLY: f64 = 0.05;
+/// An eigenvalue of the regressor's sums, in parts of the largest, below which a combination of parameters has no effect.
+const NO_EFFECT: f64 = 1e-9;
 /// The smallest residual that a weight believes, in parts of the deviation of the torque.
 const SMALLEST: f64 = 1e-6;
 
-/// Identifies `robot` from the samples of `dataset`, with friction if `dissipation`; Coulomb friction changes its sign
-/// over `smoothing`, or for each joint over what explains its torques best.
+/// What is identified beside inertial parameters, rotors and constant torques.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IdentifyOptions {
+    /// Whether there is viscous and Coulomb friction.
+    pub friction: bool,
+    /// The speed over which Coulomb friction changes its sign, rad/s or m/s; `None`: for each joint the one that explains
+    /// its torques best.
+    pub smoothing: Option<f64>,
+}
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        Self {
+            friction: true,
+            smoothing: None,
+        }
+    }
+}
+
+/// Identifies a robot of known kinematics from the samples of `dataset`: bodies that can exist, rotors, constant torques and
+/// friction. The validation samples choose the strength of the prior.
 ///
 /// # Errors
 /// As [`RobotConfig::bodies`]; [`Error::Argument`] where the data hold no forces; [`Error::NotFinite`] where the
 /// samples are too large to be squared.
-pub(crate) fn identify(
+pub fn identify(
     dataset: &Dataset,
     robot: &RobotConfig,
-    smoothing: Option<f64>,
-    dissipation: bool,
-) -> Result<Solution> {
+    options: &IdentifyOptions,
+) -> Result<Identification> {
     let robot = robot.bodies(&dataset.coordinates)?;
     if !dataset.forced || dataset.train.is_empty() {
         return Err(Error::argument(
@@ -59,7 +80,7 @@ pub(crate) fn identify(
             "recorded (`tau`): a robot is identified from torques",
         ));
     }
-    let problem = Problem::new(dataset, robot, smoothing, dissipation);
+    let problem = Problem::new(dataset, robot, options);
     let priors = [problem.described(), problem.generic()];
     let candidates: Vec<Candidate<'_>> = priors
         .iter()
@@ -67,7 +88,7 @@ pub(crate) fn identify(
         .collect();
     let best = strongest(candidates, problem.scale.len());
     let best = best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
-    problem.assemble(best)
+    problem.assemble(dataset, best)
 }
 
 /// The candidate of the strongest prior among those that explain the torques of all `n` joints nearly as well as the best.
@@ -104,13 +125,10 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(
-        dataset: &Dataset,
-        robot: RigidBodies,
-        smoothing: Option<f64>,
-        dissipation: bool,
-    ) -> Self {
-        let speeds = smoothing.map_or(SPEEDS.to_vec(), |speed| vec![speed]);
+    fn new(dataset: &Dataset, robot: RigidBodies, options: &IdentifyOptions) -> Self {
+        let speeds = options
+            .smoothing
+            .map_or(SPEEDS.to_vec(), |speed| vec![speed]);
         let sums = |samples: &Samples| JointSums::over(samples, 0..samples.len(), &robot, &speeds);
         let (train, validation) = (sums(&dataset.train), sums(&dataset.validation));
         let judge = if validation.samples > 0 {
@@ -118,7 +136,7 @@ impl Problem {
         } else {
             &train
         };
-        let friction = match dissipation {
+        let friction = match options.friction {
             true => train.smoothing(judge, RIDGE),
             false => Friction::Frictionless,
         };
@@ -229,45 +247,67 @@ impl Problem {
     }
 
     /// The model of the best candidate, solved once more with the validation samples.
-    fn assemble(&self, best: Candidate<'_>) -> Result<Solution> {
-        let n = self.robot.dof();
+    fn assemble(&self, dataset: &Dataset, best: Candidate<'_>) -> Result<Identification> {
         let all = self.train.clone().plus(&self.validation);
         let data = all.quadratic(&best.weights, &self.friction);
         let minimum = minimise(&data, best.prior, best.strength, &best.values);
         let minimum =
             minimum.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
-        let values = &minimum.values;
+        let motion = self.motion(&minimum.values)?;
+        let correlations = correlations(dataset, &motion);
+        let certainty = self.certainty(&all, &best, &minimum.values, &correlations);
+        Ok(Identification {
+            model: IdentifiedRobot::new(motion, certainty.errors())?,
+            described: self.robot.clone(),
+            loss: self.loss(&self.train, &best.values),
+            validation: (self.validation.samples > 0)
+                .then(|| self.loss(&self.validation, &best.values)),
+            samples: all.samples,
+            independent: correlations
+                .iter()
+                .map(|c| all.samples as f64 / c)
+                .collect(),
+            combinations: data.rank(NO_EFFECT),
+            certainty,
+        })
+    }
+
+    /// The robot with the values of all parameters.
+    fn motion(&self, values: &[f64]) -> Result<Mechanical<RigidBodies>> {
+        let n = self.robot.dof();
         let (bodies, rest) = values.split_at(PER_BODY * n);
         let mut coefficients = rest.chunks_exact(n.max(1)).map(<[f64]>::to_vec);
         let mut next = || coefficients.next().unwrap_or_default();
         let robot = self.robot.clone().with_inertial_parameters(bodies)?;
         let robot = robot.with_drives(next(), next())?;
-        let motion = match &self.friction {
-            Friction::Coulomb(speeds) => {
-                let dissipation = Dissipation {
-                    viscous: next(),
-                    coulomb: next(),
-                    smoothing: speeds.iter().map(|&k| self.speeds[k]).collect(),
-                    stribeck: None,
-                };
-                Mechanical::dissipative(robot, dissipation)?
-            }
-            _ => Mechanical::conservative(robot),
+        let Friction::Coulomb(speeds) = &self.friction else {
+            return Ok(Mechanical::conservative(robot));
         };
-        let errors = self.errors(&minimum);
-        Ok(Solution {
-            model: IdentifiedRobot::new(motion, errors)?.into(),
-            loss: self.loss(&self.train, &best.values),
-            validation: (self.validation.samples > 0)
-                .then(|| self.loss(&self.validation, &best.values)),
-        })
+        let dissipation = Dissipation {
+            viscous: next(),
+            coulomb: next(),
+            smoothing: speeds.iter().map(|&k| self.speeds[k]).collect(),
+            stribeck: None,
+        };
+        Mechanical::dissipative(robot, dissipation)
     }
 
-    /// Standard errors from the information of data and prior: residuals have the variance 1 by their weights.
-    fn errors(&self, minimum: &Minimum) -> Vec<f64> {
-        let samples = self.train.samples + self.validation.samples;
-        let torques = (samples * self.robot.dof()).max(1) as f64;
-        let variances = minimum.variances().into_iter();
-        variances.map(|v| (v / torques).sqrt()).collect()
+    /// Covariances from the information of data and prior: residuals have the variance 1 by their weights, and those of
+    /// joint j count as a κⱼth of their number. The prior, whose strength is one in parts of the data, counts for as much
+    /// less.
+    fn certainty(
+        &self,
+        all: &JointSums,
+        best: &Candidate<'_>,
+        values: &[f64],
+        correlations: &[f64],
+    ) -> Certainty {
+        let torques = (all.samples * self.robot.dof()).max(1) as f64;
+        let mean = correlations.iter().sum::<f64>() / correlations.len().max(1) as f64;
+        let weights = best.weights.iter().zip(correlations);
+        let weights: Vec<f64> = weights.map(|(w, c)| w / c.sqrt()).collect();
+        let data = all.quadratic(&weights, &self.friction);
+        let strength = best.strength / mean.max(1.0);
+        Certainty::after(&data, torques, best.prior, strength, values)
     }
 }

@@ -1,16 +1,23 @@
 //! A robot whose parameters were identified.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `identify.rs` | the parameters that explain torques best |
+//! | `correlation.rs` | how many independent residuals there are |
 
+mod correlation;
 mod identify;
 
-pub(crate) use identify::identify;
+pub use identify::{IdentifyOptions, identify};
 
 use serde_json::Value;
 
 use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
 use crate::Result;
 use crate::mechanics::dynamics::Mechanical;
-use crate::models::Parameter;
 use crate::models::learned::{Stored, WEIGHTS};
+use crate::models::{Parameter, Solution};
+use crate::rigid::changes::{Certainty, Changes, Known};
 use crate::rigid::regressor::NAMES;
 use crate::rigid::{RigidBodies, RobotShape};
 use crate::saved::{self, SavedModel};
@@ -20,6 +27,50 @@ use crate::saved::{self, SavedModel};
 ///
 /// Parameters that the data do not determine keep the values of the description; their errors are large.
 pub type IdentifiedRobot = IdentifiedBodies<RigidBodies>;
+
+/// A robot identified from torques, and how far the data determine it.
+#[derive(Debug, Clone)]
+pub struct Identification {
+    /// The identified robot.
+    pub model: IdentifiedRobot,
+    /// The mean square torque error on the training samples, in parts of the mean square torque.
+    pub loss: f64,
+    /// The same on the validation samples, where there are any.
+    pub validation: Option<f64>,
+    /// The number of samples.
+    pub samples: usize,
+    /// The number of independent residuals of each joint, `[n]`.
+    pub independent: Vec<f64>,
+    /// The number of combinations of parameters that have an effect on these torques: the rank of the regressor.
+    pub combinations: usize,
+    described: RigidBodies,
+    certainty: Certainty,
+}
+
+impl Identification {
+    /// What was identified, beside what the description says.
+    #[must_use]
+    pub fn changes(&self) -> Changes {
+        let motion = self.model.motion();
+        let known = Known {
+            robot: &motion.lagrangian,
+            described: &self.described,
+            friction: motion.dissipation(),
+            certainty: &self.certainty,
+        };
+        known.changes()
+    }
+}
+
+impl From<Identification> for Solution {
+    fn from(found: Identification) -> Self {
+        Self {
+            model: found.model.into(),
+            loss: found.loss,
+            validation: found.validation,
+        }
+    }
+}
 
 impl Identifiable for RigidBodies {
     const WHAT: &'static str = "A robot of rigid bodies";
