@@ -9,6 +9,7 @@ use lagrangian::trajectory::Sampling;
 
 use crate::column_args::ColumnArgs;
 use crate::commands::OutputMode;
+use crate::excite_args::ExciteArgs;
 use crate::fit_args::FitArgs;
 use crate::identify_args::IdentifyArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
@@ -55,6 +56,8 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Learn a model from recordings, and leave a run folder with model, metrics and report
     Fit(Box<FitArgs>),
+    /// Plan a motion from which a robot can be identified
+    Excite(Box<ExciteArgs>),
     /// Identify a robot from its logs, and write what was found into its URDF
     Identify(Box<IdentifyArgs>),
     /// Measure a model on recordings that it has not seen

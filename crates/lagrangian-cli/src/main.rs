@@ -5,6 +5,7 @@ mod cli;
 mod column_args;
 mod commands;
 mod data;
+mod excite_args;
 mod failure;
 mod fit_args;
 mod fit_config;

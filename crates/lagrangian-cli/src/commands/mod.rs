@@ -5,6 +5,7 @@ mod check;
 mod conserved;
 mod convert;
 mod demo;
+mod excite;
 mod existence;
 mod fit;
 mod identify;
@@ -55,6 +56,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Convert(args) => convert::run(&args, mode),
         Command::Check(args) => check::run(&args, mode),
         Command::Fit(args) => fit::run(&args, mode),
+        Command::Excite(args) => excite::run(&args, mode),
         Command::Identify(args) => identify::run(&args, mode),
         Command::Score(args) => score::run(&args, mode),
         Command::Rollout(args) => rollout::run(&args, mode),

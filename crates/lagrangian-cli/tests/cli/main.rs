@@ -4,6 +4,7 @@
 mod bad_input;
 mod commands;
 mod convert;
+mod excited;
 mod identified;
 mod instructions;
 mod laws;

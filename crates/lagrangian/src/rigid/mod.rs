@@ -25,7 +25,9 @@ pub(crate) mod changes;
 pub(crate) mod consistent;
 mod dynamics;
 pub(crate) mod edited_urdf;
+mod excitation;
 pub(crate) mod joint_sums;
+mod limits;
 pub(crate) mod placement;
 pub(crate) mod regressor;
 mod robot_config;
@@ -41,6 +43,8 @@ pub use crate::models::rigid::robot::{Identification, IdentifiedRobot, IdentifyO
 pub use bodies::{GRAVITY, RigidBodies};
 pub use changes::{Changes, PartChange, Quantity};
 pub use dynamics::RigidDynamics;
+pub use excitation::{Excitation, ExcitationConfig, SearchProgress, excite, excite_joints};
+pub use limits::JointLimits;
 pub use robot_config::RobotConfig;
 pub(crate) use robot_config::RobotShape;
 pub use robots::{EXAMPLES, example};

@@ -355,6 +355,17 @@ fn optional<const N: usize>(node: Option<Node<'_, '_>>, key: &str, of: &str) -> 
     }
 }
 
+/// The number of an attribute that may be absent, as its element may be.
+pub(super) fn optional_number(
+    node: Option<Node<'_, '_>>,
+    key: &str,
+    of: &str,
+) -> Result<Option<f64>> {
+    let present = node.filter(|node| node.has_attribute(key));
+    let number = present.map(|node| numbers::<1>(node, key, of));
+    Ok(number.transpose()?.map(|[x]| x))
+}
+
 /// The `N` numbers of an attribute.
 fn numbers<const N: usize>(node: Node<'_, '_>, key: &str, of: &str) -> Result<[f64; N]> {
     let text = node.attribute(key).unwrap_or("");

@@ -9,7 +9,7 @@ pub mod derivatives;
 mod format;
 mod layout;
 pub(crate) mod local_polynomial;
-mod noise;
+pub(crate) mod noise;
 mod npy;
 mod npz;
 #[cfg(feature = "parquet")]

@@ -1,0 +1,300 @@
+//! `lagrangian excite`: a motion from which a robot can be identified.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use anyhow::Result;
+use lagrangian::rigid::{
+    Excitation, ExcitationConfig, JointLimits, PartChange, Quantity, RigidBodies, SearchProgress,
+    excite, excite_joints,
+};
+use lagrangian::{Coordinate, Coordinates, Model, Topology};
+use lagrangian_report::draw::short;
+use lagrangian_report::{Command, Motion, Report, Role, phase_portrait, trajectories};
+use serde_json::json;
+
+use super::OutputMode;
+use crate::excite_args::{ExciteArgs, LimitArgs};
+use crate::failure::{Advise, mistake};
+use crate::interrupt;
+use crate::output;
+use crate::progress::Progress;
+use crate::robot;
+use crate::run_folder::command_line;
+
+/// The most joints of a plan without a robot.
+const MOST_JOINTS: usize = 64;
+
+pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
+    args.output.refuse_unwritable()?;
+    let files = Files::of(args)?;
+    let subject = Subject::read(args)?;
+    let config = args.config();
+    let mut bar = Progress::start("excite", mode.quiet);
+    let (stop, start) = (interrupt::flag()?, Instant::now());
+    let found = subject.search(&config, &mut |progress| {
+        let part = start.elapsed().as_secs_f64() / args.seconds;
+        bar.update(part, &news(progress));
+        match part >= 1.0 || stop.load(Ordering::SeqCst) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    })?;
+    bar.finish(&format!(
+        "{} motions, information × {:.1}",
+        found.tried, found.gain
+    ));
+    let other = ExcitationConfig {
+        seed: config.seed ^ 1,
+        ..config
+    };
+    let validation = subject.search(&other, &mut |_| ControlFlow::Break(()))?;
+    files.write(args, &subject, &found, &validation)?;
+    let figures = json!({
+        "command": "excite",
+        "out": files.plan,
+        "validate": files.validate,
+        "samples": found.plan.len(),
+        "tried": found.tried,
+        "gain": found.gain,
+        "combinations": found.combinations,
+        "noise": found.noise,
+        "limits": subject.limits,
+        "expected": found.expected,
+        "collisions_checked": false,
+    });
+    mode.print(&figures, || as_text(&found, &subject, &files))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn news(progress: &SearchProgress) -> String {
+    let SearchProgress { tried, gain, .. } = progress;
+    format!("{tried} motions · information × {gain:.1}")
+}
+
+impl ExciteArgs {
+    fn config(&self) -> ExcitationConfig {
+        ExcitationConfig {
+            duration: self.duration,
+            rate: self.rate,
+            harmonics: self.harmonics as usize,
+            margin: self.limits.margin,
+            noise: self.noise,
+            seed: self.seed,
+            ..ExcitationConfig::default()
+        }
+    }
+}
+
+/// What moves.
+struct Subject {
+    coordinates: Coordinates,
+    robot: Option<RigidBodies>,
+    limits: Vec<JointLimits>,
+}
+
+impl Subject {
+    fn read(args: &ExciteArgs) -> Result<Self> {
+        let Some(path) = &args.urdf else {
+            return Self::of_joints(args);
+        };
+        let described = robot::open(path, &args.joints)?;
+        let shown = format!("cannot use the robot of '{}'", path.display());
+        let hint = "`lagrangian excite --help` lists the flags of joints and limits";
+        let bodies = RigidBodies::with_joints(&described.text, &args.joints);
+        let bodies = bodies.advise(&shown, hint)?;
+        let limits = JointLimits::of_urdf(&described.text, bodies.joints()).advise(shown, hint)?;
+        Ok(Self {
+            coordinates: Model::coordinates(&bodies).clone(),
+            limits: args.limits.before(&limits)?,
+            robot: Some(bodies),
+        })
+    }
+
+    fn of_joints(args: &ExciteArgs) -> Result<Self> {
+        let names = names(&args.joints)?;
+        let line = |name: &String| Coordinate::new(name, "rad", Topology::Line);
+        let unknown = vec![JointLimits::default(); names.len()];
+        Ok(Self {
+            coordinates: Coordinates(names.iter().map(line).collect()),
+            limits: args.limits.before(&unknown)?,
+            robot: None,
+        })
+    }
+
+    fn search(
+        &self,
+        config: &ExcitationConfig,
+        watch: &mut dyn FnMut(&SearchProgress) -> ControlFlow<()>,
+    ) -> Result<Excitation> {
+        let found = match &self.robot {
+            Some(robot) => excite(robot, &self.limits, config, watch),
+            None => excite_joints(&self.coordinates, &self.limits, config, watch),
+        };
+        found.advise(
+            "cannot plan a motion",
+            "`lagrangian excite --help` lists the flags of limits",
+        )
+    }
+}
+
+/// The names of joints without a robot, or as many as are asked for.
+fn names(joints: &[String]) -> Result<Vec<String>> {
+    let refuse = |finding: String| {
+        Err(mistake(
+            finding,
+            "give a URDF file, or --joints 6 with --lower, --upper and --velocity",
+        ))
+    };
+    let count = match joints {
+        [] => return refuse("there is no robot".into()),
+        [one] => one.parse::<usize>().ok(),
+        _ => None,
+    };
+    match count {
+        Some(0) => refuse("--joints 0: nothing moves".into()),
+        Some(n) if n > MOST_JOINTS => refuse(format!("--joints {n}: {MOST_JOINTS} is the most")),
+        Some(n) => Ok((1..=n).map(|k| format!("q{k}")).collect()),
+        None => Ok(joints.to_vec()),
+    }
+}
+
+impl LimitArgs {
+    /// The limits that were given, and `known` ones where none were.
+    fn before(&self, known: &[JointLimits]) -> Result<Vec<JointLimits>> {
+        let n = known.len();
+        let of = |flag: &str, values: &Vec<f64>| -> Result<Vec<Option<f64>>> {
+            match values.len() {
+                0 => Ok(vec![None; n]),
+                1 => Ok(vec![Some(values[0]); n]),
+                found if found == n => Ok(values.iter().copied().map(Some).collect()),
+                found => Err(mistake(
+                    format!("--{flag} has {found} values where {n} joints move"),
+                    "give one value for all joints, or one for each",
+                )),
+            }
+        };
+        let (lower, upper) = (of("lower", &self.lower)?, of("upper", &self.upper)?);
+        let velocity = of("velocity", &self.velocity)?;
+        let acceleration = of("acceleration", &self.acceleration)?;
+        let effort = of("effort", &self.effort)?;
+        let given = |i: usize| JointLimits {
+            lower: lower[i],
+            upper: upper[i],
+            velocity: velocity[i],
+            acceleration: acceleration[i],
+            effort: effort[i],
+        };
+        let known = known.iter().enumerate();
+        Ok(known.map(|(i, known)| given(i).or(*known)).collect())
+    }
+}
+
+/// The files of both plans.
+struct Files {
+    plan: PathBuf,
+    validate: PathBuf,
+}
+
+impl Files {
+    fn of(args: &ExciteArgs) -> Result<Self> {
+        let plan = args.output.file.out.clone().unwrap_or_default();
+        let validate = beside(&plan);
+        let layouts = [&plan, &validate].map(|path| path.with_extension("toml"));
+        for path in layouts.iter().chain([&validate]) {
+            output::refuse_existing(path, args.output.file.existing())?;
+        }
+        Ok(Self { plan, validate })
+    }
+
+    fn write(
+        &self,
+        args: &ExciteArgs,
+        subject: &Subject,
+        found: &Excitation,
+        validation: &Excitation,
+    ) -> Result<()> {
+        let existing = args.output.file.existing();
+        for (path, found) in [(&self.plan, found), (&self.validate, validation)] {
+            let plan = std::slice::from_ref(&found.plan);
+            output::write_trajectories(path, existing, plan, &subject.coordinates)?;
+        }
+        args.output.draw(|| page(subject, found, validation))
+    }
+}
+
+/// `plan-validate.csv` beside `plan.csv`.
+fn beside(plan: &Path) -> PathBuf {
+    let part =
+        |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let (stem, extension) = (part(plan.file_stem()), part(plan.extension()));
+    plan.with_file_name(format!("{stem}-validate.{extension}"))
+}
+
+fn page(subject: &Subject, found: &Excitation, validation: &Excitation) -> Report {
+    let motions = [
+        Motion::new("plan", Role::Truth, &found.plan),
+        Motion::new("to validate on", Role::Other(0), &validation.plan),
+    ];
+    let figures = (0..subject.coordinates.dof()).flat_map(|i| {
+        let over_time = trajectories(&subject.coordinates, i, &motions);
+        [
+            over_time,
+            phase_portrait(&subject.coordinates, i, &motions[..1]),
+        ]
+    });
+    Report {
+        title: "A motion for identification".into(),
+        subtitle: "collisions are not checked".into(),
+        figures: figures.collect(),
+        commands: vec![Command::new("This page", command_line())],
+        ..Report::default()
+    }
+}
+
+fn as_text(found: &Excitation, subject: &Subject, files: &Files) -> String {
+    let expected = found.expected.iter();
+    let parts = expected.flat_map(|e| e.links.iter().chain(&e.joints));
+    let mut text: String = parts.map(part_text).collect();
+    if !found.noise.is_empty() {
+        let units = subject
+            .coordinates
+            .0
+            .iter()
+            .map(|c| if c.unit == "m" { "N" } else { "N·m" });
+        let noise = found
+            .noise
+            .iter()
+            .zip(units)
+            .map(|(x, unit)| format!("{} {unit}", short(*x)));
+        text += &format!(
+            "\nexpected standard errors for noise of the torques of {}, independent from sample to sample, beside bodies that are known to a factor of two; {} combinations of parameters can be found\n",
+            noise.collect::<Vec<_>>().join(", "),
+            found.combinations,
+        );
+    }
+    text + &format!(
+        "\n{} and {}: {} samples each; collisions are NOT checked: simulate the plan, and run it slowly first\n",
+        files.plan.display(),
+        files.validate.display(),
+        found.plan.len()
+    )
+}
+
+fn part_text(part: &PartChange) -> String {
+    let line = |q: &Quantity| match q.is_determined() {
+        true => format!(
+            "  {:<10} ± {:<9} {:<9}  determined {:.0} %\n",
+            q.name,
+            short(q.standard_error),
+            q.unit,
+            100.0 * q.determined
+        ),
+        false => format!("  {:<10} not determined by this motion\n", q.name),
+    };
+    let lines: String = part.quantities.iter().map(line).collect();
+    format!("\n{}\n{lines}", part.name)
+}
