@@ -19,7 +19,7 @@ pub enum Format {
     Npz,
     /// Apache Parquet (feature `parquet`).
     Parquet,
-    /// Joint states of a ROS 2 bag in SQLite (feature `ros`); read, but not written.
+    /// Joint states of a ROS 2 bag in `SQLite` (feature `ros`); read, but not written.
     Db3,
     /// Joint states of a ROS 2 bag in MCAP (feature `ros`); read, but not written.
     Mcap,

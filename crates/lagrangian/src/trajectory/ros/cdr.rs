@@ -1,4 +1,4 @@
-//! A joint state as ROS 2 serialises it: Common Data Representation (OMG, DDS-XTypes 1.3, §7.4; PLAIN_CDR).
+//! A joint state as ROS 2 serialises it: Common Data Representation (OMG, DDS-XTypes 1.3, §7.4; `PLAIN_CDR`).
 
 /// The first bytes of a compressed message (RFC 8878, §3.1.1).
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];

@@ -61,7 +61,7 @@ trait Bag {
     ) -> Result<Vec<Topic>>;
 }
 
-/// Reads the joint states of a bag in SQLite.
+/// Reads the joint states of a bag in `SQLite`.
 ///
 /// # Errors
 /// [`Error::Topic`] where it is not clear which topic is meant, or joints of it are never together; [`Error::Columns`]

@@ -1,4 +1,4 @@
-//! ROS 2 bags in SQLite (`.db3`): the tables `topics` and `messages`.
+//! ROS 2 bags in `SQLite` (`.db3`): the tables `topics` and `messages`.
 
 use std::io::{Cursor, Read, Seek};
 
@@ -8,11 +8,11 @@ use rusqlite::{Connection, MAIN_DB, Row};
 use super::{Bag, Message, Topic};
 use crate::{Error, Result};
 
-/// The first bytes of every SQLite database.
+/// The first bytes of every `SQLite` database.
 const MAGIC: &[u8; 16] = b"SQLite format 3\0";
 /// Bytes of its header.
 const HEADER: usize = 100;
-/// The largest bag that is read, bytes: SQLite holds it in one piece of memory, and takes no larger one.
+/// The largest bag that is read, bytes: `SQLite` holds it in one piece of memory, and takes no larger one.
 const LARGEST: u64 = 0x7fff_fe00;
 
 /// A bag in memory.
