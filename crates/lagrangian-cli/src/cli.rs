@@ -173,13 +173,13 @@ impl SampleArgs {
 #[command(next_help_heading = "Noisy data")]
 pub(crate) struct EstimateArgs {
     /// Smooth measured q and q̇, over windows chosen from the data
-    #[arg(long, conflicts_with = "filter")]
+    #[arg(long, conflicts_with = "low_pass")]
     pub(crate) smooth: bool,
 
-    /// Take q, q̇, q̈ and τ from q and τ in the same windows of this length, s: for machines with noise, play or
-    /// vibrations; a quarter of the fastest period, or less
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
-    pub(crate) filter: Option<f64>,
+    /// Pass q and τ through the same low-pass without delay, with this cut-off, and take q̇ and q̈ from q: for machines with
+    /// noise, play or vibrations; 0 for none [default: for `fit`, what `check` finds where noise spoils the accelerations]
+    #[arg(long, value_name = "HZ", value_parser = non_negative)]
+    pub(crate) low_pass: Option<f64>,
 }
 
 #[derive(Debug, Args, serde::Serialize)]
@@ -369,9 +369,9 @@ pub(crate) struct CheckArgs {
     #[command(flatten)]
     pub(crate) output: OutArgs,
 
-    /// Check the forces after the filter of `fit --filter`, of this length, s
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
-    pub(crate) filter: Option<f64>,
+    /// Check the forces after the low-pass of `fit --low-pass`, with this cut-off
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub(crate) low_pass: Option<f64>,
 
     /// Also: does any Lagrangian exist for these motions? It compares fits with and without one, so it takes time
     #[arg(long)]
@@ -418,7 +418,7 @@ Parts: inertial τ(q, q̇, q̈) − τ(q, q̇, 0); gravity τ(q, 0, 0); friction
 Examples:
   lagrangian torque run/model.safetensors test.csv
   lagrangian torque run/model.safetensors test.csv --out torques.parquet --plot torques.html
-  lagrangian torque run/model.safetensors log.csv --filter 0.3 --delay 16 --json")]
+  lagrangian torque run/model.safetensors log.csv --low-pass 5 --delay 16 --json")]
 #[command(mut_arg("out", |arg| arg.help("File for the torques and their parts at every sample, .csv, .npz or .parquet")))]
 #[command(mut_arg("plot", |arg| arg.help("File for a drawing of the first motion: .html for a page, .svg or .png for its first joint")))]
 pub(crate) struct TorqueArgs {

@@ -54,7 +54,7 @@ impl EstimateArgs {
     pub(crate) fn options(&self) -> EstimateOptions {
         EstimateOptions {
             smooth: self.smooth,
-            filter: self.filter,
+            low_pass: self.low_pass.filter(|hertz| *hertz > 0.0),
             momenta: false,
             ..EstimateOptions::default()
         }

@@ -17,9 +17,10 @@ use crate::values::{fraction, positive, seed, steps};
 #[command(after_help = "\
 Examples:
   lagrangian fit motion.csv --angle all --out run
+  lagrangian fit robot-log.csv --out run            the low-pass, and the best of several models, are chosen from the log
   lagrangian fit log*.csv --time t --q theta --qd omega --tau torque --angle theta --dissipation --out run
   lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
-  lagrangian fit log*.csv --angle all --dissipation --loss torque --filter 0.3 --out run   a real machine
+  lagrangian fit log*.csv --angle all --dissipation --loss torque --low-pass 5 --out run   a real machine
   lagrangian fit log*.csv --model delan --forces viscous,coulomb,offset --delay 16 --out run    a robot with torques
   lagrangian fit noisy.csv --angle all --loss rollout --horizon 20 --starts free --out run     no accelerations needed
   lagrangian fit motion.csv --angle all --model hnn --p p1,p2 --out run     a Hamiltonian, from momenta
@@ -73,10 +74,10 @@ pub(crate) struct FitArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
-    /// Any Lagrangian; one with a mass matrix; or, to compare with, a plain network (q, q̇, τ) → q̈ (with --loss torque,
-    /// (q, q̇, q̈) → τ) or a chain of rigid links
-    #[arg(long, value_parser = families(), default_value = FAMILIES[0].name)]
-    pub(crate) model: String,
+    /// The family of models [default: lnn; where torques are recorded and no setting of a model or loss is given, several
+    /// are tried and compared by their torque errors on held-out samples]
+    #[arg(long, value_parser = families())]
+    pub(crate) model: Option<String>,
 
     #[command(flatten)]
     #[serde(flatten)]
@@ -86,7 +87,8 @@ pub(crate) struct ModelArgs {
 impl ModelArgs {
     /// Drops what the family does not have: runs of earlier versions wrote all settings with their defaults.
     pub(crate) fn keep_own(&mut self) {
-        let entry = FAMILIES.iter().find(|entry| entry.name == self.model);
+        let name = self.model.as_deref().unwrap_or(FAMILIES[0].name);
+        let entry = FAMILIES.iter().find(|entry| entry.name == name);
         let own = entry.map_or(&[][..], |entry| entry.settings);
         let values = &mut self.settings.values;
         values.retain(|name, _| own.iter().any(|setting| setting.name == name));
@@ -129,8 +131,9 @@ pub(crate) struct TrainingArgs {
     #[arg(long, value_name = "FILES", num_args = 1.., conflicts_with = "validate_fraction")]
     pub(crate) validate: Vec<PathBuf>,
 
-    /// Part of the trajectories that is held back for validation, where no files are given
-    #[arg(long, value_name = "PART", default_value_t = 0.1, value_parser = fraction)]
+    /// Part of the trajectories that is held back for validation, where no files are given: whole ones where there are many,
+    /// blocks of time spread over each where there are few
+    #[arg(long, value_name = "PART", default_value_t = 0.2, value_parser = fraction)]
     pub(crate) validate_fraction: f64,
 }
 

@@ -26,6 +26,7 @@ mod subject;
 mod tensorboard;
 mod track_args;
 mod values;
+mod verdict;
 mod watch;
 
 use std::process::ExitCode;

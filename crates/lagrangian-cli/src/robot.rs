@@ -22,7 +22,7 @@ const MOST: u64 = 8 << 20;
 #[command(next_help_heading = "Robot")]
 #[serde(default)]
 pub(crate) struct RobotArgs {
-    /// URDF of the robot whose parameters --model rigid identifies
+    /// URDF of the robot, whose parameters --model rigid identifies
     #[arg(long, value_name = "FILE", conflicts_with = "nominal")]
     pub(crate) urdf: Option<PathBuf>,
 
@@ -61,12 +61,21 @@ impl RobotArgs {
             request.nominal = robot;
             return Ok(());
         }
-        let setting = taken_by(Entry::by_name(&request.family)?).ok_or_else(|| {
+        // Without a family, several are tried, and the robot is for the first that takes one.
+        let taking = FAMILIES.iter().find_map(taken_by);
+        let setting = match &request.family {
+            Some(family) => taken_by(Entry::by_name(family)?),
+            None => taking,
+        };
+        let setting = setting.ok_or_else(|| {
             let others = FAMILIES.iter().filter(|entry| taken_by(entry).is_some());
             let others: Vec<&str> = others.map(|entry| entry.name).collect();
             let others = others.join(" or ");
             mistake(
-                format!("--urdf is for --model {others}, not for {}", request.family),
+                format!(
+                    "--urdf is for --model {others}, not for {}",
+                    request.family.as_deref().unwrap_or_default()
+                ),
                 format!("give the robot as --nominal, or --model {others}"),
             )
         })?;

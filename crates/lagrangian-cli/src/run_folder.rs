@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
-use lagrangian::train::Choice;
+use lagrangian::train::{Choice, Contestant};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};
@@ -130,6 +130,11 @@ impl RunFolder {
         if self.restart {
             self.remove_earlier_run()?;
         }
+        self.update_record(record)
+    }
+
+    /// Writes [`RUN`] with what is known later.
+    pub(crate) fn update_record(&self, record: &RunRecord) -> Result<()> {
         let text = toml::to_string(record).context("cannot write the settings as TOML")?;
         self.write(RUN, text.as_bytes())
     }
@@ -260,6 +265,9 @@ pub(crate) struct RunRecord {
     /// What was not given, and so chosen from the data.
     #[serde(default)]
     pub(crate) choices: Vec<Choice>,
+    /// The models that were tried, where several were.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) tried: Vec<Contestant>,
     /// The data.
     #[serde(default)]
     pub(crate) data: Vec<DataFile>,
@@ -278,6 +286,7 @@ impl RunRecord {
             settings: toml::Table::try_from(settings)
                 .context("cannot write the settings as TOML")?,
             choices: Vec::new(),
+            tried: Vec::new(),
             data,
         })
     }

@@ -118,6 +118,14 @@ impl Observer for Watch<'_> {
         ControlFlow::Continue(())
     }
 
+    fn stage(&mut self, what: &str, share: f64) -> ControlFlow<()> {
+        self.bar.update(share, what);
+        match self.interrupted.load(Ordering::SeqCst) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
     fn checkpoint(&mut self, checkpoint: &Checkpoint) -> lagrangian::Result<()> {
         self.pending = Some(checkpoint.clone());
         if self.saved.is_none_or(|at| at.elapsed() >= CHECKPOINT_EVERY) {

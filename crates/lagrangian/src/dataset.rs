@@ -320,7 +320,7 @@ fn is_forced(trajectories: &[Trajectory]) -> bool {
 const LOOKED_AT: usize = 4096;
 
 /// Divides trajectories into training and validation: whole trajectories, about `fraction` of the
-/// samples, chosen by `seed`; where whole ones would be far more than that, the end of each.
+/// samples, chosen by `seed`; where whole ones would be far more than that, blocks of time that are spread over each.
 ///
 /// # Errors
 /// [`Error::Argument`] for a fraction outside 0…0.9 or no trajectory.
@@ -353,7 +353,8 @@ pub fn split(
     let kept = trajectories.len() - whole;
     let held: usize = trajectories[kept..].iter().map(Trajectory::len).sum();
     if kept == 0 || held as f64 > MOST_HELD * wanted as f64 {
-        return Ok(ends(&trajectories, fraction));
+        let parts: (Vec<_>, Vec<_>) = trajectories.iter().map(|t| blocks(t, fraction)).unzip();
+        return Ok((parts.0.concat(), parts.1.concat()));
     }
     let held = trajectories.split_off(kept);
     Ok((trajectories, held))
@@ -362,12 +363,39 @@ pub fn split(
 /// Whole trajectories are held back only if they are at most this many times what was asked for.
 const MOST_HELD: f64 = 2.5;
 
-/// Cuts the last `fraction` off each trajectory.
-fn ends(trajectories: &[Trajectory], fraction: f64) -> (Vec<Trajectory>, Vec<Trajectory>) {
-    let cut = |t: &Trajectory| t.len() - (t.len() as f64 * fraction).round() as usize;
-    let parts = trajectories.iter();
-    let parts = parts.map(|t| (t.part(0..cut(t)), t.part(cut(t)..t.len())));
-    parts.filter(|(head, _)| !head.is_empty()).unzip()
+/// The most blocks that are held back of a trajectory, and the fewest samples of each.
+const BLOCKS: usize = 5;
+const SHORTEST_BLOCK: usize = 20;
+/// Neighbouring samples resemble each other: next to a block this part of it is omitted …
+const GUARD_PART: usize = 10;
+/// … but at most so many samples.
+const GUARD: usize = 10;
+
+/// The pieces of a trajectory that are kept, and blocks of about `fraction` of it, in the middle of equal parts.
+fn blocks(t: &Trajectory, fraction: f64) -> (Vec<Trajectory>, Vec<Trajectory>) {
+    let held = (t.len() as f64 * fraction).round() as usize;
+    let count = (held / SHORTEST_BLOCK).clamp(1, BLOCKS);
+    let (own, part) = (held / count, t.len() / count);
+    let guard = (own / GUARD_PART).min(GUARD).min((part - own) / 2);
+    if own == 0 {
+        return (vec![t.clone()], Vec::new());
+    }
+    let begins = (0..count).map(|b| b * part + (part - own) / 2);
+    let ends = begins.clone().map(|begin| begin + own);
+    let after = std::iter::once(0).chain(ends.clone().map(|end| end + guard));
+    let before = begins.clone().map(|begin| begin - guard).chain([t.len()]);
+    let piece = |(begin, end): (usize, usize)| {
+        let name = format!("{} at {:.1} s", t.name, t.t[begin]);
+        Trajectory {
+            name,
+            ..t.part(begin..end)
+        }
+    };
+    let kept = after.zip(before).filter(|(begin, end)| begin < end);
+    (
+        kept.map(piece).collect(),
+        begins.zip(ends).map(piece).collect(),
+    )
 }
 
 /// A random order (Fisher, Yates).
@@ -464,6 +492,11 @@ fn column(x: &[f64], n: usize, f: impl Fn(&mut dyn Iterator<Item = f64>) -> f64)
 /// Root mean square of each column, `[n]`; 1 where it is 0.
 fn size(x: &[f64], n: usize) -> Vec<f64> {
     column(x, n, |x| positive(root_mean_square(x)))
+}
+
+/// The variance of each column of `x`, `[m, n]`.
+pub(crate) fn variances(x: &[f64], n: usize) -> Vec<f64> {
+    column(x, n, |x| deviation(x).powi(2))
 }
 
 fn mean(x: &mut dyn Iterator<Item = f64>) -> f64 {

@@ -1,5 +1,6 @@
 //! How good a model is on trajectories that it has not seen.
 
+mod assessment;
 mod valid_time;
 
 use std::f64::consts::TAU;
@@ -9,9 +10,11 @@ use serde::Serialize;
 
 use crate::mechanics::dynamics::Model;
 use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
+use crate::train::Samples;
 use crate::trajectory::Signal;
-use crate::{Coordinates, Error, Result, Trajectory};
+use crate::{Coordinates, Error, Result, Signals, Trajectory};
 
+pub use assessment::{Assessment, Forward, Grade, Reason, Spectrum};
 pub use valid_time::{ValidTime, valid_prediction_time};
 
 /// The normalised error at which a prediction is no longer valid.
@@ -356,6 +359,21 @@ fn add_torques(model: &dyn Model, t: &Trajectory, torque: &mut Errors) {
             torque.add(tau, &predicted);
         }
     }
+}
+
+/// The errors of the torques that a model predicts at some samples; `None` where it has no inverse dynamics.
+#[must_use]
+pub fn torque_error(model: &dyn Model, samples: &Samples) -> Option<SignalError> {
+    let mut predicted = vec![0.0; samples.tau.len()];
+    let Signals {
+        q, qd, qdd, tau, ..
+    } = &samples.signals;
+    let outcome = model
+        .evaluator()
+        .inverse_dynamics(q, qd, qdd, &mut predicted);
+    let mut errors = Errors::new(samples.n);
+    errors.add(tau, &predicted);
+    errors.finish().filter(|_| outcome.is_supported())
 }
 
 /// Squared errors, `[n]`, and the true signal that they belong to, `[m, n]`.

@@ -249,7 +249,7 @@ fn noise_that_spoils_the_accelerations_asks_for_a_filter() {
     let report = noisy.checked();
     let item = items(&report, "acceleration")[0];
     assert!(
-        item.verdict == Verdict::Warn && item.remedy.as_ref().unwrap().contains("`filter` 0."),
+        item.verdict == Verdict::Warn && item.remedy.as_ref().unwrap().contains("`low_pass` "),
         "{item:?}"
     );
     let report = Machine {

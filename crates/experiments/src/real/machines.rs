@@ -20,8 +20,8 @@ pub(super) struct Machine {
     /// Logs that choose; without any, the last fifth of each training log.
     validation: &'static [&'static str],
     test: &'static [&'static str],
-    /// Length of the filter of all signals, s.
-    pub(super) filter: f64,
+    /// Cut-off of the low-pass of all signals, Hz.
+    pub(super) low_pass: f64,
 }
 
 pub(super) const MACHINES: &[Machine] = &[
@@ -33,7 +33,7 @@ pub(super) const MACHINES: &[Machine] = &[
         train: &["energy_shaping", "ddp"],
         validation: &[],
         test: &["system_identification", "swingup_failure"],
-        filter: 0.2,
+        low_pass: 8.0,
     },
     Machine {
         name: "double_pendulum",
@@ -48,7 +48,7 @@ pub(super) const MACHINES: &[Machine] = &[
         ],
         validation: &["trajectory_04"],
         test: &["trajectory_05", "trajectory_12"],
-        filter: 0.3,
+        low_pass: 5.0,
     },
 ];
 
@@ -87,7 +87,7 @@ impl Machine {
             .read(std::io::Cursor::new(file), name, &layout)
             .advise(&shown, hint)?;
         let options = EstimateOptions {
-            filter: Some(self.filter),
+            low_pass: Some(self.low_pass),
             ..EstimateOptions::default()
         };
         let first: Option<Recording> = read.recordings.into_iter().next();

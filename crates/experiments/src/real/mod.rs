@@ -54,7 +54,10 @@ fn run(lab: &mut Lab) -> Result<()> {
         .sum();
     lab.plan(fits * MACHINES.len() * lab.seeds().len());
     for machine in MACHINES {
-        let about = format!("{}, after a filter of {} s.", machine.about, machine.filter);
+        let about = format!(
+            "{}, after a low-pass of {} Hz.",
+            machine.about, machine.low_pass
+        );
         lab.results.text.push(about);
         let recordings = machine.read(lab)?;
         for who in CONTESTANTS {

@@ -17,8 +17,8 @@ pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_existing()?;
     let sampling = args.sample.sampling(0, Sampling::LONG);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
-    let filter = args.filter;
-    let mut report = data::check(&recordings, &CheckOptions { filter });
+    let low_pass = args.low_pass;
+    let mut report = data::check(&recordings, &CheckOptions { low_pass });
     if args.lagrangian {
         let item = existence::item(args, &recordings, &report, mode)?;
         let remedy = item.remedy.as_deref().map(with_flags);

@@ -31,7 +31,7 @@ pub(super) fn item(
         ));
     };
     let options = EstimateOptions {
-        filter: args.filter,
+        low_pass: args.low_pass,
         momenta: false,
         ..EstimateOptions::default()
     };

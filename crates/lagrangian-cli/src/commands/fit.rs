@@ -6,7 +6,8 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use lagrangian::models::Parameter;
-use lagrangian::train::{self, Choice, Chosen, Ending};
+use lagrangian::score::Assessment;
+use lagrangian::train::{self, Choice, Chosen, Ending, Selection};
 use lagrangian::trajectory::Sampling;
 use lagrangian::{
     CheckOptions, CheckReport, Checkpoint, Coordinates, Dataset, Estimate, EstimateOptions, Fit,
@@ -30,6 +31,7 @@ use crate::run_folder::{
     CHECKPOINT, DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line,
 };
 use crate::run_page::{Evaluation, Run};
+use crate::verdict;
 use crate::watch::Watch;
 
 /// Looks at the loss after which a fit should have improved.
@@ -56,24 +58,38 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let dataset = dataset(&args, &data)?;
     let mut record = record(&args, &data, robot.as_ref())?;
     let warnings = data.check.count(Verdict::Warn);
+    let of_data: Vec<Choice> = data.low_pass.iter().cloned().collect();
     let (evaluation, estimates) = data.evaluation();
-    let Chosen { config, choices } = choose(&args, &dataset, &estimates, robot)?;
-    record.choices.clone_from(&choices);
-    config.validate(&dataset).advise(
-        format!("cannot fit (`{}`)", command_line()),
-        "`lagrangian fit --help` lists the flags and their values",
-    )?;
+    let candidates = candidates(&args, &dataset, &estimates, robot)?;
+    if let [Chosen { config, choices }] = &candidates[..] {
+        record.choices = [&of_data[..], choices].concat();
+        config.validate(&dataset).advise(
+            format!("cannot fit (`{}`)", command_line()),
+            "`lagrangian fit --help` lists the flags and their values",
+        )?;
+    }
     if warnings > 0 {
         eprintln!("note: warnings about the data: {warnings}; the page lists them");
     }
-    let begun = match &checkpoint {
+    let mut begun = match &checkpoint {
         Some(_) => same_data(&record, folder.record()?)?,
         None => {
             folder.write_record(&record)?;
             record.clone()
         }
     };
-    let fit = fit(&config, folder, &dataset, checkpoint.as_ref(), mode)?;
+    let selection = fit(candidates, folder, &dataset, checkpoint.as_ref(), mode)?;
+    let Selection {
+        fit,
+        chosen: Chosen { config, choices },
+        contestants,
+    } = selection;
+    let choices = [of_data, choices].concat();
+    if contestants.len() > 1 {
+        begun.choices.clone_from(&choices);
+        begun.tried.clone_from(&contestants);
+        folder.update_record(&begun)?;
+    }
     let hashes = record.data.iter();
     let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
     let provenance = Provenance {
@@ -92,12 +108,14 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         model: &fit.model,
         evaluation: &evaluation,
     };
-    let page = draw::html(&page.report(Links::default())?);
+    let scored = page.scored()?;
+    let assessment = scored.assessment.clone();
+    let page = draw::html(&page.report(scored, Links::default()));
     folder.write(REPORT, page.as_bytes())?;
     let improved = improved(&fit, &config, &args);
     if !mode.json {
-        tell(folder, &fit);
-        return Ok(exit_code(&fit, improved));
+        tell(folder, &fit, &assessment);
+        return Ok(exit_code(&fit, improved, &assessment));
     }
     output::print_json(&json!({
         "command": "fit",
@@ -115,13 +133,16 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         "forces": forced,
         "estimates": estimates.len(),
         "choices": choices,
+        "tried": contestants,
+        "verdict": assessment.verdict,
+        "assessment": assessment,
         "parameters": fit.model.parameters(),
     }))?;
-    Ok(exit_code(&fit, improved))
+    Ok(exit_code(&fit, improved, &assessment))
 }
 
 /// Reports a fit on standard error.
-fn tell(folder: &RunFolder, fit: &Fit) {
+fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     let (model, step) = (folder.file(MODEL), fit.best_step);
     eprintln!(
         "model: {} (loss {:.3e} at step {step})",
@@ -134,16 +155,17 @@ fn tell(folder: &RunFolder, fit: &Fit) {
         let error = error.unwrap_or_default();
         eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
     }
+    eprint!("{}", verdict::text(assessment));
     eprintln!("page:  {}", folder.file(REPORT).display());
 }
 
 /// The exit code of a fit; notes one that did not improve.
-fn exit_code(fit: &Fit, improved: bool) -> ExitCode {
+fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
     if fit.ending == Ending::Interrupted {
         return ExitCode::from(INTERRUPTED);
     }
     if improved {
-        return ExitCode::SUCCESS;
+        return verdict::exit_code(assessment);
     }
     let finding = format!(
         "the fit did not improve: its best loss is {:.3e}, at step {}; the model is kept",
@@ -217,6 +239,8 @@ struct Data {
     files: Vec<DataFile>,
     /// What the check of the training data found.
     check: CheckReport,
+    /// The low-pass, where it was chosen from the data.
+    low_pass: Option<Choice>,
 }
 
 impl Data {
@@ -246,7 +270,7 @@ fn stretch(args: &FitArgs, needs: Needs) -> usize {
     } else {
         0
     };
-    if estimate.filter.is_some() || !args.data.delay.is_empty() {
+    if !(estimate.smooth || estimate.low_pass == Some(0.0)) || !args.data.delay.is_empty() {
         Sampling::LONGEST.max(horizon).max(neighbours)
     } else if estimate.smooth || horizon + neighbours > 0 || needs.momenta {
         Sampling::LONG.max(horizon).max(neighbours)
@@ -257,7 +281,7 @@ fn stretch(args: &FitArgs, needs: Needs) -> usize {
 
 fn read(args: &FitArgs) -> Result<Data> {
     let needs = args.needs()?;
-    let options = EstimateOptions {
+    let mut options = EstimateOptions {
         momenta: needs.momenta,
         ..args.estimate.options()
     };
@@ -265,6 +289,14 @@ fn read(args: &FitArgs) -> Result<Data> {
     let sampling = args.sample.sampling(args.training.seed, stretch);
     let own = data::read_sample(&args.files, &args.data, sampling)?;
     let check = refuse_meaningless(&own.recordings, &options)?;
+    let low_pass = low_pass(args, needs, &check);
+    if let Some(choice) = &low_pass {
+        options.low_pass = choice.value.as_f64();
+        eprintln!(
+            "note: {} (--low-pass overrides it, 0 for none)",
+            choice.reason
+        );
+    }
     let coordinates = own.recordings[0].coordinates.clone();
     let mut files = data_files("training", own.hashes);
     let (trajectories, mut estimates) = data::estimated(own.recordings, &options)?;
@@ -287,7 +319,24 @@ fn read(args: &FitArgs) -> Result<Data> {
         estimates,
         files,
         check,
+        low_pass,
     })
+}
+
+/// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for.
+fn low_pass(args: &FitArgs, needs: Needs, check: &CheckReport) -> Option<Choice> {
+    let asked = args.estimate.smooth || args.estimate.low_pass.is_some();
+    if asked || needs.positions || needs.horizon > 0 {
+        return None;
+    }
+    let mut items = check.items.iter();
+    let item = items.find(|i| i.name == "acceleration" && i.verdict == Verdict::Warn)?;
+    let hertz = *item.values.get("low_pass_hz")?;
+    let reason = format!(
+        "{}: a low-pass of {hertz} Hz for motion and forces",
+        item.finding
+    );
+    Some(Choice::new("low_pass", hertz, reason))
 }
 
 fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
@@ -300,8 +349,8 @@ pub(super) fn refuse_meaningless(
     recordings: &[Recording],
     options: &EstimateOptions,
 ) -> Result<CheckReport> {
-    let filter = options.filter;
-    let report = data::check(recordings, &CheckOptions { filter });
+    let low_pass = options.low_pass;
+    let report = data::check(recordings, &CheckOptions { low_pass });
     let mut items = report.items.iter();
     let Some(item) = items.find(|item| item.verdict == Verdict::Fail) else {
         return Ok(report);
@@ -355,35 +404,54 @@ fn same_data(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
     }
 }
 
-/// All settings of the fit; notes a choice of the optimiser from the data.
-fn choose(
+/// All settings of the fits; notes a choice of the optimiser from the data.
+fn candidates(
     args: &FitArgs,
     dataset: &Dataset,
     estimates: &[Estimate],
     robot: Option<Robot>,
-) -> Result<Chosen> {
+) -> Result<Vec<Chosen>> {
     let request = args.request(robot.map(|robot| robot.config))?;
-    let chosen = FitConfig::for_data(dataset, estimates, &request)?;
+    let candidates = FitConfig::candidates(dataset, estimates, &request)?;
     let adam = |choice: &&Choice| choice.setting == "optimizer" && choice.value == "adam";
-    if let Some(choice) = chosen.choices.iter().find(adam) {
+    if let [chosen] = &candidates[..]
+        && let Some(choice) = chosen.choices.iter().find(adam)
+    {
         eprintln!("note: {} (--optimizer overrides it)", choice.reason);
     }
-    Ok(chosen)
+    if candidates.len() > 1 {
+        let names = candidates.iter().map(|c| c.config.family.name());
+        let names: Vec<&str> = names.collect();
+        eprintln!(
+            "note: {} are tried and compared by their torque errors on held-out samples (--model chooses one)",
+            names.join(", ")
+        );
+    }
+    Ok(candidates)
 }
 
 fn fit(
-    config: &FitConfig,
+    candidates: Vec<Chosen>,
     folder: &RunFolder,
     dataset: &Dataset,
     checkpoint: Option<&Checkpoint>,
     mode: OutputMode,
-) -> Result<Fit> {
+) -> Result<Selection> {
     let metrics = folder.metrics(checkpoint.map_or(0, |c| c.step as u64))?;
     let bar = Progress::start("fit", mode.quiet);
     let mut watch = Watch::new(folder, metrics, bar, interrupt::flag()?);
-    let fitted = train::fit(dataset, config, checkpoint, &mut watch);
+    let fitted = train::select(dataset, candidates, checkpoint, &mut watch);
     let result = match &fitted {
-        Ok(fit) => format!("{} steps, loss {:.3e}", fit.steps, fit.best),
+        Ok(Selection {
+            fit, contestants, ..
+        }) if contestants.len() > 1 => {
+            format!(
+                "{} models, the best is {}",
+                contestants.len(),
+                fit.model.family()
+            )
+        }
+        Ok(Selection { fit, .. }) => format!("{} steps, loss {:.3e}", fit.steps, fit.best),
         Err(_) => "failed".into(),
     };
     watch.finish(&result)?;

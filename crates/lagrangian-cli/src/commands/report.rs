@@ -63,14 +63,14 @@ pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
     let model = data::model(&folder.file(MODEL))?;
     let evaluation = fit::evaluation(&record)?;
     let metrics = folder.read_metrics()?;
-    Run {
+    let run = Run {
         folder: folder.path(),
         record: &record,
         metrics: &metrics,
         model: &model,
         evaluation: &evaluation,
-    }
-    .report(links)
+    };
+    Ok(run.report(run.scored()?, links))
 }
 
 fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::score::SignalError;
+use lagrangian::score::{Assessment, SignalError};
 use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, score};
 use serde_json::json;
 
@@ -12,6 +12,7 @@ use crate::cli::ScoreArgs;
 use crate::data;
 use crate::failure::Advise;
 use crate::motion;
+use crate::verdict;
 
 pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_existing()?;
@@ -23,16 +24,19 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
         "cannot score",
         "`lagrangian check` shows what is wrong with the data",
     )?;
+    let assessment = Assessment::new(&model, &trajectories, &score);
     let figures = json!({
         "command": "score",
         "model": args.model,
         "files": args.files,
         "estimated": data::estimated_signals(&estimates),
         "score": score,
+        "verdict": assessment.verdict,
+        "assessment": assessment,
     });
-    let text = || as_text(&score, &trajectories, model.coordinates());
+    let text = || as_text(&score, &trajectories, model.coordinates()) + &verdict::text(&assessment);
     args.output.write_figures(mode, &figures, text)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(verdict::exit_code(&assessment))
 }
 
 fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {

@@ -7,7 +7,9 @@ use std::path::Path;
 
 use anyhow::Result;
 use figures::Followed;
-use lagrangian::score::{SignalError, predict_all, score_predictions};
+use lagrangian::score::{
+    Assessment, Grade, Predictions, Reason, SignalError, predict_all, score_predictions,
+};
 use lagrangian::{CheckReport, Learned, Model, Score, Trajectory};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Headline, Report, Role};
@@ -15,6 +17,7 @@ use lagrangian_report::{Command, Headline, Report, Role};
 use crate::cli::Links;
 use crate::motion;
 use crate::run_folder::{MODEL, Metric, RunRecord};
+use crate::verdict;
 
 /// What a page is made of.
 pub(crate) struct Run<'a> {
@@ -39,30 +42,52 @@ pub(crate) struct Evaluation {
     pub(crate) check: CheckReport,
 }
 
+/// The predictions of a model, and what they are worth.
+pub(crate) struct Scored {
+    predictions: Predictions,
+    score: Score,
+    /// How far the model can be trusted.
+    pub(crate) assessment: Assessment,
+}
+
 impl Run<'_> {
-    /// The page as plain data.
-    pub(crate) fn report(&self, links: Links) -> Result<Report> {
+    /// The motions of the evaluation, each predicted once.
+    pub(crate) fn scored(&self) -> Result<Scored> {
         let (motions, options) = (&self.evaluation.motions, motion::for_comparison());
         let predictions = predict_all(self.model, motions, &options)?;
         let score = score_predictions(self.model, motions, &predictions, &options)?;
+        Ok(Scored {
+            assessment: Assessment::new(self.model, motions, &score),
+            predictions,
+            score,
+        })
+    }
+
+    /// The page as plain data.
+    pub(crate) fn report(&self, scored: Scored, links: Links) -> Report {
+        let Scored {
+            predictions,
+            score,
+            assessment,
+        } = scored;
         let parities = figures::parities(self, &predictions.accelerations);
         let followed = Followed::first(self, predictions.rollouts);
         let mut figures = vec![figures::loss(self.metrics, self.role())];
         figures.extend(followed.iter().flat_map(|motion| motion.figures(self)));
         figures.extend(parities);
         let animation = followed.and_then(|motion| motion.animation(self, links));
-        Ok(Report {
+        Report {
             title: format!("{}, learned from recordings", self.model.description().what),
             subtitle: self.subtitle(),
-            headlines: self.headlines(&score),
-            summary: self.summary(&score),
+            headlines: self.headlines(&score, &assessment),
+            summary: self.summary(&score, &assessment),
             animations: animation.into_iter().collect(),
             maps: Vec::new(),
             figures,
-            tables: tables::of(self, &score),
+            tables: tables::of(self, &score, &assessment),
             settings: tables::settings(self.record),
             commands: self.commands(),
-        })
+        }
     }
 
     fn role(&self) -> Role {
@@ -92,9 +117,15 @@ impl Run<'_> {
         format!("{files}{training} · {started} · version {version}")
     }
 
-    fn headlines(&self, score: &Score) -> Vec<Headline> {
+    fn headlines(&self, score: &Score, assessment: &Assessment) -> Vec<Headline> {
         let role = Some(self.role());
-        let mut headlines = Vec::new();
+        let note = match assessment.verdict {
+            Grade::Good => "it explains what was recorded",
+            Grade::Fair => "it can be used, with the reservations below",
+            Grade::Poor => "it must not be used",
+        };
+        let word = verdict::name(assessment.verdict);
+        let mut headlines = vec![Headline::new("Verdict", word.into(), "", note)];
         for (label, error) in [
             ("Error of accelerations", &score.acceleration),
             ("Error of torques", &score.torque),
@@ -131,7 +162,16 @@ impl Run<'_> {
         headlines
     }
 
-    fn summary(&self, score: &Score) -> Vec<String> {
+    fn summary(&self, score: &Score, assessment: &Assessment) -> Vec<String> {
+        let reasons = assessment.reasons.iter();
+        let reason =
+            |r: &Reason| format!("{}: {}; {}.", verdict::name(r.grade), r.finding, r.remedy);
+        let mut summary: Vec<String> = reasons.map(reason).collect();
+        summary.extend(self.predictions(score));
+        summary
+    }
+
+    fn predictions(&self, score: &Score) -> Vec<String> {
         let whole = score.rollouts.iter().filter(|r| !r.exceeded).count();
         if !self.model.moves() {
             let none = "A plain network of torques has no forward dynamics: it predicts no motion.";

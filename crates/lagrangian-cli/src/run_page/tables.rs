@@ -1,7 +1,7 @@
 //! The tables of a run's page.
 
-use lagrangian::score::{RolloutScore, SignalError};
-use lagrangian::train::{Choice, Parameter};
+use lagrangian::score::{Assessment, Forward, RolloutScore, SignalError};
+use lagrangian::train::{Choice, Contestant, Parameter};
 use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
 use lagrangian_report::Table;
 use lagrangian_report::draw::short;
@@ -13,15 +13,59 @@ use crate::run_folder::RunRecord;
 const MOST_MOTIONS: usize = 20;
 
 /// Errors at single samples, how long whole motions are followed, parameters, and warnings about the data.
-pub(super) fn of(run: &Run, score: &Score) -> Vec<Table> {
+pub(super) fn of(run: &Run, score: &Score, assessment: &Assessment) -> Vec<Table> {
     let mut tables = vec![
+        tried(run),
         errors(run, score),
+        forwards(assessment),
         motions(run, score),
         parameters(run),
         warnings(run),
     ];
     tables.retain(|table| !table.rows.is_empty());
     tables
+}
+
+/// The models that were compared.
+fn tried(run: &Run) -> Table {
+    let row = |c: &Contestant| {
+        let error = match (c.torque_nmse, &c.failure) {
+            (Some(error), _) => format!("{} %", short(100.0 * error)),
+            (None, Some(failure)) => failure.clone(),
+            (None, None) => String::new(),
+        };
+        vec![c.family.clone(), error, format!("{:.1} s", c.seconds)]
+    };
+    Table::new(
+        "Models that were tried: the squared error of their torques over the variance, mean over the joints, on samples that were held back.",
+        &["model", "torque error", "time"],
+        run.record.tried.iter().map(row).collect(),
+    )
+}
+
+/// What can be predicted forwards, joint by joint.
+fn forwards(assessment: &Assessment) -> Table {
+    let percent = |x: f64| format!("{} %", short(100.0 * x));
+    let row = |j: &Forward| {
+        vec![
+            j.name.clone(),
+            percent(j.inertial_share),
+            percent(j.unexplained),
+            percent(j.acceleration_nmse),
+            String::from(if j.predictable { "yes" } else { "no" }),
+        ]
+    };
+    Table::new(
+        "From torques to accelerations: where the inertial torque is less than what is not explained, nobody can predict the acceleration.",
+        &[
+            "joint",
+            "inertia, of the torque's variance",
+            "unexplained",
+            "error of the acceleration",
+            "predictable",
+        ],
+        assessment.joints.iter().map(row).collect(),
+    )
 }
 
 fn errors(run: &Run, score: &Score) -> Table {

@@ -22,7 +22,9 @@ const SIGN_ERRORS: f64 = 5.0;
 const INERTIAL_PART: f64 = 0.2;
 /// Accelerations that are less certain than this part of them want a filter.
 const UNCERTAIN: f64 = 0.1;
-/// So does an inertia that grows by more than this part from one window to a wider one.
+/// So do forces with more noise than this part of them.
+const NOISY_FORCES: f64 = 0.01;
+/// An inertia that grows by more than this part from one cut-off to a lower one is not to be trusted.
 const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
@@ -33,7 +35,7 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Ite
     let mut items = delays(recordings, &found);
     items.extend(inertias(recordings, &found));
     let estimated = recordings.iter().any(|r| r.qdd.is_empty());
-    if options.filter.is_none() && estimated {
+    if options.low_pass.is_none() && estimated {
         items.extend(accelerations(recordings, &found));
     }
     items
@@ -80,7 +82,9 @@ fn delays(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
                 "{name}: cannot be determined: the motion explains {explained:.0} % of the force"
             )
         } else if shaken {
-            format!("{name}: {size}: not to be trusted before the motion is filtered")
+            format!(
+                "{name}: {size}: not to be trusted: noise or vibrations of the positions spoil the accelerations"
+            )
         } else if found.at_end {
             format!("{name}: cannot be determined from this motion")
         } else if delayed {
@@ -133,35 +137,38 @@ fn inertias(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     names(recordings).filter_map(item).collect()
 }
 
-/// Whether noise spoils the accelerations.
+/// Whether noise spoils the accelerations, and the low-pass that helps.
 fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
-    let certainty = fits.certainty.iter().enumerate();
+    let certainty = fits.uncertainty.iter().enumerate();
     let (at, worst) = certainty
-        .filter(|(_, c)| c.error.is_finite() && c.filter.is_finite())
-        .max_by(|a, b| a.1.error.total_cmp(&b.1.error))?;
+        .filter(|(_, c)| c.is_finite())
+        .max_by(|a, b| a.1.total_cmp(b.1))?;
     let name = |i: usize| names(recordings).nth(i).map_or("", |n| n.1);
-    let (percent, joint) = (100.0 * worst.error, name(at));
-    let mut finding = format!("estimated q̈ is uncertain by {percent:.1} % ({joint})");
-    let explained = |f: &JointFit| f.explained.0 > EXPLAINED && f.inertia.0 > 0.0;
-    let grown = fits.joints.iter().enumerate();
-    let grown = grown.filter_map(|(i, f)| Some((i, f.filter(explained)?.growth)));
-    let grown = grown.max_by(|a, b| a.1.total_cmp(&b.1));
-    let shrunk = grown.is_some_and(|(_, growth)| growth > GROWTH);
-    if let Some((i, growth)) = grown.filter(|_| shrunk) {
-        let (joint, percent) = (name(i), 100.0 * growth);
-        finding += &format!(
-            "; the estimated inertia of {joint} is {percent:.0} % larger in windows 1.4 times as long: noise, play or vibrations make it too small"
-        );
-    }
-    let windows = fits.certainty.iter().map(|c| c.filter);
-    let windows = windows.filter(|s| s.is_finite());
-    let seconds = windows.fold(f64::INFINITY, f64::min);
-    let remedy = format!(
-        "filter motion and forces alike, `filter` {seconds:.2}; longer as long as the inertia grows with it, but at most a quarter of the fastest period"
+    let (percent, joint) = (100.0 * worst, name(at));
+    let noise = fits
+        .noise
+        .iter()
+        .copied()
+        .filter(|x| x.is_finite())
+        .fold(0.0, f64::max);
+    let finding = format!(
+        "estimated q̈ is uncertain by {percent:.1} % ({joint}), the forces by {:.1} % or less",
+        100.0 * noise
     );
+    let noisy = *worst > UNCERTAIN || noise > NOISY_FORCES;
+    let Some(low_pass) = fits.low_pass else {
+        let remedy = "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which";
+        let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);
+        return Some(item.value("uncertainty", *worst));
+    };
+    let (hertz, explained) = (low_pass.hertz, 100.0 * low_pass.explained);
+    let finding = format!(
+        "{finding}; after a low-pass of {hertz} Hz the motion explains {explained:.1} % of the forces"
+    );
+    let remedy = format!("pass motion and forces through the same low-pass: `low_pass` {hertz}");
     let item = Item::pass("acceleration", finding)
-        .warn_if(worst.error > UNCERTAIN || shrunk, remedy)
-        .value("uncertainty", worst.error)
-        .value("inertia_growth", grown.map_or(0.0, |g| g.1));
-    Some(item.value("filter_s", seconds))
+        .warn_if(noisy, remedy)
+        .value("uncertainty", *worst)
+        .value("explained", low_pass.explained);
+    Some(item.value("low_pass_hz", hertz))
 }

@@ -132,8 +132,8 @@ impl CheckReport {
 /// Options of [`check`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CheckOptions {
-    /// Window of the filter for motion and forces, s, that a fit will use; chosen from the data where there is none.
-    pub filter: Option<f64>,
+    /// Cut-off of the low-pass for motion and forces, Hz, that a fit will use; chosen from the data where there is none.
+    pub low_pass: Option<f64>,
 }
 
 /// Checks recordings before they are fitted. It has no error: each problem is an item.

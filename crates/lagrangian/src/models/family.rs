@@ -13,7 +13,7 @@ use crate::dataset::Dataset;
 use crate::integrate::Method;
 use crate::saved::{self, SavedModel};
 use crate::settings::Setting;
-use crate::train::{Choice, FitConfig, Known, Learner, Loss, Request};
+use crate::train::{Choice, FitConfig, Known, Learner, Loss, Observer, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -117,7 +117,7 @@ pub enum Plan {
 }
 
 /// A fit in closed form.
-pub type Solve = dyn Fn(&Dataset) -> Result<Solution> + Send + Sync;
+pub type Solve = dyn Fn(&Dataset, &mut dyn Observer) -> Result<Solution> + Send + Sync;
 
 /// The result of a fit in closed form.
 #[derive(Debug)]

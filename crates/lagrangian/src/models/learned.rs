@@ -56,6 +56,12 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
+    /// The same model with inertia added to its drives, kg·m² or kg, `[n]`; `None` for one that cannot have any.
+    fn with_added_inertia(&self, added: &[f64]) -> Option<Learned> {
+        let _ = added;
+        None
+    }
+
     /// A copy on the heap.
     fn boxed(&self) -> Box<dyn FittedModel>;
 }
@@ -166,6 +172,15 @@ pub trait LearnedLagrangian: Lagrangian + Any + Debug {
         &[]
     }
 
+    /// The same Lagrangian with inertia added to its rotors, kg·m² or kg, `[n]`, where it keeps these apart.
+    fn with_added_inertia(&self, added: &[f64]) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        let _ = added;
+        None
+    }
+
     /// A copy on the heap.
     fn boxed(&self) -> Box<dyn LearnedLagrangian>;
 }
@@ -196,6 +211,11 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
     fn parameters(&self) -> Vec<Parameter> {
         let forces = Named::of(self.coordinates()).forces(self.fitted_forces());
         forces.rotors(self.lagrangian.rotors()).list()
+    }
+
+    fn with_added_inertia(&self, added: &[f64]) -> Option<Learned> {
+        let lagrangian = self.lagrangian.with_added_inertia(added)?;
+        Some(self.clone().with(|_| Ok(lagrangian)).ok()?.into())
     }
 
     fn on_heap(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
@@ -287,6 +307,11 @@ impl Model for Learned {
 }
 
 impl Learned {
+    /// The same model with inertia added to its drives, kg·m² or kg, `[n]`; `None` for one that cannot have any.
+    pub(crate) fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
+        self.0.with_added_inertia(added)
+    }
+
     /// The model, if it is one of type `M`, such as `Mechanical<Lnn>`.
     #[must_use]
     pub fn downcast_ref<M: FittedModel>(&self) -> Option<&M> {

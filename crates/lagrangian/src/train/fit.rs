@@ -7,15 +7,16 @@ use serde::{Deserialize, Serialize};
 use super::adam::AdamConfig;
 use super::checkpoint::Checkpoint;
 use super::forces::ForceTerms;
-use super::loss::Loss;
+use super::forward::added_inertia;
+use super::loss::{Loss, Target};
 use super::natural::NaturalConfig;
 use super::observer::{Ending, Observer, Progress};
 use super::rollout::{RolloutLoss, SegmentOrder};
 use super::run::{Ended, Run};
-use crate::Result;
 use crate::dataset::Dataset;
 use crate::models::{Family, Learned, LnnConfig, Plan, Residuals, Solve, Trainable};
 use crate::rigid::RobotConfig;
+use crate::{Actuation, Result};
 
 /// The optimiser of the weights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,6 +33,12 @@ impl Default for Optimizer {
         Self::Natural(NaturalConfig::default())
     }
 }
+
+/// The weight of the accelerations after a fit of torques where nothing else is asked for.
+pub(super) const FORWARD: f64 = 5e-4;
+
+/// The length of a fit whose request gives neither steps nor seconds, s.
+pub(super) const SECONDS: f64 = 60.0;
 
 /// The length of a run, which the schedules follow.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -83,6 +90,9 @@ pub struct FitConfig {
     /// in units of that. `DeLaN` can only add inertia to it, a free network also take some away.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nominal: Option<RobotConfig>,
+    /// The weight λ of the accelerations after a fit of torques: inertia is added to the drives where it lowers
+    /// Σ nMSE(τ) + λ Σ nMSE(q̈). 0 adds none.
+    pub forward: f64,
     /// The precision of the kernels under Adam.
     pub precision: Precision,
     /// The number of steps between two validations.
@@ -104,6 +114,7 @@ impl Default for FitConfig {
             seed: 0,
             forces: ForceTerms::default(),
             nominal: None,
+            forward: FORWARD,
             precision: Precision::default(),
             validate_every: 25,
             patience: None,
@@ -139,13 +150,26 @@ pub fn fit(
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
-    match config.plan(dataset)? {
+    let plan = config.plan(dataset)?;
+    let of_torques =
+        dataset.forced && (config.loss.target == Target::Torque || matches!(plan, Plan::Solve(_)));
+    let mut fit = match plan {
         Plan::Solve(solve) => solve_at_once(dataset, &*solve, observer),
         Plan::Train(model) => {
             // Once inside the pool, its threads need not be woken for every step.
             rayon::scope(|_| descend(dataset, config, &*model.0, resume, observer))
         }
+    }?;
+    if of_torques && config.forward > 0.0 {
+        let direct = fit.model.actuation().is_none_or(Actuation::is_direct);
+        let added = direct
+            .then(|| added_inertia(&fit.model, &dataset.train, config.forward))
+            .flatten();
+        if let Some(model) = added.and_then(|added| fit.model.with_added_inertia(&added)) {
+            fit.model = model;
+        }
     }
+    Ok(fit)
 }
 
 /// Fits a family by an optimiser.
@@ -184,7 +208,7 @@ fn descend(
 /// Fits a family that has a closed form, in one step.
 fn solve_at_once(dataset: &Dataset, solve: &Solve, observer: &mut dyn Observer) -> Result<Fit> {
     let clock = Instant::now();
-    let solution = solve(dataset)?;
+    let solution = solve(dataset, observer)?;
     let progress = Progress {
         step: 1,
         share: 1.0,

@@ -8,6 +8,7 @@ mod choice;
 mod engine;
 mod fit;
 mod forces;
+mod forward;
 mod learner;
 mod loss;
 mod natural;
@@ -20,6 +21,7 @@ mod problem;
 mod rollout;
 mod run;
 mod schedule;
+mod selection;
 mod settings;
 mod stepper;
 #[cfg(test)]
@@ -46,5 +48,6 @@ pub use problem::{
 };
 pub use rollout::{Observe, RolloutLoss, Start};
 pub use schedule::cosine;
+pub use selection::{Contestant, Selection, select};
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::{StepLoss, Stepper};

@@ -33,6 +33,13 @@ pub trait Observer: Send {
     /// Called after each step; `Break` ends the run, which keeps the best weights.
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()>;
 
+    /// Called by a family that is solved for at once, with what it does and the part of it that is done, 0…1; `Break` asks it to
+    /// end with what it has.
+    fn stage(&mut self, what: &str, share: f64) -> ControlFlow<()> {
+        let _ = (what, share);
+        ControlFlow::Continue(())
+    }
+
     /// Called after each validation with everything that a later run needs to resume to the same bits.
     ///
     /// # Errors

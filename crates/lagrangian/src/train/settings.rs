@@ -64,6 +64,13 @@ pub const SETTINGS: &[Setting] = &[
     )
     .or("0"),
     Setting::new(
+        "forward",
+        Kind::Number(Range::NonNegative),
+        "Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques \
+         and so many times that of all accelerations; 0 adds none",
+    )
+    .or("0.0005"),
+    Setting::new(
         "patience",
         Kind::Integer { min: 1, max: MOST },
         "Stop after so many validations without improvement (one every 25 steps)",
@@ -162,6 +169,8 @@ pub struct TrainingSettings {
     pub learning_rate: Option<f64>,
     /// The weight decay of Adam.
     pub weight_decay: Option<f64>,
+    /// The weight of the accelerations after a fit of torques.
+    pub forward: Option<f64>,
     /// The number of validations without improvement after which the fit stops.
     pub patience: Option<usize>,
 }

@@ -102,7 +102,7 @@ fn around(t: &[f64], at: f64) -> (f64, f64) {
 }
 
 /// Coordinate `i` of `y` `[len, n]` at a time within `t`.
-fn interpolated(t: &[f64], y: &[f64], n: usize, i: usize, at: f64) -> f64 {
+pub(crate) fn interpolated(t: &[f64], y: &[f64], n: usize, i: usize, at: f64) -> f64 {
     let after = t.partition_point(|t| *t < at).clamp(1, t.len() - 1);
     let part = ((at - t[after - 1]) / (t[after] - t[after - 1])).clamp(0.0, 1.0);
     (1.0 - part) * y[(after - 1) * n + i] + part * y[after * n + i]

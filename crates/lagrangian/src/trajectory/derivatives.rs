@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::local_polynomial::{Filter, Series, around, median_step, segments};
-use super::window::{Choice, choose};
-use super::{Recording, Signals, Trajectory};
+use super::low_pass::{self, LowPass};
+use super::window::{Choice, choose, noise_variance};
+use super::{Recording, Signal, Signals, Trajectory};
 use crate::{Error, Result};
 
 /// Fewer consecutive samples than this cannot be differentiated twice.
@@ -22,12 +23,12 @@ pub struct EstimateOptions {
     pub momenta: bool,
     /// Also replace measured q and q̇ by their local polynomial.
     pub smooth: bool,
-    /// Replace all signals, τ too, by polynomials over windows of this length, s: the same band of frequencies of
-    /// motion and forces, from q and τ alone. Half a window is omitted at each end.
+    /// Pass all signals, τ too, through a low-pass without phase with this cut-off, Hz: the same band of frequencies of
+    /// motion and forces. q̇ and q̈ are derivatives of q, or of a measured q̇ that is less noisy. Half a period of the cut-off is omitted at each end.
     ///
     /// Where a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
     /// fit shrink both; so it does where play and vibrations shake the encoders but not the drive.
-    pub filter: Option<f64>,
+    pub low_pass: Option<f64>,
     /// Use this window, in samples, instead of choosing one from the data.
     pub window: Option<usize>,
     /// The longest window that may be chosen, in samples.
@@ -42,7 +43,7 @@ impl Default for EstimateOptions {
             accelerations: true,
             momenta: true,
             smooth: false,
-            filter: None,
+            low_pass: None,
             window: None,
             longest_window: 401,
             gap: 5.0,
@@ -56,13 +57,13 @@ impl EstimateOptions {
         if window < SHORTEST {
             return Err(Error::argument("window", window, "at least 6 samples"));
         }
-        if let Some(seconds) = self.filter
-            && !(seconds.is_finite() && seconds > 0.0)
+        if let Some(cutoff) = self.low_pass
+            && !(cutoff.is_finite() && cutoff > 0.0)
         {
             return Err(Error::argument(
-                "filter",
-                seconds,
-                "a finite number of seconds above 0",
+                "low_pass",
+                cutoff,
+                "a finite number of Hz above 0",
             ));
         }
         if self.gap.is_nan() || self.gap <= 1.0 {
@@ -101,8 +102,6 @@ pub struct Estimate {
     pub coordinate: String,
     /// What it was made from.
     pub source: Source,
-    /// Degree of the local polynomial.
-    pub degree: usize,
     /// Length of the window, samples.
     pub window: usize,
     /// Length of the window, s.
@@ -117,6 +116,32 @@ pub struct Estimate {
     /// Samples that were omitted because too few are between two gaps.
     pub left_out: usize,
 }
+
+/// A measured signal with its derivatives.
+struct Way {
+    source: Source,
+    signals: &'static [Signal],
+}
+
+/// The ways to all signals by a low-pass.
+const WAYS: [Way; 4] = [
+    Way {
+        source: Source::Q,
+        signals: &[Signal::Q, Signal::Qd, Signal::Qdd],
+    },
+    Way {
+        source: Source::Qd,
+        signals: &[Signal::Qd, Signal::Qdd],
+    },
+    Way {
+        source: Source::Tau,
+        signals: &[Signal::Tau],
+    },
+    Way {
+        source: Source::P,
+        signals: &[Signal::P, Signal::Pd],
+    },
+];
 
 /// Signals that were estimated for one recording.
 pub(super) struct Fitted {
@@ -143,8 +168,8 @@ impl Fitted {
             signals: Signals::default(),
             estimates: Vec::new(),
         };
-        if let Some(seconds) = options.filter {
-            return fitted.filter(recording, seconds, options);
+        if let Some(cutoff) = options.low_pass {
+            return fitted.low_pass(recording, cutoff, options);
         }
         let q = (Source::Q, &recording.q);
         let qd = (Source::Qd, &recording.qd);
@@ -180,51 +205,123 @@ impl Fitted {
         }
     }
 
-    /// All signals in the same windows; samples nearer to an end than half a window are omitted.
-    fn filter(
+    /// All signals by the same low-pass; samples near the ends are omitted.
+    fn low_pass(
         mut self,
         recording: &Recording,
-        seconds: f64,
+        cutoff: f64,
         options: &EstimateOptions,
     ) -> Result<Self> {
         let step = median_step(&recording.t);
-        let half = ((0.5 * seconds / step).round() as usize).clamp(SHORTEST / 2, recording.len());
-        let window = 2 * half + 1;
+        if cutoff * step > low_pass::HIGHEST {
+            let name = &recording.name;
+            return Err(Error::argument(
+                "low_pass",
+                format!(
+                    "{cutoff} Hz for trajectory '{name}', sampled at {:.4} Hz",
+                    1.0 / step
+                ),
+                "at most 0.35 of the sampling rate",
+            ));
+        }
+        let margin = LowPass::margin(cutoff, step);
+        let shortest = 2 * margin + SHORTEST;
         let longest = self.segments.iter().map(Range::len).max().unwrap_or(0);
-        if longest <= window {
+        if longest < shortest {
             return Err(Error::too_short(
                 format!(
-                    "trajectory '{}', filtered over {seconds} s,",
+                    "trajectory '{}', after a low-pass of {cutoff} Hz,",
                     recording.name
                 ),
                 longest,
-                window + 1,
+                shortest,
             ));
         }
-        self.segments.retain(|s| s.len() > window);
-        let options = EstimateOptions {
-            window: Some(window),
-            ..options.clone()
-        };
-        let q = (Source::Q, &recording.q);
-        self.signals.q = self.signal(recording, "q", &[(q, 0)], &options);
-        self.signals.qd = self.signal(recording, "qd", &[(q, 1)], &options);
-        if options.accelerations {
-            self.signals.qdd = self.signal(recording, "qdd", &[(q, 2)], &options);
+        self.segments.retain(|s| s.len() >= shortest);
+        let filters = self.segments.iter();
+        let filters: Vec<LowPass> = filters
+            .map(|s| LowPass::new(cutoff, &recording.t[s.clone()]))
+            .collect();
+        for way in WAYS
+            .iter()
+            .filter(|way| way.source != Source::P || options.momenta)
+        {
+            self.pass(recording, &filters, way);
         }
-        self.momenta(recording, true, &options);
-        if !recording.tau.is_empty() {
-            let tau = (Source::Tau, &recording.tau);
-            self.signals.tau = self.signal(recording, "tau", &[(tau, 0)], &options);
+        if !options.accelerations {
+            self.signals.qdd.clear();
+            self.signals.pd.clear();
+            self.estimates
+                .retain(|e| !["qdd", "pd"].contains(&e.signal));
         }
         for segment in &mut self.segments {
-            *segment = segment.start + half..segment.end - half;
+            *segment = segment.start + margin..segment.end - margin;
         }
-        let left_out = recording.len() - self.segments.iter().map(Range::len).sum::<usize>();
+        let left_out = self.left_out(recording);
         for estimate in &mut self.estimates {
             estimate.left_out = left_out;
         }
         Ok(self)
+    }
+
+    /// Filters one measured signal, and takes its derivatives for those signals that are not known better, coordinate by
+    /// coordinate.
+    fn pass(&mut self, recording: &Recording, filters: &[LowPass], way: &Way) {
+        let Some(measured) = recording.values(way.signals[0]) else {
+            return;
+        };
+        let (n, step) = (recording.dof(), median_step(&recording.t));
+        let cutoff = filters.first().map_or(1.0, LowPass::cutoff);
+        let damped = LowPass::noise(cutoff, step);
+        for coordinate in 0..n {
+            let series = Series {
+                t: &recording.t,
+                y: measured,
+                n,
+                coordinate,
+            };
+            let noise = noise_variance(series, &self.segments, 3, 8).sqrt();
+            let name = &recording.coordinates.0[coordinate].name;
+            let mut better = Vec::new();
+            for (order, signal) in way.signals.iter().enumerate() {
+                let standard_error = noise * damped[order];
+                let same = |e: &Estimate| e.signal == signal.name() && e.coordinate == *name;
+                let known = self.estimates.iter().position(same);
+                if known.is_some_and(|k| self.estimates[k].standard_error <= standard_error) {
+                    continue;
+                }
+                known.map(|k| self.estimates.remove(k));
+                better.push((order, *signal));
+                self.estimates.push(Estimate {
+                    trajectory: recording.name.clone(),
+                    signal: signal.name(),
+                    coordinate: name.clone(),
+                    source: way.source,
+                    window: 2 * LowPass::margin(cutoff, step) + 1,
+                    seconds: 1.0 / cutoff,
+                    noise,
+                    standard_error,
+                    standard_error_ends: standard_error,
+                    left_out: 0,
+                });
+            }
+            for (segment, filter) in self.segments.iter().zip(filters) {
+                let y: Vec<f64> = segment.clone().map(|k| series.value(k)).collect();
+                let own = filter.apply(&y);
+                let own = [own.value, own.first, own.second];
+                for (order, signal) in &better {
+                    let values = self.signals.get_mut(*signal);
+                    values.resize(measured.len(), 0.0);
+                    for (k, x) in segment.clone().zip(&own[*order]) {
+                        values[k * n + coordinate] = *x;
+                    }
+                }
+            }
+        }
+    }
+
+    fn left_out(&self, recording: &Recording) -> usize {
+        recording.len() - self.segments.iter().map(Range::len).sum::<usize>()
     }
 
     /// Estimates one signal, each coordinate from the source with the smallest risk.
@@ -260,13 +357,12 @@ impl Fitted {
                 signal,
                 coordinate: recording.coordinates.0[coordinate].name.clone(),
                 source,
-                degree: choice.filter.degree,
                 window: choice.window,
                 seconds: (choice.window - 1) as f64 * median_step(&recording.t),
                 noise: choice.noise,
                 standard_error: choice.standard_error(),
                 standard_error_ends: choice.risk.ends.sqrt(),
-                left_out: len - self.segments.iter().map(Range::len).sum::<usize>(),
+                left_out: self.left_out(recording),
             });
         }
         values
@@ -287,7 +383,7 @@ impl Fitted {
             self.segments.iter().flat_map(part).copied().collect()
         };
         let mut measured = recording.signals;
-        if options.filter.is_some() {
+        if options.low_pass.is_some() {
             measured.qdd = Vec::new();
         }
         let mut signals = self.signals.or(measured);

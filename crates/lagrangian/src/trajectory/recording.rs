@@ -212,7 +212,7 @@ impl Recording {
         options.validate()?;
         let rates = !self.qdd.is_empty() && self.p.is_empty();
         let complete = !self.qd.is_empty() && (rates || !options.accelerations);
-        if complete && !options.smooth && options.filter.is_none() {
+        if complete && !options.smooth && options.low_pass.is_none() {
             let trajectory = Trajectory::new(self.name, self.t, self.signals);
             return Ok((trajectory, Vec::new()));
         }

@@ -74,7 +74,7 @@ const WITHOUT_MODEL: &[&str] = &[
     "check noisy.csv",
     "check arm.csv",
     "check arm.csv log.csv",
-    "check log.csv --filter 0.2",
+    "check log.csv --low-pass 5",
     "check cart.csv",
     "check stiff1.csv stiff2.csv stiff3.csv --parameters k",
     "check double.csv --lagrangian --seconds 1e-9",
@@ -140,9 +140,9 @@ const WITH_MODEL: &[(&[&str], &[&str])] = &[
 /// Further runs of commands that take a model.
 const FURTHER: &[&str] = &[
     "torque lnn/model.safetensors noisy.csv --smooth",
-    "score delan/model.safetensors log.csv --filter 0.1",
+    "score delan/model.safetensors log.csv --low-pass 10",
     "score delan/model.safetensors log.csv --delay 10",
-    "torque delan/model.safetensors log.csv --filter 0.1 --delay 10",
+    "torque delan/model.safetensors log.csv --low-pass 10 --delay 10",
     "rollout lnn/model.safetensors --q0 0.3,0.2 --qd0 0,0 --duration 2 --method rk4",
     "rollout lnn/model.safetensors --q0 0.3,0.2 --qd0 0,0 --duration 2 --method dopri5",
     "rollout lnn/model.safetensors --q0 0.3,0.2 --qd0 0,0 --duration 2 --method implicit-midpoint",

@@ -7,7 +7,7 @@ use super::JointFit;
 use super::source::Signals;
 use super::terms::Terms;
 
-/// Added to the diagonal of the system in units of it.
+/// Added to the diagonal of the system in units of it, where delays are compared.
 const RIDGE: f64 = 1e-9;
 
 /// The sums over a stretch.
@@ -28,9 +28,8 @@ pub(super) struct Part {
 }
 
 impl Part {
-    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, shifts: usize) -> Self {
+    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, delays: usize) -> Self {
         let n = terms.speeds.len();
-        let delays = 2 * shifts + 1;
         let mut row = Vec::new();
         let own = terms.row(i, &s.q[..n], &s.qd[..n], &s.qdd[..n], &mut row);
         let size = row.len();
@@ -49,8 +48,7 @@ impl Part {
             let (q, qd, qdd) = (&s.q[state.clone()], &s.qd[state.clone()], &s.qdd[state]);
             terms.row(i, q, qd, qdd, &mut row);
             for (k, force) in forces.iter_mut().enumerate() {
-                // A delay of k − shifts steps: the force so much earlier.
-                *force = s.tau[(m * s.stride + 2 * shifts - k) * n + i];
+                *force = s.tau[(m * delays + k) * n + i];
             }
             part.add(&row, &forces);
             let mut ones = Vec::new();
@@ -81,7 +79,7 @@ impl Part {
     }
 
     /// The same with another one added, or with `sign` −1 taken away.
-    fn plus(&mut self, other: &Self, sign: f64) {
+    pub(super) fn plus(&mut self, other: &Self, sign: f64) {
         let add = |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += sign * b);
         add(&mut self.square, &other.square);
         add(&mut self.right, &other.right);
@@ -92,6 +90,63 @@ impl Part {
         }
         self.count += sign * other.count;
         self.acceleration += sign * other.acceleration;
+    }
+
+    /// The sums over all of them.
+    pub(super) fn sum(parts: &[Self]) -> Option<Self> {
+        let first = parts.first()?;
+        let mut all = Self {
+            count: 0.0,
+            own: first.own,
+            square: vec![0.0; first.square.len()],
+            right: vec![0.0; first.right.len()],
+            tau: vec![(0.0, 0.0); first.tau.len()],
+            factors: vec![0.0; first.own],
+            acceleration: 0.0,
+        };
+        parts.iter().for_each(|p| all.plus(p, 1.0));
+        Some(all)
+    }
+
+    /// The sum of the squares of the forces about their mean, without delay.
+    pub(super) fn variance(&self) -> f64 {
+        let (sum, square) = self.tau[0];
+        square - sum * sum / self.count
+    }
+
+    fn square(&self, k: usize, j: usize) -> f64 {
+        let size = self.right.len() / self.tau.len();
+        self.square[k.max(j) * size + k.min(j)]
+    }
+
+    /// The coefficients of least squares for every delay, `[P, K]`, with this ridge in units of the diagonal.
+    pub(super) fn coefficients(&self, ridge: f64) -> Option<Mat<f64>> {
+        let delays = self.tau.len();
+        let size = self.right.len() / delays;
+        let scale: Vec<f64> = (0..size)
+            .map(|k| {
+                Some(self.square(k, k).sqrt())
+                    .filter(|s| *s > 0.0)
+                    .unwrap_or(1.0)
+            })
+            .collect();
+        let matrix = Mat::from_fn(size, size, |k, j| {
+            let ridge = if k == j { ridge } else { 0.0 };
+            self.square(k, j) / (scale[k] * scale[j]) + ridge
+        });
+        let right = Mat::from_fn(size, delays, |k, d| self.right[k * delays + d] / scale[k]);
+        let solved = matrix.llt(Side::Lower).ok()?.solve(&right);
+        Some(Mat::from_fn(size, delays, |k, d| solved[(k, d)] / scale[k]))
+    }
+
+    /// The sum of the squared residuals for these coefficients, without delay.
+    pub(super) fn residual(&self, coefficients: &Mat<f64>) -> f64 {
+        let c = |k: usize| coefficients[(k, 0)];
+        let row = |k: usize| -> f64 {
+            let products = (0..coefficients.nrows()).map(|j| self.square(k, j) * c(j));
+            c(k) * (products.sum::<f64>() - 2.0 * self.right[k * self.tau.len()])
+        };
+        (0..coefficients.nrows()).map(row).sum::<f64>() + self.tau[0].1
     }
 }
 
@@ -107,16 +162,7 @@ struct Solution {
 }
 
 pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<JointFit> {
-    let mut all = Part {
-        count: 0.0,
-        own: parts.first()?.own,
-        square: vec![0.0; parts[0].square.len()],
-        right: vec![0.0; parts[0].right.len()],
-        tau: vec![(0.0, 0.0); 2 * shifts + 1],
-        factors: vec![0.0; parts[0].own],
-        acceleration: 0.0,
-    };
-    parts.iter().for_each(|p| all.plus(p, 1.0));
+    let mut all = Part::sum(parts)?;
     let whole = solve(&all, shifts)?;
     let without = |part: &Part| {
         all.plus(part, -1.0);
@@ -143,22 +189,14 @@ pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<Joint
 
 /// Least squares at every delay, and the vertex of the parabola through the best three.
 fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
-    let delays = 2 * shifts + 1;
-    let size = sums.right.len() / delays;
-    let at = |k: usize, j: usize| sums.square[k.max(j) * size + k.min(j)];
-    let scale: Vec<f64> = (0..size)
-        .map(|k| Some(at(k, k).sqrt()).filter(|s| *s > 0.0).unwrap_or(1.0))
-        .collect();
-    let matrix = Mat::from_fn(size, size, |k, j| {
-        let ridge = if k == j { RIDGE } else { 0.0 };
-        at(k, j) / (scale[k] * scale[j]) + ridge
-    });
-    let right = Mat::from_fn(size, delays, |k, d| sums.right[k * delays + d] / scale[k]);
-    let solved = matrix.llt(Side::Lower).ok()?.solve(&right);
+    let delays = sums.tau.len();
+    let solved = sums.coefficients(RIDGE)?;
     let unexplained: Vec<f64> = (0..delays)
         .map(|d| {
             let (sum, square) = sums.tau[d];
-            let fitted: f64 = (0..size).map(|k| solved[(k, d)] * right[(k, d)]).sum();
+            let fitted: f64 = (0..solved.nrows())
+                .map(|k| solved[(k, d)] * sums.right[k * delays + d])
+                .sum();
             let variance = square - sum * sum / sums.count;
             ((square - fitted) / variance).max(f64::MIN_POSITIVE)
         })
@@ -180,7 +218,7 @@ fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
         }
     };
     let inertia = (0..sums.own)
-        .map(|k| solved[(k, best)] / scale[k] * sums.factors[k] / sums.count)
+        .map(|k| solved[(k, best)] * sums.factors[k] / sums.count)
         .sum::<f64>();
     Some(Solution {
         delay: best as f64 - shifts as f64 + vertex,

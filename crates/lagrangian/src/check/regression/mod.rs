@@ -6,10 +6,10 @@
 //! | δₖ | a delay of k steps of the grid | K |
 //! | τ(t − δₖ) | the force so much earlier | m × K |
 //!
-//! Motion and forces pass the same local polynomials on one even grid, so that a shift by a step is exact and all
-//! shifts see the same band of frequencies. Of a stretch of a recording only `YᵀY`, `Yᵀτ` and `τᵀτ` are kept, so that omitting
+//! Motion and forces pass the same low-pass, so that all delays see the same band of frequencies. Of a stretch of a recording only `YᵀY`, `Yᵀτ` and `τᵀτ` are kept, so that omitting
 //! one stretch after another needs no second pass over the samples (theory.md, equations 61 and 62).
 
+mod cutoff;
 mod least_squares;
 mod source;
 mod terms;
@@ -20,26 +20,21 @@ use super::{CheckOptions, time};
 use crate::Coordinates;
 use crate::trajectory::Recording;
 use crate::trajectory::local_polynomial::median_step;
+pub(in crate::check) use cutoff::Cutoff;
 use least_squares::{Part, estimate};
-use source::{Signals, Source, stretches};
+use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::Terms;
 
 /// Delays are looked for up to this time …
 const FARTHEST: f64 = 0.06;
 /// … and among at least, and at most, so many steps either way.
 const STEPS: (usize, usize) = (12, 60);
-/// The second window in parts of the first.
-const WIDER: f64 = 1.4;
-
-/// How well accelerations can be known from the positions, by coordinate.
-#[derive(Debug, Clone, Copy, Default)]
-pub(in crate::check) struct Certainty {
-    /// Standard error of q̈ over its root mean square.
-    pub(in crate::check) error: f64,
-    /// A window for a filter, s: half as long again as the one in which q̈ is known best, but at most a quarter of the
-    /// period of the motion.
-    pub(in crate::check) filter: f64,
-}
+/// Fewer stretches than this say nothing.
+const FEWEST: usize = 6;
+/// The cut-off in parts of the sampling rate, where no other is known.
+const UNKNOWN: f64 = 0.1;
+/// The second cut-off in parts of the first.
+const NARROWER: f64 = 0.7;
 
 /// The regression of one joint.
 #[derive(Debug, Clone, Copy)]
@@ -54,8 +49,8 @@ pub(in crate::check) struct JointFit {
     pub(in crate::check) explained: (f64, f64),
     /// Mean inertia ∂τᵢ/∂q̈ᵢ and its standard error, kg m² or kg.
     pub(in crate::check) inertia: (f64, f64),
-    /// How much larger the inertia is in the wider window, relative to it: noise and vibrations of the
-    /// positions that the force does not know make it too small, the more so the shorter the window.
+    /// How much larger the inertia is after a lower cut-off, relative to it: noise and vibrations of the positions that the
+    /// force does not know make it too small, the more so the higher the cut-off.
     pub(in crate::check) growth: f64,
     /// Root mean square of inertia × acceleration over that of the force.
     pub(in crate::check) inertial_part: f64,
@@ -63,12 +58,16 @@ pub(in crate::check) struct JointFit {
 
 /// All joints of some recordings.
 pub(in crate::check) struct JointFits {
-    /// Step of the grid, s.
+    /// The median step of the recordings, s.
     pub(in crate::check) step: f64,
     /// For each coordinate, where it has forces that vary.
     pub(in crate::check) joints: Vec<Option<JointFit>>,
-    /// For each coordinate.
-    pub(in crate::check) certainty: Vec<Certainty>,
+    /// The standard error of q̈ over its root mean square, as it can be estimated without a low-pass, for each coordinate.
+    pub(in crate::check) uncertainty: Vec<f64>,
+    /// The noise of the forces over their deviation, for each coordinate.
+    pub(in crate::check) noise: Vec<f64>,
+    /// The low-pass, where one was found.
+    pub(in crate::check) low_pass: Option<Cutoff>,
 }
 
 /// Fits all recordings with forces and usable time stamps; `None` where there is none, or too little.
@@ -76,45 +75,45 @@ pub(in crate::check) fn fit_joints(
     recordings: &[Recording],
     options: &CheckOptions,
 ) -> Option<JointFits> {
-    let first = recordings.first()?;
-    let coordinates = &first.coordinates;
-    let whole = |r: &&Recording| r.coordinates == *coordinates && usable(r);
-    let sources: Vec<(Source<'_>, Vec<Certainty>)> = recordings
+    let coordinates = &recordings.first()?.coordinates;
+    let whole = |r: &&Recording| r.coordinates == *coordinates && !r.tau.is_empty() && usable(r);
+    let recordings: Vec<&Recording> = recordings.iter().filter(whole).collect();
+    let step = recordings
         .iter()
-        .filter(whole)
-        .filter_map(|r| Source::new(r, options))
-        .collect();
-    let n = coordinates.dof();
-    let mean = |i: usize, of: fn(&Certainty) -> f64| {
-        sources.iter().map(|s| of(&s.1[i])).sum::<f64>() / sources.len() as f64
-    };
-    let certainty = (0..n)
-        .map(|i| Certainty {
-            error: mean(i, |c| c.error),
-            filter: mean(i, |c| c.filter),
-        })
-        .collect();
-    let sources: Vec<Source<'_>> = sources.into_iter().map(|s| s.0).collect();
-    let step = sources
-        .iter()
-        .map(|s| median_step(&s.recording.t))
+        .map(|r| median_step(&r.t))
         .reduce(f64::min)?;
-    // A second, wider window shows what the choice of the first has decided.
-    let near = joints(&sources, coordinates, step, 1.0)?;
-    let wide = joints(&sources, coordinates, step, WIDER);
+    let low_pass = match options.low_pass {
+        Some(_) => None,
+        None => cutoff::choose(&recordings),
+    };
+    let cutoff = options.low_pass.or(low_pass.map(|c| c.hertz));
+    let cutoff = cutoff.unwrap_or(UNKNOWN / step);
+    // A second, lower cut-off shows what the choice of the first has decided.
+    let near = joints(&recordings, step, cutoff)?;
+    let low = joints(&recordings, step, NARROWER * cutoff);
     let joints = near.into_iter().enumerate().map(|(i, found)| {
-        let other = wide.as_ref().and_then(|w| w[i]);
+        let other = low.as_ref().and_then(|w| w[i]);
         found.map(|f| f.beside(other))
     });
     Some(JointFits {
         step,
         joints: joints.collect(),
-        certainty,
+        uncertainty: mean_of(&recordings, uncertainty),
+        noise: mean_of(&recordings, force_noise),
+        low_pass,
     })
 }
 
+/// The mean over the recordings, for each coordinate.
+fn mean_of(recordings: &[&Recording], of: fn(&Recording) -> Vec<f64>) -> Vec<f64> {
+    let all: Vec<Vec<f64>> = recordings.iter().map(|r| of(r)).collect();
+    let n = all.first().map_or(0, Vec::len);
+    let mean = |i: usize| all.iter().map(|u| u[i]).sum::<f64>() / all.len() as f64;
+    (0..n).map(mean).collect()
+}
+
 impl JointFit {
-    /// The same with the difference to another window in its error.
+    /// The same with the difference to another cut-off in its error.
     fn beside(self, other: Option<Self>) -> Self {
         let difference = other.map_or(0.0, |o| o.delay - self.delay);
         let growth = other.map_or(0.0, |o| o.inertia.0 / self.inertia.0 - 1.0);
@@ -134,41 +133,73 @@ fn usable(recording: &Recording) -> bool {
             .all(|(_, s)| s.len() == values && s.iter().all(|x| x.is_finite()))
 }
 
-/// One estimate for each joint, with a window that is `window` times the chosen one.
-fn joints(
-    sources: &[Source<'_>],
-    coordinates: &Coordinates,
-    step: f64,
-    window: f64,
-) -> Option<Vec<Option<JointFit>>> {
-    let n = coordinates.dof();
+/// One estimate for each joint, after a low-pass.
+fn joints(recordings: &[&Recording], step: f64, cutoff: f64) -> Option<Vec<Option<JointFit>>> {
+    let n = recordings.first()?.dof();
     let shifts = ((FARTHEST / step).ceil() as usize).clamp(STEPS.0, STEPS.1);
-    let stretches = stretches(sources, step, window, shifts);
-    if stretches.len() < 6 {
-        return None;
-    }
-    let signals: Vec<Signals> = stretches
-        .par_iter()
-        .map(|s| s.signals(n, step, window, shifts))
+    let delays: Vec<f64> = (0..=2 * shifts)
+        .map(|k| (k as f64 - shifts as f64) * step)
         .collect();
-    let mean_square = |i: usize| {
-        let speeds = signals.iter().flat_map(|s| s.qd.iter().skip(i).step_by(n));
-        let (sum, count) = speeds.fold((0.0, 0.0), |(s, c), v| (s + v * v, c + 1.0));
-        sum / count
-    };
-    let speeds: Vec<f64> = (0..n)
-        .map(|i| f64::sqrt(mean_square(i)).max(f64::MIN_POSITIVE))
-        .collect();
-    let terms = Terms {
-        coordinates,
-        speeds: &speeds,
-    };
-    let joint = |i: usize| {
-        let parts: Vec<Part> = signals
-            .iter()
-            .map(|s| Part::of(s, &terms, i, shifts))
-            .collect();
-        estimate(&parts, shifts, step)
-    };
+    let stretches = Filtered::new(recordings, cutoff).signals(shifts as f64 * step, &delays)?;
+    let joint = |i: usize| estimate(&stretches.parts(i, delays.len()), shifts, step);
     Some((0..n).into_par_iter().map(joint).collect())
+}
+
+/// Recordings after a low-pass.
+struct Filtered<'a> {
+    coordinates: &'a Coordinates,
+    sources: Vec<Source>,
+}
+
+impl<'a> Filtered<'a> {
+    fn new(recordings: &[&'a Recording], cutoff: f64) -> Self {
+        Self {
+            coordinates: &recordings[0].coordinates,
+            sources: recordings
+                .par_iter()
+                .filter_map(|r| Source::new(r, cutoff))
+                .collect(),
+        }
+    }
+
+    /// The signals of all stretches, less a margin at the ends, s; `None` where there are too few.
+    fn signals(&self, margin: f64, delays: &[f64]) -> Option<Stretches<'a>> {
+        let stretches = stretches(&self.sources, margin);
+        if stretches.len() < FEWEST {
+            return None;
+        }
+        let signals: Vec<Signals> = stretches.par_iter().map(|s| s.signals(delays)).collect();
+        let n = self.coordinates.dof();
+        let mean_square = |i: usize| {
+            let speeds = signals.iter().flat_map(|s| s.qd.iter().skip(i).step_by(n));
+            let (sum, count) = speeds.fold((0.0, 0.0), |(s, c), v| (s + v * v, c + 1.0));
+            sum / count
+        };
+        let speeds = (0..n).map(|i| f64::sqrt(mean_square(i)).max(f64::MIN_POSITIVE));
+        Some(Stretches {
+            coordinates: self.coordinates,
+            speeds: speeds.collect(),
+            signals,
+        })
+    }
+}
+
+/// The signals of stretches.
+struct Stretches<'a> {
+    coordinates: &'a Coordinates,
+    /// Root mean squares of the velocities, `[n]`.
+    speeds: Vec<f64>,
+    signals: Vec<Signals>,
+}
+
+impl Stretches<'_> {
+    /// The sums of joint `i` over each stretch.
+    fn parts(&self, i: usize, delays: usize) -> Vec<Part> {
+        let terms = Terms {
+            coordinates: self.coordinates,
+            speeds: &self.speeds,
+        };
+        let signals = self.signals.iter();
+        signals.map(|s| Part::of(s, &terms, i, delays)).collect()
+    }
 }

@@ -66,8 +66,8 @@ impl Family for ChainConfig {
 
     fn prepare(&self, _dataset: &Dataset, _config: &FitConfig) -> Result<Plan> {
         let own = self.clone();
-        Ok(Plan::Solve(Box::new(move |dataset| {
-            let screws = search::screws(dataset, own.searches)?;
+        Ok(Plan::Solve(Box::new(move |dataset, observer| {
+            let screws = search::screws(dataset, own.searches, observer)?;
             let robot = RobotConfig::of_screws(&screws, &dataset.coordinates);
             let options = robot::IdentifyOptions {
                 smoothing: own.smoothing,

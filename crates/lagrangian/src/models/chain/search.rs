@@ -5,6 +5,9 @@
 //! square error on the block that was left out. Joints are weighted by that error, so that one with much friction does
 //! not hide what the others say.
 
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
@@ -17,7 +20,7 @@ use crate::rigid::consistent::Quadratic;
 use crate::rigid::joint_sums::{Friction, JointSums};
 use crate::rigid::screws::Screw;
 use crate::rigid::{JointKind, RigidBodies};
-use crate::train::Samples;
+use crate::train::{Observer, Samples};
 use crate::{Coordinates, Error, Result, shuffle};
 
 /// The samples that are searched with.
@@ -50,21 +53,31 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, 0.0, -1.0],
 ];
 
-/// The screws of the best of `searches` searches.
+/// The screws of the best of `searches` searches, or of those that were done when the observer ended it.
 ///
 /// # Errors
 /// [`Error::Argument`] where the data hold no forces or fewer samples than blocks; [`Error::NotFinite`] where no
 /// regression has a solution.
-pub(super) fn screws(dataset: &Dataset, searches: usize) -> Result<Vec<Screw>> {
+pub(super) fn screws(
+    dataset: &Dataset,
+    searches: usize,
+    observer: &mut dyn Observer,
+) -> Result<Vec<Screw>> {
     if !dataset.forced {
         let must = "recorded (`tau`): a chain is found from torques";
         return Err(Error::argument("forces", "none", must));
     }
     let search = Search::new(dataset)?;
-    let starts = 0..searches.max(1) as u64;
-    let mut found: Vec<(f64, Vec<Joint>)> = starts
+    let searches = searches.max(1);
+    let stages = Stages::new(observer, searches + BEST.min(searches));
+    let mut found: Vec<(f64, Vec<Joint>)> = (0..searches as u64)
         .into_par_iter()
-        .map(|seed| search.descend(seed))
+        .filter_map(|seed| {
+            let wanted = seed == 0 || !stages.ended();
+            let found = wanted.then(|| search.descend(seed));
+            stages.done("the joints of the chain are searched for");
+            found
+        })
         .collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.dedup_by(|a, b| (a.0 - b.0).abs() < GAIN);
@@ -76,13 +89,51 @@ pub(super) fn screws(dataset: &Dataset, searches: usize) -> Result<Vec<Screw>> {
         scale: &scale,
     };
     let refined = found.into_par_iter().take(BEST).filter_map(|(_, joints)| {
-        let refined = refinement.refine(screws_of(&joints))?;
+        let screws = screws_of(&joints);
+        let refined = match stages.ended() {
+            true => screws,
+            false => refinement.refine(screws)?,
+        };
+        stages.done("the joints of the chain are refined");
         Some((refinement.error_of_blocks(&refined)?, refined))
     });
     let best = refined.min_by(|a, b| a.0.total_cmp(&b.0));
     let (_, screws) =
         best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
     Ok(screws)
+}
+
+/// Tells an observer how many stages are done, from several threads.
+struct Stages<'a> {
+    observer: Mutex<(&'a mut dyn Observer, usize)>,
+    all: usize,
+    ended: AtomicBool,
+}
+
+impl<'a> Stages<'a> {
+    fn new(observer: &'a mut dyn Observer, all: usize) -> Self {
+        Self {
+            observer: Mutex::new((observer, 0)),
+            all,
+            ended: AtomicBool::new(false),
+        }
+    }
+
+    /// Whether the observer asked for an end.
+    fn ended(&self) -> bool {
+        self.ended.load(Ordering::Relaxed)
+    }
+
+    fn done(&self, what: &str) {
+        let Ok(mut shared) = self.observer.lock() else {
+            return;
+        };
+        shared.1 += 1;
+        let share = shared.1 as f64 / self.all as f64;
+        if shared.0.stage(what, share).is_break() {
+            self.ended.store(true, Ordering::Relaxed);
+        }
+    }
 }
 
 /// A joint in the search.
@@ -137,10 +188,9 @@ impl<'a> Search<'a> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let n = self.coordinates.dof();
         let mut joint = |j: usize| Joint {
-            kind: if self.slides(j) {
-                JointKind::Prismatic
-            } else {
-                JointKind::Revolute
+            kind: match self.slides(j) {
+                true => JointKind::Prismatic,
+                false => JointKind::Revolute,
             },
             axis: match (j, seed) {
                 (0, _) => DIRECTIONS[4],

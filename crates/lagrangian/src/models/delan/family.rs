@@ -172,6 +172,15 @@ impl LearnedLagrangian for Delan {
         Delan::rotors(self)
     }
 
+    fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
+        let own = Delan::rotors(self)
+            .iter()
+            .copied()
+            .chain(std::iter::repeat(0.0));
+        let rotors = own.zip(added).map(|(a, b)| a + b).collect();
+        self.clone().with_rotors(rotors).ok()
+    }
+
     fn boxed(&self) -> Box<dyn LearnedLagrangian> {
         Box::new(self.clone())
     }

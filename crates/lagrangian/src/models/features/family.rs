@@ -7,7 +7,7 @@ use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
 use crate::saved::{self, SavedModel};
 use crate::settings::{Kind, Range, Setting};
-use crate::train::{FitConfig, Loss};
+use crate::train::{FitConfig, Loss, Observer};
 use crate::{Error, Result};
 
 /// The row of the table of families.
@@ -78,7 +78,8 @@ impl Family for FeaturesConfig {
     fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
         self.validate()?;
         let (own, seed) = (self.clone(), config.seed);
-        let solve = move |dataset: &Dataset| solve::solve(dataset, &own, seed);
+        let solve =
+            move |dataset: &Dataset, _: &mut dyn Observer| solve::solve(dataset, &own, seed);
         Ok(Plan::Solve(Box::new(solve)))
     }
 }

@@ -3,7 +3,7 @@
 use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::Parameter;
-use crate::models::learned::{Description, FittedForces, FittedModel, Stored};
+use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
 use crate::{Coordinates, Error, Result};
 
 /// Rigid bodies with identified parameters and the standard errors of these.
@@ -27,6 +27,12 @@ pub trait Identifiable: Lagrangian + Clone + std::fmt::Debug + 'static {
     /// # Errors
     /// [`Error::DamagedModel`] where their description cannot be written.
     fn stored(&self) -> Result<Stored>;
+
+    /// The same bodies with inertia added to their drives, where these have any.
+    fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
+        let _ = added;
+        None
+    }
 }
 
 /// The tensor of the standard errors of all parameters.
@@ -95,6 +101,12 @@ impl<L: Identifiable> Model for IdentifiedBodies<L> {
 impl<L: Identifiable> FittedModel for IdentifiedBodies<L> {
     fn description(&self) -> Description {
         Description::plain(super::NAME, L::WHAT)
+    }
+
+    fn with_added_inertia(&self, added: &[f64]) -> Option<Learned> {
+        let bodies = self.motion.lagrangian.with_added_inertia(added)?;
+        let motion = self.motion.clone().with(|_| Ok(bodies)).ok()?;
+        Some(Self::new(motion, self.errors.clone()).ok()?.into())
     }
 
     fn stored(&self) -> Result<Stored> {

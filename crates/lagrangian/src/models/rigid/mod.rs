@@ -93,7 +93,7 @@ impl Family for RigidConfig {
 
     fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
         let (own, dissipation) = (self.clone(), config.forces.viscous || config.forces.coulomb);
-        Ok(Plan::Solve(Box::new(move |dataset| match &own.robot {
+        Ok(Plan::Solve(Box::new(move |dataset, _| match &own.robot {
             None => Ok(chain::identify(dataset, &own, dissipation)?.into()),
             Some(robot) => {
                 let options = robot::IdentifyOptions {

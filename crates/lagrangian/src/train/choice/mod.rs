@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::fit::{Budget, FitConfig};
+use super::fit::{Budget, FORWARD, FitConfig};
 use super::forces::ForceTerms;
 use super::loss::Loss;
 use super::rollout::RolloutLoss;
@@ -41,8 +41,9 @@ use crate::{Error, Result};
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Request {
-    /// The name of the family.
-    pub family: String,
+    /// The name of the family; `None` for the first of the table, or for several that are tried,
+    /// see [`FitConfig::candidates`].
+    pub family: Option<String>,
     /// The settings of the family.
     pub settings: Values,
     /// The settings of the training, see [`SETTINGS`].
@@ -107,7 +108,7 @@ impl Request {
     #[must_use]
     pub fn of(family: &str) -> Self {
         Self {
-            family: family.into(),
+            family: Some(family.into()),
             ..Self::default()
         }
     }
@@ -133,7 +134,8 @@ impl Request {
     /// # Errors
     /// [`Error::Setting`] for a setting that does not belong to the fit, [`Error::UnknownName`] for an unknown family.
     pub fn choose(&self, known: &Known) -> Result<Chosen> {
-        let entry = Entry::by_name(&self.family)?;
+        let family = self.family.as_deref();
+        let entry = Entry::by_name(family.unwrap_or(FAMILIES[0].name))?;
         self.refuse_foreign(entry)?;
         let training: TrainingSettings = read("the training", &self.training, SETTINGS)?;
         let given = Self {
@@ -175,6 +177,7 @@ impl Request {
                 budget,
                 batch,
                 batch_first: asked.batch_first,
+                forward: asked.forward.unwrap_or(FORWARD),
                 seed: self.seed,
                 forces,
                 nominal: self.nominal.clone(),

@@ -4,14 +4,11 @@ use serde_json::Value;
 
 use super::{Choice, Known};
 use crate::train::adam::AdamConfig;
-use crate::train::fit::{Budget, Optimizer};
+use crate::train::fit::{Budget, Optimizer, SECONDS};
 use crate::train::loss::Loss;
 use crate::train::natural::NaturalConfig;
 use crate::train::settings::{DampingName, OptimizerName, TrainingSettings};
 use crate::{Error, Result};
-
-/// The length of a fit whose request gives neither steps nor seconds, s.
-const SECONDS: f64 = 60.0;
 
 /// The choices of the training so far, and what further ones depend on.
 pub(super) struct TrainingChoices {

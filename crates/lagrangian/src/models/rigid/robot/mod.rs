@@ -95,6 +95,11 @@ impl Identifiable for RigidBodies {
         named.map(parameter).collect()
     }
 
+    fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
+        let rotor = self.rotor().iter().zip(added).map(|(a, b)| a + b).collect();
+        self.clone().with_drives(rotor, self.offset().to_vec()).ok()
+    }
+
     fn stored(&self) -> Result<Stored> {
         let weights = self.inertial_parameters();
         let stored = Stored::new(SAVED_AS, &RobotShape::of(self), &Value::Null, &weights)?;

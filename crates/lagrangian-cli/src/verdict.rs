@@ -1,0 +1,49 @@
+//! How far a model can be trusted, in words and as an exit code.
+
+use std::fmt::Write;
+use std::process::ExitCode;
+
+use lagrangian::score::{Assessment, Forward, Grade};
+
+use crate::failure::FAILED;
+
+/// The verdict and its reasons, for a terminal.
+pub(crate) fn text(assessment: &Assessment) -> String {
+    let mut text = format!("verdict: {}\n", name(assessment.verdict));
+    // OK: writing to a string does not fail.
+    for reason in &assessment.reasons {
+        let _ = writeln!(text, "  {}; {}", reason.finding, reason.remedy);
+    }
+    let lost = unpredictable(assessment);
+    if !lost.is_empty() {
+        let _ = writeln!(
+            text,
+            "  not predictable forwards, as inertia is less of the torque than what stays unexplained: {}",
+            lost.join(", ")
+        );
+    }
+    text
+}
+
+/// The names of the coordinates whose acceleration nobody can predict from the torques.
+pub(crate) fn unpredictable(assessment: &Assessment) -> Vec<&str> {
+    let joints = assessment.joints.iter().filter(|j| !j.predictable);
+    joints.map(|Forward { name, .. }| name.as_str()).collect()
+}
+
+/// The word for a verdict.
+pub(crate) fn name(grade: Grade) -> &'static str {
+    match grade {
+        Grade::Good => "good",
+        Grade::Fair => "fair",
+        Grade::Poor => "poor",
+    }
+}
+
+/// Success, but for a model that must not be used.
+pub(crate) fn exit_code(assessment: &Assessment) -> ExitCode {
+    match assessment.verdict {
+        Grade::Good | Grade::Fair => ExitCode::SUCCESS,
+        Grade::Poor => ExitCode::from(FAILED),
+    }
+}

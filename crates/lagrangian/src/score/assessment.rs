@@ -1,0 +1,308 @@
+//! How far a model can be trusted, from its errors on motions that it has not seen.
+
+use serde::Serialize;
+
+use super::Score;
+use crate::dataset::variances;
+use crate::trajectory::Signal;
+use crate::{Coordinates, Model, Trajectory};
+
+/// A model explains a signal well where the squared error is below this part of the variance.
+const GOOD: f64 = 0.1;
+/// The scaled mass matrix is nearly singular where its smallest eigenvalue is below this.
+const NEARLY_SINGULAR: f64 = 1e-7;
+/// States at which the mass matrix is examined, at most.
+const STATES: usize = 500;
+
+/// How far a model can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Grade {
+    /// It explains what was recorded.
+    Good,
+    /// It can be used, with the reservations that are given.
+    Fair,
+    /// It must not be used.
+    Poor,
+}
+
+/// A verdict on a model, with what it rests on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Assessment {
+    /// How far the model can be trusted.
+    pub verdict: Grade,
+    /// Why it is not better, the gravest first; empty for a good one.
+    pub reasons: Vec<Reason>,
+    /// Each coordinate of a driven machine forwards; empty for free motions, and for a model without a mass matrix.
+    pub joints: Vec<Forward>,
+    /// The eigenvalues of the mass matrix over the motions, where the model has one.
+    pub inertia: Option<Spectrum>,
+}
+
+/// A reason for a verdict.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Reason {
+    /// How grave it is.
+    pub grade: Grade,
+    /// What was found.
+    pub finding: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// The forward dynamics of one coordinate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Forward {
+    /// The coordinate.
+    pub name: String,
+    /// The variance of the inertial torque M q̈ over that of the torque.
+    pub inertial_share: f64,
+    /// The variance of the torque that the model does not explain over that of the torque.
+    pub unexplained: f64,
+    /// The squared error of the acceleration over its variance.
+    pub acceleration_nmse: f64,
+    /// Whether the inertial torque exceeds what is not explained, so that the acceleration can be predicted at all.
+    pub predictable: bool,
+}
+
+/// Eigenvalues of the mass matrix over the states of some motions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spectrum {
+    /// The smallest eigenvalue, kg·m² or kg.
+    pub smallest: f64,
+    /// The largest eigenvalue, kg·m² or kg.
+    pub largest: f64,
+    /// The largest condition number.
+    pub condition: f64,
+    /// The smallest eigenvalue of M with its rows and columns scaled to a diagonal of 1.
+    pub scaled: f64,
+}
+
+impl Assessment {
+    /// Assesses a model by its score on motions that it has not seen.
+    #[must_use]
+    pub fn new(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Self {
+        let inertia = spectrum(model, motions);
+        let joints = forwards(model, motions, score);
+        let mut reasons = Vec::new();
+        reasons.extend(of_torques(score, model.coordinates()));
+        reasons.extend(of_accelerations(score, &joints));
+        reasons.extend(inertia.and_then(of_inertia));
+        reasons.extend(of_rollouts(score));
+        reasons.sort_by(|a, b| b.grade.cmp(&a.grade));
+        Self {
+            verdict: reasons.first().map_or(Grade::Good, |r| r.grade),
+            reasons,
+            joints,
+            inertia,
+        }
+    }
+}
+
+impl Reason {
+    fn new(grade: Grade, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            grade,
+            finding: finding.into(),
+            remedy: remedy.into(),
+        }
+    }
+}
+
+const MODEL: &str =
+    "check the data (signs, units and order of the torques), or choose another model";
+
+/// Torques of a model that has inverse dynamics.
+fn of_torques(score: &Score, coordinates: &Coordinates) -> Vec<Reason> {
+    let Some(error) = &score.torque else {
+        return Vec::new();
+    };
+    let mean = error.nmse_mean;
+    let mut reasons = Vec::new();
+    if !(mean < 1.0) {
+        let finding = format!("it predicts torques no better than their mean (nMSE {mean:.3})");
+        reasons.push(Reason::new(Grade::Poor, finding, MODEL));
+    } else if mean > GOOD {
+        let finding = format!("it explains {:.0} % of the torques", 100.0 * (1.0 - mean));
+        let remedy = "record more and faster motions, or choose another model";
+        reasons.push(Reason::new(Grade::Fair, finding, remedy));
+    }
+    let pairs = coordinates.0.iter().zip(&error.nmse);
+    let lost: Vec<&str> = pairs
+        .filter(|(_, e)| **e >= 1.0)
+        .map(|(c, _)| c.name.as_str())
+        .collect();
+    if !lost.is_empty() && mean < 1.0 {
+        let finding = format!(
+            "the torque of {} is predicted no better than its mean",
+            lost.join(", ")
+        );
+        let remedy =
+            "excite these coordinates more, and check the signs and units of their torques";
+        reasons.push(Reason::new(Grade::Fair, finding, remedy));
+    }
+    reasons
+}
+
+/// Accelerations: of free motions by their error, of a driven machine where they can be predicted.
+fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
+    let error = score.acceleration.as_ref()?;
+    if score.torque.is_some() && !joints.is_empty() {
+        return of_driven(joints);
+    }
+    let mean = error.nmse_mean;
+    let finding = format!("the squared error of its accelerations is {mean:.3} of their variance");
+    match mean {
+        x if !(x < 1.0) => Some(Reason::new(
+            Grade::Poor,
+            finding,
+            "check the data with more care (units, angles, noise), fit longer, or choose another model",
+        )),
+        x if x > GOOD => Some(Reason::new(
+            Grade::Fair,
+            finding,
+            "fit longer, or record more motions with less noise",
+        )),
+        _ => None,
+    }
+}
+
+fn of_driven(joints: &[Forward]) -> Option<Reason> {
+    let predictable: Vec<&Forward> = joints.iter().filter(|j| j.predictable).collect();
+    let names = |all: &[&Forward]| {
+        let names: Vec<&str> = all.iter().map(|j| j.name.as_str()).collect();
+        names.join(", ")
+    };
+    if predictable.is_empty() {
+        let finding = "inertia makes up less of the torques than what stays unexplained: it predicts torques, but nobody can predict accelerations from these motions";
+        let remedy = "use it for inverse dynamics alone, or record faster motions";
+        return Some(Reason::new(Grade::Fair, finding, remedy));
+    }
+    let wrong: Vec<&Forward> = predictable
+        .into_iter()
+        .filter(|j| !(j.acceleration_nmse < 1.0))
+        .collect();
+    if wrong.is_empty() {
+        return None;
+    }
+    let finding = format!(
+        "it predicts torques, but the acceleration of {} no better than the mean",
+        names(&wrong)
+    );
+    let remedy = "use it for inverse dynamics alone, or record faster motions";
+    Some(Reason::new(Grade::Fair, finding, remedy))
+}
+
+fn of_inertia(spectrum: Spectrum) -> Option<Reason> {
+    let Spectrum {
+        smallest, scaled, ..
+    } = spectrum;
+    if smallest <= 0.0 {
+        let finding = format!(
+            "its mass matrix is not positive definite everywhere: smallest eigenvalue {smallest:.2e}"
+        );
+        let remedy = "choose a family whose mass matrix is positive definite by construction, such as chain or delan";
+        // Of a free Lagrangian the sign is arbitrary, and an indefinite M can still move rightly.
+        return Some(Reason::new(Grade::Fair, finding, remedy));
+    }
+    (scaled < NEARLY_SINGULAR).then(|| {
+        let finding = format!("its mass matrix is nearly singular over the motions: scaled to a diagonal of 1 its smallest eigenvalue is {scaled:.1e}");
+        Reason::new(Grade::Poor, finding, "fit fewer weights, or choose the family chain or rigid")
+    })
+}
+
+/// Predictions over a short time that all diverge.
+fn of_rollouts(score: &Score) -> Option<Reason> {
+    let first = score.restarts.first()?;
+    (first.starts > 0 && first.unfinished == first.starts).then(|| {
+        let finding = format!("every prediction diverges within {} s", first.seconds);
+        Reason::new(
+            Grade::Poor,
+            finding,
+            "use its torques alone, or choose another model",
+        )
+    })
+}
+
+/// Samples of the motions, at most [`STATES`].
+fn sampled(motions: &[Trajectory]) -> Vec<(&Trajectory, usize)> {
+    let all = motions
+        .iter()
+        .flat_map(|t| (0..t.len()).map(move |k| (t, k)));
+    let total: usize = motions.iter().map(Trajectory::len).sum();
+    all.step_by(total.div_ceil(STATES).max(1)).collect()
+}
+
+fn spectrum(model: &dyn Model, motions: &[Trajectory]) -> Option<Spectrum> {
+    let n = model.coordinates().dof();
+    let moving: Vec<usize> = (0..n)
+        .filter(|&i| !model.coordinates().is_parameter(i))
+        .collect();
+    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
+    let mut found: Option<Spectrum> = None;
+    for (motion, k) in sampled(motions) {
+        let row = motion.row(k);
+        if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
+            return None;
+        }
+        let of = |scale: &dyn Fn(usize) -> f64| {
+            let at = |i: usize, j: usize| {
+                let (i, j) = (moving[i], moving[j]);
+                mass[i * n + j] * scale(i) * scale(j)
+            };
+            let matrix = faer::Mat::from_fn(moving.len(), moving.len(), at);
+            matrix.self_adjoint_eigenvalues(faer::Side::Lower).ok()
+        };
+        let own = of(&|_| 1.0)?;
+        let scaled = of(&|i| mass[i * n + i].abs().max(f64::MIN_POSITIVE).sqrt().recip())?;
+        let (low, high) = (*own.first()?, *own.last()?);
+        let before = found.unwrap_or(Spectrum {
+            smallest: f64::INFINITY,
+            largest: f64::NEG_INFINITY,
+            condition: 1.0,
+            scaled: f64::INFINITY,
+        });
+        found = Some(Spectrum {
+            smallest: before.smallest.min(low),
+            largest: before.largest.max(high),
+            condition: before.condition.max((high / low).abs()),
+            scaled: before.scaled.min(*scaled.first()?),
+        });
+    }
+    found
+}
+
+/// Each coordinate forwards, where torques and accelerations are known.
+fn forwards(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Vec<Forward> {
+    let (Some(torque), Some(acceleration)) = (&score.torque, &score.acceleration) else {
+        return Vec::new();
+    };
+    let n = model.coordinates().dof();
+    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
+    let [mut inertial, mut applied] = [const { Vec::new() }; 2];
+    for (motion, k) in sampled(motions) {
+        let (Some(_), Some(_)) = (motion.values(Signal::Qdd), motion.values(Signal::Tau)) else {
+            continue;
+        };
+        let row = motion.row(k);
+        if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
+            return Vec::new();
+        }
+        let product = |mass: &[f64]| mass.iter().zip(row.qdd).map(|(m, x)| m * x).sum::<f64>();
+        inertial.extend(mass.chunks_exact(n).map(product));
+        applied.extend(row.tau);
+    }
+    let (inertial, applied) = (variances(&inertial, n), variances(&applied, n));
+    let forward = |i: usize| {
+        let share = inertial[i] / applied[i];
+        let unexplained = torque.nmse[i];
+        Forward {
+            name: model.coordinates().0[i].name.clone(),
+            inertial_share: share,
+            unexplained,
+            acceleration_nmse: acceleration.nmse[i],
+            predictable: share > unexplained,
+        }
+    };
+    (0..n).map(forward).collect()
+}

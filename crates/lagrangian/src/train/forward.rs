@@ -1,0 +1,168 @@
+//! Inertia that is added to the drives after a fit of torques, so that a model is good in both directions.
+//!
+//! The error of an acceleration follows from that of the torque, q̈̂ − q̈ = M⁻¹ r with r = τ − τ̂. A fit of torques does not feel
+//! how small M is where friction outweighs inertia, as at the wrist of an arm, and M⁻¹ r is then arbitrarily large. An inertia δᵢ ≥ 0 of
+//! the drive changes the residual to rᵢ − δᵢ q̈ᵢ and the matrix to M + diag δ. The δ minimise Σ nMSE(τᵢ) + λ Σ nMSE(q̈ᵢ), so that a
+//! joint without inertia of its own, of whose torque ρ is unexplained, ends with an acceleration error of √(ρ / λ) (theory.md, 64;
+//! docs/adr/0071).
+
+use crate::Model;
+use crate::dataset::variances;
+use crate::mechanics::solve::SymmetricSolver;
+use crate::train::Samples;
+
+/// Samples that are evaluated, at most.
+const SAMPLES: usize = 1000;
+/// Inertias that are tried for each joint, in units of the root mean square of r over that of q̈: 0, and powers of 2 from the
+/// first of these to the second.
+const POWERS: [i32; 2] = [-8, 4];
+/// The most sweeps over all joints.
+const SWEEPS: usize = 10;
+
+/// The inertia to add to each drive, kg·m² or kg, `[n]`; `None` where none is worth adding, or the model has no mass matrix.
+pub(crate) fn added_inertia(model: &dyn Model, samples: &Samples, weight: f64) -> Option<Vec<f64>> {
+    let problem = Problem::new(model, samples)?;
+    let mut added = vec![0.0; samples.n];
+    let mut least = problem.cost(&added, weight)?;
+    for _ in 0..SWEEPS {
+        let before = least;
+        for i in 0..samples.n {
+            let unit = problem.unit(i);
+            let powers =
+                (2 * POWERS[0]..=2 * POWERS[1]).map(|p| unit * 2.0_f64.powf(0.5 * f64::from(p)));
+            for trial in std::iter::once(0.0).chain(powers) {
+                let kept = std::mem::replace(&mut added[i], trial);
+                match problem.cost(&added, weight).filter(|cost| *cost < least) {
+                    Some(cost) => least = cost,
+                    None => added[i] = kept,
+                }
+            }
+        }
+        if least > 0.999 * before {
+            break;
+        }
+    }
+    added.iter().any(|x| *x > 0.0).then_some(added)
+}
+
+/// What a model leaves of the torques of some samples.
+struct Problem {
+    n: usize,
+    /// r, q̈ `[m, n]` and M `[m, n, n]`.
+    residuals: Vec<f64>,
+    accelerations: Vec<f64>,
+    masses: Vec<f64>,
+    /// Variances of q̈ and of τ, `[n]`.
+    variances: Vec<f64>,
+    torques: Vec<f64>,
+}
+
+impl Problem {
+    fn new(model: &dyn Model, samples: &Samples) -> Option<Self> {
+        let n = samples.n;
+        let every = samples.len().div_ceil(SAMPLES).max(1);
+        let rows = (0..samples.len()).step_by(every).map(|s| samples.row(s));
+        let [mut q, mut qd, mut qdd, mut tau] = [const { Vec::new() }; 4];
+        for row in rows {
+            q.extend(row.q);
+            qd.extend(row.qd);
+            qdd.extend(row.qdd);
+            tau.extend(row.tau);
+        }
+        let (mut predicted, mut masses) = (vec![0.0; tau.len()], vec![0.0; tau.len() * n]);
+        let mut evaluator = model.evaluator();
+        let inverse = evaluator.inverse_dynamics(&q, &qd, &qdd, &mut predicted);
+        let mass = evaluator.mass_matrix(&q, &qd, &mut masses);
+        let residuals = tau.iter().zip(&predicted).map(|(a, b)| a - b).collect();
+        let own = Self {
+            n,
+            residuals,
+            variances: variances(&qdd, n),
+            torques: variances(&tau, n),
+            accelerations: qdd,
+            masses,
+        };
+        (inverse.is_finite() && mass.is_finite() && !own.residuals.is_empty()).then_some(own)
+    }
+
+    /// The root mean square of the residual of joint `i` over that of its acceleration; 0 where it does not move.
+    fn unit(&self, i: usize) -> f64 {
+        let square = |x: &[f64]| x.iter().skip(i).step_by(self.n).map(|x| x * x).sum::<f64>();
+        let unit = (square(&self.residuals) / square(&self.accelerations)).sqrt();
+        if unit.is_finite() { unit } else { 0.0 }
+    }
+
+    /// The sum of the nMSE of all torques, and `weight` times that of all accelerations, with these inertias added.
+    fn cost(&self, added: &[f64], weight: f64) -> Option<f64> {
+        let pairs = self.residuals.iter().zip(&self.accelerations).enumerate();
+        let torques = pairs.map(|(k, (r, x))| {
+            let i = k % self.n;
+            (r - added[i] * x).powi(2) / self.torques[i].max(f64::MIN_POSITIVE)
+        });
+        let torques = torques.sum::<f64>() * self.n as f64 / self.residuals.len() as f64;
+        Some(torques + weight * self.n as f64 * self.error(added)?)
+    }
+
+    /// The mean nMSE of the accelerations with these inertias added.
+    fn error(&self, added: &[f64]) -> Option<f64> {
+        let n = self.n;
+        let mut solver = SymmetricSolver::new(n);
+        let (mut matrix, mut right, mut error) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+        let mut sum = 0.0;
+        let rows = self
+            .residuals
+            .chunks_exact(n)
+            .zip(self.accelerations.chunks_exact(n));
+        for ((residual, acceleration), mass) in rows.zip(self.masses.chunks_exact(n * n)) {
+            matrix.copy_from_slice(mass);
+            for i in 0..n {
+                matrix[i * n + i] += added[i];
+                right[i] = residual[i] - added[i] * acceleration[i];
+            }
+            solver.solve(&matrix, &right, &mut error);
+            let squares = error.iter().zip(&self.variances);
+            sum += squares
+                .map(|(e, v)| e * e / v.max(f64::MIN_POSITIVE))
+                .sum::<f64>();
+        }
+        Some(sum / self.residuals.len() as f64).filter(|x| x.is_finite())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::analytic::by_name;
+    use crate::{Dissipation, Mechanical, Quantities, Signals};
+
+    #[test]
+    fn a_joint_whose_torque_is_friction_gets_inertia_for_a_part_of_its_torque_error() {
+        // An unknown torque of 1 N·m beside an inertia of 10⁻⁴ kg·m².
+        let light = by_name("pendulum", &[("mass", 1e-4)]).unwrap();
+        let model = Mechanical::dissipative(light.lagrangian(), Dissipation::viscous(vec![0.1]));
+        let model = model.unwrap();
+        let mut signals: Signals = Signals::default();
+        for k in 0..400 {
+            let t = 0.05 * f64::from(k);
+            let (q, qd, qdd) = (t.sin(), t.cos(), -t.sin());
+            let unknown = if k % 2 == 0 { 1.0 } else { -1.0 };
+            signals.q.push(q);
+            signals.qd.push(qd);
+            signals.qdd.push(qdd);
+            let tau = model.inverse_dynamics(&[q], &[qd], &[qdd]).unwrap()[0];
+            signals.tau.push(tau + unknown);
+        }
+        let samples = Samples::new(1, signals);
+        let problem = Problem::new(&model, &samples).unwrap();
+        let added = added_inertia(&model, &samples, 1e-3).unwrap();
+        let errors = [
+            problem.error(&[0.0]).unwrap(),
+            problem.error(&added).unwrap(),
+        ];
+        assert!(errors[0] > 1e6 && errors[1] < 40.0, "{errors:?}");
+        let squares = samples.tau.iter().zip(&samples.qd).zip(&samples.qdd);
+        let grown = squares.map(|((tau, qd), qdd)| (tau - 0.1 * qd - added[0] * qdd).powi(2));
+        assert!(grown.sum::<f64>() / 400.0 < 1.1);
+    }
+}

@@ -1,0 +1,214 @@
+//! Several models for the same data, of which the best on held-out samples is kept.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::checkpoint::Checkpoint;
+use super::choice::{Choice, Chosen, Known, Request};
+use super::fit::{Budget, Fit, FitConfig, SECONDS, fit};
+use super::loss::Loss;
+use super::observer::{Ending, Observer};
+use crate::dataset::Dataset;
+use crate::rigid::MAX_JOINTS;
+use crate::score::torque_error;
+use crate::train::Samples;
+use crate::trajectory::Estimate;
+use crate::{Error, Result};
+
+/// The friction that is learned beside a network of a driven machine.
+const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
+
+/// Held-out blocks of the motions that were fitted show little of how a flexible model extrapolates. The candidates are ordered
+/// by what they take for granted, and one that takes less for granted must halve the error to be kept.
+const MARGIN: f64 = 0.5;
+
+/// A model that was tried.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Contestant {
+    /// Its family.
+    pub family: String,
+    /// The squared error of its torques over their variance, mean over the joints, on samples that were held back from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_nmse: Option<f64>,
+    /// The duration of its fit, s.
+    pub seconds: f64,
+    /// Why there is no model, where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+/// The best of several fits.
+#[derive(Debug)]
+pub struct Selection {
+    /// The fit that is kept.
+    pub fit: Fit,
+    /// Its settings, with those that were chosen.
+    pub chosen: Chosen,
+    /// All fits, in their order; one alone is not compared.
+    pub contestants: Vec<Contestant>,
+}
+
+impl FitConfig {
+    /// The settings of all fits that a request asks for: one, where it says what to fit. Where it does not, and forces were
+    /// recorded, several families are tried: the robot of a description, a chain of rigid bodies, and a network with a mass matrix and friction.
+    ///
+    /// # Errors
+    /// As [`FitConfig::for_data`].
+    pub fn candidates(
+        dataset: &Dataset,
+        estimates: &[Estimate],
+        request: &Request,
+    ) -> Result<Vec<Chosen>> {
+        let known = Known::of(dataset, estimates);
+        let requests = request.candidates(dataset);
+        requests.iter().map(|r| r.choose(&known)).collect()
+    }
+}
+
+impl Request {
+    /// Whether nothing says which family is fitted.
+    fn is_open(&self) -> bool {
+        let only_robot = self
+            .settings
+            .iter()
+            .all(|(name, value)| name == "robot" || value.is_null());
+        let loss = self
+            .training
+            .get("loss")
+            .is_some_and(|loss| !loss.is_null());
+        self.family.is_none() && only_robot && !loss && self.nominal.is_none()
+    }
+
+    fn candidates(&self, dataset: &Dataset) -> Vec<Self> {
+        let positions_alone = !dataset.train.steps.is_empty();
+        if !self.is_open() || !dataset.forced || positions_alone {
+            return vec![self.clone()];
+        }
+        let with = |family: &str, settings: Value| {
+            let mut request = self.clone();
+            request.family = Some(family.into());
+            if family != "rigid" {
+                request.settings.remove("robot");
+            }
+            let settings = settings.as_object().cloned().unwrap_or_default();
+            request.settings.extend(settings);
+            request
+        };
+        let mut all = Vec::new();
+        if self
+            .settings
+            .get("robot")
+            .is_some_and(|robot| !robot.is_null())
+        {
+            all.push(with("rigid", json!({ "dissipation": true })));
+        }
+        let coordinates = &dataset.coordinates;
+        if coordinates.dof() <= MAX_JOINTS && coordinates.parameters().next().is_none() {
+            all.push(with("chain", json!({})));
+        }
+        let mut network = with("delan", json!({ "forces": FORCES }));
+        network
+            .training
+            .insert("loss".into(), json!(Loss::TORQUE.name()));
+        // Half of the time is for what is solved at once.
+        network.budget = match self.budget {
+            None => Some(Budget::Seconds(0.5 * SECONDS)),
+            Some(Budget::Seconds(seconds)) => Some(Budget::Seconds(0.5 * seconds)),
+            steps => steps,
+        };
+        all.push(network);
+        all
+    }
+}
+
+/// Fits all candidates and keeps the one with the smallest torque error on the validation samples, where a later candidate must
+/// halve the error of an earlier one; `resume` goes on from
+/// a checkpoint of the last that has one.
+///
+/// # Errors
+/// As [`fit`](fn@super::fit), where none of them can be fitted.
+pub fn select(
+    dataset: &Dataset,
+    candidates: Vec<Chosen>,
+    resume: Option<&Checkpoint>,
+    observer: &mut dyn Observer,
+) -> Result<Selection> {
+    let several = candidates.len() > 1;
+    let mut best: Option<(f64, Fit, Chosen)> = None;
+    let mut failure = None;
+    let mut contestants = Vec::new();
+    for chosen in candidates {
+        let (clock, family) = (Instant::now(), chosen.config.family.name());
+        let own = resume.filter(|_| !chosen.config.family.abilities().solved);
+        let fitted = fit(dataset, &chosen.config, own, observer);
+        let mut contestant = Contestant {
+            family: family.into(),
+            torque_nmse: None,
+            seconds: 0.0,
+            failure: None,
+        };
+        let mut interrupted = false;
+        match fitted {
+            Ok(fit) => {
+                interrupted = fit.ending == Ending::Interrupted;
+                let error = if several {
+                    held_out(&fit, dataset)
+                } else {
+                    0.0
+                };
+                contestant.torque_nmse = several.then_some(error);
+                let better = |least: f64| least.is_nan() || error <= MARGIN * least;
+                if best.as_ref().is_none_or(|(least, ..)| better(*least)) {
+                    best = Some((error, fit, chosen));
+                }
+            }
+            Err(error) => {
+                contestant.failure = Some(error.to_string());
+                failure = Some(error);
+            }
+        }
+        contestant.seconds = clock.elapsed().as_secs_f64();
+        contestants.push(contestant);
+        if interrupted {
+            break;
+        }
+    }
+    let Some((_, fit, mut chosen)) = best else {
+        return Err(failure.unwrap_or_else(|| Error::argument("candidates", 0, "at least one")));
+    };
+    if several {
+        let family = chosen.config.family.name();
+        chosen
+            .choices
+            .insert(0, Choice::new("model", family, reason(&contestants)));
+    }
+    Ok(Selection {
+        fit,
+        chosen,
+        contestants,
+    })
+}
+
+/// The torque error of a model on validation samples, or on the training samples where there are none.
+fn held_out(fit: &Fit, dataset: &Dataset) -> f64 {
+    let samples: &Samples = match dataset.validation.len() {
+        0 => &dataset.train,
+        _ => &dataset.validation,
+    };
+    torque_error(&fit.model, samples).map_or(f64::INFINITY, |error| error.nmse_mean)
+}
+
+fn reason(contestants: &[Contestant]) -> String {
+    let error = |c: &Contestant| match c.torque_nmse {
+        Some(error) => format!("{} {error:.2e}", c.family),
+        None => format!("{} failed", c.family),
+    };
+    let errors: Vec<String> = contestants.iter().map(error).collect();
+    format!(
+        "of the models that explain the torques of held-out samples about as well as the best it takes most for granted; their \
+         squared errors in parts of the variance: {}",
+        errors.join(", ")
+    )
+}
