@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use lagrangian::Method;
 use lagrangian::trajectory::Sampling;
+use lagrangian::{Layout, Method};
 
 use crate::column_args::ColumnArgs;
 use crate::commands::OutputMode;
@@ -138,6 +138,11 @@ pub(crate) struct DataArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     #[serde(default)]
     pub(crate) parameters: Vec<String>,
+
+    /// The layout of the data that the model was fitted to, for what is not given here or beside the data.
+    #[arg(skip)]
+    #[serde(skip)]
+    pub(crate) fitted: Option<Layout>,
 }
 
 /// The most rows that are used by default: a sample of a longer log is enough and bounds memory (ADR 0049).

@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use lagrangian::saved::Preparation;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
     CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Layout, Learned, Readings,
@@ -61,7 +62,66 @@ impl EstimateArgs {
     }
 }
 
+/// A saved model, and how its recordings were prepared.
+pub(crate) struct Fitted {
+    pub(crate) model: Learned,
+    preparation: Preparation,
+}
+
+impl Fitted {
+    /// The flags, completed by what the model was fitted with; tells the user what that is.
+    pub(crate) fn complete(
+        &self,
+        data: &DataArgs,
+        estimate: &EstimateArgs,
+    ) -> Result<(DataArgs, EstimateArgs)> {
+        let Preparation {
+            layout,
+            smooth,
+            low_pass,
+            delay,
+        } = &self.preparation;
+        let (mut data, mut estimate) = (data.clone(), estimate.clone());
+        data.fitted = Some(Layout::from_toml(layout)?);
+        let mut told = Vec::new();
+        if !estimate.smooth && estimate.low_pass.is_none() {
+            estimate.smooth = *smooth;
+            estimate.low_pass = *low_pass;
+            told.extend(smooth.then(|| "--smooth".to_string()));
+            told.extend(low_pass.map(|hertz| format!("--low-pass {hertz}")));
+        }
+        if data.delay.is_empty() && !delay.is_empty() {
+            data.delay = delay.iter().map(|seconds| 1e3 * seconds).collect();
+            let words: Vec<String> = data.delay.iter().map(f64::to_string).collect();
+            told.push(format!("--delay {}", words.join(",")));
+        }
+        if !told.is_empty() {
+            eprintln!("note: as for the fit of the model: {}", told.join(" "));
+        }
+        Ok((data, estimate))
+    }
+}
+
 impl DataArgs {
+    /// The layout of the first of these files, and what else is to be done alike to other recordings of the machine.
+    pub(crate) fn preparation(
+        &self,
+        files: &[PathBuf],
+        options: &EstimateOptions,
+    ) -> Result<Preparation> {
+        let layout = match files.first() {
+            Some(path) => self.layout_for(path)?,
+            None => self.layout(),
+        };
+        let layout = Layout { every: 0, ..layout };
+        Ok(Preparation {
+            layout: layout.to_toml()?,
+            smooth: options.smooth,
+            low_pass: options.low_pass,
+            delay: self.delay.iter().map(|ms| 1e-3 * ms).collect(),
+        })
+    }
+
     fn layout(&self) -> Layout {
         let file = self.file.clone();
         Layout {
@@ -87,14 +147,15 @@ impl DataArgs {
 
     /// The flags, completed from the file beside the data.
     fn layout_for(&self, path: &Path) -> Result<Layout> {
+        let fitted = self.fitted.clone().unwrap_or_default();
         let Some(chosen) = self.layout_file(path) else {
-            return Ok(self.layout());
+            return Ok(self.layout().or(fitted));
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
         let text = fs::read_to_string(&chosen).advise(&shown, "check --layout, or omit it")?;
         let from_file = Layout::from_toml(&text)
             .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
-        Ok(self.layout().or(from_file))
+        Ok(self.layout().or(from_file).or(fitted))
     }
 }
 
@@ -296,11 +357,19 @@ pub(crate) fn estimated_signals(estimates: &[Estimate]) -> BTreeSet<&'static str
 
 /// Reads a saved model.
 pub(crate) fn model(path: &Path) -> Result<Learned> {
+    Ok(fitted(path)?.model)
+}
+
+/// Reads a saved model, and how its recordings were prepared.
+pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
     let shown = format!("cannot read the model '{}'", path.display());
     let hint = "give the model.safetensors of a run";
     let file = File::open(path).advise(&shown, hint)?;
     let saved = SavedModel::read(file).advise(&shown, hint)?;
-    Learned::load(&saved).advise(shown, hint)
+    Ok(Fitted {
+        model: Learned::load(&saved).advise(shown, hint)?,
+        preparation: saved.header.provenance.preparation.unwrap_or_default(),
+    })
 }
 
 /// Refuses recordings of another system than the model's.

@@ -16,7 +16,7 @@ moving link a body that can exist. Inertias of rotors and constant torques have 
 Examples:
   lagrangian identify log.csv --urdf robot.urdf --out identified.urdf
   lagrangian identify log*.csv --urdf arm.urdf --joints shoulder,elbow --out arm-identified.urdf
-  lagrangian identify log.csv --urdf robot.urdf --filter 0.3 --delay 16 --out identified.urdf --json > changes.json")]
+  lagrangian identify log.csv --urdf robot.urdf --low-pass 5 --delay 16 --out identified.urdf --json > changes.json")]
 pub(crate) struct IdentifyArgs {
     /// Files with recordings: .csv, .npz, .parquet; with torques
     #[arg(required = true)]

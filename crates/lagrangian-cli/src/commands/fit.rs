@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use lagrangian::models::Parameter;
+use lagrangian::saved::Preparation;
 use lagrangian::score::Assessment;
 use lagrangian::train::{self, Choice, Chosen, Ending, Selection};
 use lagrangian::trajectory::Sampling;
@@ -59,6 +60,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let mut record = record(&args, &data, robot.as_ref())?;
     let warnings = data.check.count(Verdict::Warn);
     let of_data: Vec<Choice> = data.low_pass.iter().cloned().collect();
+    let preparation = data.preparation.clone();
     let (evaluation, estimates) = data.evaluation();
     let candidates = candidates(&args, &dataset, &estimates, robot)?;
     if let [Chosen { config, choices }] = &candidates[..] {
@@ -95,6 +97,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let provenance = Provenance {
         data: hashes.collect(),
         command: Some(record.command.clone()),
+        preparation: Some(preparation),
         ..Provenance::of_seed(args.training.seed)
     };
     let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
@@ -241,6 +244,8 @@ struct Data {
     check: CheckReport,
     /// The low-pass, where it was chosen from the data.
     low_pass: Option<Choice>,
+    /// How they were prepared.
+    preparation: Preparation,
 }
 
 impl Data {
@@ -320,6 +325,7 @@ fn read(args: &FitArgs) -> Result<Data> {
         files,
         check,
         low_pass,
+        preparation: args.data.preparation(&args.files, &options)?,
     })
 }
 

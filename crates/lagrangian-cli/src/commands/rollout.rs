@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::RolloutArgs;
-use crate::data;
+use crate::data::{self, Fitted};
 use crate::failure::{Advise, mistake};
 use crate::motion;
 use crate::output;
@@ -19,11 +19,12 @@ use crate::output;
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
     output.refuse_unwritable()?;
-    let model = data::model(&args.model)?;
+    let fitted = data::fitted(&args.model)?;
     let rollout = match &args.follow {
-        Some(path) => follow(&model, path, args)?,
-        None => from_start(&model, args)?,
+        Some(path) => follow(&fitted, path, args)?,
+        None => from_start(&fitted.model, args)?,
     };
+    let model = fitted.model;
     motion::note_early_end("the motion", rollout.outcome);
     let trajectories = std::slice::from_ref(&rollout.trajectory);
     match &output.out {
@@ -69,13 +70,15 @@ fn from_start(model: &dyn Model, args: &RolloutArgs) -> Result<Rollout> {
     )
 }
 
-fn follow(model: &dyn Model, path: &Path, args: &RolloutArgs) -> Result<Rollout> {
-    let mut recordings = data::read(&[path.into()], &args.data)?;
+fn follow(fitted: &Fitted, path: &Path, args: &RolloutArgs) -> Result<Rollout> {
+    let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
+    let model = &fitted.model;
+    let mut recordings = data::read(&[path.into()], &data)?;
     data::require_dof(&recordings, model.coordinates())?;
     recordings.truncate(1);
     let options = EstimateOptions {
         accelerations: false,
-        ..args.estimate.options()
+        ..estimate.options()
     };
     let (trajectories, _) = data::trajectories(recordings, &options)?;
     Ok(predict(model, &trajectories[0], &args.motion.options())?)

@@ -16,10 +16,12 @@ use crate::verdict;
 
 pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_existing()?;
-    let model = data::model(&args.model)?;
-    let recordings = data::read(&args.files, &args.data)?;
+    let fitted = data::fitted(&args.model)?;
+    let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
+    let model = fitted.model;
+    let recordings = data::read(&args.files, &data)?;
     data::require_dof(&recordings, model.coordinates())?;
-    let (trajectories, estimates) = data::trajectories(recordings, &args.estimate.options())?;
+    let (trajectories, estimates) = data::trajectories(recordings, &estimate.options())?;
     let score = score(&model, &trajectories, &motion::for_comparison()).advise(
         "cannot score",
         "`lagrangian check` shows what is wrong with the data",

@@ -19,10 +19,12 @@ use crate::run_folder::command_line;
 
 pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_unwritable()?;
-    let model = data::model(&args.model)?;
-    let recordings = data::read(&args.files, &args.data)?;
+    let fitted = data::fitted(&args.model)?;
+    let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
+    let model = fitted.model;
+    let recordings = data::read(&args.files, &data)?;
     data::require_dof(&recordings, model.coordinates())?;
-    let (motions, estimates) = data::trajectories(recordings, &args.estimate.options())?;
+    let (motions, estimates) = data::trajectories(recordings, &estimate.options())?;
     let predictions = predictions(&model, &motions)?;
     note_not_finite(&predictions);
     let coordinates = model.coordinates();

@@ -77,6 +77,23 @@ pub struct Provenance {
     /// The command line that made it, where there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<String>,
+    /// How its recordings were prepared, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preparation: Option<Preparation>,
+}
+
+/// How the recordings of a fit were read and prepared, so that others can be prepared alike.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Preparation {
+    /// The columns and units, as [`Layout::to_toml`](crate::Layout::to_toml) writes them.
+    pub layout: String,
+    /// Whether measured q and q̇ were smoothed.
+    pub smooth: bool,
+    /// The cut-off of the low-pass of motion and forces, Hz.
+    pub low_pass: Option<f64>,
+    /// The delays of the forces, s: one for all coordinates, one for each, or none.
+    pub delay: Vec<f64>,
 }
 
 impl Provenance {
