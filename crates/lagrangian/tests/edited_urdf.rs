@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::ops::ControlFlow;
+
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::{Dissipation, Model};
 use rand::{RngExt, SeedableRng};
@@ -191,4 +193,33 @@ fn joints_in_another_order_or_locked_are_written_where_they_are() {
         RigidBodies::from_urdf(&edited).is_ok(),
         "the locked joints still move bodies"
     );
+}
+
+/// Two arms on one turning trunk.
+const BRANCHES: &str = r#"<robot name="branches">
+  <link name="base"/>
+  <link name="trunk"><inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>
+  <link name="left"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link>
+  <link name="right"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial></link>
+  <joint name="right_joint" type="revolute"><origin xyz="0.2 0 0"/><parent link="trunk"/><child link="right"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="2" effort="60"/></joint>
+  <joint name="trunk_joint" type="continuous"><parent link="base"/><child link="trunk"/><axis xyz="0 0 1"/><limit velocity="2" effort="60"/></joint>
+  <joint name="left_joint" type="prismatic"><origin xyz="-0.2 0 0"/><parent link="trunk"/><child link="left"/><axis xyz="1 0 0"/><limit lower="0" upper="0.5" velocity="1" effort="60"/></joint>
+</robot>
+"#;
+
+#[test]
+fn branches_are_written_where_they_are_and_can_be_moved_for_identification() {
+    let robot = RigidBodies::from_urdf(BRANCHES).unwrap();
+    let changed = changed(&robot, 9);
+    let edited = changed.edit_urdf(BRANCHES, Some(&friction(3))).unwrap();
+    let again = RigidBodies::from_urdf(&edited).unwrap();
+    assert!(largest_difference(&torques(&changed), &torques(&again)) < 1e-9);
+    assert_eq!(again.dissipation(0.05).unwrap(), Some(friction(3)));
+    let limits = rigid::JointLimits::of_urdf(BRANCHES, robot.joints()).unwrap();
+    let config = rigid::ExcitationConfig {
+        duration: 5.0,
+        ..rigid::ExcitationConfig::default()
+    };
+    let found = rigid::excite(&robot, &limits, &config, &mut |_| ControlFlow::Break(())).unwrap();
+    assert!(found.combinations > 10 && found.plan.tau.iter().all(|tau| tau.abs() < 60.0));
 }

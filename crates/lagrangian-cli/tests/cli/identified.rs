@@ -70,17 +70,6 @@ fn what_cannot_be_identified_or_written_is_refused_with_a_hint() {
     let bench = with_arm();
     bench.write("notes.urdf", "no robot at all");
     std::fs::create_dir(bench.path("sub")).unwrap();
-    let still: String = (0..300)
-        .map(|k| {
-            format!(
-                "{},1,{},0,{}\n",
-                0.01 * f64::from(k),
-                f64::from(k).sin(),
-                f64::from(k).cos()
-            )
-        })
-        .collect();
-    bench.write("still.csv", &format!("t,q1,q2,tau1,tau2\n{still}"));
     bench.write("free.csv", &crate::workbench::swing());
     for (line, words) in [
         (
@@ -138,4 +127,41 @@ fn what_cannot_be_identified_or_written_is_refused_with_a_hint() {
     );
     let arm = lagrangian::rigid::example("two_link_arm").unwrap();
     assert_eq!(bench.read("arm.urdf"), arm.as_bytes());
+}
+
+#[test]
+fn a_joint_that_stands_still_keeps_the_values_of_the_description() {
+    let bench = with_arm();
+    let wave = |t: f64| {
+        (
+            t.sin() + 0.5 * (2.3 * t).cos(),
+            t.cos() - 1.15 * (2.3 * t).sin(),
+        )
+    };
+    let row = |k: u32| {
+        let t = 0.02 * f64::from(k);
+        let (q, qd) = wave(t);
+        let qdd = -t.sin() - 2.645 * (2.3 * t).cos();
+        // A rod of 0.5 m and 1.2 kg turned by hand, with the forearm stretched out above it.
+        let tau = 0.1 * qd + 0.9 * qdd - (1.2 * 0.25 + 0.8 * 0.75) * 9.81 * q.sin();
+        format!(
+            "{t},{q},0,{qd},0,{qdd},0,{tau},{}\n",
+            0.01 * (7.0 * t).sin()
+        )
+    };
+    let rows: String = (0..500).map(row).collect();
+    bench.write(
+        "still.csv",
+        &format!("t,q1,q2,qd1,qd2,qdd1,qdd2,tau1,tau2\n{rows}"),
+    );
+    let found = bench
+        .succeed("identify still.csv --urdf arm.urdf --out found.urdf --json")
+        .json();
+    let (elbow, shoulder) = (
+        quantity(&found, "joints", 1, "damping"),
+        quantity(&found, "joints", 0, "damping"),
+    );
+    assert!(elbow["determined"].as_f64().unwrap() < 0.05, "{elbow}");
+    assert!(shoulder["determined"].as_f64().unwrap() > 0.5, "{shoulder}");
+    bench.succeed("simulate --urdf found.urdf --duration 1 --out again.csv");
 }

@@ -8,6 +8,7 @@ use crate::rigid::consistent::Quadratic;
 use crate::rigid::joint_sums::{Friction, JointSums};
 use crate::rigid::limits::Bounds;
 use crate::train::Samples;
+use crate::trajectory::Signals;
 
 /// The smoothing speed of Coulomb friction in a plan, rad/s or m/s.
 pub(super) const SMOOTHING: f64 = 0.05;
@@ -44,17 +45,15 @@ impl<'a> RobotUnknown<'a> {
             weights,
         }
     }
+}
 
-    /// Torques of the robot without friction, into `states`.
-    fn put_torques(&self, states: &mut Samples) {
-        let signals = &mut states.signals;
-        signals.tau.resize(signals.q.len(), 0.0);
-        let (q, qd, qdd) = (&signals.q, &signals.qd, &signals.qdd);
-        let _ = self
-            .robot
-            .dynamics()
-            .inverse_dynamics(q, qd, qdd, &mut signals.tau);
-    }
+/// Puts the torques of a robot without friction beside its states.
+pub(super) fn put_torques(robot: &RigidBodies, signals: &mut Signals) {
+    signals.tau.resize(signals.q.len(), 0.0);
+    let Signals {
+        q, qd, qdd, tau, ..
+    } = signals;
+    let _ = robot.dynamics().inverse_dynamics(q, qd, qdd, tau);
 }
 
 /// The mean information of one torque about all parameters of a robot.
@@ -80,7 +79,7 @@ impl Unknown<'_> {
                 true
             }
             Self::Robot(own) => {
-                own.put_torques(states);
+                put_torques(own.robot, &mut states.signals);
                 let mut rows = states.tau.chunks_exact(bounds.len());
                 rows.all(|row| row.iter().zip(bounds).all(|(tau, b)| tau.abs() <= b.effort))
             }

@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub use search::SearchProgress;
 
-use self::criterion::{RobotUnknown, SMOOTHING, Unknown, information};
+use self::criterion::{RobotUnknown, SMOOTHING, Unknown, information, put_torques};
 use self::search::Problem;
 use self::series::{Timing, motion};
 use super::bodies::RigidBodies;
@@ -26,7 +26,6 @@ use super::changes::{Certainty, Changes, Known};
 use super::consistent::{Prior, is_consistent};
 use super::limits::{Bounds, JointLimits};
 use super::regressor::PER_BODY;
-use crate::mechanics::dynamics::Evaluator;
 use crate::mechanics::forces::Dissipation;
 use crate::train::Samples;
 use crate::trajectory::Signals;
@@ -288,14 +287,6 @@ fn random_states(robot: &RigidBodies, bounds: &[Bounds], seed: u64) -> Samples {
     }
     put_torques(robot, &mut signals);
     Samples::new(bounds.len(), signals)
-}
-
-fn put_torques(robot: &RigidBodies, signals: &mut Signals) {
-    signals.tau.resize(signals.q.len(), 0.0);
-    let Signals {
-        q, qd, qdd, tau, ..
-    } = signals;
-    let _ = robot.dynamics().inverse_dynamics(q, qd, qdd, tau);
 }
 
 /// The noise of each torque.

@@ -14,6 +14,7 @@ use super::criterion::Unknown;
 use super::series::{Series, Table, Timing, motion};
 use crate::rigid::limits::Bounds;
 use crate::train::Samples;
+use crate::trajectory::Signals;
 use crate::trajectory::noise::normal;
 
 /// Times in each period of the fastest wave: for the bounds, and for what is found.
@@ -31,12 +32,45 @@ const SHRINK: (usize, f64) = (12, 0.8);
 /// The state of a search after a round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchProgress {
-    /// The rounds done.
+    /// The rounds of changes done, after the random motions.
     pub rounds: usize,
     /// The motions that were tried.
     pub tried: usize,
-    /// The factor by which the information about a combination of parameters grew since the first motion, the geometric mean of all.
+    /// The factor by which the information about a combination of parameters grew since the best of the first motions, the geometric mean of all.
     pub gain: f64,
+}
+
+/// States that the information is summed over, at most.
+const SCORED: usize = 1500;
+
+/// Every Nth state, so that they are not too many.
+fn thinned(states: Samples) -> Samples {
+    let every = states.len().div_ceil(SCORED);
+    let n = states.n;
+    let kept = |values: &[f64]| -> Vec<f64> {
+        values
+            .chunks_exact(n)
+            .step_by(every)
+            .flatten()
+            .copied()
+            .collect()
+    };
+    match every {
+        0 | 1 => states,
+        _ => {
+            let Signals {
+                q, qd, qdd, tau, ..
+            } = &states.signals;
+            let signals = Signals {
+                q: kept(q),
+                qd: kept(qd),
+                qdd: kept(qdd),
+                tau: kept(tau),
+                ..Signals::default()
+            };
+            Samples::new(n, signals)
+        }
+    }
 }
 
 /// What is searched.
@@ -75,7 +109,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The best of `starts` random motions, changed until `watch` ends the search; `None` where none of them is possible.
+    /// The best of `starts` random motions, changed until `watch` ends the search; `None` where none that was tried is possible.
     pub(super) fn search(
         &self,
         seed: u64,
@@ -83,28 +117,40 @@ impl<'a> Problem<'a> {
         watch: &mut dyn FnMut(&SearchProgress) -> ControlFlow<()>,
     ) -> Option<Found> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let genes: Vec<Genes> = (0..starts).map(|_| self.random(&mut rng)).collect();
-        let mut best = self.best(genes)?;
-        let (first, mut step) = (best.score, STEP[0]);
-        let combinations = self.unknown.combinations() as f64;
-        for rounds in 0.. {
+        let (mut best, mut first, mut step) = (None::<Found>, None, STEP[0]);
+        let (mut rounds, mut tried) = (0, 0);
+        loop {
+            let fresh = CHANGES.min(starts.saturating_sub(tried));
+            let genes: Vec<Genes> = match &best {
+                Some(best) if fresh == 0 => (0..CHANGES)
+                    .map(|_| self.changed(&best.genes, step, &mut rng))
+                    .collect(),
+                None if fresh == 0 => return None,
+                _ => (0..fresh).map(|_| self.random(&mut rng)).collect(),
+            };
+            tried += genes.len();
+            let least = best.as_ref().map_or(f64::NEG_INFINITY, |best| best.score);
+            let better = self.best(genes).filter(|next| next.score > least);
+            if fresh == 0 {
+                rounds += 1;
+                step *= STEP_CHANGE[usize::from(better.is_none())];
+                step = step.clamp(STEP[1], STEP[2]);
+            }
+            best = better.or(best);
+            let score = best.as_ref().map_or(f64::NEG_INFINITY, |best| best.score);
+            if score.is_finite() {
+                first.get_or_insert(score);
+            }
+            let growth = first.map_or(0.0, |first: f64| score - first);
             let progress = SearchProgress {
                 rounds,
-                tried: starts + CHANGES * rounds,
-                gain: ((best.score - first) / combinations).exp(),
+                tried,
+                gain: (growth / self.unknown.combinations() as f64).exp(),
             };
             if watch(&progress).is_break() {
-                break;
+                return best;
             }
-            let genes = (0..CHANGES).map(|_| self.changed(&best.genes, step, &mut rng));
-            let next = self
-                .best(genes.collect())
-                .filter(|next| next.score > best.score);
-            step *= STEP_CHANGE[usize::from(next.is_none())];
-            step = step.clamp(STEP[1], STEP[2]);
-            best = next.unwrap_or(best);
         }
-        Some(best)
     }
 
     fn random(&self, rng: &mut ChaCha8Rng) -> Genes {
@@ -149,7 +195,7 @@ impl<'a> Problem<'a> {
             let series = self.series(&genes, size);
             let mut states = self.states(&series);
             if self.unknown.is_possible(&mut states, self.bounds) {
-                let score = self.unknown.score(&states);
+                let score = self.unknown.score(&thinned(states));
                 return Some(Found {
                     genes,
                     series,
