@@ -182,7 +182,7 @@ pub(crate) struct EstimateArgs {
     pub(crate) smooth: bool,
 
     /// Pass q and τ through the same low-pass without delay, with this cut-off, and take q̇ and q̈ from q: for machines with
-    /// noise, play or vibrations; 0 for none [default: for `fit`, what `check` finds where noise spoils the accelerations]
+    /// noise, play or vibrations; 0 for none [default: for `fit` and `identify`, what `check` finds where noise spoils the accelerations]
     #[arg(long, value_name = "HZ", value_parser = non_negative)]
     pub(crate) low_pass: Option<f64>,
 }

@@ -15,6 +15,7 @@ moving link a body that can exist. Inertias of rotors and constant torques have 
 
 Examples:
   lagrangian identify log.csv --urdf robot.urdf --out identified.urdf
+  lagrangian identify monday.csv --test tuesday.csv --urdf robot.urdf --out identified.urdf
   lagrangian identify log*.csv --urdf arm.urdf --joints shoulder,elbow --out arm-identified.urdf
   lagrangian identify log.csv --urdf robot.urdf --low-pass 5 --delay 16 --out identified.urdf --json > changes.json")]
 pub(crate) struct IdentifyArgs {
@@ -38,7 +39,11 @@ pub(crate) struct IdentifyArgs {
     #[arg(long)]
     pub(crate) force: bool,
 
-    /// Part of the data that the torques are compared on and nothing is identified from: whole logs, or the end of each
+    /// Files to compare the torques on; nothing is identified from them
+    #[arg(long, value_name = "FILES", num_args = 1.., conflicts_with = "hold_out")]
+    pub(crate) test: Vec<PathBuf>,
+
+    /// Part of the data that the torques are compared on instead: whole logs, or blocks of time in each; 0 for none
     #[arg(long, value_name = "PART", default_value_t = 0.3, value_parser = fraction)]
     pub(crate) hold_out: f64,
 

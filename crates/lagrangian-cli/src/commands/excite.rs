@@ -51,7 +51,13 @@ pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
         seed: config.seed ^ 1,
         ..config
     };
-    let validation = subject.search(&other, &mut |_| ControlFlow::Break(()))?;
+    let validation = subject.search(
+        &other,
+        &mut |progress| match progress.tried < other.starts {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        },
+    )?;
     files.write(args, &subject, &found, &validation)?;
     let figures = json!({
         "command": "excite",

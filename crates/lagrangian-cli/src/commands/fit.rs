@@ -18,7 +18,7 @@ use lagrangian_report::draw;
 use serde_json::json;
 
 use super::OutputMode;
-use crate::cli::Links;
+use crate::cli::{EstimateArgs, Links};
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::FitArgs;
@@ -294,14 +294,9 @@ fn read(args: &FitArgs) -> Result<Data> {
     let sampling = args.sample.sampling(args.training.seed, stretch);
     let own = data::read_sample(&args.files, &args.data, sampling)?;
     let check = refuse_meaningless(&own.recordings, &options)?;
-    let low_pass = low_pass(args, needs, &check);
-    if let Some(choice) = &low_pass {
-        options.low_pass = choice.value.as_f64();
-        eprintln!(
-            "note: {} (--low-pass overrides it, 0 for none)",
-            choice.reason
-        );
-    }
+    let of_samples = !needs.positions && needs.horizon == 0;
+    let low_pass = of_samples.then(|| low_pass(&args.estimate, &check, &mut options));
+    let low_pass = low_pass.flatten();
     let coordinates = own.recordings[0].coordinates.clone();
     let mut files = data_files("training", own.hashes);
     let (trajectories, mut estimates) = data::estimated(own.recordings, &options)?;
@@ -329,10 +324,14 @@ fn read(args: &FitArgs) -> Result<Data> {
     })
 }
 
-/// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for.
-fn low_pass(args: &FitArgs, needs: Needs, check: &CheckReport) -> Option<Choice> {
-    let asked = args.estimate.smooth || args.estimate.low_pass.is_some();
-    if asked || needs.positions || needs.horizon > 0 {
+/// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for;
+/// sets it and says so.
+pub(super) fn low_pass(
+    asked: &EstimateArgs,
+    check: &CheckReport,
+    options: &mut EstimateOptions,
+) -> Option<Choice> {
+    if asked.smooth || asked.low_pass.is_some() {
         return None;
     }
     let mut items = check.items.iter();
@@ -342,6 +341,8 @@ fn low_pass(args: &FitArgs, needs: Needs, check: &CheckReport) -> Option<Choice>
         "{}: a low-pass of {hertz} Hz for motion and forces",
         item.finding
     );
+    options.low_pass = Some(hertz);
+    eprintln!("note: {reason} (--low-pass overrides it, 0 for none)");
     Some(Choice::new("low_pass", hertz, reason))
 }
 

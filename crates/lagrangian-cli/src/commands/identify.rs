@@ -52,6 +52,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
         "urdf": args.urdf,
         "out": args.out,
         "estimated": data::estimated_signals(&data.estimates),
+        "low_pass": data.low_pass,
         "samples": { "identified": found.samples, "held_out": data.held_out_samples() },
         "independent_samples": found.independent,
         "parameters": found.model.parameters().len(),
@@ -70,7 +71,8 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
 /// Refuses to write over a file that is read, however its path is written.
 fn refuse_input(args: &IdentifyArgs) -> Result<()> {
     let is_out = |path: &&std::path::PathBuf| same_file(path, &args.out);
-    let Some(input) = args.files.iter().chain([&args.urdf]).find(is_out) else {
+    let mut inputs = args.files.iter().chain(&args.test).chain([&args.urdf]);
+    let Some(input) = inputs.find(is_out) else {
         return Ok(());
     };
     let (out, input) = (args.out.display(), input.display());
@@ -93,17 +95,27 @@ struct Data {
     dataset: Dataset,
     held_out: Vec<Trajectory>,
     estimates: Vec<Estimate>,
+    /// The cut-off of the low-pass, Hz.
+    low_pass: Option<f64>,
 }
 
 fn read(args: &IdentifyArgs) -> Result<Data> {
     let sampling = args.sample.sampling(args.seed, Sampling::LONGEST);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
-    let options = args.estimate.options();
-    fit::refuse_meaningless(&recordings, &options)?;
+    let mut options = args.estimate.options();
+    let check = fit::refuse_meaningless(&recordings, &options)?;
+    let _ = fit::low_pass(&args.estimate, &check, &mut options);
     let coordinates = recordings[0].coordinates.clone();
     let (motions, estimates) = data::estimated(recordings, &options)?;
-    let halves = split(motions, args.hold_out, args.seed);
-    let (own, held_out) = halves.advise("cannot hold data out", "take a smaller --hold-out")?;
+    let (own, held_out) = match args.test.is_empty() {
+        true => split(motions, args.hold_out, args.seed)
+            .advise("cannot hold data out", "take a smaller --hold-out")?,
+        false => {
+            let other = data::read_sample(&args.test, &args.data, sampling)?.recordings;
+            data::require_dof(&other, &coordinates)?;
+            (motions, data::estimated(other, &options)?.0)
+        }
+    };
     let (train, validation) = split(own, VALIDATION, args.seed)?;
     let dataset = Dataset::new(coordinates.clone(), &train, &validation)?;
     Ok(Data {
@@ -111,6 +123,7 @@ fn read(args: &IdentifyArgs) -> Result<Data> {
         dataset,
         held_out,
         estimates,
+        low_pass: options.low_pass,
     })
 }
 

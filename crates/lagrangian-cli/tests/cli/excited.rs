@@ -111,7 +111,9 @@ fn what_cannot_be_planned_is_refused_with_a_hint() {
         ),
         ("--joints 3 --velocity 1", "no limit --lower"),
     ] {
-        let message = bench.refuse(&format!("excite {line} --seconds 0.1 --out plan.csv"));
+        let message = bench.refuse(&format!(
+            "excite {line} --seconds 0.1 --quiet --out plan.csv"
+        ));
         assert!(message.contains(words), "{line}: {message}");
     }
     let message = bench.refuse("excite ur5 --seconds 0.1 --out plan.doc");

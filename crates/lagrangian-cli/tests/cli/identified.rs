@@ -63,6 +63,9 @@ fn a_heavier_arm_is_found_and_written_into_the_text_that_it_was_described_by() {
     let whole =
         bench.succeed("identify data.csv --urdf arm.urdf --hold-out 0 --out whole.urdf --json");
     assert_eq!(whole.json()["torque"]["after"], Value::Null);
+    let line = "identify data.csv --test data.csv --urdf arm.urdf --out other.urdf --json";
+    let other = bench.succeed(line).json();
+    assert_eq!(other["samples"]["held_out"], other["samples"]["identified"]);
 }
 
 #[test]
