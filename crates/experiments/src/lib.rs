@@ -23,6 +23,7 @@ mod noisy;
 mod plausibility;
 mod real;
 mod relativistic;
+mod robots;
 mod swing_up;
 mod table;
 mod tracking;

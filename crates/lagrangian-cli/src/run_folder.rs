@@ -319,9 +319,13 @@ impl DataFile {
 
 /// The command line as it could be typed again.
 pub(crate) fn command_line() -> String {
+    command_words().join(" ")
+}
+
+/// Its words, quoted for a shell.
+pub(crate) fn command_words() -> Vec<String> {
     let words = std::env::args().skip(1).map(|word| quoted(&word));
-    let words: Vec<String> = std::iter::once("lagrangian".into()).chain(words).collect();
-    words.join(" ")
+    std::iter::once("lagrangian".into()).chain(words).collect()
 }
 
 fn quoted(word: &str) -> String {

@@ -86,6 +86,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::swing_up::EXPERIMENT,
     crate::plausibility::EXPERIMENT,
     crate::real::EXPERIMENT,
+    crate::robots::EXPERIMENT,
     crate::hamiltonian::EXPERIMENT,
     crate::relativistic::EXPERIMENT,
     crate::magnetic::EXPERIMENT,

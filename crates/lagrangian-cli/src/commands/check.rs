@@ -12,6 +12,7 @@ use super::{OutputMode, existence};
 use crate::cli::CheckArgs;
 use crate::data;
 use crate::failure::{FAILED, with_flags};
+use crate::run_folder::command_words;
 
 pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_existing()?;
@@ -25,12 +26,51 @@ pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
         report.items.push(Item { remedy, ..item });
     }
     let findings = as_json(args, &recordings, &report);
-    let text = || as_text(&recordings, &report, stdout().is_terminal());
+    let text = || {
+        let next = match report.passed() {
+            true => format!("next: {}\n", next(args, &report)),
+            false => String::new(),
+        };
+        as_text(&recordings, &report, stdout().is_terminal()) + &next
+    };
     args.output.write_figures(mode, &findings, text)?;
     Ok(match report.passed() {
         true => ExitCode::SUCCESS,
         false => ExitCode::from(FAILED),
     })
+}
+
+/// The command that fits these data as the check found best.
+fn next(args: &CheckArgs, report: &CheckReport) -> String {
+    // What was said of the columns and files is said again, but not what only the check knows.
+    let own = ["--out", "--low-pass", "--seconds"];
+    let words = command_words().into_iter().skip_while(|w| w != "check");
+    let mut words = words
+        .filter(|word| !["--lagrangian", "--json", "--quiet", "--force"].contains(&word.as_str()));
+    let mut all = vec!["lagrangian".to_string(), "fit".into()];
+    while let Some(word) = words.next() {
+        if own.contains(&word.as_str()) {
+            words.next();
+        } else if !own.iter().any(|flag| word.starts_with(&format!("{flag}="))) {
+            all.push(word);
+        }
+    }
+    let items = || report.items.iter();
+    let found = items().find_map(|i| i.values.get("low_pass_hz"));
+    let noisy = items().any(|i| i.name == "acceleration" && i.verdict == Verdict::Warn);
+    if let Some(hertz) = args.low_pass.as_ref().or(found.filter(|_| noisy)) {
+        all.extend(["--low-pass".into(), hertz.to_string()]);
+    }
+    let delays = items().find(|i| i.name == "delay" && i.verdict == Verdict::Warn);
+    let remedy = delays.and_then(|i| i.remedy.as_deref()).map(with_flags);
+    let delay = remedy
+        .as_deref()
+        .and_then(|text| text.split("--delay ").nth(1));
+    if let Some(delay) = delay.filter(|_| args.data.delay.is_empty()) {
+        all.push(format!("--delay={delay}"));
+    }
+    all.extend(["--out".into(), "run".into()]);
+    all.join(" ")
 }
 
 fn as_json(args: &CheckArgs, recordings: &[Recording], report: &CheckReport) -> Value {
@@ -42,6 +82,7 @@ fn as_json(args: &CheckArgs, recordings: &[Recording], report: &CheckReport) -> 
         "passed": report.passed(),
         "verdict": report.verdict(),
         "items": report.items,
+        "next": report.passed().then(|| next(args, report)),
     })
 }
 

@@ -70,24 +70,15 @@ fn delays(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     let values: Vec<String> = fits.joints.iter().map(milliseconds).collect();
     let remedy = format!("shift the forces: `delay` {}", values.join(","));
     let item = |(i, name): (usize, &str)| {
-        let found = fits.joints[i]?;
+        // Where nothing is known there is nothing to say.
+        let known = |f: &JointFit| f.explained.0 > WELL_EXPLAINED && !shaken && !f.at_end;
+        let found = fits.joints[i].filter(known)?;
         let explained = 100.0 * found.explained.0;
         let (samples, error) = (found.delay / step, found.error / step);
         let (ms, ms_error) = (1e3 * found.delay, 1e3 * found.error);
         let size = format!("{samples:.2} ± {error:.2} samples ({ms:.2} ± {ms_error:.2} ms)");
-        let trusted = found.explained.0 > WELL_EXPLAINED && !shaken && !found.at_end;
-        let delayed = trusted && is_delay(&found, step);
-        let finding = if found.explained.0 <= WELL_EXPLAINED {
-            format!(
-                "{name}: cannot be determined: the motion explains {explained:.0} % of the force"
-            )
-        } else if shaken {
-            format!(
-                "{name}: {size}: not to be trusted: noise or vibrations of the positions spoil the accelerations"
-            )
-        } else if found.at_end {
-            format!("{name}: cannot be determined from this motion")
-        } else if delayed {
+        let delayed = is_delay(&found, step);
+        let finding = if delayed {
             let side = if found.delay > 0.0 { "after" } else { "before" };
             let without = 100.0 * found.explained.1;
             format!(
@@ -121,11 +112,14 @@ fn inertias(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         let unit = if circle { "kg m²" } else { "kg or kg m²" };
         let finding = format!("{name}: inertia {inertia:.3e} ± {error:.1e} {unit}");
         let certain = inertia.abs() > SIGN_ERRORS * error && found.inertial_part > INERTIAL_PART;
-        let item = if certain && inertia < 0.0 {
+        if !certain {
+            return None; // The inertia of one joint alone says nothing of the others.
+        }
+        let item = if inertia < 0.0 {
             let finding = format!("{finding}: the force pushes against the acceleration");
             let remedy = "reverse the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
             Item::fail("inertia", finding, remedy)
-        } else if certain && !(INERTIA.0..INERTIA.1).contains(&inertia) {
+        } else if !(INERTIA.0..INERTIA.1).contains(&inertia) {
             let finding = format!("{finding}: implausible for a machine");
             let remedy = "check the unit of that force (N·m, N) and of the coordinate: SI units are expected";
             Item::warn("inertia", finding, remedy)

@@ -64,10 +64,10 @@ impl Family for ChainConfig {
         Ok(())
     }
 
-    fn prepare(&self, _dataset: &Dataset, _config: &FitConfig) -> Result<Plan> {
-        let own = self.clone();
+    fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+        let (own, seed) = (self.clone(), config.seed);
         Ok(Plan::Solve(Box::new(move |dataset, observer| {
-            let screws = search::screws(dataset, own.searches, observer)?;
+            let screws = search::screws(dataset, own.searches, seed, observer)?;
             let robot = RobotConfig::of_screws(&screws, &dataset.coordinates);
             let options = robot::IdentifyOptions {
                 smoothing: own.smoothing,

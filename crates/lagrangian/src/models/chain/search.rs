@@ -61,6 +61,7 @@ const DIRECTIONS: [[f64; 3]; 6] = [
 pub(super) fn screws(
     dataset: &Dataset,
     searches: usize,
+    seed: u64,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Screw>> {
     if !dataset.forced {
@@ -72,9 +73,9 @@ pub(super) fn screws(
     let stages = Stages::new(observer, searches + BEST.min(searches));
     let mut found: Vec<(f64, Vec<Joint>)> = (0..searches as u64)
         .into_par_iter()
-        .filter_map(|seed| {
-            let wanted = seed == 0 || !stages.ended();
-            let found = wanted.then(|| search.descend(seed));
+        .filter_map(|start| {
+            let wanted = start == 0 || !stages.ended();
+            let found = wanted.then(|| search.descend(start, seed));
             stages.done("the joints of the chain are searched for");
             found
         })
@@ -183,16 +184,17 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Coordinate descent from the directions of a seed; the first start is a vertical axis and then horizontal ones.
-    fn descend(&self, seed: u64) -> (f64, Vec<Joint>) {
+    /// Coordinate descent from random directions; the first start is a vertical axis and then horizontal ones.
+    fn descend(&self, start: u64, seed: u64) -> (f64, Vec<Joint>) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(start);
         let n = self.coordinates.dof();
         let mut joint = |j: usize| Joint {
             kind: match self.slides(j) {
                 true => JointKind::Prismatic,
                 false => JointKind::Revolute,
             },
-            axis: match (j, seed) {
+            axis: match (j, start) {
                 (0, _) => DIRECTIONS[4],
                 (_, 0) => DIRECTIONS[2],
                 _ => DIRECTIONS[rng.random_range(0..DIRECTIONS.len())],
