@@ -565,12 +565,22 @@ mod tests {
     }
 
     #[test]
-    fn of_few_recordings_the_end_of_each_is_held_back() {
+    fn of_few_recordings_blocks_spread_over_each_are_held_back() {
         for count in [1, 2, 3] {
-            let all = (0..count).map(|k| recording(&k.to_string(), 100)).collect();
+            let all = (0..count)
+                .map(|k| recording(&k.to_string(), 1000))
+                .collect();
             let (train, held) = split(all, 0.1, 0).unwrap();
-            assert_eq!((train.len(), held.len()), (count, count));
-            assert!(held.iter().all(|t| t.len() == 10 && t.t[0] > 89.5));
+            assert_eq!((train.len(), held.len()), (6 * count, 5 * count));
+            assert!(held.iter().all(|t| t.len() == 20));
+            let begins: Vec<f64> = held[..5].iter().map(|t| t.t[0]).collect();
+            assert_eq!(begins, [90.0, 290.0, 490.0, 690.0, 890.0]);
+            // Two samples beside each block are omitted.
+            let kept: usize = train.iter().map(Trajectory::len).sum();
+            assert_eq!(kept, count * (1000 - 100 - 5 * 2 * 2));
         }
+        let (train, held) = split(vec![recording("short", 50)], 0.1, 0).unwrap();
+        assert_eq!((train.len(), held.len()), (2, 1));
+        assert_eq!((held[0].len(), held[0].t[0]), (5, 22.0));
     }
 }

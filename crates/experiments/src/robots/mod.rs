@@ -6,8 +6,8 @@ use anyhow::Result;
 use lagrangian::score::Assessment;
 use lagrangian::train::Request;
 use lagrangian::{
-    Budget, Coordinates, Dataset, EstimateOptions, FitConfig, Format, Layout, RobotConfig,
-    RolloutOptions, Trajectory, score, split,
+    Budget, Coordinates, Dataset, Estimate, EstimateOptions, FitConfig, Format, Layout,
+    RobotConfig, RolloutOptions, Trajectory, score, split,
 };
 use serde_json::{Value, json};
 
@@ -87,7 +87,7 @@ const CONTESTANTS: &[Contestant<Recipe>] = &contestants! {
 fn run(lab: &mut Lab) -> Result<()> {
     lab.plan(ROBOTS.len() * CONTESTANTS.len() * lab.seeds().len());
     for robot in ROBOTS {
-        let (learned, rest) = read(lab, robot)?;
+        let log = read(lab, robot)?;
         let urdf = lab.data(&format!("{robot}_real/{robot}.urdf"))?;
         let urdf = String::from_utf8_lossy(&urdf);
         let description = RobotConfig::new(&urdf, Vec::new())
@@ -95,15 +95,22 @@ fn run(lab: &mut Lab) -> Result<()> {
         for who in CONTESTANTS {
             for seed in lab.seeds() {
                 lab.begin(format!("{robot}, {}, seed {seed}", who.name))?;
-                compete(lab, robot, &description, who, [&learned, &rest], seed)?;
+                compete(lab, &log, &description, who, seed)?;
             }
         }
     }
     Ok(())
 }
 
-/// The part of the log that is learned from, and the rest.
-fn read(lab: &Lab, robot: &str) -> Result<(Trajectory, Trajectory)> {
+/// A log, divided by time.
+struct Log {
+    robot: &'static str,
+    learned: Trajectory,
+    rest: Trajectory,
+    estimates: Vec<Estimate>,
+}
+
+fn read(lab: &Lab, robot: &'static str) -> Result<Log> {
     let file = lab.data(&format!("{robot}_real/{robot}.csv"))?;
     let (shown, hint) = (
         format!("cannot read '{robot}.csv'"),
@@ -122,20 +129,25 @@ fn read(lab: &Lab, robot: &str) -> Result<(Trajectory, Trajectory)> {
     };
     let recording = read.recordings.into_iter().next();
     let recording = recording.ok_or_else(|| mistake(&shown, hint))?;
-    let motion = recording.into_trajectory(&options).advise(shown, hint)?.0;
+    let (motion, estimates) = recording.into_trajectory(&options).advise(shown, hint)?;
     let end = (LEARNED * motion.len() as f64) as usize;
-    Ok((motion.part(0..end), motion.after(end + BETWEEN)))
+    Ok(Log {
+        robot,
+        learned: motion.part(0..end),
+        rest: motion.after(end + BETWEEN),
+        estimates,
+    })
 }
 
 fn compete(
     lab: &mut Lab,
-    robot: &str,
+    log: &Log,
     description: &RobotConfig,
     who: &Contestant<Recipe>,
-    [learned, rest]: [&Trajectory; 2],
     seed: u64,
 ) -> Result<()> {
     let recipe = &who.config;
+    let learned = &log.learned;
     let coordinates = Coordinates::angles(learned.dof());
     let (train, validation) = split(vec![learned.clone()], VALIDATION, seed)?;
     let dataset = Dataset::new(coordinates, &train, &validation)?;
@@ -153,9 +165,9 @@ fn compete(
     if let Some(forward) = recipe.forward {
         request.training.insert("forward".into(), json!(forward));
     }
-    let config = FitConfig::for_data(&dataset, &[], &request)?.config;
+    let config = FitConfig::for_data(&dataset, &log.estimates, &request)?.config;
     let fit = lab.fit(&dataset, &config)?;
-    let rest = std::slice::from_ref(rest);
+    let rest = std::slice::from_ref(&log.rest);
     let options = RolloutOptions {
         rtol: 1e-6,
         atol: 1e-6,
@@ -167,7 +179,7 @@ fn compete(
     let accelerations = scored.acceleration.as_ref().map(|e| median(&e.nmse));
     let lost = assessment.joints.iter().filter(|j| !j.predictable);
     let lost: Vec<&str> = lost.map(|j| j.name.as_str()).collect();
-    let row = lab.row(robot, who);
+    let row = lab.row(log.robot, who);
     row.detail("not predictable forwards", lost.join(", "))
         .add("torque_nmse", scored.torque.as_ref().map(|e| e.nmse_mean))
         .add("acceleration_nmse", accelerations)
