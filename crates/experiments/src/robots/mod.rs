@@ -12,6 +12,7 @@ use lagrangian::{
 use serde_json::{Value, json};
 
 use crate::harness::failure::{Advise, mistake};
+use crate::harness::spread::median;
 use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -187,11 +188,4 @@ fn compete(
         .add("smallest", assessment.inertia.map(|s| s.smallest))
         .add("seconds", Some(fit.seconds));
     Ok(())
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let (low, high) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
-    0.5 * (low + high)
 }

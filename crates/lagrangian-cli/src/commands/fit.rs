@@ -87,6 +87,11 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         contestants,
     } = selection;
     let choices = [of_data, choices].concat();
+    for contestant in &contestants {
+        if let Some(failure) = &contestant.failure {
+            eprintln!("note: {} was not fitted: {failure}", contestant.family);
+        }
+    }
     if contestants.len() > 1 {
         begun.choices.clone_from(&choices);
         begun.tried.clone_from(&contestants);

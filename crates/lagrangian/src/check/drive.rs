@@ -16,12 +16,16 @@ const SAMPLES: f64 = 0.5;
 const GAIN: f64 = 1.15;
 /// Beyond these an inertia is a matter of units, kg m² or kg.
 const INERTIA: (f64, f64) = (1e-6, 1e4);
+/// A drive that does less than this part of its work against the motion is not said to brake.
+const BRAKING: f64 = 0.5;
 /// A wrong sign is certain beyond so many standard errors …
 const SIGN_ERRORS: f64 = 5.0;
 /// … where inertia makes up this part of the force.
 const INERTIAL_PART: f64 = 0.2;
 /// Accelerations that are less certain than this part of them want a filter.
 const UNCERTAIN: f64 = 0.1;
+/// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
+const EXACT: f64 = 0.999;
 /// So do forces with more noise than this part of them.
 const NOISY_FORCES: f64 = 0.01;
 /// An inertia that grows by more than this part from one cut-off to a lower one is not to be trusted.
@@ -32,7 +36,8 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Ite
     let Some(found) = fit_joints(recordings, options) else {
         return Vec::new();
     };
-    let mut items = delays(recordings, &found);
+    let mut items = works(recordings);
+    items.extend(delays(recordings, &found));
     items.extend(inertias(recordings, &found));
     let estimated = recordings.iter().any(|r| r.qdd.is_empty());
     if options.low_pass.is_none() && estimated {
@@ -51,6 +56,36 @@ fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
 fn is_shaken(fits: &JointFits) -> bool {
     let mut joints = fits.joints.iter().flatten();
     joints.any(|f| f.explained.0 > EXPLAINED && f.growth.abs() > GROWTH)
+}
+
+/// The work of each force over all recordings, as a part of the work that its parts do either way: friction takes energy out of a
+/// machine, so that its drives put energy in.
+fn works(recordings: &[Recording]) -> Vec<Item> {
+    let n = recordings.first().map_or(0, Recording::dof);
+    let (mut sums, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+    for recording in recordings.iter().filter(|r| r.tau.len() == r.q.len()) {
+        let steps = recording.q.windows(n + 1).zip(recording.tau.windows(n + 1));
+        for (k, (q, tau)) in steps.enumerate() {
+            let work = 0.5 * (tau[0] + tau[n]) * (q[n] - q[0]);
+            sums[k % n] += work;
+            sizes[k % n] += work.abs();
+        }
+    }
+    let part = |i: usize| sums[i] / sizes[i];
+    let of_joint = |(i, name): (usize, &str)| {
+        (part(i) < -BRAKING).then(|| {
+            let finding = format!(
+                "{name}: its force takes energy out of the machine ({:.0} % of the work that it does either way), as if it only braked",
+                -100.0 * part(i)
+            );
+            let remedy = "reverse the sign of that force, or of the coordinate, unless something else moves the machine";
+            Item::warn("work", finding, remedy).value("part", part(i))
+        })
+    };
+    names(recordings)
+        .filter(|(i, _)| *i < n)
+        .filter_map(of_joint)
+        .collect()
 }
 
 fn is_delay(found: &JointFit, step: f64) -> bool {
@@ -156,6 +191,7 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         return Some(item.value("uncertainty", *worst));
     };
     let (hertz, explained) = (low_pass.hertz, 100.0 * low_pass.explained);
+    let noisy = noisy || low_pass.explained < EXACT;
     let finding = format!(
         "{finding}; after a low-pass of {hertz} Hz the motion explains {explained:.1} % of the forces"
     );

@@ -9,6 +9,8 @@ use crate::{Coordinates, Model, Trajectory};
 
 /// A model explains a signal well where the squared error is below this part of the variance.
 const GOOD: f64 = 0.1;
+/// A model of torques that leaves more than this part of their variance is of no use.
+const HALF: f64 = 0.5;
 /// The scaled mass matrix is nearly singular where its smallest eigenvalue is below this.
 const NEARLY_SINGULAR: f64 = 1e-7;
 /// States at which the mass matrix is examined, at most.
@@ -121,6 +123,9 @@ fn of_torques(score: &Score, coordinates: &Coordinates) -> Vec<Reason> {
     let mut reasons = Vec::new();
     if !(mean < 1.0) {
         let finding = format!("it predicts torques no better than their mean (nMSE {mean:.3})");
+        reasons.push(Reason::new(Grade::Poor, finding, MODEL));
+    } else if mean > HALF {
+        let finding = format!("it explains {:.0} % of the torques", 100.0 * (1.0 - mean));
         reasons.push(Reason::new(Grade::Poor, finding, MODEL));
     } else if mean > GOOD {
         let finding = format!("it explains {:.0} % of the torques", 100.0 * (1.0 - mean));
