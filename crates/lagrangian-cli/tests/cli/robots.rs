@@ -156,3 +156,37 @@ fn named() -> String {
     let rows: String = (0..300).map(row).collect();
     format!("t,shoulder,elbow,v1,v2,a1,a2,u1,u2\n{rows}")
 }
+
+#[test]
+fn a_log_is_fitted_by_several_models_and_the_kept_one_has_a_verdict() {
+    let bench = with_arm();
+    let fit = bench
+        .succeed("fit data.npz --steps 200 --out run --json")
+        .json();
+    let tried = fit["tried"].as_array().unwrap();
+    let names: Vec<&str> = tried.iter().filter_map(|t| t["family"].as_str()).collect();
+    assert_eq!(names, ["chain", "delan"]);
+    assert_eq!(fit["verdict"], "good", "{fit}");
+    let model = fit["choices"].as_array().unwrap().iter();
+    let reason = model.filter(|c| c["setting"] == "model").last().unwrap();
+    assert!(reason["reason"].as_str().unwrap().contains("held-out"));
+    let page = String::from_utf8(bench.read("run/report.html")).unwrap();
+    assert!(page.contains("Models that were tried") && page.contains("Verdict"));
+    let score = bench.succeed("score run/model.safetensors data.npz");
+    assert!(score.stdout.contains("verdict: good"), "{}", score.stdout);
+}
+
+#[test]
+fn torques_that_have_nothing_to_do_with_the_motion_give_a_poor_verdict() {
+    let bench = Workbench::new();
+    let row = |k: u32| {
+        let t = 0.01 * f64::from(k);
+        let torque = f64::from(k.wrapping_mul(2_654_435_761) >> 16) / 65536.0 - 0.5;
+        format!("{t},{},{torque}\n", (2.0 * t).sin())
+    };
+    let rows: String = (0..1500).map(row).collect();
+    bench.write("log.csv", &format!("t,q1,tau1\n{rows}"));
+    let fit = bench.run("fit log.csv --steps 100 --out run --json");
+    assert_eq!(fit.code, 1, "{}", fit.stderr);
+    assert_eq!(fit.json()["verdict"], "poor");
+}

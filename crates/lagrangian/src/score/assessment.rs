@@ -91,7 +91,7 @@ impl Assessment {
         reasons.extend(of_accelerations(score, &joints));
         reasons.extend(inertia.and_then(of_inertia));
         reasons.extend(of_rollouts(score));
-        reasons.sort_by(|a, b| b.grade.cmp(&a.grade));
+        reasons.sort_by_key(|r| std::cmp::Reverse(r.grade));
         Self {
             verdict: reasons.first().map_or(Grade::Good, |r| r.grade),
             reasons,
@@ -121,7 +121,7 @@ fn of_torques(score: &Score, coordinates: &Coordinates) -> Vec<Reason> {
     };
     let mean = error.nmse_mean;
     let mut reasons = Vec::new();
-    if !(mean < 1.0) {
+    if mean.is_nan() || mean >= 1.0 {
         let finding = format!("it predicts torques no better than their mean (nMSE {mean:.3})");
         reasons.push(Reason::new(Grade::Poor, finding, MODEL));
     } else if mean > HALF {
@@ -158,7 +158,7 @@ fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
     let mean = error.nmse_mean;
     let finding = format!("the squared error of its accelerations is {mean:.3} of their variance");
     match mean {
-        x if !(x < 1.0) => Some(Reason::new(
+        x if x.is_nan() || x >= 1.0 => Some(Reason::new(
             Grade::Poor,
             finding,
             "check the data with more care (units, angles, noise), fit longer, or choose another model",
@@ -185,7 +185,7 @@ fn of_driven(joints: &[Forward]) -> Option<Reason> {
     }
     let wrong: Vec<&Forward> = predictable
         .into_iter()
-        .filter(|j| !(j.acceleration_nmse < 1.0))
+        .filter(|j| j.acceleration_nmse.is_nan() || j.acceleration_nmse >= 1.0)
         .collect();
     if wrong.is_empty() {
         return None;

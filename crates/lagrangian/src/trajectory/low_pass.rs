@@ -122,14 +122,14 @@ impl LowPass {
     pub(crate) fn apply(&self, y: &[f64]) -> Filtered {
         let value = self.smooth(match self.even {
             true => y.to_vec(),
-            false => (0..self.points).map(|k| self.to_grid(y, k)).collect(),
+            false => (0..self.points).map(|k| self.at_point(y, k)).collect(),
         });
         let h = self.step;
         let first = difference(&value, &FIRST, -1.0, h);
         let second = difference(&value, &SECOND, 1.0, h * h);
         let back = |y: Vec<f64>| match self.even {
             true => y,
-            false => self.t.iter().map(|&t| self.from_grid(&y, t)).collect(),
+            false => self.t.iter().map(|&t| self.at_time(&y, t)).collect(),
         };
         Filtered {
             value: back(value),
@@ -158,7 +158,7 @@ impl LowPass {
     }
 
     /// The value of the samples at point `k` of the grid.
-    fn to_grid(&self, y: &[f64], k: usize) -> f64 {
+    fn at_point(&self, y: &[f64], k: usize) -> f64 {
         let at = self.t[0] + k as f64 * self.step;
         let after = self
             .t
@@ -174,7 +174,7 @@ impl LowPass {
     }
 
     /// The value of the grid at time `t`.
-    fn from_grid(&self, y: &[f64], t: f64) -> f64 {
+    fn at_time(&self, y: &[f64], t: f64) -> f64 {
         let place = (t - self.t[0]) / self.step;
         let first = (place as usize)
             .saturating_sub(1)
@@ -223,14 +223,14 @@ mod tests {
         let filter = LowPass::new(8.0, &t);
         let (slow, fast) = (filter.apply(&sine(1.0, &t)), filter.apply(&sine(30.0, &t)));
         let half = filter.apply(&sine(8.0, &t));
-        for k in 400..1600 {
-            let (sine, cosine) = (TAU * t[k]).sin_cos();
+        for (k, t) in t.iter().enumerate().take(1600).skip(400) {
+            let (sine, cosine) = (TAU * t).sin_cos();
             assert!((slow.value[k] - sine).abs() < 1e-5);
             assert!((slow.first[k] - TAU * cosine).abs() < 1e-4);
             assert!((slow.second[k] + TAU * TAU * sine).abs() < 1e-3);
             assert!(fast.value[k].abs() < 1e-4);
             // Twice −3 dB at the cut-off, without delay.
-            assert!((half.value[k] - 0.5 * (TAU * 8.0 * t[k]).sin()).abs() < 1e-6);
+            assert!((half.value[k] - 0.5 * (TAU * 8.0 * t).sin()).abs() < 1e-6);
         }
     }
 
@@ -239,8 +239,8 @@ mod tests {
         let jitter = |k: i32| 0.01 * f64::from(k) + 0.003 * f64::from(k * 7919 % 101) / 101.0;
         let t: Vec<f64> = (0..1000).map(jitter).collect();
         let own = LowPass::new(10.0, &t).apply(&sine(1.0, &t));
-        for k in 100..900 {
-            let (sine, cosine) = (TAU * t[k]).sin_cos();
+        for (k, t) in t.iter().enumerate().take(900).skip(100) {
+            let (sine, cosine) = (TAU * t).sin_cos();
             assert!((own.value[k] - sine).abs() < 1e-4);
             assert!((own.first[k] - TAU * cosine).abs() < 1e-2);
             assert!((own.second[k] + TAU * TAU * sine).abs() < 0.3);
