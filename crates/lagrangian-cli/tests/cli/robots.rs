@@ -167,8 +167,8 @@ fn a_log_is_fitted_by_several_models_and_the_kept_one_has_a_verdict() {
     let names: Vec<&str> = tried.iter().filter_map(|t| t["family"].as_str()).collect();
     assert_eq!(names, ["chain", "delan"]);
     assert_eq!(fit["verdict"], "good", "{fit}");
-    let model = fit["choices"].as_array().unwrap().iter();
-    let reason = model.filter(|c| c["setting"] == "model").last().unwrap();
+    let mut model = fit["choices"].as_array().unwrap().iter();
+    let reason = model.find(|c| c["setting"] == "model").unwrap();
     assert!(reason["reason"].as_str().unwrap().contains("held-out"));
     let page = String::from_utf8(bench.read("run/report.html")).unwrap();
     assert!(page.contains("Models that were tried") && page.contains("Verdict"));
