@@ -404,3 +404,43 @@ fn decimal_commas_are_called_that() {
     );
     assert!(read("t,q1\n0,0,1,5\n0,1,1,6\n").contains("decimal commas"));
 }
+
+#[test]
+fn coordinates_in_degrees_and_forces_of_no_machine_are_a_matter_of_units() {
+    let mut recorded = ARM.recorded();
+    let about = |recording: &Recording| {
+        let report = check(std::slice::from_ref(recording), &CheckOptions::default());
+        items(&report, "unit")
+            .iter()
+            .map(|i| i.finding.clone())
+            .collect::<Vec<_>>()
+    };
+    assert!(about(&recorded).is_empty(), "{:?}", about(&recorded));
+    let exact = recorded.clone();
+    recorded
+        .signals
+        .q
+        .iter_mut()
+        .for_each(|q| *q = q.to_degrees());
+    let found = about(&recorded);
+    assert!(found.iter().any(|f| f.contains("degrees")), "{found:?}");
+    recorded = exact;
+    recorded.signals.tau.iter_mut().for_each(|x| *x *= 1e4);
+    let found = about(&recorded);
+    assert!(found.iter().any(|f| f.contains("N·m")), "{found:?}");
+}
+
+#[test]
+fn a_drive_of_the_wrong_sign_only_brakes() {
+    let mut recorded = ARM.recorded();
+    recorded.signals.tau.iter_mut().for_each(|x| *x = -*x);
+    let report = check(&[recorded], &CheckOptions::default());
+    assert!(
+        report
+            .items
+            .iter()
+            .any(|i| i.verdict > Verdict::Pass
+                && i.remedy.as_ref().is_some_and(|r| r.contains("sign"))),
+        "{report:?}"
+    );
+}

@@ -8,8 +8,8 @@ use crate::trajectory::{Recording, Topology};
 const EXPLAINED: f64 = 0.5;
 /// … and a delay, which changes little of it, where it explains this part.
 const WELL_EXPLAINED: f64 = 0.9;
-/// A delay is one only beyond so many standard errors …
-const ERRORS: f64 = 3.0;
+/// A delay is one only beyond so many standard errors, as many joints are tested …
+const ERRORS: f64 = 4.0;
 /// … and this part of a sample: a force that a controller holds between samples comes half a sample late.
 const SAMPLES: f64 = 0.5;
 /// … and if without it this much more of the force stays unexplained.
@@ -18,6 +18,10 @@ const GAIN: f64 = 1.15;
 const INERTIA: (f64, f64) = (1e-6, 1e4);
 /// A drive that does less than this part of its work against the motion is not said to brake.
 const BRAKING: f64 = 0.5;
+/// Coordinates are taken for degrees where that leaves less than this part of the unexplained forces.
+const DEGREES: f64 = 0.5;
+/// Forces beyond this, N·m or N, are a matter of units.
+const IMPLAUSIBLE: f64 = 1e4;
 /// A wrong sign is certain beyond so many standard errors …
 const SIGN_ERRORS: f64 = 5.0;
 /// … where inertia makes up this part of the force.
@@ -37,6 +41,7 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Ite
         return Vec::new();
     };
     let mut items = works(recordings);
+    items.extend(units(recordings, &found));
     items.extend(delays(recordings, &found));
     items.extend(inertias(recordings, &found));
     let estimated = recordings.iter().any(|r| r.qdd.is_empty());
@@ -56,6 +61,27 @@ fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
 fn is_shaken(fits: &JointFits) -> bool {
     let mut joints = fits.joints.iter().flatten();
     joints.any(|f| f.explained.0 > EXPLAINED && f.growth.abs() > GROWTH)
+}
+
+/// Units that explain the forces better, or forces that no machine has.
+fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+    let mut items = Vec::new();
+    if let Some(left) = fits.as_degrees.filter(|left| *left < DEGREES) {
+        let percent = 100.0 * left;
+        let finding = format!(
+            "read as degrees, the coordinates leave {percent:.0} % of what stays unexplained of the forces in radians"
+        );
+        let remedy = "declare them: `angles` all and `degrees`, or convert them to radians";
+        items.push(Item::warn("unit", finding, remedy).value("left", left));
+    }
+    let forces = recordings.iter().flat_map(|r| &r.tau);
+    let largest = forces.fold(0.0_f64, |most, x| most.max(x.abs()));
+    if largest > IMPLAUSIBLE {
+        let finding = format!("forces of up to {largest:.1e} N·m or N");
+        let remedy = "check their unit: SI units are expected, and masses are found in the unit of the forces";
+        items.push(Item::warn("unit", finding, remedy).value("largest", largest));
+    }
+    items
 }
 
 /// The work of each force over all recordings, as a part of the work that its parts do either way: friction takes energy out of a

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::super::time;
 use super::Filtered;
 use super::least_squares::Part;
-use crate::trajectory::Recording;
 use crate::trajectory::local_polynomial::{median_step, segments};
+use crate::trajectory::{Coordinate, Recording, Signal};
 
 /// The candidates of a decade, Hz.
 const DECADE: [f64; 6] = [8.0, 5.0, 3.0, 2.0, 1.5, 1.0];
@@ -72,6 +72,35 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
         hertz: chosen.hertz,
         explained,
     })
+}
+
+/// The part of the logarithmic mean error that is left where all coordinates but lengths are read as degrees.
+pub(super) fn as_degrees(recordings: &[&Recording], hertz: f64) -> Option<f64> {
+    let scaled = |r: &&Recording| {
+        let mut recording = (*r).clone();
+        let units: Vec<f64> = r.coordinates.0.iter().map(degrees_of).collect();
+        for signal in [Signal::Q, Signal::Qd, Signal::Qdd] {
+            let values = recording.signals.get_mut(signal).iter_mut();
+            values
+                .zip(units.iter().cycle())
+                .for_each(|(x, unit)| *x *= unit);
+        }
+        recording
+    };
+    let scaled: Vec<Recording> = recordings.iter().map(scaled).collect();
+    let scaled: Vec<&Recording> = scaled.iter().collect();
+    let error = |recordings: &[&Recording]| {
+        let candidate = Candidate::new(recordings, hertz, 0.0)?;
+        Some(candidate.error(&candidate))
+    };
+    Some((error(&scaled)? - error(recordings)?).exp())
+}
+
+fn degrees_of(coordinate: &Coordinate) -> f64 {
+    match coordinate.unit.as_str() {
+        "m" => 1.0,
+        _ => 1.0_f64.to_radians(),
+    }
 }
 
 /// The cut-offs that are tried, Hz, increasing.

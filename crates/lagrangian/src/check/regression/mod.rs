@@ -68,6 +68,8 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) noise: Vec<f64>,
     /// The low-pass, where one was found.
     pub(in crate::check) low_pass: Option<Cutoff>,
+    /// The part of the error of a regression that is left where coordinates are read as degrees.
+    pub(in crate::check) as_degrees: Option<f64>,
 }
 
 /// Fits all recordings with forces and usable time stamps; `None` where there is none, or too little.
@@ -100,6 +102,7 @@ pub(in crate::check) fn fit_joints(
         joints: joints.collect(),
         uncertainty: mean_of(&recordings, uncertainty),
         noise: mean_of(&recordings, force_noise),
+        as_degrees: cutoff::as_degrees(&recordings, cutoff),
         low_pass,
     })
 }
