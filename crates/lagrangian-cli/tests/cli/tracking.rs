@@ -198,8 +198,18 @@ fn loops_that_make_no_sense_are_refused_with_a_hint() {
 #[test]
 fn networks_without_torques_or_without_motion_are_refused_where_these_are_needed() {
     let bench = with_arm();
-    bench.succeed("fit arm.csv --model mlp --steps 300 --width 8 --out forward");
-    bench.succeed("fit arm.csv --model mlp --loss torque --steps 300 --width 8 --out inverse");
+    for fit in [
+        "--steps 20 --out forward",
+        "--loss torque --steps 20 --out inverse",
+    ] {
+        // What it is worth does not matter here.
+        assert!(
+            bench
+                .run(&format!("fit arm.csv --model mlp --width 8 {fit}"))
+                .code
+                < 2
+        );
+    }
     let track = |model: &str, flags: &str| {
         format!("track {model}/model.safetensors --reference slow.csv --angle all {flags}")
     };
