@@ -314,7 +314,9 @@ pub(crate) fn trajectories(
     options: &EstimateOptions,
 ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
     let (trajectories, estimates) = estimated(recordings, options)?;
-    note_estimates(&estimates);
+    if options.low_pass.is_none() {
+        note_estimates(&estimates);
+    }
     Ok((trajectories, estimates))
 }
 

@@ -44,7 +44,10 @@ pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
 fn next(args: &CheckArgs, report: &CheckReport) -> String {
     // What was said of the columns and files is said again, but not what only the check knows.
     let own = ["--out", "--low-pass", "--seconds"];
-    let words = command_words().into_iter().skip_while(|w| w != "check");
+    let words = command_words()
+        .into_iter()
+        .skip_while(|w| w != "check")
+        .skip(1);
     let mut words = words
         .filter(|word| !["--lagrangian", "--json", "--quiet", "--force"].contains(&word.as_str()));
     let mut all = vec!["lagrangian".to_string(), "fit".into()];

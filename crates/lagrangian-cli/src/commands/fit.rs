@@ -316,7 +316,9 @@ fn read(args: &FitArgs) -> Result<Data> {
         estimates.extend(how);
         (trajectories, validation)
     };
-    data::note_estimates(&estimates);
+    if options.low_pass.is_none() {
+        data::note_estimates(&estimates);
+    }
     Ok(Data {
         coordinates,
         train,

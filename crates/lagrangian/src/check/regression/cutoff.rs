@@ -26,6 +26,9 @@ const PERIODS: f64 = 10.0;
 const RIDGE: f64 = 1e-4;
 /// A reference keeps this part of the variance of the velocities.
 const KEPT: f64 = 0.8;
+/// A reference counts where what is left unexplained is at most so many times that of the clearest one: beyond it there is noise to
+/// predict.
+const CLEAR: f64 = 3.0;
 /// The lowest cut-off whose mean error exceeds that of the best by no more than this factor is taken.
 const NEARLY: f64 = 1.05;
 /// A cut-off is told only where the regression explains this part of the variance of the forces.
@@ -60,11 +63,17 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
         .filter_map(|&hertz| Candidate::new(recordings, hertz, margin))
         .collect();
     let references: Vec<&Candidate> = all.iter().filter(|c| c.keeps(all.last())).collect();
-    let error = |c: &Candidate| {
-        let errors = references.iter().map(|r| c.error(r));
-        errors.sum::<f64>() / references.len() as f64
-    };
-    let errors: Vec<f64> = all.par_iter().map(error).collect();
+    // By reference, then by candidate.
+    let errors_after = |r: &&Candidate| all.par_iter().map(|c| c.error(r)).collect();
+    let table: Vec<Vec<f64>> = references.iter().map(errors_after).collect();
+    let least = |errors: &[f64]| errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let clearest = table.iter().map(|e| least(e)).fold(f64::INFINITY, f64::min);
+    let clear: Vec<&Vec<f64>> = table
+        .iter()
+        .filter(|errors| least(errors) <= clearest + CLEAR.ln())
+        .collect();
+    let mean = |k: usize| clear.iter().map(|e| e[k]).sum::<f64>() / clear.len() as f64;
+    let errors: Vec<f64> = (0..all.len()).map(mean).collect();
     let best = errors.iter().copied().fold(f64::INFINITY, f64::min);
     let chosen = &all[errors.iter().position(|e| *e <= best + NEARLY.ln())?];
     let explained = 1.0 - chosen.error(chosen).exp();
