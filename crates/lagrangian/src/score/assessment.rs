@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Score;
+use super::{Score, SignalError};
 use crate::dataset::variances;
 use crate::trajectory::Signal;
 use crate::{Coordinates, Model, Trajectory};
@@ -119,7 +119,9 @@ fn of_torques(score: &Score, coordinates: &Coordinates) -> Vec<Reason> {
     let Some(error) = &score.torque else {
         return Vec::new();
     };
-    let mean = error.nmse_mean;
+    // Either all joints count alike, or all squares: the noise of a joint without a drive is no reason against a model, and
+    // neither are joints that are small beside a well explained one.
+    let mean = error.nmse_mean.min(pooled(error));
     let mut reasons = Vec::new();
     if mean.is_nan() || mean >= 1.0 {
         let finding = format!("it predicts torques no better than their mean (nMSE {mean:.3})");
@@ -147,6 +149,13 @@ fn of_torques(score: &Score, coordinates: &Coordinates) -> Vec<Reason> {
         reasons.push(Reason::new(Grade::Fair, finding, remedy));
     }
     reasons
+}
+
+/// The squared errors of all joints over their variances, each summed over the joints.
+fn pooled(error: &SignalError) -> f64 {
+    let variance = |(mse, nmse): (&f64, &f64)| mse / nmse;
+    let variances = error.mse.iter().zip(&error.nmse).map(variance);
+    error.mse_sum / variances.filter(|v| v.is_finite()).sum::<f64>()
 }
 
 /// Accelerations: of free motions by their error, of a driven machine where they can be predicted.
