@@ -457,13 +457,12 @@ fn fit(
     let fitted = train::select(dataset, candidates, checkpoint, &mut watch);
     let result = match &fitted {
         Ok(Selection {
-            fit, contestants, ..
+            chosen,
+            contestants,
+            ..
         }) if contestants.len() > 1 => {
-            format!(
-                "{} models, the best is {}",
-                contestants.len(),
-                fit.model.family()
-            )
+            let (count, kept) = (contestants.len(), chosen.config.family.name());
+            format!("{count} models were tried, {kept} is kept")
         }
         Ok(Selection { fit, .. }) => format!("{} steps, loss {:.3e}", fit.steps, fit.best),
         Err(_) => "failed".into(),

@@ -12,10 +12,11 @@
 //! What is minimised is
 //!
 //! ```text
-//! πᵀ G π − 2 rᵀ π + γ Σ [tr(J₀⁻¹ J) − log det(J₀⁻¹ J) − 4] + γ Σ [x/x₀ − log(x/x₀) − 1]
+//! πᵀ G π − 2 rᵀ π + γ Σ [tr(J₀⁻¹ J) − log det(J₀⁻¹ J) − 4] + γ Σ [x/x₀ − log(x/x₀) − 1] + γ Σ (x/x₀)²
 //! ```
 //!
-//! with the second sum over the coefficients that are positive, such as friction. The prior is the entropic divergence
+//! with the second sum over the coefficients that are positive, such as friction, and the third over those of either sign,
+//! the offsets. The prior of the bodies is the entropic divergence
 //! of Lee, Wensing, Park (IEEE T-RO 36, 2020, eq. 24): it does not depend on the choice of frames and units, and its
 //! logarithm keeps every J positive definite. Newton's method finds the minimum in some ten steps.
 
@@ -104,20 +105,20 @@ pub(crate) struct Prior {
 pub(crate) enum Coefficient {
     /// Positive, and this before there are data.
     Positive(f64),
-    /// Of either sign, 0 before there are data.
-    Free,
+    /// Of either sign, 0 before there are data, and seldom larger than this.
+    Around0(f64),
 }
 
 impl Prior {
     /// Bodies that differ in nothing but their place, 3 kg with a radius of gyration of 0.1 m, and `of_joint` coefficients of
-    /// each joint: rotors of 0.1 kg·m², offsets, and friction of a tenth of the deviation `scale` of the torques, `[n]`.
+    /// each joint: rotors of 0.1 kg·m², no offsets but for a tenth, and friction of a tenth of the deviation `scale` of the torques, `[n]`.
     pub(crate) fn generic(scale: &[f64], of_joint: usize) -> Self {
         let (mass, gyration) = (3.0, 0.1);
         let moment = 2.0 * mass * gyration * gyration;
         let body = [mass, 0.0, 0.0, 0.0, moment, 0.0, 0.0, moment, 0.0, moment];
         let coefficient = |kind: usize, scale: f64| match kind {
             0 => Coefficient::Positive(0.1),
-            1 => Coefficient::Free,
+            1 => Coefficient::Around0(0.1 * scale),
             _ => Coefficient::Positive(0.1 * scale),
         };
         let kinds = (0..of_joint).flat_map(|kind| scale.iter().map(move |s| coefficient(kind, *s)));
@@ -131,7 +132,7 @@ impl Prior {
     pub(crate) fn values(&self) -> Vec<f64> {
         let coefficients = self.coefficients.iter().map(|c| match c {
             Coefficient::Positive(x) => *x,
-            Coefficient::Free => 0.0,
+            Coefficient::Around0(_) => 0.0,
         });
         self.bodies
             .iter()
@@ -271,11 +272,10 @@ impl Problem<'_> {
             divergence += divergence_of(own, prior)?;
         }
         for (x, prior) in coefficients.iter().zip(&self.prior.coefficients) {
-            if let Coefficient::Positive(x0) = prior {
-                if *x <= 0.0 || x.is_nan() {
-                    return None;
-                }
-                divergence += x / x0 - (x / x0).ln() - 1.0;
+            divergence += match prior {
+                Coefficient::Positive(x0) if *x > 0.0 => x / x0 - (x / x0).ln() - 1.0,
+                Coefficient::Positive(_) => return None,
+                Coefficient::Around0(x0) => (x / x0).powi(2),
             }
         }
         Some(self.data.loss(values) + self.strength * divergence)
@@ -306,10 +306,12 @@ impl Problem<'_> {
             .zip(&self.prior.coefficients)
             .enumerate()
         {
-            if let Coefficient::Positive(x0) = prior {
-                gradient[first + k] += gamma * (1.0 / x0 - 1.0 / x);
-                half_hessian[(first + k, first + k)] += 0.5 * gamma / (x * x);
-            }
+            let (slope, half_curvature) = match prior {
+                Coefficient::Positive(x0) => (1.0 / x0 - 1.0 / x, 0.5 / (x * x)),
+                Coefficient::Around0(x0) => (2.0 * x / (x0 * x0), 1.0 / (x0 * x0)),
+            };
+            gradient[first + k] += gamma * slope;
+            half_hessian[(first + k, first + k)] += gamma * half_curvature;
         }
         Slope {
             gradient,
@@ -449,7 +451,7 @@ mod tests {
     fn prior() -> Prior {
         Prior {
             bodies: vec![ROD],
-            coefficients: vec![Coefficient::Positive(0.5), Coefficient::Free],
+            coefficients: vec![Coefficient::Positive(0.5), Coefficient::Around0(2.0)],
         }
     }
 

@@ -26,10 +26,12 @@ const PERIODS: f64 = 10.0;
 const RIDGE: f64 = 1e-4;
 /// A reference keeps this part of the variance of the velocities.
 const KEPT: f64 = 0.8;
+/// Among cut-offs that are nearly as good, one keeps this part where it can: lost motion bends what is learned from fast motions.
+const WHOLE: f64 = 0.99;
 /// A reference counts where what is left unexplained is at most so many times that of the clearest one: beyond it there is noise to
 /// predict.
 const CLEAR: f64 = 3.0;
-/// The lowest cut-off whose mean error exceeds that of the best by no more than this factor is taken.
+/// The lowest cut-off that keeps the motion and whose mean error exceeds that of the best by no more than this factor is taken.
 const NEARLY: f64 = 1.05;
 /// A cut-off is told only where the regression explains this part of the variance of the forces.
 const EXPLAINED: f64 = 0.5;
@@ -62,7 +64,7 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
         .iter()
         .filter_map(|&hertz| Candidate::new(recordings, hertz, margin))
         .collect();
-    let references: Vec<&Candidate> = all.iter().filter(|c| c.keeps(all.last())).collect();
+    let references: Vec<&Candidate> = all.iter().filter(|c| c.keeps(KEPT, all.last())).collect();
     // By reference, then by candidate.
     let errors_after = |r: &&Candidate| all.par_iter().map(|c| c.error(r)).collect();
     let table: Vec<Vec<f64>> = references.iter().map(errors_after).collect();
@@ -75,7 +77,15 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
     let mean = |k: usize| clear.iter().map(|e| e[k]).sum::<f64>() / clear.len() as f64;
     let errors: Vec<f64> = (0..all.len()).map(mean).collect();
     let best = errors.iter().copied().fold(f64::INFINITY, f64::min);
-    let chosen = &all[errors.iter().position(|e| *e <= best + NEARLY.ln())?];
+    let pairs = all.iter().zip(&errors);
+    let mut near = pairs
+        .filter(|(_, e)| **e <= best + NEARLY.ln())
+        .map(|(c, _)| c);
+    let lowest = near.next()?;
+    let whole = std::iter::once(lowest)
+        .chain(near)
+        .find(|c| c.keeps(WHOLE, all.last()));
+    let chosen = whole.unwrap_or(lowest);
     let explained = 1.0 - chosen.error(chosen).exp();
     (explained > EXPLAINED).then_some(Cutoff {
         hertz: chosen.hertz,
@@ -150,12 +160,12 @@ impl Candidate {
         })
     }
 
-    /// Whether the motion is nearly that after the highest cut-off.
-    fn keeps(&self, highest: Option<&Self>) -> bool {
+    /// Whether the velocities have this part of the variance that they have after the highest cut-off.
+    fn keeps(&self, part: f64, highest: Option<&Self>) -> bool {
         let Some(highest) = highest else { return false };
         let pairs = self.speeds.iter().zip(&highest.speeds);
         let parts: f64 = pairs.map(|(own, all)| (own / all).powi(2)).sum();
-        parts > KEPT * self.speeds.len() as f64
+        parts > part * self.speeds.len() as f64
     }
 
     /// The mean over the joints of the logarithm of the part of the variance that the regression after this cut-off leaves of
