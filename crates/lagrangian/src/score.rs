@@ -103,7 +103,8 @@ pub struct Score {
 
 /// Scores `model` on `trajectories`: one-step errors over all samples, and a rollout of each trajectory.
 ///
-/// A trajectory without forces is taken as free. Forces are held between samples, as a digital controller does.
+/// A trajectory without forces is taken as free. Forces are held between samples, as a digital controller does. The steps of each
+/// rollout are limited by the number of its samples, so that a bad model ends in time too, with [`Outcome::StepLimit`].
 ///
 /// # Errors
 /// As [`rollout`] and [`Trajectory::validate`]; [`crate::Error::Shape`] for trajectories of other degrees of freedom
@@ -147,13 +148,30 @@ pub fn predict_all(
     if !model.moves() {
         return Ok(Predictions::default());
     }
-    let rollouts = trajectories.iter().map(|t| predict(model, t, options));
+    let rollouts = trajectories
+        .iter()
+        .map(|t| predict(model, t, &bounded(options, t)));
     let rollouts = rollouts.collect::<Result<_>>()?;
     let accelerations = trajectories.iter().map(|t| accelerations(model, t));
     Ok(Predictions {
         rollouts,
         accelerations: accelerations.collect(),
     })
+}
+
+/// Steps of a prediction for each sample, and for each of the first hundred more: a good model needs a few, a stiff one whatever it may
+/// take.
+const STEPS: u64 = 20;
+const MORE: (u64, u64) = (200, 100);
+
+/// The options with a limit of steps that follows from the size of the task.
+fn bounded(options: &RolloutOptions, truth: &Trajectory) -> RolloutOptions {
+    let rows = truth.len() as u64;
+    let steps = STEPS * rows + MORE.0 * rows.min(MORE.1);
+    RolloutOptions {
+        max_steps: options.max_steps.min(steps),
+        ..*options
+    }
 }
 
 fn accelerations(model: &dyn Model, t: &Trajectory) -> Option<Accelerations> {
@@ -230,7 +248,7 @@ pub fn restart(
         .iter()
         .flat_map(|t| windows(t, seconds))
         .collect();
-    let predict = |truth: &Trajectory| predict(model, truth, options);
+    let predict = |truth: &Trajectory| predict(model, truth, &bounded(options, truth));
     let predictions: Vec<Rollout> = windows.par_iter().map(predict).collect::<Result<_>>()?;
     let n = model.coordinates().dof();
     let (mut all, mut ends) = (Squares::new(n), Squares::new(n));

@@ -444,3 +444,31 @@ fn a_drive_of_the_wrong_sign_only_brakes() {
         "{report:?}"
     );
 }
+
+#[test]
+fn the_friction_in_a_force_tells_whose_it_is_and_its_sign() {
+    let mut recorded = ARM.recorded();
+    for (row, t) in recorded.signals.tau.chunks_exact_mut(2).zip(&recorded.t) {
+        for (tau, wave_of) in row.iter_mut().zip(ARM.waves) {
+            *tau += 3.0 * (20.0 * wave(wave_of, *t, 1)).tanh();
+        }
+    }
+    let named = |recording: &Recording, name: &str| {
+        let report = check(std::slice::from_ref(recording), &CheckOptions::default());
+        items(&report, name).len()
+    };
+    assert_eq!(
+        (named(&recorded, "order"), named(&recorded, "sign")),
+        (0, 0)
+    );
+    let mut swapped = recorded.clone();
+    for row in swapped.signals.tau.chunks_exact_mut(2) {
+        row.swap(0, 1);
+    }
+    assert_eq!(named(&swapped, "order"), 2);
+    let mut turned = recorded;
+    for row in turned.signals.tau.chunks_exact_mut(2) {
+        row[1] = -row[1];
+    }
+    assert_eq!(named(&turned, "sign"), 1);
+}

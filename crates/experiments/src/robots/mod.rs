@@ -51,7 +51,9 @@ const BETWEEN: usize = 10;
 /// The part of that which validates.
 const VALIDATION: f64 = 0.2;
 
-const ROBOTS: [&str; 2] = ["ur10", "panda"];
+/// The robots, with the number of joints and the name of each but for its number, where not all joints of the URDF are meant.
+const ROBOTS: [(&str, Option<(usize, &str)>); 2] =
+    [("ur10", None), ("panda", Some((7, "panda_joint")))];
 
 /// What is asked for.
 struct Recipe {
@@ -87,11 +89,12 @@ const CONTESTANTS: &[Contestant<Recipe>] = &contestants! {
 
 fn run(lab: &mut Lab) -> Result<()> {
     lab.plan(ROBOTS.len() * CONTESTANTS.len() * lab.seeds().len());
-    for robot in ROBOTS {
+    for (robot, joints) in ROBOTS {
         let log = read(lab, robot)?;
         let urdf = lab.data(&format!("{robot}_real/{robot}.urdf"))?;
         let urdf = String::from_utf8_lossy(&urdf);
-        let description = RobotConfig::new(&urdf, Vec::new())
+        let joints = joints.map(|(n, name)| (1..=n).map(|j| format!("{name}{j}")).collect());
+        let description = RobotConfig::new(&urdf, joints.unwrap_or_default())
             .advise("cannot use the URDF", "give the reference data with --data")?;
         for who in CONTESTANTS {
             for seed in lab.seeds() {

@@ -1,6 +1,6 @@
 //! Whether the forces belong to the motion: their delay, sign and size.
 
-use super::regression::{JointFit, JointFits, fit_joints};
+use super::regression::{JointFit, JointFits, Rub, fit_joints};
 use super::{CheckOptions, Item};
 use crate::trajectory::{Recording, Topology};
 
@@ -26,6 +26,11 @@ const IMPLAUSIBLE: f64 = 1e4;
 const SIGN_ERRORS: f64 = 5.0;
 /// … where inertia makes up this part of the force.
 const INERTIAL_PART: f64 = 0.2;
+/// Friction is certain beyond so many standard errors, where it is this part of a force …
+const FRICTION_ERRORS: f64 = 5.0;
+const FRICTION_PART: f64 = 0.03;
+/// … and that of another joint is taken for its own only where its own is below this part of it.
+const OWN_FRICTION: f64 = 0.25;
 /// Accelerations that are less certain than this part of them want a filter.
 const UNCERTAIN: f64 = 0.1;
 /// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
@@ -42,6 +47,7 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Ite
     };
     let mut items = works(recordings);
     items.extend(units(recordings, &found));
+    items.extend(frictions(recordings, &found));
     items.extend(delays(recordings, &found));
     items.extend(inertias(recordings, &found));
     let estimated = recordings.iter().any(|r| r.qdd.is_empty());
@@ -112,6 +118,45 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
         .filter(|(i, _)| *i < n)
         .filter_map(of_joint)
         .collect()
+}
+
+/// Forces that brake the velocity of another joint, or drive their own where friction should brake it.
+fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+    let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
+    let certain = |rub: &Rub, sign| rub.is_certain(sign, FRICTION_ERRORS, FRICTION_PART);
+    let of_force = |(i, rubs): (usize, &Vec<Rub>)| {
+        let own = rubs[i];
+        if certain(&own, -1.0) {
+            let finding = format!(
+                "{}: its force helps its velocity where friction must brake it ({:.0} ± {:.0} % of the force)",
+                all[i],
+                -100.0 * own.size,
+                100.0 * own.error
+            );
+            let remedy = "reverse the sign of that force, or of the coordinate and its velocity";
+            return Some(Item::warn("sign", finding, remedy).value("friction", own.size));
+        }
+        let others = rubs.iter().enumerate().filter(|(j, _)| *j != i);
+        let (j, most) = others.max_by(|a, b| a.1.size.total_cmp(&b.1.size))?;
+        if !certain(most, 1.0) || own.size > OWN_FRICTION * most.size {
+            return None;
+        }
+        let finding = format!(
+            "the friction in the force of {} goes with the velocity of {} ({:.0} ± {:.0} % of the force), not with its own ({:.0} %)",
+            all[i],
+            all[j],
+            100.0 * most.size,
+            100.0 * most.error,
+            100.0 * own.size
+        );
+        let remedy = "check the order of the columns of the forces: that of the coordinates";
+        Some(
+            Item::warn("order", finding, remedy)
+                .value("friction", most.size)
+                .value("own", own.size),
+        )
+    };
+    fits.rubs.iter().enumerate().filter_map(of_force).collect()
 }
 
 fn is_delay(found: &JointFit, step: f64) -> bool {

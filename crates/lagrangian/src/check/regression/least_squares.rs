@@ -114,6 +114,11 @@ impl Part {
         square - sum * sum / self.count
     }
 
+    /// The number of rows.
+    pub(super) fn rows(&self) -> f64 {
+        self.count
+    }
+
     fn square(&self, k: usize, j: usize) -> f64 {
         let size = self.right.len() / self.tau.len();
         self.square[k.max(j) * size + k.min(j)]

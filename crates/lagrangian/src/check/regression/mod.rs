@@ -10,6 +10,7 @@
 //! one stretch after another needs no second pass over the samples (theory.md, equations 61 and 62).
 
 mod cutoff;
+mod friction;
 mod least_squares;
 mod source;
 mod terms;
@@ -21,9 +22,10 @@ use crate::Coordinates;
 use crate::trajectory::Recording;
 use crate::trajectory::local_polynomial::median_step;
 pub(in crate::check) use cutoff::Cutoff;
+pub(in crate::check) use friction::Rub;
 use least_squares::{Part, estimate};
 use source::{Signals, Source, force_noise, stretches, uncertainty};
-use terms::Terms;
+use terms::{Rubbing, Terms};
 
 /// Delays are looked for up to this time …
 const FARTHEST: f64 = 0.06;
@@ -70,6 +72,8 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) low_pass: Option<Cutoff>,
     /// The part of the error of a regression that is left where coordinates are read as degrees.
     pub(in crate::check) as_degrees: Option<f64>,
+    /// How the force of each coordinate brakes each velocity, `[n][n]`; empty where nothing is known.
+    pub(in crate::check) rubs: Vec<Vec<Rub>>,
 }
 
 /// Fits all recordings with forces and usable time stamps; `None` where there is none, or too little.
@@ -103,6 +107,7 @@ pub(in crate::check) fn fit_joints(
         uncertainty: mean_of(&recordings, uncertainty),
         noise: mean_of(&recordings, force_noise),
         as_degrees: cutoff::as_degrees(&recordings, cutoff),
+        rubs: friction::rubs(&recordings, cutoff),
         low_pass,
     })
 }
@@ -198,11 +203,15 @@ struct Stretches<'a> {
 impl Stretches<'_> {
     /// The sums of joint `i` over each stretch.
     fn parts(&self, i: usize, delays: usize) -> Vec<Part> {
-        let terms = Terms {
+        let (terms, signals) = (self.terms(Rubbing::Neighbours), self.signals.iter());
+        signals.map(|s| Part::of(s, &terms, i, delays)).collect()
+    }
+
+    fn terms(&self, rubbing: Rubbing) -> Terms<'_> {
+        Terms {
             coordinates: self.coordinates,
             speeds: &self.speeds,
-        };
-        let signals = self.signals.iter();
-        signals.map(|s| Part::of(s, &terms, i, delays)).collect()
+            rubbing,
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! The terms of a regressor that fits any machine roughly: nothing but its coordinates is known.
 
+use std::ops::Range;
+
 use crate::Coordinates;
 
 /// The speeds over which dry friction may change its sign, in parts of the root mean square of the velocity.
@@ -9,6 +11,26 @@ const FRICTION: [f64; 2] = [0.05, 0.3];
 pub(super) struct Terms<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) speeds: &'a [f64],
+    /// Whose velocities a joint may rub with.
+    pub(super) rubbing: Rubbing,
+}
+
+/// The joints whose velocities the friction of one joint may depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rubbing {
+    /// Its neighbours and itself.
+    Neighbours,
+    /// All: to find the velocity that a force brakes.
+    All,
+}
+
+/// The terms of friction with one velocity.
+pub(super) const RUBBING: usize = 1 + FRICTION.len();
+
+/// The values of these terms at the root mean square of the velocity, which is `speed`.
+pub(super) fn friction_at(speed: f64) -> [f64; RUBBING] {
+    let [sharp, smooth] = FRICTION.map(|part| (1.0 / part).tanh());
+    [speed, sharp, smooth]
 }
 
 impl Terms<'_> {
@@ -46,7 +68,8 @@ impl Terms<'_> {
             }
         }
         out.push(1.0);
-        for &j in &neighbours {
+        let rubs = |j: &usize| self.rubbing == Rubbing::All || near(*j);
+        for j in (0..n).filter(rubs) {
             out.push(qd[j]);
             out.extend(FRICTION.map(|part| (qd[j] / (part * self.speeds[j])).tanh()));
         }
@@ -59,6 +82,14 @@ impl Terms<'_> {
             }
         }
         own
+    }
+
+    /// The terms of friction in a row of `size` terms, where friction may depend on all velocities: `[n, RUBBING]`.
+    pub(super) fn friction(&self, size: usize) -> Range<usize> {
+        let n = self.coordinates.dof();
+        let mut gravity = n * (n - 1);
+        gravity += (0..n).map(|j| self.shapes(j, 0.0).len()).sum::<usize>();
+        size - gravity - n * RUBBING..size - gravity
     }
 
     /// Functions of one coordinate.

@@ -1,0 +1,80 @@
+//! The velocities that forces brake: the force of a joint has the friction of that joint, which takes energy out.
+
+use rayon::prelude::*;
+
+use super::least_squares::Part;
+use super::terms::{RUBBING, Rubbing, friction_at};
+use super::{Filtered, Stretches};
+use crate::trajectory::Recording;
+
+/// The ridge of the regression in units of the diagonal.
+const RIDGE: f64 = 1e-4;
+
+/// The friction in the force of one coordinate that goes with the velocity of one coordinate.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::check) struct Rub {
+    /// Its size at the root mean square of the velocity, in parts of the deviation of the force; positive where the force overcomes it.
+    pub(in crate::check) size: f64,
+    /// Standard error of that.
+    pub(in crate::check) error: f64,
+}
+
+impl Rub {
+    /// Whether it is positive (or, with `sign` −1, negative) beyond so many standard errors, and at least this part of the force.
+    pub(in crate::check) fn is_certain(self, sign: f64, errors: f64, part: f64) -> bool {
+        sign * self.size > errors * self.error && sign * self.size > part
+    }
+}
+
+/// The friction in each force by the velocity that it goes with, `[n][n]`; empty where the recordings are too short.
+pub(super) fn rubs(recordings: &[&Recording], cutoff: f64) -> Vec<Vec<Rub>> {
+    let Some(stretches) = Filtered::new(recordings, cutoff).signals(0.0, &[0.0]) else {
+        return Vec::new();
+    };
+    let n = stretches.speeds.len();
+    let all: Option<Vec<Vec<Rub>>> = (0..n)
+        .into_par_iter()
+        .map(|i| of_force(&stretches, i))
+        .collect();
+    all.unwrap_or_default()
+}
+
+/// The friction in the force of coordinate `i`, with errors from omitting one stretch after another.
+fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<Rub>> {
+    let terms = stretches.terms(Rubbing::All);
+    let signals = stretches.signals.iter();
+    let parts: Vec<Part> = signals.map(|s| Part::of(s, &terms, i, 1)).collect();
+    let mut all = Part::sum(&parts)?;
+    let deviation = (all.variance() / all.rows()).sqrt();
+    let sizes = |sums: &Part| -> Option<Vec<f64>> {
+        let found = sums.coefficients(RIDGE)?;
+        let columns: Vec<usize> = terms.friction(found.nrows()).collect();
+        let of_velocity = |(columns, speed): (&[usize], &f64)| {
+            let pairs = columns.iter().zip(friction_at(*speed));
+            pairs.map(|(&k, x)| found[(k, 0)] * x).sum::<f64>() / deviation
+        };
+        let velocities = columns.chunks_exact(RUBBING).zip(&stretches.speeds);
+        Some(velocities.map(of_velocity).collect())
+    };
+    let whole = sizes(&all)?;
+    let mut left = Vec::new();
+    for part in &parts {
+        all.plus(part, -1.0);
+        left.push(sizes(&all)?);
+        all.plus(part, 1.0);
+    }
+    let count = left.len() as f64;
+    let error = |j: usize| {
+        let mean = left.iter().map(|l| l[j]).sum::<f64>() / count;
+        let squares = left.iter().map(|l| (l[j] - mean).powi(2)).sum::<f64>();
+        ((count - 1.0) / count * squares).sqrt()
+    };
+    let rub = |(j, size): (usize, f64)| Rub {
+        size,
+        error: error(j),
+    };
+    let rubs: Vec<Rub> = whole.into_iter().enumerate().map(rub).collect();
+    rubs.iter()
+        .all(|r| r.size.is_finite() && r.error.is_finite())
+        .then_some(rubs)
+}
