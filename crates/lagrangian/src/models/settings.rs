@@ -8,7 +8,7 @@ pub(crate) const WIDTH: Setting = Setting::new(
     Kind::Integer { min: 1, max: 4096 },
     "Units in each hidden layer",
 )
-.or("64; 16 for delan and vin where accelerations are uncertain by more than 0.5 %");
+.or("64; 16 for delan and vin where the data are noisy");
 
 /// Hidden layers.
 pub(crate) const LAYERS: Setting =

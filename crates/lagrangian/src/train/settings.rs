@@ -24,7 +24,7 @@ pub const SETTINGS: &[Setting] = &[
         ]),
         "Natural gradient, or Adam",
     )
-    .or("natural; adam where accelerations are uncertain by more than 0.5 % and compared"),
+    .or("natural; adam where the data are noisy and accelerations or torques compared"),
     Setting::new(
         "batch",
         Kind::Integer { min: 1, max: MOST },

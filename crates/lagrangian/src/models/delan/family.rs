@@ -79,11 +79,12 @@ pub(crate) fn narrow(known: &Known) -> Option<Choice> {
     known.noisy().then(|| Choice::new("width", NARROW, reason))
 }
 
-/// A torque loss needs certain accelerations: where a machine swings nearly freely, their noise shrinks inertia and
-/// gravity alike.
+/// A torque loss needs accelerations as certain as the torques, or both after the same low-pass: where a machine swings nearly
+/// freely, their noise shrinks inertia and gravity alike.
 fn choose(known: &Known, _: &Request) -> Result<Vec<Choice>> {
-    let reason = "torques are recorded and accelerations certain: no inverse of M is needed";
-    let torque = known.forced && !known.noisy();
+    let reason =
+        "torques are recorded, and accelerations as certain as they: no inverse of M is needed";
+    let torque = known.forced && !known.uncertain();
     let loss = torque.then(|| Choice::new(LOSS, Loss::TORQUE.name(), reason));
     Ok(narrow(known).into_iter().chain(loss).collect())
 }

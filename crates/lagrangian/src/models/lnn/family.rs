@@ -42,7 +42,7 @@ const SETTINGS: &[Setting] = &[
         ]),
         "Any Lagrangian, or one convex in q̇, whose mass matrix is positive everywhere",
     )
-    .or("free; convex where accelerations are uncertain by more than 0.5 %"),
+    .or("free; convex where the data are noisy"),
     shared::SPEED_LIMIT,
     Setting::new(
         "speed_chart",

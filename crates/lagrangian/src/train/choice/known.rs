@@ -13,6 +13,9 @@ pub struct Known {
     pub uncertainty: f64,
     /// Whether forces are recorded.
     pub forced: bool,
+    /// Whether the forces passed a low-pass with the motion: they are those of a real machine, with more noise and friction than any
+    /// model explains.
+    pub filtered: bool,
 }
 
 impl Known {
@@ -29,18 +32,28 @@ impl Known {
         Self {
             uncertainty: parts.fold(0.0, f64::max),
             forced: dataset.forced,
+            filtered: estimates.iter().any(|e| e.source == Source::Tau),
         }
     }
 
-    /// Whether accelerations are noisy.
+    /// Whether a fit has noise to follow, of accelerations or of forces.
     #[must_use]
     pub fn noisy(&self) -> bool {
-        self.uncertainty > NOISY
+        self.filtered || self.uncertain()
     }
 
-    /// The uncertainty of the accelerations in words.
+    /// Whether accelerations are uncertain in a way that forces are not.
+    #[must_use]
+    pub fn uncertain(&self) -> bool {
+        !self.filtered && self.uncertainty > NOISY
+    }
+
+    /// The noise in words.
     #[must_use]
     pub fn certainty(&self) -> String {
+        if self.filtered {
+            return "motion and forces of a real machine needed a low-pass".into();
+        }
         format!(
             "accelerations are uncertain by {:.1} %",
             100.0 * self.uncertainty

@@ -33,7 +33,7 @@ use crate::{Error, Result};
 ///
 /// let mut request = Request::of("lnn");
 /// request.settings.insert("width".into(), json!(32));
-/// let noisy = Known { uncertainty: 0.03, forced: false };
+/// let noisy = Known { uncertainty: 0.03, ..Known::default() };
 /// let chosen = request.choose(&noisy)?;
 /// let form = chosen.choices.iter().find(|choice| choice.setting == "form");
 /// assert_eq!(form.map(|choice| choice.value.clone()), Some(json!("convex")));
