@@ -28,9 +28,10 @@ fn flag(signal: Signal) -> Arg {
         .value_name("NAMES")
         .value_delimiter(',')
         .action(ArgAction::Append)
-        .help(format!(
-            "Columns of the {description} [default: {name}1,{name}2,…]"
-        ))
+        .help(match Signal::OF_DRIVES.contains(&signal) {
+            true => format!("Columns of {description} [default with goals: {name}1,{name}2,…]"),
+            false => format!("Columns of the {description} [default: {name}1,{name}2,…]"),
+        })
 }
 
 impl FromArgMatches for ColumnArgs {
