@@ -104,7 +104,7 @@ pub(crate) struct FileArgs {
     #[arg(long)]
     pub(crate) degrees: bool,
 
-    /// --kp and --kd are in N·m/rad and N·m·s/rad: the torque kp (goal − q) − kd q̇ is then known, and every family fits it
+    /// --goal-kp and --goal-kd are in N·m/rad and N·m·s/rad: the torque kp (goal − q) − kd q̇ is then known, and every family fits it
     #[arg(long)]
     #[serde(default)]
     pub(crate) si_gains: bool,

@@ -15,6 +15,7 @@ use lagrangian::{
 use serde::Serialize;
 
 use crate::cli::{DataArgs, EstimateArgs};
+use crate::column_args::flag_name;
 use crate::failure::{Advise, mistake, with_flags};
 use crate::hashed::{FileHash, Hashed};
 use crate::{bag_folder, output};
@@ -141,8 +142,9 @@ impl DataArgs {
         };
         layout.drive.si = file.si_gains;
         for (signal, words) in told.into_iter().filter(|(_, words)| !words.is_empty()) {
-            let shown = format!("cannot use --{}", signal.name());
-            let hint = "give columns; of --kp, --kd and --supply also a number or a pattern";
+            let shown = format!("cannot use --{}", flag_name(signal));
+            let hint =
+                "give columns; of --goal-kp, --goal-kd and --supply also a number or a pattern";
             layout.tell(signal, words).advise(shown, hint)?;
         }
         Ok(layout)

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::scalar::Scalar;
 
 /// The torque of a position-controlled motor, τₘ = V sat(a (kₚ (goal − q) − k_d q̇)) − e q̇ while it is on, else 0, with
-/// |sat| at most `limit` (theory.md, equation 70).
+/// |sat| at most `limit` (theory.md, equation 123).
 ///
 /// The unit of kₚ and k_d is that of the controller: the gain a absorbs it, the constant of the motor and the resistance of its
 /// winding, which only appear as a product. Where no supply voltage V is recorded it is 1.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::scalar::Scalar;
 
 /// Friction of the gear of one joint, with viscous friction b q̇ and dry friction of at most
-/// s = c + kₘ |τₘ| + kₑ |τₑ| + e^(−(q̇/vₛ)²) (h + lₘ |τₘ| + lₑ |τₑ| + s₂) (theory.md, equations 71 and 72).
+/// s = c + kₘ |τₘ| + kₑ |τₑ| + e^(−(q̇/vₛ)²) (h + lₘ |τₘ| + lₑ |τₑ| + s₂) (theory.md, equations 124 and 125).
 ///
 /// τₘ is the torque of the motor and τₑ that of everything else on the joint: gravity and velocity-dependent inertial forces.
 /// Where they have opposite signs, s₂ = qₑ τₑ² while the motor drives the load and qₘ τₘ² while the load drives the motor.
@@ -87,7 +87,7 @@ impl<T: Scalar> GearFriction<T> {
 
 impl GearFriction {
     /// The motor's torque τₘ that, less friction, exerts `net` on a joint which moves with the speed `v` against an external
-    /// torque: τₘ − sgn(v) s(τₘ, τₑ, v) − b v = net (theory.md, equation 73), N·m.
+    /// torque: τₘ − sgn(v) s(τₘ, τₑ, v) − b v = net (theory.md, equation 126), N·m.
     ///
     /// In closed form but for the quadratic terms, which three more rounds take in; at rest the torque is `net` itself.
     /// Not finite where friction locks the gear.

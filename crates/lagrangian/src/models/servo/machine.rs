@@ -8,7 +8,7 @@ const SWEEPS: usize = 60;
 /// A planar chain of n links with geared motors at its joints; over any scalar, so that motions have sensitivities.
 ///
 /// With the absolute angles θᵢ = q₁ + … + qᵢ, M = Sᵀ (A ∘ cos(θᵢ − θⱼ)) S + diag r and
-/// c = Sᵀ (Σⱼ Aᵢⱼ sin(θᵢ − θⱼ) θ̇ⱼ² + wᵢ sin(θᵢ + φᵢ)), where S sums angles (theory.md, equation 73).
+/// c = Sᵀ (Σⱼ Aᵢⱼ sin(θᵢ − θⱼ) θ̇ⱼ² + wᵢ sin(θᵢ + φᵢ)), where S sums angles (theory.md, equation 127).
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Machine<T> {
     /// Inertia of the chain A, positive definite, kg·m², row-major `[n, n]`.
@@ -116,7 +116,7 @@ impl<T: Scalar> Machine<T> {
     }
 
     /// One step of semi-implicit Euler over `h` seconds, implicit in friction and induced voltage:
-    /// (M + h diag(b + e)) q̇⁺ + h s sgn(q̇⁺) ∋ M q̇ + h (τ − c), q⁺ = q + h q̇⁺ (theory.md, equation 74). A joint whose forces stay
+    /// (M + h diag(b + e)) q̇⁺ + h s sgn(q̇⁺) ∋ M q̇ + h (τ − c), q⁺ = q + h q̇⁺ (theory.md, equation 128). A joint whose forces stay
     /// within its dry friction comes to rest, exactly, and remains there.
     pub(crate) fn step(
         &self,

@@ -55,7 +55,7 @@ impl Default for ServoConfig {
     }
 }
 
-/// A planar chain of revolute joints with geared, position-controlled motors (theory.md, equations 70 to 75).
+/// A planar chain of revolute joints with geared, position-controlled motors (theory.md, equations 123 to 129).
 ///
 /// Joint angles are relative to the link before; q = 0 hangs down where the phases are 0. Joints rest under their dry friction
 /// exactly: the motion is a semi-implicit step of at most 2.5 ms, implicit in friction.
