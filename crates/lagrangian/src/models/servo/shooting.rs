@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::machine::Moving;
+use super::machine::{Machine, Moving};
 use super::motion::{FAR, Recorded};
 use super::parameters::{Layout, variables};
 use crate::mechanics::forces::{Scalar, Sensitive};
@@ -45,12 +45,11 @@ struct Segment<'a> {
     scale: f64,
 }
 
-/// JᵀWJ, JᵀWr and the cost of some residuals.
+/// JᵀWJ and JᵀWr of some residuals.
 #[derive(Debug, Clone)]
 struct Normal {
     matrix: Vec<f64>,
     gradient: Vec<f64>,
-    cost: f64,
     count: usize,
 }
 
@@ -184,7 +183,6 @@ impl Normal {
         Self {
             matrix: vec![0.0; len * len],
             gradient: vec![0.0; len],
-            cost: 0.0,
             count: 0,
         }
     }
@@ -194,14 +192,12 @@ impl Normal {
         pairs.for_each(|(x, y)| *x += y);
         let pairs = self.gradient.iter_mut().zip(&other.gradient);
         pairs.for_each(|(x, y)| *x += y);
-        self.cost += other.cost;
         self.count += other.count;
     }
 
     /// Adds a residual x whose derivatives are `row` times `unit`.
     fn add_row(&mut self, x: f64, row: &[f64], unit: f64) {
         self.count += 1;
-        self.cost += robust(x);
         let weight = 1.0 / (1.0 + x * x).sqrt();
         let len = row.len();
         for (i, own) in row.iter().enumerate() {
@@ -220,7 +216,7 @@ impl Segment<'_> {
     }
 
     /// Gives the errors of the positions to `take`, those of a motion that runs away as constants.
-    fn residuals<T: Scalar>(&self, machine: &super::machine::Machine<T>, mut take: impl FnMut(T)) {
+    fn residuals<T: Scalar>(&self, machine: &Machine<T>, mut take: impl FnMut(T)) {
         let begin: Moving<T> = self.motion.smoothed(self.samples.start);
         let samples = self.samples.clone();
         self.motion.simulate(machine, begin, samples, |k, state| {
