@@ -58,7 +58,7 @@ const PROTOCOLS: [Protocol; 2] = [
 ];
 
 const CONTESTANTS: &[Contestant<Option<Friction>>] = &contestants! {
-    "chosen", "chosen by held-out motions", Ours, None;
+    "chosen", "chosen by held-out motions", Lnn, None;
     "m1", "Coulomb and viscous (m1)", Baseline, Some(Friction::M1);
     "m2", "Stribeck (m2)", Other(1), Some(Friction::M2);
     "m3", "by the load (m3)", Other(2), Some(Friction::M3);

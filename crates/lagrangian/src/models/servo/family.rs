@@ -1,5 +1,6 @@
 //! Servos as a family: what they can be fitted to, their settings, their saved form.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
@@ -98,20 +99,29 @@ impl Family for ServoConfig {
     }
 }
 
-/// Reports the progress of a fit, and remembers whether it was asked to end.
+/// Reports the progress of a fit from any thread, and remembers whether it was asked to end.
 struct Watch<'a> {
-    observer: &'a mut dyn Observer,
+    observer: Mutex<(&'a mut dyn Observer, String, f64)>,
     ended: AtomicBool,
 }
 
 impl Watch<'_> {
-    fn stage(&mut self, what: &str, share: f64) {
-        if self.observer.stage(what, share).is_break() {
-            self.ended.store(true, Ordering::Relaxed);
+    /// Begins a stage.
+    fn stage(&self, what: &str, share: f64) {
+        if let Ok(mut held) = self.observer.lock() {
+            (held.1, held.2) = (what.into(), share);
         }
+        self.goes_on();
     }
 
+    /// Asks the observer whether the fit goes on.
     fn goes_on(&self) -> bool {
+        if let Ok(mut held) = self.observer.lock() {
+            let (observer, what, share) = &mut *held;
+            if observer.stage(what, *share).is_break() {
+                self.ended.store(true, Ordering::Relaxed);
+            }
+        }
         !self.ended.load(Ordering::Relaxed)
     }
 }
@@ -124,11 +134,11 @@ impl ServoConfig {
         if all.is_empty() {
             return Err(Error::too_short("the longest recording", 0, SHORTEST));
         }
-        let mut watch = Watch {
-            observer,
+        let watch = Watch {
+            observer: Mutex::new((observer, String::new(), 0.0)),
             ended: AtomicBool::new(false),
         };
-        let chosen = self.choose(&motions, n, &mut watch);
+        let chosen = self.choose(&motions, n, &watch);
         watch.stage("fitting the servo", 0.95);
         let layout = self.layout(n, chosen.friction);
         let fits = search::fit(layout, &all, chosen.stages, &|| watch.goes_on());
@@ -152,7 +162,7 @@ impl ServoConfig {
     }
 
     /// The terms and the number of stages with the smallest error on held-out motions; of one motion, M3 after all stages.
-    fn choose(&self, motions: &[Recorded], n: usize, watch: &mut Watch<'_>) -> Tried {
+    fn choose(&self, motions: &[Recorded], n: usize, watch: &Watch<'_>) -> Tried {
         let folds = search::folds(motions);
         let frictions = self
             .friction
