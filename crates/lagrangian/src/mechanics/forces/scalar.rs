@@ -197,7 +197,8 @@ mod tests {
     use super::*;
 
     fn sample<S: Scalar>(x: S, y: S) -> S {
-        (x * y - S::of(0.5)).sin() / (y.exp() + x.abs()).cos() + (x - y).within(S::of(0.3)) * x
+        (x * y - S::of(0.5)).sin() / ((y.exp() + x.abs()).cos() + S::of(2.0))
+            + (x - y).within(S::of(0.3)) * x
             - (x + y).beyond(S::of(0.2)).times(1.5)
     }
 
