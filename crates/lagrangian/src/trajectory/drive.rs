@@ -203,7 +203,18 @@ impl Recording {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use std::io::Cursor;
+
     use super::*;
+    use crate::{Format, Layout};
+
+    fn read(drive: &str, name: &str) -> Result<Recording> {
+        let layout = Layout::from_toml(&format!("[drive]\n{drive}"))?;
+        let rows = "0,0.1,0,0.5,1\n1,0.2,2,0.5,1\n2,0.3,2,0.5,0\n";
+        let file = Cursor::new(format!("t,q1,qd1,goal,load\n{rows}"));
+        Ok(Format::Csv.read(file, name, &layout)?.recordings.remove(0))
+    }
 
     #[test]
     fn a_pattern_finds_the_number_at_its_braces() {
@@ -216,6 +227,56 @@ mod tests {
         ];
         for (pattern, name, expected) in cases {
             assert_eq!(at_braces(pattern, name), expected, "{pattern} {name}");
+        }
+    }
+
+    #[test]
+    fn numbers_and_patterns_become_columns() {
+        let drive = "goal = 'goal'\nkp = 'kp{}'\nsupply = 7.4\nenabled = ['load']";
+        let recording = read(drive, "log_kp30").unwrap();
+        assert_eq!(recording.kp, [30.0; 3]);
+        assert_eq!(recording.supply, [7.4; 3]);
+        assert_eq!(recording.enabled, [1.0, 1.0, 0.0]);
+        assert!(recording.kd.is_empty() && recording.tau.is_empty());
+    }
+
+    #[test]
+    fn gains_in_si_units_become_torques() {
+        let drive = "goal = 'goal'\nkp = 10\nkd = 0.5\nenabled = 'load'\nsi = true";
+        let recording = read(drive, "log").unwrap();
+        let errors = recording.tau.iter().zip([4.0, 2.0, 0.0]);
+        assert!(
+            errors
+                .map(|(x, y): (&f64, f64)| (x - y).abs())
+                .all(|e| e < 1e-12)
+        );
+        assert!(recording.goal.is_empty() && recording.kp.is_empty());
+    }
+
+    #[test]
+    fn what_is_known_of_drives_survives_writing() {
+        let text = "[drive]\ngoal = 'goal'\nkp = 'kp{}'\nkd = 0.5\nenabled = 'load'\nsi = true";
+        let layout = Layout::from_toml(text).unwrap();
+        let again = Layout::from_toml(&layout.to_toml().unwrap()).unwrap();
+        assert_eq!(again, layout);
+    }
+
+    #[test]
+    fn what_no_drive_can_be_told_is_refused() {
+        let cases = [
+            "goal = 'nowhere'",
+            "goal = 3",
+            "goal = 'goal'\nkp = 'gain{}'",
+            "goal = 'goal'\nkp = 0",
+            "goal = 'goal'\nkp = -2.0",
+            "goal = 'goal'\nkd = -2.0",
+            "goal = 'goal'\nsupply = nan",
+            "goal = 'goal'\ncurrent = 'x'",
+            "goal = 'goal'\nsi = true",
+            "kp = 3",
+        ];
+        for case in cases {
+            assert!(read(case, "log").is_err(), "{case}");
         }
     }
 }
