@@ -24,6 +24,7 @@ mod plausibility;
 mod real;
 mod relativistic;
 mod robots;
+mod servo;
 mod swing_up;
 mod table;
 mod tracking;

@@ -104,6 +104,11 @@ pub(crate) struct FileArgs {
     #[arg(long)]
     pub(crate) degrees: bool,
 
+    /// --goal-kp and --goal-kd are in N·m/rad and N·m·s/rad: the torque kp (goal − q) − kd q̇ is then known, and every family fits it
+    #[arg(long)]
+    #[serde(default)]
+    pub(crate) si_gains: bool,
+
     /// Keep every Nth row
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) every: Option<u32>,

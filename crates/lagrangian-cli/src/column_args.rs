@@ -21,16 +21,26 @@ impl Args for ColumnArgs {
     }
 }
 
+/// The name of the flag of a signal; `--kp` and `--kd` are the gains of a controller that is simulated.
+pub(crate) fn flag_name(signal: Signal) -> &'static str {
+    match signal {
+        Signal::Kp => "goal-kp",
+        Signal::Kd => "goal-kd",
+        _ => signal.name(),
+    }
+}
+
 fn flag(signal: Signal) -> Arg {
     let (name, description) = (signal.name(), signal.description());
-    Arg::new(name)
-        .long(name)
+    Arg::new(flag_name(signal))
+        .long(flag_name(signal))
         .value_name("NAMES")
         .value_delimiter(',')
         .action(ArgAction::Append)
-        .help(format!(
-            "Columns of the {description} [default: {name}1,{name}2,…]"
-        ))
+        .help(match Signal::OF_DRIVES.contains(&signal) {
+            true => format!("Columns of {description} [default with goals: {name}1,{name}2,…]"),
+            false => format!("Columns of the {description} [default: {name}1,{name}2,…]"),
+        })
 }
 
 impl FromArgMatches for ColumnArgs {
@@ -42,7 +52,7 @@ impl FromArgMatches for ColumnArgs {
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
         for signal in Signal::IN_FILES {
-            let names = matches.get_many(signal.name()).into_iter().flatten();
+            let names = matches.get_many(flag_name(signal)).into_iter().flatten();
             *self.0.get_mut(signal) = names.cloned().collect();
         }
         Ok(())

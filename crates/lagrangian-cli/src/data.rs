@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
+use std::mem::take;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -9,11 +10,12 @@ use lagrangian::saved::Preparation;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
     CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Layout, Learned, Readings,
-    Recording, SavedModel, Trajectory,
+    Recording, SavedModel, Signal, Trajectory,
 };
 use serde::Serialize;
 
 use crate::cli::{DataArgs, EstimateArgs};
+use crate::column_args::flag_name;
 use crate::failure::{Advise, mistake, with_flags};
 use crate::hashed::{FileHash, Hashed};
 use crate::{bag_folder, output};
@@ -111,7 +113,7 @@ impl DataArgs {
     ) -> Result<Preparation> {
         let layout = match files.first() {
             Some(path) => self.layout_for(path)?,
-            None => self.layout(),
+            None => self.layout()?,
         };
         let layout = Layout { every: 0, ..layout };
         Ok(Preparation {
@@ -122,20 +124,30 @@ impl DataArgs {
         })
     }
 
-    fn layout(&self) -> Layout {
+    fn layout(&self) -> Result<Layout> {
         let file = self.file.clone();
-        Layout {
+        let mut columns = file.columns.0;
+        let told = Signal::OF_DRIVES.map(|signal| (signal, take(columns.get_mut(signal))));
+        let mut layout = Layout {
             trajectory: file.trajectory,
             topic: file.topic,
             t: file.time,
-            columns: file.columns.0,
+            columns,
             actuated: self.actuated.clone(),
             angles: file.angle,
             parameters: self.parameters.clone(),
             degrees: file.degrees,
             every: file.every.map_or(0, |n| n as usize),
             ..Layout::default()
+        };
+        layout.drive.si = file.si_gains;
+        for (signal, words) in told.into_iter().filter(|(_, words)| !words.is_empty()) {
+            let shown = format!("cannot use --{}", flag_name(signal));
+            let hint =
+                "give columns; of --goal-kp, --goal-kd and --supply also a number or a pattern";
+            layout.tell(signal, words).advise(shown, hint)?;
         }
+        Ok(layout)
     }
 
     /// The layout file that speaks for a data file, if there is one.
@@ -149,13 +161,13 @@ impl DataArgs {
     fn layout_for(&self, path: &Path) -> Result<Layout> {
         let fitted = self.fitted.clone().unwrap_or_default();
         let Some(chosen) = self.layout_file(path) else {
-            return Ok(self.layout().or(fitted));
+            return Ok(self.layout()?.or(fitted));
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
         let text = fs::read_to_string(&chosen).advise(&shown, "check --layout, or omit it")?;
         let from_file = Layout::from_toml(&text)
             .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
-        Ok(self.layout().or(from_file).or(fitted))
+        Ok(self.layout()?.or(from_file).or(fitted))
     }
 }
 

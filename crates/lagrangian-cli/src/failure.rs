@@ -64,7 +64,13 @@ pub(crate) fn describe(error: &Error) -> String {
 }
 
 /// Settings of the library whose flags have other names.
-const OTHER_FLAGS: [(&str, &str); 3] = [("t", "time"), ("angles", "angle"), ("family", "model")];
+const OTHER_FLAGS: [(&str, &str); 5] = [
+    ("t", "time"),
+    ("angles", "angle"),
+    ("family", "model"),
+    ("kp", "goal-kp"),
+    ("kd", "goal-kd"),
+];
 
 /// Writes the settings that a message of the library names in backticks as the flags that set them: `speed_limit` as
 /// --speed-limit.

@@ -455,7 +455,8 @@ fn check_parameters(coordinates: &Coordinates, samples: &Samples) -> Result<()> 
 fn validate(n: usize, samples: &Samples) -> Result<()> {
     let size = samples.q.len();
     for (signal, x) in samples.iter() {
-        let unknown = matches!(signal, Signal::P | Signal::Pd) && x.is_empty();
+        let needed = matches!(signal, Signal::Q | Signal::Qd | Signal::Qdd | Signal::Tau);
+        let unknown = !needed && x.is_empty();
         if samples.n != n || x.len() != size && !unknown || !size.is_multiple_of(n.max(1)) {
             return Err(Error::shape(
                 format!("{} of the samples", signal.name()),

@@ -105,7 +105,7 @@ pub use mechanics::{
 };
 pub use models::{
     ChainConfig, DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig,
-    NeuralOdeConfig, RigidConfig, VinConfig,
+    NeuralOdeConfig, RigidConfig, ServoConfig, VinConfig,
 };
 pub use rigid::RobotConfig;
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};

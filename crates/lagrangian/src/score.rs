@@ -54,7 +54,7 @@ impl SignalError {
 }
 
 /// A prediction of one trajectory from its first state, under its forces.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RolloutScore {
     /// How it ended.
     pub outcome: Outcome,
@@ -64,6 +64,8 @@ pub struct RolloutScore {
     pub valid_seconds: f64,
     /// Whether it exceeded it at all.
     pub exceeded: bool,
+    /// Mean absolute error of q over the predicted samples, `[n]`, in the unit of q; on the circle for angles.
+    pub q_mean_absolute: Vec<f64>,
 }
 
 /// Predictions over short times, from the state that was measured at the start of each.
@@ -176,6 +178,9 @@ fn bounded(options: &RolloutOptions, truth: &Trajectory) -> RolloutOptions {
 
 fn accelerations(model: &dyn Model, t: &Trajectory) -> Option<Accelerations> {
     let mut qdd = vec![0.0; t.values(Signal::Qdd)?.len()];
+    if model.driven().is_some() && t.tau.is_empty() {
+        return None;
+    }
     let free = vec![0.0; qdd.len()];
     let tau = t.values(Signal::Tau).unwrap_or(&free);
     let outcome = model
@@ -335,7 +340,7 @@ pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) 
         n,
         "give data of the coordinates that the model has",
     )?;
-    if !truth.tau.is_empty() {
+    if !truth.tau.is_empty() || model.driven().is_some() {
         return rollout_recorded(model, truth, Hold::Previous, options);
     }
     let (q, qd) = (&truth.q[..n], &truth.qd[..n]);
@@ -351,6 +356,7 @@ fn followed(model: &dyn Model, truth: &Trajectory, prediction: &Rollout) -> Resu
             duration,
             valid_seconds: 0.0,
             exceeded: true,
+            q_mean_absolute: vec![f64::NAN; model.coordinates().dof()],
         });
     }
     let ValidTime { seconds, exceeded } = valid_prediction_time(
@@ -364,7 +370,24 @@ fn followed(model: &dyn Model, truth: &Trajectory, prediction: &Rollout) -> Resu
         duration,
         valid_seconds: seconds,
         exceeded,
+        q_mean_absolute: mean_absolute(model.coordinates(), &truth.q, &prediction.trajectory.q),
     })
+}
+
+/// The mean absolute difference of positions, `[n]`; on the circle for angles.
+fn mean_absolute(coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) -> Vec<f64> {
+    let n = coordinates.dof();
+    let mut sums = vec![0.0; n];
+    for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
+        let error = y - x;
+        let turns = match coordinates.is_circle(k % n) {
+            true => (error / TAU).round(),
+            false => 0.0,
+        };
+        sums[k % n] += (error - TAU * turns).abs();
+    }
+    let count = (predicted.len() / n.max(1)) as f64;
+    sums.iter().map(|sum| sum / count).collect()
 }
 
 /// Adds the errors of τ at every sample, where the model has inverse dynamics.

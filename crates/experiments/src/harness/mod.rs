@@ -87,6 +87,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::plausibility::EXPERIMENT,
     crate::real::EXPERIMENT,
     crate::robots::EXPERIMENT,
+    crate::servo::EXPERIMENT,
     crate::hamiltonian::EXPERIMENT,
     crate::relativistic::EXPERIMENT,
     crate::magnetic::EXPERIMENT,

@@ -111,6 +111,7 @@ pub(crate) fn samples(particle: Particle, count: usize, seed: u64) -> Samples {
         tau,
         p: jet.momentum,
         pd: jet.dl_dq,
+        ..Signals::default()
     };
     Samples::new(2, signals)
 }

@@ -53,6 +53,12 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
 }
 
 fn from_start(model: &dyn Model, args: &RolloutArgs) -> Result<Rollout> {
+    if model.driven().is_some() {
+        return Err(mistake(
+            "the model moves by the goals of its drives",
+            "give a recording with goals with --follow",
+        ));
+    }
     let start = args.motion.start();
     if start.q.is_empty() {
         return Err(mistake(

@@ -62,6 +62,9 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
             "  {:<24} followed for {bound}{:.2} of {:.2} s\n",
             trajectory.name, rollout.valid_seconds, rollout.duration
         );
+        if !trajectory.goal.is_empty() {
+            text += &positions(&rollout.q_mean_absolute, coordinates);
+        }
     }
     for restart in &score.restarts {
         let errors = coordinates.0.iter().zip(&restart.q_rms_end);
@@ -76,6 +79,14 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
         }
     }
     text
+}
+
+/// The mean absolute error of the positions of a motion that was simulated from its goals.
+fn positions(errors: &[f64], coordinates: &Coordinates) -> String {
+    let each = coordinates.0.iter().zip(errors);
+    let each = each.map(|(c, error)| format!("{} {error:.4} {}", c.name, c.unit));
+    let each = each.collect::<Vec<_>>().join(", ");
+    format!("  {:<24} mean absolute error of the position {each}\n", "")
 }
 
 /// A line for each coordinate, and one for all of them where there are several.

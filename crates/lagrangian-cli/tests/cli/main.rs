@@ -11,5 +11,6 @@ mod laws;
 mod long_logs;
 mod parameters;
 mod robots;
+mod servos;
 mod tracking;
 mod workbench;

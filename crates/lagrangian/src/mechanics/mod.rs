@@ -17,10 +17,12 @@ pub(crate) mod lagrangian;
 pub(crate) mod solve;
 
 pub use dynamics::{
-    EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow, Quantities, Slopes, bias,
-    energy, forward, inverse, momenta,
+    Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow, Quantities, Slopes,
+    bias, energy, forward, inverse, momenta,
 };
-pub use forces::{Actuation, Dissipation, Stribeck};
+pub use forces::{
+    Actuation, Command, Dissipation, Drive, GearFriction, Load, Scalar, Sensitive, Stribeck,
+};
 pub use hamiltonian::{
     Canonical, Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, LagrangianOf,
 };

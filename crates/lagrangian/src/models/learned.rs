@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::FAMILIES;
 use super::named::{Named, Parameter};
-use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use crate::mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
 use crate::mechanics::forces::{Actuation, Dissipation};
 use crate::mechanics::lagrangian::{Lagrangian, Sum};
 use crate::rigid::{RigidBodies, RobotShape};
@@ -303,6 +303,10 @@ impl Model for Learned {
 
     fn mechanics(&self) -> Option<EulerLagrange<'_>> {
         self.0.mechanics()
+    }
+
+    fn driven(&self) -> Option<&dyn Driven> {
+        self.0.driven()
     }
 }
 

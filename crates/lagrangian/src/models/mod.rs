@@ -19,6 +19,7 @@ mod network;
 pub(crate) mod neural_ode;
 pub(crate) mod passes;
 pub(crate) mod rigid;
+pub(crate) mod servo;
 mod settings;
 mod setup;
 pub(crate) mod vin;
@@ -39,6 +40,7 @@ pub use neural_ode::{NeuralOde, NeuralOdeConfig, Order};
 pub use rigid::chain::{Identified, Rigid, identify};
 pub use rigid::robot::IdentifiedRobot;
 pub use rigid::{Angles, RigidChain, RigidConfig};
+pub use servo::{Friction, Servo, ServoConfig};
 pub use vin::VinConfig;
 
 /// All families, in the order in which they are offered.
@@ -52,4 +54,5 @@ pub const FAMILIES: &[Entry] = &[
     rigid::ENTRY,
     chain::family::ENTRY,
     features::family::ENTRY,
+    servo::family::ENTRY,
 ];

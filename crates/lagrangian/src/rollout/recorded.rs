@@ -11,7 +11,8 @@ use crate::{Coordinates, Error, Result, Trajectory};
 /// Repeats a recording: from its first state under its forces, sampled at its times.
 ///
 /// The integrator starts afresh at each sample, so that it never steps across a jump of the forces: every method
-/// keeps its order, and with [`Hold::Previous`] the motion is that under a digital controller exactly.
+/// keeps its order, and with [`Hold::Previous`] the motion is that under a digital controller exactly. A model with drives
+/// follows the goals of a recording without forces, see [`crate::mechanics::Driven`].
 ///
 /// # Errors
 /// As [`super::rollout`], [`Trajectory::validate`] and [`recorded`].
@@ -21,6 +22,9 @@ pub fn rollout_recorded(
     hold: Hold,
     options: &RolloutOptions,
 ) -> Result<Rollout> {
+    if let Some(driven) = model.driven().filter(|_| recording.tau.is_empty()) {
+        return driven.follow(recording);
+    }
     let tau = recorded(recording, model.coordinates(), hold)?;
     let (n, t) = (model.coordinates().dof(), &recording.t);
     check(model, &recording.q[..n], &recording.qd[..n], t, options)?;

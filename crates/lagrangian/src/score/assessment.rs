@@ -91,6 +91,9 @@ impl Assessment {
         reasons.extend(of_accelerations(score, &joints));
         reasons.extend(inertia.and_then(of_inertia));
         reasons.extend(of_rollouts(score));
+        if model.driven().is_some() {
+            reasons.extend(of_positions(motions, score));
+        }
         reasons.sort_by_key(|r| std::cmp::Reverse(r.grade));
         Self {
             verdict: reasons.first().map_or(Grade::Good, |r| r.grade),
@@ -224,6 +227,40 @@ fn of_inertia(spectrum: Spectrum) -> Option<Reason> {
         Reason::new(Grade::Poor, finding, "fit fewer weights, or choose the family chain or rigid")
     })
 }
+
+/// Positions that a model with drives simulates from goals alone: their mean absolute error beside their mean absolute deviation.
+fn of_positions(motions: &[Trajectory], score: &Score) -> Option<Reason> {
+    let errors = score.rollouts.iter().flat_map(|r| &r.q_mean_absolute);
+    let errors: Vec<f64> = errors.copied().collect();
+    let deviations: f64 = motions.iter().map(deviation).sum();
+    let error = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+    let share = errors.iter().sum::<f64>() / deviations;
+    let percent = 100.0 * share;
+    let finding = format!(
+        "the position that it simulates from the goals errs by {error:.3} on average, {percent:.0} % of its deviation"
+    );
+    let remedy =
+        "check goals, gains and whether the motor was on, or record more motions and gains";
+    match share {
+        x if x.is_nan() || x > HALF => Some(Reason::new(Grade::Poor, finding, remedy)),
+        x if x > FAR_OFF => Some(Reason::new(Grade::Fair, finding, remedy)),
+        _ => None,
+    }
+}
+
+/// The sum over the coordinates of the mean absolute deviations of their positions.
+fn deviation(motion: &Trajectory) -> f64 {
+    let n = motion.dof();
+    let of = |i: usize| {
+        let column = || motion.q.iter().skip(i).step_by(n);
+        let mean = column().sum::<f64>() / motion.len() as f64;
+        column().map(|q| (q - mean).abs()).sum::<f64>() / motion.len() as f64
+    };
+    (0..n).map(of).sum()
+}
+
+/// The share of the deviation of positions above which their error is no good one.
+const FAR_OFF: f64 = 0.2;
 
 /// Predictions over a short time that all diverge.
 fn of_rollouts(score: &Score) -> Option<Reason> {

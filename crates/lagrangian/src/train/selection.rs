@@ -83,6 +83,12 @@ impl Request {
 
     fn candidates(&self, dataset: &Dataset) -> Vec<Self> {
         let positions_alone = !dataset.train.steps.is_empty();
+        if self.is_open() && !dataset.forced && !dataset.train.goal.is_empty() {
+            return vec![Self {
+                family: Some("servo".into()),
+                ..self.clone()
+            }];
+        }
         if !self.is_open() || !dataset.forced || positions_alone {
             return vec![self.clone()];
         }

@@ -182,14 +182,58 @@ impl Finder<'_> {
         let q = self.with_parameters(self.coordinates(&named.q)?, layout)?;
         let moving = q.iter().map(|name| !layout.parameters.contains(name));
         let moving: Vec<bool> = moving.collect();
-        Ok(Signals {
+        let mut signals = Signals {
             qd: self.rates(&named.qd, "qd", &moving)?,
             qdd: self.rates(&named.qdd, "qdd", &moving)?,
             p: self.momenta(&named.p, &moving)?,
             tau: self.forces(layout, &q)?,
-            pd: Vec::new(),
             q,
-        })
+            ..Signals::default()
+        };
+        for signal in Signal::OF_DRIVES {
+            let columns = self.commands(layout, signal, signals.q.len())?;
+            *signals.get_mut(signal) = columns;
+        }
+        if signals.goal.is_empty() {
+            self.refuse_drives_without_goals(layout, &signals)?;
+        }
+        Ok(signals)
+    }
+
+    /// The columns of what drives are told: as many as coordinates, or one for all of them. By default only goals are looked
+    /// for, and what belongs to them where there are some.
+    fn commands(&self, layout: &Layout, signal: Signal, n: usize) -> Result<Vec<String>> {
+        let (named, name) = (layout.columns.get(signal), signal.name());
+        let goals = !layout.columns.goal.is_empty() || self.numbered("goal").len() == n;
+        if named.is_empty() && (!goals || layout.drive.constant(signal).is_some()) {
+            return Ok(Vec::new());
+        }
+        let mut found = self.named_or_numbered(named, name);
+        if signal != Signal::Goal && found.len() == 1 {
+            found.resize(n, String::new());
+        }
+        self.one_each(found, named.is_empty(), name, n)
+    }
+
+    fn refuse_drives_without_goals(
+        &self,
+        layout: &Layout,
+        signals: &Signals<Vec<String>>,
+    ) -> Result<()> {
+        let is_given = |signal: &&Signal| {
+            !signals.get(**signal).is_empty() || layout.drive.constant(**signal).is_some()
+        };
+        let Some(signal) = Signal::OF_DRIVES.iter().find(is_given) else {
+            return match layout.drive.si {
+                true => Err(self.error(
+                    "gains are in SI units, but there are no goals",
+                    "name the columns of the goals with `goal`",
+                )),
+                false => Ok(()),
+            };
+        };
+        let finding = format!("`{}` is given, but there are no goals", signal.name());
+        Err(self.error(finding, "name the columns of the goals with `goal`"))
     }
 
     fn coordinates(&self, named: &[String]) -> Result<Vec<String>> {
@@ -405,6 +449,9 @@ impl Finder<'_> {
             "column '{}' is used for two signals",
             self.headers[numbers[k]]
         );
-        Err(self.error(finding, "correct `t`, `q`, `qd`, `qdd`, `p` or `tau`"))
+        Err(self.error(
+            finding,
+            "correct `t`, `q`, `qd`, `qdd`, `p`, `tau` or those of the drives",
+        ))
     }
 }

@@ -68,13 +68,17 @@ impl Format {
     where
         R: Read + Seek + Send + 'static,
     {
-        match self {
+        let mut readings = match self {
             Self::Csv => super::csv::read(source, name, layout),
             Self::Npz => super::npz::read(source, name, layout),
             Self::Parquet => parquet::read(source, name, layout),
             Self::Db3 => ros::read_db3(source, name, layout),
             Self::Mcap => ros::read_mcap(source, name, layout),
+        }?;
+        for recording in &mut readings.recordings {
+            layout.drive.complete(name, recording)?;
         }
+        Ok(readings)
     }
 
     /// Writes trajectories so that [`Format::read`] with the default layout finds the same bits.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::drive::{Constant, DriveLayout};
 use super::{Coordinates, Sampling, Signal, Signals, Topology};
 use crate::{Error, Result};
 
@@ -11,7 +12,7 @@ use crate::{Error, Result};
 ///
 /// Signals without names are expected under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`,
 /// `p1 … pn` and `tau1 … taun`.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Layout {
     /// Column that tells trajectories apart.
     pub trajectory: Option<String>,
@@ -34,12 +35,17 @@ pub struct Layout {
     pub degrees: bool,
     /// Units of coordinates that are not angles.
     pub units: BTreeMap<String, String>,
+    /// What is known of position-controlled drives beside the columns of `goal`, `kp`, `kd`, `supply` and `enabled`.
+    pub drive: DriveLayout,
     /// Keep every Nth row of each trajectory (0 and 1 keep all).
     pub every: usize,
     /// Of a file with more rows than this, keep a sample; [`super::thin`] removes recordings of which nothing was kept.
     /// No file beside the data says so.
     pub sample: Option<Sampling>,
 }
+
+/// The key of gains in SI units.
+const SI: &str = "si";
 
 /// A [`Layout`] as a TOML file beside the data holds it.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -58,12 +64,25 @@ struct LayoutFile {
     #[serde(skip_serializing_if = "Option::is_none")]
     topic: Option<String>,
     columns: ColumnsTable,
+    #[serde(skip_serializing_if = "DriveTable::is_empty")]
+    drive: DriveTable,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     units: BTreeMap<String, String>,
 }
 
 /// The columns by the names of the settings: `trajectory`, `t`, and those of the signals.
 type ColumnsTable = BTreeMap<String, OneOrMany>;
+
+/// The table of the drives: columns, numbers or patterns by the names of the signals.
+type DriveTable = BTreeMap<String, Told>;
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+enum Told {
+    Flag(bool),
+    Number(f64),
+    Names(OneOrMany),
+}
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(untagged)]
@@ -126,12 +145,14 @@ impl Layout {
             parameters: names(file.parameter),
             degrees: file.degrees,
             units: file.units,
+            drive: DriveLayout::default(),
             every: file.every.unwrap_or(0),
             sample: None,
         };
         for signal in Signal::IN_FILES {
             *layout.columns.get_mut(signal) = names(columns.remove(signal.name()));
         }
+        layout.read_drive(file.drive)?;
         match columns.keys().next() {
             None => Ok(layout),
             Some(unknown) => Err(Error::Layout(format!(
@@ -139,6 +160,65 @@ impl Layout {
                 Signal::IN_FILES.map(Signal::name).join(", ")
             ))),
         }
+    }
+
+    fn read_drive(&mut self, mut table: DriveTable) -> Result<()> {
+        for signal in Signal::OF_DRIVES {
+            match table.remove(signal.name()) {
+                None => {}
+                Some(Told::Number(x)) => self.drive.set(signal, Constant::Number(x))?,
+                Some(Told::Names(OneOrMany::One(text))) => self.tell(signal, vec![text])?,
+                Some(Told::Names(OneOrMany::Many(names))) => self.tell(signal, names)?,
+                Some(Told::Flag(flag)) => {
+                    let name = signal.name();
+                    let text =
+                        format!("'{name} = {flag}' in [drive] is no column, number or pattern");
+                    return Err(Error::Layout(text));
+                }
+            }
+        }
+        match table.remove(SI) {
+            None => {}
+            Some(Told::Flag(si)) => self.drive.si = si,
+            Some(_) => return Err(Error::Layout("`si` in [drive] is true or false".into())),
+        }
+        match table.keys().next() {
+            None => Ok(()),
+            Some(unknown) => Err(Error::Layout(format!(
+                "unknown key '{unknown}' in [drive]: it holds {}, {SI}",
+                Signal::OF_DRIVES.map(Signal::name).join(", ")
+            ))),
+        }
+    }
+
+    /// Takes what a person said of a signal of drives: columns, or one text that is a number or a pattern.
+    ///
+    /// # Errors
+    /// [`Error::Layout`] for a number or a pattern where only columns can be.
+    pub fn tell(&mut self, signal: Signal, words: Vec<String>) -> Result<()> {
+        let constant = match &words[..] {
+            [word] => Constant::of_text(word),
+            _ => None,
+        };
+        match constant {
+            Some(constant) => self.drive.set(signal, constant),
+            None => {
+                *self.columns.get_mut(signal) = words;
+                Ok(())
+            }
+        }
+    }
+
+    fn drive_table(&self) -> DriveTable {
+        let constant = |signal: Signal| match self.drive.constant(signal)? {
+            Constant::Number(x) => Some(Told::Number(*x)),
+            Constant::InName(pattern) => Some(Told::Names(OneOrMany::One(pattern.clone()))),
+        };
+        let constants = Signal::OF_DRIVES
+            .into_iter()
+            .filter_map(|signal| Some((signal.name().to_owned(), constant(signal)?)));
+        let si = self.drive.si.then(|| (SI.to_owned(), Told::Flag(true)));
+        constants.chain(si).collect()
     }
 
     /// The text that [`Layout::from_toml`] reads back.
@@ -164,6 +244,7 @@ impl Layout {
             every: (self.every > 1).then_some(self.every),
             topic: self.topic.clone(),
             columns: columns.collect(),
+            drive: self.drive_table(),
             units: self.units.clone(),
         };
         toml::to_string(&file).map_err(|e| Error::Layout(e.to_string()))
@@ -193,7 +274,15 @@ impl Layout {
         self.trajectory = self.trajectory.or(beside.trajectory);
         self.topic = self.topic.or(beside.topic);
         self.t = self.t.or(beside.t);
-        self.columns = self.columns.or(beside.columns);
+        self.drive = self.drive.or(beside.drive, &self.columns);
+        let constants = self.drive.clone();
+        let columns = beside
+            .columns
+            .map(|signal, names| match constants.constant(signal) {
+                Some(_) => Vec::new(),
+                None => names,
+            });
+        self.columns = self.columns.or(columns);
         let lists = [
             (&mut self.actuated, beside.actuated),
             (&mut self.angles, beside.angles),

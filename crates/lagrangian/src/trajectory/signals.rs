@@ -29,6 +29,16 @@ pub struct Signals<T = Vec<f64>> {
     pub tau: T,
     /// Momenta p = ∂L/∂q̇.
     pub p: T,
+    /// Goals of position controllers, in the unit of q.
+    pub goal: T,
+    /// Gains kₚ of position controllers, in the unit of the controller.
+    pub kp: T,
+    /// Gains k_d of position controllers, in the unit of the controller.
+    pub kd: T,
+    /// Supply voltages of motors, V.
+    pub supply: T,
+    /// Whether motors are on: 0 where they are off.
+    pub enabled: T,
     /// Rates of the momenta ṗ; no file holds them.
     #[serde(skip)]
     pub pd: T,
@@ -49,14 +59,50 @@ pub enum Signal {
     Tau,
     /// Rates of the momenta ṗ.
     Pd,
+    /// Goals of position controllers.
+    Goal,
+    /// Gains kₚ of position controllers.
+    Kp,
+    /// Gains k_d of position controllers.
+    Kd,
+    /// Supply voltages of motors.
+    Supply,
+    /// Whether motors are on.
+    Enabled,
 }
 
 impl Signal {
     /// All signals.
-    pub const ALL: [Self; 6] = [Self::Q, Self::Qd, Self::Qdd, Self::P, Self::Tau, Self::Pd];
+    pub const ALL: [Self; 11] = [
+        Self::Q,
+        Self::Qd,
+        Self::Qdd,
+        Self::P,
+        Self::Tau,
+        Self::Pd,
+        Self::Goal,
+        Self::Kp,
+        Self::Kd,
+        Self::Supply,
+        Self::Enabled,
+    ];
+
+    /// The signals that say what a drive was told, where the forces are not known.
+    pub const OF_DRIVES: [Self; 5] = [Self::Goal, Self::Kp, Self::Kd, Self::Supply, Self::Enabled];
 
     /// The signals that files hold, in the order of their columns.
-    pub const IN_FILES: [Self; 5] = [Self::Q, Self::Qd, Self::Qdd, Self::P, Self::Tau];
+    pub const IN_FILES: [Self; 10] = [
+        Self::Q,
+        Self::Qd,
+        Self::Qdd,
+        Self::P,
+        Self::Tau,
+        Self::Goal,
+        Self::Kp,
+        Self::Kd,
+        Self::Supply,
+        Self::Enabled,
+    ];
 
     /// The prefix of its columns: `qd` of `qd1 … qdn`.
     #[must_use]
@@ -68,6 +114,11 @@ impl Signal {
             Self::P => "p",
             Self::Tau => "tau",
             Self::Pd => "pd",
+            Self::Goal => "goal",
+            Self::Kp => "kp",
+            Self::Kd => "kd",
+            Self::Supply => "supply",
+            Self::Enabled => "enabled",
         }
     }
 
@@ -81,17 +132,24 @@ impl Signal {
             Self::P => "momenta p = ∂L/∂q̇, in SI units, where they are known",
             Self::Tau => "forces and torques τ; none means a free motion",
             Self::Pd => "rates of the momenta ṗ; estimated where momenta are known",
+            Self::Goal => "goals of position controllers, for logs without torque",
+            Self::Kp => {
+                "gains of position controllers; also a number, or a pattern such as 'kp{}' of the file's name"
+            }
+            Self::Kd => "damping gains of position controllers; also a number or a pattern",
+            Self::Supply => "supply voltages of motors, V; also a number or a pattern",
+            Self::Enabled => "whether motors are on: they are off where it is 0",
         }
     }
 
-    /// How many times it is the coordinate differentiated by time; none for momenta and forces.
+    /// How many times it is the coordinate differentiated by time; none for momenta, forces and commands.
     #[must_use]
     pub fn order(self) -> Option<i32> {
         match self {
             Self::Q => Some(0),
             Self::Qd => Some(1),
             Self::Qdd => Some(2),
-            Self::P | Self::Tau | Self::Pd => None,
+            _ => None,
         }
     }
 }
@@ -112,6 +170,11 @@ impl<T> Signals<T> {
             Signal::P => &mut self.p,
             Signal::Tau => &mut self.tau,
             Signal::Pd => &mut self.pd,
+            Signal::Goal => &mut self.goal,
+            Signal::Kp => &mut self.kp,
+            Signal::Kd => &mut self.kd,
+            Signal::Supply => &mut self.supply,
+            Signal::Enabled => &mut self.enabled,
         }
     }
 
@@ -129,8 +192,14 @@ impl<T> Signals<T> {
             tau,
             p,
             pd,
+            goal,
+            kp,
+            kd,
+            supply,
+            enabled,
         } = self;
-        Signal::ALL.into_iter().zip([q, qd, qdd, p, tau, pd])
+        let values = [q, qd, qdd, p, tau, pd, goal, kp, kd, supply, enabled];
+        Signal::ALL.into_iter().zip(values)
     }
 
     /// What `f` makes of each.
@@ -143,6 +212,11 @@ impl<T> Signals<T> {
             p: f(Signal::P, self.p),
             tau: f(Signal::Tau, self.tau),
             pd: f(Signal::Pd, self.pd),
+            goal: f(Signal::Goal, self.goal),
+            kp: f(Signal::Kp, self.kp),
+            kd: f(Signal::Kd, self.kd),
+            supply: f(Signal::Supply, self.supply),
+            enabled: f(Signal::Enabled, self.enabled),
         }
     }
 
@@ -156,18 +230,35 @@ impl<T> Signals<T> {
             p: &self.p,
             tau: &self.tau,
             pd: &self.pd,
+            goal: &self.goal,
+            kp: &self.kp,
+            kd: &self.kd,
+            supply: &self.supply,
+            enabled: &self.enabled,
         }
     }
 
     /// The values in the order of [`Signal::ALL`].
-    fn in_order(self) -> [T; 6] {
-        [self.q, self.qd, self.qdd, self.p, self.tau, self.pd]
+    fn in_order(self) -> [T; 11] {
+        [
+            self.q,
+            self.qd,
+            self.qdd,
+            self.p,
+            self.tau,
+            self.pd,
+            self.goal,
+            self.kp,
+            self.kd,
+            self.supply,
+            self.enabled,
+        ]
     }
 }
 
 impl<T> IntoIterator for Signals<T> {
     type Item = (Signal, T);
-    type IntoIter = std::iter::Zip<std::array::IntoIter<Signal, 6>, std::array::IntoIter<T, 6>>;
+    type IntoIter = std::iter::Zip<std::array::IntoIter<Signal, 11>, std::array::IntoIter<T, 11>>;
 
     fn into_iter(self) -> Self::IntoIter {
         Signal::ALL.into_iter().zip(self.in_order())

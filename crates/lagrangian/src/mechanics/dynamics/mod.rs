@@ -30,7 +30,8 @@ mod evaluator;
 mod mechanical;
 mod quantities;
 
-use crate::Coordinates;
+use crate::rollout::Rollout;
+use crate::{Coordinates, Result, Trajectory};
 
 pub use equation::{bias, energy, forward, inverse, momenta};
 pub use euler_lagrange::{EulerLagrange, Slopes};
@@ -56,4 +57,19 @@ pub trait Model: Send + Sync {
     fn mechanics(&self) -> Option<EulerLagrange<'_>> {
         None
     }
+
+    /// Its drives, where it moves by what these are told; `None` for a model that moves by forces.
+    fn driven(&self) -> Option<&dyn Driven> {
+        None
+    }
+}
+
+/// A model whose drives are told where to go.
+pub trait Driven {
+    /// Simulates a recording from its first state, by its goals alone, at its times.
+    ///
+    /// # Errors
+    /// As [`Trajectory::validate`]; [`crate::Error::Shape`] for another number of coordinates, [`crate::Error::Setting`] where
+    /// the recording has no goals.
+    fn follow(&self, recording: &Trajectory) -> Result<Rollout>;
 }

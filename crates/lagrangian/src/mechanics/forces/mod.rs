@@ -1,7 +1,13 @@
-//! Forces beside a Lagrangian or a Hamiltonian: friction d(q̇), and the map from inputs to forces.
+//! Forces beside a Lagrangian or a Hamiltonian: friction d(q̇), that of gears, drives, and the map from inputs to forces.
 
 mod actuation;
 mod dissipation;
+mod drive;
+mod gear;
+mod scalar;
 
 pub use actuation::Actuation;
 pub use dissipation::{Dissipation, Stribeck};
+pub use drive::{Command, Drive};
+pub use gear::{GearFriction, Load};
+pub use scalar::{Scalar, Sensitive};

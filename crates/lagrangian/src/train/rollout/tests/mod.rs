@@ -59,6 +59,7 @@ pub(super) fn dataset() -> Dataset {
             pd: each(&|t| -3.4 * (2.0 * t + shift).sin(), &|t| {
                 1.1 * (1.1 * t - shift).cos()
             }),
+            ..Signals::default()
         };
         Trajectory::new("test", t, signals)
     };

@@ -1,0 +1,286 @@
+//! Servos as a family: what they can be fitted to, their settings, their saved form.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::motion::Recorded;
+use super::parameters::Layout;
+use super::search::{self, STAGES, Tried};
+use super::{Friction, Servo, ServoConfig};
+use crate::dataset::{Dataset, Timeline};
+use crate::models::family::{self, Abilities, Entry, Family, Plan, Solution};
+use crate::models::learned::{Description, FittedModel, Stored};
+use crate::models::named::Parameter;
+use crate::saved::{self, SavedModel};
+use crate::settings::{Kind, Range, Setting, named};
+use crate::train::{FitConfig, Loss, Observer, Samples};
+use crate::{Error, Result};
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "a planar chain with position-controlled motors and friction of gears, from goals instead of torques",
+    default: family::default::<ServoConfig>,
+    settings: SETTINGS,
+    choose: family::no_choice,
+    read: family::read::<ServoConfig>,
+    saved_as: &[NAME],
+    load: |saved| Ok(load(saved)?.into()),
+};
+
+/// The name of the family.
+pub(crate) const NAME: &str = "servo";
+
+/// What people can set of servos.
+const SETTINGS: &[Setting] = &[
+    Setting::new(
+        "friction",
+        Kind::Choice(&[
+            named("m1", "Coulomb and viscous"),
+            named("m2", "the same with an excess near standstill"),
+            named("m3", "Coulomb, viscous, and in proportion to the load"),
+            named("m4", "as m3, with an excess near standstill"),
+            named("m5", "as m4, with shares of their own for motor and load"),
+            named("m6", "as m5, with squares of the torques near standstill"),
+        ]),
+        "The terms of the friction of gears (arXiv 2410.08650)",
+    )
+    .or("by held-out motions"),
+    Setting::new(
+        "weight",
+        Kind::Number(Range::Positive),
+        "The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned",
+    )
+    .or("1"),
+];
+
+impl Family for ServoConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn summary(&self) -> String {
+        let friction = self.friction.map_or("chosen", Friction::name);
+        format!("friction of gears: {friction}")
+    }
+
+    fn abilities(&self) -> Abilities {
+        let remedy = "omitted: servos are fitted to positions by simulations";
+        Abilities {
+            solved: true,
+            ..Abilities::of_losses(Loss::SINGLE, remedy)
+        }
+    }
+
+    fn check(&self, dataset: &Dataset, _config: &FitConfig) -> Result<()> {
+        let n = dataset.coordinates.dof();
+        if n > Servo::MAX_JOINTS || dataset.coordinates.parameters().next().is_some() {
+            let must = "at most 6, all of which move: choose the columns of one arm";
+            return Err(Error::argument("number of joints of a servo", n, must));
+        }
+        if dataset.train.goal.is_empty() {
+            let problem = "a servo is fitted to the goals of its drives, and there are none";
+            return Err(Error::setting(problem, "name their columns with `goal`"));
+        }
+        if self.weight <= 0.0 || !self.weight.is_finite() {
+            return Err(Error::argument("weight", self.weight, "a positive number"));
+        }
+        Ok(())
+    }
+
+    fn prepare(&self, _dataset: &Dataset, _config: &FitConfig) -> Result<Plan> {
+        let own = self.clone();
+        Ok(Plan::Solve(Box::new(move |dataset, observer| {
+            own.solve(dataset, observer)
+        })))
+    }
+}
+
+/// Reports the progress of a fit from any thread, and remembers whether it was asked to end.
+struct Watch<'a> {
+    observer: Mutex<(&'a mut dyn Observer, String, f64)>,
+    ended: AtomicBool,
+}
+
+impl Watch<'_> {
+    /// Begins a stage.
+    fn stage(&self, what: &str, share: f64) {
+        if let Ok(mut held) = self.observer.lock() {
+            (held.1, held.2) = (what.into(), share);
+        }
+        self.goes_on();
+    }
+
+    /// Asks the observer whether the fit goes on.
+    fn goes_on(&self) -> bool {
+        if let Ok(mut held) = self.observer.lock() {
+            let (observer, what, share) = &mut *held;
+            if observer.stage(what, *share).is_break() {
+                self.ended.store(true, Ordering::Relaxed);
+            }
+        }
+        !self.ended.load(Ordering::Relaxed)
+    }
+}
+
+impl ServoConfig {
+    fn solve(&self, dataset: &Dataset, observer: &mut dyn Observer) -> Result<Solution> {
+        let n = dataset.coordinates.dof();
+        let motions = recorded(&dataset.train, &dataset.train_times);
+        let all: Vec<&Recorded> = motions.iter().collect();
+        if all.is_empty() {
+            return Err(Error::too_short("the longest recording", 0, SHORTEST));
+        }
+        let watch = Watch {
+            observer: Mutex::new((observer, String::new(), 0.0)),
+            ended: AtomicBool::new(false),
+        };
+        let chosen = self.choose(&motions, n, &watch);
+        watch.stage("fitting the servo", 0.95);
+        let layout = self.layout(n, chosen.friction);
+        let fits = search::fit(layout, &all, chosen.stages, &|| watch.goes_on());
+        let parameters = fits.last().cloned().unwrap_or_default();
+        let error = |motions: &[&Recorded]| search::error(layout, &parameters, motions).powi(2);
+        let held = recorded(&dataset.validation, &dataset.validation_times);
+        let held: Vec<&Recorded> = held.iter().collect();
+        Ok(Solution {
+            loss: error(&all),
+            validation: (!held.is_empty()).then(|| error(&held)),
+            model: Servo::new(dataset.coordinates.clone(), layout, parameters.clone())?.into(),
+        })
+    }
+
+    fn layout(&self, n: usize, friction: Friction) -> Layout {
+        Layout {
+            n,
+            friction,
+            weight: self.weight,
+        }
+    }
+
+    /// The terms and the number of stages with the smallest error on held-out motions; of one motion, M3 after all stages.
+    fn choose(&self, motions: &[Recorded], n: usize, watch: &Watch<'_>) -> Tried {
+        let folds = search::folds(motions);
+        let frictions = self
+            .friction
+            .map_or(Friction::ALL.to_vec(), |own| vec![own]);
+        let mut tried = Vec::new();
+        for (k, friction) in frictions.iter().enumerate() {
+            if folds.len() < 2 || !watch.goes_on() {
+                break;
+            }
+            let what = format!("holding out motions, friction {}", friction.name());
+            watch.stage(&what, 0.9 * k as f64 / frictions.len() as f64);
+            let layout = self.layout(n, *friction);
+            let go_on = || watch.goes_on();
+            tried.extend(search::held_out(
+                layout,
+                motions,
+                &folds,
+                STAGES.len(),
+                &go_on,
+            ));
+        }
+        search::choose(&tried).unwrap_or(Tried {
+            friction: self.friction.unwrap_or(Friction::M3),
+            stages: STAGES.len(),
+            error: f64::NAN,
+        })
+    }
+}
+
+/// The fewest samples of a motion that is simulated.
+const SHORTEST: usize = 16;
+
+/// The motions of some samples; one that is too short is omitted.
+fn recorded(samples: &Samples, times: &Timeline) -> Vec<Recorded> {
+    let runs = times.runs().filter(|run| run.len() >= SHORTEST);
+    let motion = |run: std::ops::Range<usize>| {
+        let signals = samples.signals.rows(samples.n, &run);
+        Recorded::new(&times.t[run], &signals, samples.n)
+    };
+    runs.map(motion).collect()
+}
+
+/// The saved form of what parameters stand for.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Shape {
+    friction: Friction,
+    weight: f64,
+}
+
+fn load(saved: &SavedModel) -> Result<Servo> {
+    let header = &saved.header;
+    let shape: Shape = saved::read("architecture", &header.architecture)?;
+    let n = header.coordinates.dof();
+    if !(1..=Servo::MAX_JOINTS).contains(&n) || shape.weight <= 0.0 || !shape.weight.is_finite() {
+        return Err(saved::damaged(
+            "a servo of such joints does not exist".into(),
+        ));
+    }
+    let layout = Layout {
+        n,
+        friction: shape.friction,
+        weight: shape.weight,
+    };
+    Servo::new(header.coordinates.clone(), layout, saved.weights()?)
+}
+
+impl FittedModel for Servo {
+    fn description(&self) -> Description {
+        Description::mechanical(NAME, "A chain with position-controlled motors")
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        let shape = Shape {
+            friction: self.layout.friction,
+            weight: self.layout.weight,
+        };
+        Stored::new(NAME, &shape, &Value::Null, &self.parameters)
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let machine = &self.machine;
+        let n = machine.dof();
+        let mut list = Vec::new();
+        for (i, coordinate) in self.coordinates.0.iter().enumerate() {
+            let (gear, drive) = (&machine.gears[i], &machine.drives[i]);
+            let named = [
+                ("inertia", machine.inertia[i * (n + 1)], "kg·m²"),
+                ("rotor", machine.rotor[i], "kg·m²"),
+                ("weight", machine.weight[i], "N·m"),
+                ("phase", machine.phase[i], "rad"),
+                ("gain", drive.gain, "N·m/rad a volt and unit of kp"),
+                ("limit", drive.limit, "N·m a volt"),
+                ("back_emf", drive.back_emf, "N·m·s/rad"),
+                ("viscous", gear.viscous, "N·m·s/rad"),
+                ("coulomb", gear.coulomb, "N·m"),
+                ("motor_share", gear.motor, ""),
+                ("external_share", gear.external, ""),
+                ("stribeck", gear.stribeck, "N·m"),
+                ("stribeck_motor_share", gear.stribeck_motor, ""),
+                ("stribeck_external_share", gear.stribeck_external, ""),
+                ("quadratic_motor", gear.quadratic_motor, "1/(N·m)"),
+                ("quadratic_external", gear.quadratic_external, "1/(N·m)"),
+                ("stribeck_speed", gear.speed, "rad/s"),
+            ];
+            // A term that the friction does not have is exactly 0.
+            let own = named.into_iter().filter(|(_, value, _)| *value != 0.0);
+            list.extend(own.map(|(kind, value, unit)| Parameter {
+                name: format!("{kind}_{}", coordinate.name),
+                value,
+                unit: unit.into(),
+                standard_error: None,
+            }));
+        }
+        list
+    }
+
+    fn boxed(&self) -> Box<dyn FittedModel> {
+        Box::new(self.clone())
+    }
+}
