@@ -13,6 +13,8 @@ pub struct FeedForward<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
     lead: f64,
     correction: Vec<f64>,
+    /// What is added to the acceleration of the reference.
+    pub(crate) acceleration: Vec<f64>,
     dropped: u64,
 }
 
@@ -36,6 +38,7 @@ impl<'a> FeedForward<'a> {
             evaluator: model.evaluator(),
             lead,
             correction: vec![0.0; n],
+            acceleration: vec![0.0; n],
             dropped: 0,
         };
         // Warms the evaluator up, so that the first tick allocates nothing.
@@ -52,13 +55,36 @@ impl<'a> FeedForward<'a> {
         self.dropped
     }
 
+    /// Degrees of freedom.
+    pub(crate) fn dof(&self) -> usize {
+        self.correction.len()
+    }
+
+    /// The reference.
+    pub(crate) fn reference(&self) -> &'a Reference {
+        self.pd.reference
+    }
+
+    /// The model, at any state.
+    pub(crate) fn evaluator(&mut self) -> &mut (dyn Evaluator + 'a) {
+        &mut *self.evaluator
+    }
+
+    /// Writes the motion whose torque is that of a tick at `t`: the reference when it acts, with what is added to its
+    /// acceleration.
+    pub(crate) fn ahead(&self, t: f64, desired: &mut Desired) {
+        self.pd.reference.at(t + self.lead, desired);
+        let added = desired.qdd.iter_mut().zip(&self.acceleration);
+        added.for_each(|(a, x)| *a += x);
+    }
+
     fn feed_forward(&mut self, t: f64, tau: &mut [f64]) -> Evaluation {
-        let Pd {
-            reference, desired, ..
-        } = &mut self.pd;
-        reference.at(t + self.lead, desired);
-        let Desired { q, qd, qdd } = &*desired;
-        self.evaluator.inverse_dynamics(q, qd, qdd, tau)
+        let mut desired = std::mem::take(&mut self.pd.desired);
+        self.ahead(t, &mut desired);
+        let Desired { q, qd, qdd } = &desired;
+        let outcome = self.evaluator.inverse_dynamics(q, qd, qdd, tau);
+        self.pd.desired = desired;
+        outcome
     }
 }
 

@@ -16,7 +16,7 @@
 //! | `K_p`, `K_d` | [`Gains`], diagonal |
 //! | M̂, ĉ | mass matrix and bias of the controller's model, which need not be those of the robot |
 //!
-//! The numbers of equations refer to `docs/theory.md` (50 to 59). Arrays are `[n]` in SI units. No controller allocates
+//! The numbers of equations refer to `docs/theory.md` (50 to 59d). Arrays are `[n]` in SI units. No controller allocates
 //! memory after its first tick, so each of them can run at a kilohertz.
 //!
 //! # The data flow
@@ -28,7 +28,7 @@
 //! ```
 //!
 //! [`follow`] runs this loop from the first sample of a reference to its last. [`Simulation`] runs it tick by tick.
-//! [`online`] learns a model from the measurements of the loop while it runs.
+//! [`online`] learns a model from the measurements of the loop while it runs; [`payload`] estimates what the robot carries.
 //!
 //! # Following a motion with the torque that a model predicts
 //!
@@ -62,6 +62,7 @@ mod latency;
 mod loop_config;
 mod lqr;
 pub mod online;
+pub mod payload;
 mod pd;
 mod reference;
 mod sensors;

@@ -6,7 +6,9 @@ mod counting;
 
 use lagrangian::mechanics::Scaling;
 use lagrangian::models::Delan;
+use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::{Coordinates, DelanConfig, Mechanical, Signals, Trajectory};
+use lagrangian_control::payload::{PayloadConfig, PayloadEstimator, PayloadFeedForward};
 use lagrangian_control::{
     ComputedTorque, Controller, FeedForward, Gains, GravityCompensation, Pd, Reference,
 };
@@ -37,6 +39,16 @@ fn ticks(controller: &mut dyn Controller, n: usize) -> usize {
             controller.torque(f64::from(k) * 1e-3, &q, &q, &mut tau);
         }
     })
+}
+
+#[test]
+fn an_estimator_of_payloads_allocates_nothing_from_its_first_tick_on() {
+    let arm = RigidBodies::from_urdf(rigid::example("iiwa7").unwrap()).unwrap();
+    let (reference, gains) = (reference(7), Gains::uniform(7, 5.0, 0.5));
+    let mut estimator = PayloadEstimator::new(&arm, arm.tip(), PayloadConfig::default()).unwrap();
+    let forward = FeedForward::new(&arm, &gains, &reference, 1e-3).unwrap();
+    let mut controller = PayloadFeedForward::new(forward, &mut estimator).unwrap();
+    assert_eq!(ticks(&mut controller, 7), 0);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::mechanics::{EulerLagrange, Jet};
-use lagrangian::rigid::{self, RigidBodies};
+use lagrangian::rigid::{self, LinkLoad, RigidBodies};
 use lagrangian::rollout::{free, times};
 use lagrangian::{
     Evaluator, Lagrangian, Mechanical, Method, Model, Quantities, RolloutOptions, rollout,
@@ -330,6 +330,48 @@ fn a_free_motion_keeps_its_energy() {
             robot.name()
         );
     }
+}
+
+#[test]
+fn the_torque_of_a_load_is_what_a_body_more_needs() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    for (name, link) in [
+        ("iiwa7", "link_7"),
+        ("iiwa7", "link_4"),
+        ("two_link_arm", "hand"),
+    ] {
+        let robot = RigidBodies::from_urdf(rigid::example(name).unwrap()).unwrap();
+        let (mass, centre) = (0.7, [0.1, -0.05, 0.2]);
+        let loaded = robot.clone().with_payload(link, mass, centre).unwrap();
+        let [x, y, z] = centre;
+        let [a, b, c] = [y * y + z * z, x * x + z * z, x * x + y * y];
+        let parameters = [1.0, x, y, z, a, -x * y, -x * z, b, -y * z, c].map(|p| mass * p);
+        assert!(!rigid::is_body(&parameters), "a point has no extent");
+        let n = robot.dof();
+        let mut load = LinkLoad::new(&robot, link).unwrap();
+        for _ in 0..5 {
+            let mut random =
+                || -> Vec<f64> { (0..n).map(|_| rng.random_range(-3.0..3.0)).collect() };
+            let (q, qd, qdd) = (random(), random(), random());
+            let (mut own, mut regressor) = (vec![0.0; n], vec![0.0; 10 * n]);
+            load.torque(&q, &qd, &qdd, &parameters, &mut own);
+            load.regressor(&q, &qd, &qdd, &mut regressor);
+            let linear: Vec<f64> = regressor
+                .chunks_exact(10)
+                .map(|row| row.iter().zip(&parameters).map(|(y, p)| y * p).sum())
+                .collect();
+            let full = loaded.inverse_dynamics(&q, &qd, &qdd).unwrap();
+            let empty = robot.inverse_dynamics(&q, &qd, &qdd).unwrap();
+            let added: Vec<f64> = full.iter().zip(&empty).map(|(a, b)| a - b).collect();
+            assert!(
+                difference(&own, &added) < 1e-10,
+                "{name}: {own:?} {added:?}"
+            );
+            assert!(difference(&linear, &added) < 1e-10, "{name}: {linear:?}");
+        }
+    }
+    let robot = RigidBodies::from_urdf(rigid::example("iiwa7").unwrap()).unwrap();
+    assert!(LinkLoad::new(&robot, "claw").is_err());
 }
 
 #[test]

@@ -5,11 +5,17 @@ use std::f64::consts::TAU;
 
 use crate::families;
 use lagrangian::analytic::by_name;
-use lagrangian::rigid::{RigidBodies, example};
-use lagrangian::{Error, Family, Model, Result, Signals, Trajectory};
-use lagrangian_control::online::{
-    FeedForwardSource, OnlineConfig, OnlineLearner, Record, RobotChange, TrackingConfig, track,
+use lagrangian::rigid::{IdentifiedRobot, LoadParameters, RigidBodies, example};
+use lagrangian::train::Samples;
+use lagrangian::{
+    ChainConfig, Dataset, Error, Family, FitConfig, Learned, Loss, Model, RigidConfig, fit,
 };
+use lagrangian::{Result, Signals, Trajectory};
+use lagrangian_control::online::{
+    Differentiator, FeedForwardSource, OnlineConfig, OnlineLearner, PayloadSource, Record,
+    RobotChange, TrackingConfig, track,
+};
+use lagrangian_control::payload::PayloadConfig;
 use lagrangian_control::{
     Desired, Gains, LatencyBin, LoopConfig, Quantiles, Reference, Sensors, VelocitySource,
 };
@@ -20,6 +26,8 @@ const RATE: f64 = 200.0;
 const WAY: f64 = 1.0;
 /// Length of a window that errors over time are taken in, s.
 pub(crate) const WINDOW: f64 = 0.5;
+/// Time from the start of one window to that of the next, s.
+pub(crate) const STRIDE: f64 = 0.02;
 
 /// Letters one after another, with smooth ways between them.
 pub(crate) struct Writing {
@@ -85,14 +93,14 @@ impl Writing {
         (sum / count as f64).sqrt()
     }
 
-    /// The error in windows of [`WINDOW`] from `from` to the end: (middle of the window, error).
+    /// The error in windows of [`WINDOW`], one every [`STRIDE`], from `from` to the end: (middle of the window, error).
     pub(crate) fn errors_over_time(&self, motion: &Trajectory, from: f64) -> (Vec<f64>, Vec<f64>) {
         let end = motion.t.last().copied().unwrap_or(from);
-        let count = ((end - from) / WINDOW).floor().max(0.0) as usize;
-        let begin = |k: usize| from + WINDOW * k as f64;
+        let count = ((end - from - WINDOW) / STRIDE + 1.0).floor().max(0.0) as usize;
         let window = |k: usize| {
-            let error = self.error(motion, (begin(k), begin(k + 1)));
-            (begin(k) + 0.5 * WINDOW, error)
+            let begin = from + STRIDE * k as f64;
+            let error = self.error(motion, (begin, begin + WINDOW));
+            (begin + 0.5 * WINDOW, error)
         };
         (0..count).map(window).unzip()
     }
@@ -205,6 +213,10 @@ pub(crate) struct Arm {
     pub(crate) loaded: Box<dyn Model>,
     /// The payload, kg.
     pub(crate) payload: f64,
+    /// The bodies of the robot, whose tip carries the payload.
+    pub(crate) bodies: RigidBodies,
+    /// The link that holds the payload.
+    pub(crate) hand: &'static str,
     /// Low gains of the feedback.
     pub(crate) gains: Gains,
     /// Whether a surprise is taken for a load, so that older samples are forgotten. Many joints meet new regions for
@@ -221,6 +233,20 @@ const ENCODER: f64 = TAU / 1_048_576.0;
 /// Noise of measured velocities, rad/s.
 const VELOCITY_NOISE: f64 = 2e-3;
 
+/// The arm `two-link-arm` as bodies: uniform rods in a vertical plane, the first angle from the horizontal.
+const TWO_LINKS: &str = r#"<robot name="two-link-arm">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0.2 0 0"/><mass value="1.0"/>
+    <inertia ixx="0" iyy="0.013333333333333334" izz="0.013333333333333334" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="lower"><inertial><origin xyz="0.2 0 0"/><mass value="0.8"/>
+    <inertia ixx="0" iyy="0.010666666666666667" izz="0.010666666666666667" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="q1" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 -1 0"/></joint>
+  <joint name="q2" type="continuous"><origin xyz="0.4 0 0"/><parent link="upper"/><child link="lower"/>
+    <axis xyz="0 -1 0"/></joint>
+  <link name="hand"/>
+  <joint name="wrist" type="fixed"><origin xyz="0.4 0 0"/><parent link="lower"/><child link="hand"/></joint>
+</robot>"#;
+
 impl Arm {
     /// The arm `two-link-arm`, 1.0 and 0.8 kg, 0.4 m each; the payload is 0.4 kg.
     pub(crate) fn two_joints() -> Result<Self> {
@@ -230,6 +256,8 @@ impl Arm {
             robot: by_name("two-link-arm", &[])?,
             loaded: by_name("two-link-arm", &[("payload", payload)])?,
             payload,
+            bodies: RigidBodies::from_urdf(TWO_LINKS)?,
+            hand: "hand",
             gains: Gains::uniform(2, 20.0, 5.0),
             forgets: true,
             control: control(&[30.0, 30.0], 2e-3),
@@ -254,7 +282,9 @@ impl Arm {
                 arm.clone()
                     .with_payload("link_7", payload, [0.0, 0.0, 0.08])?,
             ),
-            robot: Box::new(arm),
+            robot: Box::new(arm.clone()),
+            bodies: arm,
+            hand: "link_7",
             payload,
             forgets: false,
             // The wrist is light: a larger damping would not be stable at 500 Hz.
@@ -309,7 +339,7 @@ pub(crate) fn recovery(after: &[f64], usual: f64, factor: f64) -> Option<f64> {
     let fits = |error: &f64| *error <= factor * usual;
     let above = after.iter().rposition(|error| !fits(error));
     let first = above.map_or(0, |last| last + 1);
-    (first < after.len()).then_some(WINDOW * first as f64)
+    (first < after.len()).then_some(STRIDE * first as f64)
 }
 
 /// Who gives the torque of the feed-forward.
@@ -325,6 +355,26 @@ pub(crate) enum Condition {
     Perfect,
     /// The true model with the payload, for a robot that has it from the start: what a model can reach after the change.
     PerfectLoaded,
+    /// The true model without the payload, which is estimated.
+    Estimated,
+    /// A robot identified from a log of the empty arm, and the payload estimated.
+    Identified,
+    /// A chain learned from a log of the empty arm, and the payload estimated.
+    Chain,
+    /// A deep Lagrangian network, learned online, and the payload estimated.
+    LearnedEstimated,
+}
+
+impl Condition {
+    /// Whether a model is learned while the arm moves.
+    pub(crate) fn learns(self) -> bool {
+        matches!(self, Self::Plain | Self::Learned | Self::LearnedEstimated)
+    }
+
+    /// Whether it can come to know a payload.
+    pub(crate) fn recovers(self) -> bool {
+        !matches!(self, Self::Pd | Self::Perfect)
+    }
 }
 
 /// What came of one run.
@@ -333,6 +383,8 @@ pub(crate) struct Outcome {
     pub(crate) errors: Vec<f64>,
     /// Middle of each window of [`WINDOW`] after the change, s from it, and the error there.
     pub(crate) after: (Vec<f64>, Vec<f64>),
+    /// The load that was carried in the end, where one is estimated.
+    pub(crate) load: Option<LoadParameters>,
     /// What the learner did.
     pub(crate) record: Option<Record>,
     /// Times of the controller, s.
@@ -373,6 +425,7 @@ impl Run {
     /// The arm writes.
     pub(crate) fn outcome(&self, arm: &Arm, writing: &Writing) -> Result<Outcome> {
         let aware = self.condition == Condition::PerfectLoaded;
+        let identified = self.identified(arm, writing)?;
         let robot = if aware { &arm.loaded } else { &arm.robot };
         let config = TrackingConfig {
             robot: &**robot,
@@ -381,6 +434,7 @@ impl Run {
                 robot: &*arm.loaded,
             }),
             gains: arm.gains.clone(),
+            payload: self.payload(arm, writing, identified.as_ref()),
             control: LoopConfig {
                 seed: self.seed,
                 ..arm.control.clone()
@@ -388,9 +442,17 @@ impl Run {
         };
         let feed = match self.condition {
             Condition::Pd => FeedForwardSource::None,
-            Condition::Perfect | Condition::PerfectLoaded => FeedForwardSource::Model(&**robot),
+            Condition::Perfect | Condition::PerfectLoaded | Condition::Estimated => {
+                FeedForwardSource::Model(&**robot)
+            }
             Condition::Plain => self.learned(arm, families::mlp(WIDTH))?,
-            Condition::Learned => self.learned(arm, families::delan(WIDTH))?,
+            Condition::Learned | Condition::LearnedEstimated => {
+                self.learned(arm, families::delan(WIDTH))?
+            }
+            Condition::Identified | Condition::Chain => match &identified {
+                Some(model) => FeedForwardSource::Model(model),
+                None => FeedForwardSource::None,
+            },
         };
         let tracked = track(&config, &writing.reference, feed)?;
         let motion = tracked.driven.trajectory;
@@ -402,11 +464,71 @@ impl Run {
             errors: writing.errors(&motion),
             after: after.unwrap_or_default(),
             record: tracked.record,
+            load: tracked.load,
             latency: tracked.driven.latency.quantiles(),
             histogram: tracked.driven.latency.bins(),
             finished: !tracked.driven.outcome.is_diverged(),
             motion,
         })
+    }
+
+    /// Where the payload is estimated, if it is.
+    fn payload<'a>(
+        &self,
+        arm: &'a Arm,
+        writing: &Writing,
+        identified: Option<&'a Learned>,
+    ) -> Option<PayloadSource<'a>> {
+        let learned = || identified?.downcast_ref::<IdentifiedRobot>();
+        let of = |bodies: &'a RigidBodies, link: &'a str, from: f64| PayloadSource {
+            bodies,
+            link,
+            from,
+            config: PayloadConfig::default(),
+        };
+        match self.condition {
+            Condition::Estimated | Condition::Identified => Some(of(&arm.bodies, arm.hand, 0.0)),
+            Condition::LearnedEstimated => {
+                let known = writing.letters.len().saturating_sub(3);
+                Some(of(&arm.bodies, arm.hand, writing.letters[known].from))
+            }
+            Condition::Chain => {
+                let chain = &learned()?.motion().lagrangian;
+                Some(of(chain, chain.tip(), 0.0))
+            }
+            _ => None,
+        }
+    }
+
+    /// A model of the empty arm from a log: it writes the letters before the payload with feedback alone.
+    fn identified(&self, arm: &Arm, writing: &Writing) -> Result<Option<Learned>> {
+        let family: Box<dyn Family> = match self.condition {
+            Condition::Identified => Box::new(RigidConfig {
+                robot: Some(arm.bodies.config()),
+                ..RigidConfig::default()
+            }),
+            Condition::Chain => Box::new(ChainConfig::default()),
+            _ => return Ok(None),
+        };
+        let config = TrackingConfig {
+            robot: &*arm.robot,
+            change: None,
+            gains: arm.gains.clone(),
+            payload: None,
+            control: LoopConfig {
+                seed: self.seed + 1000,
+                ..arm.control.clone()
+            },
+        };
+        let log = track(&config, &writing.reference, FeedForwardSource::None)?;
+        let dataset = dataset(arm, &log.driven.measured)?;
+        let config = FitConfig {
+            family,
+            loss: Loss::TORQUE,
+            seed: self.seed,
+            ..FitConfig::default()
+        };
+        Ok(Some(fit(&dataset, &config, None, &mut ())?.model))
     }
 
     /// A model of this family that is learned while the arm moves.
@@ -434,3 +556,42 @@ impl Run {
         })
     }
 }
+
+/// Samples of a log: every fifth tick, the last fifth of the time held back.
+fn dataset(arm: &Arm, log: &Trajectory) -> Result<Dataset> {
+    let n = log.dof();
+    let mut differentiator = Differentiator::new(n, LOG_WINDOW)?;
+    let mut samples = [
+        Samples {
+            n,
+            ..Samples::default()
+        },
+        Samples {
+            n,
+            ..Samples::default()
+        },
+    ];
+    for k in 0..log.len() {
+        let row = [
+            &log.t[k..=k],
+            log.row(k).q,
+            log.row(k).qd,
+            &log.tau[k * n..][..n],
+        ]
+        .concat();
+        let Some(sample) = differentiator.push(&row).filter(|_| k % LOG_EVERY == 0) else {
+            continue;
+        };
+        let into = &mut samples[usize::from(5 * k > 4 * log.len())];
+        into.q.extend(sample.q);
+        into.qd.extend(sample.qd);
+        into.qdd.extend(sample.qdd);
+        into.tau.extend(sample.tau);
+    }
+    let [train, held] = samples;
+    Dataset::from_samples(arm.robot.coordinates().clone(), train, held)
+}
+
+/// The window over which the accelerations of a log are estimated, and the ticks from sample to sample.
+const LOG_WINDOW: usize = 40;
+const LOG_EVERY: usize = 5;

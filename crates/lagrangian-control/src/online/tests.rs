@@ -68,6 +68,7 @@ fn learner(seed: u64) -> Box<OnlineLearner> {
 
 fn config<'a>(robot: &'a dyn lagrangian::Model) -> TrackingConfig<'a> {
     TrackingConfig {
+        payload: None,
         robot,
         change: None,
         gains: Gains::uniform(2, 5.0, 0.5),

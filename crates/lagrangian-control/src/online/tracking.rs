@@ -5,9 +5,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::{OnlineLearner, Record, spawn};
+use crate::payload::{PayloadConfig, PayloadEstimator, PayloadFeedForward};
 use crate::{
     Controller, Driven, FeedForward, Gains, LoopConfig, LoopOutcome, Pd, Reference, Simulation,
 };
+use lagrangian::rigid::{LoadParameters, RigidBodies};
 use lagrangian::{Error, Learned, Model, Result, State};
 
 /// The source of the feed-forward torque.
@@ -39,6 +41,22 @@ pub struct TrackingConfig<'a> {
     pub gains: Gains,
     /// The settings of the loop.
     pub control: LoopConfig,
+    /// An estimator of what the robot carries, which adds its torque to that of the feed-forward, if any.
+    pub payload: Option<PayloadSource<'a>>,
+}
+
+/// The place of a payload, and how it is estimated.
+#[derive(Clone, Copy)]
+pub struct PayloadSource<'a> {
+    /// The kinematics of the robot.
+    pub bodies: &'a RigidBodies,
+    /// The settings of the estimator.
+    pub config: PayloadConfig,
+    /// The link that carries it.
+    pub link: &'a str,
+    /// The time from which on there is an estimate, s from the start of the motion: a model that is learned has to know
+    /// the robot first.
+    pub from: f64,
 }
 
 /// A robot that is replaced during the motion, for example by one with a payload.
@@ -58,16 +76,18 @@ pub struct Tracked {
     pub record: Option<Record>,
     /// The number of ticks without feed-forward: before the first model, or where a model was not finite.
     pub without_model: u64,
+    /// The load that was carried in the end, where one was estimated.
+    pub load: Option<LoadParameters>,
 }
 
 /// Lets a robot follow `reference` from its first sample to its last.
 ///
 /// # Errors
-/// As [`Simulation::new`], [`FeedForward::new`] and the learner's own.
-pub fn track(
-    config: &TrackingConfig,
-    reference: &Reference,
-    feed_forward: FeedForwardSource,
+/// As [`Simulation::new`], [`FeedForward::new`], [`PayloadEstimator::new`] and the learner's own.
+pub fn track<'a>(
+    config: &'a TrackingConfig<'a>,
+    reference: &'a Reference,
+    feed_forward: FeedForwardSource<'a>,
 ) -> Result<Tracked> {
     let n = reference.dof();
     Error::check_shape(
@@ -78,7 +98,11 @@ pub fn track(
     )?;
     let samples = reference.samples();
     let start = State::new(samples.q[..n].to_vec(), samples.qd[..n].to_vec());
+    let estimator = |source: PayloadSource<'a>| {
+        PayloadEstimator::new(source.bodies, source.link, source.config)
+    };
     let mut run = Run {
+        estimator: config.payload.map(estimator).transpose()?,
         simulation: Simulation::new(config.robot, &start, config.control.clone())?,
         config,
         reference,
@@ -98,6 +122,7 @@ pub fn track(
         FeedForwardSource::Thread(learner) => run.beside(*learner).map(Some),
     }?;
     Ok(Tracked {
+        load: run.estimator.as_ref().and_then(|e| e.load().copied()),
         driven: run.simulation.finish(),
         record,
         without_model: run.without_model,
@@ -113,6 +138,7 @@ struct Run<'a> {
     row: Vec<f64>,
     begin: f64,
     without_model: u64,
+    estimator: Option<PayloadEstimator<'a>>,
 }
 
 impl<'a> Run<'a> {
@@ -165,8 +191,37 @@ impl<'a> Run<'a> {
         };
         let lead = config.control.lead();
         let mut controller = FeedForward::new(model, &config.gains, reference, lead)?;
-        while self.tick(&mut controller).is_continue() && !after(&self.row) {}
+        while !self.estimates() {
+            if self.tick(&mut controller).is_break() || after(&self.row) {
+                self.without_model += controller.dropped();
+                return Ok(());
+            }
+        }
+        self.carry(controller, after)
+    }
+
+    /// Whether there is an estimator of the load, and its time has come.
+    fn estimates(&self) -> bool {
+        let from = self.config.payload.map_or(0.0, |source| source.from);
+        self.estimator.is_some() && self.simulation.time() >= from
+    }
+
+    /// Runs with a load that is estimated meanwhile. A model that is learned gets the torques without those of the load.
+    fn carry(&mut self, forward: FeedForward, after: &mut dyn FnMut(&[f64]) -> bool) -> Result<()> {
+        let Some(mut estimator) = self.estimator.take() else {
+            return Ok(());
+        };
+        let first = 1 + 2 * self.reference.dof();
+        let mut controller = PayloadFeedForward::new(forward, &mut estimator)?;
+        while self.tick(&mut controller).is_continue() {
+            controller.set_acting(self.simulation.torque());
+            controller.unload(&mut self.row[first..]);
+            if after(&self.row) {
+                break;
+            }
+        }
         self.without_model += controller.dropped();
+        self.estimator = Some(estimator);
         Ok(())
     }
 

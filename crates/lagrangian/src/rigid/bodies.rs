@@ -2,7 +2,7 @@
 
 use super::dynamics::RigidDynamics;
 use super::spatial::{Inertia, Vec3};
-use super::tree::Tree;
+use super::tree::{Place, Tree};
 use super::urdf::{Description, unusable};
 use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::mechanics::forces::Dissipation;
@@ -94,14 +94,7 @@ impl RigidBodies {
             let must = "finite: kg, and m in the frame of the link";
             return Err(Error::argument("payload", value, must));
         }
-        let Some(place) = self.tree.places.iter().find(|p| p.link == link) else {
-            let links: Vec<&str> = self.tree.places.iter().map(|p| p.link.as_str()).collect();
-            return Err(Error::UnknownName {
-                kind: "link",
-                name: link.into(),
-                known: links.join(", "),
-            });
-        };
+        let place = self.place(link)?;
         if let Some(body) = place.body {
             let load = Inertia::about_centre(mass, centre, [0.0; 6]).seen_from_parent(&place.frame);
             self.tree.bodies[body].inertia = self.tree.bodies[body].inertia.plus(&load);
@@ -243,6 +236,23 @@ impl RigidBodies {
     #[must_use]
     pub fn urdf(&self) -> String {
         self.description.text()
+    }
+
+    /// Where the link of this name is.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a link that is not there.
+    pub(super) fn place(&self, link: &str) -> Result<&Place> {
+        let places = &self.tree.places;
+        let found = places.iter().find(|p| p.link == link);
+        found.ok_or_else(|| {
+            let links: Vec<&str> = places.iter().map(|p| p.link.as_str()).collect();
+            Error::UnknownName {
+                kind: "link",
+                name: link.into(),
+                known: links.join(", "),
+            }
+        })
     }
 
     pub(crate) fn tree(&self) -> &Tree {

@@ -32,7 +32,7 @@ const STEPS: usize = 100;
 const DECREASE: f64 = 1e-12;
 
 /// A pseudo-inertia: rows.
-type Pseudo = [[f64; 4]; 4];
+pub(super) type Pseudo = [[f64; 4]; 4];
 
 /// The sums of squares of a least-squares problem, divided by the number of torques.
 #[derive(Debug, Clone)]
@@ -363,7 +363,7 @@ const fn pseudo(&[m, x, y, z, xx, xy, xz, yy, yz, zz]: &[f64; PER_BODY]) -> Pseu
 }
 
 /// ∂J/∂πₖ.
-const UNITS: [Pseudo; PER_BODY] = {
+pub(super) const UNITS: [Pseudo; PER_BODY] = {
     let mut units = [[[0.0; 4]; 4]; PER_BODY];
     let mut k = 0;
     while k < PER_BODY {
@@ -396,7 +396,7 @@ fn factor(j: &Pseudo) -> Option<Pseudo> {
 }
 
 /// J⁻¹ of a consistent body; that of a body on the border is not finite.
-fn inverse_of(parameters: &[f64; PER_BODY]) -> Pseudo {
+pub(super) fn inverse_of(parameters: &[f64; PER_BODY]) -> Pseudo {
     let Some(l) = factor(&pseudo(parameters)) else {
         return [[f64::NAN; 4]; 4];
     };
@@ -422,17 +422,17 @@ fn divergence_of(own: &[f64; PER_BODY], prior: &[f64; PER_BODY]) -> Option<f64> 
     Some(mean - log_det(&factor) + log_det(&known) - 4.0)
 }
 
-fn times(a: &Pseudo, b: &Pseudo) -> Pseudo {
+pub(super) fn times(a: &Pseudo, b: &Pseudo) -> Pseudo {
     let at = |i: usize, k: usize| (0..4).map(|m| a[i][m] * b[m][k]).sum();
     std::array::from_fn(|i| std::array::from_fn(|k| at(i, k)))
 }
 
-fn transposed(a: &Pseudo) -> Pseudo {
+pub(super) fn transposed(a: &Pseudo) -> Pseudo {
     std::array::from_fn(|i| std::array::from_fn(|k| a[k][i]))
 }
 
 /// tr(A Bᵀ).
-fn trace(a: &Pseudo, b: &Pseudo) -> f64 {
+pub(super) fn trace(a: &Pseudo, b: &Pseudo) -> f64 {
     a.iter()
         .flatten()
         .zip(b.iter().flatten())

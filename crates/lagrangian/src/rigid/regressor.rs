@@ -32,27 +32,16 @@ impl RigidDynamics<'_> {
         qdd: &[f64],
         regressor: &mut [f64],
     ) {
-        self.place(q);
-        self.outwards(qd, qdd, self.robot.gravity());
-        let (bodies, columns) = (self.bodies(), PER_BODY * self.n());
+        self.follow(q, qd, qdd);
+        let columns = PER_BODY * self.n();
         regressor.fill(0.0);
-        for (i, own) in self.moving.iter().enumerate() {
+        for body in 0..self.n() {
             for k in 0..PER_BODY {
                 let mut unit = [0.0; PER_BODY];
                 unit[k] = 1.0;
-                let inertia = Inertia::of_parameters(unit);
-                let turning = own.twist.cross_wrench(inertia.times(own.twist));
-                let mut wrench = inertia.times(own.acceleration).plus(turning);
-                let mut at = i;
-                loop {
-                    let row = bodies[at].coordinate;
-                    regressor[row * columns + PER_BODY * i + k] = bodies[at].along(&wrench);
-                    let Some(parent) = bodies[at].parent else {
-                        break;
-                    };
-                    wrench = self.moving[at].frame.wrench_back(wrench);
-                    at = parent;
-                }
+                let wrench = self.needed(body, &Inertia::of_parameters(unit));
+                let at = PER_BODY * body + k;
+                self.felt(body, wrench, |row, x| regressor[row * columns + at] = x);
             }
         }
     }

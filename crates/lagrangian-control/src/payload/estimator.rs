@@ -1,0 +1,252 @@
+//! Recursive least squares of a load.
+
+use lagrangian::rigid::{LinkLoad, LoadParameters, LoadPrior, LoadSums, RigidBodies};
+use lagrangian::{Evaluator, Result, State};
+
+use super::PayloadConfig;
+use super::filtered::{Filtered, Tick};
+
+/// The most Newton steps of a tick.
+const STEPS: usize = 3;
+/// A Newton step that needs no other after it, in parts of the uncertainty.
+const SMALL: f64 = 0.01;
+/// The time over which noise and usual squares are averaged, s.
+const AVERAGE: f64 = 1.0;
+/// The time of observation before the first change can be noticed, s.
+const WARM_UP: f64 = 0.2;
+/// The time after a change in which no other is noticed, s.
+const SETTLING: f64 = 0.05;
+/// A square counts at most so many times the mean in that mean.
+const OUTLIER: f64 = 9.0;
+/// The time over which the noise of filtered torques is correlated, in parts of the low-pass: that of velocities, which come
+/// in as differences, for less than that of torques.
+const CORRELATED: f64 = 2.0 / 3.0;
+/// The part of a square of what the model leaves that is never a surprise: a hundredth of its load.
+const SLIGHT: f64 = 1e-4;
+/// The smallest variance of noise, (N·m)²: exact simulations have none.
+const SMALLEST_NOISE: f64 = 1e-14;
+/// A load that is carried remains one where it explains this part of what it would have to explain to become one.
+const HYSTERESIS: f64 = 0.5;
+
+/// Estimates the ten inertial parameters of a load on a link, tick by tick (theory.md, 59a to 59c); [module](super).
+///
+/// Each estimate is a body that can exist, so that the mass matrix of robot and load stays positive definite. What the motion
+/// does not tell about the load is that of a small ball in the link's origin. Where the load leaves more of the torques than
+/// usual, it has changed: what was known of it is forgotten at once. Nothing is allocated after the constructor.
+pub struct PayloadEstimator<'a> {
+    config: PayloadConfig,
+    load: LinkLoad<'a>,
+    prior: LoadPrior,
+    filtered: Filtered,
+    sums: LoadSums,
+    /// Σ rᵀ W r, forgotten as the sums are.
+    squares: f64,
+    estimate: LoadParameters,
+    carried: bool,
+    /// Mean squares of the noise and of what the load leaves, for each joint.
+    noise: Vec<Mean>,
+    usual: Vec<Mean>,
+    /// Seconds since the last change.
+    since: f64,
+    changes: u64,
+    torque: Vec<f64>,
+    /// The torque that acts until the next tick of a controller; NaN before the first.
+    acting: Vec<f64>,
+}
+
+/// The mean of squares over the last second.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mean {
+    square: f64,
+    seconds: f64,
+}
+
+impl Mean {
+    /// Adds a square of `h` seconds; an outlier counts little once the mean is known.
+    fn add(&mut self, square: f64, h: f64) {
+        if !square.is_finite() {
+            return;
+        }
+        let most = if self.seconds < WARM_UP {
+            f64::INFINITY
+        } else {
+            OUTLIER * self.square
+        };
+        self.seconds = (self.seconds + h).min(AVERAGE);
+        self.square += h / self.seconds * (square.min(most) - self.square);
+    }
+}
+
+impl<'a> PayloadEstimator<'a> {
+    /// Begins without a load on the link of this name, such as [`RigidBodies::tip`]. Of `robot` only the kinematics
+    /// count: it is that of a description, an identified robot or a learned chain.
+    ///
+    /// # Errors
+    /// As [`PayloadConfig::validate`] and [`LinkLoad::new`].
+    pub fn new(robot: &'a RigidBodies, link: &str, config: PayloadConfig) -> Result<Self> {
+        config.validate()?;
+        let (n, prior) = (robot.dof(), LoadPrior::ball(config.mass, config.gyration));
+        Ok(Self {
+            load: LinkLoad::new(robot, link)?,
+            filtered: Filtered::new(n, config.low_pass),
+            sums: LoadSums::default(),
+            squares: 0.0,
+            estimate: prior.start(),
+            prior,
+            config,
+            carried: false,
+            noise: vec![Mean::default(); n],
+            usual: vec![Mean::default(); n],
+            since: 0.0,
+            changes: 0,
+            torque: vec![0.0; n],
+            acting: vec![f64::NAN; n],
+        })
+    }
+
+    /// Degrees of freedom.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.load.dof()
+    }
+
+    /// The load in the axes of the link, where there is one.
+    #[must_use]
+    pub fn load(&self) -> Option<&LoadParameters> {
+        self.carried.then_some(&self.estimate)
+    }
+
+    /// The number of changes that were noticed.
+    #[must_use]
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// Takes a tick: time, measured state, and the torque that acted since the tick before, `[n]`; `base` is the model of the
+    /// robot alone. Numbers that are not finite, and gaps, begin a new stretch.
+    pub fn observe(&mut self, base: &mut dyn Evaluator, t: f64, state: &State, tau: &[f64]) {
+        let tick = Tick {
+            t,
+            q: &state.q,
+            qd: &state.qd,
+            tau,
+        };
+        let Some(h) = self.filtered.push(tick, base, &mut self.load) else {
+            return;
+        };
+        self.since += h;
+        if self.since > SETTLING && self.surprise() > self.config.change_factor {
+            self.begin_again();
+            return;
+        }
+        self.average(h);
+        self.learn(h);
+    }
+
+    /// Adds the torque of the load at (q, q̇, q̈) to `tau`; all `[n]`.
+    pub fn add_torque(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
+        if self.carried {
+            let own = &mut self.torque;
+            self.load.torque(q, qd, qdd, &self.estimate, own);
+            tau.iter_mut().zip(own).for_each(|(a, b)| *a += *b);
+        }
+    }
+
+    /// Sets the torque that acts until the next tick.
+    pub(super) fn set_acting(&mut self, tau: &[f64]) {
+        self.acting.copy_from_slice(tau);
+    }
+
+    /// [`PayloadEstimator::observe`] with the torque that was set.
+    pub(super) fn observe_acting(&mut self, base: &mut dyn Evaluator, t: f64, state: &State) {
+        let acting = std::mem::take(&mut self.acting);
+        self.observe(base, t, state, &acting);
+        self.acting = acting;
+    }
+
+    /// Takes the torque of the load over the last tick from `tau`, `[n]`.
+    pub(super) fn unload(&mut self, tau: &mut [f64]) {
+        if self.carried {
+            let Filtered { q, qd, qdd, .. } = &self.filtered;
+            let own = &mut self.torque;
+            self.load.torque(q, qd, qdd, &self.estimate, own);
+            tau.iter_mut().zip(own).for_each(|(a, b)| *a -= *b);
+        }
+    }
+
+    /// The gains of accelerations, s⁻² and s⁻¹, that take out what a change has left; 0 without one (theory.md, 59d).
+    pub(super) fn catch_up(&self) -> (f64, f64) {
+        let PayloadConfig {
+            catch_up,
+            catch_up_time,
+            ..
+        } = self.config;
+        if self.changes == 0 {
+            return (0.0, 0.0);
+        }
+        let part = (2.0 * (1.0 - self.since / catch_up_time)).clamp(0.0, 1.0);
+        (part * catch_up * catch_up, 2.0 * part * catch_up)
+    }
+
+    /// The mean over the joints of the square that the load leaves, in parts of the usual one.
+    fn surprise(&self) -> f64 {
+        if self.usual.iter().any(|usual| usual.seconds < WARM_UP) {
+            return 0.0;
+        }
+        let joints = self.filtered.joints().iter();
+        let usual = self.usual.iter().zip(&self.noise);
+        let parts = joints.zip(usual).map(|(joint, (usual, noise))| {
+            let slight = (SLIGHT * joint.residual.powi(2)).max(SMALLEST_NOISE);
+            let square = usual.square.max(noise.square).max(slight);
+            joint.left_by(self.load()).powi(2) / square
+        });
+        parts.sum::<f64>() / self.usual.len() as f64
+    }
+
+    fn begin_again(&mut self) {
+        self.sums = LoadSums::default();
+        self.squares = 0.0;
+        self.filtered.restart();
+        self.since = 0.0;
+        self.changes += 1;
+    }
+
+    fn average(&mut self, h: f64) {
+        let load = self.carried.then_some(&self.estimate);
+        let means = self.noise.iter_mut().zip(&mut self.usual);
+        for (joint, (noise, usual)) in self.filtered.joints().iter().zip(means) {
+            noise.add(joint.noise(), h);
+            usual.add(joint.left_by(load).powi(2), h);
+        }
+    }
+
+    fn learn(&mut self, h: f64) {
+        let keep = (-h / self.config.memory).exp();
+        self.sums.forget(keep);
+        self.squares *= keep;
+        let part = h / (CORRELATED * self.config.low_pass);
+        for (joint, noise) in self.filtered.joints().iter().zip(&self.noise) {
+            let weight = part / noise.square.max(SMALLEST_NOISE);
+            self.sums.add(&joint.row, joint.residual, weight);
+            self.squares += weight * joint.residual * joint.residual;
+        }
+        self.solve();
+        let needed = self.config.explained * self.squares;
+        let factor = if self.carried { HYSTERESIS } else { 1.0 };
+        self.carried = self.sums.explained(&self.estimate) > factor * needed;
+    }
+
+    fn solve(&mut self) {
+        for _ in 0..STEPS {
+            let step = self.prior.step(&self.sums, &mut self.estimate);
+            if step < SMALL {
+                return;
+            }
+            if step.is_infinite() {
+                self.sums = LoadSums::default();
+                self.squares = 0.0;
+                self.estimate = self.prior.start();
+            }
+        }
+    }
+}
