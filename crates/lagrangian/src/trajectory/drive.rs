@@ -18,11 +18,11 @@ pub enum Constant {
 pub struct DriveLayout {
     /// The gain kₚ of all joints.
     pub kp: Option<Constant>,
-    /// The gain k_d of all joints.
+    /// The gain kᵈ of all joints.
     pub kd: Option<Constant>,
     /// The supply voltage of all joints, V.
     pub supply: Option<Constant>,
-    /// Whether gains are in N·m/rad and N·m·s/rad: then τ = kₚ (goal − q) − k_d q̇, and the recording has torques like any other.
+    /// Whether gains are in N·m/rad and N·m·s/rad: then τ = kₚ (goal − q) − kᵈ q̇, and the recording has torques like any other.
     pub si: bool,
 }
 
@@ -169,7 +169,7 @@ impl Recording {
         negative.map_or(Ok(()), |x| check(signal, *x))
     }
 
-    /// τ = kₚ (goal − q) − k_d q̇ in place of the goals; 0 where the motor is off.
+    /// τ = kₚ (goal − q) − kᵈ q̇ in place of the goals; 0 where the motor is off.
     fn torques_of_gains(&mut self) -> Result<()> {
         if self.kp.is_empty() {
             let problem = "gains are in SI units, but there is no `kp`";

@@ -33,7 +33,7 @@ pub struct Signals<T = Vec<f64>> {
     pub goal: T,
     /// Gains kₚ of position controllers, in the unit of the controller.
     pub kp: T,
-    /// Gains k_d of position controllers, in the unit of the controller.
+    /// Gains kᵈ of position controllers, in the unit of the controller.
     pub kd: T,
     /// Supply voltages of motors, V.
     pub supply: T,
@@ -63,7 +63,7 @@ pub enum Signal {
     Goal,
     /// Gains kₚ of position controllers.
     Kp,
-    /// Gains k_d of position controllers.
+    /// Gains kᵈ of position controllers.
     Kd,
     /// Supply voltages of motors.
     Supply,

@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::scalar::Scalar;
 
-/// The torque of a position-controlled motor, τₘ = V sat(a (kₚ (goal − q) − k_d q̇)) − e q̇ while it is on, else 0, with
+/// The torque of a position-controlled motor, τₘ = V sat(a (kₚ (goal − q) − kᵈ q̇)) − e q̇ while it is on, else 0, with
 /// |sat| at most `limit` (theory.md, equation 123).
 ///
-/// The unit of kₚ and k_d is that of the controller: the gain a absorbs it, the constant of the motor and the resistance of its
+/// The unit of kₚ and kᵈ is that of the controller: the gain a absorbs it, the constant of the motor and the resistance of its
 /// winding, which only appear as a product. Where no supply voltage V is recorded it is 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -27,7 +27,7 @@ pub struct Command {
     pub goal: f64,
     /// The gain of the position kₚ, in the unit of the controller.
     pub kp: f64,
-    /// The gain of the velocity k_d, in the unit of the controller.
+    /// The gain of the velocity kᵈ, in the unit of the controller.
     pub kd: f64,
     /// The voltage of the supply V, or 1.
     pub supply: f64,

@@ -15,7 +15,7 @@ pub(crate) struct Input {
 }
 
 impl Input {
-    /// The commands of these signals; kₚ and the supply are 1, k_d is 0 and the drive is on where they are not known.
+    /// The commands of these signals; kₚ and the supply are 1, kᵈ is 0 and the drive is on where they are not known.
     pub(crate) fn of(signals: &Signals, n: usize) -> Self {
         let known = |x: &[f64], k: usize, other: f64| x.get(k).copied().unwrap_or(other);
         let command = |(k, &goal): (usize, &f64)| Command {

@@ -127,8 +127,8 @@ impl<T: Scalar> Machine<T> {
     ) {
         self.mechanics(state, work);
         let n = self.dof();
-        for i in 0..n {
-            let (command, q, v) = (&commands[i], state.q[i], state.qd[i]);
+        for (i, command) in commands.iter().enumerate().take(n) {
+            let (q, v) = (state.q[i], state.qd[i]);
             let (gear, drive) = (&self.gears[i], &self.drives[i]);
             let commanded = drive.commanded(command, q, v);
             let induced = drive.damping(command);

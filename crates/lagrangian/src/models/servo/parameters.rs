@@ -193,9 +193,9 @@ impl Layout {
     pub(crate) fn start(&self, joints: &[Joint]) -> Vec<f64> {
         let n = self.n;
         let mut start = Vec::new();
-        for i in 0..n {
+        for (i, joint) in joints.iter().enumerate() {
             start.extend((0..i).map(|_| 0.0));
-            start.push(0.5 * joints[i].inertia.ln());
+            start.push(0.5 * joint.inertia.ln());
         }
         start.extend((1..n).map(|i| (0.2 * joints[i].inertia).ln()));
         start.extend((1..n).map(|_| 0.5_f64.ln()));

@@ -45,7 +45,7 @@ struct Segment<'a> {
     scale: f64,
 }
 
-/// JᵀWJ and JᵀWr of some residuals.
+/// The matrix and the right side of the normal equations of some residuals.
 #[derive(Debug, Clone)]
 struct Normal {
     matrix: Vec<f64>,
