@@ -69,7 +69,7 @@ pub const SETTINGS: &[Setting] = &[
         "Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques \
          and so many times that of all accelerations; 0 adds none",
     )
-    .or("0.0005"),
+    .or("0.0002"),
     Setting::new(
         "patience",
         Kind::Integer { min: 1, max: MOST },
