@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::least_squares::Part;
+use super::least_squares::{Part, jackknife};
 use super::terms::{RUBBING, Rubbing, friction_at};
 use super::{Filtered, Stretches};
 use crate::trajectory::Recording;
@@ -63,15 +63,9 @@ fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<Rub>> {
         left.push(sizes(&all)?);
         all.plus(part, 1.0);
     }
-    let count = left.len() as f64;
-    let error = |j: usize| {
-        let mean = left.iter().map(|l| l[j]).sum::<f64>() / count;
-        let squares = left.iter().map(|l| (l[j] - mean).powi(2)).sum::<f64>();
-        ((count - 1.0) / count * squares).sqrt()
-    };
     let rub = |(j, size): (usize, f64)| Rub {
         size,
-        error: error(j),
+        error: jackknife(left.iter().map(|l| l[j])),
     };
     let rubs: Vec<Rub> = whole.into_iter().enumerate().map(rub).collect();
     rubs.iter()

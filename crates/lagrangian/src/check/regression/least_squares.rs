@@ -166,6 +166,13 @@ struct Solution {
     inertial_part: f64,
 }
 
+/// The standard error of an estimate, from those without one stretch each (Efron 1982).
+pub(super) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = left.clone().count() as f64;
+    let mean = left.clone().sum::<f64>() / count;
+    ((count - 1.0) / count * left.map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()
+}
+
 pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<JointFit> {
     let mut all = Part::sum(parts)?;
     let whole = solve(&all, shifts)?;
@@ -176,11 +183,7 @@ pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<Joint
         solution.map(|s| (s.delay, s.inertia))
     };
     let left: Vec<(f64, f64)> = parts.iter().map(without).collect::<Option<_>>()?;
-    let scatter = |of: fn(&(f64, f64)) -> f64| {
-        let count = left.len() as f64;
-        let mean = left.iter().map(of).sum::<f64>() / count;
-        ((count - 1.0) / count * left.iter().map(|l| (of(l) - mean).powi(2)).sum::<f64>()).sqrt()
-    };
+    let scatter = |of: fn(&(f64, f64)) -> f64| jackknife(left.iter().map(of));
     Some(JointFit {
         delay: whole.delay * step,
         error: scatter(|l| l.0) * step,
