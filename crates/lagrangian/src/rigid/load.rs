@@ -21,6 +21,7 @@ pub fn is_body(load: &LoadParameters) -> bool {
 /// The torques of a body on a link of a robot, apart from those of the robot itself; it allocates nothing once it is made.
 ///
 /// ```
+/// use lagrangian::Quantities;
 /// use lagrangian::rigid::{self, LinkLoad, RigidBodies};
 ///
 /// let arm = RigidBodies::from_urdf(rigid::example("iiwa7").unwrap_or_default())?;
