@@ -28,7 +28,7 @@ use lagrangian::{Error, Result, State};
 /// let forward = FeedForward::new(&arm, &gains, &reference, control.lead())?;
 /// let mut controller = PayloadFeedForward::new(forward, &mut estimator)?;
 /// let mut simulation = Simulation::new(&loaded, &State::new(q, vec![0.0; 7]), control)?;
-/// simulation.run(&mut controller, 0.2);
+/// simulation.run(&mut controller, 0.5);
 ///
 /// let mass = estimator.load().map_or(0.0, |load| load[0]);
 /// assert!((mass - 2.0).abs() < 0.02);
