@@ -139,17 +139,28 @@ impl ServoConfig {
             ended: AtomicBool::new(false),
         };
         let chosen = self.choose(&motions, n, &watch);
-        watch.stage("fitting the servo", 0.95);
         let layout = self.layout(n, chosen.friction);
-        let fits = search::fit(layout, &all, chosen.stages, &|| watch.goes_on());
-        let parameters = fits.last().cloned().unwrap_or_default();
-        let error = |motions: &[&Recorded]| search::error(layout, &parameters, motions).powi(2);
+        let fitted = |motions: &[&Recorded]| {
+            let fits = search::fit(layout, motions, chosen.stages, &|| watch.goes_on());
+            fits.last().cloned().unwrap_or_default()
+        };
+        let error = |parameters: &[f64], motions: &[&Recorded]| {
+            search::error(layout, parameters, motions).powi(2)
+        };
+        watch.stage("fitting the servo", 0.9);
+        let mut parameters = fitted(&all);
+        let loss = error(&parameters, &all);
         let held = recorded(&dataset.validation, &dataset.validation_times);
         let held: Vec<&Recorded> = held.iter().collect();
+        let validation = (!held.is_empty()).then(|| error(&parameters, &held));
+        if validation.is_some() && watch.goes_on() {
+            watch.stage("fitting the servo to all motions", 0.95);
+            parameters = fitted(&[all, held].concat());
+        }
         Ok(Solution {
-            loss: error(&all),
-            validation: (!held.is_empty()).then(|| error(&held)),
-            model: Servo::new(dataset.coordinates.clone(), layout, parameters.clone())?.into(),
+            loss,
+            validation,
+            model: Servo::new(dataset.coordinates.clone(), layout, parameters)?.into(),
         })
     }
 
