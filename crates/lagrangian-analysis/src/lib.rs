@@ -37,6 +37,7 @@
 //!
 //! ```
 //! use lagrangian::{RolloutOptions, rollout};
+//! use lagrangian::mechanics::Applied;
 //! use lagrangian::rollout::{free, times};
 //! use lagrangian_analysis::conserved::{ConservedOptions, Physics, candidates, conserved};
 //!
@@ -44,7 +45,7 @@
 //! let orbit = rollout(&*planet, &[1.0, 0.0], &[0.0, 1.2], &times(10.0, 0.05)?, &free, &RolloutOptions::default())?;
 //! // The two coordinates are those of one point in the plane.
 //! let symmetries = candidates(planet.coordinates(), &[vec![0, 1]])?;
-//! let physics = Physics { model: &*planet, lagrangian: planet.lagrangian(), dissipation: None, actuation: None };
+//! let physics = Physics { model: &*planet, lagrangian: planet.lagrangian(), applied: Applied::default() };
 //! let found = conserved(&physics, &symmetries, &[orbit.trajectory], &ConservedOptions::default())?;
 //! let conserved: Vec<&str> = found.quantities.iter().filter(|q| q.symmetric).map(|q| q.name.as_str()).collect();
 //! assert_eq!(conserved, ["energy", "angular momentum"]);

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use clap::Args;
 use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::mechanics::Applied;
 use lagrangian::{Coordinates, Lagrangian, Learned};
 use lagrangian_analysis::conserved::Physics;
 
@@ -74,8 +75,7 @@ impl Subject {
             Self::System(system) => Ok(Physics {
                 model: &**system,
                 lagrangian: system.lagrangian(),
-                dissipation: None,
-                actuation: None,
+                applied: Applied::default(),
             }),
             Self::Model(model) => Ok(Physics {
                 model: &**model,
@@ -85,8 +85,10 @@ impl Subject {
                         "give one of the family lnn, delan or rigid",
                     )
                 })?,
-                dissipation: model.dissipation(),
-                actuation: model.actuation(),
+                applied: Applied {
+                    dissipation: model.dissipation(),
+                    actuation: model.actuation(),
+                },
             }),
         }
     }

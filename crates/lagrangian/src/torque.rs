@@ -82,13 +82,16 @@ pub fn parts(
         outcome.is_supported().then_some(tau)
     };
     let (whole, steady, still) = (torque(qd, qdd)?, torque(qd, &zero)?, torque(&zero, &zero)?);
-    let (mut friction, mut offset) = (zero.clone(), zero);
-    evaluator.friction_and_offset(qd, &mut friction, &mut offset);
+    // Friction in a gear depends on the torque, and is less without acceleration.
+    let (mut friction, mut unaccelerated, mut offset) = (zero.clone(), zero.clone(), zero);
+    evaluator.friction_and_offset(qd, &steady, &mut unaccelerated, &mut offset);
+    evaluator.friction_and_offset(qd, &whole, &mut friction, &mut offset);
     let difference =
         |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    let by_acceleration = difference(&friction, &unaccelerated);
     Some(TorqueParts {
-        inertial: difference(&whole, &steady),
-        coriolis: difference(&difference(&steady, &still), &friction),
+        inertial: difference(&difference(&whole, &steady), &by_acceleration),
+        coriolis: difference(&difference(&steady, &still), &unaccelerated),
         gravity: difference(&still, &offset),
         friction,
         offset,

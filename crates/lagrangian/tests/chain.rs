@@ -33,6 +33,7 @@ fn arm() -> Mechanical<RigidBodies> {
         coulomb: vec![1.0, 0.8, 0.4],
         smoothing: vec![0.05; 3],
         stribeck: None,
+        load: None,
     };
     Mechanical::dissipative(RigidBodies::from_urdf(ARM).unwrap(), friction).unwrap()
 }

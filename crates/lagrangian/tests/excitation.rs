@@ -156,6 +156,7 @@ fn truth(bodies: &RigidBodies) -> Mechanical<RigidBodies> {
         coulomb: vec![1.5; n],
         smoothing: vec![0.05; n],
         stribeck: None,
+        load: None,
     };
     Mechanical::dissipative(arm, friction).unwrap()
 }

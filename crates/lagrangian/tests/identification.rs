@@ -18,6 +18,7 @@ fn friction(n: usize) -> Dissipation {
         coulomb: (0..n).map(|i| 0.3 - 0.04 * i as f64).collect(),
         smoothing: vec![SMOOTHING; n],
         stribeck: None,
+        load: None,
     }
 }
 

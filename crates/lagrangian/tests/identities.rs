@@ -163,6 +163,7 @@ fn energy_changes_by_the_power_of_the_forces_and_of_friction() {
                 coulomb: vec![0.2; n],
                 smoothing: vec![0.1; n],
                 stribeck: None,
+                load: None,
             };
             let mut d = vec![0.0; n];
             friction.force(&start.qd, &mut d);

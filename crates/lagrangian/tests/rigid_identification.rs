@@ -5,8 +5,9 @@
 use lagrangian::rigid::{self, IdentifiedRobot, IdentifyOptions, Quantity, RigidBodies};
 use lagrangian::train::Samples;
 use lagrangian::{
-    Coordinates, Dataset, Dissipation, Error, Family, FitConfig, ForceTerms, Learned, Loss,
-    Mechanical, Model, Provenance, RigidConfig, RobotConfig, SavedModel, Signals, Trajectory, fit,
+    Coordinates, Dataset, Dissipation, Error, Evaluator, Family, FitConfig, ForceTerms, Learned,
+    Loss, Mechanical, Model, Provenance, RigidConfig, RobotConfig, SavedModel, Signals, Trajectory,
+    fit,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -171,6 +172,7 @@ fn rotors_offsets_and_friction_are_found_with_the_masses() {
         coulomb: vec![1.0; n],
         smoothing: vec![0.05; n],
         stribeck: None,
+        load: None,
     };
     let truth = Mechanical::dissipative(bodies, friction).unwrap();
     let config = FitConfig {
@@ -438,6 +440,7 @@ fn standard_errors_are_the_scatter_of_the_parameters_where_noise_lasts() {
         coulomb: vec![0.5; 2],
         smoothing: vec![0.05; 2],
         stribeck: None,
+        load: None,
     };
     let truth = Mechanical::dissipative(arm, friction).unwrap();
     let robot = RobotConfig::new(rigid::example("two_link_arm").unwrap(), Vec::new()).unwrap();
@@ -482,6 +485,61 @@ fn standard_errors_are_the_scatter_of_the_parameters_where_noise_lasts() {
             assert!(own().all(Quantity::is_determined));
         }
     }
+}
+
+#[test]
+fn a_gear_that_loses_a_share_of_its_torque_is_told_from_one_that_does_not() {
+    let friction = |load: Option<Vec<f64>>| Dissipation {
+        coulomb: vec![0.5; 2],
+        smoothing: vec![0.05; 2],
+        load,
+        ..Dissipation::viscous(vec![0.3; 2])
+    };
+    let robot = RobotConfig::new(rigid::example("two_link_arm").unwrap(), Vec::new()).unwrap();
+    for load in [None, Some(vec![0.25, 0.1])] {
+        let arm = Mechanical::dissipative(crate::robot("two_link_arm"), friction(load.clone()));
+        let arm = arm.unwrap();
+        let (train, held) = (motion(&arm, 1, 0.05, 0.0), motion(&arm, 2, 0.05, 0.0));
+        let data = Dataset::new(arm.coordinates().clone(), &[train], &[held]).unwrap();
+        let found = rigid::identify(&data, &robot, &IdentifyOptions::default()).unwrap();
+        let own = found.model.motion().dissipation().unwrap();
+        match (&load, &own.load) {
+            (None, None) => (),
+            (Some(expected), Some(own)) => {
+                let near = own.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.02);
+                assert!(near, "{own:?}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn the_recursions_of_a_robot_with_friction_agree_with_the_derivatives_of_its_lagrangian() {
+    let friction = Dissipation {
+        coulomb: vec![0.5; 7],
+        smoothing: vec![0.05; 7],
+        load: Some(vec![0.2; 7]),
+        ..Dissipation::viscous(vec![0.3; 7])
+    };
+    let arm = Mechanical::dissipative(robot("iiwa7"), friction).unwrap();
+    let data = samples(&arm, 20, 0.0, 3);
+    let (mut fast, mut slow) = (arm.evaluator(), arm.mechanics().unwrap());
+    let mut both = |call: &dyn Fn(&mut dyn Evaluator, &mut [f64])| {
+        let (mut a, mut b) = (vec![0.0; 140], vec![0.0; 140]);
+        call(&mut *fast, &mut a);
+        call(&mut slow, &mut b);
+        let size = b.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() < 1e-10 * size, "{a} {b}");
+        }
+    };
+    both(&|e, x| drop(e.inverse_dynamics(&data.q, &data.qd, &data.qdd, x)));
+    both(&|e, x| drop(e.forward_dynamics(&data.q, &data.qd, &data.tau, x)));
+    both(&|e, x| drop(e.bias(&data.q, &data.qd, x)));
+    both(&|e, x| drop(e.momentum(&data.q, &data.qd, x)));
+    both(&|e, x| e.friction_and_offset(&data.qd, &data.tau, x, &mut [0.0; 140]));
+    both(&|e, x| drop(e.energy(&data.q, &data.qd, &mut x[..20])));
 }
 
 #[test]

@@ -268,6 +268,7 @@ mod families {
             coulomb: vec![0.0, 0.2],
             smoothing: vec![0.01; 2],
             stribeck: None,
+            load: None,
         };
         let mlp = |direction| {
             let config = MlpConfig {

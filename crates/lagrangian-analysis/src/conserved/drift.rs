@@ -66,15 +66,8 @@ fn forces(physics: &Physics<'_>, motion: &Trajectory, under: Forces) -> Vec<f64>
         .values(Signal::Tau)
         .filter(|_| under == Forces::Recorded);
     let recorded = recorded.unwrap_or(&zeros);
-    let mut force = recorded.to_vec();
-    if let Some(actuation) = physics.actuation {
-        actuation.forces(recorded, &mut force);
-    }
-    if let Some(dissipation) = physics.dissipation {
-        let mut friction = zeros;
-        dissipation.force(&motion.qd, &mut friction);
-        force.iter_mut().zip(&friction).for_each(|(f, d)| *f -= d);
-    }
+    let mut force = zeros.clone();
+    physics.applied.exerted(&motion.qd, recorded, &mut force);
     force
 }
 

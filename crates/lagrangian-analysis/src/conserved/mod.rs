@@ -19,10 +19,9 @@ pub use symmetry::{Symmetry, candidates, points_by_name};
 
 use charge::Charge;
 use drift::Forces;
+use lagrangian::mechanics::Applied;
 use lagrangian::rollout::free;
-use lagrangian::{
-    Actuation, Dissipation, Error, Lagrangian, Model, Result, RolloutOptions, Trajectory, rollout,
-};
+use lagrangian::{Error, Lagrangian, Model, Result, RolloutOptions, Trajectory, rollout};
 use states::States;
 
 /// A model, its Lagrangian and its forces.
@@ -32,10 +31,9 @@ pub struct Physics<'a> {
     pub model: &'a dyn Model,
     /// The Lagrangian of the model.
     pub lagrangian: &'a dyn Lagrangian,
-    /// The friction of the model, where it has any.
-    pub dissipation: Option<&'a Dissipation>,
-    /// The map from recorded inputs to forces, where the recordings do not hold the forces themselves.
-    pub actuation: Option<&'a Actuation>,
+    /// The friction of the model, and the map from recorded inputs to forces where the recordings do not hold the forces
+    /// themselves.
+    pub applied: Applied<'a>,
 }
 
 /// Settings of the search for conserved quantities.

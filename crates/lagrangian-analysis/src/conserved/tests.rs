@@ -3,15 +3,16 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use lagrangian::Dissipation;
 use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::mechanics::Applied;
 use lagrangian::rollout::{record_forces, rollout_many, sines, times, with_friction};
 
 fn physics(system: &dyn AnalyticModel) -> Physics<'_> {
     Physics {
         model: system,
         lagrangian: system.lagrangian(),
-        dissipation: None,
-        actuation: None,
+        applied: Applied::default(),
     }
 }
 
@@ -196,8 +197,10 @@ fn the_work_of_forces_and_friction_is_taken_off() {
     let physics = Physics {
         model: &damped,
         lagrangian: cart.lagrangian(),
-        dissipation: damped.dissipation(),
-        actuation: None,
+        applied: Applied {
+            dissipation: damped.dissipation(),
+            actuation: None,
+        },
     };
     let all = candidates(cart.coordinates(), &[]).unwrap();
     let found = conserved(&physics, &all, &[motion], &ConservedOptions::default()).unwrap();

@@ -26,7 +26,7 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_unwritable()?;
     let subject = args.subject.open()?;
     let physics = subject.physics()?;
-    if physics.dissipation.is_some() {
+    if physics.applied.dissipation.is_some() {
         eprintln!(
             "note: the model has friction, which has no action: the paths are those without it"
         );

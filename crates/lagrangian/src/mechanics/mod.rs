@@ -21,7 +21,8 @@ pub use dynamics::{
     bias, energy, forward, inverse, momenta,
 };
 pub use forces::{
-    Actuation, Command, Dissipation, Drive, GearFriction, Load, Scalar, Sensitive, Stribeck,
+    Actuation, Applied, Command, Dissipation, Drive, GearFriction, Load, Scalar, Sensitive,
+    Stribeck,
 };
 pub use hamiltonian::{
     Canonical, Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, LagrangianOf,

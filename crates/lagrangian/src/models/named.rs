@@ -97,6 +97,9 @@ impl<'a> Named<'a> {
             self.add("stribeck", &stribeck.height, force);
             self.add("stribeck_speed", &stribeck.speed, speed);
         }
+        if let Some(load) = &d.load {
+            self.add("load_share", load, |_| String::new());
+        }
     }
 
     fn actuation(&mut self, actuation: &Actuation) {

@@ -207,6 +207,7 @@ impl RigidBodies {
             coulomb,
             smoothing: vec![smoothing; self.dof()],
             stribeck: None,
+            load: None,
         };
         dissipation.validate(self.dof())?;
         Ok(Some(dissipation))
@@ -291,6 +292,10 @@ impl Lagrangian for RigidBodies {
 
     fn jets(&self) -> Box<dyn Jets + '_> {
         Box::new(self.dynamics())
+    }
+
+    fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
+        Some(Box::new(self.dynamics()))
     }
 }
 

@@ -164,6 +164,7 @@ impl Known<'_> {
         if let Some(friction) = self.friction {
             kinds.push((DAMPING, Some(tree.damping[i]), friction.viscous[i]));
             kinds.push((FRICTION, Some(tree.friction[i]), friction.coulomb[i]));
+            kinds.extend(friction.load.iter().map(|load| (LOAD_SHARE, None, load[i])));
         }
         let kinds = kinds.into_iter().enumerate();
         let quantity = |(kind, (of, before, after)): (usize, (OfJoint, Option<f64>, f64))| {
@@ -235,6 +236,8 @@ const ROTOR: OfJoint = OfJoint::new("rotor", "kg·m²", "kg");
 const OFFSET: OfJoint = OfJoint::new("offset", "N·m", "N");
 const DAMPING: OfJoint = OfJoint::new("damping", "N·m·s/rad", "N·s/m").in_urdf();
 const FRICTION: OfJoint = OfJoint::new("friction", "N·m", "N").in_urdf();
+
+const LOAD_SHARE: OfJoint = OfJoint::new("load share", "", "");
 
 /// The quantities of a link with this frame in its body.
 fn of_link(inertia: &Inertia, frame: &Frame) -> [f64; PER_BODY] {

@@ -111,7 +111,8 @@ pub(crate) enum Coefficient {
 
 impl Prior {
     /// Bodies that differ in nothing but their place, 3 kg with a radius of gyration of 0.1 m, and `of_joint` coefficients of
-    /// each joint: rotors of 0.1 kg·m², no offsets but for a tenth, and friction of a tenth of the deviation `scale` of the torques, `[n]`.
+    /// each joint: rotors of 0.1 kg·m², no offsets but for a tenth, friction of a tenth of the deviation `scale` of the torques, `[n]`,
+    /// and of 3 % of the load.
     pub(crate) fn generic(scale: &[f64], of_joint: usize) -> Self {
         let (mass, gyration) = (3.0, 0.1);
         let moment = 2.0 * mass * gyration * gyration;
@@ -119,6 +120,7 @@ impl Prior {
         let coefficient = |kind: usize, scale: f64| match kind {
             0 => Coefficient::Positive(0.1),
             1 => Coefficient::Around0(0.1 * scale),
+            4 => Coefficient::Positive(0.03),
             _ => Coefficient::Positive(0.1 * scale),
         };
         let kinds = (0..of_joint).flat_map(|kind| scale.iter().map(move |s| coefficient(kind, *s)));

@@ -2,7 +2,7 @@
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
-//! | yⱼ | regressor of joint j: the inertial parameters of all bodies, then the joint's own rotor, offset, viscous friction, and Coulomb friction for each smoothing speed | P = 10 n + 3 + S |
+//! | yⱼ | regressor of joint j: the inertial parameters of all bodies, then the joint's own rotor, offset, viscous friction, and Coulomb friction and friction by the load for each smoothing speed | P = 10 n + 3 + 2 S |
 //! | Gⱼ, rⱼ | Σ yⱼ yⱼᵀ and Σ yⱼ τⱼ | P × P, P |
 //! | π | bodies, rotors, offsets, then viscous friction and Coulomb friction for each speed in use | K |
 
@@ -28,8 +28,20 @@ pub(crate) enum Friction {
     Frictionless,
     /// Viscous and Coulomb friction, the latter with one smoothing speed for each joint, `[n]`.
     Coulomb(Vec<usize>),
+    /// The same and friction in proportion to the torque.
+    Loaded(Vec<usize>),
     /// Viscous friction, and Coulomb friction with all smoothing speeds at once.
     Every,
+}
+
+impl Friction {
+    /// The smoothing speed of each joint, `[n]`, where there is one.
+    pub(crate) fn speeds(&self) -> Option<&[usize]> {
+        match self {
+            Self::Coulomb(speeds) | Self::Loaded(speeds) => Some(speeds),
+            Self::Frictionless | Self::Every => None,
+        }
+    }
 }
 
 /// Sums over samples.
@@ -103,7 +115,7 @@ impl JointSums {
 
     /// Sums over no samples.
     pub(crate) fn zero(n: usize, speeds: usize) -> Self {
-        let size = PER_BODY * n + 3 + speeds;
+        let size = PER_BODY * n + 3 + 2 * speeds;
         Self {
             samples: 0,
             speeds,
@@ -133,7 +145,7 @@ impl JointSums {
     ) -> Self {
         let (n, rows) = (robot.dof(), range.len());
         let bodies = PER_BODY * n;
-        let mut regressors = vec![Mat::<f64>::zeros(rows, bodies + 3 + speeds.len()); n];
+        let mut regressors = vec![Mat::<f64>::zeros(rows, bodies + 3 + 2 * speeds.len()); n];
         let (mut dynamics, mut own) = (robot.dynamics(), vec![0.0; n * bodies]);
         for (row, s) in range.clone().enumerate() {
             let x = samples.row(s);
@@ -150,7 +162,9 @@ impl JointSums {
                 y[(row, bodies + 1)] = 1.0;
                 y[(row, bodies + 2)] = x.qd[j];
                 for (k, speed) in speeds.iter().enumerate() {
-                    y[(row, bodies + 3 + k)] = (x.qd[j] / speed).tanh();
+                    let direction = (x.qd[j] / speed).tanh();
+                    y[(row, bodies + 3 + k)] = direction;
+                    y[(row, bodies + 3 + speeds.len() + k)] = direction * x.tau[j].abs();
                 }
             }
         }
@@ -190,6 +204,7 @@ impl JointSums {
         match friction {
             Friction::Frictionless => 2,
             Friction::Coulomb(_) => 4,
+            Friction::Loaded(_) => 5,
             Friction::Every => 3 + self.speeds,
         }
     }
@@ -200,6 +215,9 @@ impl JointSums {
         let of_joint: Vec<usize> = match friction {
             Friction::Frictionless => vec![0, 1],
             Friction::Coulomb(speeds) => vec![0, 1, 2, 3 + speeds[j]],
+            Friction::Loaded(speeds) => {
+                vec![0, 1, 2, 3 + speeds[j], 3 + self.speeds + speeds[j]]
+            }
             Friction::Every => (0..3 + self.speeds).collect(),
         };
         let own = of_joint

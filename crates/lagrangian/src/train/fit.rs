@@ -35,7 +35,7 @@ impl Default for Optimizer {
 }
 
 /// The weight of the accelerations after a fit of torques where nothing else is asked for.
-pub(super) const FORWARD: f64 = 2e-4;
+pub(super) const FORWARD: f64 = 1.5e-4;
 
 /// The length of a fit whose request gives neither steps nor seconds, s.
 pub(super) const SECONDS: f64 = 60.0;

@@ -1,6 +1,6 @@
 //! Friction and actuation in training: forces of each coordinate that are learned with the Lagrangian.
 //!
-//! The balance that is trained is M q̈ + c + d(q̇) + o + J q̈ = B u. Whatever a term adds to the left side depends on a
+//! The balance that is trained is M q̈ + c + d(q̇, B u − o) + o + J q̈ = B u. Whatever a term adds to the left side depends on a
 //! few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
 
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,8 @@ pub struct ForceTerms {
     pub coulomb: bool,
     /// Whether Stribeck friction h tanh(q̇ / vₛ) exp(−(q̇ / vₕ)²) is learned, with vₛ and vₕ.
     pub stribeck: bool,
+    /// Whether friction in proportion to the force F of the drive l |F| tanh(q̇ / vₛ) is learned, with vₛ.
+    pub load: bool,
     /// Whether constant torques o are learned.
     pub offset: bool,
     /// Whether the inertias J of rotors are learned, as seen by their joints, for families with a mass matrix.
@@ -35,6 +37,10 @@ pub(crate) const FORCE_NAMES: &[Named] = &[
     named(
         "stribeck",
         "What friction near standstill exceeds Coulomb friction by, with its speed",
+    ),
+    named(
+        "load",
+        "Friction in proportion to the force of the drive, as in gears",
     ),
     named("offset", "A constant torque: the offset of a sensor"),
     named("rotor", "The inertia of a rotor behind a gear (delan)"),
@@ -91,6 +97,7 @@ impl ForceTerms {
             viscous: friction || wanted("viscous"),
             coulomb: friction || wanted("coulomb"),
             stribeck: wanted("stribeck"),
+            load: wanted("load"),
             offset: wanted("offset"),
             rotor: wanted("rotor"),
             input: match (wanted("input-matrix"), wanted("gains")) {
@@ -108,17 +115,18 @@ impl ForceTerms {
     }
 
     fn dissipates(&self) -> bool {
-        self.viscous || self.coulomb || self.stribeck
+        self.viscous || self.coulomb || self.stribeck || self.load
     }
 
     fn list(&self, n: usize) -> Vec<Term> {
-        let dry = self.coulomb || self.stribeck;
+        let dry = self.coulomb || self.stribeck || self.load;
         let mut list: Vec<Term> = [
             (self.viscous, Term::Viscous),
             (self.coulomb, Term::Coulomb),
             (dry, Term::Smoothing),
             (self.stribeck, Term::Stribeck),
             (self.stribeck, Term::StribeckSpeed),
+            (self.load, Term::Load),
             (self.offset, Term::Offset),
             (self.rotor, Term::Rotor),
             (self.input == Input::Gains, Term::Gain),
@@ -141,6 +149,7 @@ enum Term {
     Smoothing,
     Stribeck,
     StribeckSpeed,
+    Load,
     Offset,
     Rotor,
     Gain,
@@ -149,6 +158,9 @@ enum Term {
 
 /// The largest change of a speed from its initial value, as a logarithm.
 const SPEED_RANGE: f64 = 2.5;
+
+/// The largest share of the force of a drive that its gear takes.
+const MOST_LOAD: f64 = 0.9;
 
 /// The smallest gain of a joint; its sign is that of the sensor, which `check` tests.
 const LEAST_GAIN: f64 = 0.05;
@@ -207,7 +219,7 @@ impl Forces {
     /// The initial parameters: little friction, inputs as recorded.
     pub(crate) fn initial(&self) -> Vec<f64> {
         let first = |term: &Term, i: usize| match term {
-            Term::Viscous | Term::Coulomb | Term::Rotor => 0.01,
+            Term::Viscous | Term::Coulomb | Term::Load | Term::Rotor => 0.01,
             Term::Stribeck => 0.003,
             Term::Smoothing | Term::StribeckSpeed | Term::Offset => 0.0,
             Term::Gain => 1.0,
@@ -228,6 +240,7 @@ impl Forces {
                 Term::Viscous | Term::Coulomb | Term::Stribeck | Term::Rotor => {
                     row.iter_mut().for_each(|x| *x = x.max(0.0));
                 }
+                Term::Load => row.iter_mut().for_each(|x| *x = x.clamp(0.0, MOST_LOAD)),
                 Term::Smoothing | Term::StribeckSpeed => row
                     .iter_mut()
                     .for_each(|x| *x = x.clamp(-SPEED_RANGE, SPEED_RANGE)),
@@ -247,6 +260,22 @@ impl Forces {
 
     fn stribeck_speed(&self, extra: &[f64], i: usize) -> f64 {
         STRIBECK * self.qd[i] * self.value(extra, Term::StribeckSpeed, i).exp()
+    }
+
+    /// The force F = B u − o that drive `i` exerts on its gear, N·m.
+    fn transmitted(&self, extra: &[f64], i: usize, tau: &[f64]) -> f64 {
+        let n = self.n();
+        let (mut force, mut mapped) = (0.0, false);
+        for (k, term) in self.terms.iter().enumerate() {
+            let input = match *term {
+                Term::Gain => i,
+                Term::Input(j) => j,
+                _ => continue,
+            };
+            (force, mapped) = (force + extra[k * n + i] * tau[input], true);
+        }
+        let force = if mapped { force } else { tau[i] };
+        force - self.tau[i] * self.value(extra, Term::Offset, i)
     }
 
     /// Inertia J of the rotor of coordinate `i`, kg·m².
@@ -272,6 +301,11 @@ impl Forces {
         let (sign, hump) = (ratio.tanh(), (-slow * slow).exp());
         let coulomb = self.tau[i] * self.value(extra, Term::Coulomb, i);
         let static_excess = self.tau[i] * self.value(extra, Term::Stribeck, i) * hump;
+        let transmitted = self.transmitted(extra, i, drive.tau);
+        let loss = self.value(extra, Term::Load, i) * sign;
+        let load = self.value(extra, Term::Load, i) * transmitted.abs();
+        // The part of a change of F that is not lost in the gear.
+        let through = 1.0 - loss * transmitted.signum();
         let gains = self
             .terms
             .iter()
@@ -284,11 +318,12 @@ impl Forces {
                 Term::Viscous => (self.tau[i] / self.qd[i] * drive.qd, true),
                 Term::Coulomb => (self.tau[i] * sign, true),
                 Term::Smoothing => (
-                    -(coulomb + static_excess) * (1.0 - sign * sign) * ratio,
+                    -(coulomb + static_excess + load) * (1.0 - sign * sign) * ratio,
                     false,
                 ),
                 Term::Stribeck => (self.tau[i] * sign * hump, true),
                 Term::StribeckSpeed => (2.0 * static_excess * sign * slow * slow, false),
+                Term::Load => (sign * transmitted.abs(), true),
                 Term::Offset => (self.tau[i], true),
                 Term::Rotor => (self.tau[i] / self.qdd[i] * drive.qdd, true),
                 Term::Gain => (-drive.tau[i], true),
@@ -296,7 +331,11 @@ impl Forces {
             };
             // The one entry of B that keeps the unit of energy is not learned.
             let fixed = i == 0 && matches!(term, Term::Gain | Term::Input(0));
-            *slope = if fixed { 0.0 } else { by_parameter };
+            let kept = match term {
+                Term::Offset | Term::Gain | Term::Input(_) => through,
+                _ => 1.0,
+            };
+            *slope = if fixed { 0.0 } else { by_parameter * kept };
             force += if linear {
                 by_parameter * parameter
             } else {
@@ -307,7 +346,7 @@ impl Forces {
     }
 
     /// The slope of that force over the velocity of its coordinate, N·m·s/rad.
-    pub(crate) fn velocity_slope(&self, extra: &[f64], i: usize, qd: f64) -> f64 {
+    pub(crate) fn velocity_slope(&self, extra: &[f64], i: usize, qd: f64, tau: &[f64]) -> f64 {
         if self.terms.is_empty() {
             return 0.0;
         }
@@ -316,7 +355,8 @@ impl Forces {
         let viscous = self.tau[i] / self.qd[i] * self.value(extra, Term::Viscous, i);
         let coulomb = self.tau[i] * self.value(extra, Term::Coulomb, i);
         let excess = self.tau[i] * self.value(extra, Term::Stribeck, i) * hump;
-        let bend = (coulomb + excess) * (1.0 - sign * sign) / speed;
+        let load = self.value(extra, Term::Load, i) * self.transmitted(extra, i, tau).abs();
+        let bend = (coulomb + excess + load) * (1.0 - sign * sign) / speed;
         viscous + bend - 2.0 * excess * sign * qd / (slow * slow)
     }
 
@@ -333,6 +373,9 @@ impl Forces {
             coulomb: force(Term::Coulomb),
             smoothing: each(&|i| self.smoothing(extra, i)),
             stribeck,
+            load: terms
+                .load
+                .then(|| each(&|i| self.value(extra, Term::Load, i))),
         })
     }
 

@@ -361,7 +361,8 @@ impl<T: Real> Work<T> {
     ) {
         let n = self.mechanics.jet.n();
         for i in 0..n {
-            let slope = forces.velocity_slope(parameters, i, self.states.qd[s * n + i]);
+            let tau = &self.states.tau[s * n..(s + 1) * n];
+            let slope = forces.velocity_slope(parameters, i, self.states.qd[s * n + i], tau);
             slopes[i * 2 * n + n + i] += slope / energy;
         }
     }

@@ -71,6 +71,7 @@ fn all_forces(input: Input) -> ForceTerms {
         viscous: true,
         coulomb: true,
         stribeck: true,
+        load: true,
         offset: true,
         rotor: true,
         input,
@@ -175,7 +176,7 @@ fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss
                 constant: shape.config.has_constant_momentum(),
                 weights: &weights,
                 forces: forces(all_forces(input), n),
-                chords: 12,
+                chords: 20,
             };
             f(
                 &learner,

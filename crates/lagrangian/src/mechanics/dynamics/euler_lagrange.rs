@@ -2,7 +2,7 @@
 
 use super::{Evaluation, Evaluator, forward, inverse};
 use crate::Coordinates;
-use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::forces::{Actuation, Applied, Dissipation};
 use crate::mechanics::lagrangian::{Jet, Jets, Lagrangian};
 use crate::mechanics::solve::SymmetricSolver;
 
@@ -32,8 +32,7 @@ impl Slopes {
 pub struct EulerLagrange<'a> {
     coordinates: &'a Coordinates,
     jets: Box<dyn Jets + 'a>,
-    dissipation: Option<&'a Dissipation>,
-    actuation: Option<&'a Actuation>,
+    applied: Applied<'a>,
     jet: Jet,
     force: Vec<f64>,
     solver: SymmetricSolver,
@@ -46,8 +45,10 @@ impl<'a> EulerLagrange<'a> {
         Self {
             coordinates: lagrangian.coordinates(),
             jets: lagrangian.jets(),
-            dissipation,
-            actuation: None,
+            applied: Applied {
+                dissipation,
+                actuation: None,
+            },
             jet: Jet::default(),
             force: Vec::new(),
             solver: SymmetricSolver::new(lagrangian.coordinates().dof()),
@@ -56,8 +57,9 @@ impl<'a> EulerLagrange<'a> {
 
     /// The same evaluator with inputs instead of forces, which must have the coordinates of the Lagrangian.
     #[must_use]
-    pub fn driven(self, actuation: Option<&'a Actuation>) -> Self {
-        Self { actuation, ..self }
+    pub fn driven(mut self, actuation: Option<&'a Actuation>) -> Self {
+        self.applied.actuation = actuation;
+        self
     }
 
     /// Evaluates L; its derivatives by parameters become those of coordinates that never move.
@@ -90,13 +92,7 @@ impl<'a> EulerLagrange<'a> {
     /// Writes τ − d to `force`.
     fn sum_forces(&mut self, qd: &[f64], tau: &[f64]) {
         self.force.resize(qd.len(), 0.0);
-        match self.actuation {
-            Some(actuation) => actuation.forces(tau, &mut self.force),
-            None => self.force.copy_from_slice(tau),
-        }
-        if let Some(dissipation) = self.dissipation {
-            dissipation.subtract(qd, &mut self.force);
-        }
+        self.applied.exerted(qd, tau, &mut self.force);
         Self::release(self.coordinates, &mut self.force);
     }
 
@@ -129,12 +125,7 @@ impl Evaluator for EulerLagrange<'_> {
     ) -> Evaluation {
         self.evaluate(q, qd);
         inverse(&self.jet, self.solver.n(), qdd, tau);
-        if let Some(dissipation) = self.dissipation {
-            dissipation.add(qd, tau);
-        }
-        if let Some(actuation) = self.actuation {
-            actuation.inputs(tau);
-        }
+        self.applied.needed(qd, tau);
         Self::release(self.coordinates, tau);
         Evaluation::of(tau, self.solver.n(), 0)
     }
@@ -163,17 +154,13 @@ impl Evaluator for EulerLagrange<'_> {
         Evaluation::of(energy, 1, 0)
     }
 
-    fn friction_and_offset(&mut self, qd: &[f64], friction: &mut [f64], offset: &mut [f64]) {
-        friction.fill(0.0);
-        offset.fill(0.0);
-        if let Some(dissipation) = self.dissipation {
-            dissipation.force(qd, friction);
-        }
-        if let Some(actuation) = self.actuation {
-            actuation.inputs(friction);
-            actuation.inputs(offset);
-            let pairs = friction.iter_mut().zip(offset);
-            pairs.for_each(|(tau, still)| *tau -= *still);
-        }
+    fn friction_and_offset(
+        &mut self,
+        qd: &[f64],
+        tau: &[f64],
+        friction: &mut [f64],
+        offset: &mut [f64],
+    ) {
+        self.applied.friction_and_offset(qd, tau, friction, offset);
     }
 }

@@ -109,10 +109,16 @@ pub trait Evaluator {
         Evaluation::Unsupported
     }
 
-    /// Writes the part of inverse dynamics that friction makes, and the part that neither state nor acceleration changes
-    /// where the model tells it from gravity; 0 where it has none.
-    fn friction_and_offset(&mut self, qd: &[f64], friction: &mut [f64], offset: &mut [f64]) {
-        let _ = qd;
+    /// Writes the part of τ that friction makes, and the part that neither state nor acceleration changes where the model
+    /// tells it from gravity; 0 where it has none.
+    fn friction_and_offset(
+        &mut self,
+        qd: &[f64],
+        tau: &[f64],
+        friction: &mut [f64],
+        offset: &mut [f64],
+    ) {
+        let _ = (qd, tau);
         friction.fill(0.0);
         offset.fill(0.0);
     }

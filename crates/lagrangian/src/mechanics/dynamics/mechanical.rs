@@ -1,7 +1,7 @@
 //! A Lagrangian with friction and inputs as a model.
 
-use super::{EulerLagrange, Evaluator, Model};
-use crate::mechanics::forces::{Actuation, Dissipation};
+use super::{EulerLagrange, Evaluator, Forced, Model};
+use crate::mechanics::forces::{Actuation, Applied, Dissipation};
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::{Coordinates, Error, Result};
 
@@ -73,9 +73,17 @@ impl<L: Lagrangian> Mechanical<L> {
         })
     }
 
-    fn motion(&self) -> EulerLagrange<'_> {
+    pub(crate) fn motion(&self) -> EulerLagrange<'_> {
         let motion = EulerLagrange::new(&self.lagrangian, self.dissipation.as_ref());
         motion.driven(self.actuation.as_ref())
+    }
+
+    /// Its friction and inputs.
+    pub(crate) fn applied(&self) -> Applied<'_> {
+        Applied {
+            dissipation: self.dissipation.as_ref(),
+            actuation: self.actuation.as_ref(),
+        }
     }
 
     /// The map from its inputs to its forces; none where the inputs are the forces.
@@ -97,7 +105,10 @@ impl<L: Lagrangian> Model for Mechanical<L> {
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        Box::new(self.motion())
+        match self.lagrangian.recursions() {
+            Some(recursions) => Box::new(Forced::new(recursions, self.applied())),
+            None => Box::new(self.motion()),
+        }
     }
 
     fn mechanics(&self) -> Option<EulerLagrange<'_>> {

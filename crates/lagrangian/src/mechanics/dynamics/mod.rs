@@ -27,6 +27,7 @@
 mod equation;
 mod euler_lagrange;
 mod evaluator;
+mod forced;
 mod mechanical;
 mod quantities;
 
@@ -36,6 +37,7 @@ use crate::{Coordinates, Result, Trajectory};
 pub use equation::{bias, energy, forward, inverse, momenta};
 pub use euler_lagrange::{EulerLagrange, Slopes};
 pub use evaluator::{Evaluation, Evaluator, PhaseFlow};
+pub(crate) use forced::Forced;
 pub use mechanical::Mechanical;
 pub use quantities::Quantities;
 

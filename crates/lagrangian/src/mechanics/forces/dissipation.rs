@@ -1,11 +1,12 @@
-//! Forces that take energy out: viscous, smooth Coulomb and Stribeck friction, coefficients for each coordinate.
+//! Forces that take energy out: viscous, smooth Coulomb and Stribeck friction, and friction in proportion to the load of a
+//! gear, coefficients for each coordinate.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
-/// Friction dᵢ(q̇) = bᵢ q̇ᵢ + tanh(q̇ᵢ / vₛᵢ) [cᵢ + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = τ − d
-/// (theory.md, equations 4, 24 and 36).
+/// Friction dᵢ = bᵢ q̇ᵢ + tanh(q̇ᵢ / vₛᵢ) [cᵢ + lᵢ |Fᵢ| + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = F − d
+/// with the force F of the drive (theory.md, equations 4, 24, 36 and 130).
 ///
 /// All coefficients are non-negative, so that the power d·q̇ taken out is never negative.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,6 +21,9 @@ pub struct Dissipation {
     /// The excess of friction near standstill over Coulomb friction, if there is one (Stribeck 1902).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stribeck: Option<Stribeck>,
+    /// The shares l of the drive's force that friction in its gear takes, below 1, `[n]`, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load: Option<Vec<f64>>,
 }
 
 /// The excess of static over Coulomb friction: hᵢ exp(−(q̇ᵢ / vₕᵢ)²).
@@ -41,6 +45,7 @@ impl Dissipation {
             smoothing: vec![1.0; coefficients.len()],
             viscous: coefficients,
             stribeck: None,
+            load: None,
         }
     }
 
@@ -48,7 +53,7 @@ impl Dissipation {
     ///
     /// # Errors
     /// [`Error::Shape`] where there are not `n` of each; [`Error::Argument`] where one is negative or not
-    /// finite, or a speed is not positive.
+    /// finite, a speed is not positive, or a share of the load is not below 1.
     pub fn validate(&self, n: usize) -> Result<()> {
         let mut lists = vec![
             ("viscous friction", &self.viscous, COEFFICIENT),
@@ -58,6 +63,12 @@ impl Dissipation {
         if let Some(stribeck) = &self.stribeck {
             lists.push(("Stribeck friction", &stribeck.height, COEFFICIENT));
             lists.push(("Stribeck speed", &stribeck.speed, SPEED));
+        }
+        if let Some(load) = &self.load {
+            lists.push(("friction by the load", load, COEFFICIENT));
+            if let Some(share) = load.iter().find(|share| **share >= 1.0) {
+                return Err(Error::argument("friction by the load", share, SHARE));
+            }
         }
         for (name, list, must) in lists {
             Error::check_shape(name, list.len(), n, "give one coefficient per coordinate")?;
@@ -69,23 +80,38 @@ impl Dissipation {
         Ok(())
     }
 
-    /// Writes d at `m` states; `qd` and `force` are `[m, n]`.
+    /// Writes d at `m` states without a load; `qd` and `force` are `[m, n]`.
     pub fn force(&self, qd: &[f64], force: &mut [f64]) {
-        self.each(qd, force, |force, d| *force = d);
+        self.each(qd, force, |force, own, _| *force = own);
     }
 
-    /// Adds d to the forces at `m` states.
-    pub(crate) fn add(&self, qd: &[f64], force: &mut [f64]) {
-        self.each(qd, force, |force, d| *force += d);
+    /// Replaces the forces F of `m` drives by F − d, `[m, n]`.
+    pub fn take_out(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, own, share| {
+            *force -= own + share * force.abs()
+        });
     }
 
-    /// Subtracts d from the forces at `m` states.
-    pub(crate) fn subtract(&self, qd: &[f64], force: &mut [f64]) {
-        self.each(qd, force, |force, d| *force -= d);
+    /// Replaces the forces F of `m` drives by d, `[m, n]`.
+    pub(crate) fn replace_by_force(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, own, share| {
+            *force = own + share * force.abs()
+        });
     }
 
+    /// Replaces the forces that `m` motions need by those that the drives must exert, F − d = needed, `[m, n]`.
+    pub fn put_in(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, own, share| {
+            *force += own;
+            if share != 0.0 {
+                *force /= 1.0 - share * force.signum();
+            }
+        });
+    }
+
+    /// Calls `put` with each force, the friction d that does not depend on it, and the signed share of it that joins.
     #[inline]
-    fn each(&self, qd: &[f64], force: &mut [f64], put: impl Fn(&mut f64, f64)) {
+    fn each(&self, qd: &[f64], force: &mut [f64], put: impl Fn(&mut f64, f64, f64)) {
         let n = self.viscous.len().max(1);
         for (qd, force) in qd.chunks_exact(n).zip(force.chunks_exact_mut(n)) {
             for (i, (&v, force)) in qd.iter().zip(force).enumerate() {
@@ -93,17 +119,21 @@ impl Dissipation {
                 if let Some(stribeck) = &self.stribeck {
                     dry += stribeck.height[i] * (-(v / stribeck.speed[i]).powi(2)).exp();
                 }
+                let share = self.load.as_ref().map_or(0.0, |load| load[i]);
                 let mut d = self.viscous[i] * v;
-                if dry > 0.0 {
-                    d += dry * (v / self.smoothing[i]).tanh();
+                let mut direction = 0.0;
+                if dry > 0.0 || share > 0.0 {
+                    direction = (v / self.smoothing[i]).tanh();
+                    d += dry * direction;
                 }
-                put(force, d);
+                put(force, d, share * direction);
             }
         }
     }
 }
 
 const COEFFICIENT: &str = "finite and not negative: friction takes energy out";
+const SHARE: &str = "below 1: a gear that takes all of the force does not move";
 const SPEED: &str = "a positive speed: take one below the slowest motion of interest";
 
 #[cfg(test)]
@@ -117,7 +147,7 @@ mod tests {
             viscous: vec![0.1, 0.0],
             coulomb: vec![0.0, 2.0],
             smoothing: vec![0.01; 2],
-            stribeck: None,
+            ..Dissipation::viscous(vec![0.0; 2])
         };
         d.validate(2).unwrap();
         let mut force = [0.0; 6];
@@ -145,6 +175,7 @@ mod tests {
             coulomb: vec![1.0],
             smoothing: vec![1e-4],
             stribeck: Some(stribeck),
+            load: None,
         };
         d.validate(1).unwrap();
         let mut force = [0.0; 3];
@@ -157,6 +188,34 @@ mod tests {
                 .all(|(f, e)| (f - e).abs() < 1e-4),
             "{force:?}"
         );
+    }
+
+    #[test]
+    fn a_gear_takes_a_share_of_the_force_that_it_transmits() {
+        let gear = Dissipation {
+            coulomb: vec![0.1],
+            smoothing: vec![1e-3],
+            load: Some(vec![0.2]),
+            ..Dissipation::viscous(vec![0.5])
+        };
+        gear.validate(1).unwrap();
+        for (v, motor, left) in [
+            (1.0, 2.0, 1.0),
+            (1.0, -2.0, -3.0),
+            (-1.0, 2.0, 3.0),
+            (0.0, 2.0, 2.0),
+        ] {
+            let mut force = [motor];
+            gear.take_out(&[v], &mut force);
+            assert!((force[0] - left).abs() < 1e-12, "{v} {motor}: {force:?}");
+            gear.put_in(&[v], &mut force);
+            assert!((force[0] - motor).abs() < 1e-12, "{v} {motor}: {force:?}");
+        }
+        let all = Dissipation {
+            load: Some(vec![1.0]),
+            ..gear
+        };
+        assert!(all.validate(1).is_err());
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! Forces beside a Lagrangian or a Hamiltonian: friction d(q̇), that of gears, drives, and the map from inputs to forces.
 
 mod actuation;
+mod applied;
 mod dissipation;
 mod drive;
 mod gear;
 mod scalar;
 
 pub use actuation::Actuation;
+pub use applied::Applied;
 pub use dissipation::{Dissipation, Stribeck};
 pub use drive::{Command, Drive};
 pub use gear::{GearFriction, Load};

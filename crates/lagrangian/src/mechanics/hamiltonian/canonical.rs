@@ -6,7 +6,7 @@ use super::{Hamiltonian, HamiltonianJet, LagrangianOf};
 use crate::mechanics::dynamics::{
     EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow,
 };
-use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::forces::{Actuation, Applied, Dissipation};
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::{Coordinates, Result};
 
@@ -62,17 +62,15 @@ impl<H: Hamiltonian> Model for Canonical<H> {
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         let hamiltonian = self.hamiltonian();
         let n = hamiltonian.coordinates().dof();
-        let (dissipation, actuation) = (self.0.dissipation(), self.0.actuation());
-        let motion = EulerLagrange::new(&self.0.lagrangian, dissipation).driven(actuation);
+        let applied = self.0.applied();
         Box::new(Hamilton {
             source: Velocity {
                 jets: hamiltonian.jets(),
                 jet: HamiltonianJet::default(),
             },
             canonical: hamiltonian.canonical(),
-            dissipation,
-            actuation,
-            motion,
+            applied,
+            motion: self.0.motion(),
             newton: Newton::new(n),
             scratch: Vec::new(),
         })
@@ -82,8 +80,7 @@ impl<H: Hamiltonian> Model for Canonical<H> {
 struct Hamilton<'a> {
     source: Velocity<'a>,
     canonical: bool,
-    dissipation: Option<&'a Dissipation>,
-    actuation: Option<&'a Actuation>,
+    applied: Applied<'a>,
     /// Forward and inverse dynamics by the Legendre transform.
     motion: EulerLagrange<'a>,
     newton: Newton,
@@ -143,8 +140,14 @@ impl Evaluator for Hamilton<'_> {
         self.source.jets.value(q, &z, energy)
     }
 
-    fn friction_and_offset(&mut self, qd: &[f64], friction: &mut [f64], offset: &mut [f64]) {
-        self.motion.friction_and_offset(qd, friction, offset);
+    fn friction_and_offset(
+        &mut self,
+        qd: &[f64],
+        tau: &[f64],
+        friction: &mut [f64],
+        offset: &mut [f64],
+    ) {
+        self.motion.friction_and_offset(qd, tau, friction, offset);
     }
 
     fn phase_flow(&mut self) -> Option<&mut dyn PhaseFlow> {
@@ -183,14 +186,8 @@ impl PhaseFlow for Hamilton<'_> {
         self.source.jets.slopes(q, z, dz, dq);
         let force = &mut self.scratch;
         force.resize(tau.len(), 0.0);
-        match self.actuation {
-            Some(actuation) => actuation.forces(tau, force),
-            None => force.copy_from_slice(tau),
-        }
+        self.applied.exerted(dq, tau, force);
         dz.iter_mut().zip(&*force).for_each(|(dz, f)| *dz = f - *dz);
-        if let Some(dissipation) = self.dissipation {
-            dissipation.subtract(dq, dz);
-        }
         Evaluation::of(dz, self.newton.n(), 0)
     }
 }

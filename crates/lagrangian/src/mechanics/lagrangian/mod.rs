@@ -16,6 +16,7 @@ pub use seen::SpeedChart;
 pub use sum::Sum;
 
 use crate::Coordinates;
+use crate::mechanics::dynamics::Evaluator;
 
 /// A Lagrangian's derivatives at a batch of `m` states, as far as the Euler–Lagrange equation needs them.
 ///
@@ -88,6 +89,12 @@ pub trait Lagrangian: Send + Sync {
 
     /// An evaluator of its derivatives with its own scratch memory; one for each thread.
     fn jets(&self) -> Box<dyn Jets + '_>;
+
+    /// An evaluator of its motion without friction that needs no derivatives of L, as the recursions over the bodies of a robot, where
+    /// there is one; the coordinates must all move.
+    fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
+        None
+    }
 }
 
 /// Evaluates the derivatives of one Lagrangian; see [`Lagrangian::jets`].
@@ -115,6 +122,10 @@ impl<L: Lagrangian + ?Sized> Lagrangian for &L {
     fn jets(&self) -> Box<dyn Jets + '_> {
         (**self).jets()
     }
+
+    fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
+        (**self).recursions()
+    }
 }
 
 impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
@@ -124,5 +135,9 @@ impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
 
     fn jets(&self) -> Box<dyn Jets + '_> {
         (**self).jets()
+    }
+
+    fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
+        (**self).recursions()
     }
 }

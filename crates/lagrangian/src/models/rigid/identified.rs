@@ -74,6 +74,7 @@ pub(super) fn parameter(name: String, value: f64) -> Parameter {
         Some("inertia" | "rotor") => "kg·m²",
         Some("gravity") => "J",
         Some("viscous") => "N·m·s/rad",
+        Some("load") => "",
         _ => "N·m",
     };
     Parameter {

@@ -84,6 +84,7 @@ impl Columns {
             coulomb: coulomb.into(),
             smoothing: vec![self.speeds[speed]; self.n],
             stribeck: None,
+            load: None,
         };
         Mechanical::dissipative(bodies, dissipation)
     }

@@ -332,6 +332,7 @@ fn expected(robot: &RigidBodies, weights: &[f64], samples: &Samples) -> Result<C
         coulomb: coefficient(3),
         smoothing: vec![SMOOTHING; n],
         stribeck: None,
+        load: None,
     };
     let known = Known {
         robot: &known.with_drives(coefficient(0), coefficient(1))?,

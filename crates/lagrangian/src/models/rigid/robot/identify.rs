@@ -3,7 +3,7 @@
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction |
+//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction, shares of the load |
 //! | wⱼ | weight of joint j: one over the root mean square of its residual |
 //! | γ | strength of the prior |
 //!
@@ -39,6 +39,8 @@ const ROUNDS: usize = 3;
 const NEARLY: f64 = 0.05;
 /// An eigenvalue of the regressor's sums, in parts of the largest, below which a combination of parameters has no effect.
 const NO_EFFECT: f64 = 1e-9;
+/// The largest share of its torque that a gear is believed to lose.
+const LARGEST_SHARE: f64 = 0.7;
 /// The smallest residual that a weight believes, in parts of the deviation of the torque.
 const SMALLEST: f64 = 1e-6;
 
@@ -81,13 +83,13 @@ pub fn identify(
         ));
     }
     let problem = Problem::new(dataset, robot, options);
-    let priors = [problem.described(), problem.generic()];
-    let candidates: Vec<Candidate<'_>> = priors
-        .iter()
-        .flat_map(|prior| problem.candidates(prior))
-        .collect();
-    let best = strongest(candidates, problem.scale.len());
+    let without = Frictions::new(&problem, problem.friction.clone());
+    let with = problem.loaded().map(|f| Frictions::new(&problem, f));
+    let best = without.best(&problem);
     let best = best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
+    let worth = best.score - NEARLY * problem.scale.len() as f64;
+    let loaded = with.as_ref().and_then(|with| with.best(&problem));
+    let best = loaded.filter(|own| own.score < worth).unwrap_or(best);
     problem.assemble(dataset, best)
 }
 
@@ -102,9 +104,29 @@ fn strongest(candidates: Vec<Candidate<'_>>, n: usize) -> Option<Candidate<'_>> 
     })
 }
 
+/// The terms of friction with the priors of all parameters.
+struct Frictions {
+    friction: Friction,
+    priors: [Prior; 2],
+}
+
+impl Frictions {
+    fn new(problem: &Problem, friction: Friction) -> Self {
+        let priors = [problem.described(&friction), problem.generic(&friction)];
+        Self { friction, priors }
+    }
+
+    fn best<'a>(&'a self, problem: &Problem) -> Option<Candidate<'a>> {
+        let all = self.priors.iter();
+        let candidates = all.flat_map(|prior| problem.candidates(prior, &self.friction));
+        strongest(candidates.collect(), problem.scale.len())
+    }
+}
+
 /// The minimum with one prior.
 struct Candidate<'a> {
     prior: &'a Prior,
+    friction: &'a Friction,
     strength: f64,
     /// The weight of each joint.
     weights: Vec<f64>,
@@ -150,9 +172,15 @@ impl Problem {
         }
     }
 
+    /// The same friction, and in proportion to the load, where held-out samples can tell whether it is worth having.
+    fn loaded(&self) -> Option<Friction> {
+        let speeds = self.friction.speeds()?;
+        (self.validation.samples > 0).then(|| Friction::Loaded(speeds.to_vec()))
+    }
+
     /// The description as a prior; bodies that it does not describe are generic.
-    fn described(&self) -> Prior {
-        let generic = self.generic();
+    fn described(&self, friction: &Friction) -> Prior {
+        let generic = self.generic(friction);
         let described = self.robot.inertial_parameters();
         let bodies = described
             .as_chunks::<PER_BODY>()
@@ -168,12 +196,12 @@ impl Problem {
     }
 
     /// Bodies of which nothing is known.
-    fn generic(&self) -> Prior {
-        Prior::generic(&self.scale, self.train.of_joint(&self.friction))
+    fn generic(&self, friction: &Friction) -> Prior {
+        Prior::generic(&self.scale, self.train.of_joint(friction))
     }
 
     /// The minima under `prior`, from the strongest to the weakest.
-    fn candidates<'a>(&self, prior: &'a Prior) -> Vec<Candidate<'a>> {
+    fn candidates<'a>(&self, prior: &'a Prior, friction: &'a Friction) -> Vec<Candidate<'a>> {
         let last = if self.validation.samples > 0 {
             0.0
         } else {
@@ -185,7 +213,7 @@ impl Problem {
             let start = before.map_or_else(|| prior.values(), |b| b.values.clone());
             let weights =
                 before.map_or_else(|| self.weights(&self.deviations()), |b| b.weights.clone());
-            match self.solve(prior, strength, weights, start) {
+            match self.solve((prior, friction), strength, weights, start) {
                 Some(candidate) => found.push(candidate),
                 None => break,
             }
@@ -210,28 +238,30 @@ impl Problem {
 
     fn solve<'a>(
         &self,
-        prior: &'a Prior,
+        (prior, friction): (&'a Prior, &'a Friction),
         strength: f64,
         mut weights: Vec<f64>,
         mut values: Vec<f64>,
     ) -> Option<Candidate<'a>> {
         for _ in 0..ROUNDS {
-            let data = self.train.quadratic(&weights, &self.friction);
+            let data = self.train.quadratic(&weights, friction);
             values = minimise(&data, prior, strength, &values)?.values;
-            weights = self.weights(&self.train.mean_squares(&values, &self.friction));
+            weights = self.weights(&self.train.mean_squares(&values, friction));
         }
         let scored = match self.validation.samples {
             0 => &self.train,
             _ => &self.validation,
         };
-        let residuals = scored.mean_squares(&values, &self.friction);
+        let residuals = scored.mean_squares(&values, friction);
         let relative = residuals
             .iter()
             .zip(&self.scale)
             .map(|(r, s)| (r / (s * s)).max(1e-30).ln());
         let score = relative.sum::<f64>();
-        score.is_finite().then_some(Candidate {
+        let known = score.is_finite() && self.moves(&values, friction);
+        known.then_some(Candidate {
             prior,
+            friction,
             strength,
             weights,
             values,
@@ -239,9 +269,19 @@ impl Problem {
         })
     }
 
+    /// Whether every gear passes enough of its torque on.
+    fn moves(&self, values: &[f64], friction: &Friction) -> bool {
+        let n = self.scale.len();
+        let shares = match friction {
+            Friction::Loaded(_) => &values[values.len() - n..],
+            _ => &[],
+        };
+        shares.iter().all(|share| *share < LARGEST_SHARE)
+    }
+
     /// The mean square of the residuals in parts of the deviation of the torques.
-    fn loss(&self, sums: &JointSums, values: &[f64]) -> f64 {
-        let squares = sums.mean_squares(values, &self.friction);
+    fn loss(&self, sums: &JointSums, of: &Candidate<'_>) -> f64 {
+        let squares = sums.mean_squares(&of.values, of.friction);
         let relative = squares.iter().zip(&self.scale).map(|(r, s)| r / (s * s));
         relative.sum::<f64>() / self.scale.len().max(1) as f64
     }
@@ -249,19 +289,18 @@ impl Problem {
     /// The model of the best candidate, solved once more with the validation samples.
     fn assemble(&self, dataset: &Dataset, best: Candidate<'_>) -> Result<Identification> {
         let all = self.train.clone().plus(&self.validation);
-        let data = all.quadratic(&best.weights, &self.friction);
-        let minimum = minimise(&data, best.prior, best.strength, &best.values);
-        let minimum =
-            minimum.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
-        let motion = self.motion(&minimum.values)?;
+        let data = all.quadratic(&best.weights, best.friction);
+        let minimum = minimise(&data, best.prior, best.strength, &best.values)
+            .filter(|minimum| self.moves(&minimum.values, best.friction));
+        let values = minimum.map_or_else(|| best.values.clone(), |minimum| minimum.values);
+        let motion = self.motion(&values, best.friction)?;
         let correlations = correlations(dataset, &motion);
-        let certainty = self.certainty(&all, &best, &minimum.values, &correlations);
+        let certainty = self.certainty(&all, &best, &values, &correlations);
         Ok(Identification {
             model: IdentifiedRobot::new(motion, certainty.errors())?,
             described: self.robot.clone(),
-            loss: self.loss(&self.train, &best.values),
-            validation: (self.validation.samples > 0)
-                .then(|| self.loss(&self.validation, &best.values)),
+            loss: self.loss(&self.train, &best),
+            validation: (self.validation.samples > 0).then(|| self.loss(&self.validation, &best)),
             samples: all.samples,
             independent: correlations
                 .iter()
@@ -273,14 +312,14 @@ impl Problem {
     }
 
     /// The robot with the values of all parameters.
-    fn motion(&self, values: &[f64]) -> Result<Mechanical<RigidBodies>> {
+    fn motion(&self, values: &[f64], friction: &Friction) -> Result<Mechanical<RigidBodies>> {
         let n = self.robot.dof();
         let (bodies, rest) = values.split_at(PER_BODY * n);
         let mut coefficients = rest.chunks_exact(n.max(1)).map(<[f64]>::to_vec);
         let mut next = || coefficients.next().unwrap_or_default();
         let robot = self.robot.clone().with_inertial_parameters(bodies)?;
         let robot = robot.with_drives(next(), next())?;
-        let Friction::Coulomb(speeds) = &self.friction else {
+        let Some(speeds) = friction.speeds() else {
             return Ok(Mechanical::conservative(robot));
         };
         let dissipation = Dissipation {
@@ -288,6 +327,7 @@ impl Problem {
             coulomb: next(),
             smoothing: speeds.iter().map(|&k| self.speeds[k]).collect(),
             stribeck: None,
+            load: matches!(friction, Friction::Loaded(_)).then(next),
         };
         Mechanical::dissipative(robot, dissipation)
     }
@@ -306,7 +346,7 @@ impl Problem {
         let mean = correlations.iter().sum::<f64>() / correlations.len().max(1) as f64;
         let weights = best.weights.iter().zip(correlations);
         let weights: Vec<f64> = weights.map(|(w, c)| w / c.sqrt()).collect();
-        let data = all.quadratic(&weights, &self.friction);
+        let data = all.quadratic(&weights, best.friction);
         let strength = best.strength / mean.max(1.0);
         Certainty::after(&data, torques, best.prior, strength, values)
     }

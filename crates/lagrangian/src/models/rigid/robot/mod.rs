@@ -15,6 +15,7 @@ use serde_json::Value;
 use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
 use crate::Result;
 use crate::mechanics::dynamics::Mechanical;
+use crate::mechanics::forces::Dissipation;
 use crate::models::learned::{Stored, WEIGHTS};
 use crate::models::{Parameter, Solution};
 use crate::rigid::changes::{Certainty, Changes, Known};
@@ -77,12 +78,13 @@ impl Identifiable for RigidBodies {
 
     fn parameters(motion: &Mechanical<Self>) -> Vec<Parameter> {
         let robot = &motion.lagrangian;
-        let names = names(robot, motion.dissipation().is_some());
+        let names = names(robot, motion.dissipation());
         let mut values = robot.inertial_parameters();
         let bodies = values.len();
         values.extend(robot.rotor().iter().chain(robot.offset()));
         if let Some(friction) = motion.dissipation() {
             values.extend(friction.viscous.iter().chain(&friction.coulomb));
+            values.extend(friction.load.iter().flatten());
         }
         let named = names.into_iter().zip(values).enumerate();
         let parameter = |(k, (name, value))| {
@@ -118,16 +120,17 @@ fn of_body(k: usize) -> &'static str {
 }
 
 /// Names of all parameters.
-fn names(robot: &RigidBodies, friction: bool) -> Vec<String> {
+fn names(robot: &RigidBodies, friction: Option<&Dissipation>) -> Vec<String> {
     let joints = robot.joints();
     let of_bodies = robot.tree().bodies.iter().flat_map(|body| {
         let joint = &joints[body.coordinate];
         NAMES.iter().map(move |name| format!("{name}_{joint}"))
     });
-    let kinds: &[&str] = if friction {
-        &["rotor", "offset", "viscous", "coulomb"]
-    } else {
-        &["rotor", "offset"]
+    let kinds = ["rotor", "offset", "viscous", "coulomb", "load_share"];
+    let kinds = match friction {
+        None => &kinds[..2],
+        Some(Dissipation { load: None, .. }) => &kinds[..4],
+        Some(_) => &kinds[..],
     };
     let of_joints = kinds
         .iter()

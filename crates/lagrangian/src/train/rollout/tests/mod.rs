@@ -52,7 +52,9 @@ pub(super) fn dataset() -> Dataset {
             qdd: each(&|t| -4.0 * (2.0 * t + shift).sin(), &|t| {
                 -1.69 * (1.3 * t).cos()
             }),
-            tau: each(&|t| (5.0 * t).sin(), &|t| 0.3 * (3.0 * t + shift).cos()),
+            tau: each(&|t| (5.0 * t + 0.2).sin(), &|t| {
+                0.3 * (3.0 * t + shift).cos()
+            }),
             p: each(&|t| 1.7 * (2.0 * t + shift).cos(), &|t| {
                 (1.1 * t - shift).sin()
             }),
@@ -94,6 +96,7 @@ pub(super) fn families() -> Vec<(Box<dyn Family>, ForceTerms)> {
     };
     let forces = ForceTerms {
         stribeck: true,
+        load: true,
         offset: true,
         ..ForceTerms::friction()
     };
