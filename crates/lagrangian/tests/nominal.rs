@@ -6,11 +6,12 @@ use lagrangian::mechanics::{EulerLagrange, Jet, Scaling, Sum};
 use lagrangian::models::Lnn;
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{free, times};
+use lagrangian::score::{Assessment, Grade};
 use lagrangian::train::Samples;
 use lagrangian::{
     Budget, Dataset, DelanConfig, Dissipation, Evaluator, Family, FitConfig, ForceTerms,
     Lagrangian, Learned, LnnConfig, Loss, Mechanical, Model, Provenance, RobotConfig,
-    RolloutOptions, SavedModel, Signals, fit, rollout,
+    RolloutOptions, SavedModel, Signals, Trajectory, fit, rollout, score,
 };
 use rand::{RngExt, SeedableRng};
 
@@ -312,4 +313,59 @@ fn a_family_that_cannot_stand_on_a_robot_says_so() {
             .to_string()
             .contains("6 joints")
     );
+}
+
+#[test]
+fn forces_in_another_unit_than_the_nominal_model_are_refused_or_get_gains() {
+    let truth = loaded();
+    let mut data = dataset(&truth, 400);
+    let config = config(lnn(), Loss::TORQUE);
+    for (scale, allowed) in [(1.0, true), (0.08, false), (-1.0, false)] {
+        let mut scaled = data.clone();
+        scaled
+            .train
+            .signals
+            .tau
+            .iter_mut()
+            .for_each(|x| *x *= scale);
+        let found = fit(&scaled, &config, None, &mut ()).map(drop);
+        assert_eq!(found.is_ok(), allowed, "{scale}: {found:?}");
+        if let Err(error) = found {
+            let message = error.to_string();
+            assert!(message.contains("multiples of them: shoulder"), "{message}");
+        }
+    }
+    // A gain of each joint takes them.
+    data.train.signals.tau.iter_mut().for_each(|x| *x *= 0.08);
+    let with_gains = FitConfig {
+        forces: ForceTerms {
+            input: lagrangian::train::Input::Gains,
+            ..ForceTerms::default()
+        },
+        ..config
+    };
+    assert!(fit(&data, &with_gains, None, &mut ()).is_ok());
+}
+
+#[test]
+fn what_makes_a_nominal_model_worse_is_told_as_poor() {
+    // A network that was fitted to a loaded arm, upon its description, on the arm without the load.
+    let found = fit(
+        &dataset(&loaded(), 400),
+        &config(lnn(), Loss::TORQUE),
+        None,
+        &mut (),
+    );
+    let model = found.unwrap().model;
+    let unloaded = samples(&arm(), 200, 7);
+    let motions = [Trajectory {
+        name: "unloaded".into(),
+        t: (0..200).map(|k| 0.01 * f64::from(k)).collect(),
+        signals: unloaded.signals,
+    }];
+    let score = score(&model, &motions, &RolloutOptions::default()).unwrap();
+    let assessment = Assessment::new(&model, &motions, &score);
+    assert_eq!(assessment.verdict, Grade::Poor);
+    let told = |text: &str| assessment.reasons.iter().any(|r| r.finding.contains(text));
+    assert!(told("worse than those of the nominal model alone"));
 }

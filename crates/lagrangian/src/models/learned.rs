@@ -297,6 +297,10 @@ impl Model for Learned {
         self.0.moves()
     }
 
+    fn nominal(&self) -> Option<&dyn Model> {
+        FittedModel::nominal(&*self.0).map(|robot| robot as &dyn Model)
+    }
+
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         self.0.evaluator()
     }
@@ -362,7 +366,7 @@ impl Learned {
     /// The nominal model beneath it, where there is one.
     #[must_use]
     pub fn nominal(&self) -> Option<&RigidBodies> {
-        self.0.nominal()
+        FittedModel::nominal(&*self.0)
     }
 
     /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot.

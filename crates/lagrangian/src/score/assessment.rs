@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Score, SignalError};
+use super::{Errors, Score, SignalError, add_torques};
 use crate::dataset::variances;
 use crate::trajectory::Signal;
 use crate::{Coordinates, Model, Trajectory};
@@ -11,6 +11,8 @@ use crate::{Coordinates, Model, Trajectory};
 const GOOD: f64 = 0.1;
 /// A model of torques that leaves more than this part of their variance is of no use.
 const HALF: f64 = 0.5;
+/// What is learned upon a nominal model makes it worse where errors are more than this multiple of its own.
+const WORSE: f64 = 1.02;
 /// The scaled mass matrix is nearly singular where its smallest eigenvalue is below this.
 const NEARLY_SINGULAR: f64 = 1e-7;
 /// States at which the mass matrix is examined, at most.
@@ -88,6 +90,7 @@ impl Assessment {
         let joints = forwards(model, motions, score);
         let mut reasons = Vec::new();
         reasons.extend(of_torques(score, model.coordinates()));
+        reasons.extend(of_nominal(model, motions, score));
         reasons.extend(of_accelerations(score, &joints));
         reasons.extend(inertia.and_then(of_inertia));
         reasons.extend(of_rollouts(score));
@@ -152,6 +155,22 @@ fn of_torques(score: &Score, coordinates: &Coordinates) -> Vec<Reason> {
         reasons.push(Reason::new(Grade::Fair, finding, remedy));
     }
     reasons
+}
+
+/// A network upon a nominal model that is worse than that model alone.
+fn of_nominal(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Option<Reason> {
+    let own = score.torque.as_ref()?.nmse_mean;
+    let mut torques = Errors::new(model.coordinates().dof());
+    let nominal = model.nominal()?;
+    motions
+        .iter()
+        .for_each(|m| add_torques(nominal, m, &mut torques));
+    let alone = torques.finish()?.nmse_mean;
+    let finding = format!(
+        "what was learned makes the torques worse than those of the nominal model alone (nMSE {own:.3} against {alone:.3})"
+    );
+    let remedy = "use the description itself, or record motions like these and fit again";
+    (own > WORSE * alone).then(|| Reason::new(Grade::Poor, finding, remedy))
 }
 
 /// The squared errors of all joints over their variances, each summed over the joints.

@@ -1,7 +1,9 @@
 //! Checks of the settings of a fit against its data and its family.
 
 use super::fit::{Budget, FitConfig, Optimizer, Precision};
+use super::forces::Input;
 use super::loss::Loss;
+use super::nominal;
 use crate::dataset::Dataset;
 use crate::models::{Abilities, Plan, Training};
 use crate::rigid::RigidBodies;
@@ -53,6 +55,12 @@ impl FitConfig {
         self.check_loss(dataset)?;
         self.check_combinations()?;
         self.family.check(dataset, self)?;
+        if let Some(nominal) = self
+            .nominal(dataset)?
+            .filter(|_| self.forces.input == Input::Torque)
+        {
+            nominal::check_unit(&nominal, dataset)?;
+        }
         if self.loss == Loss::ROLLOUT {
             self.rollout.validate(dataset, &self.optimizer)?;
         }

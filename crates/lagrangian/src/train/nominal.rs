@@ -7,6 +7,7 @@ use crate::mechanics::lagrangian::Lagrangian;
 use crate::rigid::RigidBodies;
 use crate::train::Samples;
 use crate::trajectory::Signals;
+use crate::{Error, Result};
 use nets::simd::Real;
 
 impl<T: Real> Work<T> {
@@ -48,6 +49,76 @@ impl<T: Real> Work<T> {
             own.iter_mut().zip(known).for_each(|(m, k)| *m += k);
         }
     }
+}
+
+/// A joint tells the unit of its force where the nominal model explains this part of what friction and an offset do not.
+const TELLING: f64 = 0.5;
+/// Forces in the unit of the nominal model are within this factor of it, with room for a load that the model does not know.
+const FACTOR: f64 = 4.0;
+/// Samples that are compared, at most.
+const COMPARED: usize = 4000;
+
+/// Refuses forces that are a multiple of those of the nominal model: they are in another unit, as currents are, or have the wrong sign.
+pub(crate) fn check_unit(nominal: &RigidBodies, dataset: &Dataset) -> Result<()> {
+    let gains: Vec<(usize, f64)> = telling_gains(nominal, dataset);
+    let wrong = |gain: f64| !(1.0 / FACTOR..=FACTOR).contains(&gain);
+    let list: Vec<String> = gains
+        .iter()
+        .filter(|(_, gain)| wrong(*gain))
+        .map(|(i, gain)| format!("{} {gain:.3}", dataset.coordinates.0[*i].name))
+        .collect();
+    let reversed = gains.iter().any(|(_, gain)| *gain < 0.0);
+    if !reversed && 2 * list.len() < gains.len().max(1) {
+        return Ok(());
+    }
+    let problem = format!(
+        "the forces are not those of the nominal model but multiples of them: {}",
+        list.join(", ")
+    );
+    let remedy = "record forces in N·m or N and with the signs of the description, or learn a gain of each joint (`forces` with gains)";
+    Err(Error::setting(problem, remedy))
+}
+
+/// The gains from the forces of the nominal model to the recorded ones, of the joints that tell them.
+fn telling_gains(nominal: &RigidBodies, dataset: &Dataset) -> Vec<(usize, f64)> {
+    let (n, samples) = (dataset.coordinates.dof(), &dataset.train);
+    if !dataset.forced || samples.qdd.is_empty() {
+        return Vec::new();
+    }
+    let mut needed = vec![0.0; samples.tau.len()];
+    let (q, qd, qdd) = (&samples.q, &samples.qd, &samples.qdd);
+    let outcome = nominal
+        .evaluator()
+        .inverse_dynamics(q, qd, qdd, &mut needed);
+    let every = samples.len().div_ceil(COMPARED).max(1);
+    let speeds = dataset.scaling().qd_scale;
+    let gain = |i: usize| {
+        let rows = (0..samples.len()).step_by(every).map(|s| s * n + i);
+        let row = |k: usize| {
+            let direction = (qd[k] / (0.1 * speeds[i])).tanh();
+            [needed[k], qd[k], direction, 1.0, samples.tau[k]]
+        };
+        gain(&rows.map(row).collect::<Vec<_>>()).map(|gain| (i, gain))
+    };
+    let finite = outcome.is_finite();
+    (0..n).filter(|_| finite).filter_map(gain).collect()
+}
+
+/// The coefficient of the first column in a regression of the last one on all others; `None` where it explains too little.
+fn gain(rows: &[[f64; 5]]) -> Option<f64> {
+    let mut residual: Vec<[f64; 5]> = rows.to_vec();
+    // Friction and offset are taken out of both, column after column (Gram–Schmidt).
+    for k in [3, 2, 1] {
+        let size: f64 = residual.iter().map(|r| r[k] * r[k]).sum();
+        for j in [0, 1, 2, 4].into_iter().filter(|j| *j < k || *j == 4) {
+            let along: f64 = residual.iter().map(|r| r[k] * r[j]).sum::<f64>() / size.max(1e-300);
+            residual.iter_mut().for_each(|r| r[j] -= along * r[k]);
+        }
+    }
+    let sum = |j: usize, k: usize| residual.iter().map(|r| r[j] * r[k]).sum::<f64>();
+    let (own, both, all) = (sum(0, 0), sum(0, 4), sum(4, 4));
+    let telling = both * both > TELLING * own * all && own > 0.0;
+    telling.then(|| both / own)
 }
 
 /// The samples with the errors of a nominal model for forces and accelerations, from which a network takes its scales.

@@ -60,6 +60,11 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// The model that it was built upon, and must not be worse than.
+    fn nominal(&self) -> Option<&dyn Model> {
+        None
+    }
+
     /// Its drives, where it moves by what these are told; `None` for a model that moves by forces.
     fn driven(&self) -> Option<&dyn Driven> {
         None
