@@ -162,6 +162,21 @@ impl Layout {
         }
     }
 
+    /// Whether a column of this name would be read, with or without a number after it, if it could be: it is named, or is the
+    /// default of what is not named. Momenta have no default here, since `p` may be a pressure.
+    pub(super) fn asks_for(&self, name: &str) -> bool {
+        let own = |single: &Option<String>, default| single.as_deref().unwrap_or(default) == name;
+        let plain = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_asked = |(signal, names): (Signal, &Vec<String>)| match names.is_empty() {
+            true => signal != Signal::P && signal.name() == plain,
+            false => names.iter().any(|own| own == name),
+        };
+        own(&self.t, "t")
+            || own(&self.trajectory, "trajectory")
+            || self.parameters.iter().any(|own| own == name)
+            || self.columns.iter().any(is_asked)
+    }
+
     fn read_drive(&mut self, mut table: DriveTable) -> Result<()> {
         for signal in Signal::OF_DRIVES {
             match table.remove(signal.name()) {
