@@ -1,7 +1,6 @@
 //! From the files that the user names to recordings.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
 use std::mem::take;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +17,7 @@ use crate::cli::{DataArgs, EstimateArgs};
 use crate::column_args::flag_name;
 use crate::failure::{Advise, mistake, with_flags};
 use crate::hashed::{FileHash, Hashed};
-use crate::{bag_folder, output};
+use crate::{bag_folder, input, output};
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
@@ -98,7 +97,7 @@ impl Fitted {
             told.push(format!("--delay {}", words.join(",")));
         }
         if !told.is_empty() {
-            eprintln!("note: as for the fit of the model: {}", told.join(" "));
+            tell!("note: as for the fit of the model: {}", told.join(" "));
         }
         Ok((data, estimate))
     }
@@ -150,6 +149,15 @@ impl DataArgs {
         Ok(layout)
     }
 
+    /// The files that are read for recordings of these names: bags, data and layouts.
+    pub(crate) fn inputs(&self, named: &[PathBuf]) -> Result<Vec<PathBuf>> {
+        let mut files = bag_folder::files(named)?;
+        let layouts = files.iter().filter_map(|path| self.layout_file(path));
+        let layouts: Vec<PathBuf> = layouts.collect();
+        files.extend(layouts);
+        Ok(files)
+    }
+
     /// The layout file that speaks for a data file, if there is one.
     pub(crate) fn layout_file(&self, path: &Path) -> Option<PathBuf> {
         let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
@@ -164,7 +172,7 @@ impl DataArgs {
             return Ok(self.layout()?.or(fitted));
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
-        let text = fs::read_to_string(&chosen).advise(&shown, "check --layout, or omit it")?;
+        let text = input::text(&chosen).advise(&shown, "check --layout, or omit it")?;
         let from_file = Layout::from_toml(&text)
             .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
         Ok(self.layout()?.or(from_file).or(fitted))
@@ -197,7 +205,7 @@ pub(crate) fn read_sample(
     let kept: usize = recordings.iter().map(Recording::len).sum();
     let rows: usize = sources.iter().map(|source| source.rows).sum();
     if kept < rows {
-        eprintln!(
+        tell!(
             "note: {kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
         );
     }
@@ -243,10 +251,10 @@ fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<O
     )?;
     let ignored = readings.columns.ignored.join(", ");
     if !ignored.is_empty() {
-        eprintln!("note: '{}': columns not used: {ignored}", path.display());
+        tell!("note: '{}': columns not used: {ignored}", path.display());
     }
     for note in readings.notes.iter().map(|note| with_flags(note)) {
-        eprintln!("note: '{}': {note}", path.display());
+        tell!("note: '{}': {note}", path.display());
     }
     note_passive(path, &readings);
     let hash = hashing.finish().advise(shown, access)?;
@@ -314,9 +322,7 @@ fn note_passive(path: &Path, readings: &Readings) {
     let passive: Vec<&str> = passive.map(|(_, q)| q.as_str()).collect();
     if !passive.is_empty() {
         let (path, passive) = (path.display(), passive.join(", "));
-        eprintln!(
-            "note: '{path}': there is no column for the force on {passive}: it is taken as 0"
-        );
+        tell!("note: '{path}': there is no column for the force on {passive}: it is taken as 0");
     }
 }
 
@@ -357,7 +363,7 @@ pub(crate) fn note_estimates(estimates: &[Estimate]) {
                 "qd" => "; a fit with --loss positions uses none",
                 _ => "",
             };
-            eprintln!(
+            tell!(
                 "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
             );
         }
@@ -378,7 +384,7 @@ pub(crate) fn model(path: &Path) -> Result<Learned> {
 pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
     let shown = format!("cannot read the model '{}'", path.display());
     let hint = "give the model.safetensors of a run";
-    let file = File::open(path).advise(&shown, hint)?;
+    let file = input::open(path).advise(&shown, hint)?;
     let saved = SavedModel::read(file).advise(&shown, hint)?;
     Ok(Fitted {
         model: Learned::load(&saved).advise(shown, hint)?,

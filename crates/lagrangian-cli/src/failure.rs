@@ -101,17 +101,21 @@ fn flag(setting: &str) -> Option<String> {
     known.then(|| format!("--{long}"))
 }
 
-/// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can correct it.
-pub(crate) fn exit_code(error: &Error) -> u8 {
-    let system = error
+/// What the operating system refused, where it did.
+fn system(error: &Error) -> Option<&io::Error> {
+    error
         .chain()
         .find_map(|cause| match cause.downcast_ref::<lagrangian::Error>() {
             Some(lagrangian::Error::Io(e)) => Some(e),
             _ => cause.downcast_ref::<io::Error>(),
-        });
+        })
+}
+
+/// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can correct it.
+pub(crate) fn exit_code(error: &Error) -> u8 {
     let correctable = error.downcast_ref::<Mistake>().is_some()
         || error.chain().any(|cause| cause.is::<lagrangian::Error>());
-    match system {
+    match system(error) {
         Some(e) if is_about_the_input(e) => BAD_INPUT,
         Some(_) => FAILED,
         None if correctable => BAD_INPUT,
@@ -134,12 +138,9 @@ fn is_about_the_input(error: &io::Error) -> bool {
     )
 }
 
-/// Whether the reader of standard output went away (`lagrangian … | head`), which is no failure of ours.
+/// Whether the reader of standard output went away (`lagrangian … | head`), which needs no words.
 pub(crate) fn is_broken_pipe(error: &Error) -> bool {
-    error
-        .chain()
-        .filter_map(|cause| cause.downcast_ref::<io::Error>())
-        .any(|e| e.kind() == io::ErrorKind::BrokenPipe)
+    system(error).is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub(crate) fn flag() -> Result<Arc<AtomicBool>> {
         if raised.swap(true, Ordering::SeqCst) {
             std::process::exit(INTERRUPTED);
         }
-        eprintln!("\nending cleanly; press Ctrl-C again to stop at once");
+        tell!("\nending cleanly; press Ctrl-C again to stop at once");
     })
     .context("cannot listen for Ctrl-C")?;
     Ok(flag)

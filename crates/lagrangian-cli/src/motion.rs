@@ -19,9 +19,9 @@ pub(crate) fn for_comparison() -> RolloutOptions {
 pub(crate) fn note_early_end(motion: &str, outcome: Outcome) {
     match outcome {
         Outcome::Finished => {}
-        Outcome::Diverged { t, reason } => eprintln!("note: {motion} ends at t = {t} s: {reason}"),
+        Outcome::Diverged { t, reason } => tell!("note: {motion} ends at t = {t} s: {reason}"),
         Outcome::StepLimit { t } => {
-            eprintln!("note: {motion} ends at t = {t} s: too many steps; loosen --tolerance");
+            tell!("note: {motion} ends at t = {t} s: too many steps; loosen --tolerance");
         }
     }
 }

@@ -33,8 +33,14 @@ pub(crate) trait Sink: Write + Seek + Send {}
 
 impl<T: Write + Seek + Send> Sink for T {}
 
-/// Refuses a file that is already there, before any work is done for it.
+/// Refuses a folder, and a file that is already there, before any work is done for it.
 pub(crate) fn refuse_existing(path: &Path, existing: Existing) -> Result<()> {
+    if path.is_dir() {
+        return Err(mistake(
+            format!("cannot write '{}': it is a folder", path.display()),
+            "name a file, such as one in that folder",
+        ));
+    }
     if existing == Existing::Keep && path.is_file() {
         return Err(mistake(
             format!("'{}' exists already", path.display()),

@@ -42,8 +42,13 @@ impl SignalError {
     #[must_use]
     pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
         let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
-        // 0/0: a parameter, which is not predicted.
-        let known: Vec<f64> = nmse.iter().copied().filter(|x| !x.is_nan()).collect();
+        // 0/0: a parameter, which is not predicted. What a model predicts as NaN counts.
+        let is_still = |e: f64, v: f64| e <= 0.0 && v <= 0.0;
+        let all = nmse.iter().zip(mse.iter().zip(variance));
+        let known = all
+            .filter(|(_, (e, v))| !is_still(**e, **v))
+            .map(|(x, _)| *x);
+        let known: Vec<f64> = known.collect();
         Self {
             mse_sum: mse.iter().sum(),
             nmse_mean: known.iter().sum::<f64>() / known.len() as f64,

@@ -5,6 +5,8 @@
 
 use serde_json::{Map, Value};
 
+use crate::error::shortened;
+
 /// Values of settings by name; those that are absent were not given.
 pub type Values = Map<String, Value>;
 
@@ -109,5 +111,55 @@ pub fn is_absent(value: &Value) -> bool {
         Value::Null | Value::Bool(false) => true,
         Value::Array(items) => items.is_empty(),
         _ => false,
+    }
+}
+
+/// The first setting in which two JSON objects of settings differ, in words: `optimizer.name was "adam" and is "natural"`.
+#[must_use]
+pub fn difference(then: &Value, now: &Value) -> Option<String> {
+    differing("", then, now)
+}
+
+fn differing(path: &str, then: &Value, now: &Value) -> Option<String> {
+    let (Value::Object(old), Value::Object(new)) = (then, now) else {
+        let words = || format!("{path} was {} and is {}", brief(then), brief(now));
+        return (then != now).then(words);
+    };
+    let added = new.keys().filter(|key| !old.contains_key(*key));
+    let of = |key: &String| {
+        let path = match path {
+            "" => key.clone(),
+            _ => format!("{path}.{key}"),
+        };
+        let value = |all: &Values| all.get(key).cloned().unwrap_or_default();
+        differing(&path, &value(old), &value(new))
+    };
+    old.keys().chain(added).find_map(of)
+}
+
+/// A value as a message shows it.
+fn brief(value: &Value) -> String {
+    match value {
+        Value::Null => "not given".into(),
+        other => shortened(&other.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn the_first_difference_is_named_with_both_values() {
+        let then = json!({ "batch": 256, "optimizer": { "name": "natural" } });
+        assert_eq!(difference(&then, &then), None);
+        let now = json!({ "batch": 256, "optimizer": { "name": "adam" } });
+        let words = "optimizer.name was \"natural\" and is \"adam\"";
+        assert_eq!(difference(&then, &now).as_deref(), Some(words));
+        let less = json!({ "batch": 256 });
+        let words = "optimizer was {\"name\":\"natural\"} and is not given";
+        assert_eq!(difference(&then, &less).as_deref(), Some(words));
     }
 }

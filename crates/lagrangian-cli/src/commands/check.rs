@@ -15,6 +15,7 @@ use crate::failure::{FAILED, with_flags};
 use crate::run_folder::command_words;
 
 pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
+    args.output.refuse_inputs(&args.data.inputs(&args.files)?)?;
     args.output.refuse_existing()?;
     let sampling = args.sample.sampling(0, Sampling::LONG);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;

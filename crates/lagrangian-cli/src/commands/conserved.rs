@@ -1,5 +1,6 @@
 //! `lagrangian conserved`: energy, momenta and Noether's charges of a model, and how far they drift.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -23,6 +24,9 @@ const MOTIONS: usize = 20;
 const RATE: f64 = 50.0;
 
 pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
+    let mut inputs = args.data.inputs(&args.files)?;
+    inputs.push(PathBuf::from(&args.subject.subject));
+    args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
     let subject = args.subject.open()?;
     let coordinates = subject.coordinates()?;

@@ -19,6 +19,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::excite_args::{ExciteArgs, LimitArgs};
 use crate::failure::{Advise, mistake};
+use crate::input;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
@@ -29,8 +30,12 @@ use crate::run_folder::command_line;
 const MOST_JOINTS: usize = 64;
 
 pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
+    let robots: Vec<_> = args.urdf.iter().cloned().collect();
+    args.output.refuse_inputs(&robots)?;
     args.output.refuse_unwritable()?;
     let files = Files::of(args)?;
+    let layout = files.validate.with_extension("toml");
+    input::refuse_overwriting([&files.validate, &layout], &robots)?;
     let subject = Subject::read(args)?;
     let config = args.config();
     let mut bar = Progress::start("excite", mode.quiet);

@@ -54,6 +54,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         true => resumed(folder, args)?,
         false => (args.clone(), None),
     };
+    folder.refuse_inputs(&inputs(&args)?)?;
     let data = read(&args)?;
     let robot = args.robot.read()?;
     let dataset = dataset(&args, &data)?;
@@ -71,7 +72,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         )?;
     }
     if warnings > 0 {
-        eprintln!("note: warnings about the data: {warnings}; the page lists them");
+        tell!("note: warnings about the data: {warnings}; the page lists them");
     }
     let mut begun = match &checkpoint {
         Some(_) => same_data(&record, folder.record()?)?,
@@ -89,7 +90,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let choices = [of_data, choices].concat();
     for contestant in &contestants {
         if let Some(failure) = &contestant.failure {
-            eprintln!("note: {} was not fitted: {failure}", contestant.family);
+            tell!("note: {} was not fitted: {failure}", contestant.family);
         }
     }
     if contestants.len() > 1 {
@@ -149,10 +150,18 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     Ok(exit_code(&fit, improved, &assessment))
 }
 
+/// The files that a fit reads.
+fn inputs(args: &FitArgs) -> Result<Vec<PathBuf>> {
+    let recordings = [&args.files[..], &args.training.validate].concat();
+    let mut inputs = args.data.inputs(&recordings)?;
+    inputs.extend(args.robot.urdf.iter().chain(&args.robot.nominal).cloned());
+    Ok(inputs)
+}
+
 /// Reports a fit on standard error.
 fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     let (model, step) = (folder.file(MODEL), fit.best_step);
-    eprintln!(
+    tell!(
         "model: {} (loss {:.3e} at step {step})",
         model.display(),
         fit.best
@@ -161,10 +170,10 @@ fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     for p in all.iter().filter(|p| shown(&fit.model, p)) {
         let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
         let error = error.unwrap_or_default();
-        eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
+        tell!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
     }
-    eprint!("{}", verdict::text(assessment));
-    eprintln!("page:  {}", folder.file(REPORT).display());
+    tell!("{}", verdict::text(assessment).trim_end());
+    tell!("page:  {}", folder.file(REPORT).display());
 }
 
 /// The exit code of a fit; notes one that did not improve.
@@ -180,7 +189,7 @@ fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
         fit.best, fit.best_step
     );
     let remedy = "check the data with `lagrangian check`; use a smaller --learning-rate, --optimizer adam, or --form convex";
-    eprintln!("{}", failure::describe(&mistake(finding, remedy)));
+    tell!("{}", failure::describe(&mistake(finding, remedy)));
     ExitCode::from(FAILED)
 }
 
@@ -349,7 +358,7 @@ pub(super) fn low_pass(
         item.finding
     );
     options.low_pass = Some(hertz);
-    eprintln!("note: {reason} (--low-pass overrides it, 0 for none)");
+    tell!("note: {reason} (--low-pass overrides it, 0 for none)");
     Some(Choice::new("low_pass", hertz, reason))
 }
 
@@ -431,12 +440,12 @@ fn candidates(
     if let [chosen] = &candidates[..]
         && let Some(choice) = chosen.choices.iter().find(adam)
     {
-        eprintln!("note: {} (--optimizer overrides it)", choice.reason);
+        tell!("note: {} (--optimizer overrides it)", choice.reason);
     }
     if candidates.len() > 1 {
         let names = candidates.iter().map(|c| c.config.family.name());
         let names: Vec<&str> = names.collect();
-        eprintln!(
+        tell!(
             "note: {} are tried and compared by their torque errors on held-out samples (--model chooses one)",
             names.join(", ")
         );

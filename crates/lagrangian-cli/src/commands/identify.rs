@@ -1,7 +1,5 @@
 //! `lagrangian identify`: from logs of a robot to a URDF with its parameters.
 
-use std::fs;
-use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -19,18 +17,21 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{OutputMode, fit};
-use crate::data;
-use crate::failure::{Advise, mistake};
+use crate::failure::Advise;
 use crate::identify_args::IdentifyArgs;
 use crate::output::{self, Existing};
 use crate::robot::{self, Robot};
+use crate::{data, input};
 
 /// The part of the data to identify from that chooses the strength of the prior.
 const VALIDATION: f64 = 0.2;
 
 pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
     let existing = Existing::from_force(args.force);
-    refuse_input(args)?;
+    let logs = [&args.files[..], &args.test].concat();
+    let mut inputs = args.data.inputs(&logs)?;
+    inputs.push(args.urdf.clone());
+    input::refuse_overwriting([&args.out], &inputs)?;
     output::refuse_existing(&args.out, existing)?;
     let robot = robot::open(&args.urdf, &args.joints)?;
     let data = read(args)?;
@@ -66,27 +67,6 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
         as_text(&found, &changes, &errors, &data) + &format!("\n{}\n", args.out.display())
     })?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Refuses to write over a file that is read, however its path is written.
-fn refuse_input(args: &IdentifyArgs) -> Result<()> {
-    let is_out = |path: &&std::path::PathBuf| same_file(path, &args.out);
-    let mut inputs = args.files.iter().chain(&args.test).chain([&args.urdf]);
-    let Some(input) = inputs.find(is_out) else {
-        return Ok(());
-    };
-    let (out, input) = (args.out.display(), input.display());
-    Err(mistake(
-        format!("--out '{out}' is the input '{input}'"),
-        "give another --out: the input is kept",
-    ))
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    match (fs::canonicalize(a), fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
 }
 
 /// The motions of the logs.

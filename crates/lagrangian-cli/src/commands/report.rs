@@ -1,7 +1,7 @@
 //! `lagrangian report`: the page of a run again, and its figures as pictures.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -13,14 +13,18 @@ use super::{OutputMode, fit};
 use crate::cli::{Links, ReportArgs};
 use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::input;
 use crate::out_args::write_png;
 use crate::output::{self, Existing};
-use crate::run_folder::{FIGURES, MODEL, REPORT, RunFolder};
+use crate::run_folder::{FIGURES, METRICS, MODEL, REPORT, RUN, RunFolder};
 use crate::run_page::Run;
 
 pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
     let (out, existing) = (&args.output.out, args.output.existing());
+    let inputs = inputs(&folder)?;
+    let pages = [out, &args.gif].into_iter().flatten();
+    input::refuse_overwriting(pages, &inputs)?;
     for path in [out, &args.gif].into_iter().flatten() {
         output::refuse_existing(path, existing)?;
     }
@@ -46,9 +50,17 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
             "figures": report.figures.iter().map(|figure| &figure.id).collect::<Vec<_>>(),
         }))?;
     } else {
-        eprintln!("page: {}", path.display());
+        tell!("page: {}", path.display());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The files that a page is made from.
+fn inputs(folder: &RunFolder) -> Result<Vec<PathBuf>> {
+    let own = [RUN, METRICS, MODEL, FIGURES].map(|name| folder.file(name));
+    let data = folder.record()?.data;
+    let data = data.into_iter().map(|file| PathBuf::from(file.path));
+    Ok(own.into_iter().chain(data).collect())
 }
 
 /// The page of a run, from the files in its folder and the data that they name; that of a demo as it was kept.

@@ -1,6 +1,6 @@
 //! `lagrangian rollout`: a predicted motion.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -18,6 +18,10 @@ use crate::output;
 
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
+    let followed: Vec<PathBuf> = args.follow.iter().cloned().collect();
+    let mut inputs = args.data.inputs(&followed)?;
+    inputs.push(args.model.clone());
+    output.refuse_inputs_of_motions(&inputs)?;
     output.refuse_unwritable()?;
     let fitted = data::fitted(&args.model)?;
     let rollout = match &args.follow {

@@ -15,6 +15,9 @@ use crate::motion;
 use crate::verdict;
 
 pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
+    let mut inputs = args.data.inputs(&args.files)?;
+    inputs.push(args.model.clone());
+    args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
     let fitted = data::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;

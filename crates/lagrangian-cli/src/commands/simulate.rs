@@ -24,6 +24,8 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     if args.system.as_deref() == Some("list") {
         return list(mode);
     }
+    let robots: Vec<_> = args.urdf.iter().cloned().collect();
+    args.output.refuse_inputs_of_motions(&robots)?;
     args.output.refuse_unwritable()?;
     let system = system(args)?;
     let mut rollouts = motions(args, &*system)?;
@@ -78,7 +80,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
         let samples: usize = trajectories.iter().map(Trajectory::len).sum();
         let (count, name) = (trajectories.len(), system.name());
         let (path, layout) = (path.display(), layout.display());
-        eprintln!(
+        tell!(
             "{count} trajectories of '{name}', {samples} samples: {path} (columns and angles: {layout})"
         );
     }

@@ -18,6 +18,9 @@ use crate::output;
 use crate::run_folder::command_line;
 
 pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
+    let mut inputs = args.data.inputs(&args.files)?;
+    inputs.push(args.model.clone());
+    args.output.refuse_inputs(&inputs)?;
     args.output.refuse_unwritable()?;
     let fitted = data::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
@@ -67,7 +70,7 @@ fn note_not_finite(predictions: &[TorquePrediction]) {
     let totals = predictions.iter().flat_map(|p| p.parts.total());
     let lost = totals.filter(|x| !x.is_finite()).count();
     if lost > 0 {
-        eprintln!(
+        tell!(
             "warning: {lost} predicted torques are not finite: the model is damaged, or the motion far from its data"
         );
     }

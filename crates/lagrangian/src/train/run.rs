@@ -15,6 +15,7 @@ use super::problem::{Batch, LossValue, StepAt};
 use super::rollout::{RolloutDescent, RolloutProblems, RolloutValidation, SegmentOrder};
 use super::schedule::grown;
 use crate::dataset::Dataset;
+use crate::saved;
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -52,10 +53,15 @@ impl<'a> Run<'a> {
             Optimizer::Natural(_) => 1,
             Optimizer::Adam(_) => 2,
         };
-        let state = match resume {
-            Some(checkpoint) => checkpoint.clone().for_run(fresh.len(), memory)?,
+        let settings = saved::describe(config)?;
+        let mut state = match resume {
+            Some(checkpoint) => {
+                checkpoint.check_config(&settings)?;
+                checkpoint.clone().for_run(fresh.len(), memory)?
+            }
             None => Checkpoint::fresh(fresh, memory),
         };
+        state.config = Some(settings);
         let held = dataset.validation.len();
         let every = held.div_ceil(VALIDATED).max(1);
         Ok(Self {

@@ -77,7 +77,10 @@ type ColumnsTable = BTreeMap<String, OneOrMany>;
 type DriveTable = BTreeMap<String, Told>;
 
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a name, a list of names, a number or true"
+)]
 enum Told {
     Flag(bool),
     Number(f64),
@@ -85,7 +88,7 @@ enum Told {
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a name, or a list of names")]
 enum OneOrMany {
     One(String),
     Many(Vec<String>),
@@ -153,6 +156,7 @@ impl Layout {
             *layout.columns.get_mut(signal) = names(columns.remove(signal.name()));
         }
         layout.read_drive(file.drive)?;
+        layout.refuse_empty(file.every)?;
         match columns.keys().next() {
             None => Ok(layout),
             Some(unknown) => Err(Error::Layout(format!(
@@ -175,6 +179,25 @@ impl Layout {
             || own(&self.trajectory, "trajectory")
             || self.parameters.iter().any(|own| own == name)
             || self.columns.iter().any(is_asked)
+    }
+
+    /// Refuses names that name nothing, and no rows.
+    fn refuse_empty(&self, every: Option<usize>) -> Result<()> {
+        if every == Some(0) {
+            return Err(Error::Layout("every = 0 keeps no row: 1 keeps all".into()));
+        }
+        let signals = self.columns.iter().flat_map(|(_, names)| names);
+        let lists = [&self.actuated, &self.angles, &self.parameters];
+        let single = [&self.t, &self.trajectory, &self.topic];
+        let mut all = signals
+            .chain(lists.into_iter().flatten())
+            .chain(single.into_iter().flatten());
+        match all.any(|name| name.trim().is_empty()) {
+            true => Err(Error::Layout(
+                "a name is empty: name a column, or omit the line".into(),
+            )),
+            false => Ok(()),
+        }
     }
 
     fn read_drive(&mut self, mut table: DriveTable) -> Result<()> {

@@ -96,12 +96,12 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
         output::print_json(&figures)?;
     } else {
         let [lnn, mlp] = [&measurements.lnn, &measurements.mlp].map(|j| j.energy.mean);
-        eprintln!(
+        tell!(
             "energy error at 100 s, mean of {} starts: {lnn:.5} % (plain network {mlp:.2} %)",
             args.starts
         );
-        eprintln!("open {}", page.display());
-        eprintln!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
+        tell!("open {}", page.display());
+        tell!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
     }
     Ok(ExitCode::SUCCESS)
 }
