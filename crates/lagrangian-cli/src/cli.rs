@@ -520,6 +520,12 @@ impl Cli {
         parsed.unwrap_or_else(|error| error.exit())
     }
 
+    /// What a command line means that is made here.
+    pub(crate) fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Option<Self> {
+        let matches = Self::numeric().try_get_matches_from(words).ok()?;
+        Self::from_arg_matches(&matches).ok()
+    }
+
     fn numeric() -> clap::Command {
         let takes_value =
             |arg: &clap::Arg| arg.get_long().is_some() && arg.get_action().takes_values();

@@ -166,7 +166,7 @@ impl DataArgs {
     }
 
     /// The flags, completed from the file beside the data.
-    fn layout_for(&self, path: &Path) -> Result<Layout> {
+    pub(crate) fn layout_for(&self, path: &Path) -> Result<Layout> {
         let fitted = self.fitted.clone().unwrap_or_default();
         let Some(chosen) = self.layout_file(path) else {
             return Ok(self.layout()?.or(fitted));

@@ -295,6 +295,9 @@ pub(crate) struct RunRecord {
     pub(crate) threads: usize,
     /// All settings, also those left at their defaults.
     pub(crate) settings: toml::Table,
+    /// How the data were prepared and all settings of the fits, as they followed from what was given and from the data.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub(crate) resolved: toml::Table,
     /// What was not given, and so chosen from the data.
     #[serde(default)]
     pub(crate) choices: Vec<Choice>,
@@ -318,6 +321,7 @@ impl RunRecord {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             settings: toml::Table::try_from(settings)
                 .context("cannot write the settings as TOML")?,
+            resolved: toml::Table::new(),
             choices: Vec::new(),
             tried: Vec::new(),
             data,

@@ -4,6 +4,7 @@ mod assessment;
 mod valid_time;
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -12,7 +13,7 @@ use crate::mechanics::dynamics::Model;
 use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
 use crate::train::Samples;
 use crate::trajectory::Signal;
-use crate::{Coordinates, Error, Result, Signals, Trajectory};
+use crate::{Coordinates, Error, Result, Signals, Stop, Trajectory};
 
 pub use assessment::{Assessment, Forward, Grade, Reason, Spectrum};
 pub use valid_time::{ValidTime, valid_prediction_time};
@@ -106,6 +107,9 @@ pub struct Score {
     pub restarts: Vec<RestartScore>,
     /// States at which the mass matrix was singular.
     pub singular: usize,
+    /// Predictions that were stopped, by [`RolloutOptions::stop`]: those of motions are as long as they came, those over short
+    /// times are in none of the figures.
+    pub stopped: usize,
 }
 
 /// Scores `model` on `trajectories`: one-step errors over all samples, and a rollout of each trajectory.
@@ -159,7 +163,9 @@ pub fn predict_all(
         .iter()
         .map(|t| predict(model, t, &bounded(options, t)));
     let rollouts = rollouts.collect::<Result<_>>()?;
-    let accelerations = trajectories.iter().map(|t| accelerations(model, t));
+    let accelerations = trajectories
+        .iter()
+        .map(|t| accelerations(model, t, options.stop));
     Ok(Predictions {
         rollouts,
         accelerations: accelerations.collect(),
@@ -181,17 +187,33 @@ fn bounded(options: &RolloutOptions, truth: &Trajectory) -> RolloutOptions {
     }
 }
 
-fn accelerations(model: &dyn Model, t: &Trajectory) -> Option<Accelerations> {
+/// Samples that are evaluated between two looks at whether to stop.
+const SAMPLES: usize = 1 << 14;
+
+/// The values of each part of the samples, [`SAMPLES`] at most; the first part is there whatever happens.
+fn parts(values: usize, n: usize, stop: Stop) -> impl Iterator<Item = Range<usize>> {
+    let size = SAMPLES * n.max(1);
+    let begins = (0..values).step_by(size);
+    begins
+        .take_while(move |begin| *begin == 0 || !stop.is_asked())
+        .map(move |begin| begin..(begin + size).min(values))
+}
+
+fn accelerations(model: &dyn Model, t: &Trajectory, stop: Stop) -> Option<Accelerations> {
     let mut qdd = vec![0.0; t.values(Signal::Qdd)?.len()];
     if model.driven().is_some() && t.tau.is_empty() {
         return None;
     }
     let free = vec![0.0; qdd.len()];
     let tau = t.values(Signal::Tau).unwrap_or(&free);
-    let outcome = model
-        .evaluator()
-        .forward_dynamics(&t.q, &t.qd, tau, &mut qdd);
-    let singular = outcome.singular();
+    let (mut evaluator, mut singular, mut done) = (model.evaluator(), 0, 0);
+    for part in parts(qdd.len(), t.dof(), stop) {
+        let (q, qd, tau) = (&t.q[part.clone()], &t.qd[part.clone()], &tau[part.clone()]);
+        done = part.end;
+        let outcome = evaluator.forward_dynamics(q, qd, tau, &mut qdd[part]);
+        singular += outcome.singular();
+    }
+    qdd.truncate(done);
     Some(Accelerations { qdd, singular })
 }
 
@@ -210,38 +232,43 @@ pub fn score_predictions(
     let mut singular = 0;
     for (truth, predicted) in trajectories.iter().zip(&predictions.accelerations) {
         if let (Some(qdd), Some(predicted)) = (truth.values(Signal::Qdd), predicted) {
-            acceleration.add(qdd, &predicted.qdd);
+            acceleration.add(&qdd[..predicted.qdd.len()], &predicted.qdd);
             singular += predicted.singular;
         }
     }
     for trajectory in trajectories {
-        add_torques(model, trajectory, &mut torque);
+        add_torques(model, trajectory, options.stop, &mut torque);
     }
     let pairs = trajectories.iter().zip(&predictions.rollouts);
     let rollouts = pairs.map(|(truth, prediction)| followed(model, truth, prediction));
-    let rollouts = rollouts.collect::<Result<_>>()?;
+    let rollouts = rollouts.collect::<Result<Vec<RolloutScore>>>()?;
+    let (restarts, cut) = match model.moves() {
+        true => restarts(model, trajectories, options)?,
+        false => (Vec::new(), 0),
+    };
+    let stopped = rollouts.iter().filter(|r| r.outcome.is_stopped()).count();
     Ok(Score {
+        stopped: stopped + cut,
         samples: trajectories.iter().map(Trajectory::len).sum(),
         acceleration: acceleration.finish(),
         torque: torque.finish(),
         rollouts,
-        restarts: if model.moves() {
-            restarts(model, trajectories, options)?
-        } else {
-            Vec::new()
-        },
+        restarts,
         singular,
     })
 }
 
+/// The short predictions, and how many of them were stopped.
 fn restarts(
     model: &dyn Model,
     trajectories: &[Trajectory],
     options: &RolloutOptions,
-) -> Result<Vec<RestartScore>> {
-    let scores = RESTARTS.map(|seconds| restart(model, trajectories, seconds, options));
-    let scores: Vec<RestartScore> = scores.into_iter().collect::<Result<_>>()?;
-    Ok(scores.into_iter().filter(|s| s.starts > 0).collect())
+) -> Result<(Vec<RestartScore>, usize)> {
+    let scores = RESTARTS.map(|seconds| restart_counted(model, trajectories, seconds, options));
+    let scores: Vec<(RestartScore, usize)> = scores.into_iter().collect::<Result<_>>()?;
+    let stopped = scores.iter().map(|(_, stopped)| stopped).sum();
+    let scores = scores.into_iter().map(|(score, _)| score);
+    Ok((scores.filter(|s| s.starts > 0).collect(), stopped))
 }
 
 /// A prediction every `seconds`, of that length.
@@ -254,6 +281,16 @@ pub fn restart(
     seconds: f64,
     options: &RolloutOptions,
 ) -> Result<RestartScore> {
+    restart_counted(model, trajectories, seconds, options).map(|(score, _)| score)
+}
+
+/// [`restart`], and how many of its predictions were stopped, which it leaves out.
+fn restart_counted(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    seconds: f64,
+    options: &RolloutOptions,
+) -> Result<(RestartScore, usize)> {
     let windows: Vec<Trajectory> = trajectories
         .iter()
         .flat_map(|t| windows(t, seconds))
@@ -262,8 +299,12 @@ pub fn restart(
     let predictions: Vec<Rollout> = windows.par_iter().map(predict).collect::<Result<_>>()?;
     let n = model.coordinates().dof();
     let (mut all, mut ends) = (Squares::new(n), Squares::new(n));
-    let mut unfinished = 0;
+    let (mut unfinished, mut stopped) = (0, 0);
     for (truth, prediction) in windows.iter().zip(&predictions) {
+        if prediction.outcome.is_stopped() {
+            stopped += 1;
+            continue;
+        }
         if !prediction.outcome.is_finished() {
             unfinished += 1;
             continue;
@@ -273,13 +314,14 @@ pub fn restart(
         let last = truth.q.len() - n;
         ends.add(model.coordinates(), &truth.q[last..], &predicted[last..]);
     }
-    Ok(RestartScore {
+    let score = RestartScore {
         seconds,
-        starts: windows.len(),
+        starts: windows.len() - stopped,
         unfinished,
         q_rms: all.root_mean(),
         q_rms_end: ends.root_mean(),
-    })
+    };
+    Ok((score, stopped))
 }
 
 /// Pieces of this length, one after another; a shorter rest is omitted, and so is a piece with a gap.
@@ -396,13 +438,17 @@ fn mean_absolute(coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) ->
 }
 
 /// Adds the errors of τ at every sample, where the model has inverse dynamics.
-fn add_torques(model: &dyn Model, t: &Trajectory, torque: &mut Errors) {
-    if let (Some(qdd), Some(tau)) = (t.values(Signal::Qdd), t.values(Signal::Tau)) {
-        let mut predicted = vec![0.0; tau.len()];
-        let mut evaluator = model.evaluator();
-        let outcome = evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted);
+fn add_torques(model: &dyn Model, t: &Trajectory, stop: Stop, torque: &mut Errors) {
+    let (Some(qdd), Some(tau)) = (t.values(Signal::Qdd), t.values(Signal::Tau)) else {
+        return;
+    };
+    let mut evaluator = model.evaluator();
+    for part in parts(tau.len(), t.dof(), stop) {
+        let (q, qd, qdd) = (&t.q[part.clone()], &t.qd[part.clone()], &qdd[part.clone()]);
+        let mut predicted = vec![0.0; part.len()];
+        let outcome = evaluator.inverse_dynamics(q, qd, qdd, &mut predicted);
         if outcome.is_supported() {
-            torque.add(tau, &predicted);
+            torque.add(&tau[part], &predicted);
         }
     }
 }

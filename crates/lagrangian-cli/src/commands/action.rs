@@ -19,6 +19,7 @@ use crate::failure::{Advise, FAILED};
 use crate::law_args::ActionArgs;
 use crate::output;
 use crate::run_folder::command_line;
+use crate::task::Task;
 
 /// Sizes of the variations that are drawn.
 const SIZES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
@@ -27,6 +28,7 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output
         .refuse_inputs(&[PathBuf::from(&args.subject.subject)])?;
     args.output.refuse_unwritable()?;
+    let _task = Task::start("action", mode.quiet);
     let subject = args.subject.open()?;
     let physics = subject.physics()?;
     if physics.dissipation.is_some() {

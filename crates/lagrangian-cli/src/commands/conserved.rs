@@ -18,6 +18,7 @@ use crate::data;
 use crate::failure::{Advise, mistake};
 use crate::law_args::ConservedArgs;
 use crate::subject::{Subject, coordinate};
+use crate::task::Task;
 
 /// Motions of a system that is rolled out, and their samples in a second.
 const MOTIONS: usize = 20;
@@ -28,6 +29,7 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
     inputs.push(PathBuf::from(&args.subject.subject));
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
+    let _task = Task::start("conserved", mode.quiet);
     let subject = args.subject.open()?;
     let coordinates = subject.coordinates()?;
     let points = points(args, coordinates)?;

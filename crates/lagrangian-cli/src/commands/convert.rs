@@ -10,16 +10,19 @@ use super::OutputMode;
 use crate::cli::ConvertArgs;
 use crate::data::{self, Files, Source};
 use crate::failure::mistake;
+use crate::task::Task;
 use crate::{bag_folder, input, output};
 
 pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
     refuse_inputs(args)?;
     args.output.refuse_unwritable()?;
+    let task = Task::start("convert", mode.quiet);
     let Files {
         recordings,
         sources,
         ..
     } = data::read_sample(&args.files, &args.data, None)?;
+    drop(task);
     let coordinates = recordings[0].coordinates.clone();
     let motions: Vec<Trajectory> = recordings.into_iter().map(as_recorded).collect();
     let (out, existing) = (args.output.out.as_deref(), args.output.existing());

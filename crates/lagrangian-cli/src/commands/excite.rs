@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -39,11 +38,12 @@ pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
     let subject = Subject::read(args)?;
     let config = args.config();
     let mut bar = Progress::start("excite", mode.quiet);
-    let (stop, start) = (interrupt::flag()?, Instant::now());
+    interrupt::listen()?;
+    let start = Instant::now();
     let found = subject.search(&config, &mut |progress| {
         let part = start.elapsed().as_secs_f64() / args.seconds;
         bar.update(part, &news(progress));
-        match part >= 1.0 || stop.load(Ordering::SeqCst) {
+        match part >= 1.0 || interrupt::is_pressed() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
@@ -56,13 +56,12 @@ pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
         seed: config.seed ^ 1,
         ..config
     };
-    let validation = subject.search(
-        &other,
-        &mut |progress| match progress.tried < other.starts {
-            true => ControlFlow::Continue(()),
-            false => ControlFlow::Break(()),
-        },
-    )?;
+    let validation = subject.search(&other, &mut |progress| match progress.tried < other.starts
+        && !interrupt::is_pressed()
+    {
+        true => ControlFlow::Continue(()),
+        false => ControlFlow::Break(()),
+    })?;
     files.write(args, &subject, &found, &validation)?;
     let figures = json!({
         "command": "excite",

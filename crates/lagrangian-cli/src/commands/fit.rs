@@ -8,6 +8,7 @@ use anyhow::{Context, Result};
 use lagrangian::models::Parameter;
 use lagrangian::saved::Preparation;
 use lagrangian::score::Assessment;
+use lagrangian::settings::difference;
 use lagrangian::train::{self, Choice, Chosen, Ending, Selection};
 use lagrangian::trajectory::Sampling;
 use lagrangian::{
@@ -18,7 +19,7 @@ use lagrangian_report::draw;
 use serde_json::json;
 
 use super::OutputMode;
-use crate::cli::{EstimateArgs, Links};
+use crate::cli::{Cli, Command, EstimateArgs, Links};
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::FitArgs;
@@ -27,6 +28,7 @@ use crate::hashed::FileHash;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
+use crate::resolved::Resolved;
 use crate::robot::Robot;
 use crate::run_folder::{
     CHECKPOINT, DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line,
@@ -40,9 +42,6 @@ const VALIDATIONS: usize = 4;
 
 /// A loss that needs no improvement, as a part of that of a model that predicts nothing.
 const SMALL: f64 = 0.1;
-
-/// Exit code of a fit that Ctrl-C ended; its best model is kept.
-const INTERRUPTED: u8 = 130;
 
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
     let folder = RunFolder::open(&args.out, occupied(args))?;
@@ -59,6 +58,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let robot = args.robot.read()?;
     let dataset = dataset(&args, &data)?;
     let mut record = record(&args, &data, robot.as_ref())?;
+    let resolved = Resolved::of(&args, &data.preparation)?;
     let warnings = data.check.count(Verdict::Warn);
     let of_data: Vec<Choice> = data.low_pass.iter().cloned().collect();
     let preparation = data.preparation.clone();
@@ -71,12 +71,13 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
             "`lagrangian fit --help` lists the flags and their values",
         )?;
     }
+    record.resolved = resolved.with(&candidates)?;
     if warnings > 0 {
         tell!("note: warnings about the data: {warnings}; the page lists them");
     }
-    let mut begun = match &checkpoint {
-        Some(_) => same_data(&record, folder.record()?)?,
-        None => {
+    let mut begun = match args.resume {
+        true => same_run(&record, folder.record()?)?,
+        false => {
             folder.write_record(&record)?;
             record.clone()
         }
@@ -117,7 +118,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         model: &fit.model,
         evaluation: &evaluation,
     };
-    let scored = page.scored()?;
+    let scored = page.scored(mode)?;
     let assessment = scored.assessment.clone();
     let page = draw::html(&page.report(scored, Links::default()));
     folder.write(REPORT, page.as_bytes())?;
@@ -178,8 +179,8 @@ fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
 
 /// The exit code of a fit; notes one that did not improve.
 fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
-    if fit.ending == Ending::Interrupted {
-        return ExitCode::from(INTERRUPTED);
+    if fit.ending == Ending::Interrupted || interrupt::is_pressed() {
+        return ExitCode::from(interrupt::INTERRUPTED);
     }
     if improved {
         return verdict::exit_code(assessment);
@@ -233,8 +234,10 @@ fn settings(record: &RunRecord) -> Result<FitArgs> {
 
 /// The settings of the interrupted run, and the state to go on from if it came so far.
 fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<(FitArgs, Option<Checkpoint>)> {
+    refuse_settings(given)?;
     let mut args = settings(&folder.record()?)?;
     args.out.clone_from(&given.out);
+    args.resume = true;
     let path = folder.file(CHECKPOINT);
     if !path.is_file() {
         return Ok((args, None));
@@ -245,6 +248,23 @@ fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<(FitArgs, Option<Check
         "restart with --force",
     )?;
     Ok((args, Some(checkpoint)))
+}
+
+/// Refuses settings beside --resume, which would be ignored.
+fn refuse_settings(given: &FitArgs) -> Result<()> {
+    let plain = Cli::of_words(["lagrangian", "fit", "--resume"]).map(|cli| cli.command);
+    let Some(Command::Fit(mut plain)) = plain else {
+        return Ok(());
+    };
+    plain.out.clone_from(&given.out);
+    let (plain, given) = (serde_json::to_value(plain)?, serde_json::to_value(given)?);
+    match difference(&plain, &given) {
+        None => Ok(()),
+        Some(change) => Err(mistake(
+            format!("--resume goes on with the settings of the run, but {change}"),
+            "omit all flags but --out and --resume, or restart with --force",
+        )),
+    }
 }
 
 /// The data of a fit and of its evaluation.
@@ -415,16 +435,28 @@ fn record(args: &FitArgs, data: &Data, robot: Option<&Robot>) -> Result<RunRecor
     RunRecord::now(args.training.seed, args, files)
 }
 
-/// The record of the run that is resumed, whose data must be those of now.
-fn same_data(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
-    let mut pairs = now.data.iter().zip(&then.data);
-    match pairs.find(|(now, then)| now.sha256 != then.sha256) {
-        None => Ok(then),
-        Some((DataFile { path, .. }, _)) => Err(mistake(
-            format!("'{path}' is no longer the file that the run began with"),
-            "bring the old file back, or restart with --force",
-        )),
+/// The record of the run that is resumed, whose data and settings must be those of now.
+fn same_run(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
+    let restart = "bring the old state back, or restart with --force";
+    if now.data.len() != then.data.len() {
+        let (now, then) = (now.data.len(), then.data.len());
+        let finding = format!("the run began with {then} files, and there are {now} now");
+        return Err(mistake(finding, restart));
     }
+    let mut pairs = now.data.iter().zip(&then.data);
+    if let Some((DataFile { path, .. }, _)) = pairs.find(|(now, then)| now.sha256 != then.sha256) {
+        let finding = format!("'{path}' is no longer the file that the run began with");
+        return Err(mistake(finding, restart));
+    }
+    if !then.resolved.is_empty() {
+        let tables = [&then.resolved, &now.resolved].map(serde_json::to_value);
+        let [old, new] = tables;
+        if let Some(change) = difference(&old?, &new?) {
+            let finding = format!("the run began with other settings: {change}");
+            return Err(mistake(finding, restart));
+        }
+    }
+    Ok(then)
 }
 
 /// All settings of the fits; notes a choice of the optimiser from the data.
@@ -462,7 +494,8 @@ fn fit(
 ) -> Result<Selection> {
     let metrics = folder.metrics(checkpoint.map_or(0, |c| c.step as u64))?;
     let bar = Progress::start("fit", mode.quiet);
-    let mut watch = Watch::new(folder, metrics, bar, interrupt::flag()?);
+    interrupt::listen()?;
+    let mut watch = Watch::new(folder, metrics, bar);
     let fitted = train::select(dataset, candidates, checkpoint, &mut watch);
     let result = match &fitted {
         Ok(Selection {

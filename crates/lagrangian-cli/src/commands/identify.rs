@@ -21,6 +21,7 @@ use crate::failure::Advise;
 use crate::identify_args::IdentifyArgs;
 use crate::output::{self, Existing};
 use crate::robot::{self, Robot};
+use crate::task::Task;
 use crate::{data, input};
 
 /// The part of the data to identify from that chooses the strength of the prior.
@@ -33,6 +34,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
     inputs.push(args.urdf.clone());
     input::refuse_overwriting([&args.out], &inputs)?;
     output::refuse_existing(&args.out, existing)?;
+    let _task = Task::start("identify", mode.quiet);
     let robot = robot::open(&args.urdf, &args.joints)?;
     let data = read(args)?;
     let found = identify(args, &robot, &data)?;

@@ -28,7 +28,7 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     for path in [out, &args.gif].into_iter().flatten() {
         output::refuse_existing(path, existing)?;
     }
-    let report = of_run(&folder, args.links)?;
+    let report = of_run(&folder, args.links, mode)?;
     let path = out.clone().unwrap_or_else(|| folder.file(REPORT));
     // The run's own page is made to be made again.
     let replace = Existing::from_force(args.output.force || out.is_none());
@@ -64,7 +64,7 @@ fn inputs(folder: &RunFolder) -> Result<Vec<PathBuf>> {
 }
 
 /// The page of a run, from the files in its folder and the data that they name; that of a demo as it was kept.
-pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
+fn of_run(folder: &RunFolder, links: Links, mode: OutputMode) -> Result<Report> {
     let kept = folder.file(FIGURES);
     if kept.is_file() {
         let shown = format!("cannot read '{}'", kept.display());
@@ -82,7 +82,7 @@ pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
         model: &model,
         evaluation: &evaluation,
     };
-    Ok(run.report(run.scored()?, links))
+    Ok(run.report(run.scored(mode)?, links))
 }
 
 fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {

@@ -15,6 +15,7 @@ use crate::data::{self, Fitted};
 use crate::failure::{Advise, mistake};
 use crate::motion;
 use crate::output;
+use crate::task::Task;
 
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
@@ -23,11 +24,13 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     inputs.push(args.model.clone());
     output.refuse_inputs_of_motions(&inputs)?;
     output.refuse_unwritable()?;
+    let task = Task::start("rollout", mode.quiet);
     let fitted = data::fitted(&args.model)?;
     let rollout = match &args.follow {
         Some(path) => follow(&fitted, path, args)?,
         None => from_start(&fitted.model, args)?,
     };
+    drop(task);
     let model = fitted.model;
     motion::note_early_end("the motion", rollout.outcome);
     let trajectories = std::slice::from_ref(&rollout.trajectory);

@@ -11,7 +11,9 @@ use super::OutputMode;
 use crate::cli::ScoreArgs;
 use crate::data;
 use crate::failure::Advise;
+use crate::interrupt;
 use crate::motion;
+use crate::task::Task;
 use crate::verdict;
 
 pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -25,11 +27,15 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     let recordings = data::read(&args.files, &data)?;
     data::require_dof(&recordings, model.coordinates())?;
     let (trajectories, estimates) = data::trajectories(recordings, &estimate.options())?;
+    let samples = trajectories.iter().map(Trajectory::len).sum();
+    let task = Task::of_predictions("score", mode.quiet, samples)?;
     let score = score(&model, &trajectories, &motion::for_comparison()).advise(
         "cannot score",
         "`lagrangian check` shows what is wrong with the data",
     )?;
     let assessment = Assessment::new(&model, &trajectories, &score);
+    drop(task);
+    motion::note_stopped(&score);
     let figures = json!({
         "command": "score",
         "model": args.model,
@@ -41,7 +47,10 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     });
     let text = || as_text(&score, &trajectories, model.coordinates()) + &verdict::text(&assessment);
     args.output.write_figures(mode, &figures, text)?;
-    Ok(verdict::exit_code(&assessment))
+    Ok(match interrupt::is_pressed() {
+        true => ExitCode::from(interrupt::INTERRUPTED),
+        false => verdict::exit_code(&assessment),
+    })
 }
 
 fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {
@@ -61,8 +70,13 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
     }
     for (trajectory, rollout) in trajectories.iter().zip(&score.rollouts) {
         let bound = if rollout.exceeded { "" } else { "≥ " };
+        let cut = if rollout.outcome.is_stopped() {
+            ", then stopped"
+        } else {
+            ""
+        };
         text += &format!(
-            "  {:<24} followed for {bound}{:.2} of {:.2} s\n",
+            "  {:<24} followed for {bound}{:.2} of {:.2} s{cut}\n",
             trajectory.name, rollout.valid_seconds, rollout.duration
         );
         if !trajectory.goal.is_empty() {

@@ -16,12 +16,14 @@ use crate::failure::Advise;
 use crate::out_args::PlotArgs;
 use crate::output;
 use crate::run_folder::command_line;
+use crate::task::Task;
 
 pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     let mut inputs = args.data.inputs(&args.files)?;
     inputs.push(args.model.clone());
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_unwritable()?;
+    let _task = Task::start("torque", mode.quiet);
     let fitted = data::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let model = fitted.model;

@@ -264,12 +264,13 @@ const FAR_OFF: f64 = 0.2;
 
 /// Predictions over a short time that all diverge, or of whole motions where these are shorter.
 fn of_rollouts(score: &Score) -> Option<Reason> {
-    let mut all = score.rollouts.iter().map(|r| r.outcome.is_finished());
+    let known = score.rollouts.iter().filter(|r| !r.outcome.is_stopped());
+    let known: Vec<bool> = known.map(|r| r.outcome.is_finished()).collect();
     let finding = match score.restarts.first() {
         Some(first) if first.unfinished == first.starts => {
             format!("every prediction diverges within {} s", first.seconds)
         }
-        None if all.len() > 0 && !all.any(|finished| finished) => {
+        None if !known.is_empty() && !known.contains(&true) => {
             "every prediction diverges before its recording ends".into()
         }
         _ => return None,

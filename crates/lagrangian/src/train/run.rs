@@ -1,8 +1,7 @@
 //! A run: steps, validations, and why it ends.
 
-use std::time::Instant;
-
 use super::checkpoint::Checkpoint;
+use super::clock::Clock;
 use super::engine::{AdamEngine, Engine, InTurn, NaturalEngine, Schedules, Stepped};
 use super::fit::{Budget, FitConfig, Optimizer};
 use super::learner::Learner;
@@ -32,7 +31,7 @@ pub(super) struct Run<'a> {
     validation: Vec<usize>,
     /// Seconds of training before this run, where it was resumed.
     before: f64,
-    clock: Instant,
+    clock: Clock,
 }
 
 /// The end of a run.
@@ -68,7 +67,7 @@ impl<'a> Run<'a> {
             order: Order::new(dataset.train.len(), config.seed),
             validation: (0..held).step_by(every).collect(),
             before: state.seconds,
-            clock: Instant::now(),
+            clock: Clock::start(),
             dataset,
             config,
             state,
@@ -291,7 +290,7 @@ impl<'a> Run<'a> {
     }
 
     fn seconds(&self) -> f64 {
-        self.before + self.clock.elapsed().as_secs_f64()
+        self.before + self.clock.seconds()
     }
 
     /// The share of the budget that is used.

@@ -18,6 +18,7 @@ use crate::data;
 use crate::failure::{Advise, mistake};
 use crate::out_args::PlotArgs;
 use crate::output;
+use crate::task::Task;
 use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 
 /// Bandwidth of the feedback where no gains are given, rad/s: low, as where a model is to do the work.
@@ -33,6 +34,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     if let Some(path) = &file.out {
         output::refuse_existing(&path.with_extension("toml"), file.existing())?;
     }
+    let _task = Task::start("track", mode.quiet);
     let model = data::model(&args.model)?;
     let reference = reference(args, &model)?;
     let truth = truth::read(&args.truth, &model, reference.samples())?;
