@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use lagrangian::saved::Preparation;
-use lagrangian::trajectory::{Sampling, thin};
+use lagrangian::trajectory::{Sampling, Topology, thin};
 use lagrangian::{
     CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Layout, Learned, Readings,
     Recording, SavedModel, Signal, Trajectory,
@@ -70,6 +70,14 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
+    /// The flags of the columns, completed by those of the data that the model was fitted to.
+    pub(crate) fn completed(&self, data: &DataArgs) -> Result<DataArgs> {
+        Ok(DataArgs {
+            fitted: Some(Layout::from_toml(&self.preparation.layout)?),
+            ..data.clone()
+        })
+    }
+
     /// The flags, completed by what the model was fitted with; tells the user what that is.
     pub(crate) fn complete(
         &self,
@@ -77,13 +85,12 @@ impl Fitted {
         estimate: &EstimateArgs,
     ) -> Result<(DataArgs, EstimateArgs)> {
         let Preparation {
-            layout,
             smooth,
             low_pass,
             delay,
+            ..
         } = &self.preparation;
-        let (mut data, mut estimate) = (data.clone(), estimate.clone());
-        data.fitted = Some(Layout::from_toml(layout)?);
+        let (mut data, mut estimate) = (self.completed(data)?, estimate.clone());
         let mut told = Vec::new();
         if !estimate.smooth && estimate.low_pass.is_none() {
             estimate.smooth = *smooth;
@@ -163,6 +170,14 @@ impl DataArgs {
         let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
         let given = self.file.layout.clone();
         given.or_else(|| beside.into_iter().find(|p| p.is_file()))
+    }
+
+    /// The layout of a file, or of motions that come from no file.
+    pub(crate) fn layout_of(&self, path: Option<&Path>) -> Result<Layout> {
+        match path {
+            Some(path) => self.layout_for(path),
+            None => Ok(self.layout()?.or(self.fitted.clone().unwrap_or_default())),
+        }
     }
 
     /// The flags, completed from the file beside the data.
@@ -386,13 +401,19 @@ pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
     let hint = "give the model.safetensors of a run";
     let file = input::open(path).advise(&shown, hint)?;
     let saved = SavedModel::read(file).advise(&shown, hint)?;
+    if saved.header.provenance.unverified {
+        tell!(
+            "note: '{}' was written before models held a checksum: damage to it may not show",
+            path.display()
+        );
+    }
     Ok(Fitted {
         model: Learned::load(&saved).advise(shown, hint)?,
         preparation: saved.header.provenance.preparation.unwrap_or_default(),
     })
 }
 
-/// Refuses recordings of another system than the model's.
+/// Refuses recordings of another number of coordinates than the model's.
 pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -> Result<()> {
     let (n, expected) = (
         recordings.first().map_or(0, Recording::dof),
@@ -405,4 +426,45 @@ pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -
         format!("the data has {n} coordinates, the model {expected}"),
         "name the columns of the model's coordinates with --q, in their order",
     ))
+}
+
+/// Refuses recordings of other coordinates than the model's: of another number, or angles where it has none. Other names
+/// may mean the same, and are told.
+pub(crate) fn require_coordinates(
+    recordings: &[Recording],
+    coordinates: &Coordinates,
+) -> Result<()> {
+    require_dof(recordings, coordinates)?;
+    let Some(first) = recordings.first() else {
+        return Ok(());
+    };
+    let pairs = first.coordinates.0.iter().zip(&coordinates.0);
+    if let Some((own, model)) = pairs
+        .clone()
+        .find(|(own, model)| own.topology != model.topology)
+    {
+        let is = |topology| match topology {
+            Topology::Circle => "an angle",
+            Topology::Line => "a position on a line",
+            Topology::Parameter => "a parameter",
+        };
+        return Err(mistake(
+            format!(
+                "'{}' is {} in the data, and '{}' is {} in the model",
+                own.name,
+                is(own.topology),
+                model.name,
+                is(model.topology)
+            ),
+            "declare the coordinates of the data as those of the model, with --angle and --parameters",
+        ));
+    }
+    for (own, model) in pairs.filter(|(own, model)| own.name != model.name) {
+        tell!(
+            "note: '{}' of the data is taken as '{}' of the model",
+            own.name,
+            model.name
+        );
+    }
+    Ok(())
 }

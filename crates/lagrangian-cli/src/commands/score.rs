@@ -25,7 +25,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let model = fitted.model;
     let recordings = data::read(&args.files, &data)?;
-    data::require_dof(&recordings, model.coordinates())?;
+    data::require_coordinates(&recordings, model.coordinates())?;
     let (trajectories, estimates) = data::trajectories(recordings, &estimate.options())?;
     let samples = trajectories.iter().map(Trajectory::len).sum();
     let task = Task::of_predictions("score", mode.quiet, samples)?;

@@ -6,7 +6,7 @@ use std::slice::ChunksExactMut;
 
 use super::columns::Resolved;
 use super::sample::{Flaw, Sampled, Stretch, TimeStep, Wrap, drop_stretches};
-use super::{Readings, Recording, Signal, Signals};
+use super::{Readings, Recording, Signals};
 use crate::{Error, Result};
 
 /// More trajectories than this, each of hardly more than one row, are a wrong column.
@@ -246,8 +246,7 @@ fn flaw(
 
 fn to_radians(values: &mut [f64], resolved: &Resolved) {
     for ((signal, i), value) in resolved.places().zip(&mut values[1..]) {
-        if (signal.order().is_some() || signal == Signal::Goal) && resolved.coordinates.is_circle(i)
-        {
+        if signal.has_the_unit_of_q() && resolved.coordinates.is_circle(i) {
             *value = value.to_radians();
         }
     }
