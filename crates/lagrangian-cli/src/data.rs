@@ -305,9 +305,36 @@ fn refuse_needless_topic(files: &[PathBuf], args: &DataArgs) -> Result<()> {
     }
 }
 
+/// Trajectories that are checked one by one, at most: each has a dozen findings.
+const MOST_CHECKED: usize = 20_000;
+
+/// Of more trajectories than are checked, those that cannot be used, and others evenly spread.
+fn checked(recordings: &[Recording]) -> Vec<Recording> {
+    let every = recordings.len().div_ceil(MOST_CHECKED / 2).max(1);
+    let numbered = recordings.iter().enumerate();
+    let bad = numbered.filter(|(k, r)| k % every != 0 && r.validate().is_err());
+    let bad = bad.map(|(_, r)| r).take(MOST_CHECKED / 2);
+    recordings
+        .iter()
+        .step_by(every)
+        .chain(bad)
+        .cloned()
+        .collect()
+}
+
 /// Checks recordings; remedies name the flags.
 pub(crate) fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
-    let mut report = lagrangian::check(recordings, options);
+    let mut report = match recordings.len() {
+        0..=MOST_CHECKED => lagrangian::check(recordings, options),
+        all => {
+            let some = checked(recordings);
+            tell!(
+                "note: the check is of {} of {all} trajectories ({MOST_CHECKED} at most), and of any that cannot be used",
+                some.len()
+            );
+            lagrangian::check(&some, options)
+        }
+    };
     let remedies = report
         .items
         .iter_mut()

@@ -1,7 +1,9 @@
 //! What a user reads when something fails, and the exit code.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::io;
+use std::sync::OnceLock;
 
 use anyhow::Error;
 use clap::{Command, CommandFactory};
@@ -95,10 +97,18 @@ pub(crate) fn with_flags(message: &str) -> String {
 fn flag(setting: &str) -> Option<String> {
     let other = OTHER_FLAGS.iter().find(|(name, _)| *name == setting);
     let long = other.map_or_else(|| setting.replace('_', "-"), |(_, flag)| (*flag).into());
-    let commands = Cli::command();
-    let mut arguments = commands.get_subcommands().flat_map(Command::get_arguments);
-    let known = arguments.any(|argument| argument.get_long() == Some(&long));
-    known.then(|| format!("--{long}"))
+    flags().contains(&long).then(|| format!("--{long}"))
+}
+
+/// The flags of all commands, listed once: a check of many recordings has a remedy for each.
+fn flags() -> &'static HashSet<String> {
+    static FLAGS: OnceLock<HashSet<String>> = OnceLock::new();
+    FLAGS.get_or_init(|| {
+        let commands = Cli::command();
+        let arguments = commands.get_subcommands().flat_map(Command::get_arguments);
+        let flags = arguments.filter_map(|argument| argument.get_long());
+        flags.map(String::from).collect()
+    })
 }
 
 /// What the operating system refused, where it did.

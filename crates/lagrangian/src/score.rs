@@ -515,6 +515,36 @@ mod tests {
     use crate::rollout::times;
 
     #[test]
+    fn a_score_that_is_stopped_says_how_much_it_left_out_and_is_no_verdict_on_rollouts() {
+        static STOP: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+        let truth = by_name("pendulum", &[]).unwrap();
+        let times = times(4.0, 0.02).unwrap();
+        let options = RolloutOptions {
+            stop: Stop::when(&STOP),
+            ..RolloutOptions::default()
+        };
+        let swing = rollout(&*truth, &[1.0], &[0.0], &times, &free, &options).unwrap();
+        let motions = [swing.trajectory];
+        assert_eq!(score(&*truth, &motions, &options).unwrap().stopped, 0);
+        STOP.store(true, std::sync::atomic::Ordering::Relaxed);
+        let stopped = score(&*truth, &motions, &options).unwrap();
+        // One motion, eight predictions of half a second and four of a second.
+        assert_eq!(stopped.stopped, 13);
+        assert!(stopped.rollouts[0].outcome.is_stopped() && stopped.restarts.is_empty());
+        assert!(stopped.acceleration.as_ref().unwrap().nmse[0] < 1e-20);
+        let assessment = Assessment::new(&*truth, &motions, &stopped);
+        assert_eq!(assessment.verdict, Grade::Good, "{:?}", assessment.reasons);
+    }
+
+    #[test]
+    fn an_error_that_is_no_number_is_not_passed_over_but_a_parameter_is() {
+        let error = SignalError::new(vec![f64::NAN, 0.1, 0.0], &[1.0, 1.0, 0.0]);
+        assert!(error.nmse_mean.is_nan());
+        let error = SignalError::new(vec![0.1, 0.0], &[1.0, 0.0]);
+        assert!((error.nmse_mean - 0.1).abs() < 1e-15);
+    }
+
+    #[test]
     fn the_truth_scores_without_error_and_another_pendulum_does_not() {
         let truth = by_name("pendulum", &[]).unwrap();
         let options = RolloutOptions::default();

@@ -217,6 +217,7 @@ fn number(record: &csv::StringRecord, column: usize, headers: &[String], line: u
         let column = headers[column].clone();
         let comma = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
         if text.contains('\n') {
+            let line = record.position().map_or(line, csv::Position::line);
             return not_csv(format!(
                 "line {line}, column '{column}': a quote is opened and not closed in that row"
             ));

@@ -12,6 +12,9 @@ use crate::{Error, Result};
 /// More trajectories than this, each of hardly more than one row, are a wrong column.
 const MANY_TRAJECTORIES: usize = 1000;
 
+/// The most trajectories of a file: each takes some kilobytes beside its rows.
+const MOST_TRAJECTORIES: usize = 1 << 18;
+
 /// Collects rows; the memory grows with the rows that are kept, never with what a header claims.
 pub(super) struct Rows {
     resolved: Resolved,
@@ -305,6 +308,13 @@ impl Rows {
     }
 
     fn refuse_a_name_per_row(&self) -> Result<()> {
+        if self.partial.len() > MOST_TRAJECTORIES {
+            return Err(Error::Columns {
+                finding: format!("the file holds more than {MOST_TRAJECTORIES} trajectories, the most"),
+                found: self.resolved.columns.trajectory.clone().unwrap_or_default(),
+                remedy: "divide the file, or name the column that tells trajectories apart with `trajectory`".into(),
+            });
+        }
         if self.partial.len() <= MANY_TRAJECTORIES || self.partial.len() * 3 < self.rows * 2 {
             return Ok(());
         }
