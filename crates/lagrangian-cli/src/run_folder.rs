@@ -65,7 +65,7 @@ impl RunFolder {
         }
         if path.is_file() {
             return Err(mistake(
-                format!("'{shown}' is a file, and a run is a folder"),
+                format!("cannot write to the folder '{shown}': it is a file"),
                 "give another --out",
             ));
         }

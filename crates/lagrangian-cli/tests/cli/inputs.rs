@@ -181,7 +181,7 @@ fn a_file_in_the_place_of_a_folder_and_a_folder_in_that_of_a_file_are_named() {
     let bench = Workbench::new();
     bench.write("a.csv", &swing());
     let message = bench.refuse("fit a.csv --out a.csv --force");
-    assert!(message.contains("a run is a folder"), "{message}");
+    assert!(message.contains("it is a file"), "{message}");
     std::fs::create_dir(bench.path("folder.json")).unwrap();
     let message = bench.refuse("check a.csv --out folder.json --force");
     assert!(message.contains("it is a folder"), "{message}");

@@ -101,7 +101,7 @@ fn a_second_process_in_a_run_folder_is_refused_and_a_dead_one_forgotten() {
 #[test]
 fn a_run_is_made_again_by_the_command_of_its_record() {
     let bench = with_run("angle = \"all\"\n");
-    let line = "fit a.csv --steps 6 --width 8 --form convex --low-pass 4 --out first --quiet";
+    let line = "fit a.csv --steps 6 --width 16 --form convex --low-pass 4 --out first --quiet";
     let made = bench.run(line).code;
     let record = String::from_utf8(bench.read("first/run.toml")).unwrap();
     let record: toml::Table = toml::from_str(&record).unwrap();
