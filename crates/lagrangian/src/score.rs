@@ -159,9 +159,10 @@ pub fn predict_all(
     if !model.moves() {
         return Ok(Predictions::default());
     }
+    let count = trajectories.len();
     let rollouts = trajectories
-        .iter()
-        .map(|t| predict(model, t, &bounded(options, t)));
+        .par_iter()
+        .map(|t| predict(model, t, &bounded(options, t, count)));
     let rollouts = rollouts.collect::<Result<_>>()?;
     let accelerations = trajectories
         .iter()
@@ -176,11 +177,14 @@ pub fn predict_all(
 /// take.
 const STEPS: u64 = 20;
 const MORE: (u64, u64) = (200, 100);
+/// Of these further steps, all predictions together.
+const MORE_OF_ALL: u64 = 2_000_000;
 
-/// The options with a limit of steps that follows from the size of the task.
-fn bounded(options: &RolloutOptions, truth: &Trajectory) -> RolloutOptions {
+/// The options with a limit of steps that follows from the size of the task, of `count` such predictions.
+fn bounded(options: &RolloutOptions, truth: &Trajectory, count: usize) -> RolloutOptions {
     let rows = truth.len() as u64;
-    let steps = STEPS * rows + MORE.0 * rows.min(MORE.1);
+    let more = MORE.0 * rows.min(MORE.1);
+    let steps = STEPS * rows + more.min(MORE_OF_ALL / (count as u64).max(1));
     RolloutOptions {
         max_steps: options.max_steps.min(steps),
         ..*options
@@ -295,7 +299,8 @@ fn restart_counted(
         .iter()
         .flat_map(|t| windows(t, seconds))
         .collect();
-    let predict = |truth: &Trajectory| predict(model, truth, &bounded(options, truth));
+    let count = windows.len();
+    let predict = |truth: &Trajectory| predict(model, truth, &bounded(options, truth, count));
     let predictions: Vec<Rollout> = windows.par_iter().map(predict).collect::<Result<_>>()?;
     let n = model.coordinates().dof();
     let (mut all, mut ends) = (Squares::new(n), Squares::new(n));

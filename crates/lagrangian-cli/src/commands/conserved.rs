@@ -16,6 +16,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
 use crate::law_args::ConservedArgs;
 use crate::subject::{Subject, coordinate};
 use crate::task::Task;
@@ -74,7 +75,7 @@ fn points(args: &ConservedArgs, coordinates: &Coordinates) -> Result<Vec<Vec<usi
 fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {
     if !args.files.is_empty() {
         let recordings = data::read(&args.files, &args.data)?;
-        data::require_dof(&recordings, subject.coordinates()?)?;
+        fitted::require_dof(&recordings, subject.coordinates()?)?;
         return Ok(data::trajectories(recordings, &args.estimate.options())?.0);
     }
     let Subject::System(system) = subject else {

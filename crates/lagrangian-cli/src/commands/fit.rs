@@ -1,15 +1,13 @@
 //! `lagrangian fit`: from recordings to a run folder with a model.
 
-use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use lagrangian::models::Parameter;
 use lagrangian::saved::Preparation;
 use lagrangian::score::Assessment;
-use lagrangian::settings::difference;
-use lagrangian::train::{self, Choice, Chosen, Ending, Selection};
+use lagrangian::train::{self, Choice, Chosen, Contestant, Ending, Selection};
 use lagrangian::trajectory::Sampling;
 use lagrangian::{
     CheckOptions, CheckReport, Checkpoint, Coordinates, Dataset, Estimate, EstimateOptions, Fit,
@@ -19,20 +17,20 @@ use lagrangian_report::draw;
 use serde_json::json;
 
 use super::OutputMode;
-use crate::cli::{Cli, Command, EstimateArgs, Links};
+use crate::cli::{EstimateArgs, Links};
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::FitArgs;
 use crate::fit_config::Needs;
+use crate::fitted;
 use crate::hashed::FileHash;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
 use crate::resolved::Resolved;
+use crate::resumed::{resumed, same_run, settings};
 use crate::robot::Robot;
-use crate::run_folder::{
-    CHECKPOINT, DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line,
-};
+use crate::run_folder::{DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line};
 use crate::run_page::{Evaluation, Run};
 use crate::verdict;
 use crate::watch::Watch;
@@ -89,39 +87,18 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         contestants,
     } = selection;
     let choices = [of_data, choices].concat();
-    for contestant in &contestants {
-        if let Some(failure) = &contestant.failure {
-            tell!("note: {} was not fitted: {failure}", contestant.family);
-        }
-    }
+    note_failures(&contestants);
     if contestants.len() > 1 {
         begun.choices.clone_from(&choices);
         begun.tried.clone_from(&contestants);
         folder.update_record(&begun)?;
     }
-    let hashes = record.data.iter();
-    let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
-    let provenance = Provenance {
-        data: hashes.collect(),
-        command: Some(record.command.clone()),
-        preparation: Some(preparation),
-        ..Provenance::of_seed(args.training.seed)
-    };
+    let provenance = provenance(&record, preparation);
     let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
     let forced = dataset.forced;
     drop(dataset);
     folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
-    let page = Run {
-        folder: folder.path(),
-        record: &begun,
-        metrics: &folder.read_metrics()?,
-        model: &fit.model,
-        evaluation: &evaluation,
-    };
-    let scored = page.scored(mode)?;
-    let assessment = scored.assessment.clone();
-    let page = draw::html(&page.report(scored, Links::default()));
-    folder.write(REPORT, page.as_bytes())?;
+    let assessment = assessed(folder, &begun, &fit.model, &evaluation, mode)?;
     let improved = improved(&fit, &config, &args);
     if !mode.json {
         tell(folder, &fit, &assessment);
@@ -149,6 +126,49 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         "parameters": fit.model.parameters(),
     }))?;
     Ok(exit_code(&fit, improved, &assessment))
+}
+
+/// Writes the page, and says how far the model can be trusted.
+fn assessed(
+    folder: &RunFolder,
+    record: &RunRecord,
+    model: &Learned,
+    evaluation: &Evaluation,
+    mode: OutputMode,
+) -> Result<Assessment> {
+    let page = Run {
+        folder: folder.path(),
+        record,
+        metrics: &folder.read_metrics()?,
+        model,
+        evaluation,
+    };
+    let scored = page.scored(mode)?;
+    let assessment = scored.assessment.clone();
+    let page = draw::html(&page.report(scored, Links::default()));
+    folder.write(REPORT, page.as_bytes())?;
+    Ok(assessment)
+}
+
+/// Where a model comes from.
+fn provenance(record: &RunRecord, preparation: Preparation) -> Provenance {
+    let hashes = record.data.iter();
+    let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
+    Provenance {
+        data: hashes.collect(),
+        command: Some(record.command.clone()),
+        preparation: Some(preparation),
+        ..Provenance::of_seed(record.seed)
+    }
+}
+
+/// Says which models could not be fitted.
+fn note_failures(contestants: &[Contestant]) {
+    for contestant in contestants {
+        if let Some(failure) = &contestant.failure {
+            tell!("note: {} was not fitted: {failure}", contestant.family);
+        }
+    }
 }
 
 /// The files that a fit reads.
@@ -220,51 +240,6 @@ fn occupied(args: &FitArgs) -> Occupied {
 /// The motions of a run's evaluation, read again from the files that it names.
 pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
     Ok(read(&settings(record)?)?.evaluation().0)
-}
-
-fn settings(record: &RunRecord) -> Result<FitArgs> {
-    let settings = record.settings.clone().try_into();
-    let mut args: FitArgs = settings.advise(
-        "cannot read the settings of the run",
-        "run.toml was changed by hand: repeat the fit",
-    )?;
-    args.model.keep_own();
-    Ok(args)
-}
-
-/// The settings of the interrupted run, and the state to go on from if it came so far.
-fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<(FitArgs, Option<Checkpoint>)> {
-    refuse_settings(given)?;
-    let mut args = settings(&folder.record()?)?;
-    args.out.clone_from(&given.out);
-    args.resume = true;
-    let path = folder.file(CHECKPOINT);
-    if !path.is_file() {
-        return Ok((args, None));
-    }
-    let bytes = fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
-    let checkpoint = Checkpoint::from_bytes(&bytes).advise(
-        format!("cannot resume from '{}'", path.display()),
-        "restart with --force",
-    )?;
-    Ok((args, Some(checkpoint)))
-}
-
-/// Refuses settings beside --resume, which would be ignored.
-fn refuse_settings(given: &FitArgs) -> Result<()> {
-    let plain = Cli::of_words(["lagrangian", "fit", "--resume"]).map(|cli| cli.command);
-    let Some(Command::Fit(mut plain)) = plain else {
-        return Ok(());
-    };
-    plain.out.clone_from(&given.out);
-    let (plain, given) = (serde_json::to_value(plain)?, serde_json::to_value(given)?);
-    match difference(&plain, &given) {
-        None => Ok(()),
-        Some(change) => Err(mistake(
-            format!("--resume goes on with the settings of the run, but {change}"),
-            "omit all flags but --out and --resume, or restart with --force",
-        )),
-    }
 }
 
 /// The data of a fit and of its evaluation.
@@ -339,7 +314,7 @@ fn read(args: &FitArgs) -> Result<Data> {
         split(trajectories, fraction, seed)?
     } else {
         let other = data::read_sample(&args.training.validate, &args.data, sampling)?;
-        data::require_dof(&other.recordings, &coordinates)?;
+        fitted::require_dof(&other.recordings, &coordinates)?;
         files.extend(data_files("validation", other.hashes));
         let (validation, how) = data::estimated(other.recordings, &options)?;
         estimates.extend(how);
@@ -433,30 +408,6 @@ fn record(args: &FitArgs, data: &Data, robot: Option<&Robot>) -> Result<RunRecor
     let robot = robot.and_then(|robot| args.robot.file(robot));
     let files = data.files.iter().cloned().chain(robot).collect();
     RunRecord::now(args.training.seed, args, files)
-}
-
-/// The record of the run that is resumed, whose data and settings must be those of now.
-fn same_run(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
-    let restart = "bring the old state back, or restart with --force";
-    if now.data.len() != then.data.len() {
-        let (now, then) = (now.data.len(), then.data.len());
-        let finding = format!("the run began with {then} files, and there are {now} now");
-        return Err(mistake(finding, restart));
-    }
-    let mut pairs = now.data.iter().zip(&then.data);
-    if let Some((DataFile { path, .. }, _)) = pairs.find(|(now, then)| now.sha256 != then.sha256) {
-        let finding = format!("'{path}' is no longer the file that the run began with");
-        return Err(mistake(finding, restart));
-    }
-    if !then.resolved.is_empty() {
-        let tables = [&then.resolved, &now.resolved].map(serde_json::to_value);
-        let [old, new] = tables;
-        if let Some(change) = difference(&old?, &new?) {
-            let finding = format!("the run began with other settings: {change}");
-            return Err(mistake(finding, restart));
-        }
-    }
-    Ok(then)
 }
 
 /// All settings of the fits; notes a choice of the optimiser from the data.

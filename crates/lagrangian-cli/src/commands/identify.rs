@@ -18,6 +18,7 @@ use serde_json::json;
 
 use super::{OutputMode, fit};
 use crate::failure::Advise;
+use crate::fitted;
 use crate::identify_args::IdentifyArgs;
 use crate::output::{self, Existing};
 use crate::robot::{self, Robot};
@@ -94,7 +95,7 @@ fn read(args: &IdentifyArgs) -> Result<Data> {
             .advise("cannot hold data out", "take a smaller --hold-out")?,
         false => {
             let other = data::read_sample(&args.test, &args.data, sampling)?.recordings;
-            data::require_dof(&other, &coordinates)?;
+            fitted::require_dof(&other, &coordinates)?;
             (motions, data::estimated(other, &options)?.0)
         }
     };

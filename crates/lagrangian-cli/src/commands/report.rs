@@ -11,8 +11,8 @@ use serde_json::json;
 
 use super::{OutputMode, fit};
 use crate::cli::{Links, ReportArgs};
-use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
 use crate::input;
 use crate::out_args::write_png;
 use crate::output::{self, Existing};
@@ -72,7 +72,7 @@ fn of_run(folder: &RunFolder, links: Links, mode: OutputMode) -> Result<Report> 
         return serde_json::from_slice(&bytes).advise(shown, "repeat the demo with --force");
     }
     let record = folder.record()?;
-    let model = data::model(&folder.file(MODEL))?;
+    let model = fitted::model(&folder.file(MODEL))?;
     let evaluation = fit::evaluation(&record)?;
     let metrics = folder.read_metrics()?;
     let run = Run {

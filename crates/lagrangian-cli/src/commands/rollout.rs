@@ -13,6 +13,7 @@ use super::OutputMode;
 use crate::cli::{DataArgs, EstimateArgs, RolloutArgs};
 use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
 use crate::motion;
 use crate::output::{self, Columns};
 use crate::task::Task;
@@ -25,7 +26,7 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     output.refuse_inputs_of_motions(&inputs)?;
     output.refuse_unwritable()?;
     let task = Task::start("rollout", mode.quiet);
-    let fitted = data::fitted(&args.model)?;
+    let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = match &args.follow {
         Some(_) => fitted.complete(&args.data, &args.estimate)?,
         None => (fitted.completed(&args.data)?, args.estimate.clone()),
@@ -112,7 +113,7 @@ fn follow(
     args: &RolloutArgs,
 ) -> Result<Rollout> {
     let mut recordings = data::read(&[path.into()], data)?;
-    data::require_coordinates(&recordings, model.coordinates())?;
+    fitted::require_coordinates(&recordings, model.coordinates())?;
     recordings.truncate(1);
     let options = EstimateOptions {
         accelerations: false,

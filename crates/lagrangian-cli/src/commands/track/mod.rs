@@ -16,6 +16,7 @@ use super::OutputMode;
 use crate::cli::DataArgs;
 use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
 use crate::out_args::PlotArgs;
 use crate::output;
 use crate::task::Task;
@@ -35,7 +36,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
         output::refuse_existing(&path.with_extension("toml"), file.existing())?;
     }
     let _task = Task::start("track", mode.quiet);
-    let model = data::model(&args.model)?;
+    let model = fitted::model(&args.model)?;
     let reference = reference(args, &model)?;
     let truth = truth::read(&args.truth, &model, reference.samples())?;
     let robot: &dyn Model = truth.as_deref().unwrap_or(&model);
@@ -101,7 +102,7 @@ fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {
         ..DataArgs::default()
     };
     let recordings = data::read(files, &columns)?;
-    data::require_dof(&recordings, model.coordinates())?;
+    fitted::require_dof(&recordings, model.coordinates())?;
     let others = recordings.len() - 1;
     if others > 0 {
         tell!("note: the first trajectory is followed; {others} others are omitted");
