@@ -10,7 +10,7 @@ use zip::write::SimpleFileOptions;
 /// Rows of every array.
 const ROWS: usize = 20;
 
-/// An array as NumPy writes it.
+/// An array as `NumPy` writes it.
 fn array(descr: &str, shape: &str, elements: &[u8]) -> Vec<u8> {
     let text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
@@ -138,7 +138,7 @@ fn time_may_be_an_array_of_one_column() {
         ..Layout::default()
     };
     let readings = read(of_time("(20, 1)", 1), &layout).unwrap();
-    assert_eq!(readings.recordings[0].t[19], 19.0);
+    assert!((readings.recordings[0].t[19] - 19.0).abs() < 1e-12);
     let error = read(of_time("(20, 2)", 2), &layout)
         .unwrap_err()
         .to_string();
