@@ -325,7 +325,7 @@ pub(crate) enum Starts {
 #[derive(Debug, Clone, Args, serde::Serialize)]
 #[command(next_help_heading = "Motion")]
 pub(crate) struct MotionArgs {
-    /// Initial coordinates, SI units
+    /// Initial coordinates, in SI units or in those of the data that the model was fitted to (--degrees)
     #[arg(
         long,
         value_name = "VALUES",
@@ -335,7 +335,7 @@ pub(crate) struct MotionArgs {
     )]
     pub(crate) q0: Vec<f64>,
 
-    /// Initial velocities, SI units
+    /// Initial velocities, alike
     #[arg(
         long,
         value_name = "VALUES",

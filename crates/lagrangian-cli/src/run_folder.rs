@@ -448,6 +448,7 @@ mod tests {
             .add(1, 0.1, &[("loss/train", 1.0)])
             .unwrap();
         run.write(MODEL, b"the earlier model").unwrap();
+        drop(run);
         let refused = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
         assert!(crate::failure::describe(&refused).contains("--resume"));
         let anew = RunFolder::open(folder.path(), Occupied::Restart).unwrap();

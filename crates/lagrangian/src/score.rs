@@ -192,7 +192,7 @@ fn bounded(options: &RolloutOptions, truth: &Trajectory, count: usize) -> Rollou
 }
 
 /// Samples that are evaluated between two looks at whether to stop.
-const SAMPLES: usize = 1 << 14;
+const SAMPLES: usize = 1 << 12;
 
 /// The values of each part of the samples, [`SAMPLES`] at most; the first part is there whatever happens.
 fn parts(values: usize, n: usize, stop: Stop) -> impl Iterator<Item = Range<usize>> {
@@ -300,16 +300,20 @@ fn restart_counted(
         .flat_map(|t| windows(t, seconds))
         .collect();
     let count = windows.len();
-    let predict = |truth: &Trajectory| predict(model, truth, &bounded(options, truth, count));
-    let predictions: Vec<Rollout> = windows.par_iter().map(predict).collect::<Result<_>>()?;
+    let predict = |truth: &Trajectory| match options.stop.is_asked() {
+        true => Ok(None),
+        false => predict(model, truth, &bounded(options, truth, count)).map(Some),
+    };
+    let predictions = windows.par_iter().map(predict);
+    let predictions: Vec<Option<Rollout>> = predictions.collect::<Result<_>>()?;
     let n = model.coordinates().dof();
     let (mut all, mut ends) = (Squares::new(n), Squares::new(n));
     let (mut unfinished, mut stopped) = (0, 0);
     for (truth, prediction) in windows.iter().zip(&predictions) {
-        if prediction.outcome.is_stopped() {
+        let Some(prediction) = prediction.as_ref().filter(|p| !p.outcome.is_stopped()) else {
             stopped += 1;
             continue;
-        }
+        };
         if !prediction.outcome.is_finished() {
             unfinished += 1;
             continue;

@@ -101,7 +101,7 @@ fn in_si_units(mut start: State, coordinates: &Coordinates, layout: &Layout) -> 
                 *value = value.to_radians();
             }
         }
-        tell!("note: angles are in degrees, as in the data of the model");
+        tell!("note: angles are in degrees");
     }
     start
 }
