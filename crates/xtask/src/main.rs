@@ -104,7 +104,7 @@ const TEST: [Step; 9] = [
             "--",
             "kill",
             "--each",
-            "5",
+            "3",
         ],
         variable: None,
         component: None,

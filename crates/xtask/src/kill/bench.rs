@@ -11,7 +11,7 @@ use crate::Failure;
 /// The recordings.
 const RECORDINGS: [&str; 2] = [
     "simulate pendulum --trajectories 4 --duration 4 --step 0.02 --seed 1 --out free.csv",
-    "simulate two-link-arm --drive 3 --trajectories 4 --duration 4 --step 0.02 --seed 2 --out forced.csv",
+    "simulate two-link-arm --drive 3 --friction 0.3 --trajectories 4 --duration 2 --step 0.02 --seed 5 --out forced.csv",
 ];
 
 /// Looks at a process this often.

@@ -20,7 +20,7 @@ kill [--each N] [--release]
 const KINDS: [&str; 7] = [
     "free.csv --width 16",
     "free.csv --width 16 --optimizer adam --batch 64",
-    "free.csv --width 16 --model hnn",
+    "free.csv --width 16 --model hnn --momenta velocities",
     "forced.csv --width 16 --model delan --loss torque",
     "forced.csv --width 16 --model mlp --optimizer adam",
     "free.csv --width 8 --loss rollout --horizon 4 --starts free",
