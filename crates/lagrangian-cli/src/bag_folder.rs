@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use crate::failure::{Advise, mistake};
+use crate::input;
 
 /// The file that describes a bag, in its folder.
 const METADATA: &str = "metadata.yaml";
@@ -26,8 +27,7 @@ pub(crate) fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
 fn of_bag(folder: &Path) -> Result<Vec<PathBuf>> {
     let shown = format!("cannot read the folder '{}'", folder.display());
     let hint = "give files, or the folder of a ROS 2 bag with its metadata.yaml";
-    let text =
-        fs::read_to_string(folder.join(METADATA)).advise(format!("{shown}: {METADATA}"), hint)?;
+    let text = input::text(&folder.join(METADATA)).advise(format!("{shown}: {METADATA}"), hint)?;
     let names = relative_file_paths(&text);
     match names.is_empty() {
         true => Err(mistake(

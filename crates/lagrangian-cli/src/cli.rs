@@ -15,7 +15,7 @@ use crate::identify_args::IdentifyArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::out_args::{OutArgs, PlotArgs};
 use crate::track_args::TrackArgs;
-use crate::values::{Rows, assignment, finite, method, non_negative, positive, rows, seed};
+use crate::values::{Rows, assignment, finite, method, name, non_negative, positive, rows, seed};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -85,19 +85,19 @@ pub(crate) struct FileArgs {
     pub(crate) columns: ColumnArgs,
 
     /// Column of time, s [default: t]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) time: Option<String>,
 
     /// Column that tells several trajectories of one file apart [default: trajectory, if there is one]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) trajectory: Option<String>,
 
     /// Topic of a ROS 2 bag; its joints are columns that --q names [default: the one with joint states]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) topic: Option<String>,
 
     /// Coordinates that are angles, so that q and q + 2π are the same; `all` for all of them
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     pub(crate) angle: Vec<String>,
 
     /// Angles are in degrees (never guessed)
@@ -128,7 +128,7 @@ pub(crate) struct DataArgs {
 
     /// Coordinates that the forces act on, in the order of --tau, where they are fewer than the coordinates; the
     /// forces on the others are 0 [default: all, or by the names of the columns]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     #[serde(default)]
     pub(crate) actuated: Vec<String>,
 
@@ -140,7 +140,7 @@ pub(crate) struct DataArgs {
 
     /// Coordinates that never move, such as a mass, a length or the strength of a field: a model sees their values;
     /// further columns, or some of --q; they need no columns of velocities
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     #[serde(default)]
     pub(crate) parameters: Vec<String>,
 
@@ -244,7 +244,7 @@ pub(crate) struct SimulateArgs {
     pub(crate) urdf: Option<PathBuf>,
 
     /// Joints of the robot that move, in this order, the others locked at 0 [default: all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "urdf")]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "urdf", value_parser = name)]
     pub(crate) joints: Vec<String>,
 
     /// Drive every coordinate by a sine of this amplitude, N·m or N, of random phase and 0.2 to 1.5 Hz
@@ -325,7 +325,7 @@ pub(crate) enum Starts {
 #[derive(Debug, Clone, Args, serde::Serialize)]
 #[command(next_help_heading = "Motion")]
 pub(crate) struct MotionArgs {
-    /// Initial coordinates, SI units
+    /// Initial coordinates, in SI units or in those of the data that the model was fitted to (--degrees)
     #[arg(
         long,
         value_name = "VALUES",
@@ -335,7 +335,7 @@ pub(crate) struct MotionArgs {
     )]
     pub(crate) q0: Vec<f64>,
 
-    /// Initial velocities, SI units
+    /// Initial velocities, alike
     #[arg(
         long,
         value_name = "VALUES",
@@ -518,6 +518,12 @@ impl Cli {
     pub(crate) fn from_command_line() -> Self {
         let parsed = Self::from_arg_matches(&Self::numeric().get_matches());
         parsed.unwrap_or_else(|error| error.exit())
+    }
+
+    /// What a command line means that is made here.
+    pub(crate) fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Option<Self> {
+        let matches = Self::numeric().try_get_matches_from(words).ok()?;
+        Self::from_arg_matches(&matches).ok()
     }
 
     fn numeric() -> clap::Command {

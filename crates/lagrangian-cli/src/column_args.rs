@@ -4,6 +4,8 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use lagrangian::{Signal, Signals};
 use serde::{Deserialize, Serialize};
 
+use crate::values::name;
+
 /// The columns of each signal, as they were named.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -31,15 +33,16 @@ pub(crate) fn flag_name(signal: Signal) -> &'static str {
 }
 
 fn flag(signal: Signal) -> Arg {
-    let (name, description) = (signal.name(), signal.description());
+    let (prefix, description) = (signal.name(), signal.description());
     Arg::new(flag_name(signal))
         .long(flag_name(signal))
         .value_name("NAMES")
         .value_delimiter(',')
+        .value_parser(name)
         .action(ArgAction::Append)
         .help(match Signal::OF_DRIVES.contains(&signal) {
-            true => format!("Columns of {description} [default with goals: {name}1,{name}2,…]"),
-            false => format!("Columns of the {description} [default: {name}1,{name}2,…]"),
+            true => format!("Columns of {description} [default with goals: {prefix}1,{prefix}2,…]"),
+            false => format!("Columns of the {description} [default: {prefix}1,{prefix}2,…]"),
         })
 }
 

@@ -1,7 +1,6 @@
 //! From the files that the user names to recordings.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
 use std::mem::take;
 use std::path::{Path, PathBuf};
 
@@ -9,8 +8,8 @@ use anyhow::Result;
 use lagrangian::saved::Preparation;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
-    CheckOptions, CheckReport, Coordinates, Estimate, EstimateOptions, Layout, Learned, Readings,
-    Recording, SavedModel, Signal, Trajectory,
+    CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, Readings, Recording, Signal,
+    Trajectory,
 };
 use serde::Serialize;
 
@@ -18,7 +17,7 @@ use crate::cli::{DataArgs, EstimateArgs};
 use crate::column_args::flag_name;
 use crate::failure::{Advise, mistake, with_flags};
 use crate::hashed::{FileHash, Hashed};
-use crate::{bag_folder, output};
+use crate::{bag_folder, input, output};
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
@@ -61,46 +60,6 @@ impl EstimateArgs {
             momenta: false,
             ..EstimateOptions::default()
         }
-    }
-}
-
-/// A saved model, and how its recordings were prepared.
-pub(crate) struct Fitted {
-    pub(crate) model: Learned,
-    preparation: Preparation,
-}
-
-impl Fitted {
-    /// The flags, completed by what the model was fitted with; tells the user what that is.
-    pub(crate) fn complete(
-        &self,
-        data: &DataArgs,
-        estimate: &EstimateArgs,
-    ) -> Result<(DataArgs, EstimateArgs)> {
-        let Preparation {
-            layout,
-            smooth,
-            low_pass,
-            delay,
-        } = &self.preparation;
-        let (mut data, mut estimate) = (data.clone(), estimate.clone());
-        data.fitted = Some(Layout::from_toml(layout)?);
-        let mut told = Vec::new();
-        if !estimate.smooth && estimate.low_pass.is_none() {
-            estimate.smooth = *smooth;
-            estimate.low_pass = *low_pass;
-            told.extend(smooth.then(|| "--smooth".to_string()));
-            told.extend(low_pass.map(|hertz| format!("--low-pass {hertz}")));
-        }
-        if data.delay.is_empty() && !delay.is_empty() {
-            data.delay = delay.iter().map(|seconds| 1e3 * seconds).collect();
-            let words: Vec<String> = data.delay.iter().map(f64::to_string).collect();
-            told.push(format!("--delay {}", words.join(",")));
-        }
-        if !told.is_empty() {
-            eprintln!("note: as for the fit of the model: {}", told.join(" "));
-        }
-        Ok((data, estimate))
     }
 }
 
@@ -150,6 +109,15 @@ impl DataArgs {
         Ok(layout)
     }
 
+    /// The files that are read for recordings of these names: bags, data and layouts.
+    pub(crate) fn inputs(&self, named: &[PathBuf]) -> Result<Vec<PathBuf>> {
+        let mut files = bag_folder::files(named)?;
+        let layouts = files.iter().filter_map(|path| self.layout_file(path));
+        let layouts: Vec<PathBuf> = layouts.collect();
+        files.extend(layouts);
+        Ok(files)
+    }
+
     /// The layout file that speaks for a data file, if there is one.
     pub(crate) fn layout_file(&self, path: &Path) -> Option<PathBuf> {
         let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
@@ -157,14 +125,22 @@ impl DataArgs {
         given.or_else(|| beside.into_iter().find(|p| p.is_file()))
     }
 
+    /// The layout of a file, or of motions that come from no file.
+    pub(crate) fn layout_of(&self, path: Option<&Path>) -> Result<Layout> {
+        match path {
+            Some(path) => self.layout_for(path),
+            None => Ok(self.layout()?.or(self.fitted.clone().unwrap_or_default())),
+        }
+    }
+
     /// The flags, completed from the file beside the data.
-    fn layout_for(&self, path: &Path) -> Result<Layout> {
+    pub(crate) fn layout_for(&self, path: &Path) -> Result<Layout> {
         let fitted = self.fitted.clone().unwrap_or_default();
         let Some(chosen) = self.layout_file(path) else {
             return Ok(self.layout()?.or(fitted));
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
-        let text = fs::read_to_string(&chosen).advise(&shown, "check --layout, or omit it")?;
+        let text = input::text(&chosen).advise(&shown, "check --layout, or omit it")?;
         let from_file = Layout::from_toml(&text)
             .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
         Ok(self.layout()?.or(from_file).or(fitted))
@@ -197,7 +173,7 @@ pub(crate) fn read_sample(
     let kept: usize = recordings.iter().map(Recording::len).sum();
     let rows: usize = sources.iter().map(|source| source.rows).sum();
     if kept < rows {
-        eprintln!(
+        tell!(
             "note: {kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
         );
     }
@@ -243,10 +219,10 @@ fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<O
     )?;
     let ignored = readings.columns.ignored.join(", ");
     if !ignored.is_empty() {
-        eprintln!("note: '{}': columns not used: {ignored}", path.display());
+        tell!("note: '{}': columns not used: {ignored}", path.display());
     }
     for note in readings.notes.iter().map(|note| with_flags(note)) {
-        eprintln!("note: '{}': {note}", path.display());
+        tell!("note: '{}': {note}", path.display());
     }
     note_passive(path, &readings);
     let hash = hashing.finish().advise(shown, access)?;
@@ -282,9 +258,36 @@ fn refuse_needless_topic(files: &[PathBuf], args: &DataArgs) -> Result<()> {
     }
 }
 
+/// Trajectories that are checked one by one, at most: each has a dozen findings.
+const MOST_CHECKED: usize = 20_000;
+
+/// Of more trajectories than are checked, those that cannot be used, and others evenly spread.
+fn checked(recordings: &[Recording]) -> Vec<Recording> {
+    let every = recordings.len().div_ceil(MOST_CHECKED / 2).max(1);
+    let numbered = recordings.iter().enumerate();
+    let bad = numbered.filter(|(k, r)| k % every != 0 && r.validate().is_err());
+    let bad = bad.map(|(_, r)| r).take(MOST_CHECKED / 2);
+    recordings
+        .iter()
+        .step_by(every)
+        .chain(bad)
+        .cloned()
+        .collect()
+}
+
 /// Checks recordings; remedies name the flags.
 pub(crate) fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
-    let mut report = lagrangian::check(recordings, options);
+    let mut report = match recordings.len() {
+        0..=MOST_CHECKED => lagrangian::check(recordings, options),
+        all => {
+            let some = checked(recordings);
+            tell!(
+                "note: the check is of {} of {all} trajectories ({MOST_CHECKED} at most), and of any that cannot be used",
+                some.len()
+            );
+            lagrangian::check(&some, options)
+        }
+    };
     let remedies = report
         .items
         .iter_mut()
@@ -314,9 +317,7 @@ fn note_passive(path: &Path, readings: &Readings) {
     let passive: Vec<&str> = passive.map(|(_, q)| q.as_str()).collect();
     if !passive.is_empty() {
         let (path, passive) = (path.display(), passive.join(", "));
-        eprintln!(
-            "note: '{path}': there is no column for the force on {passive}: it is taken as 0"
-        );
+        tell!("note: '{path}': there is no column for the force on {passive}: it is taken as 0");
     }
 }
 
@@ -357,7 +358,7 @@ pub(crate) fn note_estimates(estimates: &[Estimate]) {
                 "qd" => "; a fit with --loss positions uses none",
                 _ => "",
             };
-            eprintln!(
+            tell!(
                 "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
             );
         }
@@ -367,36 +368,4 @@ pub(crate) fn note_estimates(estimates: &[Estimate]) {
 /// The signals that were estimated, each once.
 pub(crate) fn estimated_signals(estimates: &[Estimate]) -> BTreeSet<&'static str> {
     estimates.iter().map(|e| e.signal).collect()
-}
-
-/// Reads a saved model.
-pub(crate) fn model(path: &Path) -> Result<Learned> {
-    Ok(fitted(path)?.model)
-}
-
-/// Reads a saved model, and how its recordings were prepared.
-pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
-    let shown = format!("cannot read the model '{}'", path.display());
-    let hint = "give the model.safetensors of a run";
-    let file = File::open(path).advise(&shown, hint)?;
-    let saved = SavedModel::read(file).advise(&shown, hint)?;
-    Ok(Fitted {
-        model: Learned::load(&saved).advise(shown, hint)?,
-        preparation: saved.header.provenance.preparation.unwrap_or_default(),
-    })
-}
-
-/// Refuses recordings of another system than the model's.
-pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -> Result<()> {
-    let (n, expected) = (
-        recordings.first().map_or(0, Recording::dof),
-        coordinates.dof(),
-    );
-    if n == expected {
-        return Ok(());
-    }
-    Err(mistake(
-        format!("the data has {n} coordinates, the model {expected}"),
-        "name the columns of the model's coordinates with --q, in their order",
-    ))
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::out_args::PlotArgs;
-use crate::values::{finite, positive, seed};
+use crate::values::{finite, name, positive, seed};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -29,7 +29,7 @@ pub(crate) struct ExciteArgs {
     pub(crate) urdf: Option<PathBuf>,
 
     /// Joints that move, in this order, the others locked at 0; without a robot, their number or names [default: all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     pub(crate) joints: Vec<String>,
 
     #[command(flatten)]

@@ -1,7 +1,9 @@
 //! What a user reads when something fails, and the exit code.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::io;
+use std::sync::OnceLock;
 
 use anyhow::Error;
 use clap::{Command, CommandFactory};
@@ -95,23 +97,35 @@ pub(crate) fn with_flags(message: &str) -> String {
 fn flag(setting: &str) -> Option<String> {
     let other = OTHER_FLAGS.iter().find(|(name, _)| *name == setting);
     let long = other.map_or_else(|| setting.replace('_', "-"), |(_, flag)| (*flag).into());
-    let commands = Cli::command();
-    let mut arguments = commands.get_subcommands().flat_map(Command::get_arguments);
-    let known = arguments.any(|argument| argument.get_long() == Some(&long));
-    known.then(|| format!("--{long}"))
+    flags().contains(&long).then(|| format!("--{long}"))
 }
 
-/// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can correct it.
-pub(crate) fn exit_code(error: &Error) -> u8 {
-    let system = error
+/// The flags of all commands, listed once: a check of many recordings has a remedy for each.
+fn flags() -> &'static HashSet<String> {
+    static FLAGS: OnceLock<HashSet<String>> = OnceLock::new();
+    FLAGS.get_or_init(|| {
+        let commands = Cli::command();
+        let arguments = commands.get_subcommands().flat_map(Command::get_arguments);
+        let flags = arguments.filter_map(|argument| argument.get_long());
+        flags.map(String::from).collect()
+    })
+}
+
+/// What the operating system refused, where it did.
+fn system(error: &Error) -> Option<&io::Error> {
+    error
         .chain()
         .find_map(|cause| match cause.downcast_ref::<lagrangian::Error>() {
             Some(lagrangian::Error::Io(e)) => Some(e),
             _ => cause.downcast_ref::<io::Error>(),
-        });
+        })
+}
+
+/// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can correct it.
+pub(crate) fn exit_code(error: &Error) -> u8 {
     let correctable = error.downcast_ref::<Mistake>().is_some()
         || error.chain().any(|cause| cause.is::<lagrangian::Error>());
-    match system {
+    match system(error) {
         Some(e) if is_about_the_input(e) => BAD_INPUT,
         Some(_) => FAILED,
         None if correctable => BAD_INPUT,
@@ -134,12 +148,9 @@ fn is_about_the_input(error: &io::Error) -> bool {
     )
 }
 
-/// Whether the reader of standard output went away (`lagrangian … | head`), which is no failure of ours.
+/// Whether the reader of standard output went away (`lagrangian … | head`), which needs no words.
 pub(crate) fn is_broken_pipe(error: &Error) -> bool {
-    error
-        .chain()
-        .filter_map(|cause| cause.downcast_ref::<io::Error>())
-        .any(|e| e.kind() == io::ErrorKind::BrokenPipe)
+    system(error).is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
 }
 
 #[cfg(test)]

@@ -7,6 +7,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use sha2::{Digest, Sha256};
 
+use crate::input;
+
 /// Bytes that are hashed at a time.
 const CHUNK: usize = 1 << 16;
 
@@ -55,7 +57,7 @@ pub(crate) struct Hashing {
 impl Hashed {
     /// Opens a file for its reader, and for its hash.
     pub(crate) fn open(path: &Path) -> io::Result<(Self, Hashing)> {
-        let file = File::open(path)?;
+        let file = input::open(path)?;
         let hash = Arc::default();
         let hashing = Hashing {
             file: file.try_clone()?,

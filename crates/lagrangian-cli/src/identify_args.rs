@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::{DataArgs, EstimateArgs, SampleArgs};
-use crate::values::{fraction, seed};
+use crate::values::{fraction, name, seed};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -28,7 +28,7 @@ pub(crate) struct IdentifyArgs {
     pub(crate) urdf: PathBuf,
 
     /// Joints of the robot in the order of the data, the others locked at 0 [default: those that the data name, or all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     pub(crate) joints: Vec<String>,
 
     /// File for the URDF with the identified parameters

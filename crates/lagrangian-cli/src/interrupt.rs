@@ -1,23 +1,46 @@
-//! Ctrl-C: the first ends cleanly, the second at once.
+//! Ctrl-C, and time that is up: the first ends a command cleanly, a second Ctrl-C at once.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result};
+use lagrangian::Stop;
 
 /// Exit code of a program ended by Ctrl-C (128 + SIGINT).
-const INTERRUPTED: i32 = 130;
+pub(crate) const INTERRUPTED: u8 = 130;
 
-/// Installs the handler; the flag becomes true at the first Ctrl-C.
-pub(crate) fn flag() -> Result<Arc<AtomicBool>> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let raised = Arc::clone(&flag);
-    ctrlc::set_handler(move || {
-        if raised.swap(true, Ordering::SeqCst) {
-            std::process::exit(INTERRUPTED);
+/// Whether Ctrl-C was pressed.
+static PRESSED: AtomicBool = AtomicBool::new(false);
+/// Whether to end, because Ctrl-C was pressed or time is up.
+static ENDING: AtomicBool = AtomicBool::new(false);
+/// Whether Ctrl-C is listened for.
+static LISTENING: AtomicBool = AtomicBool::new(false);
+
+/// Listens for Ctrl-C from now on.
+pub(crate) fn listen() -> Result<()> {
+    if LISTENING.swap(true, Ordering::SeqCst) {
+        return Ok(());
+    }
+    ctrlc::set_handler(|| {
+        if PRESSED.swap(true, Ordering::SeqCst) {
+            std::process::exit(i32::from(INTERRUPTED));
         }
-        eprintln!("\nending cleanly; press Ctrl-C again to stop at once");
+        ENDING.store(true, Ordering::SeqCst);
+        tell!("\nending cleanly; press Ctrl-C again to stop at once");
     })
-    .context("cannot listen for Ctrl-C")?;
-    Ok(flag)
+    .context("cannot listen for Ctrl-C")
+}
+
+/// Whether Ctrl-C was pressed.
+pub(crate) fn is_pressed() -> bool {
+    PRESSED.load(Ordering::SeqCst)
+}
+
+/// What long computations ask whether to end.
+pub(crate) fn stop() -> Stop {
+    Stop::when(&ENDING)
+}
+
+/// Ends long computations, as if Ctrl-C were pressed.
+pub(crate) fn time_is_up() {
+    ENDING.store(true, Ordering::SeqCst);
 }

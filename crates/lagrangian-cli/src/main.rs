@@ -1,5 +1,13 @@
 //! The command `lagrangian`: reads files, calls the library, shows what comes back. It holds no formula.
 
+/// Writes a line to standard error; that nobody reads it is no failure.
+macro_rules! tell {
+    ($($argument:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($argument)*);
+    }};
+}
+
 mod bag_folder;
 mod cli;
 mod column_args;
@@ -9,8 +17,10 @@ mod excite_args;
 mod failure;
 mod fit_args;
 mod fit_config;
+mod fitted;
 mod hashed;
 mod identify_args;
+mod input;
 mod instructions;
 mod interrupt;
 mod law_args;
@@ -18,12 +28,16 @@ mod motion;
 mod out_args;
 mod output;
 mod progress;
+mod resolved;
+mod resumed;
 mod robot;
 mod run_folder;
 mod run_page;
 mod setting_args;
 mod subject;
+mod task;
 mod tensorboard;
+mod threads;
 mod track_args;
 mod values;
 mod verdict;
@@ -31,15 +45,26 @@ mod watch;
 
 use std::process::ExitCode;
 
+use anyhow::Result;
 use cli::Cli;
 
+/// Exit code where the reader of standard output went away (128 + SIGPIPE).
+const CLOSED_PIPE: u8 = 141;
+
 fn main() -> ExitCode {
-    match instructions::choose().and_then(|()| commands::run(Cli::from_command_line())) {
+    match run() {
         Ok(code) => code,
-        Err(error) if failure::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) if failure::is_broken_pipe(&error) => ExitCode::from(CLOSED_PIPE),
         Err(error) => {
-            eprintln!("{}", failure::describe(&error));
+            tell!("{}", failure::describe(&error));
             ExitCode::from(failure::exit_code(&error))
         }
     }
+}
+
+fn run() -> Result<ExitCode> {
+    input::require_text_arguments()?;
+    instructions::choose()?;
+    threads::bound();
+    commands::run(Cli::from_command_line())
 }

@@ -1,8 +1,9 @@
 //! From the flags of a motion to what the library takes.
 
-use lagrangian::{Method, Model, Outcome, RolloutOptions, State, Trajectory};
+use lagrangian::{Method, Model, Outcome, RolloutOptions, Score, State, Trajectory};
 
 use crate::cli::MotionArgs;
+use crate::interrupt;
 
 /// How to integrate where a prediction is compared with a recording: more exact than sensors, and fast where the forces
 /// jump at every sample.
@@ -11,6 +12,7 @@ pub(crate) fn for_comparison() -> RolloutOptions {
         method: Method::Dopri5,
         rtol: 1e-6,
         atol: 1e-6,
+        stop: interrupt::stop(),
         ..RolloutOptions::default()
     }
 }
@@ -19,10 +21,21 @@ pub(crate) fn for_comparison() -> RolloutOptions {
 pub(crate) fn note_early_end(motion: &str, outcome: Outcome) {
     match outcome {
         Outcome::Finished => {}
-        Outcome::Diverged { t, reason } => eprintln!("note: {motion} ends at t = {t} s: {reason}"),
+        Outcome::Diverged { t, reason } => tell!("note: {motion} ends at t = {t} s: {reason}"),
+        Outcome::Stopped { t } => tell!("note: {motion} was stopped at t = {t} s"),
         Outcome::StepLimit { t } => {
-            eprintln!("note: {motion} ends at t = {t} s: too many steps; loosen --tolerance");
+            tell!("note: {motion} ends at t = {t} s: too many steps; loosen --tolerance");
         }
+    }
+}
+
+/// Says on standard error which predictions were left out.
+pub(crate) fn note_stopped(score: &Score) {
+    if score.stopped > 0 {
+        tell!(
+            "note: {} predictions were stopped and are left out; the other figures are complete as far as they are given",
+            score.stopped
+        );
     }
 }
 

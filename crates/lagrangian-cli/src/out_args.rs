@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::commands::OutputMode;
 use crate::failure::mistake;
+use crate::input;
 use crate::output::{self, Existing};
 
 /// A file to write.
@@ -40,6 +41,17 @@ impl OutArgs {
         let mut out = self.out.iter();
         out.try_for_each(|path| output::format_of(path).map(|_| ()))?;
         self.refuse_existing()
+    }
+
+    /// Refuses to write over one of the files that are read.
+    pub(crate) fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
+        input::refuse_overwriting(&self.out, inputs)
+    }
+
+    /// [`Self::refuse_inputs`], where a file that declares the columns is written beside the motions.
+    pub(crate) fn refuse_inputs_of_motions(&self, inputs: &[PathBuf]) -> Result<()> {
+        let layout = self.out.as_ref().map(|path| path.with_extension("toml"));
+        input::refuse_overwriting(self.out.iter().chain(&layout), inputs)
     }
 
     /// Writes figures to the file, and as JSON or `text` to standard output.
@@ -77,6 +89,12 @@ impl PlotArgs {
             output::refuse_existing(path, self.file.existing())?;
         }
         Ok(())
+    }
+
+    /// Refuses to write over one of the files that are read.
+    pub(crate) fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
+        self.file.refuse_inputs_of_motions(inputs)?;
+        input::refuse_overwriting(&self.plot, inputs)
     }
 
     /// Draws the page, or its first figure alone, as the name of the file says.

@@ -5,7 +5,7 @@ use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use lagrangian::trajectory::csv;
+use lagrangian::trajectory::{Table, csv};
 use lagrangian::{Coordinates, Format, Layout, Trajectory};
 use serde::Serialize;
 use tempfile::NamedTempFile;
@@ -33,8 +33,14 @@ pub(crate) trait Sink: Write + Seek + Send {}
 
 impl<T: Write + Seek + Send> Sink for T {}
 
-/// Refuses a file that is already there, before any work is done for it.
+/// Refuses a folder, and a file that is already there, before any work is done for it.
 pub(crate) fn refuse_existing(path: &Path, existing: Existing) -> Result<()> {
+    if path.is_dir() {
+        return Err(mistake(
+            format!("cannot write '{}': it is a folder", path.display()),
+            "name a file, such as one in that folder",
+        ));
+    }
     if existing == Existing::Keep && path.is_file() {
         return Err(mistake(
             format!("'{}' exists already", path.display()),
@@ -159,6 +165,51 @@ pub(crate) fn write_trajectories(
     let text = Layout::written(coordinates).to_toml()?;
     write_bytes(&layout, existing, text.as_bytes())?;
     Ok(layout)
+}
+
+/// How motions are written: in the columns and units of the data of a model.
+pub(crate) struct Columns<'a> {
+    pub(crate) coordinates: &'a Coordinates,
+    pub(crate) layout: &'a Layout,
+}
+
+impl Columns<'_> {
+    /// [`write_trajectories`] in these columns and units.
+    pub(crate) fn write(
+        &self,
+        path: &Path,
+        existing: Existing,
+        motions: &[Trajectory],
+    ) -> Result<PathBuf> {
+        let Self {
+            coordinates,
+            layout,
+        } = self;
+        if layout.is_plain() {
+            return write_trajectories(path, existing, motions, coordinates);
+        }
+        let (format, beside) = (format_of(path)?, path.with_extension("toml"));
+        refuse_existing(&beside, existing)?;
+        let table = Table::of_motions(motions, coordinates, layout);
+        write_file(path, existing, |sink| Ok(format.write_table(sink, &table)?))?;
+        let text = layout.of_motions(motions, coordinates).to_toml()?;
+        write_bytes(&beside, existing, text.as_bytes())?;
+        Ok(beside)
+    }
+
+    /// [`print_trajectories`] in these columns and units.
+    pub(crate) fn print(&self, motions: &[Trajectory]) -> Result<()> {
+        if self.layout.is_plain() {
+            return print_trajectories(motions);
+        }
+        let table = Table::of_motions(motions, self.coordinates, self.layout);
+        let mut text = io::Cursor::new(Vec::new());
+        Format::Csv.write_table(&mut text, &table)?;
+        let mut out = io::stdout().lock();
+        out.write_all(text.get_ref())
+            .and_then(|()| out.flush())
+            .context("cannot write to standard output")
+    }
 }
 
 /// Writes trajectories as CSV to standard output.

@@ -57,7 +57,7 @@ impl Progress {
                 if last.is_none_or(|at| at.elapsed() >= LINE_EVERY) {
                     *last = Some(Instant::now());
                     let percent = 100.0 * fraction.clamp(0.0, 1.0);
-                    eprintln!("{}: {percent:.0} % · {}", self.label, with_time(news, left));
+                    tell!("{}: {percent:.0} % · {}", self.label, with_time(news, left));
                 }
             }
             Shown::Nothing => {}
@@ -74,9 +74,9 @@ impl Progress {
         match self.shown {
             Shown::Bar(bar) => {
                 bar.finish_and_clear();
-                eprintln!("{line}");
+                tell!("{line}");
             }
-            Shown::Lines { .. } => eprintln!("{line}"),
+            Shown::Lines { .. } => tell!("{line}"),
             Shown::Nothing => {}
         }
     }

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::failure::{Advise, mistake};
 use crate::hashed::{FileHash, Hashed};
 use crate::run_folder::DataFile;
+use crate::values::name;
 
 /// The longest URDF that is read, bytes.
 const MOST: u64 = 8 << 20;
@@ -31,7 +32,7 @@ pub(crate) struct RobotArgs {
     pub(crate) nominal: Option<PathBuf>,
 
     /// Joints of the robot in the order of the data, the others locked at 0 [default: those that the data name, or all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     pub(crate) joints: Vec<String>,
 }
 

@@ -1,6 +1,6 @@
 //! The folder of a run: settings, metrics, model and report.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};
 use crate::hashed::FileHash;
+use crate::input;
 use crate::output::{Existing, write_bytes};
 use crate::tensorboard::EventWriter;
 
@@ -48,6 +49,8 @@ pub(crate) struct RunFolder {
     restart: bool,
     /// The folders that were made for it, the deepest first.
     made: Vec<PathBuf>,
+    /// Keeps other processes out while it is open; the operating system lets go of it however this one ends.
+    _lock: Option<File>,
 }
 
 impl RunFolder {
@@ -58,6 +61,12 @@ impl RunFolder {
             return Err(mistake(
                 format!("there is no run to resume in '{shown}'"),
                 "omit --resume to begin one, or give the --out of the run",
+            ));
+        }
+        if path.is_file() {
+            return Err(mistake(
+                format!("cannot write to the folder '{shown}': it is a file"),
+                "give another --out",
             ));
         }
         let is_missing = |p: &&Path| !p.as_os_str().is_empty() && !p.exists();
@@ -72,6 +81,7 @@ impl RunFolder {
             format!("cannot write to the folder '{shown}'"),
             "give another --out that is a folder you may write to",
         )?;
+        let lock = locked(path)?;
         if occupied == Occupied::Refuse && !empty {
             let hint = match is_run {
                 true => {
@@ -85,6 +95,7 @@ impl RunFolder {
             path: path.into(),
             restart: occupied == Occupied::Restart,
             made,
+            _lock: lock,
         })
     }
 
@@ -101,6 +112,7 @@ impl RunFolder {
                 path: path.into(),
                 restart: false,
                 made: Vec::new(),
+                _lock: None,
             });
         }
         let path = path.display();
@@ -143,7 +155,7 @@ impl RunFolder {
     pub(crate) fn record(&self) -> Result<RunRecord> {
         let path = self.file(RUN);
         let shown = format!("cannot read '{}'", path.display());
-        let text = fs::read_to_string(&path).advise(&shown, "give the folder of a run")?;
+        let text = input::text(&path).advise(&shown, "give the folder of a run")?;
         toml::from_str(&text).advise(shown, "it was changed by hand or cut short: repeat the fit")
     }
 
@@ -189,6 +201,12 @@ impl RunFolder {
         self.write(METRICS, &kept)
     }
 
+    /// Refuses to write over one of the files that are read.
+    pub(crate) fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
+        let own = [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT];
+        input::refuse_overwriting(&own.map(|name| self.file(name)), inputs)
+    }
+
     fn remove_earlier_run(&self) -> Result<()> {
         let ours = |name: &str| {
             [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT].contains(&name)
@@ -203,6 +221,21 @@ impl RunFolder {
             }
         }
         Ok(())
+    }
+}
+
+/// Locks a folder against a second process that would write a run into it. None where the system cannot lock folders.
+fn locked(path: &Path) -> Result<Option<File>> {
+    let Ok(folder) = File::open(path) else {
+        return Ok(None);
+    };
+    match folder.try_lock() {
+        Ok(()) => Ok(Some(folder)),
+        Err(TryLockError::Error(_)) => Ok(None),
+        Err(TryLockError::WouldBlock) => Err(mistake(
+            format!("another process is writing a run into '{}'", path.display()),
+            "wait for it or end it, or give another --out",
+        )),
     }
 }
 
@@ -262,6 +295,9 @@ pub(crate) struct RunRecord {
     pub(crate) threads: usize,
     /// All settings, also those left at their defaults.
     pub(crate) settings: toml::Table,
+    /// How the data were prepared and all settings of the fits, as they followed from what was given and from the data.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub(crate) resolved: toml::Table,
     /// What was not given, and so chosen from the data.
     #[serde(default)]
     pub(crate) choices: Vec<Choice>,
@@ -285,6 +321,7 @@ impl RunRecord {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             settings: toml::Table::try_from(settings)
                 .context("cannot write the settings as TOML")?,
+            resolved: toml::Table::new(),
             choices: Vec::new(),
             tried: Vec::new(),
             data,
@@ -324,7 +361,9 @@ pub(crate) fn command_line() -> String {
 
 /// Its words, quoted for a shell.
 pub(crate) fn command_words() -> Vec<String> {
-    let words = std::env::args().skip(1).map(|word| quoted(&word));
+    let words = std::env::args_os()
+        .skip(1)
+        .map(|word| quoted(&word.to_string_lossy()));
     std::iter::once("lagrangian".into()).chain(words).collect()
 }
 
@@ -409,6 +448,7 @@ mod tests {
             .add(1, 0.1, &[("loss/train", 1.0)])
             .unwrap();
         run.write(MODEL, b"the earlier model").unwrap();
+        drop(run);
         let refused = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
         assert!(crate::failure::describe(&refused).contains("--resume"));
         let anew = RunFolder::open(folder.path(), Occupied::Restart).unwrap();

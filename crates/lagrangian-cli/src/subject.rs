@@ -9,8 +9,8 @@ use lagrangian::mechanics::Applied;
 use lagrangian::{Coordinates, Lagrangian, Learned};
 use lagrangian_analysis::conserved::Physics;
 
-use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
 use crate::values::assignment;
 
 /// Which Lagrangian.
@@ -42,7 +42,7 @@ impl SubjectArgs {
                     "omit --set: a model has its parameters",
                 ));
             }
-            let model = data::model(path)?;
+            let model = fitted::model(path)?;
             if model.lagrangian().is_none() {
                 return Err(mistake(
                     format!(

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::cli::{EstimateArgs, FileArgs};
 use crate::out_args::PlotArgs;
-use crate::values::{assignment, non_negative, positive, seed};
+use crate::values::{assignment, name, non_negative, positive, seed};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -58,7 +58,7 @@ pub(crate) struct TruthArgs {
     pub(crate) parameters: Vec<(String, f64)>,
 
     /// Joints of a URDF robot in the order of the reference, the others locked at 0 [default: those that it names, or all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "robot")]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "robot", value_parser = name)]
     pub(crate) joints: Vec<String>,
 
     /// Mass in the robot's hand, kg, of which the true model knows and the saved one does not

@@ -48,6 +48,15 @@ impl From<Rows> for String {
     }
 }
 
+/// The name of a column, joint or topic.
+pub(crate) fn name(text: &str) -> Result<String, String> {
+    let name = text.trim();
+    match name.is_empty() {
+        true => Err("it names nothing: give a name, or omit the flag or the comma".into()),
+        false => Ok(name.into()),
+    }
+}
+
 /// A number of steps, at least one.
 pub(crate) fn steps(text: &str) -> Result<u64, String> {
     let steps = text.trim().parse().ok().filter(|s| *s > 0);

@@ -1,13 +1,12 @@
 //! What happens while a fit runs: progress, metrics, checkpoints, Ctrl-C.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use lagrangian::{Checkpoint, Observer, Progress};
 
+use crate::interrupt;
 use crate::progress;
 use crate::run_folder::{CHECKPOINT, Metrics, RunFolder};
 
@@ -22,7 +21,6 @@ pub(crate) struct Watch<'a> {
     folder: &'a RunFolder,
     metrics: Metrics,
     bar: progress::Progress,
-    interrupted: Arc<AtomicBool>,
     first_step: Option<(usize, Instant)>,
     measured: Option<Instant>,
     saved: Option<Instant>,
@@ -32,17 +30,11 @@ pub(crate) struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     /// An observer of a fit that begins.
-    pub(crate) fn new(
-        folder: &'a RunFolder,
-        metrics: Metrics,
-        bar: progress::Progress,
-        interrupted: Arc<AtomicBool>,
-    ) -> Self {
+    pub(crate) fn new(folder: &'a RunFolder, metrics: Metrics, bar: progress::Progress) -> Self {
         Self {
             folder,
             metrics,
             bar,
-            interrupted,
             first_step: None,
             measured: None,
             saved: None,
@@ -112,7 +104,7 @@ impl Observer for Watch<'_> {
         if let Err(failure) = self.measure(progress) {
             self.failure.get_or_insert(failure);
         }
-        if self.failure.is_some() || self.interrupted.load(Ordering::SeqCst) {
+        if self.failure.is_some() || interrupt::is_pressed() {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
@@ -120,7 +112,7 @@ impl Observer for Watch<'_> {
 
     fn stage(&mut self, what: &str, share: f64) -> ControlFlow<()> {
         self.bar.update(share, what);
-        match self.interrupted.load(Ordering::SeqCst) {
+        match interrupt::is_pressed() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }

@@ -233,6 +233,18 @@ pub enum Error {
     },
 }
 
+/// The most characters of a value that a message repeats.
+const MOST_SHOWN: usize = 60;
+
+/// A value as a message repeats it: in one line, and not longer than a person reads.
+pub(crate) fn shortened(text: &str) -> String {
+    let mut short: String = text.chars().take(MOST_SHOWN).collect();
+    if text.chars().nth(MOST_SHOWN).is_some() {
+        short.push('…');
+    }
+    short.replace(char::is_control, " ")
+}
+
 impl Error {
     /// An [`Error::Argument`].
     pub fn argument(name: &'static str, value: impl ToString, must: &'static str) -> Self {

@@ -91,6 +91,7 @@ pub mod rollout;
 pub mod saved;
 pub mod score;
 pub mod settings;
+mod stop;
 pub mod torque;
 pub mod train;
 pub mod trajectory;
@@ -111,6 +112,7 @@ pub use rigid::RobotConfig;
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
 pub use saved::{Provenance, SavedModel};
 pub use score::{Score, score};
+pub use stop::Stop;
 pub use train::{
     Budget, Checkpoint, Fit, FitConfig, ForceTerms, Loss, Observer, Optimizer, Progress, fit,
 };

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::integrate::{Control, Ending, Failure, Method};
 use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
 use crate::trajectory::Signals;
-use crate::{Error, Result, Trajectory};
+use crate::{Error, Result, Stop, Trajectory};
 
 pub use energy::{EnergyTest, energy_error, energy_test};
 use known::Known;
@@ -45,6 +45,9 @@ pub struct RolloutOptions {
     pub atol: f64,
     /// Steps tried at most: no rollout can hang.
     pub max_steps: u64,
+    /// Ends the rollout before its next step, with [`Outcome::Stopped`].
+    #[serde(skip)]
+    pub stop: Stop,
 }
 
 impl Default for RolloutOptions {
@@ -55,6 +58,7 @@ impl Default for RolloutOptions {
             rtol: 1e-10,
             atol: 1e-10,
             max_steps: 1_000_000,
+            stop: Stop::default(),
         }
     }
 }
@@ -78,6 +82,7 @@ impl RolloutOptions {
             rtol: self.rtol,
             atol: self.atol,
             max_steps: self.max_steps,
+            stop: self.stop,
         }
     }
 }
@@ -100,6 +105,11 @@ pub enum Outcome {
         /// Time reached, s.
         t: f64,
     },
+    /// It was stopped from outside, by [`RolloutOptions::stop`].
+    Stopped {
+        /// Time reached, s.
+        t: f64,
+    },
 }
 
 impl Outcome {
@@ -107,6 +117,12 @@ impl Outcome {
     #[must_use]
     pub fn is_finished(&self) -> bool {
         *self == Self::Finished
+    }
+
+    /// Whether it was stopped from outside, so that nothing is known of its end.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        matches!(self, Self::Stopped { .. })
     }
 }
 
@@ -435,6 +451,7 @@ impl Rollout {
         self.outcome = match ending {
             Ending::Finished => Outcome::Finished,
             Ending::StepLimit { t } => Outcome::StepLimit { t },
+            Ending::Stopped { t } => Outcome::Stopped { t },
             Ending::Failed { t, reason } => Outcome::Diverged { t, reason },
         };
     }

@@ -4,6 +4,7 @@ mod assessment;
 mod valid_time;
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -12,7 +13,7 @@ use crate::mechanics::dynamics::Model;
 use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
 use crate::train::Samples;
 use crate::trajectory::Signal;
-use crate::{Coordinates, Error, Result, Signals, Trajectory};
+use crate::{Coordinates, Error, Result, Signals, Stop, Trajectory};
 
 pub use assessment::{Assessment, Forward, Grade, Reason, Spectrum};
 pub use valid_time::{ValidTime, valid_prediction_time};
@@ -42,8 +43,13 @@ impl SignalError {
     #[must_use]
     pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
         let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
-        // 0/0: a parameter, which is not predicted.
-        let known: Vec<f64> = nmse.iter().copied().filter(|x| !x.is_nan()).collect();
+        // 0/0: a parameter, which is not predicted. What a model predicts as NaN counts.
+        let is_still = |e: f64, v: f64| e <= 0.0 && v <= 0.0;
+        let all = nmse.iter().zip(mse.iter().zip(variance));
+        let known = all
+            .filter(|(_, (e, v))| !is_still(**e, **v))
+            .map(|(x, _)| *x);
+        let known: Vec<f64> = known.collect();
         Self {
             mse_sum: mse.iter().sum(),
             nmse_mean: known.iter().sum::<f64>() / known.len() as f64,
@@ -101,6 +107,9 @@ pub struct Score {
     pub restarts: Vec<RestartScore>,
     /// States at which the mass matrix was singular.
     pub singular: usize,
+    /// Predictions that were stopped, by [`RolloutOptions::stop`]: those of motions are as long as they came, those over short
+    /// times are in none of the figures.
+    pub stopped: usize,
 }
 
 /// Scores `model` on `trajectories`: one-step errors over all samples, and a rollout of each trajectory.
@@ -150,11 +159,14 @@ pub fn predict_all(
     if !model.moves() {
         return Ok(Predictions::default());
     }
+    let count = trajectories.len();
     let rollouts = trajectories
-        .iter()
-        .map(|t| predict(model, t, &bounded(options, t)));
+        .par_iter()
+        .map(|t| predict(model, t, &bounded(options, t, count)));
     let rollouts = rollouts.collect::<Result<_>>()?;
-    let accelerations = trajectories.iter().map(|t| accelerations(model, t));
+    let accelerations = trajectories
+        .iter()
+        .map(|t| accelerations(model, t, options.stop));
     Ok(Predictions {
         rollouts,
         accelerations: accelerations.collect(),
@@ -165,28 +177,47 @@ pub fn predict_all(
 /// take.
 const STEPS: u64 = 20;
 const MORE: (u64, u64) = (200, 100);
+/// Of these further steps, all predictions together.
+const MORE_OF_ALL: u64 = 2_000_000;
 
-/// The options with a limit of steps that follows from the size of the task.
-fn bounded(options: &RolloutOptions, truth: &Trajectory) -> RolloutOptions {
+/// The options with a limit of steps that follows from the size of the task, of `count` such predictions.
+fn bounded(options: &RolloutOptions, truth: &Trajectory, count: usize) -> RolloutOptions {
     let rows = truth.len() as u64;
-    let steps = STEPS * rows + MORE.0 * rows.min(MORE.1);
+    let more = MORE.0 * rows.min(MORE.1);
+    let steps = STEPS * rows + more.min(MORE_OF_ALL / (count as u64).max(1));
     RolloutOptions {
         max_steps: options.max_steps.min(steps),
         ..*options
     }
 }
 
-fn accelerations(model: &dyn Model, t: &Trajectory) -> Option<Accelerations> {
+/// Samples that are evaluated between two looks at whether to stop.
+const SAMPLES: usize = 1 << 12;
+
+/// The values of each part of the samples, [`SAMPLES`] at most; the first part is there whatever happens.
+fn parts(values: usize, n: usize, stop: Stop) -> impl Iterator<Item = Range<usize>> {
+    let size = SAMPLES * n.max(1);
+    let begins = (0..values).step_by(size);
+    begins
+        .take_while(move |begin| *begin == 0 || !stop.is_asked())
+        .map(move |begin| begin..(begin + size).min(values))
+}
+
+fn accelerations(model: &dyn Model, t: &Trajectory, stop: Stop) -> Option<Accelerations> {
     let mut qdd = vec![0.0; t.values(Signal::Qdd)?.len()];
     if model.driven().is_some() && t.tau.is_empty() {
         return None;
     }
     let free = vec![0.0; qdd.len()];
     let tau = t.values(Signal::Tau).unwrap_or(&free);
-    let outcome = model
-        .evaluator()
-        .forward_dynamics(&t.q, &t.qd, tau, &mut qdd);
-    let singular = outcome.singular();
+    let (mut evaluator, mut singular, mut done) = (model.evaluator(), 0, 0);
+    for part in parts(qdd.len(), t.dof(), stop) {
+        let (q, qd, tau) = (&t.q[part.clone()], &t.qd[part.clone()], &tau[part.clone()]);
+        done = part.end;
+        let outcome = evaluator.forward_dynamics(q, qd, tau, &mut qdd[part]);
+        singular += outcome.singular();
+    }
+    qdd.truncate(done);
     Some(Accelerations { qdd, singular })
 }
 
@@ -205,38 +236,43 @@ pub fn score_predictions(
     let mut singular = 0;
     for (truth, predicted) in trajectories.iter().zip(&predictions.accelerations) {
         if let (Some(qdd), Some(predicted)) = (truth.values(Signal::Qdd), predicted) {
-            acceleration.add(qdd, &predicted.qdd);
+            acceleration.add(&qdd[..predicted.qdd.len()], &predicted.qdd);
             singular += predicted.singular;
         }
     }
     for trajectory in trajectories {
-        add_torques(model, trajectory, &mut torque);
+        add_torques(model, trajectory, options.stop, &mut torque);
     }
     let pairs = trajectories.iter().zip(&predictions.rollouts);
     let rollouts = pairs.map(|(truth, prediction)| followed(model, truth, prediction));
-    let rollouts = rollouts.collect::<Result<_>>()?;
+    let rollouts = rollouts.collect::<Result<Vec<RolloutScore>>>()?;
+    let (restarts, cut) = match model.moves() {
+        true => restarts(model, trajectories, options)?,
+        false => (Vec::new(), 0),
+    };
+    let stopped = rollouts.iter().filter(|r| r.outcome.is_stopped()).count();
     Ok(Score {
+        stopped: stopped + cut,
         samples: trajectories.iter().map(Trajectory::len).sum(),
         acceleration: acceleration.finish(),
         torque: torque.finish(),
         rollouts,
-        restarts: if model.moves() {
-            restarts(model, trajectories, options)?
-        } else {
-            Vec::new()
-        },
+        restarts,
         singular,
     })
 }
 
+/// The short predictions, and how many of them were stopped.
 fn restarts(
     model: &dyn Model,
     trajectories: &[Trajectory],
     options: &RolloutOptions,
-) -> Result<Vec<RestartScore>> {
-    let scores = RESTARTS.map(|seconds| restart(model, trajectories, seconds, options));
-    let scores: Vec<RestartScore> = scores.into_iter().collect::<Result<_>>()?;
-    Ok(scores.into_iter().filter(|s| s.starts > 0).collect())
+) -> Result<(Vec<RestartScore>, usize)> {
+    let scores = RESTARTS.map(|seconds| restart_counted(model, trajectories, seconds, options));
+    let scores: Vec<(RestartScore, usize)> = scores.into_iter().collect::<Result<_>>()?;
+    let stopped = scores.iter().map(|(_, stopped)| stopped).sum();
+    let scores = scores.into_iter().map(|(score, _)| score);
+    Ok((scores.filter(|s| s.starts > 0).collect(), stopped))
 }
 
 /// A prediction every `seconds`, of that length.
@@ -249,16 +285,35 @@ pub fn restart(
     seconds: f64,
     options: &RolloutOptions,
 ) -> Result<RestartScore> {
+    restart_counted(model, trajectories, seconds, options).map(|(score, _)| score)
+}
+
+/// [`restart`], and how many of its predictions were stopped, which it leaves out.
+fn restart_counted(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    seconds: f64,
+    options: &RolloutOptions,
+) -> Result<(RestartScore, usize)> {
     let windows: Vec<Trajectory> = trajectories
         .iter()
         .flat_map(|t| windows(t, seconds))
         .collect();
-    let predict = |truth: &Trajectory| predict(model, truth, &bounded(options, truth));
-    let predictions: Vec<Rollout> = windows.par_iter().map(predict).collect::<Result<_>>()?;
+    let count = windows.len();
+    let predict = |truth: &Trajectory| match options.stop.is_asked() {
+        true => Ok(None),
+        false => predict(model, truth, &bounded(options, truth, count)).map(Some),
+    };
+    let predictions = windows.par_iter().map(predict);
+    let predictions: Vec<Option<Rollout>> = predictions.collect::<Result<_>>()?;
     let n = model.coordinates().dof();
     let (mut all, mut ends) = (Squares::new(n), Squares::new(n));
-    let mut unfinished = 0;
+    let (mut unfinished, mut stopped) = (0, 0);
     for (truth, prediction) in windows.iter().zip(&predictions) {
+        let Some(prediction) = prediction.as_ref().filter(|p| !p.outcome.is_stopped()) else {
+            stopped += 1;
+            continue;
+        };
         if !prediction.outcome.is_finished() {
             unfinished += 1;
             continue;
@@ -268,13 +323,14 @@ pub fn restart(
         let last = truth.q.len() - n;
         ends.add(model.coordinates(), &truth.q[last..], &predicted[last..]);
     }
-    Ok(RestartScore {
+    let score = RestartScore {
         seconds,
-        starts: windows.len(),
+        starts: windows.len() - stopped,
         unfinished,
         q_rms: all.root_mean(),
         q_rms_end: ends.root_mean(),
-    })
+    };
+    Ok((score, stopped))
 }
 
 /// Pieces of this length, one after another; a shorter rest is omitted, and so is a piece with a gap.
@@ -391,13 +447,17 @@ fn mean_absolute(coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) ->
 }
 
 /// Adds the errors of τ at every sample, where the model has inverse dynamics.
-fn add_torques(model: &dyn Model, t: &Trajectory, torque: &mut Errors) {
-    if let (Some(qdd), Some(tau)) = (t.values(Signal::Qdd), t.values(Signal::Tau)) {
-        let mut predicted = vec![0.0; tau.len()];
-        let mut evaluator = model.evaluator();
-        let outcome = evaluator.inverse_dynamics(&t.q, &t.qd, qdd, &mut predicted);
+fn add_torques(model: &dyn Model, t: &Trajectory, stop: Stop, torque: &mut Errors) {
+    let (Some(qdd), Some(tau)) = (t.values(Signal::Qdd), t.values(Signal::Tau)) else {
+        return;
+    };
+    let mut evaluator = model.evaluator();
+    for part in parts(tau.len(), t.dof(), stop) {
+        let (q, qd, qdd) = (&t.q[part.clone()], &t.qd[part.clone()], &qdd[part.clone()]);
+        let mut predicted = vec![0.0; part.len()];
+        let outcome = evaluator.inverse_dynamics(q, qd, qdd, &mut predicted);
         if outcome.is_supported() {
-            torque.add(tau, &predicted);
+            torque.add(&tau[part], &predicted);
         }
     }
 }
@@ -462,6 +522,36 @@ mod tests {
     use super::*;
     use crate::mechanics::analytic::by_name;
     use crate::rollout::times;
+
+    #[test]
+    fn a_score_that_is_stopped_says_how_much_it_left_out_and_is_no_verdict_on_rollouts() {
+        static STOP: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+        let truth = by_name("pendulum", &[]).unwrap();
+        let times = times(4.0, 0.02).unwrap();
+        let options = RolloutOptions {
+            stop: Stop::when(&STOP),
+            ..RolloutOptions::default()
+        };
+        let swing = rollout(&*truth, &[1.0], &[0.0], &times, &free, &options).unwrap();
+        let motions = [swing.trajectory];
+        assert_eq!(score(&*truth, &motions, &options).unwrap().stopped, 0);
+        STOP.store(true, std::sync::atomic::Ordering::Relaxed);
+        let stopped = score(&*truth, &motions, &options).unwrap();
+        // One motion, eight predictions of half a second and four of a second.
+        assert_eq!(stopped.stopped, 13);
+        assert!(stopped.rollouts[0].outcome.is_stopped() && stopped.restarts.is_empty());
+        assert!(stopped.acceleration.as_ref().unwrap().nmse[0] < 1e-20);
+        let assessment = Assessment::new(&*truth, &motions, &stopped);
+        assert_eq!(assessment.verdict, Grade::Good, "{:?}", assessment.reasons);
+    }
+
+    #[test]
+    fn an_error_that_is_no_number_is_not_passed_over_but_a_parameter_is() {
+        let error = SignalError::new(vec![f64::NAN, 0.1, 0.0], &[1.0, 1.0, 0.0]);
+        assert!(error.nmse_mean.is_nan());
+        let error = SignalError::new(vec![0.1, 0.0], &[1.0, 0.0]);
+        assert!((error.nmse_mean - 0.1).abs() < 1e-15);
+    }
 
     #[test]
     fn the_truth_scores_without_error_and_another_pendulum_does_not() {

@@ -5,6 +5,8 @@
 
 use serde_json::{Map, Value};
 
+use crate::error::shortened;
+
 /// Values of settings by name; those that are absent were not given.
 pub type Values = Map<String, Value>;
 
@@ -109,5 +111,73 @@ pub fn is_absent(value: &Value) -> bool {
         Value::Null | Value::Bool(false) => true,
         Value::Array(items) => items.is_empty(),
         _ => false,
+    }
+}
+
+/// More differences than these are counted and not named.
+const MOST_NAMED: usize = 4;
+
+/// The settings in which two JSON objects differ, in words: `optimizer.name was "natural" and is "adam"`; none where they are
+/// equal.
+#[must_use]
+pub fn difference(then: &Value, now: &Value) -> Option<String> {
+    let mut all = Vec::new();
+    compare("", then, now, &mut all);
+    let more = all.len().saturating_sub(MOST_NAMED);
+    all.truncate(MOST_NAMED);
+    if more > 0 {
+        all.push(format!("{more} more differ"));
+    }
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
+fn compare(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
+    let (Value::Object(old), Value::Object(new)) = (then, now) else {
+        if then != now {
+            found.push(format!("{path} was {} and is {}", brief(then), brief(now)));
+        }
+        return;
+    };
+    let added = new.keys().filter(|key| !old.contains_key(*key));
+    for key in old.keys().chain(added) {
+        let path = match path {
+            "" => key.clone(),
+            _ => format!("{path}.{key}"),
+        };
+        let value = |all: &Values| all.get(key).cloned().unwrap_or_default();
+        compare(&path, &value(old), &value(new), found);
+    }
+}
+
+/// A value as a message shows it.
+fn brief(value: &Value) -> String {
+    match value {
+        Value::Null => "not given".into(),
+        other => shortened(&other.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn differences_are_named_with_both_values() {
+        let then = json!({ "batch": 256, "optimizer": { "name": "natural" } });
+        assert_eq!(difference(&then, &then), None);
+        let now = json!({ "batch": 256, "optimizer": { "name": "adam" } });
+        let words = "optimizer.name was \"natural\" and is \"adam\"";
+        assert_eq!(difference(&then, &now).as_deref(), Some(words));
+        let many = json!({ "a": 1, "b": 1, "c": 1, "d": 1, "e": 1 });
+        let words = difference(&many, &json!({})).unwrap_or_default();
+        assert!(
+            words.ends_with("d was 1 and is not given; 1 more differ"),
+            "{words}"
+        );
+        let less = json!({ "batch": 256 });
+        let words = "optimizer was {\"name\":\"natural\"} and is not given";
+        assert_eq!(difference(&then, &less).as_deref(), Some(words));
     }
 }

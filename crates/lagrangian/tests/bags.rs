@@ -403,6 +403,10 @@ fn stamps_that_stand_still_or_go_back_fail_the_check() {
     }
 }
 
+fn assert_says_in(notes: &[String], part: &str) {
+    assert!(notes.iter().any(|note| note.contains(part)), "{notes:?}");
+}
+
 #[test]
 fn of_several_topics_one_must_be_chosen() {
     let mut states = states(10);
@@ -427,7 +431,9 @@ fn of_several_topics_one_must_be_chosen() {
         topic: Some(topic.into()),
         ..Layout::default()
     };
-    assert_eq!(first(&both(&states, &of("/copy")).unwrap()).len(), 7);
+    let copy = both(&states, &of("/copy")).unwrap();
+    assert_eq!(first(&copy).len(), 7);
+    assert_says_in(&copy.notes, "topics not used: /joint_states");
     assert_says(
         &both(&states, &of("/other")).unwrap_err(),
         &["no topic '/other'", "/copy"],

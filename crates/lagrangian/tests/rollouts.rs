@@ -105,6 +105,7 @@ fn dense_error<P: EmbeddedPair>(rtol: f64) -> (f64, u64) {
         rtol,
         atol: rtol,
         max_steps: 100_000,
+        stop: lagrangian::Stop::default(),
     };
     let samples = times(10.0, 0.01).unwrap();
     let mut evaluations = 0;

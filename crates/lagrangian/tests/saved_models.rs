@@ -96,6 +96,55 @@ fn a_model_comes_back_bit_by_bit() {
 }
 
 #[test]
+fn a_model_with_any_wrong_bit_is_refused() {
+    let bytes = model().to_bytes().unwrap();
+    for bit in 0..8 * bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        assert!(SavedModel::from_bytes(&damaged).is_err(), "bit {bit}");
+        assert!(SavedModel::read(&damaged[..]).is_err(), "bit {bit}");
+    }
+}
+
+#[test]
+fn a_model_without_a_checksum_is_read_and_marked_only_if_it_is_an_old_one() {
+    let weights = || vec![("w", Dtype::F64, vec![1], vec![0; 8])];
+    let old = file(&envelope("lagrangian-model", 1), &weights());
+    assert!(
+        SavedModel::from_bytes(&old)
+            .unwrap()
+            .header
+            .provenance
+            .unverified
+    );
+    let new = model().to_bytes().unwrap();
+    assert!(
+        !SavedModel::from_bytes(&new)
+            .unwrap()
+            .header
+            .provenance
+            .unverified
+    );
+    let without = file(&envelope("lagrangian-model", VERSION), &weights());
+    assert!(refusal(&without).to_string().contains("checksum"));
+    let none = file(&envelope("lagrangian-model", 0), &weights());
+    assert!(refusal(&none).to_string().contains("version 0"));
+}
+
+#[test]
+fn coordinates_without_names_or_with_one_name_are_refused() {
+    for name in ["", "q2"] {
+        let mut model = model();
+        model.header.coordinates.0[0].name = name.into();
+        let bytes = model.to_bytes().unwrap();
+        assert!(
+            refusal(&bytes).to_string().contains("coordinates"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
 fn weights_in_single_precision_are_read_exactly() {
     let values = [1.5_f32, -0.1];
     let bytes = values.iter().flat_map(|x| x.to_le_bytes()).collect();

@@ -246,14 +246,25 @@ fn a_checkpoint_of_another_run_cut_short_or_damaged_is_refused() {
             "cut at {cut}"
         );
     }
+    for bit in (0..8 * bytes.len()).step_by(7) {
+        let mut damaged = bytes.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        assert!(Checkpoint::from_bytes(&damaged).is_err(), "bit {bit}");
+    }
     let checkpoint = Checkpoint::from_bytes(&bytes).unwrap();
     let mut other = config.clone();
     other.family = Box::<dyn Family>::from(LnnConfig {
         width: 32,
         ..LnnConfig::default()
     });
-    assert!(fit(&data, &other, Some(&checkpoint), &mut ()).is_err());
+    let refused = |other: &FitConfig| {
+        let error = fit(&data, other, Some(&checkpoint), &mut ());
+        error.unwrap_err().to_string()
+    };
+    assert!(refused(&other).contains("family"));
     let mut other = config;
+    other.batch += 1;
+    assert!(refused(&other).contains("batch was"));
     other.optimizer = Optimizer::Adam(AdamConfig::default());
-    assert!(fit(&data, &other, Some(&checkpoint), &mut ()).is_err());
+    assert!(refused(&other).contains("other settings"));
 }

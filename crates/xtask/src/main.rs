@@ -1,9 +1,11 @@
 //! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted, `cargo xtask
 //! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
-//! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer.
+//! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
+//! kill` ends fits in every way in which they may end.
 
 mod bench;
 mod bits;
+mod kill;
 mod page;
 mod race;
 mod sanitize;
@@ -18,8 +20,9 @@ usage: cargo xtask test
        cargo xtask bench …
        cargo xtask bits …
        cargo xtask sanitize
+       cargo xtask kill …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the sanitizer, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the sanitizer, some killed fits, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -32,7 +35,7 @@ struct Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 8] = [
+const TEST: [Step; 9] = [
     Step {
         name: "format",
         arguments: &["fmt", "--all", "--check"],
@@ -92,6 +95,21 @@ const TEST: [Step; 8] = [
         component: None,
     },
     Step {
+        name: "kill",
+        arguments: &[
+            "run",
+            "--quiet",
+            "--package",
+            "xtask",
+            "--",
+            "kill",
+            "--each",
+            "3",
+        ],
+        variable: None,
+        component: None,
+    },
+    Step {
         name: "race",
         arguments: &[
             "run",
@@ -139,14 +157,16 @@ fn main() -> ExitCode {
         ["race", ref flags @ ..] => race::main(flags).map(|()| None),
         ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
         ["bits", ref flags @ ..] => bits::main(flags).map(|()| None),
+        ["kill", ref flags @ ..] => kill::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
-                sanitize::USAGE
+                sanitize::USAGE,
+                kill::USAGE
             );
             return ExitCode::SUCCESS;
         }

@@ -1,5 +1,6 @@
 //! `lagrangian action`: the paths between two ends along which the action is stationary.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -18,18 +19,20 @@ use crate::failure::{Advise, FAILED};
 use crate::law_args::ActionArgs;
 use crate::output;
 use crate::run_folder::command_line;
+use crate::task::Task;
 
 /// Sizes of the variations that are drawn.
 const SIZES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
 
 pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
+    args.output
+        .refuse_inputs(&[PathBuf::from(&args.subject.subject)])?;
     args.output.refuse_unwritable()?;
+    let _task = Task::start("action", mode.quiet);
     let subject = args.subject.open()?;
     let physics = subject.physics()?;
     if physics.applied.dissipation.is_some() {
-        eprintln!(
-            "note: the model has friction, which has no action: the paths are those without it"
-        );
+        tell!("note: the model has friction, which has no action: the paths are those without it");
     }
     let (lagrangian, coordinates) = (physics.lagrangian, physics.lagrangian.coordinates());
     let ends = ends(args, coordinates)?;
@@ -59,7 +62,7 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     });
     mode.print(&figures, || as_text(&search))?;
     if let Some(failure) = failure {
-        eprintln!("no path: {failure}");
+        tell!("no path: {failure}");
         return Ok(ExitCode::from(FAILED));
     }
     Ok(ExitCode::SUCCESS)

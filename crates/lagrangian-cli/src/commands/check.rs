@@ -13,9 +13,12 @@ use crate::cli::CheckArgs;
 use crate::data;
 use crate::failure::{FAILED, with_flags};
 use crate::run_folder::command_words;
+use crate::task::Task;
 
 pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
+    args.output.refuse_inputs(&args.data.inputs(&args.files)?)?;
     args.output.refuse_existing()?;
+    let _task = Task::start("check", mode.quiet);
     let sampling = args.sample.sampling(0, Sampling::LONG);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
     let low_pass = args.low_pass;

@@ -1,5 +1,6 @@
 //! `lagrangian conserved`: energy, momenta and Noether's charges of a model, and how far they drift.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -15,15 +16,21 @@ use serde_json::json;
 use super::OutputMode;
 use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
 use crate::law_args::ConservedArgs;
 use crate::subject::{Subject, coordinate};
+use crate::task::Task;
 
 /// Motions of a system that is rolled out, and their samples in a second.
 const MOTIONS: usize = 20;
 const RATE: f64 = 50.0;
 
 pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
+    let mut inputs = args.data.inputs(&args.files)?;
+    inputs.push(PathBuf::from(&args.subject.subject));
+    args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
+    let _task = Task::start("conserved", mode.quiet);
     let subject = args.subject.open()?;
     let coordinates = subject.coordinates()?;
     let points = points(args, coordinates)?;
@@ -68,7 +75,7 @@ fn points(args: &ConservedArgs, coordinates: &Coordinates) -> Result<Vec<Vec<usi
 fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {
     if !args.files.is_empty() {
         let recordings = data::read(&args.files, &args.data)?;
-        data::require_dof(&recordings, subject.coordinates()?)?;
+        fitted::require_dof(&recordings, subject.coordinates()?)?;
         return Ok(data::trajectories(recordings, &args.estimate.options())?.0);
     }
     let Subject::System(system) = subject else {

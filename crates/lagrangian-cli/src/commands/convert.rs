@@ -1,7 +1,5 @@
 //! `lagrangian convert`: recordings of any format in another one.
 
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -12,16 +10,19 @@ use super::OutputMode;
 use crate::cli::ConvertArgs;
 use crate::data::{self, Files, Source};
 use crate::failure::mistake;
-use crate::{bag_folder, output};
+use crate::task::Task;
+use crate::{bag_folder, input, output};
 
 pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
     refuse_inputs(args)?;
     args.output.refuse_unwritable()?;
+    let task = Task::start("convert", mode.quiet);
     let Files {
         recordings,
         sources,
         ..
     } = data::read_sample(&args.files, &args.data, None)?;
+    drop(task);
     let coordinates = recordings[0].coordinates.clone();
     let motions: Vec<Trajectory> = recordings.into_iter().map(as_recorded).collect();
     let (out, existing) = (args.output.out.as_deref(), args.output.existing());
@@ -61,7 +62,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
             )
         });
         let (count, written) = (motions.len(), written.unwrap_or_default());
-        eprintln!("{count} trajectories, {rows} rows{written}");
+        tell!("{count} trajectories, {rows} rows{written}");
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -80,7 +81,7 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
         ..
     } in sources
     {
-        eprintln!(
+        tell!(
             "'{}': {trajectories} trajectories, {rows} rows",
             path.display()
         );
@@ -93,7 +94,7 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
         .map(|(new, name)| format!("{new} is {name}"))
         .collect();
     if !renamed.is_empty() {
-        eprintln!("{}", renamed.join(", "));
+        tell!("{}", renamed.join(", "));
     }
 }
 
@@ -103,20 +104,11 @@ fn refuse_inputs(args: &ConvertArgs) -> Result<()> {
         return Ok(());
     };
     let files = bag_folder::files(&args.files)?;
-    let layouts = files.iter().filter_map(|path| args.data.layout_file(path));
-    let inputs: Vec<PathBuf> = files.iter().cloned().chain(layouts).collect();
     let layout = out.with_extension("toml");
-    for written in [out, &layout] {
-        if inputs.iter().any(|input| is_same(input, written)) {
-            return Err(mistake(
-                format!("'{}' is read, and would be written over", written.display()),
-                "give --out another name",
-            ));
-        }
-    }
+    input::refuse_overwriting([out, &layout], &args.data.inputs(&args.files)?)?;
     match files
         .iter()
-        .find(|file| is_same_name(&file.with_extension("toml"), &layout))
+        .find(|file| input::is_same_name(&file.with_extension("toml"), &layout))
     {
         None => Ok(()),
         Some(file) => Err(mistake(
@@ -129,19 +121,4 @@ fn refuse_inputs(args: &ConvertArgs) -> Result<()> {
             "give --out another name or another folder",
         )),
     }
-}
-
-/// Whether two paths lead to one file.
-fn is_same(a: &Path, b: &Path) -> bool {
-    let real = |path: &Path| fs::canonicalize(path).ok();
-    real(a).is_some_and(|a| real(b) == Some(a))
-}
-
-/// Whether two paths, of files that need not exist, are one name in one folder.
-fn is_same_name(a: &Path, b: &Path) -> bool {
-    let real = |path: &Path| {
-        let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
-        fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()
-    };
-    a.file_name() == b.file_name() && real(a).is_some_and(|folder| real(b) == Some(folder))
 }

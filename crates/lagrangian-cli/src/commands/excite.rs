@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -19,6 +18,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::excite_args::{ExciteArgs, LimitArgs};
 use crate::failure::{Advise, mistake};
+use crate::input;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
@@ -29,16 +29,21 @@ use crate::run_folder::command_line;
 const MOST_JOINTS: usize = 64;
 
 pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
+    let robots: Vec<_> = args.urdf.iter().cloned().collect();
+    args.output.refuse_inputs(&robots)?;
     args.output.refuse_unwritable()?;
     let files = Files::of(args)?;
+    let layout = files.validate.with_extension("toml");
+    input::refuse_overwriting([&files.validate, &layout], &robots)?;
     let subject = Subject::read(args)?;
     let config = args.config();
     let mut bar = Progress::start("excite", mode.quiet);
-    let (stop, start) = (interrupt::flag()?, Instant::now());
+    interrupt::listen()?;
+    let start = Instant::now();
     let found = subject.search(&config, &mut |progress| {
         let part = start.elapsed().as_secs_f64() / args.seconds;
         bar.update(part, &news(progress));
-        match part >= 1.0 || stop.load(Ordering::SeqCst) {
+        match part >= 1.0 || interrupt::is_pressed() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
@@ -51,13 +56,12 @@ pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
         seed: config.seed ^ 1,
         ..config
     };
-    let validation = subject.search(
-        &other,
-        &mut |progress| match progress.tried < other.starts {
-            true => ControlFlow::Continue(()),
-            false => ControlFlow::Break(()),
-        },
-    )?;
+    let validation = subject.search(&other, &mut |progress| match progress.tried < other.starts
+        && !interrupt::is_pressed()
+    {
+        true => ControlFlow::Continue(()),
+        false => ControlFlow::Break(()),
+    })?;
     files.write(args, &subject, &found, &validation)?;
     let figures = json!({
         "command": "excite",

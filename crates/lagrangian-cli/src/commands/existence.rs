@@ -1,8 +1,6 @@
 //! `lagrangian check --lagrangian`: does any Lagrangian exist for these motions?
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, bail};
 use lagrangian::{Budget, CheckReport, EstimateOptions, Item, Observer, Recording, train};
@@ -42,13 +40,13 @@ pub(super) fn item(
     };
     let mut watch = Watch {
         bar: Progress::start("searching for a Lagrangian", mode.quiet),
-        interrupted: interrupt::flag()?,
     };
+    interrupt::listen()?;
     let found = survey(&first.coordinates, &trajectories, &config, &mut watch).advise(
         "cannot search for a Lagrangian",
         "omit --lagrangian, or give more recordings of the same system",
     )?;
-    if watch.interrupted.load(Ordering::SeqCst) {
+    if interrupt::is_pressed() {
         bail!("interrupted while searching for a Lagrangian");
     }
     watch.bar.finish("done");
@@ -57,14 +55,13 @@ pub(super) fn item(
 
 struct Watch {
     bar: Progress,
-    interrupted: Arc<AtomicBool>,
 }
 
 impl Observer for Watch {
     fn progress(&mut self, progress: &train::Progress) -> ControlFlow<()> {
         let news = format!("step {} · loss {:.1e}", progress.step, progress.loss);
         self.bar.update(progress.share, &news);
-        if self.interrupted.load(Ordering::SeqCst) {
+        if interrupt::is_pressed() {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())

@@ -1,14 +1,13 @@
 //! `lagrangian fit`: from recordings to a run folder with a model.
 
-use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use lagrangian::models::Parameter;
 use lagrangian::saved::Preparation;
 use lagrangian::score::Assessment;
-use lagrangian::train::{self, Choice, Chosen, Ending, Selection};
+use lagrangian::train::{self, Choice, Chosen, Contestant, Ending, Selection};
 use lagrangian::trajectory::Sampling;
 use lagrangian::{
     CheckOptions, CheckReport, Checkpoint, Coordinates, Dataset, Estimate, EstimateOptions, Fit,
@@ -23,14 +22,15 @@ use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::FitArgs;
 use crate::fit_config::Needs;
+use crate::fitted;
 use crate::hashed::FileHash;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
+use crate::resolved::Resolved;
+use crate::resumed::{resumed, same_run, settings};
 use crate::robot::Robot;
-use crate::run_folder::{
-    CHECKPOINT, DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line,
-};
+use crate::run_folder::{DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line};
 use crate::run_page::{Evaluation, Run};
 use crate::verdict;
 use crate::watch::Watch;
@@ -40,9 +40,6 @@ const VALIDATIONS: usize = 4;
 
 /// A loss that needs no improvement, as a part of that of a model that predicts nothing.
 const SMALL: f64 = 0.1;
-
-/// Exit code of a fit that Ctrl-C ended; its best model is kept.
-const INTERRUPTED: u8 = 130;
 
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
     let folder = RunFolder::open(&args.out, occupied(args))?;
@@ -54,10 +51,12 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         true => resumed(folder, args)?,
         false => (args.clone(), None),
     };
+    folder.refuse_inputs(&inputs(&args)?)?;
     let data = read(&args)?;
     let robot = args.robot.read()?;
     let dataset = dataset(&args, &data)?;
     let mut record = record(&args, &data, robot.as_ref())?;
+    let resolved = Resolved::of(&args, &data.preparation)?;
     let warnings = data.check.count(Verdict::Warn);
     let of_data: Vec<Choice> = data.low_pass.iter().cloned().collect();
     let preparation = data.preparation.clone();
@@ -70,12 +69,13 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
             "`lagrangian fit --help` lists the flags and their values",
         )?;
     }
+    record.resolved = resolved.with(&candidates)?;
     if warnings > 0 {
-        eprintln!("note: warnings about the data: {warnings}; the page lists them");
+        tell!("note: warnings about the data: {warnings}; the page lists them");
     }
-    let mut begun = match &checkpoint {
-        Some(_) => same_data(&record, folder.record()?)?,
-        None => {
+    let mut begun = match args.resume {
+        true => same_run(&record, folder.record()?)?,
+        false => {
             folder.write_record(&record)?;
             record.clone()
         }
@@ -87,39 +87,18 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         contestants,
     } = selection;
     let choices = [of_data, choices].concat();
-    for contestant in &contestants {
-        if let Some(failure) = &contestant.failure {
-            eprintln!("note: {} was not fitted: {failure}", contestant.family);
-        }
-    }
+    note_failures(&contestants);
     if contestants.len() > 1 {
         begun.choices.clone_from(&choices);
         begun.tried.clone_from(&contestants);
         folder.update_record(&begun)?;
     }
-    let hashes = record.data.iter();
-    let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
-    let provenance = Provenance {
-        data: hashes.collect(),
-        command: Some(record.command.clone()),
-        preparation: Some(preparation),
-        ..Provenance::of_seed(args.training.seed)
-    };
+    let provenance = provenance(&record, preparation);
     let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
     let forced = dataset.forced;
     drop(dataset);
     folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
-    let page = Run {
-        folder: folder.path(),
-        record: &begun,
-        metrics: &folder.read_metrics()?,
-        model: &fit.model,
-        evaluation: &evaluation,
-    };
-    let scored = page.scored()?;
-    let assessment = scored.assessment.clone();
-    let page = draw::html(&page.report(scored, Links::default()));
-    folder.write(REPORT, page.as_bytes())?;
+    let assessment = assessed(folder, &begun, &fit.model, &evaluation, mode)?;
     let improved = improved(&fit, &config, &args);
     if !mode.json {
         tell(folder, &fit, &assessment);
@@ -149,10 +128,61 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     Ok(exit_code(&fit, improved, &assessment))
 }
 
+/// Writes the page, and says how far the model can be trusted.
+fn assessed(
+    folder: &RunFolder,
+    record: &RunRecord,
+    model: &Learned,
+    evaluation: &Evaluation,
+    mode: OutputMode,
+) -> Result<Assessment> {
+    let page = Run {
+        folder: folder.path(),
+        record,
+        metrics: &folder.read_metrics()?,
+        model,
+        evaluation,
+    };
+    let scored = page.scored(mode)?;
+    let assessment = scored.assessment.clone();
+    let page = draw::html(&page.report(scored, Links::default()));
+    folder.write(REPORT, page.as_bytes())?;
+    Ok(assessment)
+}
+
+/// Where a model comes from.
+fn provenance(record: &RunRecord, preparation: Preparation) -> Provenance {
+    let hashes = record.data.iter();
+    let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
+    Provenance {
+        data: hashes.collect(),
+        command: Some(record.command.clone()),
+        preparation: Some(preparation),
+        ..Provenance::of_seed(record.seed)
+    }
+}
+
+/// Says which models could not be fitted.
+fn note_failures(contestants: &[Contestant]) {
+    for contestant in contestants {
+        if let Some(failure) = &contestant.failure {
+            tell!("note: {} was not fitted: {failure}", contestant.family);
+        }
+    }
+}
+
+/// The files that a fit reads.
+fn inputs(args: &FitArgs) -> Result<Vec<PathBuf>> {
+    let recordings = [&args.files[..], &args.training.validate].concat();
+    let mut inputs = args.data.inputs(&recordings)?;
+    inputs.extend(args.robot.urdf.iter().chain(&args.robot.nominal).cloned());
+    Ok(inputs)
+}
+
 /// Reports a fit on standard error.
 fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     let (model, step) = (folder.file(MODEL), fit.best_step);
-    eprintln!(
+    tell!(
         "model: {} (loss {:.3e} at step {step})",
         model.display(),
         fit.best
@@ -161,16 +191,16 @@ fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     for p in all.iter().filter(|p| shown(&fit.model, p)) {
         let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
         let error = error.unwrap_or_default();
-        eprintln!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
+        tell!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
     }
-    eprint!("{}", verdict::text(assessment));
-    eprintln!("page:  {}", folder.file(REPORT).display());
+    tell!("{}", verdict::text(assessment).trim_end());
+    tell!("page:  {}", folder.file(REPORT).display());
 }
 
 /// The exit code of a fit; notes one that did not improve.
 fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
-    if fit.ending == Ending::Interrupted {
-        return ExitCode::from(INTERRUPTED);
+    if fit.ending == Ending::Interrupted || interrupt::is_pressed() {
+        return ExitCode::from(interrupt::INTERRUPTED);
     }
     if improved {
         return verdict::exit_code(assessment);
@@ -180,7 +210,7 @@ fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
         fit.best, fit.best_step
     );
     let remedy = "check the data with `lagrangian check`; use a smaller --learning-rate, --optimizer adam, or --form convex";
-    eprintln!("{}", failure::describe(&mistake(finding, remedy)));
+    tell!("{}", failure::describe(&mistake(finding, remedy)));
     ExitCode::from(FAILED)
 }
 
@@ -210,32 +240,6 @@ fn occupied(args: &FitArgs) -> Occupied {
 /// The motions of a run's evaluation, read again from the files that it names.
 pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
     Ok(read(&settings(record)?)?.evaluation().0)
-}
-
-fn settings(record: &RunRecord) -> Result<FitArgs> {
-    let settings = record.settings.clone().try_into();
-    let mut args: FitArgs = settings.advise(
-        "cannot read the settings of the run",
-        "run.toml was changed by hand: repeat the fit",
-    )?;
-    args.model.keep_own();
-    Ok(args)
-}
-
-/// The settings of the interrupted run, and the state to go on from if it came so far.
-fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<(FitArgs, Option<Checkpoint>)> {
-    let mut args = settings(&folder.record()?)?;
-    args.out.clone_from(&given.out);
-    let path = folder.file(CHECKPOINT);
-    if !path.is_file() {
-        return Ok((args, None));
-    }
-    let bytes = fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
-    let checkpoint = Checkpoint::from_bytes(&bytes).advise(
-        format!("cannot resume from '{}'", path.display()),
-        "restart with --force",
-    )?;
-    Ok((args, Some(checkpoint)))
 }
 
 /// The data of a fit and of its evaluation.
@@ -310,7 +314,7 @@ fn read(args: &FitArgs) -> Result<Data> {
         split(trajectories, fraction, seed)?
     } else {
         let other = data::read_sample(&args.training.validate, &args.data, sampling)?;
-        data::require_dof(&other.recordings, &coordinates)?;
+        fitted::require_dof(&other.recordings, &coordinates)?;
         files.extend(data_files("validation", other.hashes));
         let (validation, how) = data::estimated(other.recordings, &options)?;
         estimates.extend(how);
@@ -349,7 +353,7 @@ pub(super) fn low_pass(
         item.finding
     );
     options.low_pass = Some(hertz);
-    eprintln!("note: {reason} (--low-pass overrides it, 0 for none)");
+    tell!("note: {reason} (--low-pass overrides it, 0 for none)");
     Some(Choice::new("low_pass", hertz, reason))
 }
 
@@ -406,18 +410,6 @@ fn record(args: &FitArgs, data: &Data, robot: Option<&Robot>) -> Result<RunRecor
     RunRecord::now(args.training.seed, args, files)
 }
 
-/// The record of the run that is resumed, whose data must be those of now.
-fn same_data(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
-    let mut pairs = now.data.iter().zip(&then.data);
-    match pairs.find(|(now, then)| now.sha256 != then.sha256) {
-        None => Ok(then),
-        Some((DataFile { path, .. }, _)) => Err(mistake(
-            format!("'{path}' is no longer the file that the run began with"),
-            "bring the old file back, or restart with --force",
-        )),
-    }
-}
-
 /// All settings of the fits; notes a choice of the optimiser from the data.
 fn candidates(
     args: &FitArgs,
@@ -431,12 +423,12 @@ fn candidates(
     if let [chosen] = &candidates[..]
         && let Some(choice) = chosen.choices.iter().find(adam)
     {
-        eprintln!("note: {} (--optimizer overrides it)", choice.reason);
+        tell!("note: {} (--optimizer overrides it)", choice.reason);
     }
     if candidates.len() > 1 {
         let names = candidates.iter().map(|c| c.config.family.name());
         let names: Vec<&str> = names.collect();
-        eprintln!(
+        tell!(
             "note: {} are tried and compared by their torque errors on held-out samples (--model chooses one)",
             names.join(", ")
         );
@@ -453,7 +445,8 @@ fn fit(
 ) -> Result<Selection> {
     let metrics = folder.metrics(checkpoint.map_or(0, |c| c.step as u64))?;
     let bar = Progress::start("fit", mode.quiet);
-    let mut watch = Watch::new(folder, metrics, bar, interrupt::flag()?);
+    interrupt::listen()?;
+    let mut watch = Watch::new(folder, metrics, bar);
     let fitted = train::select(dataset, candidates, checkpoint, &mut watch);
     let result = match &fitted {
         Ok(Selection {

@@ -1,7 +1,5 @@
 //! `lagrangian identify`: from logs of a robot to a URDF with its parameters.
 
-use std::fs;
-use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -19,19 +17,25 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{OutputMode, fit};
-use crate::data;
-use crate::failure::{Advise, mistake};
+use crate::failure::Advise;
+use crate::fitted;
 use crate::identify_args::IdentifyArgs;
 use crate::output::{self, Existing};
 use crate::robot::{self, Robot};
+use crate::task::Task;
+use crate::{data, input};
 
 /// The part of the data to identify from that chooses the strength of the prior.
 const VALIDATION: f64 = 0.2;
 
 pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
     let existing = Existing::from_force(args.force);
-    refuse_input(args)?;
+    let logs = [&args.files[..], &args.test].concat();
+    let mut inputs = args.data.inputs(&logs)?;
+    inputs.push(args.urdf.clone());
+    input::refuse_overwriting([&args.out], &inputs)?;
     output::refuse_existing(&args.out, existing)?;
+    let _task = Task::start("identify", mode.quiet);
     let robot = robot::open(&args.urdf, &args.joints)?;
     let data = read(args)?;
     let found = identify(args, &robot, &data)?;
@@ -68,27 +72,6 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses to write over a file that is read, however its path is written.
-fn refuse_input(args: &IdentifyArgs) -> Result<()> {
-    let is_out = |path: &&std::path::PathBuf| same_file(path, &args.out);
-    let mut inputs = args.files.iter().chain(&args.test).chain([&args.urdf]);
-    let Some(input) = inputs.find(is_out) else {
-        return Ok(());
-    };
-    let (out, input) = (args.out.display(), input.display());
-    Err(mistake(
-        format!("--out '{out}' is the input '{input}'"),
-        "give another --out: the input is kept",
-    ))
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    match (fs::canonicalize(a), fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
-}
-
 /// The motions of the logs.
 struct Data {
     coordinates: Coordinates,
@@ -112,7 +95,7 @@ fn read(args: &IdentifyArgs) -> Result<Data> {
             .advise("cannot hold data out", "take a smaller --hold-out")?,
         false => {
             let other = data::read_sample(&args.test, &args.data, sampling)?.recordings;
-            data::require_dof(&other, &coordinates)?;
+            fitted::require_dof(&other, &coordinates)?;
             (motions, data::estimated(other, &options)?.0)
         }
     };

@@ -1,7 +1,7 @@
 //! `lagrangian report`: the page of a run again, and its figures as pictures.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -11,20 +11,24 @@ use serde_json::json;
 
 use super::{OutputMode, fit};
 use crate::cli::{Links, ReportArgs};
-use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
+use crate::input;
 use crate::out_args::write_png;
 use crate::output::{self, Existing};
-use crate::run_folder::{FIGURES, MODEL, REPORT, RunFolder};
+use crate::run_folder::{FIGURES, METRICS, MODEL, REPORT, RUN, RunFolder};
 use crate::run_page::Run;
 
 pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
     let (out, existing) = (&args.output.out, args.output.existing());
+    let inputs = inputs(&folder)?;
+    let pages = [out, &args.gif].into_iter().flatten();
+    input::refuse_overwriting(pages, &inputs)?;
     for path in [out, &args.gif].into_iter().flatten() {
         output::refuse_existing(path, existing)?;
     }
-    let report = of_run(&folder, args.links)?;
+    let report = of_run(&folder, args.links, mode)?;
     let path = out.clone().unwrap_or_else(|| folder.file(REPORT));
     // The run's own page is made to be made again.
     let replace = Existing::from_force(args.output.force || out.is_none());
@@ -46,13 +50,21 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
             "figures": report.figures.iter().map(|figure| &figure.id).collect::<Vec<_>>(),
         }))?;
     } else {
-        eprintln!("page: {}", path.display());
+        tell!("page: {}", path.display());
     }
     Ok(ExitCode::SUCCESS)
 }
 
+/// The files that a page is made from.
+fn inputs(folder: &RunFolder) -> Result<Vec<PathBuf>> {
+    let own = [RUN, METRICS, MODEL, FIGURES].map(|name| folder.file(name));
+    let data = folder.record()?.data;
+    let data = data.into_iter().map(|file| PathBuf::from(file.path));
+    Ok(own.into_iter().chain(data).collect())
+}
+
 /// The page of a run, from the files in its folder and the data that they name; that of a demo as it was kept.
-pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
+fn of_run(folder: &RunFolder, links: Links, mode: OutputMode) -> Result<Report> {
     let kept = folder.file(FIGURES);
     if kept.is_file() {
         let shown = format!("cannot read '{}'", kept.display());
@@ -60,7 +72,7 @@ pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
         return serde_json::from_slice(&bytes).advise(shown, "repeat the demo with --force");
     }
     let record = folder.record()?;
-    let model = data::model(&folder.file(MODEL))?;
+    let model = fitted::model(&folder.file(MODEL))?;
     let evaluation = fit::evaluation(&record)?;
     let metrics = folder.read_metrics()?;
     let run = Run {
@@ -70,7 +82,7 @@ pub(super) fn of_run(folder: &RunFolder, links: Links) -> Result<Report> {
         model: &model,
         evaluation: &evaluation,
     };
-    Ok(run.report(run.scored()?, links))
+    Ok(run.report(run.scored(mode)?, links))
 }
 
 fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {

@@ -1,39 +1,55 @@
 //! `lagrangian rollout`: a predicted motion.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::rollout::{self, free};
 use lagrangian::score::predict;
-use lagrangian::{EstimateOptions, Model, Rollout};
+use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Model, Rollout, State};
 use serde_json::json;
 
 use super::OutputMode;
-use crate::cli::RolloutArgs;
-use crate::data::{self, Fitted};
+use crate::cli::{DataArgs, EstimateArgs, RolloutArgs};
+use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
 use crate::motion;
-use crate::output;
+use crate::output::{self, Columns};
+use crate::task::Task;
 
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
+    let followed: Vec<PathBuf> = args.follow.iter().cloned().collect();
+    let mut inputs = args.data.inputs(&followed)?;
+    inputs.push(args.model.clone());
+    output.refuse_inputs_of_motions(&inputs)?;
     output.refuse_unwritable()?;
-    let fitted = data::fitted(&args.model)?;
-    let rollout = match &args.follow {
-        Some(path) => follow(&fitted, path, args)?,
-        None => from_start(&fitted.model, args)?,
+    let task = Task::start("rollout", mode.quiet);
+    let fitted = fitted::fitted(&args.model)?;
+    let (data, estimate) = match &args.follow {
+        Some(_) => fitted.complete(&args.data, &args.estimate)?,
+        None => (fitted.completed(&args.data)?, args.estimate.clone()),
     };
+    let layout = data.layout_of(args.follow.as_deref())?;
+    let rollout = match &args.follow {
+        Some(path) => follow(&fitted.model, path, (&data, &estimate), args)?,
+        None => from_start(&fitted.model, &layout, args)?,
+    };
+    drop(task);
     let model = fitted.model;
     motion::note_early_end("the motion", rollout.outcome);
     let trajectories = std::slice::from_ref(&rollout.trajectory);
+    let columns = Columns {
+        coordinates: model.coordinates(),
+        layout: &layout,
+    };
     match &output.out {
         Some(path) => {
-            let (existing, coordinates) = (output.existing(), model.coordinates());
-            output::write_trajectories(path, existing, trajectories, coordinates)?;
+            columns.write(path, output.existing(), trajectories)?;
         }
         None if mode.json => {}
-        None => output::print_trajectories(trajectories)?,
+        None => columns.print(trajectories)?,
     }
     if mode.json {
         output::print_json(&json!({
@@ -52,14 +68,14 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn from_start(model: &dyn Model, args: &RolloutArgs) -> Result<Rollout> {
+fn from_start(model: &dyn Model, layout: &Layout, args: &RolloutArgs) -> Result<Rollout> {
     if model.driven().is_some() {
         return Err(mistake(
             "the model moves by the goals of its drives",
             "give a recording with goals with --follow",
         ));
     }
-    let start = args.motion.start();
+    let start = in_si_units(args.motion.start(), model.coordinates(), layout);
     if start.q.is_empty() {
         return Err(mistake(
             "there is no initial state",
@@ -76,11 +92,28 @@ fn from_start(model: &dyn Model, args: &RolloutArgs) -> Result<Rollout> {
     )
 }
 
-fn follow(fitted: &Fitted, path: &Path, args: &RolloutArgs) -> Result<Rollout> {
-    let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
-    let model = &fitted.model;
-    let mut recordings = data::read(&[path.into()], &data)?;
-    data::require_dof(&recordings, model.coordinates())?;
+/// A state that was given in the units of the data.
+fn in_si_units(mut start: State, coordinates: &Coordinates, layout: &Layout) -> State {
+    if layout.degrees {
+        let values = start.q.iter_mut().enumerate();
+        for (i, value) in values.chain(start.qd.iter_mut().enumerate()) {
+            if i < coordinates.dof() && coordinates.is_circle(i) {
+                *value = value.to_radians();
+            }
+        }
+        tell!("note: angles are in degrees");
+    }
+    start
+}
+
+fn follow(
+    model: &Learned,
+    path: &Path,
+    (data, estimate): (&DataArgs, &EstimateArgs),
+    args: &RolloutArgs,
+) -> Result<Rollout> {
+    let mut recordings = data::read(&[path.into()], data)?;
+    fitted::require_coordinates(&recordings, model.coordinates())?;
     recordings.truncate(1);
     let options = EstimateOptions {
         accelerations: false,

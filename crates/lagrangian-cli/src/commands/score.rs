@@ -11,22 +11,32 @@ use super::OutputMode;
 use crate::cli::ScoreArgs;
 use crate::data;
 use crate::failure::Advise;
+use crate::fitted;
+use crate::interrupt;
 use crate::motion;
+use crate::task::Task;
 use crate::verdict;
 
 pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
+    let mut inputs = args.data.inputs(&args.files)?;
+    inputs.push(args.model.clone());
+    args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
-    let fitted = data::fitted(&args.model)?;
+    let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let model = fitted.model;
     let recordings = data::read(&args.files, &data)?;
-    data::require_dof(&recordings, model.coordinates())?;
+    fitted::require_coordinates(&recordings, model.coordinates())?;
     let (trajectories, estimates) = data::trajectories(recordings, &estimate.options())?;
+    let samples = trajectories.iter().map(Trajectory::len).sum();
+    let task = Task::of_predictions("score", mode.quiet, samples)?;
     let score = score(&model, &trajectories, &motion::for_comparison()).advise(
         "cannot score",
         "`lagrangian check` shows what is wrong with the data",
     )?;
     let assessment = Assessment::new(&model, &trajectories, &score);
+    drop(task);
+    motion::note_stopped(&score);
     let figures = json!({
         "command": "score",
         "model": args.model,
@@ -38,7 +48,10 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     });
     let text = || as_text(&score, &trajectories, model.coordinates()) + &verdict::text(&assessment);
     args.output.write_figures(mode, &figures, text)?;
-    Ok(verdict::exit_code(&assessment))
+    Ok(match interrupt::is_pressed() {
+        true => ExitCode::from(interrupt::INTERRUPTED),
+        false => verdict::exit_code(&assessment),
+    })
 }
 
 fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {
@@ -58,8 +71,13 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
     }
     for (trajectory, rollout) in trajectories.iter().zip(&score.rollouts) {
         let bound = if rollout.exceeded { "" } else { "≥ " };
+        let cut = if rollout.outcome.is_stopped() {
+            ", then stopped"
+        } else {
+            ""
+        };
         text += &format!(
-            "  {:<24} followed for {bound}{:.2} of {:.2} s\n",
+            "  {:<24} followed for {bound}{:.2} of {:.2} s{cut}\n",
             trajectory.name, rollout.valid_seconds, rollout.duration
         );
         if !trajectory.goal.is_empty() {

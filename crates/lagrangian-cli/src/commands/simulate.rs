@@ -19,14 +19,19 @@ use crate::failure::{Advise, mistake};
 use crate::motion::{energies, note_early_end};
 use crate::output;
 use crate::robot;
+use crate::task::Task;
 
 pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     if args.system.as_deref() == Some("list") {
         return list(mode);
     }
+    let robots: Vec<_> = args.urdf.iter().cloned().collect();
+    args.output.refuse_inputs_of_motions(&robots)?;
     args.output.refuse_unwritable()?;
+    let task = Task::start("simulate", mode.quiet);
     let system = system(args)?;
     let mut rollouts = motions(args, &*system)?;
+    drop(task);
     let summaries = rollouts
         .iter()
         .map(|rollout| Summary::of(rollout, &*system));
@@ -78,7 +83,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
         let samples: usize = trajectories.iter().map(Trajectory::len).sum();
         let (count, name) = (trajectories.len(), system.name());
         let (path, layout) = (path.display(), layout.display());
-        eprintln!(
+        tell!(
             "{count} trajectories of '{name}', {samples} samples: {path} (columns and angles: {layout})"
         );
     }

@@ -1,29 +1,37 @@
 //! `lagrangian torque`: the torques of a motion, and what they are made of.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::torque::{TorquePrediction, TorqueSummary, predict_torque, summarise, table};
-use lagrangian::{Coordinates, Model, Trajectory};
+use lagrangian::trajectory::Table;
+use lagrangian::{Coordinates, Layout, Model, Signal, Trajectory};
 use lagrangian_report::draw;
-use lagrangian_report::{Command, Report, Table, torque_parts};
+use lagrangian_report::{Command, Report, torque_parts};
 use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::TorqueArgs;
 use crate::data;
 use crate::failure::Advise;
+use crate::fitted;
 use crate::out_args::PlotArgs;
 use crate::output;
 use crate::run_folder::command_line;
+use crate::task::Task;
 
 pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
+    let mut inputs = args.data.inputs(&args.files)?;
+    inputs.push(args.model.clone());
+    args.output.refuse_inputs(&inputs)?;
     args.output.refuse_unwritable()?;
-    let fitted = data::fitted(&args.model)?;
+    let _task = Task::start("torque", mode.quiet);
+    let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let model = fitted.model;
     let recordings = data::read(&args.files, &data)?;
-    data::require_dof(&recordings, model.coordinates())?;
+    fitted::require_coordinates(&recordings, model.coordinates())?;
     let (motions, estimates) = data::trajectories(recordings, &estimate.options())?;
     let predictions = predictions(&model, &motions)?;
     note_not_finite(&predictions);
@@ -32,7 +40,8 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     let PlotArgs { file, plot } = &args.output;
     if let Some(path) = &file.out {
         let format = output::format_of(path)?;
-        let columns = table(&predictions, coordinates.dof());
+        let layout = data.layout_of(args.files.first().map(PathBuf::as_path))?;
+        let columns = named(table(&predictions, coordinates.dof()), coordinates, &layout);
         output::write_file(path, file.existing(), |sink| {
             Ok(format.write_table(sink, &columns)?)
         })?;
@@ -62,12 +71,26 @@ fn predictions(model: &dyn Model, motions: &[Trajectory]) -> Result<Vec<TorquePr
     )
 }
 
+/// The table with time and torques under the names of the data.
+fn named(mut table: Table, coordinates: &Coordinates, layout: &Layout) -> Table {
+    let plain = Layout::default().names_of(Signal::Tau, coordinates);
+    let own = layout.names_of(Signal::Tau, coordinates);
+    let time = [("t".to_string(), layout.time_column())];
+    for (name, other) in plain.into_iter().zip(own).chain(time) {
+        let column = table.columns.iter_mut().find(|(own, _)| *own == name);
+        if let Some((name, _)) = column {
+            *name = other;
+        }
+    }
+    table
+}
+
 /// Says where the model gave no figures; the data are finite by then.
 fn note_not_finite(predictions: &[TorquePrediction]) {
     let totals = predictions.iter().flat_map(|p| p.parts.total());
     let lost = totals.filter(|x| !x.is_finite()).count();
     if lost > 0 {
-        eprintln!(
+        tell!(
             "warning: {lost} predicted torques are not finite: the model is damaged, or the motion far from its data"
         );
     }
@@ -125,7 +148,7 @@ fn page(
     };
     let mut header = vec!["signal"];
     header.extend(coordinates.0.iter().map(|c| c.name.as_str()));
-    let table = Table::new(
+    let table = lagrangian_report::Table::new(
         "Root mean squares over all samples, N·m or N; nMSE is the squared error over the variance.",
         &header,
         rows(summary).into_iter().map(cells).collect(),

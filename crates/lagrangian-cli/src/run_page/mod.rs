@@ -15,8 +15,10 @@ use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Headline, Report, Role};
 
 use crate::cli::Links;
+use crate::commands::OutputMode;
 use crate::motion;
 use crate::run_folder::{MODEL, Metric, RunRecord};
+use crate::task::Task;
 use crate::verdict;
 
 /// What a page is made of.
@@ -52,10 +54,13 @@ pub(crate) struct Scored {
 
 impl Run<'_> {
     /// The motions of the evaluation, each predicted once.
-    pub(crate) fn scored(&self) -> Result<Scored> {
+    pub(crate) fn scored(&self, mode: OutputMode) -> Result<Scored> {
         let (motions, options) = (&self.evaluation.motions, motion::for_comparison());
+        let samples = motions.iter().map(Trajectory::len).sum();
+        let _task = Task::of_predictions("predictions for the page", mode.quiet, samples)?;
         let predictions = predict_all(self.model, motions, &options)?;
         let score = score_predictions(self.model, motions, &predictions, &options)?;
+        motion::note_stopped(&score);
         Ok(Scored {
             assessment: Assessment::new(self.model, motions, &score),
             predictions,

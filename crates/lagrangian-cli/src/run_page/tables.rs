@@ -163,6 +163,7 @@ fn ending(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Finished => "with the motion".into(),
         Outcome::Diverged { t, .. } => format!("diverged at {t:.2} s"),
+        Outcome::Stopped { t } => format!("stopped at {t:.2} s"),
         Outcome::StepLimit { t } => format!("step limit at {t:.2} s"),
     }
 }

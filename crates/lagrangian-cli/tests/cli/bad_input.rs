@@ -96,6 +96,15 @@ fn torques_that_are_no_numbers_are_named_with_their_trajectory() {
     );
 }
 
+/// The same model as the first version of the format had it, with blanks in the place of the checksum.
+fn without_checksum(mut model: Vec<u8>) -> Vec<u8> {
+    let field = br#"2,\"checksum\":\"01234567\","#;
+    let begin = model.windows(13).position(|w| w == &field[..13]).unwrap();
+    model[begin..begin + field.len()].fill(b' ');
+    model[begin..begin + 2].copy_from_slice(b"1,");
+    model
+}
+
 #[test]
 fn a_damaged_model_that_predicts_no_numbers_says_so() {
     let bench = Workbench::new();
@@ -106,9 +115,19 @@ fn a_damaged_model_that_predicts_no_numbers_says_so() {
     let huge = 1e308_f64.to_le_bytes();
     let weights = (model.len() - header) / 8;
     let damaged = [&model[..header], &huge.repeat(weights)].concat();
-    std::fs::write(bench.path("damaged.safetensors"), damaged).unwrap();
-    let told = bench.run("torque damaged.safetensors data.csv");
+    std::fs::write(bench.path("damaged.safetensors"), &damaged).unwrap();
+    let message = bench.refuse("torque damaged.safetensors data.csv");
+    assert!(message.contains("checksum"), "{message}");
+    std::fs::write(bench.path("old.safetensors"), without_checksum(damaged)).unwrap();
+    let told = bench.run("torque old.safetensors data.csv");
+    assert!(
+        told.stderr.contains("before models held a checksum"),
+        "{}",
+        told.stderr
+    );
     assert!(told.stderr.contains("not finite"), "{}", told.stderr);
+    let scored = bench.run("score old.safetensors data.csv");
+    assert_eq!(scored.code, 1, "{}", scored.stdout);
 }
 
 #[test]

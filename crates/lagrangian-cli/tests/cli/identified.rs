@@ -77,15 +77,15 @@ fn what_cannot_be_identified_or_written_is_refused_with_a_hint() {
     for (line, words) in [
         (
             "data.csv --urdf arm.urdf --out arm.urdf --force",
-            "is the input",
+            "over the input",
         ),
         (
             "data.csv --urdf arm.urdf --out sub/../arm.urdf --force",
-            "is the input",
+            "over the input",
         ),
         (
             "data.csv --urdf arm.urdf --out ./data.csv --force",
-            "is the input",
+            "over the input",
         ),
         (
             "data.csv --urdf arm.urdf --out sub/no/where.urdf",

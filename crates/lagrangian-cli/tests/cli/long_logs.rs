@@ -120,3 +120,24 @@ fn a_number_of_rows_that_is_none_is_refused() {
     }
     bench.succeed("check log.csv --angle all --rows all");
 }
+
+#[test]
+fn many_short_trajectories_are_checked_in_part_and_the_bad_ones_among_all() {
+    let bench = Workbench::new();
+    let rows = |k: u32, bad: bool| {
+        let time = |i: u32| if bad { 0.1 } else { 0.1 * f64::from(i) };
+        let row = |i: u32| format!("{k},{},{}\n", time(i), f64::from(k + i).sin());
+        (0..4).map(row).collect::<String>()
+    };
+    let all: String = (0..20_010).map(|k| rows(k, k == 4321)).collect();
+    bench.write("many.csv", &format!("trajectory,t,q1\n{all}"));
+    let outcome = bench.run("check many.csv");
+    assert!(
+        outcome
+            .stderr
+            .contains("of 20010 trajectories (20000 at most)"),
+        "{}",
+        outcome.stderr
+    );
+    assert!(outcome.stdout.contains("'4321'"), "{}", outcome.stdout);
+}

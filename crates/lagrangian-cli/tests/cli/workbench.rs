@@ -71,7 +71,7 @@ impl Workbench {
             outcome.stdout, outcome.stderr
         );
         assert!(
-            outcome.stderr.starts_with("error: "),
+            outcome.stderr.lines().any(|l| l.starts_with("error: ")),
             "{line}: {}",
             outcome.stderr
         );

@@ -269,6 +269,8 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
             });
         } else if self.solution.steps + self.solution.rejected >= self.control.max_steps {
             self.end(Ending::StepLimit { t });
+        } else if self.control.stop.is_asked() {
+            self.end(Ending::Stopped { t });
         } else if self.size.next < SMALLEST_STEP * t.abs().max(f64::MIN_POSITIVE)
             && t + self.size.next < end
         {
@@ -462,6 +464,7 @@ mod tests {
             rtol: 1e-14,
             atol: 1e-14,
             max_steps: 100_000,
+            stop: crate::Stop::default(),
         };
         let mut f = |_: f64, x: &[f64], dx: &mut [f64]| dx.copy_from_slice(&[x[1], -x[0].sin()]);
         let mut truth = [0.0; 2];

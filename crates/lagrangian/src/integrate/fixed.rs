@@ -35,6 +35,10 @@ pub fn solve(
                 solution.ending = Ending::StepLimit { t };
                 return solution;
             }
+            if control.stop.is_asked() {
+                solution.ending = Ending::Stopped { t };
+                return solution;
+            }
             let finite = |x: &[f64]| match x.iter().all(|x| x.is_finite()) {
                 true => Ok(()),
                 false => Err(Failure::NotFinite),

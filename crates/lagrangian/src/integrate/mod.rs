@@ -34,7 +34,7 @@ pub use variational::{Mechanics, Rule, Variational};
 use serde::{Deserialize, Serialize};
 
 use crate::settings::{Named, named};
-use crate::{Error, Result};
+use crate::{Error, Result, Stop};
 
 /// The right-hand side of x' = f(t, x): (t, x, x').
 pub type FirstOrder<'a> = dyn FnMut(f64, &[f64], &mut [f64]) + 'a;
@@ -265,6 +265,8 @@ pub struct Control {
     pub atol: f64,
     /// Steps tried at most.
     pub max_steps: u64,
+    /// Ends the solution before its next step.
+    pub stop: Stop,
 }
 
 impl Control {
@@ -308,6 +310,11 @@ pub enum Ending {
     Finished,
     /// The step limit was reached at time `t`.
     StepLimit {
+        /// Time reached, s.
+        t: f64,
+    },
+    /// It was stopped from outside at time `t`.
+    Stopped {
         /// Time reached, s.
         t: f64,
     },

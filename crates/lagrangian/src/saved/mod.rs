@@ -4,9 +4,13 @@
 //! weights. Everything that is not a weight is JSON in the header's `__metadata__`, under the one key
 //! `lagrangian`, so that the bytes depend on the content alone.
 //!
+//! Since version 2 the header holds a checksum of the whole file, so that a file with a single wrong bit is refused; of
+//! older files it is not known whether they are as they were written ([`Provenance::unverified`]).
+//!
 //! A file may come from anywhere. Nothing is allocated on the word of its header, and whatever is not a complete,
 //! finite model of a known version is refused.
 
+pub(crate) mod checksum;
 mod read;
 mod tensor;
 
@@ -27,7 +31,7 @@ use crate::{Coordinates, Error, Result};
 pub const FORMAT: &str = "lagrangian-model";
 
 /// Version of the format that this library writes; it reads this one and all before it.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// The longest header that is read, bytes.
 pub const MAX_HEADER: usize = 1 << 20;
@@ -80,6 +84,9 @@ pub struct Provenance {
     /// How its recordings were prepared, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preparation: Option<Preparation>,
+    /// Whether the model was read from a file without a checksum, as versions before 2 wrote them.
+    #[serde(skip)]
+    pub unverified: bool,
 }
 
 /// How the recordings of a fit were read and prepared, so that others can be prepared alike.
@@ -110,9 +117,13 @@ impl Provenance {
 
 /// The header in the file.
 #[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Envelope {
     format: String,
     version: u32,
+    // The checksum finds its place by the fixed text before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    checksum: Option<String>,
     model: Header,
 }
 
@@ -160,14 +171,18 @@ impl SavedModel {
         let envelope = Envelope {
             format: FORMAT.into(),
             version: VERSION,
+            checksum: Some(checksum::BLANK.into()),
             model: self.header.clone(),
         };
         let json = serde_json::to_string(&envelope).map_err(|e| damaged(e.to_string()))?;
         let metadata = HashMap::from([(KEY.to_string(), json)]);
-        let bytes = safetensors::serialize(&self.tensors, Some(metadata))
+        let mut bytes = safetensors::serialize(&self.tensors, Some(metadata))
             .map_err(|e| damaged(e.to_string()))?;
         read::header_length(&bytes)?;
-        Ok(bytes)
+        match checksum::seal(&mut bytes) {
+            true => Ok(bytes),
+            false => Err(damaged("its header has no place for a checksum".into())),
+        }
     }
 
     /// Reads a model from the bytes of a whole file.

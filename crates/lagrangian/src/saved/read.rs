@@ -8,8 +8,11 @@ use safetensors::SafeTensors;
 use safetensors::tensor::Metadata;
 use serde::Deserialize;
 
-use super::{Envelope, FORMAT, KEY, MAX_HEADER, SavedModel, Tensor, VERSION, damaged};
-use crate::{Error, Result};
+use super::{Envelope, FORMAT, KEY, MAX_HEADER, SavedModel, Tensor, VERSION, checksum, damaged};
+use crate::{Coordinates, Error, Result};
+
+/// The first version of files with a checksum.
+const FIRST_WITH_CHECKSUM: u32 = 2;
 
 /// Bytes of the number that opens the file.
 const PREFIX: usize = size_of::<u64>();
@@ -49,15 +52,18 @@ pub(super) fn from_bytes(bytes: &[u8]) -> Result<SavedModel> {
         Ordering::Greater => return Err(damaged("bytes follow the last weight".into())),
         Ordering::Equal => {}
     }
+    let unverified = envelope.version < FIRST_WITH_CHECKSUM;
+    if !unverified && !checksum::holds(bytes) {
+        return Err(damaged("its checksum does not hold".into()));
+    }
     let stored = SafeTensors::deserialize(bytes).map_err(|e| damaged(e.to_string()))?;
     let mut tensors = BTreeMap::new();
     for (name, view) in stored.iter() {
         tensors.insert(name.to_string(), Tensor::from_view(name, &view)?);
     }
-    Ok(SavedModel {
-        header: envelope.model,
-        tensors,
-    })
+    let mut header = envelope.model;
+    header.provenance.unverified = unverified;
+    Ok(SavedModel { header, tensors })
 }
 
 /// The length of the header, if a header can be that long.
@@ -104,8 +110,27 @@ fn header(bytes: &[u8], length: usize) -> Result<(Metadata, Envelope)> {
             known: VERSION,
         });
     }
+    if marker.version == 0 {
+        return Err(damaged("there is no version 0".into()));
+    }
     let envelope: Envelope = serde_json::from_str(own).map_err(|e| damaged(e.to_string()))?;
+    check_names(&envelope.model.coordinates)?;
     Ok((metadata, envelope))
+}
+
+/// Refuses coordinates that no data could have: without names, or two of one name.
+fn check_names(coordinates: &Coordinates) -> Result<()> {
+    let names = || coordinates.0.iter().map(|c| c.name.as_str());
+    let repeated = |(k, name): (usize, &str)| names().take(k).any(|other| other == name);
+    if coordinates.0.is_empty() || names().any(str::is_empty) {
+        return Err(damaged(
+            "it has no coordinates, or one without a name".into(),
+        ));
+    }
+    match names().enumerate().any(repeated) {
+        true => Err(damaged("two of its coordinates have one name".into())),
+        false => Ok(()),
+    }
 }
 
 fn not_a_model(found: String) -> Error {

@@ -281,17 +281,21 @@ fn deviation(motion: &Trajectory) -> f64 {
 /// The share of the deviation of positions above which their error is no good one.
 const FAR_OFF: f64 = 0.2;
 
-/// Predictions over a short time that all diverge.
+/// Predictions over a short time that all diverge, or of whole motions where these are shorter.
 fn of_rollouts(score: &Score) -> Option<Reason> {
-    let first = score.restarts.first()?;
-    (first.starts > 0 && first.unfinished == first.starts).then(|| {
-        let finding = format!("every prediction diverges within {} s", first.seconds);
-        Reason::new(
-            Grade::Poor,
-            finding,
-            "use its torques alone, or choose another model",
-        )
-    })
+    let known = score.rollouts.iter().filter(|r| !r.outcome.is_stopped());
+    let known: Vec<bool> = known.map(|r| r.outcome.is_finished()).collect();
+    let finding = match score.restarts.first() {
+        Some(first) if first.unfinished == first.starts => {
+            format!("every prediction diverges within {} s", first.seconds)
+        }
+        None if !known.is_empty() && !known.contains(&true) => {
+            "every prediction diverges before its recording ends".into()
+        }
+        _ => return None,
+    };
+    let remedy = "use its torques alone, or choose another model";
+    Some(Reason::new(Grade::Poor, finding, remedy))
 }
 
 /// Samples of the motions, at most [`STATES`].

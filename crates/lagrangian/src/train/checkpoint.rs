@@ -3,8 +3,11 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::problem::LossValue;
+use crate::saved::checksum;
+use crate::settings::difference;
 use crate::{Error, Result};
 
 /// The state of a run between two steps.
@@ -28,6 +31,8 @@ pub struct Checkpoint {
     pub setbacks: i32,
     /// The damping of the next step, where it is adaptive.
     pub damping: Option<f64>,
+    /// The settings of the fit, as JSON; `None` in files of earlier versions.
+    pub config: Option<Value>,
 }
 
 /// The scalars of a checkpoint, exact to the bit.
@@ -35,6 +40,9 @@ pub struct Checkpoint {
 struct Scalars {
     format: String,
     version: u32,
+    // The checksum finds its place by the fixed text before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    checksum: Option<String>,
     step: usize,
     seconds: u64,
     best: u64,
@@ -42,10 +50,14 @@ struct Scalars {
     setbacks: i32,
     #[serde(default)]
     damping: Option<u64>,
+    #[serde(default)]
+    config: Option<Value>,
 }
 
 const FORMAT: &str = "lagrangian-checkpoint";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// The first version with a checksum.
+const FIRST_WITH_CHECKSUM: u32 = 2;
 /// The largest number of rollbacks that is counted.
 const MOST_SETBACKS: i32 = 6;
 /// A loss that exceeds the best by this factor causes a rollback to the best parameters, with more damping.
@@ -63,6 +75,18 @@ impl Checkpoint {
             best_parameters: Vec::new(),
             setbacks: 0,
             damping: None,
+            config: None,
+        }
+    }
+
+    /// Refuses to go on with other settings than those of the fit that wrote it; names what differs.
+    pub(crate) fn check_config(&self, now: &Value) -> Result<()> {
+        let changed = self.config.as_ref().and_then(|then| difference(then, now));
+        match changed {
+            None => Ok(()),
+            Some(changed) => Err(refused(format!(
+                "it was written by a fit with other settings: {changed}"
+            ))),
         }
     }
 
@@ -137,6 +161,8 @@ impl Checkpoint {
             best_step: self.best_step,
             setbacks: self.setbacks,
             damping: self.damping.map(f64::to_bits),
+            checksum: Some(checksum::BLANK.into()),
+            config: self.config.clone(),
         };
         let arrays = [
             ("parameters".to_string(), &self.parameters),
@@ -162,8 +188,12 @@ impl Checkpoint {
             views.insert(name.clone(), view.map_err(refused)?);
         }
         let metadata = serde_json::to_string(&scalars).map_err(refused)?;
-        safetensors::serialize(views, Some([(FORMAT.to_string(), metadata)].into()))
-            .map_err(refused)
+        let metadata = Some([(FORMAT.to_string(), metadata)].into());
+        let mut bytes = safetensors::serialize(views, metadata).map_err(refused)?;
+        match checksum::seal(&mut bytes) {
+            true => Ok(bytes),
+            false => Err(refused("its header has no place for a checksum")),
+        }
     }
 
     /// The checkpoint that [`Checkpoint::to_bytes`] wrote.
@@ -178,11 +208,14 @@ impl Checkpoint {
             .and_then(|m| m.get(FORMAT))
             .ok_or_else(|| refused("no checkpoint"))?;
         let scalars: Scalars = serde_json::from_str(metadata).map_err(refused)?;
-        if scalars.version != VERSION {
+        if scalars.format != FORMAT || !(1..=VERSION).contains(&scalars.version) {
             return Err(refused(format!(
-                "version {} (this program reads {VERSION})",
+                "version {} (this program reads up to {VERSION})",
                 scalars.version
             )));
+        }
+        if scalars.version >= FIRST_WITH_CHECKSUM && !checksum::holds(bytes) {
+            return Err(refused("it is damaged, its checksum does not hold"));
         }
         let tensors = safetensors::SafeTensors::deserialize(bytes).map_err(refused)?;
         let array = |name: &str| -> Result<Vec<f64>> {
@@ -212,6 +245,7 @@ impl Checkpoint {
                 .collect::<Result<_>>()?,
             setbacks: scalars.setbacks.clamp(0, MOST_SETBACKS),
             damping: scalars.damping.map(f64::from_bits),
+            config: scalars.config,
         })
     }
 }

@@ -5,6 +5,7 @@ mod allowed;
 mod batch;
 mod checkpoint;
 mod choice;
+mod clock;
 mod engine;
 mod fit;
 mod forces;

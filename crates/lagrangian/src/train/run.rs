@@ -1,8 +1,7 @@
 //! A run: steps, validations, and why it ends.
 
-use std::time::Instant;
-
 use super::checkpoint::Checkpoint;
+use super::clock::Clock;
 use super::engine::{AdamEngine, Engine, InTurn, NaturalEngine, Schedules, Stepped};
 use super::fit::{Budget, FitConfig, Optimizer};
 use super::learner::Learner;
@@ -15,6 +14,7 @@ use super::problem::{Batch, LossValue, StepAt};
 use super::rollout::{RolloutDescent, RolloutProblems, RolloutValidation, SegmentOrder};
 use super::schedule::grown;
 use crate::dataset::Dataset;
+use crate::saved;
 use crate::{Error, Result};
 use nets::simd::Real;
 
@@ -31,7 +31,7 @@ pub(super) struct Run<'a> {
     validation: Vec<usize>,
     /// Seconds of training before this run, where it was resumed.
     before: f64,
-    clock: Instant,
+    clock: Clock,
 }
 
 /// The end of a run.
@@ -52,17 +52,22 @@ impl<'a> Run<'a> {
             Optimizer::Natural(_) => 1,
             Optimizer::Adam(_) => 2,
         };
-        let state = match resume {
-            Some(checkpoint) => checkpoint.clone().for_run(fresh.len(), memory)?,
+        let settings = saved::describe(config)?;
+        let mut state = match resume {
+            Some(checkpoint) => {
+                checkpoint.check_config(&settings)?;
+                checkpoint.clone().for_run(fresh.len(), memory)?
+            }
             None => Checkpoint::fresh(fresh, memory),
         };
+        state.config = Some(settings);
         let held = dataset.validation.len();
         let every = held.div_ceil(VALIDATED).max(1);
         Ok(Self {
             order: Order::new(dataset.train.len(), config.seed),
             validation: (0..held).step_by(every).collect(),
             before: state.seconds,
-            clock: Instant::now(),
+            clock: Clock::start(),
             dataset,
             config,
             state,
@@ -285,7 +290,7 @@ impl<'a> Run<'a> {
     }
 
     fn seconds(&self) -> f64 {
-        self.before + self.clock.elapsed().as_secs_f64()
+        self.before + self.clock.seconds()
     }
 
     /// The share of the budget that is used.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Coordinate, Coordinates, Layout, Sampling, Signal, Signals, Topology};
+use crate::error::shortened;
 use crate::{Error, Result};
 
 /// The names of the columns that were used.
@@ -149,7 +150,8 @@ impl Finder<'_> {
     fn error(&self, finding: impl Into<String>, remedy: impl Into<String>) -> Error {
         const SHOWN: usize = 40;
         let all = self.headers.len();
-        let mut found = self.headers[..all.min(SHOWN)].join(", ");
+        let shown = self.headers.iter().take(SHOWN).map(|name| shortened(name));
+        let mut found = shown.collect::<Vec<_>>().join(", ");
         if all > SHOWN {
             found += &format!(", … {all} in all");
         }

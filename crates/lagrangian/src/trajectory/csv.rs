@@ -7,6 +7,7 @@ use super::columns::resolve;
 use super::contents::Contents;
 use super::rows::Rows;
 use super::{Layout, Readings, Trajectory};
+use crate::error::shortened;
 use crate::{Error, Result};
 
 /// The longest row that is read, bytes: what is no table cannot fill the memory.
@@ -26,18 +27,25 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
     let unread = Cell::new(0);
     let plain = PlainLines {
         source,
+        returned: false,
         unread: &unread,
     };
     let mut source = BufReader::with_capacity(CHUNK, plain);
-    let delimiter = delimiter(source.fill_buf()?);
+    let start = source.fill_buf()?;
+    if let Some(other) = other_format(start) {
+        return Err(not_csv(other));
+    }
+    let delimiter = delimiter(start);
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(delimiter)
+        .flexible(true)
         .trim(csv::Trim::All)
         .from_reader(source);
     let headers = reader.headers().map_err(malformed)?;
     let mut headers: Vec<String> = headers.iter().map(String::from).collect();
     if let Some(first) = headers.first_mut() {
         *first = first.trim_start_matches('\u{feff}').trim().into();
+        name_unnamed(&mut headers);
     } else {
         return Err(Error::too_short(
             format!("file '{name}' (it is empty, without even a header)"),
@@ -55,6 +63,7 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
         // The record's own position stands before the blank lines that were skipped.
         let start = record.position().map_or(0, csv::Position::line);
         let line = start.max(reader.position().line().saturating_sub(1));
+        check_length(&record, headers.len(), line)?;
         for (value, &column) in values.iter_mut().zip(&numbers) {
             *value = number(&record, column, &headers, line)?;
         }
@@ -63,9 +72,80 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
     rows.finish()
 }
 
-/// Drops carriage returns, so that lines are counted alike wherever the file was written, and ends a row that does not.
+/// What begins with these bytes, and is no text of a table: what to do with it.
+fn other_format(start: &[u8]) -> Option<&'static str> {
+    let known: [(&[u8], &str); 8] = [
+        (
+            b"\x1f\x8b",
+            "it is compressed with gzip: unpack it with `gunzip`",
+        ),
+        (
+            b"\x28\xb5\x2f\xfd",
+            "it is compressed with zstd: unpack it with `zstd -d`",
+        ),
+        (b"\xff\xfe", UTF_16),
+        (b"\xfe\xff", UTF_16),
+        (
+            b"PK\x03\x04",
+            "it is a zip archive: name it .npz if NumPy wrote it, or unpack it",
+        ),
+        (b"PAR1", "it is a Parquet file: name it .parquet"),
+        (
+            b"SQLite format 3",
+            "it is an SQLite database: name it .db3 if it is a bag",
+        ),
+        (b"\x89MCAP", "it is an MCAP file: name it .mcap"),
+    ];
+    let found = known
+        .into_iter()
+        .find(|(magic, _)| start.starts_with(magic));
+    let wide = || start.contains(&0).then_some(UTF_16);
+    found.map(|(_, remedy)| remedy).or_else(wide)
+}
+
+const UTF_16: &str =
+    "it holds zero bytes, as UTF-16 text does: convert it with `iconv -f UTF-16 -t UTF-8`";
+
+fn not_csv(reason: impl Into<String>) -> Error {
+    Error::Malformed {
+        format: "CSV",
+        reason: reason.into(),
+    }
+}
+
+/// Columns without a name get one that says where they are.
+fn name_unnamed(headers: &mut [String]) {
+    for (number, header) in (1..).zip(headers) {
+        if header.is_empty() {
+            *header = format!("(column {number}, without a name)");
+        }
+    }
+}
+
+/// Refuses a row of another length than the header.
+fn check_length(record: &csv::StringRecord, expected: usize, line: u64) -> Result<()> {
+    let len = record.len();
+    if len == expected {
+        return Ok(());
+    }
+    let remedy = if len == expected + 1 && record.iter().next_back() == Some("") {
+        "end the header with a separator as well, or none of the rows"
+    } else if (expected + 1..=2 * expected).contains(&len) {
+        "complete or remove it; if its numbers have decimal commas, write points"
+    } else {
+        "complete or remove it"
+    };
+    Err(not_csv(format!(
+        "line {line} has {len} cells where the header has {expected}: {remedy}"
+    )))
+}
+
+/// Writes every line end as `\n`, also those of Windows and of old Macs, so that lines are counted alike wherever the file was
+/// written, and ends a row that does not.
 struct PlainLines<'a, R> {
     source: R,
+    /// Whether the last byte was a carriage return, whose line end is still to be written.
+    returned: bool,
     /// Bytes since the last row was complete.
     unread: &'a Cell<usize>,
 }
@@ -78,20 +158,43 @@ impl<R: Read> Read for PlainLines<'_, R> {
                 "a row of more than 4 MB: is it a CSV file, and is each quote closed?",
             ));
         }
+        // A line end that is due needs a place of its own.
+        let Some(room) = buffer.len().checked_sub(1) else {
+            return Ok(0);
+        };
         loop {
-            let count = self.source.read(buffer)?;
+            let count = self.source.read(&mut buffer[1..=room])?;
             self.unread.set(self.unread.get() + count);
-            let mut kept = 0;
-            for i in 0..count {
-                if buffer[i] != b'\r' {
-                    buffer[kept] = buffer[i];
-                    kept += 1;
-                }
-            }
+            let kept = self.plain(buffer, count);
             if kept > 0 || count == 0 {
                 return Ok(kept);
             }
         }
+    }
+}
+
+impl<R> PlainLines<'_, R> {
+    /// Moves `count` bytes from the second place to the first, with plain line ends; returns how many they become.
+    fn plain(&mut self, buffer: &mut [u8], count: usize) -> usize {
+        let mut kept = 0;
+        for i in 1..=count {
+            let byte = buffer[i];
+            if byte == b'\r' {
+                self.returned = true;
+                continue;
+            }
+            if std::mem::take(&mut self.returned) && byte != b'\n' {
+                buffer[kept] = b'\n';
+                kept += 1;
+            }
+            buffer[kept] = byte;
+            kept += 1;
+        }
+        if count == 0 && std::mem::take(&mut self.returned) {
+            buffer[kept] = b'\n';
+            kept += 1;
+        }
+        kept
     }
 }
 
@@ -113,7 +216,13 @@ fn number(record: &csv::StringRecord, column: usize, headers: &[String], line: u
     text.parse().map_err(|_| {
         let column = headers[column].clone();
         let comma = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
-        let text = text.chars().take(80).collect();
+        if text.contains('\n') {
+            let line = record.position().map_or(line, csv::Position::line);
+            return not_csv(format!(
+                "line {line}, column '{column}': a quote is opened and not closed in that row"
+            ));
+        }
+        let text = shortened(text);
         match comma {
             true => Error::DecimalComma { line, column, text },
             false => Error::Cell { line, column, text },
@@ -123,21 +232,6 @@ fn number(record: &csv::StringRecord, column: usize, headers: &[String], line: u
 
 fn malformed(error: csv::Error) -> Error {
     let reason = match error.kind() {
-        csv::ErrorKind::UnequalLengths {
-            pos,
-            expected_len,
-            len,
-        } => {
-            let line = pos.as_ref().map_or(0, csv::Position::line);
-            let commas = if (*expected_len + 1..=2 * expected_len).contains(len) {
-                "; if its numbers have decimal commas, write points"
-            } else {
-                ""
-            };
-            format!(
-                "line {line} has {len} cells where the header has {expected_len}: complete or remove it{commas}"
-            )
-        }
         csv::ErrorKind::Utf8 { pos, .. } => {
             let line = pos.as_ref().map_or(0, csv::Position::line);
             format!("line {line} is not UTF-8 text: is it a CSV file?")

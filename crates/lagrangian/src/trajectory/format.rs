@@ -116,6 +116,9 @@ impl Format {
 fn instead_of(extension: &str) -> String {
     match extension {
         "bag" => "it is a bag of ROS 1: convert it with `rosbags-convert --src a.bag --dst a` and give the folder".into(),
+        "" => "the end of its name tells the format: rename it, such as to motion.csv (standard input is not read)".into(),
+        "gz" => "it is compressed: unpack it with `gunzip`".into(),
+        "xlsx" | "xls" | "ods" => "it is a spreadsheet: save it as CSV (also read: csv, npz, parquet, db3, mcap)".into(),
         "zstd" | "zst" => "it is compressed: unpack it with `zstd -d`".into(),
         _ => format!("use one of {}", Format::ALL.map(|(_, e)| e).join(", ")),
     }

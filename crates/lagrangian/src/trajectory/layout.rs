@@ -77,7 +77,10 @@ type ColumnsTable = BTreeMap<String, OneOrMany>;
 type DriveTable = BTreeMap<String, Told>;
 
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a name, a list of names, a number or true"
+)]
 enum Told {
     Flag(bool),
     Number(f64),
@@ -85,7 +88,7 @@ enum Told {
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a name, or a list of names")]
 enum OneOrMany {
     One(String),
     Many(Vec<String>),
@@ -153,12 +156,47 @@ impl Layout {
             *layout.columns.get_mut(signal) = names(columns.remove(signal.name()));
         }
         layout.read_drive(file.drive)?;
+        layout.refuse_empty(file.every)?;
         match columns.keys().next() {
             None => Ok(layout),
             Some(unknown) => Err(Error::Layout(format!(
                 "unknown key '{unknown}' in [columns]: it holds trajectory, t, {}",
                 Signal::IN_FILES.map(Signal::name).join(", ")
             ))),
+        }
+    }
+
+    /// Whether a column of this name would be read, with or without a number after it, if it could be: it is named, or is the
+    /// default of what is not named. Momenta have no default here, since `p` may be a pressure.
+    pub(super) fn asks_for(&self, name: &str) -> bool {
+        let own = |single: &Option<String>, default| single.as_deref().unwrap_or(default) == name;
+        let plain = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_asked = |(signal, names): (Signal, &Vec<String>)| match names.is_empty() {
+            true => signal != Signal::P && signal.name() == plain,
+            false => names.iter().any(|own| own == name),
+        };
+        own(&self.t, "t")
+            || own(&self.trajectory, "trajectory")
+            || self.parameters.iter().any(|own| own == name)
+            || self.columns.iter().any(is_asked)
+    }
+
+    /// Refuses names that name nothing, and no rows.
+    fn refuse_empty(&self, every: Option<usize>) -> Result<()> {
+        if every == Some(0) {
+            return Err(Error::Layout("every = 0 keeps no row: 1 keeps all".into()));
+        }
+        let signals = self.columns.iter().flat_map(|(_, names)| names);
+        let lists = [&self.actuated, &self.angles, &self.parameters];
+        let single = [&self.t, &self.trajectory, &self.topic];
+        let mut all = signals
+            .chain(lists.into_iter().flatten())
+            .chain(single.into_iter().flatten());
+        match all.any(|name| name.trim().is_empty()) {
+            true => Err(Error::Layout(
+                "a name is empty: name a column, or omit the line".into(),
+            )),
+            false => Ok(()),
         }
     }
 

@@ -31,6 +31,8 @@ pub(super) struct Header {
     big_endian: bool,
     pub(super) fortran_order: bool,
     pub(super) shape: Vec<usize>,
+    /// Bytes before the first element.
+    pub(super) length: usize,
 }
 
 pub(super) fn malformed(reason: impl Into<String>) -> Error {
@@ -46,7 +48,7 @@ impl Header {
         let mut start = [0; 8];
         source.read_exact(&mut start)?;
         if &start[..6] != b"\x93NUMPY" {
-            return Err(malformed("an entry is not a NumPy array"));
+            return Err(malformed("is not a NumPy array"));
         }
         let mut length = [0; 4];
         let width = if start[6] == 1 { 2 } else { 4 };
@@ -54,21 +56,26 @@ impl Header {
         let length = u32::from_le_bytes(length) as usize;
         if !(1..=3).contains(&start[6]) || length > LONGEST_HEADER {
             return Err(malformed(format!(
-                "array header of version {} with {length} bytes",
+                "has a header of version {} with {length} bytes",
                 start[6]
             )));
         }
         let mut text = vec![0; length];
         source.read_exact(&mut text)?;
-        let text = String::from_utf8(text).map_err(|_| malformed("an array header is not text"))?;
-        Self::parse(&text)
+        let text =
+            String::from_utf8(text).map_err(|_| malformed("has a header that is not text"))?;
+        let header = Self::parse(&text)?;
+        Ok(Self {
+            length: start.len() + width + length,
+            ..header
+        })
     }
 
     /// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`
     fn parse(text: &str) -> Result<Self> {
         let unreadable = || {
             malformed(format!(
-                "array header '{}'",
+                "has the header '{}'",
                 text.trim().chars().take(120).collect::<String>()
             ))
         };
@@ -94,8 +101,8 @@ impl Header {
             .collect::<Result<_>>()?;
         let (kind, big_endian) = descr.and_then(kind).ok_or_else(|| {
             malformed(format!(
-                "an array has elements of type {}: store float64",
-                descr.unwrap_or("'structure'")
+                "has elements of type {}: store float64",
+                descr.map_or("structure".into(), described)
             ))
         })?;
         Ok(Self {
@@ -103,6 +110,7 @@ impl Header {
             big_endian,
             fortran_order,
             shape,
+            length: 0,
         })
     }
 
@@ -111,6 +119,11 @@ impl Header {
         self.shape
             .iter()
             .try_fold(1_usize, |a, b| a.checked_mul(*b))
+    }
+
+    /// Bytes of one element.
+    pub(super) fn element_size(&self) -> usize {
+        self.kind.size()
     }
 
     /// Bytes of all elements; none if it does not fit.
@@ -179,6 +192,18 @@ impl Header {
                 .map(|x| x.to_string())
                 .unwrap_or_default()),
         }
+    }
+}
+
+/// A type that cannot be read, as a person calls it.
+fn described(descr: &str) -> String {
+    let plain = descr.trim_start_matches(['<', '>', '|', '=']);
+    match plain {
+        "O" => "object".into(),
+        "f2" => "float16".into(),
+        "f16" | "f12" => "longdouble".into(),
+        "c8" | "c16" => "complex".into(),
+        _ => descr.chars().take(60).collect(),
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 
-use zip::read::ZipFile;
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
@@ -27,6 +26,16 @@ struct Array {
     header: Header,
 }
 
+/// An entry that is no array of one or two axes of numbers or text.
+struct Unread {
+    /// Its name, without `.npy`.
+    name: String,
+    reason: String,
+}
+
+/// The most columns of an array: as many as any motion has signals.
+const WIDEST: usize = 1 << 12;
+
 /// A column of an array.
 #[derive(Clone, Copy)]
 struct Column<'a> {
@@ -43,7 +52,7 @@ impl Array {
             None => self.name.clone(),
         };
         let column = move |place| (name(place), Column { array: self, place });
-        (0..width.unwrap_or(1).min(1 << 12)).map(column)
+        (0..width.unwrap_or(1)).map(column)
     }
 }
 
@@ -54,18 +63,25 @@ struct Stream<R> {
     stride: usize,
     /// Elements to pass over before the next value.
     skip: usize,
+    /// Elements that have not been read.
+    left: usize,
 }
 
 /// Reads the recordings of an archive. All arrays are read side by side, so that memory grows only with what is
-/// kept; a header that claims more than the archive holds is refused.
+/// kept; a header that claims another size than the archive holds is refused. Entries that are not used are listed, with
+/// the reason where they could not be.
 ///
 /// # Errors
-/// [`Error::Columns`]; [`Error::Malformed`] for anything that is not such an archive; [`Error::Shape`] for arrays
-/// of different lengths; [`Error::TooShort`] if there is no row.
+/// [`Error::Columns`]; [`Error::Malformed`] for anything that is not such an archive, for an array that the layout asks for
+/// and that cannot be read, and for bytes that contradict their checksum; [`Error::Shape`] for arrays of different
+/// lengths; [`Error::TooShort`] if there is no row.
 pub(super) fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Result<Readings> {
     let shared = Shared::new(source)?;
-    let arrays = list(&shared)?;
-    let layout = spread(layout, &arrays);
+    let (arrays, unread) = list(&shared)?;
+    if let Some(Unread { name, reason }) = unread.iter().find(|u| layout.asks_for(&u.name)) {
+        return Err(malformed(format!("array '{name}' {reason}")));
+    }
+    let layout = spread(layout, &arrays)?;
     let (headers, all): (Vec<String>, Vec<Column>) = arrays.iter().flat_map(Array::columns).unzip();
     let resolved = resolve(&headers, &layout)?;
     let used = resolved
@@ -98,7 +114,16 @@ pub(super) fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Res
         let name = names.as_mut().map(Stream::text).transpose()?;
         collected.push(name.as_deref(), &mut values)?;
     }
-    collected.finish()
+    streams
+        .into_iter()
+        .chain(names)
+        .try_for_each(Stream::finish)?;
+    let mut readings = collected.finish()?;
+    let unread = unread
+        .into_iter()
+        .map(|u| format!("{} ({})", u.name, u.reason));
+    readings.columns.ignored.extend(unread);
+    Ok(readings)
 }
 
 impl<R: Read> Stream<R> {
@@ -113,6 +138,7 @@ impl<R: Read> Stream<R> {
         };
         Ok(Self {
             source,
+            left: header.elements().unwrap_or(0),
             header,
             stride,
             skip,
@@ -121,15 +147,34 @@ impl<R: Read> Stream<R> {
 
     /// The next value; none if it is text.
     fn number(&mut self) -> Result<Option<f64>> {
-        for _ in 0..self.skip {
-            self.header.number(&mut self.source)?;
-        }
-        self.skip = self.stride - 1;
+        self.pass_over()?;
         self.header.number(&mut self.source)
     }
 
     fn text(&mut self) -> Result<String> {
+        self.pass_over()?;
         self.header.text(&mut self.source)
+    }
+
+    /// Moves to the next value, which is then taken as read.
+    fn pass_over(&mut self) -> Result<()> {
+        for _ in 0..self.skip {
+            self.header.number(&mut self.source)?;
+        }
+        self.left = self.left.saturating_sub(self.skip + 1);
+        self.skip = self.stride - 1;
+        Ok(())
+    }
+
+    /// Reads to the end, where the archive compares its checksum.
+    fn finish(mut self) -> Result<()> {
+        let rest = self.left.saturating_mul(self.header.element_size()) as u64;
+        let mut rest = self.source.by_ref().take(rest);
+        let damaged = |e: io::Error| malformed(format!("{e}: the file is damaged, copy it again"));
+        io::copy(&mut rest, &mut io::sink()).map_err(damaged)?;
+        // OK because its size was compared with that of the entry.
+        self.source.read(&mut [0]).map_err(damaged)?;
+        Ok(())
     }
 }
 
@@ -142,60 +187,111 @@ fn zipped(error: ZipError) -> Error {
     }
 }
 
-/// The headers of all arrays of one or two axes, none larger than the archive can hold.
-fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<Vec<Array>> {
+/// The headers of all arrays of one or two axes, each of the size that the archive holds, and what else there is.
+fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<(Vec<Array>, Vec<Unread>)> {
     let mut archive = ZipArchive::new(BufReader::new(shared.at(0))).map_err(zipped)?;
     let limit = UNPACKED.max(shared.size.saturating_mul(PACKING));
     let mut unpacked = 0_u64;
-    let mut arrays = Vec::new();
+    let (mut arrays, mut unread) = (Vec::new(), Vec::new());
     for i in 0..archive.len() {
         let mut entry = archive.by_index(i).map_err(zipped)?;
-        let Some(name) = array_name(&entry) else {
-            continue;
+        let file = String::from_utf8_lossy(entry.name_raw()).into_owned();
+        let name = file.strip_suffix(".npy").unwrap_or(&file).to_owned();
+        let header = match Header::read(&mut entry).map_err(reason).and_then(plain) {
+            Ok(header) if name != file => header,
+            Ok(_) => {
+                let reason = "does not end with .npy".into();
+                unread.push(Unread { name: file, reason });
+                continue;
+            }
+            Err(reason) => {
+                unread.push(Unread { name, reason });
+                continue;
+            }
         };
-        let header = Header::read(&mut entry).ok();
-        let Some(header) = header.filter(|h| matches!(h.shape.len(), 1 | 2)) else {
-            continue;
-        };
-        let claimed = header.bytes().ok_or_else(|| {
-            malformed(format!(
-                "array '{name}' claims a shape of {:?}",
-                header.shape
-            ))
-        })?;
-        unpacked = unpacked.saturating_add(claimed as u64);
-        if claimed as u64 > entry.size() || unpacked > limit {
+        let claimed = check_size(&name, &header, entry.size())?;
+        unpacked = unpacked.saturating_add(claimed);
+        if unpacked > limit {
             return Err(malformed(format!(
-                "array '{name}' claims {claimed} bytes, the archive cannot hold them: the file is damaged"
+                "with array '{name}' it unpacks to more than {limit} bytes: the file is damaged, or is no motion"
             )));
         }
         arrays.push(Array { name, header });
     }
-    Ok(arrays)
+    Ok((arrays, unread))
 }
 
-/// The name of an entry without `.npy`; none for what is not an array.
-fn array_name<R: Read>(entry: &ZipFile<R>) -> Option<String> {
-    let name = entry.name().ok()?;
-    Some(name.strip_suffix(".npy")?.to_owned())
+/// Why an array cannot be read.
+fn reason(error: Error) -> String {
+    match error {
+        Error::Malformed { reason, .. } => reason,
+        other => other.to_string(),
+    }
+}
+
+/// A header of one or two axes.
+fn plain(header: Header) -> std::result::Result<Header, String> {
+    match header.shape[..] {
+        [_] => Ok(header),
+        [_, width] if width <= WIDEST => Ok(header),
+        [_, width] => Err(format!(
+            "has {width} columns, more than {WIDEST}: is it transposed?"
+        )),
+        _ => Err(format!(
+            "has {} axes: store arrays of shape (rows,) or (rows, columns)",
+            header.shape.len()
+        )),
+    }
+}
+
+/// The bytes of an array, which must be those of its entry of `size` bytes.
+fn check_size(name: &str, header: &Header, size: u64) -> Result<u64> {
+    let claimed = header.bytes().map(|bytes| bytes as u64);
+    let all = claimed.and_then(|bytes| bytes.checked_add(header.length as u64));
+    match claimed {
+        Some(claimed) if all == Some(size) => Ok(claimed),
+        _ => Err(malformed(format!(
+            "array '{name}' claims a shape of {:?}, which the {size} bytes of the archive do not hold: the file is damaged",
+            header.shape
+        ))),
+    }
 }
 
 /// Names of two-axis arrays in the layout become the names of their columns.
-fn spread(layout: &Layout, arrays: &[Array]) -> Layout {
+fn spread(layout: &Layout, arrays: &[Array]) -> Result<Layout> {
     let mut layout = layout.clone();
+    let matrices = arrays.iter().filter(|a| a.header.shape.len() == 2);
+    let columns_of = |name: &str| {
+        let matrix = matrices.clone().find(|a| a.name == name)?;
+        Some(matrix.columns().map(|(name, _)| name).collect::<Vec<_>>())
+    };
     let signals = layout.columns.iter_mut().map(|(_, names)| names);
-    for names in signals.chain([&mut layout.angles]) {
-        let matrices = arrays.iter().filter(|a| a.header.shape.len() == 2);
-        let columns = |name: String| match matrices.clone().find(|a| a.name == name) {
-            Some(matrix) => matrix.columns().map(|(name, _)| name).collect(),
-            None => vec![name],
-        };
+    let lists = [
+        &mut layout.angles,
+        &mut layout.actuated,
+        &mut layout.parameters,
+    ];
+    for names in signals.chain(lists) {
+        let columns = |name: String| columns_of(&name).unwrap_or_else(|| vec![name]);
         *names = std::mem::take(names)
             .into_iter()
             .flat_map(columns)
             .collect();
     }
-    layout
+    for (single, default) in [(&mut layout.t, "t"), (&mut layout.trajectory, "trajectory")] {
+        let name = single.as_deref().unwrap_or(default);
+        match columns_of(name).as_deref() {
+            None => {}
+            Some([column]) => *single = Some(column.clone()),
+            Some(columns) => {
+                let count = columns.len();
+                return Err(malformed(format!(
+                    "array '{name}' has {count} columns where one is needed: store an array of shape (rows,)"
+                )));
+            }
+        }
+    }
+    Ok(layout)
 }
 
 /// All used arrays have the same length, which it returns.

@@ -6,11 +6,14 @@ use std::slice::ChunksExactMut;
 
 use super::columns::Resolved;
 use super::sample::{Flaw, Sampled, Stretch, TimeStep, Wrap, drop_stretches};
-use super::{Readings, Recording, Signal, Signals};
+use super::{Readings, Recording, Signals};
 use crate::{Error, Result};
 
 /// More trajectories than this, each of hardly more than one row, are a wrong column.
 const MANY_TRAJECTORIES: usize = 1000;
+
+/// The most trajectories of a file: each takes some kilobytes beside its rows.
+const MOST_TRAJECTORIES: usize = 1 << 18;
 
 /// Collects rows; the memory grows with the rows that are kept, never with what a header claims.
 pub(super) struct Rows {
@@ -246,8 +249,7 @@ fn flaw(
 
 fn to_radians(values: &mut [f64], resolved: &Resolved) {
     for ((signal, i), value) in resolved.places().zip(&mut values[1..]) {
-        if (signal.order().is_some() || signal == Signal::Goal) && resolved.coordinates.is_circle(i)
-        {
+        if signal.has_the_unit_of_q() && resolved.coordinates.is_circle(i) {
             *value = value.to_radians();
         }
     }
@@ -306,6 +308,13 @@ impl Rows {
     }
 
     fn refuse_a_name_per_row(&self) -> Result<()> {
+        if self.partial.len() > MOST_TRAJECTORIES {
+            return Err(Error::Columns {
+                finding: format!("the file holds more than {MOST_TRAJECTORIES} trajectories, the most"),
+                found: self.resolved.columns.trajectory.clone().unwrap_or_default(),
+                remedy: "divide the file, or name the column that tells trajectories apart with `trajectory`".into(),
+            });
+        }
         if self.partial.len() <= MANY_TRAJECTORIES || self.partial.len() * 3 < self.rows * 2 {
             return Ok(());
         }

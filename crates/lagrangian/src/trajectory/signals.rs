@@ -122,6 +122,11 @@ impl Signal {
         }
     }
 
+    /// Whether its values are in the unit of q, or in that over a time: those of an angle may be in degrees.
+    pub(super) fn has_the_unit_of_q(self) -> bool {
+        self.order().is_some() || self == Self::Goal
+    }
+
     /// What its columns hold, in a few words.
     #[must_use]
     pub fn description(self) -> &'static str {

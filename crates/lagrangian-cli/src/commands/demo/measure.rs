@@ -1,6 +1,6 @@
 //! What the demo measures: energy over long rollouts and valid prediction times, of both models and of the truth.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use lagrangian::analytic::AnalyticModel;
 use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
 use lagrangian::{Method, Model, Rollout, RolloutOptions, State, random_starts};
@@ -8,6 +8,7 @@ use lagrangian_analysis::chaos::{ValidTimes, lyapunov_times, restarted, valid_ti
 
 use super::{OutputMode, REFERENCE_ENERGY};
 use crate::cli::DemoArgs;
+use crate::interrupt;
 use crate::progress::Progress;
 
 /// Length of a rollout, s.
@@ -42,7 +43,16 @@ pub(super) fn options() -> RolloutOptions {
         method: Method::Dopri5,
         rtol: 1e-9,
         atol: 1e-9,
+        stop: interrupt::stop(),
         ..RolloutOptions::default()
+    }
+}
+
+/// Ends the comparison at Ctrl-C.
+fn refuse_interrupted() -> Result<()> {
+    match interrupt::is_pressed() {
+        true => bail!("interrupted: both models are kept, the comparison is left out"),
+        false => Ok(()),
     }
 }
 
@@ -60,11 +70,13 @@ impl Measurements {
         let truth = rollout_many(system, &starts, &times, &free, &RolloutOptions::truth())?;
         bar.update(0.2, "true motions");
         let lyapunov_times = lyapunov_times(system, &starts, DURATION, &options())?;
+        refuse_interrupted()?;
         let restarted = restarted(system, &starts, RESTART, &times, &RolloutOptions::truth())?;
         let restarted = valid_times(system, &truth, &restarted, &lyapunov_times)?;
         bar.update(0.5, "Lyapunov times");
         let measure = |model: &dyn Model| -> Result<Measured> {
             let rollouts = rollout_many(model, &starts, &times, &free, &options())?;
+            refuse_interrupted()?;
             let valid = valid_times(model, &truth, &rollouts, &lyapunov_times)?;
             Ok(Measured {
                 energy: energy_test(system, &rollouts, REFERENCE_ENERGY),

@@ -5,8 +5,6 @@ mod page;
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
@@ -53,10 +51,9 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
     folder.write_record(&RunRecord::now(args.seed, args, Vec::new())?)?;
     let system = by_name(SYSTEM, &[])?;
     let data = random_states(&*system, args.samples as usize, VALIDATION, args.seed)?;
-    let interrupted = interrupt::flag()?;
+    interrupt::listen()?;
     let lnn = train(
         args,
-        &interrupted,
         "lnn",
         Box::<dyn Family>::from(LnnConfig::default()),
         &data,
@@ -64,7 +61,6 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
     )?;
     let mlp = train(
         args,
-        &interrupted,
         "mlp",
         Box::<dyn Family>::from(MlpConfig::default()),
         &data,
@@ -96,12 +92,12 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
         output::print_json(&figures)?;
     } else {
         let [lnn, mlp] = [&measurements.lnn, &measurements.mlp].map(|j| j.energy.mean);
-        eprintln!(
+        tell!(
             "energy error at 100 s, mean of {} starts: {lnn:.5} % (plain network {mlp:.2} %)",
             args.starts
         );
-        eprintln!("open {}", page.display());
-        eprintln!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
+        tell!("open {}", page.display());
+        tell!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -109,7 +105,6 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
 /// Trains one family for the time that was given, in a run folder of its own.
 fn train(
     args: &DemoArgs,
-    interrupted: &Arc<AtomicBool>,
     name: &str,
     family: Box<dyn Family>,
     data: &Dataset,
@@ -130,7 +125,7 @@ fn train(
     };
     folder.write_record(&RunRecord::now(args.seed, &config, Vec::new())?)?;
     let bar = Progress::start(format!("fit {name}"), mode.quiet);
-    let mut watch = Watch::new(&folder, folder.metrics(0)?, bar, Arc::clone(interrupted));
+    let mut watch = Watch::new(&folder, folder.metrics(0)?, bar);
     let fit = train::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;
     watch.finish(&format!(

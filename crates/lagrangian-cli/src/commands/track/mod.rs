@@ -16,8 +16,10 @@ use super::OutputMode;
 use crate::cli::DataArgs;
 use crate::data;
 use crate::failure::{Advise, mistake};
+use crate::fitted;
 use crate::out_args::PlotArgs;
 use crate::output;
+use crate::task::Task;
 use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 
 /// Bandwidth of the feedback where no gains are given, rad/s: low, as where a model is to do the work.
@@ -25,11 +27,16 @@ const BANDWIDTH: f64 = 5.0;
 
 pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     let PlotArgs { file, plot } = &args.output;
+    let robots = args.truth.robot.iter().cloned();
+    let inputs = [args.model.clone(), args.reference.clone()];
+    let inputs: Vec<_> = inputs.into_iter().chain(robots).collect();
+    args.output.refuse_inputs(&inputs)?;
     args.output.refuse_unwritable()?;
     if let Some(path) = &file.out {
         output::refuse_existing(&path.with_extension("toml"), file.existing())?;
     }
-    let model = data::model(&args.model)?;
+    let _task = Task::start("track", mode.quiet);
+    let model = fitted::model(&args.model)?;
     let reference = reference(args, &model)?;
     let truth = truth::read(&args.truth, &model, reference.samples())?;
     let robot: &dyn Model = truth.as_deref().unwrap_or(&model);
@@ -37,7 +44,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     let control = loop_config(&args.control, n)?;
     let gains = all_gains(&args.control, robot, &reference)?;
     if truth.is_none() {
-        eprintln!("note: the model itself is the robot, and right about it; --robot names another");
+        tell!("note: the model itself is the robot, and right about it; --robot names another");
     }
     let contestants = contestants(&model, truth.as_deref(), args.control.controller, &gains);
     let mut runs = Vec::new();
@@ -95,10 +102,10 @@ fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {
         ..DataArgs::default()
     };
     let recordings = data::read(files, &columns)?;
-    data::require_dof(&recordings, model.coordinates())?;
+    fitted::require_dof(&recordings, model.coordinates())?;
     let others = recordings.len() - 1;
     if others > 0 {
-        eprintln!("note: the first trajectory is followed; {others} others are omitted");
+        tell!("note: the first trajectory is followed; {others} others are omitted");
     }
     let first = recordings.into_iter().take(1).collect();
     let (trajectories, _) = data::trajectories(first, &args.estimate.options())?;
@@ -224,14 +231,14 @@ impl Run {
         let driven = &self.followed.driven;
         if let LoopOutcome::Diverged { t } = driven.outcome {
             let name = self.name;
-            eprintln!(
+            tell!(
                 "note: with {name} the robot diverged after {t} s; lower the gains, or raise --rate"
             );
         }
         let lost = self.followed.without_model + driven.not_finite;
         if lost > 0 {
             let name = self.name;
-            eprintln!("note: with {name}, {lost} torques were not finite and are omitted");
+            tell!("note: with {name}, {lost} torques were not finite and are omitted");
         }
     }
 

@@ -24,6 +24,9 @@ use survey::Survey;
 const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 const ENCODING: &str = "cdr";
 
+/// Topics that a message lists.
+const MOST_LISTED: usize = 40;
+
 /// A topic of a bag.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Topic {
@@ -79,9 +82,12 @@ pub(super) fn read_mcap(source: impl Read + Seek, name: &str, layout: &Layout) -
 }
 
 fn read<B: Bag>(mut bag: B, name: &str, layout: &Layout) -> Result<Readings> {
-    let (topic, survey) = survey(&mut bag, layout)?;
+    let (topic, survey, others) = survey(&mut bag, layout)?;
     let (headers, fields) = survey.columns();
-    let notes = survey.notes();
+    let mut notes = survey.notes();
+    if !others.is_empty() {
+        notes.push(format!("topics not used: {}", listed(&others)));
+    }
     let layout = survey.completed(layout);
     let resolved = resolve(&headers, &layout)?;
     let omitted = survey.omitted(&resolved);
@@ -94,12 +100,12 @@ fn read<B: Bag>(mut bag: B, name: &str, layout: &Layout) -> Result<Readings> {
     sorter.finish(&topic, notes.into_iter().chain(omitted).collect())
 }
 
-/// The one topic that is read, and what it has.
-fn survey<B: Bag>(bag: &mut B, layout: &Layout) -> Result<(String, Survey)> {
+/// The one topic that is read, what it has, and the topics that are not read.
+fn survey<B: Bag>(bag: &mut B, layout: &Layout) -> Result<(String, Survey, Vec<Topic>)> {
     let named = |topic: &Topic| layout.topic.as_ref().is_none_or(|name| *name == topic.name);
     let mut surveys: BTreeMap<String, Survey> = BTreeMap::new();
     let wanted = |topic: &Topic| topic.has_joint_states() && named(topic);
-    let topics = bag.visit(&wanted, &mut |topic, message| {
+    let mut topics = bag.visit(&wanted, &mut |topic, message| {
         let survey = surveys.entry(topic.name.clone()).or_default();
         let number = survey.messages + 1;
         let state = decoded::<B>(topic, number, &message)?;
@@ -107,7 +113,10 @@ fn survey<B: Bag>(bag: &mut B, layout: &Layout) -> Result<(String, Survey)> {
         taken.map_err(|reason| malformed::<B>(topic, number, &reason))
     })?;
     match (surveys.len(), surveys.pop_first()) {
-        (1, Some(only)) => Ok(only),
+        (1, Some((name, survey))) => {
+            topics.retain(|topic| topic.name != name);
+            Ok((name, survey, topics))
+        }
         (count, _) => Err(no_choice(&topics, count, layout)),
     }
 }
@@ -130,15 +139,24 @@ fn no_choice(topics: &[Topic], filled: usize, layout: &Layout) -> Error {
             "record a topic of joint states, or convert the messages to CSV",
         ),
     };
-    let shown = |t: &Topic| format!("{} ({})", t.name, t.kind);
     Error::Topic {
         finding,
         found: match topics.is_empty() {
             true => "none".into(),
-            false => topics.iter().map(shown).collect::<Vec<_>>().join(", "),
+            false => listed(topics),
         },
         remedy: remedy.into(),
     }
+}
+
+/// Topics with their types, as far as a person reads them.
+fn listed(topics: &[Topic]) -> String {
+    let shown = |t: &Topic| format!("{} ({})", t.name, t.kind);
+    let mut text: Vec<String> = topics.iter().take(MOST_LISTED).map(shown).collect();
+    if topics.len() > MOST_LISTED {
+        text.push(format!("… {} in all", topics.len()));
+    }
+    text.join(", ")
 }
 
 /// Why the topic that was named gives no joint states.

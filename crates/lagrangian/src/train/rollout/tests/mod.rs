@@ -280,6 +280,7 @@ fn a_rollout_in_training_is_that_of_the_model() {
                 rtol: 1e-9,
                 atol: 1e-9,
                 max_steps: 100,
+                stop: crate::Stop::default(),
             };
             let mut end = Vec::new();
             let mut sink = |_: usize, x: &[f64]| end = x.to_vec();

@@ -1,0 +1,138 @@
+//! Saved models, and recordings that are prepared for them as those that they were fitted to.
+
+use std::path::Path;
+
+use anyhow::Result;
+use lagrangian::saved::Preparation;
+use lagrangian::trajectory::Topology;
+use lagrangian::{Coordinates, Layout, Learned, Recording, SavedModel};
+
+use crate::cli::{DataArgs, EstimateArgs};
+use crate::failure::{Advise, mistake};
+use crate::input;
+
+/// A saved model, and how its recordings were prepared.
+pub(crate) struct Fitted {
+    pub(crate) model: Learned,
+    preparation: Preparation,
+}
+
+impl Fitted {
+    /// The flags of the columns, completed by those of the data that the model was fitted to.
+    pub(crate) fn completed(&self, data: &DataArgs) -> Result<DataArgs> {
+        Ok(DataArgs {
+            fitted: Some(Layout::from_toml(&self.preparation.layout)?),
+            ..data.clone()
+        })
+    }
+
+    /// The flags, completed by what the model was fitted with; tells the user what that is.
+    pub(crate) fn complete(
+        &self,
+        data: &DataArgs,
+        estimate: &EstimateArgs,
+    ) -> Result<(DataArgs, EstimateArgs)> {
+        let Preparation {
+            smooth,
+            low_pass,
+            delay,
+            ..
+        } = &self.preparation;
+        let (mut data, mut estimate) = (self.completed(data)?, estimate.clone());
+        let mut told = Vec::new();
+        if !estimate.smooth && estimate.low_pass.is_none() {
+            estimate.smooth = *smooth;
+            estimate.low_pass = *low_pass;
+            told.extend(smooth.then(|| "--smooth".to_string()));
+            told.extend(low_pass.map(|hertz| format!("--low-pass {hertz}")));
+        }
+        if data.delay.is_empty() && !delay.is_empty() {
+            data.delay = delay.iter().map(|seconds| 1e3 * seconds).collect();
+            let words: Vec<String> = data.delay.iter().map(f64::to_string).collect();
+            told.push(format!("--delay {}", words.join(",")));
+        }
+        if !told.is_empty() {
+            tell!("note: as for the fit of the model: {}", told.join(" "));
+        }
+        Ok((data, estimate))
+    }
+}
+
+/// Reads a saved model.
+pub(crate) fn model(path: &Path) -> Result<Learned> {
+    Ok(fitted(path)?.model)
+}
+
+/// Reads a saved model, and how its recordings were prepared.
+pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
+    let shown = format!("cannot read the model '{}'", path.display());
+    let hint = "give the model.safetensors of a run";
+    let file = input::open(path).advise(&shown, hint)?;
+    let saved = SavedModel::read(file).advise(&shown, hint)?;
+    if saved.header.provenance.unverified {
+        tell!(
+            "note: '{}' was written before models held a checksum: damage to it may not show",
+            path.display()
+        );
+    }
+    Ok(Fitted {
+        model: Learned::load(&saved).advise(shown, hint)?,
+        preparation: saved.header.provenance.preparation.unwrap_or_default(),
+    })
+}
+
+/// Refuses recordings of another number of coordinates than the model's.
+pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -> Result<()> {
+    let (n, expected) = (
+        recordings.first().map_or(0, Recording::dof),
+        coordinates.dof(),
+    );
+    if n == expected {
+        return Ok(());
+    }
+    Err(mistake(
+        format!("the data has {n} coordinates, the model {expected}"),
+        "name the columns of the model's coordinates with --q, in their order",
+    ))
+}
+
+/// Refuses recordings of other coordinates than the model's: of another number, or angles where it has none. Other names
+/// may mean the same, and are told.
+pub(crate) fn require_coordinates(
+    recordings: &[Recording],
+    coordinates: &Coordinates,
+) -> Result<()> {
+    require_dof(recordings, coordinates)?;
+    let Some(first) = recordings.first() else {
+        return Ok(());
+    };
+    let pairs = first.coordinates.0.iter().zip(&coordinates.0);
+    if let Some((own, model)) = pairs
+        .clone()
+        .find(|(own, model)| own.topology != model.topology)
+    {
+        let is = |topology| match topology {
+            Topology::Circle => "an angle",
+            Topology::Line => "a position on a line",
+            Topology::Parameter => "a parameter",
+        };
+        return Err(mistake(
+            format!(
+                "'{}' is {} in the data, and '{}' is {} in the model",
+                own.name,
+                is(own.topology),
+                model.name,
+                is(model.topology)
+            ),
+            "declare the coordinates of the data as those of the model, with --angle and --parameters",
+        ));
+    }
+    for (own, model) in pairs.filter(|(own, model)| own.name != model.name) {
+        tell!(
+            "note: '{}' of the data is taken as '{}' of the model",
+            own.name,
+            model.name
+        );
+    }
+    Ok(())
+}

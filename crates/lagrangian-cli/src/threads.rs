@@ -1,0 +1,22 @@
+//! How many threads compute: as many as there are cores, or as the environment asks for within reason.
+
+use std::env;
+
+use rayon::ThreadPoolBuilder;
+
+/// The variable of the environment that the pool of threads reads.
+const VARIABLE: &str = "RAYON_NUM_THREADS";
+
+/// More threads than this bring nothing but memory, bytes of stack for each.
+const MOST: usize = 256;
+
+/// Bounds the number of threads that the environment asks for.
+pub(crate) fn bound() {
+    let asked = env::var_os(VARIABLE).and_then(|text| text.to_str()?.trim().parse().ok());
+    if asked.is_none_or(|count: usize| count <= MOST) {
+        return;
+    }
+    tell!("note: {VARIABLE}: {MOST} threads are used, the most");
+    // OK to ignore: a pool that exists already is used as it is.
+    let _ = ThreadPoolBuilder::new().num_threads(MOST).build_global();
+}
