@@ -1,7 +1,9 @@
 //! Whether the forces belong to the motion: their delay, sign and size.
 
+use std::f64::consts::TAU;
+
 use super::regression::{JointFit, JointFits, Rub, fit_joints};
-use super::{CheckOptions, Item};
+use super::{CheckOptions, Item, range};
 use crate::trajectory::{Recording, Topology};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
@@ -42,10 +44,11 @@ const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
 pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Item> {
+    let mut items: Vec<Item> = silent(recordings).into_iter().collect();
     let Some(found) = fit_joints(recordings, options) else {
-        return Vec::new();
+        return items;
     };
-    let mut items = works(recordings);
+    items.extend(works(recordings));
     items.extend(units(recordings, &found));
     items.extend(frictions(recordings, &found));
     items.extend(delays(recordings, &found));
@@ -55,6 +58,18 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Ite
         items.extend(accelerations(recordings, &found));
     }
     items
+}
+
+/// An item where forces were recorded and all of them are 0.
+fn silent(recordings: &[Recording]) -> Option<Item> {
+    let mut forces = recordings.iter().flat_map(|r| &r.tau).peekable();
+    forces.peek()?;
+    forces.all(|x| *x == 0.0).then(|| {
+        let finding = "all forces are 0 throughout, so that the motion is taken for a free one";
+        let remedy =
+            "record the forces of the drives; where nothing drives the machine, omit their columns";
+        Item::doubt("forces", finding, remedy)
+    })
 }
 
 fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
@@ -69,23 +84,34 @@ fn is_shaken(fits: &JointFits) -> bool {
     joints.any(|f| f.explained.0 > EXPLAINED && f.growth.abs() > GROWTH)
 }
 
+/// Whether a coordinate spans more than a turn, if it is in radians: in degrees that is little for a joint.
+fn reaches_far(recording: &Recording) -> bool {
+    let n = recording.dof();
+    let spans = |i: usize| {
+        let (low, high) = range(recording.q.iter().skip(i).step_by(n).copied());
+        high - low > TAU
+    };
+    (0..n).any(spans)
+}
+
 /// Units that explain the forces better, or forces that no machine has.
 fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     let mut items = Vec::new();
-    if let Some(left) = fits.as_degrees.filter(|left| *left < DEGREES) {
+    let turns = recordings.iter().any(reaches_far);
+    if let Some(left) = fits.as_degrees.filter(|left| *left < DEGREES && turns) {
         let percent = 100.0 * left;
         let finding = format!(
             "read as degrees, the coordinates leave {percent:.0} % of what stays unexplained of the forces in radians"
         );
         let remedy = "declare them: `angles` all and `degrees`, or convert them to radians";
-        items.push(Item::warn("unit", finding, remedy).value("left", left));
+        items.push(Item::doubt("unit", finding, remedy).value("left", left));
     }
     let forces = recordings.iter().flat_map(|r| &r.tau);
     let largest = forces.fold(0.0_f64, |most, x| most.max(x.abs()));
     if largest > IMPLAUSIBLE {
         let finding = format!("forces of up to {largest:.1e} N·m or N");
         let remedy = "check their unit: SI units are expected, and masses are found in the unit of the forces";
-        items.push(Item::warn("unit", finding, remedy).value("largest", largest));
+        items.push(Item::doubt("unit", finding, remedy).value("largest", largest));
     }
     items
 }
@@ -111,7 +137,7 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
                 -100.0 * part(i)
             );
             let remedy = "reverse the sign of that force, or of the coordinate, unless something else moves the machine";
-            Item::warn("work", finding, remedy).value("part", part(i))
+            Item::doubt("work", finding, remedy).value("part", part(i))
         })
     };
     names(recordings)
@@ -134,11 +160,13 @@ fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
                 100.0 * own.error
             );
             let remedy = "reverse the sign of that force, or of the coordinate and its velocity";
-            return Some(Item::warn("sign", finding, remedy).value("friction", own.size));
+            return Some(Item::doubt("sign", finding, remedy).value("friction", own.size));
         }
         let others = rubs.iter().enumerate().filter(|(j, _)| *j != i);
         let (j, most) = others.max_by(|a, b| a.1.size.total_cmp(&b.1.size))?;
-        if !certain(most, 1.0) || own.size > OWN_FRICTION * most.size {
+        // A force across the velocity, as of a magnet, does no work: its counterpart has the other sign.
+        let across = certain(&fits.rubs[j][i], -1.0);
+        if !certain(most, 1.0) || own.size > OWN_FRICTION * most.size || across {
             return None;
         }
         let finding = format!(
@@ -151,7 +179,7 @@ fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         );
         let remedy = "check the order of the columns of the forces: that of the coordinates";
         Some(
-            Item::warn("order", finding, remedy)
+            Item::doubt("order", finding, remedy)
                 .value("friction", most.size)
                 .value("own", own.size),
         )
@@ -228,7 +256,7 @@ fn inertias(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         } else if !(INERTIA.0..INERTIA.1).contains(&inertia) {
             let finding = format!("{finding}: implausible for a machine");
             let remedy = "check the unit of that force (N·m, N) and of the coordinate: SI units are expected";
-            Item::warn("inertia", finding, remedy)
+            Item::doubt("inertia", finding, remedy)
         } else {
             Item::pass("inertia", finding)
         };

@@ -167,7 +167,7 @@ struct Solution {
 }
 
 /// The standard error of an estimate, from those without one stretch each (Efron 1982).
-pub(super) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(in crate::check) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
     let count = left.clone().count() as f64;
     let mean = left.clone().sum::<f64>() / count;
     ((count - 1.0) / count * left.map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()

@@ -23,6 +23,7 @@ use crate::trajectory::Recording;
 use crate::trajectory::local_polynomial::median_step;
 pub(in crate::check) use cutoff::Cutoff;
 pub(in crate::check) use friction::Rub;
+pub(in crate::check) use least_squares::jackknife;
 use least_squares::{Part, estimate};
 use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::{Rubbing, Terms};

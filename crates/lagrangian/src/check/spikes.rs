@@ -1,0 +1,47 @@
+//! Single samples of a force or a rate that stand alone: errors of a bus or of a sensor.
+
+use super::Item;
+use super::column::Column;
+use super::time;
+use crate::trajectory::local_polynomial::{median, median_step};
+
+/// A spike is so many times the usual deviation from the mean of its neighbours …
+const SPIKE: f64 = 30.0;
+/// … so many times the difference between these, which a step is not …
+const ALONE: f64 = 5.0;
+/// … and at least this part of the deviation of the signal.
+const SMALLEST: f64 = 0.5;
+/// Spikes that make up this part of the variance of a signal are more than a blemish.
+const GRAVE: f64 = 1e-3;
+
+/// An item where the column has spikes.
+pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
+    let x: Vec<f64> = column.iter().collect();
+    let deviation = column.deviation();
+    let longest = time::GAP * median_step(t);
+    let inner = 1..x.len().saturating_sub(1);
+    let near = |k: &usize| t[*k] - t[k - 1] <= longest && t[k + 1] - t[*k] <= longest;
+    let off = |k: usize| x[k] - 0.5 * (x[k - 1] + x[k + 1]);
+    let mut usual: Vec<f64> = inner.clone().filter(near).map(|k| off(k).abs()).collect();
+    let least = (SPIKE * median(&mut usual)).max(SMALLEST * deviation);
+    let alone = |k: &usize| {
+        let own = off(*k).abs();
+        own > least && own > ALONE * (x[k + 1] - x[k - 1]).abs()
+    };
+    let spikes: Vec<usize> = inner.filter(near).filter(alone).collect();
+    let first = *spikes.first()?;
+    let squares: f64 = spikes.iter().map(|k| off(*k).powi(2)).sum();
+    let part = squares / (x.len() as f64 * deviation.powi(2));
+    let (count, name) = (spikes.len(), column.name);
+    let finding = format!(
+        "{name} has {count} single samples far from both neighbours, first by {:.4} at t = {:.4} s; they make up {:.2} % of its variance",
+        off(first),
+        t[first],
+        100.0 * part
+    );
+    let remedy =
+        "remove those rows, or repair the sensor: squared errors are ruled by such samples";
+    let item = Item::warn("spikes", finding, remedy);
+    let item = if part > GRAVE { item.in_doubt() } else { item };
+    Some(item.value("spikes", count as f64).value("part", part))
+}
