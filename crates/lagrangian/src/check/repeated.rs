@@ -167,7 +167,7 @@ fn windows(recording: &Recording) -> impl Iterator<Item = (usize, u64)> {
 
 const SEED: u64 = 0xcbf2_9ce4_8422_2325;
 
-/// One step of a hash of 64 bits (the finaliser of SplitMix64, Steele, Lea, Flood 2014).
+/// One step of a hash of 64 bits (the finaliser of `SplitMix64`, Steele, Lea, Flood 2014).
 fn mixed(hash: u64, x: u64) -> u64 {
     let mut z = (hash ^ x).wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
