@@ -6,8 +6,8 @@ mod stages;
 mod table;
 
 use anyhow::Result;
-use lagrangian::Verdict;
 use lagrangian::score::Grade;
+use lagrangian::{Item, Verdict};
 use lagrangian_report::{Role, Table};
 use serde_json::{Value, json};
 
@@ -109,32 +109,25 @@ fn end(lab: &mut Lab, mistake: &Mistake, good: &Case, case: &Case) -> End {
         return End::new("refused", "refused", said);
     }
     let base = checked(&mistake.base(good));
-    let named = found.news(&base);
-    match named {
-        Some(item) if item.verdict == Verdict::Fail => {
-            return End::new("failed", format!("fail: {}", item.name), &item.finding);
-        }
-        Some(item) if item.doubtful => {
-            return End::new("doubted", format!("doubt: {}", item.name), &item.finding);
-        }
-        _ => (),
+    if let Some(item) = found.news(&base) {
+        let (quantity, word) = match item {
+            Item {
+                verdict: Verdict::Fail,
+                ..
+            } => ("failed", "fail"),
+            Item { doubtful: true, .. } => ("doubted", "doubt"),
+            _ => ("warned", "warn"),
+        };
+        return End::new(quantity, format!("{word}: {}", item.name), &item.finding);
     }
+    // What the check says needs no fit: a doubt is part of its verdict.
     let (grade, reason) = match lab.quick() {
         true => ("good", String::new()),
         false => graded(lab, case),
     };
-    let fit = format!("fit: {grade}");
-    match named {
-        Some(item) if lab.quick() => {
-            End::new("warned", format!("warn: {}", item.name), &item.finding)
-        }
-        Some(item) => End::new(
-            "warned",
-            format!("warn: {}; {fit}", item.name),
-            &item.finding,
-        ),
-        None if grade != "good" => End::new("fitted", fit, reason),
-        None if mistake.unknowable.is_some() => End::new("unknowable", "not from data", ""),
+    match mistake.unknowable {
+        _ if grade != "good" => End::new("fitted", format!("fit: {grade}"), reason),
+        Some(_) => End::new("unknowable", "not from data", ""),
         None => End::new("silent", "—", ""),
     }
 }

@@ -137,9 +137,7 @@ pub(super) const MISTAKES: &[Mistake] = &[
         "torque of one joint in mN·m",
         Torques,
         InLog(|l| {
-            if !l.tau.is_empty() {
-                scale(&mut l.tau[1..2], 1e3)
-            }
+            scale(&mut l.tau[1..2], 1e3);
         }),
     ),
     mistake(

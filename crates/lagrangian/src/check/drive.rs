@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::regression::{JointFit, JointFits, Rub, fit_joints};
+use super::regression::{JointFit, JointFits, Rub, Stranger, fit_joints};
 use super::{CheckOptions, Item, range};
 use crate::trajectory::{Recording, Topology};
 
@@ -33,6 +33,11 @@ const FRICTION_ERRORS: f64 = 5.0;
 const FRICTION_PART: f64 = 0.03;
 /// … and that of another joint is taken for its own only where its own is below this part of it.
 const OWN_FRICTION: f64 = 0.25;
+/// A recording is of another machine where the law of all leaves so many times as much of its forces as its own law, beyond so many errors …
+const OTHER_MACHINE: f64 = 3.0;
+const OTHER_MACHINE_ERRORS: f64 = 4.0;
+/// … and this part of the variance of the forces of all: a rough law leaves some of a motion that is unlike the others.
+const LEFT: f64 = 0.3;
 /// Accelerations that are less certain than this part of them want a filter.
 const UNCERTAIN: f64 = 0.1;
 /// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
@@ -51,6 +56,7 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Ite
     items.extend(works(recordings));
     items.extend(units(recordings, &found));
     items.extend(frictions(recordings, &found));
+    items.extend(machines(&found));
     items.extend(delays(recordings, &found));
     items.extend(inertias(recordings, &found));
     let estimated = recordings.iter().any(|r| r.qdd.is_empty());
@@ -144,6 +150,30 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
         .filter(|(i, _)| *i < n)
         .filter_map(of_joint)
         .collect()
+}
+
+/// Whether a recording is not of the machine of the others.
+fn machines(fits: &JointFits) -> Option<Item> {
+    let certain = |s: &Stranger| {
+        s.times > OTHER_MACHINE && s.times.ln() > OTHER_MACHINE_ERRORS * s.error && s.left > LEFT
+    };
+    let least_likely = |a: &&(String, Stranger), b: &&(String, Stranger)| {
+        let weight = |s: &Stranger| (certain(s), s.times);
+        let (a, b) = (weight(&a.1), weight(&b.1));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    };
+    let (name, s) = fits.strangers.iter().max_by(least_likely)?;
+    let finding = format!(
+        "the law of all recordings leaves {:.1} % of the forces of '{name}' unexplained, {:.2} times as much as its own law does",
+        100.0 * s.left,
+        s.times
+    );
+    let remedy = "check that all are of one machine, with one load, and their columns in one order; fit machines one at a time";
+    let item = match certain(s) {
+        true => Item::doubt("machines", finding, remedy),
+        false => Item::pass("machines", finding),
+    };
+    Some(item.value("times", s.times).value("error", s.error))
 }
 
 /// Forces that brake the velocity of another joint, or drive their own where friction should brake it.

@@ -12,7 +12,7 @@ const ALONE: f64 = 5.0;
 /// … and at least this part of the deviation of the signal.
 const SMALLEST: f64 = 0.5;
 /// Spikes that make up this part of the variance of a signal are more than a blemish.
-const GRAVE: f64 = 1e-3;
+const GRAVE: f64 = 0.01;
 
 /// An item where the column has spikes.
 pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
