@@ -19,6 +19,7 @@ mod harness;
 mod is_lagrangian;
 pub mod letters;
 mod magnetic;
+mod mistakes;
 mod noisy;
 mod plausibility;
 mod real;

@@ -96,7 +96,7 @@ pub mod torque;
 pub mod train;
 pub mod trajectory;
 
-pub use check::{CheckOptions, CheckReport, Item, Verdict, check};
+pub use check::{CheckOptions, CheckReport, Item, Verdict, check, check_validation};
 pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
 pub use error::{Error, Result};
 pub use integrate::Method;

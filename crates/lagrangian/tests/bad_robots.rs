@@ -220,6 +220,79 @@ fn masses_and_inertias_that_no_body_has_are_refused() {
 }
 
 #[test]
+fn what_is_a_matter_of_units_or_a_slip_is_refused_by_name() {
+    let inertial = |origin: &str, mass: &str, ixx: &str| {
+        single(&format!(
+            "<inertial><origin {origin}/><mass value=\"{mass}\"/><inertia ixx=\"{ixx}\" iyy=\"{ixx}\" izz=\"{ixx}\"/></inertial>"
+        ))
+    };
+    assert!(
+        RigidBodies::from_urdf(&inertial(
+            "xyz=\"0.2 0 0\" rpy=\"0 3.1416 -1.57\"",
+            "1",
+            "1"
+        ))
+        .is_ok()
+    );
+    let finding = refusal(&inertial("xyz=\"212.5 0 0\"", "1", "1"));
+    assert!(
+        finding.contains("'arm'") && finding.contains("millimetres"),
+        "{finding}"
+    );
+    assert!(refusal(&inertial("rpy=\"0 90 0\"", "1", "1")).contains("degrees"));
+    assert!(refusal(&inertial("", "2e6", "1")).contains("mass 2000000 kg"));
+    assert!(refusal(&inertial("", "1", "2000")).contains("kg m²"));
+    let of_joint = |more: &str| {
+        let turning = joint("turn", "revolute", "base", "arm", more);
+        robot(&format!("<link name=\"base\"/>{}{turning}", link("arm")))
+    };
+    for (more, part) in [
+        ("<dynamics damping=\"-0.1\"/>", "damping is -0.1"),
+        ("<dynamics friction=\"-2\"/>", "friction is -2"),
+        ("<limit lower=\"1\" upper=\"-1\"/>", "exchange"),
+        ("<limit lower=\"-180\" upper=\"180\"/>", "degrees"),
+        ("<origin xyz=\"0 0 425\"/>", "millimetres"),
+        ("<origin rpy=\"0 0 -90\"/>", "degrees"),
+    ] {
+        let finding = refusal(&of_joint(more));
+        assert!(
+            finding.contains("'turn'") && finding.contains(part),
+            "{finding}"
+        );
+    }
+    for whole in ["<limit lower=\"-3\" upper=\"3\"/>", "<limit effort=\"1\"/>"] {
+        assert!(RigidBodies::from_urdf(&of_joint(whole)).is_ok(), "{whole}");
+    }
+}
+
+#[test]
+fn xacro_that_was_not_expanded_is_refused_as_such() {
+    let declared =
+        "<robot name='r' xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:arm/></robot>";
+    for text in [
+        declared,
+        "<robot name='r'><xacro:property name='x' value='1'/></robot>",
+    ] {
+        let finding = refusal(text);
+        assert!(
+            finding.contains("<xacro:") && finding.contains("expand"),
+            "{finding}"
+        );
+    }
+    let expanded = chain(1).replace(
+        "<robot ",
+        "<robot xmlns:xacro='http://www.ros.org/wiki/xacro' ",
+    );
+    assert!(RigidBodies::from_urdf(&expanded).is_ok());
+}
+
+#[test]
+fn an_element_with_very_many_attributes_is_refused_before_they_are_compared() {
+    let attributes: String = (0..200_000).map(|k| format!(" a{k}='1'")).collect();
+    assert!(refusal(&format!("<robot{attributes}/>")).contains("attributes"));
+}
+
+#[test]
 fn links_without_mass_are_accepted_where_something_heavy_hangs_on_them() {
     let text = chain(3).replacen(
         &format!("<link name=\"l1\">{MASS}</link>"),

@@ -81,6 +81,11 @@ impl Lab<'_> {
             .write(&format!("{name}-{seed}.safetensors"), &bytes)
     }
 
+    /// Writes a file beside the figures.
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        self.folder.write(name, bytes)
+    }
+
     /// The row of a contestant in a group.
     pub(crate) fn row<C>(&mut self, group: &str, who: &Contestant<C>) -> &mut Row {
         self.results.row(group, who.key, who.name, who.role)

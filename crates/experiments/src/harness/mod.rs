@@ -88,6 +88,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::real::EXPERIMENT,
     crate::robots::EXPERIMENT,
     crate::servo::EXPERIMENT,
+    crate::mistakes::EXPERIMENT,
     crate::hamiltonian::EXPERIMENT,
     crate::relativistic::EXPERIMENT,
     crate::magnetic::EXPERIMENT,

@@ -11,7 +11,7 @@ use lagrangian::train::{self, Choice, Chosen, Contestant, Ending, Selection};
 use lagrangian::trajectory::Sampling;
 use lagrangian::{
     CheckOptions, CheckReport, Checkpoint, Coordinates, Dataset, Estimate, EstimateOptions, Fit,
-    FitConfig, Learned, Provenance, Recording, Trajectory, Verdict, split,
+    FitConfig, Learned, Provenance, Recording, Trajectory, Verdict, check_validation, split,
 };
 use lagrangian_report::draw;
 use serde_json::json;
@@ -308,17 +308,19 @@ fn read(args: &FitArgs) -> Result<Data> {
     let low_pass = low_pass.flatten();
     let coordinates = own.recordings[0].coordinates.clone();
     let mut files = data_files("training", own.hashes);
+    let other = match args.training.validate.is_empty() {
+        true => None,
+        false => Some(validation(args, &own.recordings, &coordinates, sampling)?),
+    };
     let (trajectories, mut estimates) = data::estimated(own.recordings, &options)?;
-    let (train, validation) = if args.training.validate.is_empty() {
-        let (fraction, seed) = (args.training.validate_fraction, args.training.seed);
-        split(trajectories, fraction, seed)?
-    } else {
-        let other = data::read_sample(&args.training.validate, &args.data, sampling)?;
-        fitted::require_dof(&other.recordings, &coordinates)?;
+    let (train, validation) = if let Some(other) = other {
         files.extend(data_files("validation", other.hashes));
         let (validation, how) = data::estimated(other.recordings, &options)?;
         estimates.extend(how);
         (trajectories, validation)
+    } else {
+        let (fraction, seed) = (args.training.validate_fraction, args.training.seed);
+        split(trajectories, fraction, seed)?
     };
     if options.low_pass.is_none() {
         data::note_estimates(&estimates);
@@ -333,6 +335,19 @@ fn read(args: &FitArgs) -> Result<Data> {
         low_pass,
         preparation: args.data.preparation(&args.files, &options)?,
     })
+}
+
+/// The validation files, none of whose samples the model is fitted to.
+fn validation(
+    args: &FitArgs,
+    training: &[Recording],
+    coordinates: &Coordinates,
+    sampling: Option<Sampling>,
+) -> Result<data::Files> {
+    let other = data::read_sample(&args.training.validate, &args.data, sampling)?;
+    fitted::require_dof(&other.recordings, coordinates)?;
+    refuse_failed(&check_validation(training, &other.recordings))?;
+    Ok(other)
 }
 
 /// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for;
@@ -369,9 +384,15 @@ pub(super) fn refuse_meaningless(
 ) -> Result<CheckReport> {
     let low_pass = options.low_pass;
     let report = data::check(recordings, &CheckOptions { low_pass });
+    refuse_failed(&report)?;
+    Ok(report)
+}
+
+/// Refuses data with an item that fails.
+fn refuse_failed(report: &CheckReport) -> Result<()> {
     let mut items = report.items.iter();
     let Some(item) = items.find(|item| item.verdict == Verdict::Fail) else {
-        return Ok(report);
+        return Ok(());
     };
     let (check, finding) = (item.name, &item.finding);
     let about = item

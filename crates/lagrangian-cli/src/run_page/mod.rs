@@ -16,6 +16,7 @@ use lagrangian_report::{Command, Headline, Report, Role};
 
 use crate::cli::Links;
 use crate::commands::OutputMode;
+use crate::failure::with_flags;
 use crate::motion;
 use crate::run_folder::{MODEL, Metric, RunRecord};
 use crate::task::Task;
@@ -61,8 +62,15 @@ impl Run<'_> {
         let predictions = predict_all(self.model, motions, &options)?;
         let score = score_predictions(self.model, motions, &predictions, &options)?;
         motion::note_stopped(&score);
+        let assessment = Assessment::new(self.model, motions, &score);
+        let mut assessment = assessment
+            .of_selected(&self.record.tried)
+            .of_checked(&self.evaluation.check);
+        for reason in &mut assessment.reasons {
+            reason.remedy = with_flags(&reason.remedy);
+        }
         Ok(Scored {
-            assessment: Assessment::new(self.model, motions, &score),
+            assessment,
             predictions,
             score,
         })

@@ -6,8 +6,10 @@ use std::f64::consts::TAU;
 use super::{Item, range};
 use crate::trajectory::{Recording, Signal};
 
-/// Below this part of what the number of samples allows, most of the box was never visited.
+/// Below this part of what the number of samples allows, most of the box was never visited …
 const THIN: f64 = 0.05;
+/// … and a motion repeats itself that visits less than this part of a cell in a swing.
+const REPEATED: f64 = 0.5;
 
 /// The part of a coarse grid over (q, q̇) that has a sample in it.
 ///
@@ -29,13 +31,14 @@ pub(super) fn coverage(recordings: &[Recording]) -> Item {
     let occupied = states.iter().map(cell).collect::<HashSet<_>>().len() as f64;
     let possible = cells.powf(axes as f64).min(states.len() as f64);
     let fraction = occupied / possible;
+    let swings = super::swings_of_all(recordings) as f64;
     let finding = format!(
         "{occupied} of {possible} cells ({:.1} %) of the box of {axes} axes of positions and velocities were visited",
         100.0 * fraction
     );
     let remedy = "a model knows nothing of states that were not visited: excite all joints together, at more amplitudes and speeds";
     Item::pass("coverage", finding)
-        .warn_if(fraction < THIN, remedy)
+        .warn_if(fraction < THIN && occupied < REPEATED * swings, remedy)
         .value("occupied", occupied)
         .value("cells", possible)
         .value("fraction", fraction)

@@ -1,7 +1,9 @@
 //! Whether the forces belong to the motion: their delay, sign and size.
 
-use super::regression::{JointFit, JointFits, Rub, fit_joints};
-use super::{CheckOptions, Item};
+use std::f64::consts::TAU;
+
+use super::regression::{JointFit, JointFits, Rub, Stranger, fit_joints};
+use super::{CheckOptions, Item, range, swings_of_all};
 use crate::trajectory::{Recording, Topology};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
@@ -31,6 +33,13 @@ const FRICTION_ERRORS: f64 = 5.0;
 const FRICTION_PART: f64 = 0.03;
 /// … and that of another joint is taken for its own only where its own is below this part of it.
 const OWN_FRICTION: f64 = 0.25;
+/// The parameters of a joint at least: inertia, gravity, friction. Each needs a swing.
+const PARAMETERS: usize = 3;
+/// A recording is of another machine where the law of all leaves so many times as much of its forces as its own law, beyond so many errors …
+const OTHER_MACHINE: f64 = 3.0;
+const OTHER_MACHINE_ERRORS: f64 = 4.0;
+/// … and this part of the variance of the forces of all: a rough law leaves some of a motion that is unlike the others.
+const LEFT: f64 = 0.3;
 /// Accelerations that are less certain than this part of them want a filter.
 const UNCERTAIN: f64 = 0.1;
 /// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
@@ -42,12 +51,14 @@ const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
 pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Item> {
-    let Some(found) = fit_joints(recordings, options) else {
-        return Vec::new();
-    };
-    let mut items = works(recordings);
+    let mut items: Vec<Item> = silent(recordings).into_iter().collect();
+    let found = fit_joints(recordings, options);
+    items.extend(few_swings(recordings, found.as_ref()));
+    let Some(found) = found else { return items };
+    items.extend(works(recordings));
     items.extend(units(recordings, &found));
     items.extend(frictions(recordings, &found));
+    items.extend(machines(&found));
     items.extend(delays(recordings, &found));
     items.extend(inertias(recordings, &found));
     let estimated = recordings.iter().any(|r| r.qdd.is_empty());
@@ -55,6 +66,33 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Ite
         items.extend(accelerations(recordings, &found));
     }
     items
+}
+
+/// An item where forces were recorded and all of them are 0.
+fn silent(recordings: &[Recording]) -> Option<Item> {
+    let mut forces = recordings.iter().flat_map(|r| &r.tau).peekable();
+    forces.peek()?;
+    forces.all(|x| *x == 0.0).then(|| {
+        let finding = "all forces are 0 throughout, so that the motion is taken for a free one";
+        let remedy =
+            "record the forces of the drives; where nothing drives the machine, omit their columns";
+        Item::doubt("forces", finding, remedy)
+    })
+}
+
+/// An item where a machine turns back less often than it has parameters, unless its motion explains its forces exactly.
+fn few_swings(recordings: &[Recording], fits: Option<&JointFits>) -> Option<Item> {
+    let first = recordings.iter().find(|r| !r.tau.is_empty())?;
+    let exact = |fits: &JointFits| fits.low_pass.is_some_and(|c| c.explained > EXACT);
+    let n = first.dof() - first.coordinates.parameters().count();
+    let (swings, enough) = (swings_of_all(recordings), PARAMETERS * n);
+    (swings < enough && !fits.is_some_and(exact)).then(|| {
+        let finding = format!("all coordinates together turn back {swings} times");
+        let remedy = format!(
+            "record longer, or faster: {enough} swings or more for {n} coordinates, as many as they have parameters"
+        );
+        Item::doubt("swings", finding, remedy).value("swings", swings as f64)
+    })
 }
 
 fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
@@ -69,23 +107,34 @@ fn is_shaken(fits: &JointFits) -> bool {
     joints.any(|f| f.explained.0 > EXPLAINED && f.growth.abs() > GROWTH)
 }
 
+/// Whether a coordinate spans more than a turn, if it is in radians: in degrees that is little for a joint.
+fn reaches_far(recording: &Recording) -> bool {
+    let n = recording.dof();
+    let spans = |i: usize| {
+        let (low, high) = range(recording.q.iter().skip(i).step_by(n).copied());
+        high - low > TAU
+    };
+    (0..n).any(spans)
+}
+
 /// Units that explain the forces better, or forces that no machine has.
 fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     let mut items = Vec::new();
-    if let Some(left) = fits.as_degrees.filter(|left| *left < DEGREES) {
+    let turns = recordings.iter().any(reaches_far);
+    if let Some(left) = fits.as_degrees.filter(|left| *left < DEGREES && turns) {
         let percent = 100.0 * left;
         let finding = format!(
             "read as degrees, the coordinates leave {percent:.0} % of what stays unexplained of the forces in radians"
         );
         let remedy = "declare them: `angles` all and `degrees`, or convert them to radians";
-        items.push(Item::warn("unit", finding, remedy).value("left", left));
+        items.push(Item::doubt("unit", finding, remedy).value("left", left));
     }
     let forces = recordings.iter().flat_map(|r| &r.tau);
     let largest = forces.fold(0.0_f64, |most, x| most.max(x.abs()));
     if largest > IMPLAUSIBLE {
         let finding = format!("forces of up to {largest:.1e} N·m or N");
         let remedy = "check their unit: SI units are expected, and masses are found in the unit of the forces";
-        items.push(Item::warn("unit", finding, remedy).value("largest", largest));
+        items.push(Item::doubt("unit", finding, remedy).value("largest", largest));
     }
     items
 }
@@ -111,13 +160,40 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
                 -100.0 * part(i)
             );
             let remedy = "reverse the sign of that force, or of the coordinate, unless something else moves the machine";
-            Item::warn("work", finding, remedy).value("part", part(i))
+            Item::doubt("work", finding, remedy).value("part", part(i))
         })
     };
     names(recordings)
         .filter(|(i, _)| *i < n)
         .filter_map(of_joint)
         .collect()
+}
+
+/// Whether a recording is not of the machine of the others.
+fn machines(fits: &JointFits) -> Option<Item> {
+    let certain = |s: &Stranger| {
+        s.times > OTHER_MACHINE
+            && s.times.ln() > OTHER_MACHINE_ERRORS * s.error
+            && s.left > LEFT
+            && s.others_agree
+    };
+    let least_likely = |a: &&(String, Stranger), b: &&(String, Stranger)| {
+        let weight = |s: &Stranger| (certain(s), s.times);
+        let (a, b) = (weight(&a.1), weight(&b.1));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    };
+    let (name, s) = fits.strangers.iter().max_by(least_likely)?;
+    let finding = format!(
+        "the law of all recordings leaves {:.1} % of the forces of '{name}' unexplained, {:.2} times as much as its own law does",
+        100.0 * s.left,
+        s.times
+    );
+    let remedy = "check that all are of one machine, with one load, and their columns in one order; fit machines one at a time";
+    let item = match certain(s) {
+        true => Item::doubt("machines", finding, remedy),
+        false => Item::pass("machines", finding),
+    };
+    Some(item.value("times", s.times).value("error", s.error))
 }
 
 /// Forces that brake the velocity of another joint, or drive their own where friction should brake it.
@@ -134,11 +210,13 @@ fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
                 100.0 * own.error
             );
             let remedy = "reverse the sign of that force, or of the coordinate and its velocity";
-            return Some(Item::warn("sign", finding, remedy).value("friction", own.size));
+            return Some(Item::doubt("sign", finding, remedy).value("friction", own.size));
         }
         let others = rubs.iter().enumerate().filter(|(j, _)| *j != i);
         let (j, most) = others.max_by(|a, b| a.1.size.total_cmp(&b.1.size))?;
-        if !certain(most, 1.0) || own.size > OWN_FRICTION * most.size {
+        // A force across the velocity, as of a magnet, does no work: its counterpart has the other sign.
+        let across = certain(&fits.rubs[j][i], -1.0);
+        if !certain(most, 1.0) || own.size > OWN_FRICTION * most.size || across {
             return None;
         }
         let finding = format!(
@@ -151,7 +229,7 @@ fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         );
         let remedy = "check the order of the columns of the forces: that of the coordinates";
         Some(
-            Item::warn("order", finding, remedy)
+            Item::doubt("order", finding, remedy)
                 .value("friction", most.size)
                 .value("own", own.size),
         )
@@ -228,7 +306,7 @@ fn inertias(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         } else if !(INERTIA.0..INERTIA.1).contains(&inertia) {
             let finding = format!("{finding}: implausible for a machine");
             let remedy = "check the unit of that force (N·m, N) and of the coordinate: SI units are expected";
-            Item::warn("inertia", finding, remedy)
+            Item::doubt("inertia", finding, remedy)
         } else {
             Item::pass("inertia", finding)
         };

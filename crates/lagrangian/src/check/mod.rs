@@ -3,15 +3,22 @@
 //! Every item has a verdict, a finding in words, its numbers and a remedy. [`Verdict::Fail`] means that
 //! a fit of these recordings would be meaningless; [`Verdict::Warn`] that it would be worse than it could be.
 
+mod column;
+mod copies;
 mod coverage;
 mod drive;
+mod frozen;
+mod rates;
 mod regression;
+mod repeated;
 mod signals;
+mod spikes;
+mod swings;
 mod time;
-mod velocity;
 
 use std::collections::BTreeMap;
 
+pub use repeated::check_validation;
 use serde::Serialize;
 
 use crate::trajectory::{Recording, Signal, Topology};
@@ -48,6 +55,8 @@ pub struct Item {
     pub remedy: Option<String>,
     /// The numbers of the finding, under stable names.
     pub values: BTreeMap<String, f64>,
+    /// Whether the values themselves are in doubt, so that no model of them can be called good.
+    pub doubtful: bool,
 }
 
 impl Item {
@@ -60,6 +69,19 @@ impl Item {
             finding: finding.into(),
             remedy: None,
             values: BTreeMap::new(),
+            doubtful: false,
+        }
+    }
+
+    /// A warning that the values themselves are wrong, and not only few or noisy.
+    fn doubt(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::warn(name, finding, remedy).in_doubt()
+    }
+
+    fn in_doubt(self) -> Self {
+        Self {
+            doubtful: true,
+            ..self
         }
     }
 
@@ -159,6 +181,8 @@ pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
         same_coordinates(recordings),
     ];
     items.extend(signals::excitation(recordings));
+    items.extend(copies::items(recordings));
+    items.extend(repeated::items(recordings));
     items.extend(drive::items(recordings, options));
     for recording in recordings {
         let mut own: Vec<Item> = shapes(recording).into_iter().collect();
@@ -173,7 +197,7 @@ pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
         }
         if whole && time::usable(recording) {
             own.extend(signals::sampled_items(recording));
-            own.extend(velocity::items(recording));
+            own.extend(rates::items(recording));
         }
         items.extend(own.into_iter().map(|item| item.of(recording)));
     }
@@ -191,19 +215,35 @@ fn length(recordings: &[Recording]) -> Item {
         "{samples} samples, {seconds:.4} s, {} trajectories, {n} coordinates",
         recordings.len()
     );
-    let enough = SAMPLES_PER_AXIS * 2 * n;
     let item = if samples < FEWEST_SAMPLES {
         let remedy = format!(
             "record more: at least {FEWEST_SAMPLES} samples, some thousand for a learned model"
         );
         Item::fail("length", finding, remedy)
     } else {
-        let remedy = format!("record more: {enough} samples or more for {n} coordinates");
-        Item::pass("length", finding).warn_if(samples < enough, remedy)
+        enough(recordings, samples, finding)
     };
     item.value("samples", samples as f64)
         .value("seconds", seconds)
         .value("trajectories", recordings.len() as f64)
+}
+
+/// Whether the samples are enough for the coordinates.
+fn enough(recordings: &[Recording], samples: usize, finding: String) -> Item {
+    let n = recordings.first().map_or(0, Recording::dof);
+    let enough = SAMPLES_PER_AXIS * 2 * n;
+    let swings = swings_of_all(recordings);
+    let finding = format!("{finding}; they turn back {swings} times in all");
+    let remedy = format!("record more: {enough} samples or more for {n} coordinates");
+    Item::pass("length", finding)
+        .warn_if(samples < enough, remedy)
+        .value("swings", swings as f64)
+}
+
+/// The swings of all coordinates in all recordings.
+fn swings_of_all(recordings: &[Recording]) -> usize {
+    let all = recordings.iter().flat_map(swings::swings);
+    all.map(|s| s.count).sum()
 }
 
 fn same_coordinates(recordings: &[Recording]) -> Item {

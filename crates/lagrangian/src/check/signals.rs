@@ -3,13 +3,18 @@
 use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
-use super::{Item, range, time};
-use crate::trajectory::local_polynomial::{Series, median, median_step, segments};
+use super::column::{Column, columns};
+use super::{Item, Verdict, frozen, range, spikes, swings, time};
+use crate::trajectory::local_polynomial::{median, median_step, segments};
 use crate::trajectory::window::noise_variance;
 use crate::trajectory::{Recording, Signal};
 
-/// A coordinate declared as an angle that turns more often than this may be in degrees.
+/// A coordinate declared as an angle that turns more often than this may be in degrees …
 const MANY_TURNS: f64 = 15.0;
+/// … if it comes so far between two turning points, so often, and its speed does not change with each turn: a pendulum that tumbles
+/// turns on, and gravity is felt in each turn.
+const TURNS_IN_A_SWING: f64 = 5.0;
+const MANY_SWINGS: usize = 4;
 /// A jump is so many times the usual deviation from the neighbours …
 const JUMP: f64 = 30.0;
 /// … and at least this part of the range.
@@ -27,53 +32,6 @@ const MANY_REPEATS: f64 = 0.02;
 const HARDLY_CHANGES: f64 = 0.05;
 /// A force below this part of the largest is that of a passive joint, or nearly.
 const WEAK: f64 = 0.25;
-
-/// One column of a recording.
-struct Column<'a> {
-    signal: &'static str,
-    name: &'a str,
-    coordinate: usize,
-    n: usize,
-    values: &'a [f64],
-}
-
-impl Column<'_> {
-    fn iter(&self) -> impl Iterator<Item = f64> {
-        let own = self.values.iter().skip(self.coordinate);
-        own.step_by(self.n).copied()
-    }
-
-    fn range(&self) -> (f64, f64) {
-        range(self.iter())
-    }
-
-    fn is_finite(&self) -> bool {
-        self.iter().all(f64::is_finite)
-    }
-
-    fn deviation(&self) -> f64 {
-        let len = self.iter().count().max(1) as f64;
-        let mean = self.iter().sum::<f64>() / len;
-        (self.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / len).sqrt()
-    }
-}
-
-fn columns(recording: &Recording) -> Vec<Column<'_>> {
-    let n = recording.dof();
-    let of_signal = |(signal, values): (Signal, _)| {
-        let names = recording.columns.signals.get(signal);
-        (0..n).map(move |coordinate| Column {
-            signal: signal.name(),
-            name: names.get(coordinate).map_or(signal.name(), String::as_str),
-            coordinate,
-            n,
-            values,
-        })
-    };
-    let all = recording.known().flat_map(of_signal);
-    // A force without a column is 0 by declaration.
-    all.filter(|column| !column.name.is_empty()).collect()
-}
 
 /// Whether each coordinate moves in any of the recordings: about all of them together.
 pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
@@ -116,7 +74,9 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
 pub(super) fn items(recording: &Recording) -> Vec<Item> {
     let columns = columns(recording);
     let mut items = vec![finite(&columns), ranges(recording, &columns)];
-    let limited = columns.iter().filter(|c| matches!(c.signal, "q" | "tau"));
+    let limited = columns
+        .iter()
+        .filter(|c| matches!(c.signal, Signal::Q | Signal::Tau));
     items.extend(limited.filter_map(saturation));
     items
 }
@@ -129,12 +89,23 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
     }
     let steps: Vec<f64> = columns.iter().map(quantisation_step).collect();
     let mut items = vec![wraps(recording)];
-    let positions = columns.iter().filter(|c| c.signal == "q");
+    let positions = columns.iter().filter(|c| c.signal == Signal::Q);
     items.extend(positions.filter_map(|c| jumps(recording, c)));
+    let measured = columns
+        .iter()
+        .filter(|c| matches!(c.signal, Signal::Qd | Signal::Tau));
+    items.extend(measured.filter_map(|c| spikes::item(&recording.t, c)));
+    let sensors = columns.iter().filter(|c| is_sensor(c.signal));
+    items.extend(sensors.filter_map(|c| frozen::item(&recording.t, c)));
     items.push(repeats(recording, &steps));
     items.push(noise(recording, &columns));
     items.push(quantisation(&columns, &steps));
     items
+}
+
+/// Whether a sensor measures it, and no program sets it.
+fn is_sensor(signal: Signal) -> bool {
+    !Signal::OF_DRIVES.contains(&signal)
 }
 
 /// No signal of a machine is larger; its square is still a number.
@@ -169,6 +140,8 @@ fn short(x: f64) -> String {
 fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
     let mut texts = Vec::new();
     let mut item = Item::pass("range", "");
+    let swings = swings::swings(recording);
+    let speeds = swings::of_signal(recording, Signal::Qd);
     for c in columns {
         let (low, high) = c.range();
         texts.push(format!("{} {} … {}", c.name, short(low), short(high)));
@@ -176,12 +149,18 @@ fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
             .value(format!("{}_min", c.name), low)
             .value(format!("{}_max", c.name), high);
         let turns = (high - low) / TAU;
-        let is_angle = c.signal == "q" && recording.coordinates.is_circle(c.coordinate);
+        let is_angle = c.signal == Signal::Q && recording.coordinates.is_circle(c.coordinate);
         let remedy = format!(
             "{} spans {turns:.1} turns: if it is in degrees, declare `degrees`; if it is no angle, omit it from `angles`",
             c.name
         );
-        item = item.warn_if(is_angle && turns > MANY_TURNS, remedy);
+        let swings = swings.get(c.coordinate).copied().unwrap_or_default();
+        let changes = speeds.get(c.coordinate).map_or(0, |s| s.count);
+        let most = swings.count.max(changes) as f64;
+        let wide = swings.travel / TAU > TURNS_IN_A_SWING * most;
+        if is_angle && turns > MANY_TURNS && wide && swings.count >= MANY_SWINGS {
+            item = item.with(Verdict::Warn, remedy).in_doubt();
+        }
     }
     item.finding = texts.join(", ");
     item
@@ -273,18 +252,12 @@ fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
     let mut item = Item::pass("noise", "");
     let (mut texts, mut loud) = (Vec::new(), Vec::new());
     for c in columns {
-        let series = Series {
-            t: &recording.t,
-            y: c.values,
-            n: c.n,
-            coordinate: c.coordinate,
-        };
-        let sigma = noise_variance(series, &segments, 3, 8).sqrt();
+        let sigma = noise_variance(c.series(&recording.t), &segments, 3, 8).sqrt();
         let deviation = c.deviation();
         let percent = 100.0 * sigma / deviation.max(f64::MIN_POSITIVE);
         texts.push(format!("{} {sigma:.2e} ({percent:.2} %)", c.name));
         item = item.value(c.name, sigma);
-        if sigma > MUCH_NOISE * deviation && deviation > 0.0 {
+        if sigma.min(c.steady_noise()) > MUCH_NOISE * deviation && deviation > 0.0 {
             loud.push(c.name);
         }
     }
@@ -328,7 +301,7 @@ fn quantisation(columns: &[Column<'_>], steps: &[f64]) -> Item {
 /// Joints whose forces are 0, or small beside those of another joint.
 pub(super) fn passive(recording: &Recording) -> Vec<Item> {
     let mut forces = columns(recording);
-    forces.retain(|c| c.signal == "tau");
+    forces.retain(|c| c.signal == Signal::Tau);
     let size = |c: &Column<'_>| {
         let (sum, count) = c.iter().fold((0.0, 0.0), |(s, k), x| (s + x * x, k + 1.0));
         f64::sqrt(sum / count)
@@ -361,13 +334,13 @@ fn saturation(c: &Column<'_>) -> Option<Item> {
         return None; // nothing but NaN, or infinite: `finite` says so
     }
     if high <= low {
-        let forced = c.signal == "tau" && low.abs() > 0.0;
+        let forced = c.signal == Signal::Tau && low.abs() > 0.0;
         let finding = format!("{} is constant at {low:.4e}", c.name);
         let remedy = "check that it was recorded: a constant force excites nothing";
         return forced.then(|| Item::warn("saturation", finding, remedy));
     }
     let mean = c.iter().sum::<f64>() / len;
-    if c.signal == "tau" && c.deviation() < HARDLY_CHANGES * mean.abs() {
+    if c.signal == Signal::Tau && c.deviation() < HARDLY_CHANGES * mean.abs() {
         let finding = format!(
             "{} hardly changes: {mean:.4} ± {:.1e}",
             c.name,

@@ -55,8 +55,7 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
         let finding = format!(
             "time goes back {back} times and stands still {repeated} times, first at sample {at}"
         );
-        let remedy =
-            "sort the rows by time, remove repeats, or tell trajectories apart with `trajectory`";
+        let remedy = remedy_of_order(t, back);
         let item = Item::fail("time", finding, remedy).value("back", back as f64);
         return vec![item.value("repeated", repeated as f64)];
     }
@@ -65,6 +64,27 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
     let mut items = vec![whole_numbers(t).unwrap_or(rate), gaps(recording)];
     items.extend(dropped(t).filter(|_| even));
     items
+}
+
+/// What to do about time that does not increase.
+fn remedy_of_order(t: &[f64], back: usize) -> &'static str {
+    let begin = t.first().copied().unwrap_or_default();
+    let step = median_step(t).abs();
+    let restarts = t.windows(2).filter(|w| w[1] < w[0] && w[1] <= begin + step);
+    let shortest = shortest_piece(t);
+    if back + 1 == t.len() {
+        "time runs backwards: reverse the rows, and the sign of velocities that were differences of them"
+    } else if restarts.count() == back && back > 0 && shortest >= 8 {
+        "time starts again: several logs are in one file; tell them apart with a column and `trajectory`, or divide the file"
+    } else {
+        "sort the rows by time, remove repeats, or tell trajectories apart with `trajectory`"
+    }
+}
+
+/// The shortest piece in which time increases, samples.
+fn shortest_piece(t: &[f64]) -> usize {
+    let pieces = t.chunk_by(|a, b| b > a);
+    pieces.map(<[f64]>::len).min().unwrap_or(0)
 }
 
 fn rate(t: &[f64]) -> Item {

@@ -31,6 +31,7 @@ mod limits;
 mod load;
 mod load_sums;
 pub(crate) mod placement;
+mod plausible;
 pub(crate) mod regressor;
 mod robot_config;
 mod robots;

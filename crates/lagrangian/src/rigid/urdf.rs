@@ -7,6 +7,7 @@ use std::fmt::Write;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::plausible;
 use super::spatial::{Frame, Vec3};
 use crate::{Error, Result};
 
@@ -16,6 +17,8 @@ const MAX_TEXT: usize = 8 << 20;
 const MAX_NODES: u32 = 200_000;
 /// The deepest nesting of XML elements: URDF needs five.
 const MAX_DEPTH: usize = 64;
+/// The most attributes of an element, which a parser compares with one another: URDF needs six.
+const MAX_ATTRIBUTES: usize = 256;
 
 /// How a joint moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -197,17 +200,29 @@ pub(super) fn document(text: &str) -> Result<Document<'_>> {
         ));
     }
     check_depth(text)?;
+    check_attributes(text)?;
     let options = ParsingOptions {
         nodes_limit: MAX_NODES,
         ..ParsingOptions::default()
     };
     let document = Document::parse_with_options(text, options).map_err(|e| {
+        if text.contains("<xacro:") {
+            return unexpanded("<xacro:…>");
+        }
         unusable(
             format!("not XML: {e}"),
             "give a URDF file (expand xacro first)",
         )
     })?;
     let robot = document.root_element();
+    let is_macro = |node: &Node<'_, '_>| {
+        let namespace = node.tag_name().namespace();
+        node.is_element() && namespace.is_some_and(|name| name.contains("xacro"))
+    };
+    if let Some(node) = robot.descendants().find(is_macro) {
+        let name = node.tag_name().name();
+        return Err(unexpanded(&format!("<xacro:{}>", shortened(name))));
+    }
     if robot.tag_name().name() != "robot" {
         let finding = format!(
             "the outermost element is <{}>, not <robot>",
@@ -219,6 +234,33 @@ pub(super) fn document(text: &str) -> Result<Document<'_>> {
         ));
     }
     Ok(document)
+}
+
+fn unexpanded(element: &str) -> Error {
+    unusable(
+        format!("it contains {element}, a macro that is not URDF yet"),
+        "expand it first: `xacro robot.urdf.xacro > robot.urdf`",
+    )
+}
+
+/// Refuses an element with more attributes than any of URDF. Counts equals signs between `<` and `>`, whatever they stand in.
+fn check_attributes(text: &str) -> Result<()> {
+    let mut count = 0_usize;
+    for byte in text.bytes() {
+        match byte {
+            b'<' | b'>' => count = 0,
+            b'=' => count += 1,
+            _ => (),
+        }
+        if count > MAX_ATTRIBUTES {
+            let finding = format!("an element has more than {MAX_ATTRIBUTES} attributes");
+            return Err(unusable(
+                finding,
+                "give a URDF file: its elements have six at most",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses text that nests deeper than any URDF before a parser follows it. Counts tags, so that it may be wrong about
@@ -294,12 +336,14 @@ fn inertial(node: Node<'_, '_>, of: &str) -> Result<Inertial> {
     for (value, key) in inertia.iter_mut().zip(keys) {
         [*value] = optional(child(node, "inertia"), key, of)?;
     }
-    Ok(Inertial {
+    let inertial = Inertial {
         xyz: optional(child(node, "origin"), "xyz", of)?,
         rpy: optional(child(node, "origin"), "rpy", of)?,
         mass,
         inertia,
-    })
+    };
+    plausible::inertial(&inertial, of)?;
+    Ok(inertial)
 }
 
 fn joint(node: Node<'_, '_>, links: &HashMap<&str, usize>) -> Result<Joint> {
@@ -333,10 +377,16 @@ fn joint(node: Node<'_, '_>, links: &HashMap<&str, usize>) -> Result<Joint> {
     };
     let [damping] = optional(child(node, "dynamics"), "damping", &of)?;
     let [friction] = optional(child(node, "dynamics"), "friction", &of)?;
+    plausible::friction(damping, friction, &of)?;
+    let limit = |key| optional_number(child(node, "limit"), key, &of);
+    plausible::limits(kind, limit("lower")?, limit("upper")?, &of)?;
+    let xyz = optional(child(node, "origin"), "xyz", &of)?;
+    let rpy = optional(child(node, "origin"), "rpy", &of)?;
+    plausible::place(xyz, rpy, &of)?;
     Ok(Joint {
         kind,
-        xyz: optional(child(node, "origin"), "xyz", &of)?,
-        rpy: optional(child(node, "origin"), "rpy", &of)?,
+        xyz,
+        rpy,
         axis,
         parent: end("parent")?,
         child: end("child")?,

@@ -3,7 +3,10 @@
 use serde::Serialize;
 
 use super::{Errors, Score, SignalError, add_torques};
+use crate::check::CheckReport;
 use crate::dataset::variances;
+use crate::stop::Stop;
+use crate::train::Contestant;
 use crate::trajectory::Signal;
 use crate::{Coordinates, Model, Trajectory};
 
@@ -97,14 +100,67 @@ impl Assessment {
         if model.driven().is_some() {
             reasons.extend(of_positions(motions, score));
         }
-        reasons.sort_by_key(|r| std::cmp::Reverse(r.grade));
-        Self {
-            verdict: reasons.first().map_or(Grade::Good, |r| r.grade),
-            reasons,
+        let assessment = Self {
+            verdict: Grade::Good,
+            reasons: Vec::new(),
             joints,
             inertia,
-        }
+        };
+        assessment.with(reasons)
     }
+
+    /// The same for a model of data that this check is about: where the values themselves are in doubt no model of them is
+    /// good, however well it explains them.
+    #[must_use]
+    pub fn of_checked(self, check: &CheckReport) -> Self {
+        let mut doubts: Vec<Reason> = Vec::new();
+        for item in check.items.iter().filter(|item| item.doubtful) {
+            let finding = format!("the data are in doubt: {}: {}", item.name, item.finding);
+            let remedy = item.remedy.clone().unwrap_or_default();
+            // One of a kind is enough: the check has all of them.
+            if !doubts.iter().any(|r| r.remedy == remedy) {
+                doubts.push(Reason::new(Grade::Fair, finding, remedy));
+            }
+        }
+        self.with(doubts)
+    }
+
+    /// The same for a model that was kept of several: a description of the robot that explains much less than a model that
+    /// does not know it is that of another robot.
+    #[must_use]
+    pub fn of_selected(self, contestants: &[Contestant]) -> Self {
+        self.with(of_description(contestants))
+    }
+
+    /// The same with more reasons.
+    fn with(mut self, reasons: impl IntoIterator<Item = Reason>) -> Self {
+        self.reasons.extend(reasons);
+        self.reasons.sort_by_key(|r| std::cmp::Reverse(r.grade));
+        self.verdict = self.reasons.first().map_or(Grade::Good, |r| r.grade);
+        self
+    }
+}
+
+/// A description whose robot leaves at least so many times as much of the torques as a model without it …
+const DESCRIBED: f64 = 3.0;
+/// … and this part of their variance.
+const UNDESCRIBED: f64 = 0.02;
+
+fn of_description(contestants: &[Contestant]) -> Option<Reason> {
+    let error = |family: &str| {
+        let mut own = contestants.iter().filter(|c| c.family == family);
+        own.find_map(|c| c.torque_nmse)
+    };
+    let (described, free) = (error("rigid")?, error("chain")?);
+    (described > DESCRIBED * free && described > UNDESCRIBED).then(|| {
+        let finding = format!(
+            "the robot of the description leaves {:.1} % of the torques unexplained, a chain without it {:.1} %",
+            100.0 * described,
+            100.0 * free
+        );
+        let remedy = "check that the description is that of this robot, in m and rad, its joints in the order of the data (`joints`), positions without an offset";
+        Reason::new(Grade::Fair, finding, remedy)
+    })
 }
 
 impl Reason {
@@ -164,7 +220,7 @@ fn of_nominal(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Optio
     let nominal = model.nominal()?;
     motions
         .iter()
-        .for_each(|m| add_torques(nominal, m, &mut torques));
+        .for_each(|m| add_torques(nominal, m, Stop::default(), &mut torques));
     let alone = torques.finish()?.nmse_mean;
     let finding = format!(
         "what was learned makes the torques worse than those of the nominal model alone (nMSE {own:.3} against {alone:.3})"

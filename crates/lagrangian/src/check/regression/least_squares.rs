@@ -93,8 +93,11 @@ impl Part {
     }
 
     /// The sums over all of them.
-    pub(super) fn sum(parts: &[Self]) -> Option<Self> {
-        let first = parts.first()?;
+    pub(super) fn sum<'a>(
+        parts: impl IntoIterator<Item = &'a Self, IntoIter: Clone>,
+    ) -> Option<Self> {
+        let parts = parts.into_iter();
+        let first = parts.clone().next()?;
         let mut all = Self {
             count: 0.0,
             own: first.own,
@@ -104,7 +107,7 @@ impl Part {
             factors: vec![0.0; first.own],
             acceleration: 0.0,
         };
-        parts.iter().for_each(|p| all.plus(p, 1.0));
+        parts.for_each(|p| all.plus(p, 1.0));
         Some(all)
     }
 
@@ -167,7 +170,7 @@ struct Solution {
 }
 
 /// The standard error of an estimate, from those without one stretch each (Efron 1982).
-pub(super) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(in crate::check) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
     let count = left.clone().count() as f64;
     let mean = left.clone().sum::<f64>() / count;
     ((count - 1.0) / count * left.map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()

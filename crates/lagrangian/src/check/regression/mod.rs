@@ -12,6 +12,7 @@
 mod cutoff;
 mod friction;
 mod least_squares;
+mod machines;
 mod source;
 mod terms;
 
@@ -23,12 +24,15 @@ use crate::trajectory::Recording;
 use crate::trajectory::local_polynomial::median_step;
 pub(in crate::check) use cutoff::Cutoff;
 pub(in crate::check) use friction::Rub;
+pub(in crate::check) use least_squares::jackknife;
 use least_squares::{Part, estimate};
+pub(in crate::check) use machines::Stranger;
 use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::{Rubbing, Terms};
 
-/// Delays are looked for up to this time …
+/// Delays are looked for up to this time, and so many times as far where none is found …
 const FARTHEST: f64 = 0.06;
+const FARTHER: f64 = 5.0;
 /// … and among at least, and at most, so many steps either way.
 const STEPS: (usize, usize) = (12, 60);
 /// Fewer stretches than this say nothing.
@@ -74,6 +78,8 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) as_degrees: Option<f64>,
     /// How the force of each coordinate brakes each velocity, `[n][n]`; empty where nothing is known.
     pub(in crate::check) rubs: Vec<Vec<Rub>>,
+    /// The names of the recordings that were compared, and what each says of its machine beside what all say.
+    pub(in crate::check) strangers: Vec<(String, Stranger)>,
 }
 
 /// Fits all recordings with forces and usable time stamps; `None` where there is none, or too little.
@@ -95,8 +101,8 @@ pub(in crate::check) fn fit_joints(
     let cutoff = options.low_pass.or(low_pass.map(|c| c.hertz));
     let cutoff = cutoff.unwrap_or(UNKNOWN / step);
     // A second, lower cut-off shows what the choice of the first has decided.
-    let near = joints(&recordings, step, cutoff)?;
-    let low = joints(&recordings, step, NARROWER * cutoff);
+    let near = joints_far(&recordings, step, cutoff)?;
+    let low = joints_far(&recordings, step, NARROWER * cutoff);
     let joints = near.into_iter().enumerate().map(|(i, found)| {
         let other = low.as_ref().and_then(|w| w[i]);
         found.map(|f| f.beside(other))
@@ -108,8 +114,14 @@ pub(in crate::check) fn fit_joints(
         noise: mean_of(&recordings, force_noise),
         as_degrees: cutoff::as_degrees(&recordings, cutoff),
         rubs: friction::rubs(&recordings, cutoff),
+        strangers: named(&recordings, machines::strangers(&recordings, cutoff)),
         low_pass,
     })
+}
+
+fn named(recordings: &[&Recording], strangers: Vec<Stranger>) -> Vec<(String, Stranger)> {
+    let name = |s: &Stranger| recordings[s.recording].name.clone();
+    strangers.into_iter().map(|s| (name(&s), s)).collect()
 }
 
 /// The mean over the recordings, for each coordinate.
@@ -141,10 +153,30 @@ fn usable(recording: &Recording) -> bool {
             .all(|(_, s)| s.len() == values && s.iter().all(|x| x.is_finite()))
 }
 
-/// One estimate for each joint, after a low-pass.
-fn joints(recordings: &[&Recording], step: f64, cutoff: f64) -> Option<Vec<Option<JointFit>>> {
-    let n = recordings.first()?.dof();
+/// One estimate for each joint, after a low-pass; delays at an end of the range are looked for farther away.
+fn joints_far(recordings: &[&Recording], step: f64, cutoff: f64) -> Option<Vec<Option<JointFit>>> {
     let shifts = ((FARTHEST / step).ceil() as usize).clamp(STEPS.0, STEPS.1);
+    let mut near = joints(recordings, shifts, step, cutoff)?;
+    let at_end = |fit: &Option<JointFit>| fit.is_some_and(|f| f.at_end);
+    if near.iter().any(at_end)
+        && let Some(far) = joints(recordings, shifts, FARTHER * step, cutoff)
+    {
+        let pairs = near.iter_mut().zip(far);
+        pairs
+            .filter(|(near, far)| at_end(near) && !at_end(far))
+            .for_each(|(near, far)| *near = far);
+    }
+    Some(near)
+}
+
+/// One estimate for each joint, after a low-pass, at delays of up to so many steps.
+fn joints(
+    recordings: &[&Recording],
+    shifts: usize,
+    step: f64,
+    cutoff: f64,
+) -> Option<Vec<Option<JointFit>>> {
+    let n = recordings.first()?.dof();
     let delays: Vec<f64> = (0..=2 * shifts)
         .map(|k| (k as f64 - shifts as f64) * step)
         .collect();
@@ -165,7 +197,8 @@ impl<'a> Filtered<'a> {
             coordinates: &recordings[0].coordinates,
             sources: recordings
                 .par_iter()
-                .filter_map(|r| Source::new(r, cutoff))
+                .enumerate()
+                .filter_map(|(k, r)| Source::new(k, r, cutoff))
                 .collect(),
         }
     }

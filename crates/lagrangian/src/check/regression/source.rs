@@ -19,13 +19,15 @@ const SAMPLES: usize = 12_000;
 
 /// A recording after a low-pass.
 pub(super) struct Source {
+    /// The place of the recording among all.
+    index: usize,
     motion: Trajectory,
     segments: Vec<Range<usize>>,
 }
 
 impl Source {
     /// `None` where the recording has no forces, or is too short for the filter.
-    pub(super) fn new(recording: &Recording, cutoff: f64) -> Option<Self> {
+    pub(super) fn new(index: usize, recording: &Recording, cutoff: f64) -> Option<Self> {
         let options = EstimateOptions {
             low_pass: Some(cutoff),
             momenta: false,
@@ -36,7 +38,11 @@ impl Source {
             return None;
         }
         let segments = segments(&motion.t, time::GAP);
-        Some(Self { motion, segments })
+        Some(Self {
+            index,
+            motion,
+            segments,
+        })
     }
 }
 
@@ -102,7 +108,9 @@ pub(super) struct Stretch<'a> {
 /// Cuts all segments, less `margin` seconds at their ends, into stretches of consecutive samples.
 pub(super) fn stretches<'a>(sources: &'a [Source], margin: f64) -> Vec<Stretch<'a>> {
     let usable = |source: &'a Source| {
-        let Source { motion, segments } = source;
+        let Source {
+            motion, segments, ..
+        } = source;
         let own = (margin / median_step(&motion.t)).ceil() as usize;
         let inside = move |s: &Range<usize>| s.start + own..s.end.saturating_sub(own);
         segments.iter().map(inside).map(move |rows| (source, rows))
@@ -129,6 +137,8 @@ pub(super) fn stretches<'a>(sources: &'a [Source], margin: f64) -> Vec<Stretch<'
 
 /// Motion and forces of a stretch: q, q̇, q̈ `[m, n]`, and τ `[m, delays, n]` as it was so much earlier.
 pub(super) struct Signals {
+    /// The place of the recording among all.
+    pub(super) source: usize,
     pub(super) q: Vec<f64>,
     pub(super) qd: Vec<f64>,
     pub(super) qdd: Vec<f64>,
@@ -140,6 +150,7 @@ impl Stretch<'_> {
     pub(super) fn signals(&self, delays: &[f64]) -> Signals {
         let motion = &self.source.motion;
         let mut out = Signals {
+            source: self.source.index,
             q: Vec::new(),
             qd: Vec::new(),
             qdd: Vec::new(),

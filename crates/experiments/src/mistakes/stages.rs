@@ -1,0 +1,118 @@
+//! What a program says of data, stage by stage: reading, the check, the fit.
+
+use anyhow::Result;
+use lagrangian::score::{Assessment, Grade};
+use lagrangian::train::{Request, select};
+use lagrangian::{
+    Budget, CheckOptions, CheckReport, Dataset, EstimateOptions, FitConfig, Item, Observer,
+    RobotConfig, RolloutOptions, Verdict, check, check_validation, score,
+};
+
+use super::case::Case;
+
+/// What the stages before a fit say.
+pub(super) enum Checked {
+    /// The files, or the description, are refused.
+    Refused(String),
+    /// The check has these items.
+    Report(CheckReport),
+}
+
+/// Reads and checks a case, with its validation.
+pub(super) fn checked(case: &Case) -> Checked {
+    let training = match case.recordings(&case.logs) {
+        Ok(recordings) => recordings,
+        Err(error) => return Checked::Refused(error.to_string()),
+    };
+    let mut report = check(&training, &CheckOptions::default());
+    if let Ok(validation) = case.recordings(&case.validation) {
+        report
+            .items
+            .extend(check_validation(&training, &validation).items);
+    }
+    Checked::Report(report)
+}
+
+impl Checked {
+    fn items(&self) -> &[Item] {
+        match self {
+            Self::Refused(_) => &[],
+            Self::Report(report) => &report.items,
+        }
+    }
+
+    /// The gravest item that the good data do not have as grave.
+    pub(super) fn news(&self, good: &Self) -> Option<&Item> {
+        let weight = |item: &Item| (item.verdict, item.doubtful);
+        let before = |name: &str| {
+            let own = good.items().iter().filter(|i| i.name == name);
+            own.map(weight).max().unwrap_or((Verdict::Pass, false))
+        };
+        let new = self.items().iter().filter(|i| weight(i) > before(i.name));
+        new.reduce(|a, b| if weight(b) > weight(a) { b } else { a })
+    }
+}
+
+/// What a fit says.
+pub(super) enum Fitted {
+    Refused(String),
+    Graded(Grade, String),
+}
+
+/// Fits a case as the command does when it is told nothing.
+pub(super) fn fitted(case: &Case, seconds: f64, observer: &mut dyn Observer) -> Fitted {
+    match fit(case, seconds, observer) {
+        Ok(assessment) => {
+            let first = assessment.reasons.first();
+            let reason = first.map_or_else(String::new, |r| r.finding.clone());
+            Fitted::Graded(assessment.verdict, reason)
+        }
+        Err(error) => Fitted::Refused(error.to_string()),
+    }
+}
+
+fn fit(case: &Case, seconds: f64, observer: &mut dyn Observer) -> Result<Assessment> {
+    let recordings = case.recordings(&case.logs)?;
+    let coordinates = recordings[0].coordinates.clone();
+    let report = check(&recordings, &CheckOptions::default());
+    let noisy = |i: &&Item| i.name == "acceleration" && i.verdict == Verdict::Warn;
+    let found = report.items.iter().find(noisy);
+    let options = EstimateOptions {
+        low_pass: found.and_then(|i| i.values.get("low_pass_hz").copied()),
+        momenta: false,
+        ..EstimateOptions::default()
+    };
+    let mut estimates = Vec::new();
+    let mut motions = |logs| -> Result<Vec<_>> {
+        let mut all = Vec::new();
+        for recording in case.recordings(logs)? {
+            let (motion, own) = recording.into_trajectory(&options)?;
+            estimates.extend(own);
+            all.push(motion);
+        }
+        Ok(all)
+    };
+    let (train, validation) = (motions(&case.logs)?, motions(&case.validation)?);
+    let dataset = Dataset::new(coordinates, &train, &validation)?;
+    let mut request = Request {
+        budget: Some(Budget::Seconds(seconds)),
+        ..Request::default()
+    };
+    if let Some((text, joints)) = &case.urdf {
+        let robot = RobotConfig::new(text, joints.clone())?;
+        request
+            .settings
+            .insert("robot".into(), serde_json::to_value(robot)?);
+    }
+    let candidates = FitConfig::candidates(&dataset, &estimates, &request)?;
+    let selection = select(&dataset, candidates, None, observer)?;
+    let options = RolloutOptions {
+        rtol: 1e-6,
+        atol: 1e-6,
+        ..RolloutOptions::default()
+    };
+    let scored = score(&selection.fit.model, &validation, &options)?;
+    Ok(Assessment::new(&selection.fit.model, &validation, &scored)
+        .of_selected(&selection.contestants)
+        .of_checked(&report))
+}
