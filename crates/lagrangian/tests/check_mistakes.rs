@@ -318,7 +318,7 @@ fn a_delay_beyond_the_first_search_is_measured() {
 #[test]
 fn three_seconds_are_too_few_swings_whatever_the_rate() {
     let report = checked(&[log(TWO_LINKS, 2.0, 1)]);
-    assert_says(&report, "length", Verdict::Warn, "swings");
+    assert_says(&report, "swings", Verdict::Warn, "12 swings");
 }
 
 #[test]
@@ -339,7 +339,7 @@ fn free_motions(name: &str, drive: f64) -> Vec<Recording> {
     let system = by_name(name, &[]).unwrap();
     let n = system.coordinates().dof();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let starts: Vec<_> = (0..4).map(|_| system.sample_state(&mut rng)).collect();
+    let starts: Vec<_> = (0..2).map(|_| system.sample_state(&mut rng)).collect();
     let drive = rollout::sines(n, drive, 0);
     let times = rollout::times(10.0, 0.01).unwrap();
     let options = RolloutOptions::truth();
@@ -354,15 +354,14 @@ fn free_motions(name: &str, drive: f64) -> Vec<Recording> {
 
 #[test]
 fn exact_motions_of_every_system_pass() {
+    let mut bad = Vec::new();
     for entry in systems() {
         for drive in [0.0, 2.0] {
             let report = checked(&free_motions(entry.name, drive));
-            let bad: Vec<&Item> = report
-                .items
-                .iter()
-                .filter(|i| i.verdict > Verdict::Pass)
-                .collect();
-            assert!(bad.is_empty(), "{} {drive}: {bad:#?}", entry.name);
+            let items = report.items.into_iter();
+            let warnings = items.filter(|i| i.verdict > Verdict::Pass);
+            bad.extend(warnings.map(|i| (entry.name, drive, i.name, i.finding)));
         }
     }
+    assert!(bad.is_empty(), "{bad:#?}");
 }

@@ -561,10 +561,7 @@ impl Mistake {
         };
         let mut case = good.clone();
         if self.needs == Accelerations {
-            case.logs
-                .iter_mut()
-                .chain(&mut case.validation)
-                .for_each(accelerate);
+            case = with_accelerations(good);
         }
         // A description is the wish of a user, and would name the mistakes of the data that others must find.
         if self.needs != Description {
@@ -584,15 +581,18 @@ impl Mistake {
         Some(case)
     }
 
-    /// Good data of the kind that it spoils.
-    pub(super) fn base(&self, good: &Case) -> Case {
-        let unspoiled = Mistake {
-            make: InLog(|_| ()),
-            unknowable: None,
-            ..*self
-        };
-        unspoiled.made(good).unwrap_or_default()
+    /// Whether it spoils accelerations, which the good data do not have.
+    pub(super) fn needs_accelerations(&self) -> bool {
+        self.needs == Accelerations
     }
+}
+
+/// The same data with accelerations.
+pub(super) fn with_accelerations(good: &Case) -> Case {
+    let mut case = good.clone();
+    let logs = case.logs.iter_mut().chain(&mut case.validation);
+    logs.for_each(accelerate);
+    case
 }
 
 fn scale(columns: &mut [Vec<f64>], factor: f64) {

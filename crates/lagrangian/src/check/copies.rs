@@ -37,7 +37,10 @@ pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
 /// An item where column `b` is column `a` in every recording.
 fn copy(first: &Recording, all: &[Vec<Column<'_>>], a: usize, b: usize) -> Option<Item> {
     let own = &all[0];
-    if [a, b].iter().any(|k| is_told(own[*k].signal)) || is_parameter(first, &own[a], &own[b]) {
+    let signals = [own[a].signal, own[b].signal];
+    // A motion in a magnetic field may have q̈₁ = q̇₂; a rate that is none is found by its derivative.
+    let comparable = signals[0] == signals[1] || signals.contains(&Signal::Tau);
+    if !comparable || signals.iter().any(|s| is_told(*s)) || is_parameter(first, &own[a], &own[b]) {
         return None;
     }
     let equal = |columns: &Vec<Column<'_>>| {

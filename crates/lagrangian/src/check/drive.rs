@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::regression::{JointFit, JointFits, Rub, Stranger, fit_joints};
-use super::{CheckOptions, Item, range};
+use super::{CheckOptions, Item, range, swings_of_all};
 use crate::trajectory::{Recording, Topology};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
@@ -33,6 +33,8 @@ const FRICTION_ERRORS: f64 = 5.0;
 const FRICTION_PART: f64 = 0.03;
 /// … and that of another joint is taken for its own only where its own is below this part of it.
 const OWN_FRICTION: f64 = 0.25;
+/// The parameters of a joint at least: inertia, two of gravity, two of friction, a constant force. Each needs a swing.
+const PARAMETERS: usize = 6;
 /// A recording is of another machine where the law of all leaves so many times as much of its forces as its own law, beyond so many errors …
 const OTHER_MACHINE: f64 = 3.0;
 const OTHER_MACHINE_ERRORS: f64 = 4.0;
@@ -50,9 +52,9 @@ const GROWTH: f64 = 0.2;
 /// Items about forces and motion of all recordings together.
 pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Item> {
     let mut items: Vec<Item> = silent(recordings).into_iter().collect();
-    let Some(found) = fit_joints(recordings, options) else {
-        return items;
-    };
+    let found = fit_joints(recordings, options);
+    items.extend(few_swings(recordings, found.as_ref()));
+    let Some(found) = found else { return items };
     items.extend(works(recordings));
     items.extend(units(recordings, &found));
     items.extend(frictions(recordings, &found));
@@ -75,6 +77,24 @@ fn silent(recordings: &[Recording]) -> Option<Item> {
         let remedy =
             "record the forces of the drives; where nothing drives the machine, omit their columns";
         Item::doubt("forces", finding, remedy)
+    })
+}
+
+/// An item where a machine turns back less often than it has parameters, unless its motion explains its forces exactly.
+fn few_swings(recordings: &[Recording], fits: Option<&JointFits>) -> Option<Item> {
+    let first = recordings.iter().find(|r| !r.tau.is_empty())?;
+    let exact = |fits: &JointFits| {
+        let explained = fits.joints.iter().flatten().map(|f| f.explained.1);
+        explained.fold(1.0, f64::min) > EXACT
+    };
+    let n = first.dof() - first.coordinates.parameters().count();
+    let (swings, enough) = (swings_of_all(recordings), PARAMETERS * n);
+    (swings < enough && !fits.is_some_and(exact)).then(|| {
+        let finding = format!("all coordinates together turn back {swings} times");
+        let remedy = format!(
+            "record longer, or faster: {enough} swings or more for {n} coordinates, as many as they have parameters"
+        );
+        Item::doubt("swings", finding, remedy).value("swings", swings as f64)
     })
 }
 
@@ -155,7 +175,10 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
 /// Whether a recording is not of the machine of the others.
 fn machines(fits: &JointFits) -> Option<Item> {
     let certain = |s: &Stranger| {
-        s.times > OTHER_MACHINE && s.times.ln() > OTHER_MACHINE_ERRORS * s.error && s.left > LEFT
+        s.times > OTHER_MACHINE
+            && s.times.ln() > OTHER_MACHINE_ERRORS * s.error
+            && s.left > LEFT
+            && s.others_agree
     };
     let least_likely = |a: &&(String, Stranger), b: &&(String, Stranger)| {
         let weight = |s: &Stranger| (certain(s), s.times);

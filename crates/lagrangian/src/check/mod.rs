@@ -27,8 +27,6 @@ use crate::trajectory::{Recording, Signal, Topology};
 const FEWEST_SAMPLES: usize = 20;
 /// A fit of a learned model gets poor below this many samples for each axis of the state.
 const SAMPLES_PER_AXIS: usize = 100;
-/// The parameters of a joint at least: inertia, two of gravity, two of friction, a constant force. Each needs a swing.
-const PARAMETERS: usize = 6;
 
 /// How good an item is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -230,21 +228,12 @@ fn length(recordings: &[Recording]) -> Item {
         .value("trajectories", recordings.len() as f64)
 }
 
-/// Whether samples and swings are enough for the coordinates.
+/// Whether the samples are enough for the coordinates.
 fn enough(recordings: &[Recording], samples: usize, finding: String) -> Item {
-    let coordinates = recordings.first().map(|r| &r.coordinates);
-    let moving = |c: &&crate::Coordinates| c.dof() - c.parameters().count();
-    let n = coordinates.as_ref().map_or(0, moving);
+    let n = recordings.first().map_or(0, Recording::dof);
+    let enough = SAMPLES_PER_AXIS * 2 * n;
     let swings = swings_of_all(recordings);
     let finding = format!("{finding}; they turn back {swings} times in all");
-    let enough = SAMPLES_PER_AXIS * 2 * n;
-    if swings < PARAMETERS * n {
-        let remedy = format!(
-            "record longer, or faster: {} swings or more for {n} coordinates, as many as they have parameters",
-            PARAMETERS * n
-        );
-        return Item::doubt("length", finding, remedy).value("swings", swings as f64);
-    }
     let remedy = format!("record more: {enough} samples or more for {n} coordinates");
     Item::pass("length", finding)
         .warn_if(samples < enough, remedy)

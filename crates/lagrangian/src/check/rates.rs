@@ -1,6 +1,7 @@
 //! Whether q̇ is the derivative of q, and q̈ that of q̇.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::regression::jackknife;
 use super::{Item, Verdict, time};
@@ -25,7 +26,7 @@ const SLOPE: f64 = 0.02;
 const LAG_ERROR: f64 = 0.1;
 /// The part of the samples at which the derivative is least certain, which are not compared: a motion may be faster at its
 /// peaks than its samples tell.
-const UNCERTAIN: f64 = 0.2;
+const UNCERTAIN: f64 = 0.5;
 /// The blocks of time that are omitted in turn for the standard error of a slope.
 const BLOCKS: usize = 10;
 
@@ -91,8 +92,9 @@ struct Relation {
 
 /// The derivatives of one signal.
 struct Derivatives {
-    /// For each coordinate, NaN where they are least certain.
-    values: Vec<Vec<f64>>,
+    /// For each coordinate, NaN where they are least certain: in the window that suits its noise, and over two steps, which suits an
+    /// exact motion that is fast for its rate.
+    values: Vec<[Vec<f64>; 2]>,
     /// Whether each is larger than its own error.
     known: Vec<bool>,
 }
@@ -160,16 +162,26 @@ impl Derivatives {
             let (mut derivative, choice) = velocity(series, &segments);
             let error = (3.0 * choice.standard_error()).max(0.0);
             all.known.push(rms(&derivative) > error);
-            omit_uncertain(series, &mut derivative);
-            all.values.push(derivative);
+            let mut slopes = slopes(series, &segments);
+            omit_uncertain(series, [&mut derivative, &mut slopes]);
+            all.values.push([derivative, slopes]);
         }
         Some(all)
+    }
+
+    /// How `v` relates to the derivative of coordinate `i` that it is more like.
+    fn relation(&self, i: usize, v: &[f64]) -> Relation {
+        let [smooth, sharp] = self.values[i].each_ref().map(|d| relate(v, d));
+        match sharp.correlation.abs() > smooth.correlation.abs() {
+            true => sharp,
+            false => smooth,
+        }
     }
 
     /// The coordinate, other than `i`, whose derivative `v` is.
     fn other(&self, i: usize, v: &[f64]) -> Option<usize> {
         let is = |j: &usize| {
-            let relation = relate(v, &self.values[*j]);
+            let relation = self.relation(*j, v);
             relation.correlation > CLOSE && (relation.slope - 1.0).abs() < UNIT
         };
         (0..self.values.len())
@@ -178,17 +190,33 @@ impl Derivatives {
     }
 }
 
-/// Makes the derivative NaN at the samples where slopes over two and four steps differ most.
-fn omit_uncertain(series: Series<'_>, derivative: &mut [f64]) {
-    let t = series.t;
-    let slope = |a: usize, b: usize| (series.value(b) - series.value(a)) / (t[b] - t[a]);
-    let inner = 2..t.len().saturating_sub(2);
-    let difference = |k: usize| (slope(k - 1, k + 1) - slope(k - 2, k + 2)).abs();
+/// The slope at sample `k` over so many steps to both sides.
+fn slope(series: Series<'_>, k: usize, steps: usize) -> f64 {
+    let (a, b) = (k - steps, k + steps);
+    (series.value(b) - series.value(a)) / (series.t[b] - series.t[a])
+}
+
+/// The slopes over two steps; NaN at the ends of segments.
+fn slopes(series: Series<'_>, segments: &[Range<usize>]) -> Vec<f64> {
+    let mut slopes = vec![f64::NAN; series.t.len()];
+    for segment in segments {
+        for k in segment.start + 1..segment.end - 1 {
+            slopes[k] = slope(series, k, 1);
+        }
+    }
+    slopes
+}
+
+/// Makes derivatives NaN at the samples where slopes over two and four steps differ most.
+fn omit_uncertain(series: Series<'_>, derivatives: [&mut Vec<f64>; 2]) {
+    let inner = 2..series.t.len().saturating_sub(2);
+    let difference = |k: usize| (slope(series, k, 1) - slope(series, k, 2)).abs();
     let mut worst: Vec<(f64, usize)> = inner.map(|k| (difference(k), k)).collect();
     worst.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
     let count = (UNCERTAIN * worst.len() as f64) as usize;
-    for (_, k) in &worst[..count] {
-        derivative[*k] = f64::NAN;
+    for derivative in derivatives {
+        let omitted = worst[..count].iter();
+        omitted.for_each(|(_, k)| derivative[*k] = f64::NAN);
     }
 }
 
@@ -290,7 +318,7 @@ fn finding(
     measured: &[f64],
     derivatives: &Derivatives,
 ) -> Item {
-    let r = relate(measured, &derivatives.values[i]);
+    let r = derivatives.relation(i, measured);
     let seconds = r.lag * median_step(&recording.t);
     let (rate, of) = (name(recording, pair.rate, i), name(recording, pair.of, i));
     let finding = format!(

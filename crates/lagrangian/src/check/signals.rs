@@ -11,7 +11,8 @@ use crate::trajectory::{Recording, Signal};
 
 /// A coordinate declared as an angle that turns more often than this may be in degrees …
 const MANY_TURNS: f64 = 15.0;
-/// … if it comes so far between two turning points, so often: a pendulum that tumbles turns on.
+/// … if it comes so far between two turning points, so often, and its speed does not change with each turn: a pendulum that tumbles
+/// turns on, and gravity is felt in each turn.
 const TURNS_IN_A_SWING: f64 = 5.0;
 const MANY_SWINGS: usize = 4;
 /// A jump is so many times the usual deviation from the neighbours …
@@ -90,7 +91,9 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
     let mut items = vec![wraps(recording)];
     let positions = columns.iter().filter(|c| c.signal == Signal::Q);
     items.extend(positions.filter_map(|c| jumps(recording, c)));
-    let measured = columns.iter().filter(|c| c.signal != Signal::Q);
+    let measured = columns
+        .iter()
+        .filter(|c| matches!(c.signal, Signal::Qd | Signal::Tau));
     items.extend(measured.filter_map(|c| spikes::item(&recording.t, c)));
     let sensors = columns.iter().filter(|c| is_sensor(c.signal));
     items.extend(sensors.filter_map(|c| frozen::item(&recording.t, c)));
@@ -138,6 +141,7 @@ fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
     let mut texts = Vec::new();
     let mut item = Item::pass("range", "");
     let swings = swings::swings(recording);
+    let speeds = swings::of_signal(recording, Signal::Qd);
     for c in columns {
         let (low, high) = c.range();
         texts.push(format!("{} {} … {}", c.name, short(low), short(high)));
@@ -151,7 +155,9 @@ fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
             c.name
         );
         let swings = swings.get(c.coordinate).copied().unwrap_or_default();
-        let wide = swings.travel / TAU > TURNS_IN_A_SWING * swings.count as f64;
+        let changes = speeds.get(c.coordinate).map_or(0, |s| s.count);
+        let most = swings.count.max(changes) as f64;
+        let wide = swings.travel / TAU > TURNS_IN_A_SWING * most;
         if is_angle && turns > MANY_TURNS && wide && swings.count >= MANY_SWINGS {
             item = item.with(Verdict::Warn, remedy).in_doubt();
         }

@@ -7,7 +7,7 @@ use crate::trajectory::local_polynomial::{median, median_step};
 
 /// A spike is so many times the usual deviation from the mean of its neighbours …
 const SPIKE: f64 = 30.0;
-/// … so many times the difference between these, which a step is not …
+/// … so many times the differences among the samples on both sides, which steps and fast peaks are not …
 const ALONE: f64 = 5.0;
 /// … and at least this part of the deviation of the signal.
 const SMALLEST: f64 = 0.5;
@@ -19,14 +19,16 @@ pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
     let x: Vec<f64> = column.iter().collect();
     let deviation = column.deviation();
     let longest = time::GAP * median_step(t);
-    let inner = 1..x.len().saturating_sub(1);
+    let inner = 2..x.len().saturating_sub(2);
     let near = |k: &usize| t[*k] - t[k - 1] <= longest && t[k + 1] - t[*k] <= longest;
     let off = |k: usize| x[k] - 0.5 * (x[k - 1] + x[k + 1]);
     let mut usual: Vec<f64> = inner.clone().filter(near).map(|k| off(k).abs()).collect();
     let least = (SPIKE * median(&mut usual)).max(SMALLEST * deviation);
     let alone = |k: &usize| {
-        let own = off(*k).abs();
-        own > least && own > ALONE * (x[k + 1] - x[k - 1]).abs()
+        let (own, k) = (off(*k).abs(), *k);
+        let sides = [(k - 2, k - 1), (k - 1, k + 1), (k + 1, k + 2)];
+        let alone = |(a, b): &(usize, usize)| own > ALONE * (x[*b] - x[*a]).abs();
+        own > least && sides.iter().all(alone)
     };
     let spikes: Vec<usize> = inner.filter(near).filter(alone).collect();
     let first = *spikes.first()?;

@@ -16,9 +16,14 @@ pub(super) struct Swings {
 
 /// The swings of each coordinate of a recording.
 pub(super) fn swings(recording: &Recording) -> Vec<Swings> {
+    of_signal(recording, Signal::Q)
+}
+
+/// The swings of each column of a signal; none where it was not recorded.
+pub(super) fn of_signal(recording: &Recording, signal: Signal) -> Vec<Swings> {
     let columns = columns(recording);
-    let positions = columns.iter().filter(|c| c.signal == Signal::Q);
-    positions.map(of_column).collect()
+    let own = columns.iter().filter(|c| c.signal == signal);
+    own.map(of_column).collect()
 }
 
 /// Swings about the line from the first sample to the last, so that a wheel that turns on swings too.

@@ -11,6 +11,8 @@ use crate::trajectory::Recording;
 const RIDGE: f64 = 1e-4;
 /// A recording says what its machine is like where it has so many stretches.
 const FEWEST: usize = 4;
+/// Recordings agree where the law of all leaves at most so many times as much of each as its own.
+const AGREE: f64 = 2.0;
 
 /// A recording that another law explains better than that of all recordings.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +25,9 @@ pub(in crate::check) struct Stranger {
     pub(in crate::check) error: f64,
     /// What the law of all leaves of its forces, in parts of the variance of the forces of all recordings, mean over the joints.
     pub(in crate::check) left: f64,
+    /// Whether one law serves all other recordings, of which there are several: a rough law of a machine that it cannot express
+    /// serves each recording alone.
+    pub(in crate::check) others_agree: bool,
 }
 
 /// What each recording says of its machine, beside what all say; those with too little of it are left out.
@@ -37,6 +42,7 @@ pub(super) fn strangers(recordings: &[&Recording], cutoff: f64) -> Vec<Stranger>
         signals.map(|s| Part::of(s, &terms, i, 1)).collect()
     };
     let joints: Vec<Vec<Part>> = (0..n).into_par_iter().map(of_joint).collect();
+    let joints: Vec<Vec<&Part>> = joints.iter().map(|parts| parts.iter().collect()).collect();
     let owners: Vec<usize> = stretches.signals.iter().map(|s| s.source).collect();
     let count = |r: usize| owners.iter().filter(|o| **o == r).count();
     let able: Vec<usize> = (0..recordings.len())
@@ -45,26 +51,55 @@ pub(super) fn strangers(recordings: &[&Recording], cutoff: f64) -> Vec<Stranger>
     if able.len() < 2 {
         return Vec::new();
     }
-    able.into_par_iter()
-        .filter_map(|r| stranger(&joints, &owners, r))
-        .collect()
+    let all = compared(&joints, &owners, &able);
+    let with_others = |s: Stranger| {
+        let others: Vec<usize> = able.iter().copied().filter(|r| *r != s.recording).collect();
+        let strange = s.times > AGREE && others.len() > 1;
+        let others = if strange {
+            without(&joints, &owners, s.recording, &others)
+        } else {
+            Vec::new()
+        };
+        Stranger {
+            others_agree: !others.is_empty() && others.iter().all(|o| o.times < AGREE),
+            ..s
+        }
+    };
+    all.into_iter().map(with_others).collect()
+}
+
+/// Each of these recordings beside all.
+fn compared(joints: &[Vec<&Part>], owners: &[usize], able: &[usize]) -> Vec<Stranger> {
+    let own = able.into_par_iter();
+    own.filter_map(|r| stranger(joints, owners, *r)).collect()
+}
+
+/// Each of these recordings beside all but one.
+fn without(joints: &[Vec<&Part>], owners: &[usize], left: usize, able: &[usize]) -> Vec<Stranger> {
+    let kept = |parts: &Vec<&'_ Part>| -> Vec<usize> {
+        (0..parts.len()).filter(|s| owners[*s] != left).collect()
+    };
+    let of_joint = |parts: &Vec<_>| kept(parts).into_iter().map(|s| parts[s]).collect();
+    let joints: Vec<Vec<&Part>> = joints.iter().map(of_joint).collect();
+    let owners: Vec<usize> = owners.iter().copied().filter(|o| *o != left).collect();
+    compared(&joints, &owners, able)
 }
 
 /// How much worse the law of all recordings predicts the stretches of recording `r` than the law of its other stretches.
-fn stranger(joints: &[Vec<Part>], owners: &[usize], r: usize) -> Option<Stranger> {
+fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<Stranger> {
     let stretches: Vec<usize> = (0..owners.len()).filter(|s| owners[*s] == r).collect();
     let mut ratios = vec![0.0; stretches.len()];
     let (mut compared, mut left) = (0.0, 0.0);
     for parts in joints {
-        let mut all = Part::sum(parts)?;
+        let mut all = Part::sum(parts.iter().copied())?;
         if all.variance() <= 0.0 {
             continue; // a joint without a force
         }
-        let mut own = Part::sum(stretches.iter().map(|s| &parts[*s]))?;
+        let mut own = Part::sum(stretches.iter().map(|s| parts[*s]))?;
         compared += 1.0;
         let mut residual = 0.0;
         for (ratio, s) in ratios.iter_mut().zip(&stretches) {
-            let part = &parts[*s];
+            let part = parts[*s];
             let error = error_of(&mut all, part)?;
             *ratio += error.ln() - error_of(&mut own, part)?.ln();
             residual += error;
@@ -82,6 +117,7 @@ fn stranger(joints: &[Vec<Part>], owners: &[usize], r: usize) -> Option<Stranger
         times: whole.exp(),
         error: jackknife((0..ratios.len()).map(mean)),
         left: left / compared,
+        others_agree: false,
     })
     .filter(|s| s.times.is_finite() && s.error.is_finite())
 }
