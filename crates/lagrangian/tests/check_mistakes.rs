@@ -317,8 +317,8 @@ fn a_delay_beyond_the_first_search_is_measured() {
 
 #[test]
 fn three_seconds_are_too_few_swings_whatever_the_rate() {
-    let report = checked(&[log(TWO_LINKS, 2.0, 1)]);
-    assert_says(&report, "swings", Verdict::Warn, "12 swings");
+    let report = checked(&[log(TWO_LINKS, 1.2, 1)]);
+    assert_says(&report, "swings", Verdict::Warn, "6 swings");
 }
 
 #[test]

@@ -33,8 +33,8 @@ const FRICTION_ERRORS: f64 = 5.0;
 const FRICTION_PART: f64 = 0.03;
 /// … and that of another joint is taken for its own only where its own is below this part of it.
 const OWN_FRICTION: f64 = 0.25;
-/// The parameters of a joint at least: inertia, two of gravity, two of friction, a constant force. Each needs a swing.
-const PARAMETERS: usize = 6;
+/// The parameters of a joint at least: inertia, gravity, friction. Each needs a swing.
+const PARAMETERS: usize = 3;
 /// A recording is of another machine where the law of all leaves so many times as much of its forces as its own law, beyond so many errors …
 const OTHER_MACHINE: f64 = 3.0;
 const OTHER_MACHINE_ERRORS: f64 = 4.0;
@@ -83,10 +83,7 @@ fn silent(recordings: &[Recording]) -> Option<Item> {
 /// An item where a machine turns back less often than it has parameters, unless its motion explains its forces exactly.
 fn few_swings(recordings: &[Recording], fits: Option<&JointFits>) -> Option<Item> {
     let first = recordings.iter().find(|r| !r.tau.is_empty())?;
-    let exact = |fits: &JointFits| {
-        let explained = fits.joints.iter().flatten().map(|f| f.explained.1);
-        explained.fold(1.0, f64::min) > EXACT
-    };
+    let exact = |fits: &JointFits| fits.low_pass.is_some_and(|c| c.explained > EXACT);
     let n = first.dof() - first.coordinates.parameters().count();
     let (swings, enough) = (swings_of_all(recordings), PARAMETERS * n);
     (swings < enough && !fits.is_some_and(exact)).then(|| {

@@ -27,6 +27,10 @@ const LAG_ERROR: f64 = 0.1;
 /// The part of the samples at which the derivative is least certain, which are not compared: a motion may be faster at its
 /// peaks than its samples tell.
 const UNCERTAIN: f64 = 0.5;
+/// A derivative can be compared that is so many times its own error …
+const KNOWN: f64 = 3.0;
+/// … and shows a poor measurement where it is so many times its error.
+const CERTAIN: f64 = 10.0;
 /// The blocks of time that are omitted in turn for the standard error of a slope.
 const BLOCKS: usize = 10;
 
@@ -95,8 +99,8 @@ struct Derivatives {
     /// For each coordinate, NaN where they are least certain: in the window that suits its noise, and over two steps, which suits an
     /// exact motion that is fast for its rate.
     values: Vec<[Vec<f64>; 2]>,
-    /// Whether each is larger than its own error.
-    known: Vec<bool>,
+    /// The root mean square of each over its own error, of noise and of motion that is too fast for the samples.
+    certainty: Vec<f64>,
 }
 
 /// One item for each rate that was measured.
@@ -125,7 +129,7 @@ fn of_pair(recording: &Recording, pair: &Pair) -> Vec<Item> {
     };
     let item = |i: usize| {
         let measured: Vec<f64> = rates.iter().skip(i).step_by(n).copied().collect();
-        if !derivatives.known[i] {
+        if derivatives.certainty[i] <= KNOWN {
             let (name, of) = (name(recording, pair.rate, i), name(recording, pair.of, i));
             let finding = format!("{name}: {of} hardly changes, so that they cannot be compared");
             return Item::pass(pair.item, finding);
@@ -150,7 +154,7 @@ impl Derivatives {
         segments.first()?;
         let mut all = Self {
             values: Vec::new(),
-            known: Vec::new(),
+            certainty: Vec::new(),
         };
         for coordinate in 0..n {
             let series = Series {
@@ -160,8 +164,8 @@ impl Derivatives {
                 coordinate,
             };
             let (mut derivative, choice) = velocity(series, &segments);
-            let error = (3.0 * choice.standard_error()).max(0.0);
-            all.known.push(rms(&derivative) > error);
+            let certainty = rms(&derivative) / choice.standard_error().max(f64::MIN_POSITIVE);
+            all.certainty.push(certainty);
             let mut slopes = slopes(series, &segments);
             omit_uncertain(series, [&mut derivative, &mut slopes]);
             all.values.push([derivative, slopes]);
@@ -185,7 +189,7 @@ impl Derivatives {
             relation.correlation > CLOSE && (relation.slope - 1.0).abs() < UNIT
         };
         (0..self.values.len())
-            .filter(|j| *j != i && self.known[*j])
+            .filter(|j| *j != i && self.certainty[*j] > KNOWN)
             .find(is)
     }
 }
@@ -335,13 +339,13 @@ fn finding(
         pass(meaning).with(Verdict::Fail, *remedy)
     } else if r.correlation < POOR || !(0.5..2.0).contains(&r.slope) {
         not_the_derivative(recording, pair, derivatives.other(i, measured), &finding)
-    } else if r.correlation < FAIR {
+    } else if r.correlation < FAIR && derivatives.certainty[i] > CERTAIN {
         let remedy = format!("omit {rate} and let it be estimated");
         pass(&format!(
             "it is a poor measurement of the derivative of {of}"
         ))
         .with(Verdict::Warn, remedy)
-    } else if off > SLOPE && off > ERRORS * r.slope_error {
+    } else if r.correlation > FAIR && off > SLOPE && off > ERRORS * r.slope_error {
         let percent = 100.0 * (r.slope - 1.0);
         let meaning = format!("it differs by {percent:.1} % from the derivative of {of}");
         let remedy =
