@@ -177,6 +177,20 @@ fn a_log_is_fitted_by_several_models_and_the_kept_one_has_a_verdict() {
 }
 
 #[test]
+fn no_model_of_data_in_doubt_is_called_good_and_none_is_validated_on_what_it_is_fitted_to() {
+    let bench = with_arm();
+    let fit = bench.succeed("fit data.npz data.npz --model chain --out twice --json");
+    assert_eq!(fit.json()["verdict"], "fair", "{}", fit.stderr);
+    let reasons = fit.json()["assessment"]["reasons"].to_string();
+    assert!(reasons.contains("in doubt: repeated"), "{reasons}");
+    let message = bench.refuse("fit data.npz --validate data.npz --out run");
+    assert!(
+        message.contains("validation motion") && message.contains("hint"),
+        "{message}"
+    );
+}
+
+#[test]
 fn torques_that_have_nothing_to_do_with_the_motion_give_a_poor_verdict() {
     let bench = Workbench::new();
     let row = |k: u32| {
