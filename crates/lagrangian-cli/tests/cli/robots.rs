@@ -179,8 +179,8 @@ fn a_log_is_fitted_by_several_models_and_the_kept_one_has_a_verdict() {
 #[test]
 fn no_model_of_data_in_doubt_is_called_good_and_none_is_validated_on_what_it_is_fitted_to() {
     let bench = with_arm();
-    let fit = bench.succeed("fit data.npz data.npz --model chain --out twice --json");
-    assert_eq!(fit.json()["verdict"], "fair", "{}", fit.stderr);
+    let fit = bench.run("fit data.npz data.npz --steps 20 --out twice --json");
+    assert_ne!(fit.json()["verdict"], "good", "{}", fit.stderr);
     let reasons = fit.json()["assessment"]["reasons"].to_string();
     assert!(reasons.contains("in doubt: repeated"), "{reasons}");
     let message = bench.refuse("fit data.npz --validate data.npz --out run");

@@ -204,9 +204,9 @@ fn slope(series: Series<'_>, k: usize, steps: usize) -> f64 {
 fn slopes(series: Series<'_>, segments: &[Range<usize>]) -> Vec<f64> {
     let mut slopes = vec![f64::NAN; series.t.len()];
     for segment in segments {
-        for k in segment.start + 1..segment.end - 1 {
-            slopes[k] = slope(series, k, 1);
-        }
+        let inner = segment.start + 1..segment.end - 1;
+        let places = slopes[inner.clone()].iter_mut().zip(inner);
+        places.for_each(|(x, k)| *x = slope(series, k, 1));
     }
     slopes
 }
@@ -345,7 +345,7 @@ fn finding(
             "it is a poor measurement of the derivative of {of}"
         ))
         .with(Verdict::Warn, remedy)
-    } else if r.correlation > FAIR && off > SLOPE && off > ERRORS * r.slope_error {
+    } else if r.correlation > FAIR && off > slope_bound(&r, derivatives.certainty[i]) {
         let percent = 100.0 * (r.slope - 1.0);
         let meaning = format!("it differs by {percent:.1} % from the derivative of {of}");
         let remedy =
@@ -365,6 +365,11 @@ fn finding(
         .value("correlation", r.correlation)
         .value("lag_samples", r.lag)
         .value("lag_s", seconds)
+}
+
+/// The difference from 1 beyond which a slope is wrong: neither chance nor the error of the derivative itself explains it.
+fn slope_bound(r: &Relation, certainty: f64) -> f64 {
+    SLOPE.max(ERRORS * r.slope_error).max(ERRORS / certainty)
 }
 
 /// A rate that is something else: the derivative of another column, where one is known.
