@@ -306,11 +306,8 @@ fn a_delay_beyond_the_first_search_is_measured() {
     let own = copy(&late, Signal::Tau, 1);
     column(&mut late, Signal::Tau, 1, |k, _| own[k.saturating_sub(20)]);
     let report = checked(&[late]);
-    let delays = report.items.iter().filter(|i| i.name == "delay");
-    let delay = delays
-        .filter(|i| i.finding.starts_with("q2"))
-        .next()
-        .unwrap();
+    let mut delays = report.items.iter().filter(|i| i.name == "delay");
+    let delay = delays.find(|i| i.finding.starts_with("q2")).unwrap();
     assert!((delay.values["delay_s"] + 0.2).abs() < 0.01, "{delay:?}");
     assert_eq!(delay.verdict, Verdict::Warn);
 }
