@@ -147,10 +147,11 @@ fn named() -> String {
         let t = 0.02 * f64::from(k);
         let ((s, c), (s2, c2)) = (t.sin_cos(), (2.0 * t).sin_cos());
         format!(
-            "{t},{s},{c2},{c},{},{},{},{s2},{c}\n",
+            "{t},{s},{c2},{c},{},{},{},{s2},{}\n",
             -2.0 * s2,
             -s,
-            -4.0 * c2
+            -4.0 * c2,
+            0.3 * c + 0.1 * s2,
         )
     };
     let rows: String = (0..300).map(row).collect();

@@ -176,7 +176,7 @@ fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss
                 constant: shape.config.has_constant_momentum(),
                 weights: &weights,
                 forces: forces(all_forces(input), n),
-                chords: 20,
+                chords: 30,
             };
             f(
                 &learner,

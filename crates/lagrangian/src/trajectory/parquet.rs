@@ -1,6 +1,7 @@
 //! Parquet: columns of numbers, read batch by batch (feature `parquet`).
 
 use std::io::{Read, Seek, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, cast::AsArray, types};
@@ -67,6 +68,17 @@ fn malformed(error: impl std::fmt::Display) -> Error {
 /// [`Error::Columns`]; [`Error::Cell`] for columns that hold no numbers; [`Error::Malformed`] for anything that is
 /// not a Parquet file; [`Error::TooShort`] if there is no row.
 pub(super) fn read(
+    source: impl Read + Seek + Send + 'static,
+    name: &str,
+    layout: &Layout,
+) -> Result<Readings> {
+    // The decoders of the library panic on some damaged pages.
+    let read = AssertUnwindSafe(|| read_groups(source, name, layout));
+    let damaged = || malformed("its pages are damaged: write it again");
+    catch_unwind(read).unwrap_or_else(|_| Err(damaged()))
+}
+
+fn read_groups(
     source: impl Read + Seek + Send + 'static,
     name: &str,
     layout: &Layout,
