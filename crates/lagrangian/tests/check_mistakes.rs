@@ -8,7 +8,7 @@ use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{self, rollout_many};
 use lagrangian::{
     CheckOptions, CheckReport, Coordinates, Item, Quantities, Recording, RolloutOptions, Signal,
-    Signals, Verdict, check, check_validation,
+    Signals, Topology, Verdict, check, check_validation,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -361,4 +361,25 @@ fn exact_motions_of_every_system_pass() {
         }
     }
     assert!(bad.is_empty(), "{bad:#?}");
+}
+
+#[test]
+fn a_machine_in_degrees_is_doubted_whether_its_joints_are_declared_as_angles_or_not() {
+    for circle in [true, false] {
+        let mut degrees = log(TWO_LINKS, 20.0, 1);
+        if !circle {
+            let coordinates = &mut degrees.coordinates.0;
+            coordinates
+                .iter_mut()
+                .for_each(|c| c.topology = Topology::Line);
+        }
+        for signal in [Signal::Q, Signal::Qd, Signal::Qdd] {
+            (0..2).for_each(|i| column(&mut degrees, signal, i, |_, x| x.to_degrees()));
+        }
+        let report = checked(&[degrees]);
+        let doubts = report.items.iter().filter(|i| i.doubtful);
+        let mut remedies = doubts.filter_map(|i| i.remedy.as_deref());
+        let said = remedies.any(|remedy| remedy.contains("`degrees`"));
+        assert!(said, "circle: {circle}");
+    }
 }

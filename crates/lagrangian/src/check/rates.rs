@@ -96,9 +96,9 @@ struct Relation {
 
 /// The derivatives of one signal.
 struct Derivatives {
-    /// For each coordinate, NaN where they are least certain: in the window that suits its noise, and over two steps, which suits an
-    /// exact motion that is fast for its rate.
-    values: Vec<[Vec<f64>; 2]>,
+    /// For each coordinate: in the window that suits its noise, and over two steps, which suits an exact motion that is fast for its
+    /// rate; first with NaN where they are least certain, then all, since of a motion that mostly rests what is certain may be the rest.
+    values: Vec<[Vec<f64>; 4]>,
     /// The root mean square of each over its own error, of noise and of motion that is too fast for the samples.
     certainty: Vec<f64>,
 }
@@ -163,23 +163,27 @@ impl Derivatives {
                 n,
                 coordinate,
             };
-            let (mut derivative, choice) = velocity(series, &segments);
+            let (derivative, choice) = velocity(series, &segments);
             let certainty = rms(&derivative) / choice.standard_error().max(f64::MIN_POSITIVE);
             all.certainty.push(certainty);
-            let mut slopes = slopes(series, &segments);
-            omit_uncertain(series, [&mut derivative, &mut slopes]);
-            all.values.push([derivative, slopes]);
+            let [smooth, sharp] = [derivative, slopes(series, &segments)];
+            let mut certain = [smooth.clone(), sharp.clone()];
+            omit_uncertain(series, &mut certain);
+            let [certain_smooth, certain_sharp] = certain;
+            all.values
+                .push([certain_smooth, certain_sharp, smooth, sharp]);
         }
         Some(all)
     }
 
     /// How `v` relates to the derivative of coordinate `i` that it is more like.
     fn relation(&self, i: usize, v: &[f64]) -> Relation {
-        let [smooth, sharp] = self.values[i].each_ref().map(|d| relate(v, d));
-        match sharp.correlation.abs() > smooth.correlation.abs() {
-            true => sharp,
-            false => smooth,
-        }
+        let [first, others @ ..] = self.values[i].each_ref().map(|d| relate(v, d));
+        let closer = |a: Relation, b: Relation| match b.correlation.abs() > a.correlation.abs() {
+            true => b,
+            false => a,
+        };
+        others.into_iter().fold(first, closer)
     }
 
     /// The coordinate, other than `i`, whose derivative `v` is.
@@ -212,7 +216,7 @@ fn slopes(series: Series<'_>, segments: &[Range<usize>]) -> Vec<f64> {
 }
 
 /// Makes derivatives NaN at the samples where slopes over two and four steps differ most.
-fn omit_uncertain(series: Series<'_>, derivatives: [&mut Vec<f64>; 2]) {
+fn omit_uncertain(series: Series<'_>, derivatives: &mut [Vec<f64>; 2]) {
     let inner = 2..series.t.len().saturating_sub(2);
     let difference = |k: usize| (slope(series, k, 1) - slope(series, k, 2)).abs();
     let mut worst: Vec<(f64, usize)> = inner.map(|k| (difference(k), k)).collect();

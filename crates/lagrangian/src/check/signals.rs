@@ -9,7 +9,7 @@ use crate::trajectory::local_polynomial::{median, median_step, segments};
 use crate::trajectory::window::noise_variance;
 use crate::trajectory::{Recording, Signal};
 
-/// A coordinate declared as an angle that turns more often than this may be in degrees …
+/// A coordinate declared as an angle, or driven, that turns more often than this may be in degrees …
 const MANY_TURNS: f64 = 15.0;
 /// … if it comes so far between two turning points, so often, and its speed does not change with each turn: a pendulum that tumbles
 /// turns on, and gravity is felt in each turn.
@@ -149,9 +149,15 @@ fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
             .value(format!("{}_min", c.name), low)
             .value(format!("{}_max", c.name), high);
         let turns = (high - low) / TAU;
-        let is_angle = c.signal == Signal::Q && recording.coordinates.is_circle(c.coordinate);
+        // Joints of a machine within limits are no circles, and may be angles.
+        let circle = recording.coordinates.is_circle(c.coordinate);
+        let is_angle = c.signal == Signal::Q && (circle || !recording.tau.is_empty());
+        let otherwise = match circle {
+            true => "if it is no angle, omit it from `angles`",
+            false => "if it slides, give metres",
+        };
         let remedy = format!(
-            "{} spans {turns:.1} turns: if it is in degrees, declare `degrees`; if it is no angle, omit it from `angles`",
+            "{} spans {turns:.1} turns: if it is in degrees, declare it among `angles`, and `degrees`; {otherwise}",
             c.name
         );
         let swings = swings.get(c.coordinate).copied().unwrap_or_default();

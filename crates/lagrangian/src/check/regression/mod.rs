@@ -161,9 +161,11 @@ fn joints_far(recordings: &[&Recording], step: f64, cutoff: f64) -> Option<Vec<O
     if near.iter().any(at_end)
         && let Some(far) = joints(recordings, shifts, FARTHER * step, cutoff)
     {
+        // Half a period late a force of the other sign explains as much.
+        let forwards = |fit: &Option<JointFit>| fit.is_some_and(|f| !f.at_end && f.inertia.0 > 0.0);
         let pairs = near.iter_mut().zip(far);
         pairs
-            .filter(|(near, far)| at_end(near) && !at_end(far))
+            .filter(|(near, far)| at_end(near) && forwards(far))
             .for_each(|(near, far)| *near = far);
     }
     Some(near)
