@@ -40,7 +40,7 @@ fn flag(signal: Signal) -> Arg {
         .value_delimiter(',')
         .value_parser(name)
         .action(ArgAction::Append)
-        .help(match Signal::OF_DRIVES.contains(&signal) {
+        .help(match signal.is_of_drive() {
             true => format!("Columns of {description} [default with goals: {prefix}1,{prefix}2,…]"),
             false => format!("Columns of the {description} [default: {prefix}1,{prefix}2,…]"),
         })

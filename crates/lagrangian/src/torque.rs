@@ -84,8 +84,9 @@ pub fn parts(
     let (whole, steady, still) = (torque(qd, qdd)?, torque(qd, &zero)?, torque(&zero, &zero)?);
     // Friction in a gear depends on the torque, and is less without acceleration.
     let (mut friction, mut unaccelerated, mut offset) = (zero.clone(), zero.clone(), zero);
-    evaluator.friction_and_offset(qd, &steady, &mut unaccelerated, &mut offset);
-    evaluator.friction_and_offset(qd, &whole, &mut friction, &mut offset);
+    let applied = evaluator.applied();
+    applied.friction_and_offset(qd, &steady, &mut unaccelerated, &mut offset);
+    applied.friction_and_offset(qd, &whole, &mut friction, &mut offset);
     let difference =
         |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     let by_acceleration = difference(&friction, &unaccelerated);

@@ -546,7 +546,10 @@ fn the_recursions_of_a_robot_with_friction_agree_with_the_derivatives_of_its_lag
     both(&|e, x| {
         let _ = e.momentum(&data.q, &data.qd, x);
     });
-    both(&|e, x| e.friction_and_offset(&data.qd, &data.tau, x, &mut [0.0; 140]));
+    both(&|e, x| {
+        e.applied()
+            .friction_and_offset(&data.qd, &data.tau, x, &mut [0.0; 140])
+    });
     both(&|e, x| {
         let _ = e.energy(&data.q, &data.qd, &mut x[..20]);
     });

@@ -40,7 +40,11 @@ fn copy(first: &Recording, all: &[Vec<Column<'_>>], a: usize, b: usize) -> Optio
     let signals = [own[a].signal, own[b].signal];
     // A motion in a magnetic field may have q̈₁ = q̇₂; a rate that is none is found by its derivative.
     let comparable = signals[0] == signals[1] || signals.contains(&Signal::Tau);
-    if !comparable || signals.iter().any(|s| is_told(*s)) || is_parameter(first, &own[a], &own[b]) {
+    // What drives are told may be the same for all.
+    if !comparable
+        || signals.iter().any(|s| s.is_of_drive())
+        || is_parameter(first, &own[a], &own[b])
+    {
         return None;
     }
     let equal = |columns: &Vec<Column<'_>>| {
@@ -57,11 +61,6 @@ fn copy(first: &Recording, all: &[Vec<Column<'_>>], a: usize, b: usize) -> Optio
     let finding = format!("{} repeats {} in every sample", own[b].name, own[a].name);
     let remedy = "name the right columns; where two joints are one machine, omit one with `q`";
     Some(Item::fail("copy", finding, remedy))
-}
-
-/// Whether a signal is what a drive was told, which may be the same for all.
-fn is_told(signal: Signal) -> bool {
-    Signal::OF_DRIVES.contains(&signal)
 }
 
 fn is_parameter(recording: &Recording, a: &Column<'_>, b: &Column<'_>) -> bool {

@@ -14,7 +14,7 @@ const REPEATED: f64 = 0.5;
 /// The part of a coarse grid over (q, q̇) that has a sample in it.
 ///
 /// Cells for each of the 2n axes are as many as leave 10 samples for a cell, between 2 and 10.
-pub(super) fn coverage(recordings: &[Recording]) -> Item {
+pub(super) fn coverage(recordings: &[Recording], swings: usize) -> Item {
     let states: Vec<Vec<f64>> = recordings.iter().flat_map(states).collect();
     let Some(axes) = states.first().map(Vec::len) else {
         return Item::pass("coverage", "not assessed: no velocities were measured");
@@ -31,14 +31,16 @@ pub(super) fn coverage(recordings: &[Recording]) -> Item {
     let occupied = states.iter().map(cell).collect::<HashSet<_>>().len() as f64;
     let possible = cells.powf(axes as f64).min(states.len() as f64);
     let fraction = occupied / possible;
-    let swings = super::swings_of_all(recordings) as f64;
     let finding = format!(
         "{occupied} of {possible} cells ({:.1} %) of the box of {axes} axes of positions and velocities were visited",
         100.0 * fraction
     );
     let remedy = "a model knows nothing of states that were not visited: excite all joints together, at more amplitudes and speeds";
     Item::pass("coverage", finding)
-        .warn_if(fraction < THIN && occupied < REPEATED * swings, remedy)
+        .warn_if(
+            fraction < THIN && occupied < REPEATED * swings as f64,
+            remedy,
+        )
         .value("occupied", occupied)
         .value("cells", possible)
         .value("fraction", fraction)

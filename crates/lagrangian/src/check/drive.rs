@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::regression::{JointFit, JointFits, Rub, Stranger, fit_joints};
-use super::{CheckOptions, Item, range, swings_of_all};
+use super::{CheckOptions, Item, range};
 use crate::trajectory::{Recording, Topology};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
@@ -50,10 +50,10 @@ const NOISY_FORCES: f64 = 0.01;
 const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
-pub(super) fn items(recordings: &[Recording], options: &CheckOptions) -> Vec<Item> {
+pub(super) fn items(recordings: &[Recording], options: &CheckOptions, swings: usize) -> Vec<Item> {
     let mut items: Vec<Item> = silent(recordings).into_iter().collect();
     let found = fit_joints(recordings, options);
-    items.extend(few_swings(recordings, found.as_ref()));
+    items.extend(few_swings(recordings, swings, found.as_ref()));
     let Some(found) = found else { return items };
     items.extend(works(recordings));
     items.extend(units(recordings, &found));
@@ -81,11 +81,11 @@ fn silent(recordings: &[Recording]) -> Option<Item> {
 }
 
 /// An item where a machine turns back less often than it has parameters, unless its motion explains its forces exactly.
-fn few_swings(recordings: &[Recording], fits: Option<&JointFits>) -> Option<Item> {
+fn few_swings(recordings: &[Recording], swings: usize, fits: Option<&JointFits>) -> Option<Item> {
     let first = recordings.iter().find(|r| !r.tau.is_empty())?;
     let exact = |fits: &JointFits| fits.low_pass.is_some_and(|c| c.explained > EXACT);
     let n = first.dof() - first.coordinates.parameters().count();
-    let (swings, enough) = (swings_of_all(recordings), PARAMETERS * n);
+    let enough = PARAMETERS * n;
     (swings < enough && !fits.is_some_and(exact)).then(|| {
         let finding = format!("all coordinates together turn back {swings} times");
         let remedy = format!(

@@ -175,15 +175,16 @@ pub struct CheckOptions {
 /// ```
 #[must_use]
 pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
+    let swings = swings_of_all(recordings);
     let mut items = vec![
-        length(recordings),
-        coverage::coverage(recordings),
+        length(recordings, swings),
+        coverage::coverage(recordings, swings),
         same_coordinates(recordings),
     ];
     items.extend(signals::excitation(recordings));
     items.extend(copies::items(recordings));
     items.extend(repeated::items(recordings));
-    items.extend(drive::items(recordings, options));
+    items.extend(drive::items(recordings, options, swings));
     for recording in recordings {
         let mut own: Vec<Item> = shapes(recording).into_iter().collect();
         let whole = own.is_empty();
@@ -205,7 +206,7 @@ pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
 }
 
 /// Whether there is enough of it.
-fn length(recordings: &[Recording]) -> Item {
+fn length(recordings: &[Recording], swings: usize) -> Item {
     let samples: usize = recordings.iter().map(Recording::len).sum();
     let durations = recordings.iter();
     let durations = durations.filter_map(|r| Some(r.t.last()? - r.t.first()?));
@@ -221,7 +222,7 @@ fn length(recordings: &[Recording]) -> Item {
         );
         Item::fail("length", finding, remedy)
     } else {
-        enough(recordings, samples, finding)
+        enough(recordings, samples, swings, finding)
     };
     item.value("samples", samples as f64)
         .value("seconds", seconds)
@@ -229,10 +230,9 @@ fn length(recordings: &[Recording]) -> Item {
 }
 
 /// Whether the samples are enough for the coordinates.
-fn enough(recordings: &[Recording], samples: usize, finding: String) -> Item {
+fn enough(recordings: &[Recording], samples: usize, swings: usize, finding: String) -> Item {
     let n = recordings.first().map_or(0, Recording::dof);
     let enough = SAMPLES_PER_AXIS * 2 * n;
-    let swings = swings_of_all(recordings);
     let finding = format!("{finding}; they turn back {swings} times in all");
     let remedy = format!("record more: {enough} samples or more for {n} coordinates");
     Item::pass("length", finding)

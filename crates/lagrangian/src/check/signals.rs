@@ -95,17 +95,12 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
         .iter()
         .filter(|c| matches!(c.signal, Signal::Qd | Signal::Tau));
     items.extend(measured.filter_map(|c| spikes::item(&recording.t, c)));
-    let sensors = columns.iter().filter(|c| is_sensor(c.signal));
+    let sensors = columns.iter().filter(|c| !c.signal.is_of_drive());
     items.extend(sensors.filter_map(|c| frozen::item(&recording.t, c)));
     items.push(repeats(recording, &steps));
     items.push(noise(recording, &columns));
     items.push(quantisation(&columns, &steps));
     items
-}
-
-/// Whether a sensor measures it, and no program sets it.
-fn is_sensor(signal: Signal) -> bool {
-    !Signal::OF_DRIVES.contains(&signal)
 }
 
 /// No signal of a machine is larger; its square is still a number.

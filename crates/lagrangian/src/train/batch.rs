@@ -65,6 +65,19 @@ impl Samples {
         self.q.is_empty()
     }
 
+    /// At most `count` of the samples, evenly spread: states, accelerations and forces.
+    pub(crate) fn spread(&self, count: usize) -> Self {
+        let every = self.len().div_ceil(count).max(1);
+        let mut signals: Signals = Signals::default();
+        for row in (0..self.len()).step_by(every).map(|s| self.row(s)) {
+            signals.q.extend(row.q);
+            signals.qd.extend(row.qd);
+            signals.qdd.extend(row.qdd);
+            signals.tau.extend(row.tau);
+        }
+        Self::new(self.n, signals)
+    }
+
     /// Copies the samples with these indices into a block, whose rest repeats the first of them.
     pub(crate) fn gather<T: Real>(&self, indices: &[usize], work: &mut Work<T>) {
         let (n, samples) = (self.n, work.samples);

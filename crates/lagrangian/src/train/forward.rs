@@ -10,6 +10,7 @@ use crate::Model;
 use crate::dataset::variances;
 use crate::mechanics::solve::SymmetricSolver;
 use crate::train::Samples;
+use crate::trajectory::Signals;
 
 /// Samples that are evaluated, at most.
 const SAMPLES: usize = 1000;
@@ -60,15 +61,9 @@ struct Problem {
 impl Problem {
     fn new(model: &dyn Model, samples: &Samples) -> Option<Self> {
         let n = samples.n;
-        let every = samples.len().div_ceil(SAMPLES).max(1);
-        let rows = (0..samples.len()).step_by(every).map(|s| samples.row(s));
-        let [mut q, mut qd, mut qdd, mut tau] = [const { Vec::new() }; 4];
-        for row in rows {
-            q.extend(row.q);
-            qd.extend(row.qd);
-            qdd.extend(row.qdd);
-            tau.extend(row.tau);
-        }
+        let Signals {
+            q, qd, qdd, tau, ..
+        } = samples.spread(SAMPLES).signals;
         let (mut predicted, mut masses) = (vec![0.0; tau.len()], vec![0.0; tau.len() * n]);
         let mut evaluator = model.evaluator();
         let inverse = evaluator.inverse_dynamics(&q, &qd, &qdd, &mut predicted);

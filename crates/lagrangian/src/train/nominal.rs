@@ -60,7 +60,7 @@ const COMPARED: usize = 4000;
 
 /// Refuses forces that are a multiple of those of the nominal model: they are in another unit, as currents are, or have the wrong sign.
 pub(crate) fn check_unit(nominal: &RigidBodies, dataset: &Dataset) -> Result<()> {
-    let gains: Vec<(usize, f64)> = telling_gains(nominal, dataset);
+    let gains = telling_gains(nominal, dataset);
     let wrong = |gain: f64| !(1.0 / FACTOR..=FACTOR).contains(&gain);
     let list: Vec<String> = gains
         .iter()
@@ -81,19 +81,18 @@ pub(crate) fn check_unit(nominal: &RigidBodies, dataset: &Dataset) -> Result<()>
 
 /// The gains from the forces of the nominal model to the recorded ones, of the joints that tell them.
 fn telling_gains(nominal: &RigidBodies, dataset: &Dataset) -> Vec<(usize, f64)> {
-    let (n, samples) = (dataset.coordinates.dof(), &dataset.train);
-    if !dataset.forced || samples.qdd.is_empty() {
+    if !dataset.forced || dataset.train.qdd.is_empty() {
         return Vec::new();
     }
+    let (n, samples) = (dataset.coordinates.dof(), dataset.train.spread(COMPARED));
     let mut needed = vec![0.0; samples.tau.len()];
     let (q, qd, qdd) = (&samples.q, &samples.qd, &samples.qdd);
     let outcome = nominal
         .evaluator()
         .inverse_dynamics(q, qd, qdd, &mut needed);
-    let every = samples.len().div_ceil(COMPARED).max(1);
     let speeds = dataset.scaling().qd_scale;
     let gain = |i: usize| {
-        let rows = (0..samples.len()).step_by(every).map(|s| s * n + i);
+        let rows = (0..samples.len()).map(|s| s * n + i);
         let row = |k: usize| {
             let direction = (qd[k] / (0.1 * speeds[i])).tanh();
             [needed[k], qd[k], direction, 1.0, samples.tau[k]]

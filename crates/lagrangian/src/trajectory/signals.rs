@@ -90,6 +90,12 @@ impl Signal {
     /// The signals that say what a drive was told, where the forces are not known.
     pub const OF_DRIVES: [Self; 5] = [Self::Goal, Self::Kp, Self::Kd, Self::Supply, Self::Enabled];
 
+    /// Whether it is of a drive, which is told it: no sensor measures it.
+    #[must_use]
+    pub fn is_of_drive(self) -> bool {
+        Self::OF_DRIVES.contains(&self)
+    }
+
     /// The signals that files hold, in the order of their columns.
     pub const IN_FILES: [Self; 10] = [
         Self::Q,

@@ -1,5 +1,7 @@
 //! What a model answers in a loop, and the one outcome of every answer.
 
+use crate::mechanics::forces::Applied;
+
 /// How an evaluation at a batch of states ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use]
@@ -109,18 +111,10 @@ pub trait Evaluator {
         Evaluation::Unsupported
     }
 
-    /// Writes the part of τ that friction makes, and the part that neither state nor acceleration changes where the model
-    /// tells it from gravity; 0 where it has none.
-    fn friction_and_offset(
-        &mut self,
-        qd: &[f64],
-        tau: &[f64],
-        friction: &mut [f64],
-        offset: &mut [f64],
-    ) {
-        let _ = (qd, tau);
-        friction.fill(0.0);
-        offset.fill(0.0);
+    /// The friction and the inputs of the model, which tell what part of τ friction makes; none for a model that does not keep
+    /// them apart.
+    fn applied(&self) -> Applied<'_> {
+        Applied::default()
     }
 
     /// The flow of a model that does not move in (q, q̇) with dq/dt = q̇. `None`: forward dynamics say all.

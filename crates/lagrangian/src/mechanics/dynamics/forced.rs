@@ -62,13 +62,7 @@ impl Evaluator for Forced<'_> {
         self.motion.energy(q, qd, energy)
     }
 
-    fn friction_and_offset(
-        &mut self,
-        qd: &[f64],
-        tau: &[f64],
-        friction: &mut [f64],
-        offset: &mut [f64],
-    ) {
-        self.applied.friction_and_offset(qd, tau, friction, offset);
+    fn applied(&self) -> Applied<'_> {
+        self.applied
     }
 }

@@ -140,14 +140,8 @@ impl Evaluator for Hamilton<'_> {
         self.source.jets.value(q, &z, energy)
     }
 
-    fn friction_and_offset(
-        &mut self,
-        qd: &[f64],
-        tau: &[f64],
-        friction: &mut [f64],
-        offset: &mut [f64],
-    ) {
-        self.motion.friction_and_offset(qd, tau, friction, offset);
+    fn applied(&self) -> Applied<'_> {
+        self.applied
     }
 
     fn phase_flow(&mut self) -> Option<&mut dyn PhaseFlow> {
