@@ -8,8 +8,8 @@ use anyhow::Result;
 use lagrangian::saved::Preparation;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
-    CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, Readings, Recording, Signal,
-    Trajectory,
+    CHECKED, CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, PrepareOptions, Readings,
+    Recording, Signal, Trajectory, prepared,
 };
 use serde::Serialize;
 
@@ -54,11 +54,15 @@ struct OneFile {
 impl EstimateArgs {
     /// As the library takes it; the rates of momenta are for those who ask for them.
     pub(crate) fn options(&self) -> EstimateOptions {
-        EstimateOptions {
+        self.prepare().estimates()
+    }
+
+    /// What is done with the recordings of a fit.
+    pub(crate) fn prepare(&self) -> PrepareOptions {
+        PrepareOptions {
             smooth: self.smooth,
-            low_pass: self.low_pass.filter(|hertz| *hertz > 0.0),
-            momenta: false,
-            ..EstimateOptions::default()
+            low_pass: self.low_pass,
+            ..PrepareOptions::default()
         }
     }
 }
@@ -258,42 +262,21 @@ fn refuse_needless_topic(files: &[PathBuf], args: &DataArgs) -> Result<()> {
     }
 }
 
-/// Trajectories that are checked one by one, at most: each has a dozen findings.
-const MOST_CHECKED: usize = 20_000;
-
-/// Of more trajectories than are checked, those that cannot be used, and others evenly spread.
-fn checked(recordings: &[Recording]) -> Vec<Recording> {
-    let every = recordings.len().div_ceil(MOST_CHECKED / 2).max(1);
-    let numbered = recordings.iter().enumerate();
-    let bad = numbered.filter(|(k, r)| k % every != 0 && r.validate().is_err());
-    let bad = bad.map(|(_, r)| r).take(MOST_CHECKED / 2);
-    recordings
-        .iter()
-        .step_by(every)
-        .chain(bad)
-        .cloned()
-        .collect()
-}
-
 /// Checks recordings; remedies name the flags.
 pub(crate) fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
-    let mut report = match recordings.len() {
-        0..=MOST_CHECKED => lagrangian::check(recordings, options),
-        all => {
-            let some = checked(recordings);
-            tell!(
-                "note: the check is of {} of {all} trajectories ({MOST_CHECKED} at most), and of any that cannot be used",
-                some.len()
-            );
-            lagrangian::check(&some, options)
-        }
-    };
-    let remedies = report
-        .items
-        .iter_mut()
-        .filter_map(|item| item.remedy.as_mut());
-    remedies.for_each(|remedy| *remedy = with_flags(remedy));
+    let mut report = lagrangian::check(recordings, options);
+    with_remedies(&mut report);
     report
+}
+
+/// Names the flags in the remedies of a check, and says where it is not of all trajectories.
+pub(crate) fn with_remedies(report: &mut CheckReport) {
+    if let Some(item) = report.items.iter().find(|item| item.name == CHECKED) {
+        tell!("note: {}", item.finding);
+    }
+    let items = report.items.iter_mut();
+    let remedies = items.filter_map(|item| item.remedy.as_mut());
+    remedies.for_each(|remedy| *remedy = with_flags(remedy));
 }
 
 /// Shifts the forces as --delay says.
@@ -338,15 +321,10 @@ pub(crate) fn estimated(
     recordings: Vec<Recording>,
     options: &EstimateOptions,
 ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
-    let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
-    for recording in recordings {
-        let shown = format!("cannot use '{}'", recording.name);
-        let hint = "`lagrangian check` shows what is wrong with the data";
-        let (own, how) = recording.into_trajectories(options).advise(shown, hint)?;
-        trajectories.extend(own);
-        estimates.extend(how);
-    }
-    Ok((trajectories, estimates))
+    prepared::estimated(recordings, options).advise(
+        "cannot use the data",
+        "`lagrangian check` shows what is wrong with them",
+    )
 }
 
 /// Says on standard error what had to be estimated.

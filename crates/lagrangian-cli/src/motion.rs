@@ -1,19 +1,15 @@
 //! From the flags of a motion to what the library takes.
 
-use lagrangian::{Method, Model, Outcome, RolloutOptions, Score, State, Trajectory};
+use lagrangian::{Model, Outcome, RolloutOptions, Score, State, Trajectory};
 
 use crate::cli::MotionArgs;
 use crate::interrupt;
 
-/// How to integrate where a prediction is compared with a recording: more exact than sensors, and fast where the forces
-/// jump at every sample.
+/// How to integrate where a prediction is compared with a recording.
 pub(crate) fn for_comparison() -> RolloutOptions {
     RolloutOptions {
-        method: Method::Dopri5,
-        rtol: 1e-6,
-        atol: 1e-6,
         stop: interrupt::stop(),
-        ..RolloutOptions::default()
+        ..RolloutOptions::for_comparison()
     }
 }
 

@@ -30,6 +30,15 @@ pub enum Error {
         remedy: String,
     },
 
+    /// A fit of the data would be meaningless.
+    #[error("a fit of this data would be meaningless: {finding}: {remedy}")]
+    Data {
+        /// The trajectory, the check that fails, and what it found.
+        finding: String,
+        /// What to do.
+        remedy: String,
+    },
+
     /// Two things that must have the same size do not.
     #[error("{what} has {found} values where {expected} are needed: {remedy}")]
     Shape {

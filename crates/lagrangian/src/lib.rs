@@ -86,6 +86,7 @@ mod error;
 pub mod integrate;
 pub mod mechanics;
 pub mod models;
+pub mod prepared;
 pub mod rigid;
 pub mod rollout;
 pub mod saved;
@@ -96,7 +97,7 @@ pub mod torque;
 pub mod train;
 pub mod trajectory;
 
-pub use check::{CheckOptions, CheckReport, Item, Verdict, check, check_validation};
+pub use check::{CHECKED, CheckOptions, CheckReport, Item, Verdict, check, check_validation};
 pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
 pub use error::{Error, Result};
 pub use integrate::Method;
@@ -108,6 +109,7 @@ pub use models::{
     ChainConfig, DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig,
     NeuralOdeConfig, RigidConfig, ServoConfig, VinConfig,
 };
+pub use prepared::{PrepareOptions, Prepared};
 pub use rigid::RobotConfig;
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
 pub use saved::{Provenance, SavedModel};

@@ -74,6 +74,18 @@ impl RolloutOptions {
         }
     }
 
+    /// For predictions that are compared with recordings: more exact than sensors, and fast where the forces jump at every
+    /// sample.
+    #[must_use]
+    pub fn for_comparison() -> Self {
+        Self {
+            method: Method::Dopri5,
+            rtol: 1e-6,
+            atol: 1e-6,
+            ..Self::default()
+        }
+    }
+
     /// As the integrators take it.
     #[must_use]
     pub fn control(&self) -> Control {

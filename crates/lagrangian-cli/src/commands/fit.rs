@@ -8,20 +8,17 @@ use lagrangian::models::Parameter;
 use lagrangian::saved::Preparation;
 use lagrangian::score::Assessment;
 use lagrangian::train::{self, Choice, Chosen, Contestant, Ending, Selection};
-use lagrangian::trajectory::Sampling;
 use lagrangian::{
-    CheckOptions, CheckReport, Checkpoint, Coordinates, Dataset, Estimate, EstimateOptions, Fit,
-    FitConfig, Learned, Provenance, Recording, Trajectory, Verdict, check_validation, split,
+    Checkpoint, Dataset, Estimate, Fit, FitConfig, Learned, Prepared, Provenance, Verdict,
 };
 use lagrangian_report::draw;
 use serde_json::json;
 
 use super::OutputMode;
-use crate::cli::{EstimateArgs, Links};
+use crate::cli::Links;
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::FitArgs;
-use crate::fit_config::Needs;
 use crate::fitted;
 use crate::hashed::FileHash;
 use crate::interrupt;
@@ -34,12 +31,6 @@ use crate::run_folder::{DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord,
 use crate::run_page::{Evaluation, Run};
 use crate::verdict;
 use crate::watch::Watch;
-
-/// Looks at the loss after which a fit should have improved.
-const VALIDATIONS: usize = 4;
-
-/// A loss that needs no improvement, as a part of that of a model that predicts nothing.
-const SMALL: f64 = 0.1;
 
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
     let folder = RunFolder::open(&args.out, occupied(args))?;
@@ -54,17 +45,21 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     folder.refuse_inputs(&inputs(&args)?)?;
     let data = read(&args)?;
     let robot = args.robot.read()?;
-    let dataset = dataset(&args, &data)?;
     let mut record = record(&args, &data, robot.as_ref())?;
-    let resolved = Resolved::of(&args, &data.preparation)?;
-    let warnings = data.check.count(Verdict::Warn);
-    let of_data: Vec<Choice> = data.low_pass.iter().cloned().collect();
-    let preparation = data.preparation.clone();
-    let (evaluation, estimates) = data.evaluation();
-    let candidates = candidates(&args, &dataset, &estimates, robot)?;
+    let preparation = data.preparation;
+    let resolved = Resolved::of(&args, &preparation)?;
+    let warnings = data.prepared.check.count(Verdict::Warn);
+    let Prepared {
+        dataset,
+        estimates,
+        low_pass,
+        ..
+    } = &data.prepared;
+    let of_data: Vec<Choice> = low_pass.iter().cloned().collect();
+    let candidates = candidates(&args, dataset, estimates, robot)?;
     if let [Chosen { config, choices }] = &candidates[..] {
         record.choices = [&of_data[..], choices].concat();
-        config.validate(&dataset).advise(
+        config.validate(dataset).advise(
             format!("cannot fit (`{}`)", command_line()),
             "`lagrangian fit --help` lists the flags and their values",
         )?;
@@ -80,7 +75,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
             record.clone()
         }
     };
-    let selection = fit(candidates, folder, &dataset, checkpoint.as_ref(), mode)?;
+    let selection = fit(candidates, folder, dataset, checkpoint.as_ref(), mode)?;
     let Selection {
         fit,
         chosen: Chosen { config, choices },
@@ -96,10 +91,10 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let provenance = provenance(&record, preparation);
     let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
     let forced = dataset.forced;
-    drop(dataset);
+    let (estimates, evaluation) = (estimates.len(), evaluation_of(data.prepared));
     folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
     let assessment = assessed(folder, &begun, &fit.model, &evaluation, mode)?;
-    let improved = improved(&fit, &config, &args);
+    let improved = fit.improved(&config, args.training.validate.is_empty());
     if !mode.json {
         tell(folder, &fit, &assessment);
         return Ok(exit_code(&fit, improved, &assessment));
@@ -118,7 +113,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         "loss_step": fit.best_step,
         "samples": samples,
         "forces": forced,
-        "estimates": estimates.len(),
+        "estimates": estimates,
         "choices": choices,
         "tried": contestants,
         "verdict": assessment.verdict,
@@ -214,15 +209,6 @@ fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
     ExitCode::from(FAILED)
 }
 
-/// Whether the loss became finite and better than that of a model that predicts nothing, which is 1 on motions like
-/// those it was fitted to; and, where there was time for several validations, fell after the first or was small by then.
-fn improved(fit: &Fit, config: &FitConfig, args: &FitArgs) -> bool {
-    let useless = fit.best >= 1.0 && args.training.validate.is_empty();
-    let time_enough = fit.steps >= VALIDATIONS * config.validate_every;
-    let stuck = fit.best_step <= config.validate_every && fit.best > SMALL;
-    fit.best.is_finite() && !useless && !(time_enough && stuck)
-}
-
 /// Ten inertial parameters of each link are for `--json`: most mean something only together.
 fn shown(model: &Learned, parameter: &Parameter) -> bool {
     let is_of_a_body = |kind: &&str| parameter.name.starts_with(kind);
@@ -239,190 +225,68 @@ fn occupied(args: &FitArgs) -> Occupied {
 
 /// The motions of a run's evaluation, read again from the files that it names.
 pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
-    Ok(read(&settings(record)?)?.evaluation().0)
+    Ok(evaluation_of(read(&settings(record)?)?.prepared))
+}
+
+/// What is left of the data when the fit has ended.
+fn evaluation_of(data: Prepared) -> Evaluation {
+    Evaluation {
+        motions: data.motions,
+        held_out: data.held_out,
+        check: data.check,
+    }
 }
 
 /// The data of a fit and of its evaluation.
 struct Data {
-    coordinates: Coordinates,
-    train: Vec<Trajectory>,
-    validation: Vec<Trajectory>,
-    estimates: Vec<Estimate>,
+    prepared: Prepared,
     files: Vec<DataFile>,
-    /// What the check of the training data found.
-    check: CheckReport,
-    /// The low-pass, where it was chosen from the data.
-    low_pass: Option<Choice>,
     /// How they were prepared.
     preparation: Preparation,
 }
 
-impl Data {
-    /// The evaluation data, and how signals were estimated; training data that it does not need are dropped.
-    fn evaluation(self) -> (Evaluation, Vec<Estimate>) {
-        let held_out = !self.validation.is_empty();
-        let motions = match held_out {
-            true => self.validation,
-            false => self.train,
-        };
-        let evaluation = Evaluation {
-            motions,
-            held_out,
-            check: self.check,
-        };
-        (evaluation, self.estimates)
-    }
-}
-
-/// Rows of a stretch of a long log: few where each sample is learned from for itself.
-fn stretch(args: &FitArgs, needs: Needs) -> usize {
-    let estimate = &args.estimate;
-    // Space for several windows, segments or neighbours side by side.
-    let horizon = 4 * needs.horizon;
-    let neighbours = if needs.positions {
-        8 * args.training.baseline as usize
-    } else {
-        0
-    };
-    if !(estimate.smooth || estimate.low_pass == Some(0.0)) || !args.data.delay.is_empty() {
-        Sampling::LONGEST.max(horizon).max(neighbours)
-    } else if estimate.smooth || horizon + neighbours > 0 || needs.momenta {
-        Sampling::LONG.max(horizon).max(neighbours)
-    } else {
-        Sampling::SHORT
-    }
-}
-
 fn read(args: &FitArgs) -> Result<Data> {
-    let needs = args.needs()?;
-    let mut options = EstimateOptions {
-        momenta: needs.momenta,
-        ..args.estimate.options()
-    };
-    let stretch = stretch(args, needs);
+    let (request, options) = (args.request(None)?, args.prepare());
+    let stretch = request.needs()?.stretch(&options);
     let sampling = args.sample.sampling(args.training.seed, stretch);
     let own = data::read_sample(&args.files, &args.data, sampling)?;
-    let check = refuse_meaningless(&own.recordings, &options)?;
-    let of_samples = !needs.positions && needs.horizon == 0;
-    let low_pass = of_samples.then(|| low_pass(&args.estimate, &check, &mut options));
-    let low_pass = low_pass.flatten();
-    let coordinates = own.recordings[0].coordinates.clone();
     let mut files = data_files("training", own.hashes);
-    let other = match args.training.validate.is_empty() {
-        true => None,
-        false => Some(validation(args, &own.recordings, &coordinates, sampling)?),
+    let validation = match args.training.validate.is_empty() {
+        true => Vec::new(),
+        false => {
+            let other = data::read_sample(&args.training.validate, &args.data, sampling)?;
+            fitted::require_dof(&other.recordings, &own.recordings[0].coordinates)?;
+            files.extend(data_files("validation", other.hashes));
+            other.recordings
+        }
     };
-    let (trajectories, mut estimates) = data::estimated(own.recordings, &options)?;
-    let (train, validation) = if let Some(other) = other {
-        files.extend(data_files("validation", other.hashes));
-        let (validation, how) = data::estimated(other.recordings, &options)?;
-        estimates.extend(how);
-        (trajectories, validation)
-    } else {
-        let (fraction, seed) = (args.training.validate_fraction, args.training.seed);
-        split(trajectories, fraction, seed)?
-    };
-    if options.low_pass.is_none() {
-        data::note_estimates(&estimates);
+    let mut prepared = Prepared::new(own.recordings, validation, &request, &options)?;
+    data::with_remedies(&mut prepared.check);
+    tell_low_pass(prepared.low_pass.as_ref());
+    if prepared.options.low_pass.is_none() {
+        data::note_estimates(&prepared.estimates);
     }
+    let preparation = args.data.preparation(&args.files, &prepared.options)?;
     Ok(Data {
-        coordinates,
-        train,
-        validation,
-        estimates,
+        prepared,
         files,
-        check,
-        low_pass,
-        preparation: args.data.preparation(&args.files, &options)?,
+        preparation,
     })
 }
 
-/// The validation files, none of whose samples the model is fitted to.
-fn validation(
-    args: &FitArgs,
-    training: &[Recording],
-    coordinates: &Coordinates,
-    sampling: Option<Sampling>,
-) -> Result<data::Files> {
-    let other = data::read_sample(&args.training.validate, &args.data, sampling)?;
-    fitted::require_dof(&other.recordings, coordinates)?;
-    refuse_failed(&check_validation(training, &other.recordings))?;
-    Ok(other)
-}
-
-/// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for;
-/// sets it and says so.
-pub(super) fn low_pass(
-    asked: &EstimateArgs,
-    check: &CheckReport,
-    options: &mut EstimateOptions,
-) -> Option<Choice> {
-    if asked.smooth || asked.low_pass.is_some() {
-        return None;
-    }
-    let mut items = check.items.iter();
-    let item = items.find(|i| i.name == "acceleration" && i.verdict == Verdict::Warn)?;
-    let hertz = *item.values.get("low_pass_hz")?;
-    let reason = format!(
-        "{}: a low-pass of {hertz} Hz for motion and forces",
-        item.finding
+/// Says which low-pass was chosen from the data; its cut-off, Hz.
+pub(super) fn tell_low_pass(choice: Option<&Choice>) -> Option<f64> {
+    let choice = choice?;
+    tell!(
+        "note: {} (--low-pass overrides it, 0 for none)",
+        choice.reason
     );
-    options.low_pass = Some(hertz);
-    tell!("note: {reason} (--low-pass overrides it, 0 for none)");
-    Some(Choice::new("low_pass", hertz, reason))
+    choice.value.as_f64()
 }
 
 fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
     let file = |(path, hash): (PathBuf, FileHash)| DataFile::new(role, &path, hash);
     hashes.into_iter().map(file).collect()
-}
-
-/// Refuses data that `lagrangian check` fails.
-pub(super) fn refuse_meaningless(
-    recordings: &[Recording],
-    options: &EstimateOptions,
-) -> Result<CheckReport> {
-    let low_pass = options.low_pass;
-    let report = data::check(recordings, &CheckOptions { low_pass });
-    refuse_failed(&report)?;
-    Ok(report)
-}
-
-/// Refuses data with an item that fails.
-fn refuse_failed(report: &CheckReport) -> Result<()> {
-    let mut items = report.items.iter();
-    let Some(item) = items.find(|item| item.verdict == Verdict::Fail) else {
-        return Ok(());
-    };
-    let (check, finding) = (item.name, &item.finding);
-    let about = item
-        .trajectory
-        .as_ref()
-        .map(|name| format!("trajectory '{name}': "));
-    let about = about.unwrap_or_default();
-    let remedy = item.remedy.clone();
-    Err(mistake(
-        format!("a fit of this data would be meaningless: {about}{check}: {finding}"),
-        remedy.unwrap_or_else(|| "`lagrangian check` says more".into()),
-    ))
-}
-
-fn dataset(args: &FitArgs, data: &Data) -> Result<Dataset> {
-    let (coordinates, training) = (data.coordinates.clone(), &args.training);
-    if !args.needs()?.positions {
-        if training.baseline > 1 {
-            return Err(mistake(
-                "--baseline: not for this loss",
-                "omit it, or take --loss positions",
-            ));
-        }
-        return Ok(Dataset::new(coordinates, &data.train, &data.validation)?);
-    }
-    let baseline = training.baseline as usize;
-    Dataset::of_positions(coordinates, &data.train, &data.validation, baseline).advise(
-        "cannot fit positions",
-        "record a longer motion, or take a shorter --baseline",
-    )
 }
 
 fn record(args: &FitArgs, data: &Data, robot: Option<&Robot>) -> Result<RunRecord> {

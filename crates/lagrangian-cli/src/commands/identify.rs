@@ -10,7 +10,7 @@ use lagrangian::score::SignalError;
 use lagrangian::torque::{predict_torque, summarise};
 use lagrangian::trajectory::Sampling;
 use lagrangian::{
-    Coordinates, Dataset, Estimate, Mechanical, Model, RobotConfig, Trajectory, split,
+    Coordinates, Dataset, Estimate, Mechanical, Model, RobotConfig, Trajectory, prepared, split,
 };
 use lagrangian_report::draw::short;
 use serde::Serialize;
@@ -86,8 +86,9 @@ fn read(args: &IdentifyArgs) -> Result<Data> {
     let sampling = args.sample.sampling(args.seed, Sampling::LONGEST);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
     let mut options = args.estimate.options();
-    let check = fit::refuse_meaningless(&recordings, &options)?;
-    let _ = fit::low_pass(&args.estimate, &check, &mut options);
+    let check = prepared::checked(&recordings, &options)?;
+    let low_pass = args.estimate.prepare().chosen_low_pass(&check);
+    options.low_pass = fit::tell_low_pass(low_pass.as_ref()).or(options.low_pass);
     let coordinates = recordings[0].coordinates.clone();
     let (motions, estimates) = data::estimated(recordings, &options)?;
     let (own, held_out) = match args.test.is_empty() {

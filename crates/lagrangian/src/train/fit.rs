@@ -139,6 +139,25 @@ pub struct Fit {
     pub seconds: f64,
 }
 
+/// Looks at the validation samples after which a fit should have improved.
+const VALIDATIONS: usize = 4;
+
+/// A loss that needs no improvement, as a part of that of a model that predicts nothing.
+const SMALL: f64 = 0.1;
+
+impl Fit {
+    /// Whether the loss became finite and better than that of a model that predicts nothing, which is 1 on motions like those
+    /// that were fitted (`held_back` from them, not of other files); and, where there was time for several validations, fell
+    /// after the first or was small by then.
+    #[must_use]
+    pub fn improved(&self, config: &FitConfig, held_back: bool) -> bool {
+        let useless = self.best >= 1.0 && held_back;
+        let time_enough = self.steps >= VALIDATIONS * config.validate_every;
+        let stuck = self.best_step <= config.validate_every && self.best > SMALL;
+        self.best.is_finite() && !useless && !(time_enough && stuck)
+    }
+}
+
 /// Fits a model to `dataset`; `resume` goes on from a checkpoint of the same run.
 ///
 /// # Errors

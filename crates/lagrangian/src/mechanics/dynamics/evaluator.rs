@@ -65,7 +65,7 @@ impl Evaluation {
 ///
 /// M and c contain no friction. Inverse dynamics contain it, and where the model has inputs in the place of forces, τ are
 /// these inputs.
-pub trait Evaluator {
+pub trait Evaluator: Send {
     /// Forward dynamics: writes q̈ of states (q, q̇) under forces τ.
     fn forward_dynamics(
         &mut self,

@@ -56,7 +56,7 @@ pub trait Hamiltonian: Send + Sync {
 }
 
 /// Evaluates the derivatives of one Hamiltonian at batches of `m` states (`q`, `p` are `[m, n]`).
-pub trait HamiltonianJets {
+pub trait HamiltonianJets: Send {
     /// Writes ∂H/∂q and ∂H/∂p, `[m, n]`, from which the motion follows.
     fn slopes(&mut self, q: &[f64], p: &[f64], dh_dq: &mut [f64], velocity: &mut [f64]);
 

@@ -98,7 +98,7 @@ pub trait Lagrangian: Send + Sync {
 }
 
 /// Evaluates the derivatives of one Lagrangian; see [`Lagrangian::jets`].
-pub trait Jets {
+pub trait Jets: Send {
     /// Writes L and its derivatives at the `m` states (`q`, `qd` are `[m, n]`) to `jet`, which it resizes.
     fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet);
 

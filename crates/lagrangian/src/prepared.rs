@@ -1,0 +1,260 @@
+//! From recordings to the data of a fit: what their check found, a low-pass where noise calls for one, what is estimated,
+//! and what is held back.
+
+use crate::check::{CheckOptions, CheckReport, Verdict, check, check_validation};
+use crate::dataset::{Dataset, split};
+use crate::models::Momenta;
+use crate::train::{Choice, Known, Loss, Request};
+use crate::trajectory::{Estimate, EstimateOptions, Recording, Sampling};
+use crate::{Coordinates, Error, Result, Trajectory};
+
+/// What is done with recordings before a fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrepareOptions {
+    /// Replace measured q and q̇ by their local polynomials.
+    pub smooth: bool,
+    /// The cut-off of a low-pass of all signals, Hz; 0 for none, `None` for what the check finds where noise spoils the
+    /// accelerations.
+    pub low_pass: Option<f64>,
+    /// The distance of the neighbours of a loss of positions, in samples.
+    pub baseline: usize,
+    /// The part of the trajectories that is held back where no others are given to validate on.
+    pub validate_fraction: f64,
+    /// Whether the forces have been shifted in time.
+    pub delayed: bool,
+}
+
+impl Default for PrepareOptions {
+    fn default() -> Self {
+        Self {
+            smooth: false,
+            low_pass: None,
+            baseline: 1,
+            validate_fraction: 0.2,
+            delayed: false,
+        }
+    }
+}
+
+impl PrepareOptions {
+    /// How signals that were not measured are estimated.
+    #[must_use]
+    pub fn estimates(&self) -> EstimateOptions {
+        EstimateOptions {
+            smooth: self.smooth,
+            low_pass: self.low_pass.filter(|hertz| *hertz > 0.0),
+            momenta: false,
+            ..EstimateOptions::default()
+        }
+    }
+
+    /// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for.
+    #[must_use]
+    pub fn chosen_low_pass(&self, check: &CheckReport) -> Option<Choice> {
+        if self.smooth || self.low_pass.is_some() {
+            return None;
+        }
+        let mut items = check.items.iter();
+        let item = items.find(|i| i.name == "acceleration" && i.verdict == Verdict::Warn)?;
+        let hertz = *item.values.get("low_pass_hz")?;
+        let reason = format!(
+            "{}: a low-pass of {hertz} Hz for motion and forces",
+            item.finding
+        );
+        Some(Choice::new("low_pass", hertz, reason))
+    }
+}
+
+/// What a fit needs of the data, whatever they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Needs {
+    /// Whether recorded momenta are fitted, and so their rates are needed.
+    pub momenta: bool,
+    /// The number of samples that are predicted from each start; 0 where nothing is.
+    pub horizon: usize,
+    /// Whether positions alone are compared.
+    pub positions: bool,
+}
+
+impl Needs {
+    /// The rows of a stretch of a long log: few where each sample is learned from for itself.
+    #[must_use]
+    pub fn stretch(&self, options: &PrepareOptions) -> usize {
+        // Space for several windows, segments or neighbours side by side.
+        let horizon = 4 * self.horizon;
+        let neighbours = match self.positions {
+            true => 8 * options.baseline,
+            false => 0,
+        };
+        let filtered = !(options.smooth || options.low_pass == Some(0.0));
+        if filtered || options.delayed {
+            Sampling::LONGEST.max(horizon).max(neighbours)
+        } else if options.smooth || horizon + neighbours > 0 || self.momenta {
+            Sampling::LONG.max(horizon).max(neighbours)
+        } else {
+            Sampling::SHORT
+        }
+    }
+}
+
+impl Request {
+    /// What the fit needs of the data.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a setting that does not belong to the fit, so that none is ignored; [`Error::UnknownName`].
+    pub fn needs(&self) -> Result<Needs> {
+        let config = self.choose(&Known::default())?.config;
+        let rolls_out = config.loss == Loss::ROLLOUT;
+        Ok(Needs {
+            momenta: config.family.momenta() == Some(&Momenta::Recorded),
+            horizon: if rolls_out { config.rollout.horizon } else { 0 },
+            positions: config.loss.rule().is_some(),
+        })
+    }
+}
+
+/// Recordings that are ready for a fit.
+#[derive(Debug)]
+pub struct Prepared {
+    /// What is fitted and validated on.
+    pub dataset: Dataset,
+    /// How signals that were not measured were estimated.
+    pub estimates: Vec<Estimate>,
+    /// What the check of the training data found.
+    pub check: CheckReport,
+    /// The low-pass, where it was chosen from the data.
+    pub low_pass: Option<Choice>,
+    /// The options of the estimates, with the low-pass that was chosen.
+    pub options: EstimateOptions,
+    /// The motions that a model is evaluated on.
+    pub motions: Vec<Trajectory>,
+    /// Whether these were held back from the fit; otherwise there were no others.
+    pub held_out: bool,
+}
+
+impl Prepared {
+    /// Prepares the recordings of a fit. Without recordings to validate on, a part of the others is held back.
+    ///
+    /// # Errors
+    /// [`Error::Data`] for data of which a fit would be meaningless; [`Error::Setting`] for a setting that does not belong to
+    /// the fit; as [`Recording::into_trajectories`], [`split`] and [`Dataset::new`].
+    pub fn new(
+        training: Vec<Recording>,
+        validation: Vec<Recording>,
+        request: &Request,
+        options: &PrepareOptions,
+    ) -> Result<Self> {
+        let needs = request.needs()?;
+        if !needs.positions && options.baseline > 1 {
+            return Err(Error::setting(
+                "`baseline` is not for this loss",
+                "omit it, or take `loss` positions",
+            ));
+        }
+        let mut estimates = EstimateOptions {
+            momenta: needs.momenta,
+            ..options.estimates()
+        };
+        let coordinates = same_coordinates(&training, &validation)?;
+        let check = checked(&training, &estimates)?;
+        if !validation.is_empty() {
+            refuse_failed(&check_validation(&training, &validation))?;
+        }
+        let of_samples = !needs.positions && needs.horizon == 0;
+        let low_pass = of_samples.then(|| options.chosen_low_pass(&check)).flatten();
+        if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
+            estimates.low_pass = Some(hertz);
+        }
+        let held_back = validation.is_empty();
+        let (trajectories, mut how) = estimated(training, &estimates)?;
+        let (train, validation) = match held_back {
+            true => split(trajectories, options.validate_fraction, request.seed)?,
+            false => {
+                let (validation, own) = estimated(validation, &estimates)?;
+                how.extend(own);
+                (trajectories, validation)
+            }
+        };
+        let dataset = match needs.positions {
+            true => Dataset::of_positions(coordinates, &train, &validation, options.baseline)?,
+            false => Dataset::new(coordinates, &train, &validation)?,
+        };
+        let held_out = !validation.is_empty();
+        Ok(Self {
+            dataset,
+            estimates: how,
+            check,
+            low_pass,
+            options: estimates,
+            motions: if held_out { validation } else { train },
+            held_out,
+        })
+    }
+}
+
+/// The coordinates of the recordings, of which there must be one, and which must have the same.
+fn same_coordinates(training: &[Recording], validation: &[Recording]) -> Result<Coordinates> {
+    let Some(first) = training.first() else {
+        return Err(Error::argument(
+            "the number of recordings",
+            0,
+            "at least one",
+        ));
+    };
+    let dof = first.dof();
+    let mut others = training.iter().chain(validation);
+    match others.find(|r| r.dof() != dof) {
+        None => Ok(first.coordinates.clone()),
+        Some(other) => Err(Error::shape(
+            format!("a row of trajectory '{}'", other.name),
+            other.dof(),
+            dof,
+            format!("give recordings of one machine; '{}' is the first", first.name),
+        )),
+    }
+}
+
+/// Makes trajectories of recordings, and says how their signals were estimated.
+///
+/// # Errors
+/// As [`Recording::into_trajectories`].
+pub fn estimated(
+    recordings: Vec<Recording>,
+    options: &EstimateOptions,
+) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
+    let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
+    for recording in recordings {
+        let (own, how) = recording.into_trajectories(options)?;
+        trajectories.extend(own);
+        estimates.extend(how);
+    }
+    Ok((trajectories, estimates))
+}
+
+/// Checks the data of a fit, and refuses those of which a fit would be meaningless.
+///
+/// # Errors
+/// [`Error::Data`] with the first finding that fails.
+pub fn checked(recordings: &[Recording], options: &EstimateOptions) -> Result<CheckReport> {
+    let low_pass = options.low_pass;
+    let report = check(recordings, &CheckOptions { low_pass });
+    refuse_failed(&report)?;
+    Ok(report)
+}
+
+/// Refuses data with an item that fails.
+fn refuse_failed(report: &CheckReport) -> Result<()> {
+    let mut items = report.items.iter();
+    let Some(item) = items.find(|item| item.verdict == Verdict::Fail) else {
+        return Ok(());
+    };
+    let about = match &item.trajectory {
+        Some(name) => format!("trajectory '{name}': "),
+        None => String::new(),
+    };
+    let remedy = item.remedy.clone();
+    Err(Error::Data {
+        finding: format!("{about}{}: {}", item.name, item.finding),
+        remedy: remedy.unwrap_or_else(|| "a check of the data says more".into()),
+    })
+}
