@@ -8,8 +8,8 @@ use anyhow::Result;
 use lagrangian::saved::Preparation;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
-    CHECKED, CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, PrepareOptions, Readings,
-    Recording, Signal, Trajectory, prepared,
+    CHECKED, CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, PrepareOptions,
+    Readings, Recording, Signal, Trajectory, prepared,
 };
 use serde::Serialize;
 

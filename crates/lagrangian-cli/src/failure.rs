@@ -39,6 +39,17 @@ pub(crate) fn mistake(message: impl Into<String>, hint: impl Into<String>) -> Er
     })
 }
 
+/// An error of the library about data, with its remedy as the hint; any other as it is.
+pub(crate) fn of_data(error: lagrangian::Error) -> Error {
+    match error {
+        lagrangian::Error::Data { finding, remedy } => {
+            let message = format!("a fit of this data would be meaningless: {finding}");
+            mistake(message, with_flags(&remedy))
+        }
+        other => other.into(),
+    }
+}
+
 /// Adds to an error what failed and what to do.
 pub(crate) trait Advise<T> {
     /// Wraps the error: `message` says what failed, `hint` what to do.

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use lagrangian::models::{Entry, FAMILIES};
-use lagrangian::settings::{Kind, Setting};
+use lagrangian::models::Entry;
 use lagrangian::train::Request;
 use lagrangian::{RobotConfig, rigid};
 use serde::{Deserialize, Serialize};
@@ -63,34 +62,13 @@ impl RobotArgs {
             return Ok(());
         }
         // Without a family, several are tried, and the robot is for the first that takes one.
-        let taking = FAMILIES.iter().find_map(taken_by);
-        let setting = match &request.family {
-            Some(family) => taken_by(Entry::by_name(family)?),
-            None => taking,
-        };
-        let setting = setting.ok_or_else(|| {
-            let others = FAMILIES.iter().filter(|entry| taken_by(entry).is_some());
-            let others: Vec<&str> = others.map(|entry| entry.name).collect();
-            let others = others.join(" or ");
-            mistake(
-                format!(
-                    "--urdf is for --model {others}, not for {}",
-                    request.family.as_deref().unwrap_or_default()
-                ),
-                format!("give the robot as --nominal, or --model {others}"),
-            )
-        })?;
+        let setting = Entry::taking_a_robot(request.family.as_deref())?;
         if let Some(robot) = robot {
             let robot = serde_json::to_value(robot)?;
             request.settings.insert(setting.name.into(), robot);
         }
         Ok(())
     }
-}
-
-/// The setting of a family that is a robot.
-fn taken_by(entry: &Entry) -> Option<&'static Setting> {
-    entry.settings.iter().find(|s| s.kind == Kind::Robot)
 }
 
 /// An example robot that is meant by a name that is no file.

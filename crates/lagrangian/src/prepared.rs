@@ -161,7 +161,9 @@ impl Prepared {
             refuse_failed(&check_validation(&training, &validation))?;
         }
         let of_samples = !needs.positions && needs.horizon == 0;
-        let low_pass = of_samples.then(|| options.chosen_low_pass(&check)).flatten();
+        let low_pass = of_samples
+            .then(|| options.chosen_low_pass(&check))
+            .flatten();
         if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
             estimates.low_pass = Some(hertz);
         }
@@ -209,7 +211,10 @@ fn same_coordinates(training: &[Recording], validation: &[Recording]) -> Result<
             format!("a row of trajectory '{}'", other.name),
             other.dof(),
             dof,
-            format!("give recordings of one machine; '{}' is the first", first.name),
+            format!(
+                "give recordings of one machine; '{}' is the first",
+                first.name
+            ),
         )),
     }
 }

@@ -6,6 +6,7 @@ mod known;
 mod many;
 mod recorded;
 mod round;
+mod simulation;
 mod sines;
 
 use std::cell::RefCell;
@@ -21,6 +22,7 @@ pub use energy::{EnergyTest, energy_error, energy_test};
 use known::Known;
 pub use many::rollout_many;
 pub use recorded::{Hold, recorded, rollout_recorded};
+pub use simulation::{MOST_SAMPLES, Simulation};
 pub use sines::{record_forces, sines, with_friction};
 
 /// Generalised forces as a function: (t, q, q̇, τ), which writes τ.

@@ -231,18 +231,12 @@ pub fn score_predictions(
     predictions: &Predictions,
     options: &RolloutOptions,
 ) -> Result<Score> {
-    let n = model.coordinates().dof();
-    let (mut acceleration, mut torque) = (Errors::new(n), Errors::new(n));
-    let mut singular = 0;
-    for (truth, predicted) in trajectories.iter().zip(&predictions.accelerations) {
-        if let (Some(qdd), Some(predicted)) = (truth.values(Signal::Qdd), predicted) {
-            acceleration.add(&qdd[..predicted.qdd.len()], &predicted.qdd);
-            singular += predicted.singular;
-        }
-    }
-    for trajectory in trajectories {
-        add_torques(model, trajectory, options.stop, &mut torque);
-    }
+    let one_step = one_step(
+        model,
+        trajectories,
+        &predictions.accelerations,
+        options.stop,
+    );
     let pairs = trajectories.iter().zip(&predictions.rollouts);
     let rollouts = pairs.map(|(truth, prediction)| followed(model, truth, prediction));
     let rollouts = rollouts.collect::<Result<Vec<RolloutScore>>>()?;
@@ -253,13 +247,56 @@ pub fn score_predictions(
     let stopped = rollouts.iter().filter(|r| r.outcome.is_stopped()).count();
     Ok(Score {
         stopped: stopped + cut,
+        rollouts,
+        restarts,
+        ..one_step
+    })
+}
+
+/// Scores `model` on samples that need not follow each other: the errors of single samples, and no rollouts.
+///
+/// # Errors
+/// As [`Trajectory::validate`], but for the times; [`crate::Error::Shape`] for samples of other degrees of freedom than the model.
+pub fn score_samples(model: &dyn Model, samples: &Trajectory) -> Result<Score> {
+    samples.validate()?;
+    let (found, n) = (samples.dof(), model.coordinates().dof());
+    crate::Error::check_shape("a state", found, n, "give samples of the same system")?;
+    let accelerations = match model.moves() {
+        true => accelerations(model, samples, Stop::default()),
+        false => None,
+    };
+    let samples = std::slice::from_ref(samples);
+    Ok(one_step(model, samples, &[accelerations], Stop::default()))
+}
+
+/// The errors of single samples.
+fn one_step(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    accelerations: &[Option<Accelerations>],
+    stop: Stop,
+) -> Score {
+    let n = model.coordinates().dof();
+    let (mut acceleration, mut torque) = (Errors::new(n), Errors::new(n));
+    let mut singular = 0;
+    for (truth, predicted) in trajectories.iter().zip(accelerations) {
+        if let (Some(qdd), Some(predicted)) = (truth.values(Signal::Qdd), predicted) {
+            acceleration.add(&qdd[..predicted.qdd.len()], &predicted.qdd);
+            singular += predicted.singular;
+        }
+    }
+    for trajectory in trajectories {
+        add_torques(model, trajectory, stop, &mut torque);
+    }
+    Score {
         samples: trajectories.iter().map(Trajectory::len).sum(),
         acceleration: acceleration.finish(),
         torque: torque.finish(),
-        rollouts,
-        restarts,
+        rollouts: Vec::new(),
+        restarts: Vec::new(),
         singular,
-    })
+        stopped: 0,
+    }
 }
 
 /// The short predictions, and how many of them were stopped.

@@ -6,6 +6,7 @@
 use serde_json::{Map, Value};
 
 use crate::error::shortened;
+use crate::{Error, Result};
 
 /// Values of settings by name; those that are absent were not given.
 pub type Values = Map<String, Value>;
@@ -98,6 +99,82 @@ impl Setting {
     }
 }
 
+impl Setting {
+    /// Refuses a value that is not of the kind of the setting.
+    ///
+    /// # Errors
+    /// [`Error::Setting`], which names the setting, the value, and what it must be.
+    pub fn check(&self, value: &Value) -> Result<()> {
+        let all =
+            |items: &dyn Fn(&Value) -> bool| value.as_array().is_some_and(|v| v.iter().all(items));
+        let one_of = |names: &[Named], value: &Value| {
+            let name = value.as_str();
+            names.iter().any(|known| Some(known.name) == name)
+        };
+        let fits = match self.kind {
+            Kind::Choice(names) => one_of(names, value),
+            Kind::Choices(names) => all(&|value| one_of(names, value)),
+            Kind::Flag => value.is_boolean(),
+            Kind::Integer { min, max } => value.as_u64().is_some_and(|x| (min..=max).contains(&x)),
+            Kind::Number(range) => value.as_f64().is_some_and(|x| range.contains(x)),
+            Kind::Numbers(range) => all(&|value| value.as_f64().is_some_and(|x| range.contains(x))),
+            Kind::Robot => value.is_object(),
+        };
+        match fits {
+            true => Ok(()),
+            false => Err(Error::setting(
+                format!("`{}` is {}", self.name, shortened(&value.to_string())),
+                format!("it must be {}", self.kind.wanted()),
+            )),
+        }
+    }
+}
+
+impl Kind {
+    /// What a value must be, in words.
+    fn wanted(&self) -> String {
+        let names = |values: &[Named]| {
+            let names: Vec<&str> = values.iter().map(|value| value.name).collect();
+            names.join(", ")
+        };
+        match self {
+            Self::Choice(values) => format!("one of {}", names(values)),
+            Self::Choices(values) => format!("a list of some of {}", names(values)),
+            Self::Flag => "true or false".into(),
+            Self::Integer { min, max } if *max >= u64::from(u32::MAX) => {
+                format!("a whole number from {min}")
+            }
+            Self::Integer { min, max } => format!("a whole number from {min} to {max}"),
+            Self::Number(range) => format!("a number {}", range.words()),
+            Self::Numbers(range) => format!("a list of numbers {}", range.words()),
+            Self::Robot => "a robot".into(),
+        }
+    }
+}
+
+impl Range {
+    /// Whether a number lies in it.
+    #[must_use]
+    pub fn contains(self, x: f64) -> bool {
+        x.is_finite()
+            && match self {
+                Self::Positive => x > 0.0,
+                Self::NonNegative => x >= 0.0,
+                Self::Fraction => (0.0..1.0).contains(&x),
+            }
+    }
+
+    /// The range in words, after "a number".
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Positive => "above 0",
+            Self::NonNegative => "not below 0",
+            Self::Fraction => "from 0 to below 1",
+        }
+    }
+}
+
 /// A named value for a table.
 #[must_use]
 pub const fn named(name: &'static str, help: &'static str) -> Named {
@@ -162,6 +239,41 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+
+    #[test]
+    fn a_value_of_another_kind_is_refused_with_its_setting_and_what_it_must_be() {
+        let number = Setting::new("rate", Kind::Number(Range::Positive), "");
+        let list = Setting::new(
+            "terms",
+            Kind::Choices(&[named("a", ""), named("b", "")]),
+            "",
+        );
+        let whole = Setting::new("steps", Kind::Integer { min: 1, max: 9 }, "");
+        for (setting, good, bad, words) in [
+            (
+                &number,
+                json!(0.5),
+                json!(0),
+                "`rate` is 0: it must be a number above 0",
+            ),
+            (
+                &list,
+                json!(["b"]),
+                json!(["c"]),
+                "`terms` is [\"c\"]: it must be a list of some of a, b",
+            ),
+            (
+                &whole,
+                json!(9),
+                json!("x"),
+                "`steps` is \"x\": it must be a whole number from 1 to 9",
+            ),
+        ] {
+            assert!(setting.check(&good).is_ok());
+            let message = setting.check(&bad).map_err(|e| e.to_string());
+            assert_eq!(message, Err(words.into()));
+        }
+    }
 
     #[test]
     fn differences_are_named_with_both_values() {

@@ -7,6 +7,7 @@ mod bench;
 mod bits;
 mod kill;
 mod page;
+mod python;
 mod race;
 mod sanitize;
 
@@ -21,8 +22,9 @@ usage: cargo xtask test
        cargo xtask bits …
        cargo xtask sanitize
        cargo xtask kill …
+       cargo xtask python …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the sanitizer, some killed fits, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, the sanitizer, some killed fits, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -35,7 +37,7 @@ struct Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 9] = [
+const TEST: [Step; 10] = [
     Step {
         name: "format",
         arguments: &["fmt", "--all", "--check"],
@@ -77,6 +79,12 @@ const TEST: [Step; 9] = [
     Step {
         name: "benches",
         arguments: &["test", "--workspace", "--all-features", "--benches"],
+        variable: None,
+        component: None,
+    },
+    Step {
+        name: "python",
+        arguments: &["run", "--quiet", "--package", "xtask", "--", "python"],
         variable: None,
         component: None,
     },
@@ -158,15 +166,17 @@ fn main() -> ExitCode {
         ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
         ["bits", ref flags @ ..] => bits::main(flags).map(|()| None),
         ["kill", ref flags @ ..] => kill::main(flags).map(|()| None),
+        ["python", ref flags @ ..] => python::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
                 sanitize::USAGE,
-                kill::USAGE
+                kill::USAGE,
+                python::USAGE
             );
             return ExitCode::SUCCESS;
         }

@@ -260,7 +260,8 @@ fn read(args: &FitArgs) -> Result<Data> {
             other.recordings
         }
     };
-    let mut prepared = Prepared::new(own.recordings, validation, &request, &options)?;
+    let prepared = Prepared::new(own.recordings, validation, &request, &options);
+    let mut prepared = prepared.map_err(failure::of_data)?;
     data::with_remedies(&mut prepared.check);
     tell_low_pass(prepared.low_pass.as_ref());
     if prepared.options.low_pass.is_none() {

@@ -17,7 +17,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{OutputMode, fit};
-use crate::failure::Advise;
+use crate::failure::{self, Advise};
 use crate::fitted;
 use crate::identify_args::IdentifyArgs;
 use crate::output::{self, Existing};
@@ -86,7 +86,7 @@ fn read(args: &IdentifyArgs) -> Result<Data> {
     let sampling = args.sample.sampling(args.seed, Sampling::LONGEST);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
     let mut options = args.estimate.options();
-    let check = prepared::checked(&recordings, &options)?;
+    let check = prepared::checked(&recordings, &options).map_err(failure::of_data)?;
     let low_pass = args.estimate.prepare().chosen_low_pass(&check);
     options.low_pass = fit::tell_low_pass(low_pass.as_ref()).or(options.low_pass);
     let coordinates = recordings[0].coordinates.clone();

@@ -4,12 +4,9 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
-use lagrangian::mechanics::momenta;
 use lagrangian::rigid::RigidBodies;
-use lagrangian::rollout::{self, rollout_many};
-use lagrangian::{Dissipation, Outcome, Rollout, State, Trajectory};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use lagrangian::rollout::Simulation;
+use lagrangian::{Outcome, Rollout, Trajectory};
 use serde::Serialize;
 use serde_json::json;
 
@@ -30,7 +27,11 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_unwritable()?;
     let task = Task::start("simulate", mode.quiet);
     let system = system(args)?;
-    let mut rollouts = motions(args, &*system)?;
+    let simulation = simulation(args)?;
+    let rollouts = simulation.run(&*system, &args.motion.options()).advise(
+        "cannot simulate",
+        "give --q0 and --qd0 one value per coordinate, or neither for a random start",
+    )?;
     drop(task);
     let summaries = rollouts
         .iter()
@@ -39,13 +40,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     for (k, rollout) in (1..).zip(&rollouts) {
         note_early_end(&format!("trajectory {k}"), rollout.outcome);
     }
-    if args.momenta {
-        for rollout in &mut rollouts {
-            let motion = &mut rollout.trajectory;
-            motion.p = momenta(system.lagrangian(), &motion.q, &motion.qd);
-        }
-    }
-    let trajectories = recorded(rollouts, args);
+    let trajectories = simulation.recorded(&*system, rollouts);
     let (out, existing) = (&args.output.out, args.output.existing());
     let layout = match out {
         Some(path) => {
@@ -90,43 +85,27 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The motions of the system, with the forces that drove them.
-fn motions(args: &SimulateArgs, system: &dyn AnalyticModel) -> Result<Vec<Rollout>> {
-    let times = rollout::times(args.motion.duration, args.motion.step).advise(
-        "cannot simulate",
-        "give a shorter --duration or a longer --step",
-    )?;
-    refuse_too_many(args.trajectories, times.len())?;
-    let starts = starts(args, system)?;
-    let n = system.coordinates().dof();
-    let drive = rollout::sines(n, args.drive.unwrap_or(0.0), args.seed);
-    let friction = Dissipation::viscous(vec![args.friction; n]);
-    let force = rollout::with_friction(&drive, &friction);
-    let options = args.motion.options();
-    let mut rollouts = rollout_many(system, &starts, &times, &force, &options).advise(
-        "cannot simulate",
-        "give --q0 and --qd0 one value per coordinate, or neither for a random start",
-    )?;
-    for rollout in &mut rollouts {
-        rollout::record_forces(&mut rollout.trajectory, &drive);
+/// What is simulated.
+fn simulation(args: &SimulateArgs) -> Result<Simulation> {
+    let given = !args.motion.q0.is_empty();
+    if given && args.trajectories > 1 {
+        return Err(mistake(
+            "--q0 gives one initial state, --trajectories several",
+            "omit one of the two: several trajectories begin at random states",
+        ));
     }
-    Ok(rollouts)
-}
-
-/// Samples of all trajectories at most: they are held in memory.
-const MOST_SAMPLES: u64 = 20_000_000;
-
-fn refuse_too_many(trajectories: u32, samples: usize) -> Result<()> {
-    let all = u64::from(trajectories).saturating_mul(samples as u64);
-    if all <= MOST_SAMPLES {
-        return Ok(());
-    }
-    Err(mistake(
-        format!(
-            "{trajectories} trajectories of {samples} samples are more than {MOST_SAMPLES} samples"
-        ),
-        "give a shorter --duration, a longer --step, or fewer --trajectories with another --seed for each file",
-    ))
+    Ok(Simulation {
+        starts: given.then(|| args.motion.start()).into_iter().collect(),
+        test_starts: args.starts == Starts::Test,
+        trajectories: args.trajectories as usize,
+        duration: args.motion.duration,
+        step: args.motion.step,
+        drive: args.drive.unwrap_or(0.0),
+        friction: args.friction,
+        momenta: args.momenta,
+        noise: args.noise,
+        seed: args.seed,
+    })
 }
 
 fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
@@ -157,44 +136,6 @@ fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value>
         .iter()
         .map(|(name, x)| (name.clone(), json!(x)));
     defaults.chain(given).collect()
-}
-
-fn starts(args: &SimulateArgs, system: &dyn AnalyticModel) -> Result<Vec<State>> {
-    if !args.motion.q0.is_empty() {
-        if args.trajectories > 1 {
-            return Err(mistake(
-                "--q0 gives one initial state, --trajectories several",
-                "omit one of the two: several trajectories begin at random states",
-            ));
-        }
-        return Ok(vec![args.motion.start()]);
-    }
-    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
-    let sample = |_| match args.starts {
-        Starts::Training => system.sample_state(&mut rng),
-        Starts::Test => system.sample_start(&mut rng),
-    };
-    Ok((0..args.trajectories).map(sample).collect())
-}
-
-/// The trajectories as a recording would have them: named, and noisy where that was asked for.
-fn recorded(rollouts: Vec<Rollout>, args: &SimulateArgs) -> Vec<Trajectory> {
-    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
-    // Another stream than that of the initial states.
-    rng.set_stream(1);
-    let trajectories = rollouts.into_iter().map(|rollout| rollout.trajectory);
-    let mut trajectories: Vec<Trajectory> = trajectories.collect();
-    for (k, trajectory) in trajectories.iter_mut().enumerate() {
-        trajectory.name = (k + 1).to_string();
-        if let Some(sigma) = args.noise {
-            trajectory.add_noise(sigma, &mut rng);
-        }
-    }
-    let all_have_qdd = trajectories.iter().all(|t| !t.qdd.is_empty());
-    if !all_have_qdd {
-        trajectories.iter_mut().for_each(|t| t.qdd = Vec::new());
-    }
-    trajectories
 }
 
 /// What became of one trajectory.

@@ -12,7 +12,7 @@ use super::{FAMILIES, Learned, Momenta};
 use crate::dataset::Dataset;
 use crate::integrate::Method;
 use crate::saved::{self, SavedModel};
-use crate::settings::Setting;
+use crate::settings::{Kind, Setting};
 use crate::train::{Choice, FitConfig, Known, Learner, Loss, Observer, Request};
 use crate::{Error, Result};
 use nets::simd::Real;
@@ -289,6 +289,38 @@ impl Entry {
                 .map(|entry| entry.name)
                 .collect::<Vec<_>>()
                 .join(", "),
+        })
+    }
+}
+
+impl Entry {
+    /// The setting of this family that is a robot, where it has one.
+    fn robot(&self) -> Option<&'static Setting> {
+        self.settings.iter().find(|s| s.kind == Kind::Robot)
+    }
+
+    /// The setting that takes a robot: that of the family of this name, or of the first family that takes one.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`]; [`Error::Setting`] for a family that takes none.
+    pub fn taking_a_robot(family: Option<&str>) -> Result<&'static Setting> {
+        let all = || {
+            FAMILIES
+                .iter()
+                .filter_map(|entry| Some((entry.name, entry.robot()?)))
+        };
+        let found = match family {
+            Some(family) => Self::by_name(family)?.robot(),
+            None => all().next().map(|(_, setting)| setting),
+        };
+        found.ok_or_else(|| {
+            let others: Vec<&str> = all().map(|(name, _)| name).collect();
+            let others = others.join(" or ");
+            let family = family.unwrap_or_default();
+            Error::setting(
+                format!("`urdf` is for `family` {others}, not for {family}"),
+                format!("give the robot as `nominal`, or take `family` {others}"),
+            )
         })
     }
 }

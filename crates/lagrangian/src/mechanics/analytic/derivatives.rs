@@ -49,6 +49,25 @@ pub trait ClosedForm: Sync {
     fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D;
 }
 
+/// A Lagrangian that takes dual and hyper-dual numbers, from which its derivatives follow.
+pub trait OverDuals: Sync {
+    /// L(q, q̇), J, with its slope along one direction.
+    fn with_slope(&self, q: &[Dual64], qd: &[Dual64]) -> Dual64;
+
+    /// L(q, q̇), J, with its slopes along two directions and the second derivative along both.
+    fn with_curvature(&self, q: &[HyperDual64], qd: &[HyperDual64]) -> HyperDual64;
+}
+
+impl<S: ClosedForm> OverDuals for S {
+    fn with_slope(&self, q: &[Dual64], qd: &[Dual64]) -> Dual64 {
+        self.value(q, qd)
+    }
+
+    fn with_curvature(&self, q: &[HyperDual64], qd: &[HyperDual64]) -> HyperDual64 {
+        self.value(q, qd)
+    }
+}
+
 impl<S: System> ClosedForm for S {
     fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
         self.lagrangian(q, qd)
@@ -105,7 +124,7 @@ pub struct DualJets<'a, S> {
     second: Vec<HyperDual64>,
 }
 
-impl<S: ClosedForm> Jets for DualJets<'_, S> {
+impl<S: OverDuals> Jets for DualJets<'_, S> {
     fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
         let n = self.first.len() / 2;
         let m = q.len() / n;
@@ -142,7 +161,7 @@ impl<S: ClosedForm> Jets for DualJets<'_, S> {
     }
 }
 
-impl<'a, S: ClosedForm> DualJets<'a, S> {
+impl<'a, S: OverDuals> DualJets<'a, S> {
     /// The derivatives of `system`, which has `n` coordinates.
     pub fn new(system: &'a S, n: usize) -> Self {
         Self {
@@ -162,7 +181,7 @@ impl<'a, S: ClosedForm> DualJets<'a, S> {
         for (i, slope) in dl_dq.iter_mut().enumerate() {
             self.first[i].eps = 1.0;
             let (q, qd) = self.first.split_at(n);
-            *slope = self.system.value(q, qd).eps;
+            *slope = self.system.with_slope(q, qd).eps;
             self.first[i].eps = 0.0;
         }
     }
@@ -175,7 +194,7 @@ impl<'a, S: ClosedForm> DualJets<'a, S> {
         for i in 0..n {
             self.second[n + i].eps1 = 1.0;
             let (q, qd) = self.second.split_at(n);
-            let l = self.system.value(q, qd);
+            let l = self.system.with_curvature(q, qd);
             (value, momentum[i], drift[i]) = (l.re, l.eps1, l.eps1eps2);
             self.second[n + i].eps1 = 0.0;
         }
@@ -191,7 +210,7 @@ impl<'a, S: ClosedForm> DualJets<'a, S> {
             for j in 0..n {
                 self.second[j].eps2 = 1.0;
                 let (q, qd) = self.second.split_at(n);
-                out[i * n + j] = self.system.value(q, qd).eps1eps2;
+                out[i * n + j] = self.system.with_curvature(q, qd).eps1eps2;
                 self.second[j].eps2 = 0.0;
             }
             self.second[first + i].eps1 = 0.0;
@@ -206,7 +225,7 @@ impl<'a, S: ClosedForm> DualJets<'a, S> {
             for j in i..n {
                 self.second[n + j].eps2 = 1.0;
                 let (q, qd) = self.second.split_at(n);
-                let m = self.system.value(q, qd).eps1eps2;
+                let m = self.system.with_curvature(q, qd).eps1eps2;
                 (mass_matrix[i * n + j], mass_matrix[j * n + i]) = (m, m);
                 self.second[n + j].eps2 = 0.0;
             }

@@ -10,8 +10,8 @@ mod parameter;
 
 pub use derivatives::Analytic;
 #[doc(hidden)]
-pub use derivatives::{ClosedForm, DualJets};
-pub use num_dual::DualNum;
+pub use derivatives::{ClosedForm, DualJets, OverDuals};
+pub use num_dual::{Dual64, DualNum, HyperDual64};
 pub use parameter::{Domain, Parameter};
 pub use rand::Rng;
 

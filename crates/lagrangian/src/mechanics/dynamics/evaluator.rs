@@ -111,6 +111,22 @@ pub trait Evaluator: Send {
         Evaluation::Unsupported
     }
 
+    /// Writes the Lagrangian L = p·q̇ − H, J, `[m]`.
+    fn lagrangian(&mut self, q: &[f64], qd: &[f64], values: &mut [f64]) -> Evaluation {
+        let mut p = vec![0.0; qd.len()];
+        let outcome = self.momentum(q, qd, &mut p);
+        if !outcome.is_supported() {
+            return outcome;
+        }
+        let outcome = self.energy(q, qd, values);
+        let n = qd.len() / values.len().max(1);
+        let rows = p.chunks_exact(n.max(1)).zip(qd.chunks_exact(n.max(1)));
+        for (value, (p, qd)) in values.iter_mut().zip(rows) {
+            *value = p.iter().zip(qd).map(|(p, qd)| p * qd).sum::<f64>() - *value;
+        }
+        outcome
+    }
+
     /// The friction and the inputs of the model, which tell what part of τ friction makes; none for a model that does not keep
     /// them apart.
     fn applied(&self) -> Applied<'_> {

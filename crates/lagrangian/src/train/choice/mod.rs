@@ -137,6 +137,7 @@ impl Request {
         let family = self.family.as_deref();
         let entry = Entry::by_name(family.unwrap_or(FAMILIES[0].name))?;
         self.refuse_foreign(entry)?;
+        refuse_misfits(&self.settings, entry.settings)?;
         let training: TrainingSettings = read("the training", &self.training, SETTINGS)?;
         let given = Self {
             settings: present(&self.settings),
@@ -229,8 +230,16 @@ fn present(values: &Values) -> Values {
     given.map(|(k, v)| (k.clone(), v.clone())).collect()
 }
 
+/// Refuses values that are not of the kind of their setting.
+fn refuse_misfits(values: &Values, table: &[Setting]) -> Result<()> {
+    let known = table.iter().filter_map(|s| Some((s, values.get(s.name)?)));
+    let mut given = known.filter(|(_, value)| !is_absent(value));
+    given.try_for_each(|(setting, value)| setting.check(value))
+}
+
 /// Reads the values of a table.
 fn read<T: DeserializeOwned>(what: &str, values: &Values, table: &[Setting]) -> Result<T> {
+    refuse_misfits(values, table)?;
     serde_json::from_value(Value::Object(present(values))).map_err(|e| {
         Error::setting(
             format!("a setting of {what} cannot be read ({e})"),

@@ -1,0 +1,68 @@
+//! Errors of the library as the exceptions of `lagrangian.errors`.
+
+use lagrangian::Error;
+use pyo3::exceptions::{PyOSError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyModule;
+
+/// An exception of the package by its name.
+pub(crate) fn raise(py: Python<'_>, class: &str, message: impl Into<String>) -> PyErr {
+    static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+    let message = message.into();
+    let module = MODULE.get_or_try_init(py, || py.import("lagrangian.errors").map(Bound::unbind));
+    match module.and_then(|module| module.bind(py).getattr(class)) {
+        Ok(class) => match class.call1((message,)) {
+            Ok(exception) => PyErr::from_value(exception),
+            Err(error) => error,
+        },
+        Err(error) => error,
+    }
+}
+
+/// An argument of a wrong shape, type or value.
+pub(crate) fn invalid(py: Python<'_>, message: impl Into<String>) -> PyErr {
+    raise(py, "InvalidInput", message)
+}
+
+/// Turns results of the library into those of Python.
+pub(crate) trait OrRaise<T> {
+    /// The value, or the exception that says the same as the error.
+    fn or_raise(self, py: Python<'_>) -> PyResult<T>;
+}
+
+impl<T> OrRaise<T> for Result<T, Error> {
+    fn or_raise(self, py: Python<'_>) -> PyResult<T> {
+        self.map_err(|error| exception(py, error))
+    }
+}
+
+/// What was read from JSON, or an exception, which shows a fault of this package: it has written that JSON itself.
+pub(crate) fn of_json<T>(result: serde_json::Result<T>) -> PyResult<T> {
+    result.map_err(|error| PyRuntimeError::new_err(error.to_string()))
+}
+
+fn exception(py: Python<'_>, error: Error) -> PyErr {
+    let message = error.to_string();
+    match error {
+        Error::Io(error) => match error.raw_os_error() {
+            Some(code) => PyOSError::new_err((code, message)),
+            None => PyOSError::new_err(message),
+        },
+        Error::NotAModel { .. }
+        | Error::NewerModel { .. }
+        | Error::DamagedModel { .. }
+        | Error::Tensor { .. } => raise(py, "ModelError", message),
+        Error::Columns { .. }
+        | Error::Topic { .. }
+        | Error::Cell { .. }
+        | Error::DecimalComma { .. }
+        | Error::Malformed { .. }
+        | Error::Format { .. }
+        | Error::TooShort { .. }
+        | Error::Sample { .. }
+        | Error::Moves { .. }
+        | Error::Data { .. } => raise(py, "DataError", message),
+        _ => raise(py, "InvalidInput", message),
+    }
+}

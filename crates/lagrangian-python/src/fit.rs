@@ -1,0 +1,499 @@
+//! Fits, and the figures of models on recordings.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use lagrangian::models::Entry;
+use lagrangian::score::{Assessment, predict_all, score_predictions, score_samples};
+use lagrangian::settings::Values;
+use lagrangian::train::{Request, Samples, Selection, select};
+use lagrangian::{
+    Budget, CheckReport, Coordinates, Dataset, EstimateOptions, FitConfig, Learned, Observer,
+    PrepareOptions, Prepared, Progress, Provenance, Recording, RobotConfig, RolloutOptions, Score,
+    Signals, Stop, Trajectory, prepared, rigid,
+};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::ThreadPool;
+use serde_json::{Value, json as object};
+
+use crate::arrays::Rows;
+use crate::error::{OrRaise, invalid, of_json};
+use crate::files::{json, preparation};
+use crate::model::{Body, Model, preparation_of};
+use crate::recording::recordings;
+use crate::threads::pool;
+
+/// What is fitted, as the estimators of Python say it.
+#[derive(Debug, FromPyObject)]
+pub(crate) struct Asked {
+    #[pyo3(item)]
+    family: Option<String>,
+    /// Settings of the family, of the training and of the rollout loss, as JSON.
+    #[pyo3(item)]
+    settings: [String; 3],
+    #[pyo3(item)]
+    steps: Option<usize>,
+    #[pyo3(item)]
+    seconds: Option<f64>,
+    #[pyo3(item)]
+    seed: u64,
+    #[pyo3(item)]
+    urdf: Option<String>,
+    #[pyo3(item)]
+    nominal: Option<String>,
+    #[pyo3(item)]
+    joints: Vec<String>,
+}
+
+/// What is done with the recordings before.
+#[derive(Debug, FromPyObject)]
+pub(crate) struct Preparing {
+    #[pyo3(item)]
+    smooth: bool,
+    #[pyo3(item)]
+    low_pass: Option<f64>,
+    #[pyo3(item)]
+    baseline: usize,
+    #[pyo3(item)]
+    validate_fraction: f64,
+    #[pyo3(item)]
+    delay: Vec<f64>,
+    #[pyo3(item)]
+    layout: Option<String>,
+}
+
+impl Asked {
+    fn request(&self, py: Python<'_>) -> PyResult<Request> {
+        let read = |text: &String| of_json(serde_json::from_str::<Values>(text));
+        let [settings, training, rollout] = &self.settings;
+        let seconds = self.seconds.map(Budget::Seconds);
+        let mut request = Request {
+            family: self.family.clone(),
+            settings: read(settings)?,
+            training: read(training)?,
+            rollout: read(rollout)?,
+            budget: self.steps.map(Budget::Steps).or(seconds),
+            seed: self.seed,
+            nominal: None,
+        };
+        let robot = |text: &String| {
+            let text = rigid::example(text).unwrap_or(text);
+            RobotConfig::new(text, self.joints.clone()).or_raise(py)
+        };
+        request.nominal = self.nominal.as_ref().map(robot).transpose()?;
+        if let Some(urdf) = &self.urdf {
+            let entry = Entry::taking_a_robot(request.family.as_deref()).or_raise(py)?;
+            let config = of_json(serde_json::to_value(robot(urdf)?))?;
+            request.settings.insert(entry.name.into(), config);
+        }
+        Ok(request)
+    }
+}
+
+impl Preparing {
+    fn options(&self) -> PrepareOptions {
+        PrepareOptions {
+            smooth: self.smooth,
+            low_pass: self.low_pass,
+            baseline: self.baseline,
+            validate_fraction: self.validate_fraction,
+            delayed: !self.delay.is_empty(),
+        }
+    }
+
+    /// The recordings with the forces shifted as was asked for.
+    fn delayed(&self, recordings: Vec<Recording>) -> lagrangian::Result<Vec<Recording>> {
+        match self.delay.is_empty() {
+            true => Ok(recordings),
+            false => recordings
+                .into_iter()
+                .map(|r| r.delayed(&self.delay))
+                .collect(),
+        }
+    }
+}
+
+/// What a fit says while it runs.
+enum Event {
+    Progress(Progress),
+    Stage(String, f64),
+}
+
+/// The time between two events that nobody waits for.
+const EVENT_EVERY: Duration = Duration::from_millis(50);
+
+/// The time between two looks for Ctrl-C.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// Sends what it sees to the thread that called.
+struct Reporter<'a> {
+    events: Sender<Event>,
+    stop: &'a AtomicBool,
+    last: Instant,
+}
+
+impl Reporter<'_> {
+    fn send(&mut self, event: Event, always: bool) -> ControlFlow<()> {
+        if always || self.last.elapsed() >= EVENT_EVERY {
+            self.last = Instant::now();
+            // OK to ignore: nobody listens any more.
+            let _ = self.events.send(event);
+        }
+        match self.stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+}
+
+impl Observer for Reporter<'_> {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        let looked = progress.validation.is_some();
+        self.send(Event::Progress(*progress), looked)
+    }
+
+    fn stage(&mut self, what: &str, share: f64) -> ControlFlow<()> {
+        self.send(Event::Stage(what.into(), share), false)
+    }
+}
+
+/// Runs `work` on the pool while this thread calls `callback` with what the fit says, and looks for Ctrl-C; an exception of
+/// the callback ends the fit and is raised.
+fn watched<T: Send>(
+    py: Python<'_>,
+    pool: &ThreadPool,
+    callback: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&mut dyn Observer) -> T + Send,
+) -> PyResult<T> {
+    let stop = AtomicBool::new(false);
+    let (events, mut seen) = channel();
+    let mut failure = None;
+    let result = std::thread::scope(|scope| {
+        let stop = &stop;
+        let fit = scope.spawn(move || {
+            let mut reporter = Reporter {
+                events,
+                stop,
+                last: Instant::now(),
+            };
+            pool.install(|| work(&mut reporter))
+        });
+        loop {
+            let next = &mut seen;
+            let event = py.detach(move || next.recv_timeout(LOOK_EVERY));
+            let told = match event {
+                Ok(event) => callback.map_or(Ok(()), |f| tell(f, &event)),
+                Err(RecvTimeoutError::Timeout) => Ok(()),
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            // Ctrl-C ends the fit, which keeps what it has.
+            if py.check_signals().is_err() {
+                stop.store(true, Ordering::Relaxed);
+            }
+            if let Err(error) = told {
+                stop.store(true, Ordering::Relaxed);
+                failure.get_or_insert(error);
+            }
+        }
+        py.detach(|| fit.join())
+    });
+    match (failure, result) {
+        (Some(error), _) => Err(error),
+        (None, Ok(value)) => Ok(value),
+        (None, Err(panic)) => std::panic::resume_unwind(panic),
+    }
+}
+
+fn tell(callback: &Bound<'_, PyAny>, event: &Event) -> PyResult<()> {
+    let told = match event {
+        Event::Progress(progress) => object!(progress),
+        Event::Stage(what, share) => object!({ "stage": what, "share": share }),
+    };
+    callback.call1((json(callback.py(), &told)?,)).map(|_| ())
+}
+
+/// A fitted model with everything that is said about it.
+type Fitted<'py> = (Model, Bound<'py, PyDict>);
+
+/// Fits the best of the models that are asked for to recordings.
+#[pyfunction]
+#[pyo3(signature = (training, validation, asked, preparing, callback=None))]
+pub(crate) fn fit<'py>(
+    py: Python<'py>,
+    training: &Bound<'py, PyAny>,
+    validation: &Bound<'py, PyAny>,
+    asked: Asked,
+    preparing: Preparing,
+    callback: Option<Bound<'py, PyAny>>,
+) -> PyResult<Fitted<'py>> {
+    let (training, validation) = (recordings(training)?, recordings(validation)?);
+    let (request, options) = (asked.request(py)?, preparing.options());
+    let held_back = validation.is_empty();
+    let pool = pool(py)?;
+    let prepare = || {
+        let (training, validation) = (preparing.delayed(training)?, preparing.delayed(validation)?);
+        Prepared::new(training, validation, &request, &options)
+    };
+    let data = py.detach(|| pool.install(prepare)).or_raise(py)?;
+    let preparation = preparation(
+        preparing.layout.clone(),
+        &data.options,
+        preparing.delay.clone(),
+    );
+    let candidates =
+        FitConfig::candidates(&data.dataset, &data.estimates, &request).or_raise(py)?;
+    if let [only] = &candidates[..] {
+        only.config.validate(&data.dataset).or_raise(py)?;
+    }
+    let dataset = &data.dataset;
+    let selection = watched(py, &pool, callback.as_ref(), |observer| {
+        select(dataset, candidates, None, observer)
+    })?
+    .or_raise(py)?;
+    let figures = py
+        .detach(|| pool.install(|| Figures::of(&selection.fit.model, &data.motions)))
+        .or_raise(py)?;
+    let provenance = Provenance {
+        preparation: Some(preparation),
+        ..Provenance::of_seed(request.seed)
+    };
+    summary(py, selection, held_back, provenance, figures, Some(&data))
+}
+
+/// The score of a model on some motions, and how far it can be trusted.
+struct Figures {
+    score: Score,
+    assessment: Assessment,
+}
+
+impl Figures {
+    fn of(model: &Learned, motions: &[Trajectory]) -> lagrangian::Result<Self> {
+        let deadline = Deadline::of(motions.iter().map(Trajectory::len).sum());
+        let options = RolloutOptions {
+            stop: deadline.stop(),
+            ..RolloutOptions::for_comparison()
+        };
+        let predictions = predict_all(model, motions, &options)?;
+        let score = score_predictions(model, motions, &predictions, &options)?;
+        let assessment = Assessment::new(model, motions, &score);
+        Ok(Self { score, assessment })
+    }
+}
+
+impl Figures {
+    fn of_samples(model: &Learned, samples: &Trajectory) -> lagrangian::Result<Self> {
+        let score = score_samples(model, samples)?;
+        let assessment = Assessment::new(model, std::slice::from_ref(samples), &score);
+        Ok(Self { score, assessment })
+    }
+}
+
+fn summary<'py>(
+    py: Python<'py>,
+    selection: Selection,
+    held_back: bool,
+    provenance: Provenance,
+    figures: Figures,
+    data: Option<&Prepared>,
+) -> PyResult<Fitted<'py>> {
+    let Selection {
+        fit,
+        chosen,
+        contestants,
+    } = selection;
+    let empty = CheckReport { items: Vec::new() };
+    let check = data.map_or(&empty, |data| &data.check);
+    let assessment = figures
+        .assessment
+        .of_selected(&contestants)
+        .of_checked(check);
+    let low_pass = data.and_then(|data| data.low_pass.clone());
+    let choices: Vec<_> = low_pass.into_iter().chain(chosen.choices).collect();
+    let summary = object!({
+        "family": fit.model.family(),
+        "ending": fit.ending,
+        "improved": fit.improved(&chosen.config, held_back),
+        "loss": finite(fit.best),
+        "best_step": fit.best_step,
+        "steps": fit.steps,
+        "seconds": fit.seconds,
+        "held_out": data.is_some_and(|data| data.held_out),
+        "choices": choices,
+        "tried": contestants,
+        "settings": chosen.config,
+        "check": { "verdict": check.verdict(), "items": check.items },
+        "score": figures.score,
+        "verdict": assessment.verdict,
+        "assessment": assessment,
+    });
+    let model = Model::new(Body::Learned(fit.model, provenance));
+    Ok((model, json(py, &summary)?))
+}
+
+/// JSON has no infinity.
+fn finite(x: f64) -> Value {
+    object!(x.is_finite().then_some(x))
+}
+
+/// Fits a model to samples that belong to no motion: states, forces and accelerations, `(m, n)` each.
+#[pyfunction]
+#[pyo3(signature = (samples, validation, names, asked, callback=None))]
+pub(crate) fn fit_samples<'py>(
+    py: Python<'py>,
+    samples: [Option<Bound<'py, PyAny>>; 4],
+    validation: Vec<usize>,
+    names: Vec<(String, String, String)>,
+    asked: Asked,
+    callback: Option<Bound<'py, PyAny>>,
+) -> PyResult<Fitted<'py>> {
+    let coordinates = crate::recording::coordinates(py, names)?;
+    let n = coordinates.dof();
+    let mut columns: [Vec<f64>; 4] = Default::default();
+    let named = ["q", "qd", "qdd", "tau"];
+    for ((column, given), name) in columns.iter_mut().zip(&samples).zip(named) {
+        if let Some(given) = given {
+            *column = Rows::new(given, name, n)?.values().to_vec();
+        }
+    }
+    let request = asked.request(py)?;
+    let dataset = divided(coordinates, columns, &validation).or_raise(py)?;
+    let chosen = FitConfig::for_data(&dataset, &[], &request).or_raise(py)?;
+    chosen.config.validate(&dataset).or_raise(py)?;
+    let pool = pool(py)?;
+    let held_out = &dataset;
+    let selection = watched(py, &pool, callback.as_ref(), |observer| {
+        select(held_out, vec![chosen], None, observer)
+    })?
+    .or_raise(py)?;
+    let part = match dataset.validation.is_empty() {
+        true => &dataset.train,
+        false => &dataset.validation,
+    };
+    // Samples in any order: their times only number them.
+    let times = (0..part.len()).map(|k| k as f64).collect();
+    let samples = Trajectory::new("samples", times, part.signals.clone());
+    let figures = py
+        .detach(|| Figures::of_samples(&selection.fit.model, &samples))
+        .or_raise(py)?;
+    let provenance = Provenance::of_seed(request.seed);
+    summary(py, selection, true, provenance, figures, None)
+}
+
+/// The samples whose numbers are listed are for validation, the others are fitted.
+fn divided(
+    coordinates: Coordinates,
+    [q, qd, qdd, tau]: [Vec<f64>; 4],
+    validation: &[usize],
+) -> lagrangian::Result<Dataset> {
+    let n = coordinates.dof();
+    let rows = q.len() / n.max(1);
+    let mut held = vec![false; rows];
+    for &row in validation {
+        if let Some(held) = held.get_mut(row) {
+            *held = true;
+        }
+    }
+    let part = |wanted: bool| {
+        let of = |signal: &[f64]| -> Vec<f64> {
+            let rows = signal.chunks_exact(n.max(1)).zip(&held);
+            let rows = rows.filter(|(_, held)| **held == wanted);
+            rows.flat_map(|(row, _)| row).copied().collect()
+        };
+        let tau = match tau.is_empty() {
+            true => vec![0.0; q.len()],
+            false => tau.clone(),
+        };
+        let signals = Signals {
+            q: of(&q),
+            qd: of(&qd),
+            qdd: of(&qdd),
+            tau: of(&tau),
+            ..Signals::default()
+        };
+        Samples::new(n, signals)
+    };
+    Dataset::from_samples(coordinates, part(false), part(true))
+}
+
+/// The figures of a model on recordings, which are prepared as those that it was fitted to.
+#[pyfunction]
+pub(crate) fn score<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, Model>,
+    trajectories: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let recordings = recordings(trajectories)?;
+    let body = model.get().body();
+    let Body::Learned(learned, _) = &**body else {
+        return Err(invalid(
+            py,
+            "the model was not fitted: there is nothing to score",
+        ));
+    };
+    let own = preparation_of(body);
+    let options = EstimateOptions {
+        smooth: own.smooth,
+        low_pass: own.low_pass,
+        momenta: false,
+        ..EstimateOptions::default()
+    };
+    let pool = pool(py)?;
+    let figures = || {
+        let recordings = match own.delay.is_empty() {
+            true => recordings,
+            false => recordings
+                .into_iter()
+                .map(|r| r.delayed(&own.delay))
+                .collect::<lagrangian::Result<_>>()?,
+        };
+        Figures::of(learned, &prepared::estimated(recordings, &options)?.0)
+    };
+    let Figures { score, assessment } = py.detach(|| pool.install(figures)).or_raise(py)?;
+    json(
+        py,
+        &object!({ "score": score, "verdict": assessment.verdict, "assessment": assessment }),
+    )
+}
+
+/// Ends predictions when their time is up: a usable model needs a tenth of it.
+struct Deadline {
+    flag: &'static AtomicBool,
+    done: Option<Sender<()>>,
+}
+
+/// Time for the predictions of any recordings, and for those of a sample, s; at most the longest.
+const ANY: f64 = 30.0;
+const SAMPLE: f64 = 2e-3;
+const LONGEST: f64 = 600.0;
+
+impl Deadline {
+    fn of(samples: usize) -> Self {
+        // A byte for each score: a stop outlives whatever looks at it.
+        let flag: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
+        let seconds = (ANY + SAMPLE * samples as f64).min(LONGEST);
+        let (done, ended) = channel::<()>();
+        std::thread::spawn(move || {
+            let wait = Duration::from_secs_f64(seconds);
+            if ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
+                flag.store(true, Ordering::Relaxed);
+            }
+        });
+        Self {
+            flag,
+            done: Some(done),
+        }
+    }
+
+    fn stop(&self) -> Stop {
+        Stop::when(self.flag)
+    }
+}
+
+impl Drop for Deadline {
+    fn drop(&mut self) {
+        self.done = None;
+    }
+}

@@ -1,0 +1,43 @@
+//! The Python module `lagrangian._lagrangian`: arrays in, arrays out. It holds no formula and no default that the library
+//! does not have; what Python users see stands in `python/lagrangian`.
+
+mod arrays;
+mod check;
+mod error;
+mod files;
+mod fit;
+mod model;
+mod motion;
+mod number;
+mod recording;
+mod settings;
+mod threads;
+
+use pyo3::prelude::*;
+
+/// The numerical core of the package `lagrangian`.
+#[pymodule]
+mod _lagrangian {
+    #[pymodule_export]
+    use super::check::check;
+    #[pymodule_export]
+    use super::files::{read, read_table, write};
+    #[pymodule_export]
+    use super::fit::{fit, fit_samples, score};
+    #[pymodule_export]
+    use super::model::{Model, load, own_system, robot, simulate, system};
+    #[pymodule_export]
+    use super::motion::{follow, roll_out, times};
+    #[pymodule_export]
+    use super::number::Number;
+    #[pymodule_export]
+    use super::settings::{families, integrators, systems, training_settings};
+    #[pymodule_export]
+    use super::threads::set_threads;
+
+    #[pymodule_init]
+    fn init(module: &super::Bound<'_, super::PyModule>) -> super::PyResult<()> {
+        use super::PyModuleMethods;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,132 @@
+//! `cargo xtask python`: builds the Python module, and runs the tests, types and examples of the package.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::{Failure, cargo};
+
+pub(crate) const USAGE: &str = "\
+python   builds the Python module in a virtual environment of its own (target/python) and runs its tests and types; what
+           follows goes to pytest";
+
+/// The oldest interpreter that the module supports.
+const OLDEST: (u32, u32) = (3, 10);
+
+pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
+    let root = root()?;
+    let python = environment(&root)?;
+    build(&root)?;
+    let package = root.join("python");
+    let run = |what: &str, arguments: &[&str]| -> Result<(), String> {
+        let mut command = Command::new(&python);
+        command.args(arguments).current_dir(&package);
+        command.env("LAGRANGIAN_COMMAND", artefact(&root, "lagrangian"));
+        command.env("PYTHONPATH", &package);
+        succeed(&mut command, what)
+    };
+    run(
+        "the stubs of the estimators",
+        &["tools/stubs.py", "--check"],
+    )?;
+    run("mypy", &["-m", "mypy"])?;
+    let stubtest = [
+        "-m",
+        "mypy.stubtest",
+        "lagrangian._lagrangian",
+        "--ignore-missing-stub",
+    ];
+    run("stubtest", &stubtest)?;
+    run("pytest", &[&["-m", "pytest", "-q"], flags].concat())?;
+    Ok(())
+}
+
+/// The folder of the workspace.
+fn root() -> Result<PathBuf, String> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = own.ancestors().nth(2);
+    Ok(root.ok_or("the workspace has no folder")?.to_path_buf())
+}
+
+fn target(root: &Path) -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from)
+}
+
+fn artefact(root: &Path, name: &str) -> PathBuf {
+    target(root).join("debug").join(name)
+}
+
+/// The interpreter of a virtual environment with what the tests need, made where it is missing or its list has changed.
+fn environment(root: &Path) -> Result<PathBuf, String> {
+    let folder = target(root).join("python");
+    let python = folder.join("bin").join("python");
+    let list = root.join("python").join("requirements-test.txt");
+    let wanted = fs::read(&list).map_err(|e| format!("cannot read {}: {e}", list.display()))?;
+    let installed = folder.join("requirements.txt");
+    if python.exists() && fs::read(&installed).is_ok_and(|own| own == wanted) {
+        return Ok(python);
+    }
+    let base = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let old = format!(
+        "import sys; raise SystemExit(sys.version_info < {:?})",
+        OLDEST
+    );
+    let remedy = format!(
+        "install Python {}.{} or later with venv and pip (Debian: `apt-get install python3-venv`), or name one in PYTHON",
+        OLDEST.0, OLDEST.1
+    );
+    let found = Command::new(&base).args(["-c", &old]).status();
+    if !found.is_ok_and(|status| status.success()) {
+        return Err(format!(
+            "the tests of the Python package need an interpreter: {remedy}"
+        ));
+    }
+    let venv = Command::new(&base)
+        .args(["-m", "venv"])
+        .arg(&folder)
+        .status();
+    if !venv.is_ok_and(|status| status.success()) {
+        return Err(format!("no virtual environment could be made: {remedy}"));
+    }
+    let mut pip = Command::new(&python);
+    pip.args([
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+        "-r",
+    ]);
+    succeed(pip.arg(&list), "pip install")?;
+    fs::write(&installed, wanted)
+        .map_err(|e| format!("cannot write {}: {e}", installed.display()))?;
+    Ok(python)
+}
+
+/// Builds the module with the features of all other tests, so that nothing is built twice, and puts it into the package.
+fn build(root: &Path) -> Result<(), String> {
+    let mut command = cargo();
+    command.args(["build", "--workspace", "--all-features", "--lib", "--bins"]);
+    succeed(command.current_dir(root), "cargo build")?;
+    let (from, to) = match cfg!(target_os = "macos") {
+        true => ("lib_lagrangian.dylib", "_lagrangian.abi3.so"),
+        false => ("lib_lagrangian.so", "_lagrangian.abi3.so"),
+    };
+    let (from, to) = (
+        artefact(root, from),
+        root.join("python").join("lagrangian").join(to),
+    );
+    // A new file: a process may still hold the old one in its memory.
+    let _ = fs::remove_file(&to);
+    fs::copy(&from, &to).map_err(|e| format!("cannot copy {}: {e}", from.display()))?;
+    Ok(())
+}
+
+fn succeed(command: &mut Command, what: &str) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{what} failed ({status})")),
+        Err(error) => Err(format!("{what} did not start: {error}")),
+    }
+}

@@ -1,0 +1,73 @@
+"""Learns the mechanics of a physical system from its trajectories.
+
+Three lines from a log to a model::
+
+    import lagrangian as lg
+
+    robot = lg.fit(lg.read("log.csv", angles="all"))
+    tau = robot.inverse_dynamics(q, qd, qdd)
+
+Arrays are NumPy's, in SI units, ``(n,)`` for one state or ``(…, n)`` for many: ``q``, ``qd``, ``qdd`` are coordinates,
+velocities and accelerations, ``tau`` are forces. Angles are in radians and unwrapped.
+"""
+
+from __future__ import annotations
+
+from . import errors
+from ._data import CheckReport, Item, check, read, simulate, write
+from ._estimators import Estimator, fit
+from ._families import (
+    Best,
+    Chain,
+    Delan,
+    Features,
+    Hnn,
+    Lnn,
+    Mlp,
+    NeuralOde,
+    Rigid,
+    Servo,
+    Vin,
+)
+from ._lagrangian import __version__, set_threads
+from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
+from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
+from .errors import LagrangianError
+
+__all__ = [
+    "Assessment",
+    "Best",
+    "Chain",
+    "CheckReport",
+    "Coordinate",
+    "Delan",
+    "Estimator",
+    "Features",
+    "Hnn",
+    "Item",
+    "LagrangianError",
+    "Lnn",
+    "Mlp",
+    "Model",
+    "NeuralOde",
+    "Outcome",
+    "Rigid",
+    "Servo",
+    "Trajectories",
+    "Trajectory",
+    "Vin",
+    "__version__",
+    "check",
+    "errors",
+    "fit",
+    "integrators",
+    "load",
+    "own_system",
+    "read",
+    "robot",
+    "set_threads",
+    "simulate",
+    "system",
+    "systems",
+    "write",
+]

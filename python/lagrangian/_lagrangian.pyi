@@ -1,0 +1,122 @@
+import os
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Self
+
+__version__: str
+
+Array = NDArray[np.float64]
+
+class Model:
+    """A model that predicts motion, forces and energy."""
+
+    def __new__(cls, core: Model, *_others: Any) -> Self: ...
+    @property
+    def coordinates(self) -> Any: ...
+    @property
+    def family(self) -> str:
+        """The family, or the name of the system."""
+    @property
+    def moves(self) -> bool:
+        """Whether it has forward dynamics, so that it can be rolled out."""
+    @property
+    def preparation(self) -> dict[str, Any] | None:
+        """How its recordings were prepared; ``None`` where that is not known."""
+    @property
+    def parameters(self) -> list[dict[str, Any]]:
+        """The parameters that have a name and a unit: friction, offsets, inertias."""
+    def forward_dynamics(
+        self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None, *, out: Array | None = None
+    ) -> Array:
+        """Accelerations q̈ of states under forces, rad/s² or m/s².
+
+        Args:
+            q, qd: Coordinates and velocities, ``(n,)`` or ``(…, n)``.
+            tau: Forces, N·m or N, of the same shape; none by default.
+            out: The array that the result is written to.
+
+        Returns:
+            An array of the shape of q; ``out`` where it was given.
+
+        Raises:
+            InvalidInput: An argument has another shape or is not finite.
+            NotSupported: A plain network of torques has no forward dynamics.
+        """
+    def inverse_dynamics(
+        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: Array | None = None
+    ) -> Array:
+        """Forces τ that yield the accelerations, with friction, N·m or N; arguments as ``forward_dynamics``."""
+    def mass_matrix(
+        self, q: ArrayLike, qd: ArrayLike | None = None, *, out: Array | None = None
+    ) -> Array:
+        """The mass matrix M = ∂²L/∂q̇∂q̇, kg·m² or kg, shape ``(…, n, n)``; at rest where no velocities are given."""
+    def bias(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
+        """The bias c = (∂p/∂q) q̇ − ∂L/∂q: Coriolis, centrifugal and conservative forces, without friction."""
+    def gravity(self, q: ArrayLike, *, out: Array | None = None) -> Array:
+        """The forces that hold the system at rest, c(q, 0)."""
+    def momentum(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
+        """The momentum p = ∂L/∂q̇."""
+    def energy(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
+        """The energy H = p·q̇ − L, J, shape ``(…)``."""
+    def lagrangian(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
+        """The Lagrangian L = p·q̇ − H, J, shape ``(…)``."""
+    def to_bytes(self) -> bytes:
+        """The bytes of the file of the model."""
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the file of the model: a whole one or none."""
+
+class Number:
+    """A number that carries derivatives through a Lagrangian that is written in Python."""
+
+def own_system(
+    name: str, function: Callable[[Any, Any], Any], coordinates: Sequence[tuple[str, str, str]]
+) -> Model: ...
+def check(trajectories: Sequence[Any], low_pass: float | None = None) -> dict[str, Any]: ...
+def families() -> str: ...
+def fit(
+    training: Sequence[Any],
+    validation: Sequence[Any],
+    asked: dict[str, Any],
+    preparing: dict[str, Any],
+    callback: Callable[[dict[str, Any]], Any] | None = None,
+) -> tuple[Model, dict[str, Any]]: ...
+def fit_samples(
+    samples: Sequence[Array | None],
+    validation: Sequence[int],
+    names: Sequence[tuple[str, str, str]],
+    asked: dict[str, Any],
+    callback: Callable[[dict[str, Any]], Any] | None = None,
+) -> tuple[Model, dict[str, Any]]: ...
+def follow(
+    model: Model, trajectory: Any, hold: str, integration: dict[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]: ...
+def integrators() -> list[str]: ...
+def load(source: bytes | os.PathLike[str]) -> Model: ...
+def read(
+    paths: Sequence[os.PathLike[str]], told: dict[str, Any]
+) -> tuple[list[dict[str, Any]], list[str], str]: ...
+def read_table(table: bytes, told: dict[str, Any]) -> tuple[list[dict[str, Any]], list[str], str]: ...
+def robot(urdf: str, joints: Sequence[str]) -> Model: ...
+def roll_out(
+    model: Model,
+    start: tuple[ArrayLike, ArrayLike],
+    times: ArrayLike,
+    tau: Any,
+    hold: str,
+    integration: dict[str, Any],
+) -> tuple[dict[str, Any], dict[str, Any]]: ...
+def score(model: Model, trajectories: Sequence[Any]) -> dict[str, Any]: ...
+def set_threads(count: int) -> None:
+    """Sets the number of threads of later fits and rollouts; 0 for one on each core."""
+
+def simulate(
+    model: Model, asking: dict[str, Any], integration: dict[str, Any]
+) -> tuple[list[dict[str, Any]], dict[str, Any]]: ...
+def system(name: str, parameters: Sequence[tuple[str, float]]) -> Model: ...
+def systems() -> str: ...
+def times(duration: float, step: float) -> Array: ...
+def training_settings() -> str: ...
+def write(path: os.PathLike[str], motions: Sequence[Any]) -> None: ...

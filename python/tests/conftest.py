@@ -1,0 +1,35 @@
+"""Data and models that several tests share."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+import lagrangian as lg
+
+
+@pytest.fixture(scope="session")
+def swings() -> lg.Trajectories:
+    """Ten motions of a pendulum."""
+    return lg.simulate("pendulum", trajectories=10, duration=4.0, step=0.02, length=0.5, seed=1)
+
+
+@pytest.fixture(scope="session")
+def lnn(swings: lg.Trajectories) -> lg.Estimator:
+    """A Lagrangian network that was fitted to them."""
+    return lg.Lnn(width=16, batch=64, steps=150, seed=3).fit(swings)
+
+
+@pytest.fixture(scope="session")
+def command() -> str:
+    """The command, as `cargo xtask test` has built it."""
+    path = os.environ.get("LAGRANGIAN_COMMAND") or shutil.which("lagrangian")
+    if path is None or not Path(path).exists():
+        message = "skipped: no command; build it and set LAGRANGIAN_COMMAND to its path"
+        if os.environ.get("CI"):
+            pytest.fail(message)
+        pytest.skip(message)
+    return path
