@@ -59,6 +59,7 @@ impl MotionArgs {
             step: self.step,
             rtol: self.tolerance,
             atol: self.tolerance,
+            stop: interrupt::stop(),
             ..RolloutOptions::default()
         }
     }

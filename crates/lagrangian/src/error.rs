@@ -44,7 +44,7 @@ pub enum Error {
     },
 
     /// Nothing has this name.
-    #[error("there is no {kind} '{name}': choose one of {known}")]
+    #[error("there is no {kind} '{}': choose one of {known}", shortened(name))]
     UnknownName {
         /// What was looked for, e.g. `system`.
         kind: &'static str,
@@ -304,7 +304,7 @@ fn opening(line: &str) -> Option<(usize, char)> {
 impl Error {
     /// An [`Error::Argument`].
     pub fn argument(name: &'static str, value: impl ToString, must: &'static str) -> Self {
-        let value = value.to_string();
+        let value = brief(&value.to_string());
         Self::Argument { name, value, must }
     }
 
@@ -316,7 +316,7 @@ impl Error {
 
     /// A [`Error::Setting`].
     pub fn setting(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        let (problem, remedy) = (problem.into(), remedy.into());
+        let (problem, remedy) = (brief(&problem.into()), remedy.into());
         Self::Setting { problem, remedy }
     }
 
