@@ -513,11 +513,22 @@ pub(crate) enum Links {
     Relative,
 }
 
+/// A longer word is not repeated in full, bytes.
+const LONG_WORD: usize = 60;
+
 impl Cli {
     /// Reads the command line; a negative number is a value of the flag before it, which may refuse it.
     pub(crate) fn from_command_line() -> Self {
-        let parsed = Self::from_arg_matches(&Self::numeric().get_matches());
-        parsed.unwrap_or_else(|error| error.exit())
+        let matches = Self::numeric().try_get_matches();
+        let parsed = matches.and_then(|matches| Self::from_arg_matches(&matches));
+        parsed.unwrap_or_else(|error| {
+            // The parser repeats words of any length.
+            if !error.use_stderr() || std::env::args().all(|word| word.len() <= LONG_WORD) {
+                error.exit();
+            }
+            tell!("{}", lagrangian::brief(&error.render().to_string()));
+            std::process::exit(error.exit_code())
+        })
     }
 
     /// What a command line means that is made here.

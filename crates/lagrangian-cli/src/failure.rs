@@ -67,9 +67,15 @@ impl<T, E: Into<Error>> Advise<T> for Result<T, E> {
     }
 }
 
+/// A line that repeats more of what was given is shortened, bytes; paths and lists of columns may be long.
+const LONGEST_LINE: usize = 4000;
+
 /// The lines for standard error: the chain of causes, then the hint where there is one.
 pub(crate) fn describe(error: &Error) -> String {
     let mut lines = with_flags(&format!("error: {error:#}"));
+    if lines.lines().any(|line| line.len() > LONGEST_LINE) {
+        lines = lagrangian::brief(&lines);
+    }
     if let Some(mistake) = error.downcast_ref::<Mistake>() {
         lines += &format!("\nhint: {}", mistake.hint);
     }

@@ -57,7 +57,10 @@ fn main() -> ExitCode {
         Err(error) if failure::is_broken_pipe(&error) => ExitCode::from(CLOSED_PIPE),
         Err(error) => {
             tell!("{}", failure::describe(&error));
-            ExitCode::from(failure::exit_code(&error))
+            ExitCode::from(match interrupt::is_pressed() {
+                true => interrupt::INTERRUPTED,
+                false => failure::exit_code(&error),
+            })
         }
     }
 }

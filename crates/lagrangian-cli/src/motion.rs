@@ -55,6 +55,7 @@ impl MotionArgs {
             step: self.step,
             rtol: self.tolerance,
             atol: self.tolerance,
+            stop: interrupt::stop(),
             ..RolloutOptions::default()
         }
     }

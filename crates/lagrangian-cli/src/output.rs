@@ -202,6 +202,7 @@ impl Columns<'_> {
         if self.layout.is_plain() {
             return print_trajectories(motions);
         }
+        refuse_closed()?;
         let table = Table::of_motions(motions, self.coordinates, self.layout);
         let mut text = io::Cursor::new(Vec::new());
         Format::Csv.write_table(&mut text, &table)?;
@@ -214,7 +215,24 @@ impl Columns<'_> {
 
 /// Writes trajectories as CSV to standard output.
 pub(crate) fn print_trajectories(trajectories: &[Trajectory]) -> Result<()> {
+    refuse_closed()?;
     csv::write(io::stdout().lock(), trajectories).context("cannot write to standard output")
+}
+
+/// Refuses a standard output that was closed, where it is all that a command gives. When a program starts, the device that loses
+/// everything takes the place of a closed output, open for reading too, as nobody opens it who only wants silence.
+fn refuse_closed() -> Result<()> {
+    let is_lost = fs::read_link("/proc/self/fd/1").is_ok_and(|path| path == Path::new("/dev/null"));
+    let about = fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default();
+    let flags = about.lines().find_map(|line| line.strip_prefix("flags:"));
+    let flags = flags.and_then(|octal| u32::from_str_radix(octal.trim(), 8).ok());
+    match is_lost && flags.is_some_and(|flags| flags & 3 == 2) {
+        false => Ok(()),
+        true => Err(mistake(
+            "standard output is closed, and the motion would be lost",
+            "give a file with --out",
+        )),
+    }
 }
 
 /// Writes text to standard output; a closed or full output is an error, not a panic.

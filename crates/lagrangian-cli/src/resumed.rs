@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use anyhow::{Context, Result};
-use lagrangian::Checkpoint;
+use anyhow::{Context, Result, anyhow};
 use lagrangian::settings::difference;
+use lagrangian::{Checkpoint, brief};
 
 use crate::cli::{Cli, Command};
 use crate::failure::{Advise, mistake};
@@ -14,6 +14,7 @@ use crate::run_folder::{CHECKPOINT, DataFile, RunFolder, RunRecord};
 /// The settings of a run from its record.
 pub(crate) fn settings(record: &RunRecord) -> Result<FitArgs> {
     let settings = record.settings.clone().try_into();
+    let settings = settings.map_err(|e: toml::de::Error| anyhow!(brief(&e.to_string())));
     let mut args: FitArgs = settings.advise(
         "cannot read the settings of the run",
         "run.toml was changed by hand: repeat the fit",

@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
+use lagrangian::brief;
 use lagrangian::train::{Choice, Contestant};
 use serde::{Deserialize, Serialize};
 
@@ -156,7 +157,8 @@ impl RunFolder {
         let path = self.file(RUN);
         let shown = format!("cannot read '{}'", path.display());
         let text = input::text(&path).advise(&shown, "give the folder of a run")?;
-        toml::from_str(&text).advise(shown, "it was changed by hand or cut short: repeat the fit")
+        let record = toml::from_str(&text).map_err(|e| anyhow!(brief(&e.to_string())));
+        record.advise(shown, "it was changed by hand or cut short: repeat the fit")
     }
 
     /// Opens the metrics for the steps after `after` (0 at the start); later lines of an earlier attempt go.

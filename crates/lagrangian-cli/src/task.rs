@@ -1,11 +1,14 @@
-//! A task that takes a while: a line on standard error now and then, and an end when its time is up.
+//! A task that takes a while: a line on standard error now and then, and an end at Ctrl-C or when its time is up.
 
+use std::fs;
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
+use crate::failure::FAILED;
 use crate::interrupt;
 use crate::progress::duration;
 
@@ -13,6 +16,10 @@ use crate::progress::duration;
 const FIRST_LINE: Duration = Duration::from_secs(1);
 /// Between two lines.
 const LINE_EVERY: Duration = Duration::from_secs(5);
+/// Between two looks at Ctrl-C and at the clock.
+const LOOK: Duration = Duration::from_millis(50);
+/// A task that was asked to end has so long to end with what it has.
+const GRACE: Duration = Duration::from_millis(700);
 
 /// Time for the predictions of any recordings, and for those of a sample, s; at most [`LONGEST`]. A usable model needs a
 /// tenth of it.
@@ -20,35 +27,77 @@ const ANY: f64 = 30.0;
 const SAMPLE: f64 = 2e-3;
 const LONGEST: f64 = 600.0;
 
-/// A task under way; it ends when this is dropped.
+/// Time for any other task, for each byte that it reads, and for each sample that it computes, s: on a slow machine a tenth of
+/// it is enough.
+const ANY_TASK: f64 = 120.0;
+const BYTE: f64 = 2e-5;
+const COMPUTED: f64 = 2e-2;
+
+/// The size of a task, from which its time follows.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Size {
+    bytes: u64,
+    samples: f64,
+}
+
+impl Size {
+    /// What these files hold is read.
+    pub(crate) fn of_files(files: &[PathBuf]) -> Self {
+        let length = |path: &PathBuf| fs::metadata(path).map_or(0, |about| about.len());
+        Self {
+            bytes: files.iter().map(length).sum(),
+            samples: 0.0,
+        }
+    }
+
+    /// So many samples are computed too.
+    pub(crate) fn with_samples(self, samples: f64) -> Self {
+        Self { samples, ..self }
+    }
+
+    fn budget(self) -> Duration {
+        let seconds = ANY_TASK + BYTE * self.bytes as f64 + COMPUTED * self.samples;
+        // OK because no task is that long: flags are bounded where they are used.
+        Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
+    }
+}
+
+/// What becomes of a task that was asked to end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// It looks at [`interrupt::stop`] everywhere, and is waited for.
+    Waited,
+    /// Parts of it do not look: after [`GRACE`] the command ends without a result.
+    Forced,
+}
+
+/// A task under way, which is at its end when this is dropped. Results are written after that, so that none is cut.
 pub(crate) struct Task {
     done: Option<Sender<()>>,
     lines: Option<JoinHandle<()>>,
 }
 
 impl Task {
-    /// Shows that a task is under way.
-    pub(crate) fn start(label: &'static str, quiet: bool) -> Self {
-        Self::within(label, quiet, None)
+    /// A task of this size; it ends at Ctrl-C and when its time is up, with what it has or with nothing.
+    pub(crate) fn start(label: &'static str, quiet: bool, size: Size) -> Result<Self> {
+        Self::within(label, quiet, size.budget(), End::Forced)
     }
 
     /// The predictions of so many samples: they end when their time is up, or at Ctrl-C.
     pub(crate) fn of_predictions(label: &'static str, quiet: bool, samples: usize) -> Result<Self> {
-        interrupt::listen()?;
         let seconds = (ANY + SAMPLE * samples as f64).min(LONGEST);
-        Ok(Self::within(
-            label,
-            quiet,
-            Some(Duration::from_secs_f64(seconds)),
-        ))
+        Self::within(label, quiet, Duration::from_secs_f64(seconds), End::Waited)
     }
 
-    fn within(label: &'static str, quiet: bool, budget: Option<Duration>) -> Self {
+    fn within(label: &'static str, quiet: bool, budget: Duration, end: End) -> Result<Self> {
+        interrupt::listen()?;
         let (done, ended) = channel();
-        Self {
+        Ok(Self {
             done: Some(done),
-            lines: Some(thread::spawn(move || show(label, quiet, budget, &ended))),
-        }
+            lines: Some(thread::spawn(move || {
+                watch(label, quiet, (budget, end), &ended);
+            })),
+        })
     }
 }
 
@@ -60,26 +109,47 @@ impl Drop for Task {
     }
 }
 
-/// Writes lines until the task has ended, and ends it when its time is up.
-fn show(label: &str, quiet: bool, budget: Option<Duration>, ended: &Receiver<()>) {
-    let start = Instant::now();
-    let limit = budget.map_or(String::new(), |b| format!(", at most {}", duration(b)));
-    let (mut next, mut deadline) = (FIRST_LINE, budget);
-    loop {
-        let due = deadline.map_or(next, |deadline| next.min(deadline));
-        let wait = due.saturating_sub(start.elapsed());
-        if ended.recv_timeout(wait) != Err(RecvTimeoutError::Timeout) {
-            return;
-        }
-        if deadline.is_some_and(|deadline| start.elapsed() >= deadline) {
-            deadline = None;
+/// Writes lines until the task has ended, and asks it to end when its time is up.
+fn watch(label: &str, quiet: bool, (budget, end): (Duration, End), ended: &Receiver<()>) {
+    let (start, mut next, mut asked) = (Instant::now(), FIRST_LINE, None);
+    while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+        let elapsed = start.elapsed();
+        if asked.is_none() && elapsed >= budget {
             interrupt::time_is_up();
-            tell!("note: {label}: its time is up; what is left is omitted");
-        } else if start.elapsed() >= next {
+            let limit = duration(budget);
+            tell!("note: {label}: its time is up ({limit}); what is left is omitted");
+        } else if asked.is_none() && elapsed >= next && !quiet {
             next += LINE_EVERY;
-            if !quiet {
-                tell!("{label}: {} so far{limit}", duration(start.elapsed()));
+            let (elapsed, limit) = (duration(elapsed), duration(budget));
+            tell!("{label}: {elapsed} so far, at most {limit}");
+        }
+        if interrupt::stop().is_asked() {
+            let since = asked.get_or_insert_with(Instant::now).elapsed();
+            if end == End::Forced && since >= GRACE {
+                tell!("{label}: ended before it had a result; nothing was written");
+                std::process::exit(i32::from(match interrupt::is_pressed() {
+                    true => interrupt::INTERRUPTED,
+                    false => FAILED,
+                }));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_of_a_task_grows_with_what_it_reads_and_computes() {
+        let none = Size::default();
+        assert_eq!(none.budget(), Duration::from_secs_f64(ANY_TASK));
+        assert!(none.with_samples(1e6).budget() > none.with_samples(1e3).budget());
+        assert_eq!(none.with_samples(f64::MAX).budget(), Duration::MAX);
+        let read = Size {
+            bytes: 1 << 30,
+            ..none
+        };
+        assert!(read.budget() > Duration::from_secs(3600));
     }
 }

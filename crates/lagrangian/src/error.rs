@@ -53,7 +53,7 @@ pub enum Error {
     },
 
     /// Nothing has this name.
-    #[error("there is no {kind} '{name}': choose one of {known}")]
+    #[error("there is no {kind} '{}': choose one of {known}", shortened(name))]
     UnknownName {
         /// What was looked for, e.g. `system`.
         kind: &'static str,
@@ -254,16 +254,78 @@ pub(crate) fn shortened(text: &str) -> String {
     short.replace(char::is_control, " ")
 }
 
+/// The most characters of what another program says.
+const MOST_TOLD: usize = 600;
+
+/// A message that may repeat what was read: whatever it quotes is [`shortened`], and so is each long line and the whole.
+///
+/// ```
+/// let told = format!("unknown field `{}`, expected `t`", "x".repeat(10_000));
+/// assert!(lagrangian::brief(&told).len() < 120);
+/// assert!(lagrangian::brief(&told).ends_with("expected `t`"));
+/// ```
+#[must_use]
+pub fn brief(message: &str) -> String {
+    let lines: Vec<String> = message.lines().map(brief_line).collect();
+    let text = lines.join("\n");
+    match text.char_indices().nth(MOST_TOLD) {
+        None => text,
+        Some((end, _)) => format!("{}…", &text[..end]),
+    }
+}
+
+/// The most characters of a line that is not a quotation.
+const LONGEST_LINE: usize = 240;
+
+fn brief_line(line: &str) -> String {
+    let mut short = String::new();
+    let mut rest = line;
+    while let Some((open, mark)) = opening(rest) {
+        let inside = &rest[open + 1..];
+        let Some(close) = inside.find(mark) else {
+            break;
+        };
+        short += &rest[..=open];
+        short += &shortened(&inside[..close]);
+        short.push(mark);
+        rest = &inside[close + 1..];
+    }
+    short += rest;
+    // The beginning says what is wrong, and the end what to do.
+    let length = short.chars().count();
+    if length <= LONGEST_LINE {
+        return short;
+    }
+    let begin: String = short.chars().take(LONGEST_LINE / 2).collect();
+    let end: String = short.chars().skip(length - LONGEST_LINE / 2).collect();
+    format!("{begin}…{end}")
+}
+
+/// The first quotation mark of a line; an apostrophe within a word is none.
+fn opening(line: &str) -> Option<(usize, char)> {
+    let mut before = ' ';
+    line.char_indices().find(|(_, mark)| {
+        let in_word = std::mem::replace(&mut before, *mark).is_alphanumeric();
+        matches!(mark, '"' | '`') || *mark == '\'' && !in_word
+    })
+}
+
 impl Error {
     /// An [`Error::Argument`].
     pub fn argument(name: &'static str, value: impl ToString, must: &'static str) -> Self {
-        let value = value.to_string();
+        let value = brief(&value.to_string());
         Self::Argument { name, value, must }
+    }
+
+    /// A [`Error::Malformed`].
+    pub(crate) fn malformed(format: &'static str, reason: impl Display) -> Self {
+        let reason = brief(&reason.to_string());
+        Self::Malformed { format, reason }
     }
 
     /// A [`Error::Setting`].
     pub fn setting(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        let (problem, remedy) = (problem.into(), remedy.into());
+        let (problem, remedy) = (brief(&problem.into()), remedy.into());
         Self::Setting { problem, remedy }
     }
 

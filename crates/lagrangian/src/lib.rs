@@ -99,7 +99,7 @@ pub mod trajectory;
 
 pub use check::{CHECKED, CheckOptions, CheckReport, Item, Verdict, check, check_validation};
 pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
-pub use error::{Error, Result};
+pub use error::{Error, Result, brief};
 pub use integrate::Method;
 pub use mechanics::{
     Actuation, Dissipation, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical, Model,

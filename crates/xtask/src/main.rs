@@ -1,10 +1,13 @@
 //! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted, `cargo xtask
 //! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
 //! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
-//! kill` ends fits in every way in which they may end.
+//! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
+//! checks the licences of what is linked.
 
 mod bench;
 mod bits;
+mod deny;
+mod fuzz;
 mod kill;
 mod page;
 mod python;
@@ -22,9 +25,11 @@ usage: cargo xtask test
        cargo xtask bits …
        cargo xtask sanitize
        cargo xtask kill …
+       cargo xtask fuzz …
+       cargo xtask deny
        cargo xtask python …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, the sanitizer, some killed fits, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -37,7 +42,7 @@ struct Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 10] = [
+const TEST: [Step; 11] = [
     Step {
         name: "format",
         arguments: &["fmt", "--all", "--check"],
@@ -118,6 +123,12 @@ const TEST: [Step; 10] = [
         component: None,
     },
     Step {
+        name: "fuzz",
+        arguments: &["run", "--quiet", "--package", "xtask", "--", "fuzz"],
+        variable: None,
+        component: None,
+    },
+    Step {
         name: "race",
         arguments: &[
             "run",
@@ -166,16 +177,20 @@ fn main() -> ExitCode {
         ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
         ["bits", ref flags @ ..] => bits::main(flags).map(|()| None),
         ["kill", ref flags @ ..] => kill::main(flags).map(|()| None),
+        ["fuzz", ref flags @ ..] => fuzz::main(flags).map(|()| None),
+        ["deny", ref flags @ ..] => deny::main(flags).map(|()| None),
         ["python", ref flags @ ..] => python::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
                 sanitize::USAGE,
                 kill::USAGE,
+                fuzz::USAGE,
+                deny::USAGE,
                 python::USAGE
             );
             return ExitCode::SUCCESS;

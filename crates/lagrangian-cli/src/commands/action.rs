@@ -19,7 +19,7 @@ use crate::failure::{Advise, FAILED};
 use crate::law_args::ActionArgs;
 use crate::output;
 use crate::run_folder::command_line;
-use crate::task::Task;
+use crate::task::{Size, Task};
 
 /// Sizes of the variations that are drawn.
 const SIZES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
@@ -28,7 +28,8 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output
         .refuse_inputs(&[PathBuf::from(&args.subject.subject)])?;
     args.output.refuse_unwritable()?;
-    let _task = Task::start("action", mode.quiet);
+    let paths = (args.steps as f64) * (args.guesses as f64);
+    let task = Task::start("action", mode.quiet, Size::default().with_samples(paths))?;
     let subject = args.subject.open()?;
     let physics = subject.physics()?;
     if physics.applied.dissipation.is_some() {
@@ -43,6 +44,7 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     };
     let search = stationary_paths(lagrangian, &ends, &options)
         .advise("cannot look for a path", "correct --steps or --guesses")?;
+    drop(task);
     write(args, lagrangian, &search)?;
     let failure = search.failure();
     let figures = json!({

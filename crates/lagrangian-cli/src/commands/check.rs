@@ -13,18 +13,21 @@ use crate::cli::CheckArgs;
 use crate::data;
 use crate::failure::{FAILED, with_flags};
 use crate::run_folder::command_words;
-use crate::task::Task;
+use crate::task::{Size, Task};
 
 pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
-    args.output.refuse_inputs(&args.data.inputs(&args.files)?)?;
+    let inputs = args.data.inputs(&args.files)?;
+    args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
-    let _task = Task::start("check", mode.quiet);
+    let task = Task::start("check", mode.quiet, Size::of_files(&inputs))?;
     let sampling = args.sample.sampling(0, Sampling::LONG);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
     let low_pass = args.low_pass;
     let mut report = data::check(&recordings, &CheckOptions { low_pass });
-    if args.lagrangian {
-        let item = existence::item(args, &recordings, &report, mode)?;
+    drop(task);
+    if args.lagrangian
+        && let Some(item) = existence::item(args, &recordings, &report, mode)?
+    {
         let remedy = item.remedy.as_deref().map(with_flags);
         report.items.push(Item { remedy, ..item });
     }

@@ -19,7 +19,7 @@ use crate::failure::{Advise, mistake};
 use crate::fitted;
 use crate::law_args::ConservedArgs;
 use crate::subject::{Subject, coordinate};
-use crate::task::Task;
+use crate::task::{Size, Task};
 
 /// Motions of a system that is rolled out, and their samples in a second.
 const MOTIONS: usize = 20;
@@ -30,7 +30,9 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
     inputs.push(PathBuf::from(&args.subject.subject));
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
-    let _task = Task::start("conserved", mode.quiet);
+    let samples = MOTIONS as f64 * RATE * args.duration;
+    let size = Size::of_files(&inputs).with_samples(samples);
+    let task = Task::start("conserved", mode.quiet, size)?;
     let subject = args.subject.open()?;
     let coordinates = subject.coordinates()?;
     let points = points(args, coordinates)?;
@@ -48,6 +50,7 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
         "cannot measure what is conserved",
         "`lagrangian check` shows what is wrong with the data",
     )?;
+    drop(task);
     let figures = json!({
         "command": "conserved",
         "subject": args.subject.subject,

@@ -1,5 +1,6 @@
 //! `lagrangian convert`: recordings of any format in another one.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -10,13 +11,14 @@ use super::OutputMode;
 use crate::cli::ConvertArgs;
 use crate::data::{self, Files, Source};
 use crate::failure::mistake;
-use crate::task::Task;
+use crate::task::{Size, Task};
 use crate::{bag_folder, input, output};
 
 pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
-    refuse_inputs(args)?;
+    let inputs = args.data.inputs(&args.files)?;
+    refuse_inputs(args, &inputs)?;
     args.output.refuse_unwritable()?;
-    let task = Task::start("convert", mode.quiet);
+    let task = Task::start("convert", mode.quiet, Size::of_files(&inputs))?;
     let Files {
         recordings,
         sources,
@@ -99,13 +101,13 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
 }
 
 /// Refuses to write over a file that is read, however its path is written, and a layout that would speak for an input too.
-fn refuse_inputs(args: &ConvertArgs) -> Result<()> {
+fn refuse_inputs(args: &ConvertArgs, inputs: &[PathBuf]) -> Result<()> {
     let Some(out) = &args.output.out else {
         return Ok(());
     };
     let files = bag_folder::files(&args.files)?;
     let layout = out.with_extension("toml");
-    input::refuse_overwriting([out, &layout], &args.data.inputs(&args.files)?)?;
+    input::refuse_overwriting([out, &layout], inputs)?;
     match files
         .iter()
         .find(|file| input::is_same_name(&file.with_extension("toml"), &layout))

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use lagrangian::{Budget, CheckReport, EstimateOptions, Item, Observer, Recording, train};
 use lagrangian_analysis::existence::{SurveyConfig, check_item, survey};
 
@@ -12,7 +12,7 @@ use crate::failure::{Advise, mistake};
 use crate::progress::Progress;
 use crate::{data, interrupt};
 
-/// The item of recordings that passed the other items of `report`.
+/// The item of recordings that passed the other items of `report`; none where the search was interrupted.
 ///
 /// # Errors
 /// Where these failed, or the fits cannot begin.
@@ -21,7 +21,7 @@ pub(super) fn item(
     recordings: &[Recording],
     report: &CheckReport,
     mode: OutputMode,
-) -> Result<Item> {
+) -> Result<Option<Item>> {
     let Some(first) = recordings.first().filter(|_| report.passed()) else {
         return Err(mistake(
             "the recordings fail the check, so that no fit would say whether a Lagrangian exists",
@@ -47,10 +47,11 @@ pub(super) fn item(
         "omit --lagrangian, or give more recordings of the same system",
     )?;
     if interrupt::is_pressed() {
-        bail!("interrupted while searching for a Lagrangian");
+        tell!("note: the search for a Lagrangian was stopped; its item is omitted");
+        return Ok(None);
     }
     watch.bar.finish("done");
-    Ok(check_item(&found))
+    Ok(Some(check_item(&found)))
 }
 
 struct Watch {

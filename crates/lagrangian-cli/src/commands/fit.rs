@@ -29,6 +29,7 @@ use crate::resumed::{resumed, same_run, settings};
 use crate::robot::Robot;
 use crate::run_folder::{DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line};
 use crate::run_page::{Evaluation, Run};
+use crate::task::{Size, Task};
 use crate::verdict;
 use crate::watch::Watch;
 
@@ -42,7 +43,13 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         true => resumed(folder, args)?,
         false => (args.clone(), None),
     };
-    folder.refuse_inputs(&inputs(&args)?)?;
+    let inputs = inputs(&args)?;
+    folder.refuse_inputs(&inputs)?;
+    let reading = Task::start(
+        "fit: preparing the data",
+        mode.quiet,
+        Size::of_files(&inputs),
+    )?;
     let data = read(&args)?;
     let robot = args.robot.read()?;
     let mut record = record(&args, &data, robot.as_ref())?;
@@ -64,6 +71,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
             "`lagrangian fit --help` lists the flags and their values",
         )?;
     }
+    drop(reading);
     record.resolved = resolved.with(&candidates)?;
     if warnings > 0 {
         tell!("note: warnings about the data: {warnings}; the page lists them");

@@ -22,7 +22,7 @@ use crate::fitted;
 use crate::identify_args::IdentifyArgs;
 use crate::output::{self, Existing};
 use crate::robot::{self, Robot};
-use crate::task::Task;
+use crate::task::{Size, Task};
 use crate::{data, input};
 
 /// The part of the data to identify from that chooses the strength of the prior.
@@ -35,7 +35,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
     inputs.push(args.urdf.clone());
     input::refuse_overwriting([&args.out], &inputs)?;
     output::refuse_existing(&args.out, existing)?;
-    let _task = Task::start("identify", mode.quiet);
+    let task = Task::start("identify", mode.quiet, Size::of_files(&inputs))?;
     let robot = robot::open(&args.urdf, &args.joints)?;
     let data = read(args)?;
     let found = identify(args, &robot, &data)?;
@@ -49,6 +49,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
             "`lagrangian fit --model rigid` keeps the identified robot as a model instead",
         )?;
     let errors = data.errors(&robot.config, &text, &found)?;
+    drop(task);
     output::write_bytes(&args.out, existing, text.as_bytes())?;
     let changes = found.changes();
     let figures = json!({

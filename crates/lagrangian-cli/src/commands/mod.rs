@@ -23,6 +23,7 @@ use clap::Args;
 use serde_json::Value;
 
 use crate::cli::{Cli, Command};
+use crate::interrupt;
 use crate::output;
 
 /// What a command prints.
@@ -50,7 +51,7 @@ impl OutputMode {
 /// Runs the command that was asked for.
 pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
     let mode = cli.mode;
-    match cli.command {
+    let code = match cli.command {
         Command::Demo(args) => demo::run(&args, mode),
         Command::Simulate(args) => simulate::run(&args, mode),
         Command::Convert(args) => convert::run(&args, mode),
@@ -65,5 +66,9 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Conserved(args) => conserved::run(&args, mode),
         Command::Action(args) => action::run(&args, mode),
         Command::Report(args) => report::run(&args, mode),
-    }
+    }?;
+    Ok(match interrupt::is_pressed() {
+        true => ExitCode::from(interrupt::INTERRUPTED),
+        false => code,
+    })
 }

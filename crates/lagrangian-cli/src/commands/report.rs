@@ -18,6 +18,7 @@ use crate::out_args::write_png;
 use crate::output::{self, Existing};
 use crate::run_folder::{FIGURES, METRICS, MODEL, REPORT, RUN, RunFolder};
 use crate::run_page::Run;
+use crate::task::{Size, Task};
 
 pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     let folder = RunFolder::existing(&args.run)?;
@@ -72,8 +73,11 @@ fn of_run(folder: &RunFolder, links: Links, mode: OutputMode) -> Result<Report> 
         return serde_json::from_slice(&bytes).advise(shown, "repeat the demo with --force");
     }
     let record = folder.record()?;
+    let size = Size::of_files(&inputs(folder)?);
+    let reading = Task::start("report: reading", mode.quiet, size)?;
     let model = fitted::model(&folder.file(MODEL))?;
     let evaluation = fit::evaluation(&record)?;
+    drop(reading);
     let metrics = folder.read_metrics()?;
     let run = Run {
         folder: folder.path(),

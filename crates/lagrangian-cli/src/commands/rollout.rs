@@ -16,7 +16,7 @@ use crate::failure::{Advise, mistake};
 use crate::fitted;
 use crate::motion;
 use crate::output::{self, Columns};
-use crate::task::Task;
+use crate::task::{Size, Task};
 
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
@@ -25,7 +25,9 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     inputs.push(args.model.clone());
     output.refuse_inputs_of_motions(&inputs)?;
     output.refuse_unwritable()?;
-    let task = Task::start("rollout", mode.quiet);
+    let samples = args.motion.duration / args.motion.step;
+    let size = Size::of_files(&inputs).with_samples(samples);
+    let task = Task::start("rollout", mode.quiet, size)?;
     let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = match &args.follow {
         Some(_) => fitted.complete(&args.data, &args.estimate)?,

@@ -12,9 +12,8 @@ use crate::cli::ScoreArgs;
 use crate::data;
 use crate::failure::Advise;
 use crate::fitted;
-use crate::interrupt;
 use crate::motion;
-use crate::task::Task;
+use crate::task::{Size, Task};
 use crate::verdict;
 
 pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -22,6 +21,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     inputs.push(args.model.clone());
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
+    let reading = Task::start("score: reading", mode.quiet, Size::of_files(&inputs))?;
     let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let model = fitted.model;
@@ -29,6 +29,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     fitted::require_coordinates(&recordings, model.coordinates())?;
     let (trajectories, estimates) = data::trajectories(recordings, &estimate.options())?;
     let samples = trajectories.iter().map(Trajectory::len).sum();
+    drop(reading);
     let task = Task::of_predictions("score", mode.quiet, samples)?;
     let score = score(&model, &trajectories, &motion::for_comparison()).advise(
         "cannot score",
@@ -48,10 +49,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     });
     let text = || as_text(&score, &trajectories, model.coordinates()) + &verdict::text(&assessment);
     args.output.write_figures(mode, &figures, text)?;
-    Ok(match interrupt::is_pressed() {
-        true => ExitCode::from(interrupt::INTERRUPTED),
-        false => verdict::exit_code(&assessment),
-    })
+    Ok(verdict::exit_code(&assessment))
 }
 
 fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {

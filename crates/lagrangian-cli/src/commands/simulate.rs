@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
 use lagrangian::rigid::RigidBodies;
 use lagrangian::rollout::Simulation;
@@ -16,7 +16,7 @@ use crate::failure::{Advise, mistake};
 use crate::motion::{energies, note_early_end};
 use crate::output;
 use crate::robot;
-use crate::task::Task;
+use crate::task::{Size, Task};
 
 pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     if args.system.as_deref() == Some("list") {
@@ -25,14 +25,17 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     let robots: Vec<_> = args.urdf.iter().cloned().collect();
     args.output.refuse_inputs_of_motions(&robots)?;
     args.output.refuse_unwritable()?;
-    let task = Task::start("simulate", mode.quiet);
+    let samples = f64::from(args.trajectories) * args.motion.duration / args.motion.step;
+    let size = Size::of_files(&robots).with_samples(samples);
+    let task = Task::start("simulate", mode.quiet, size)?;
     let system = system(args)?;
     let simulation = simulation(args)?;
-    let rollouts = simulation.run(&*system, &args.motion.options()).advise(
+    let mut rollouts = simulation.run(&*system, &args.motion.options()).advise(
         "cannot simulate",
         "give --q0 and --qd0 one value per coordinate, or neither for a random start",
     )?;
     drop(task);
+    omit_stopped(&mut rollouts)?;
     let summaries = rollouts
         .iter()
         .map(|rollout| Summary::of(rollout, &*system));
@@ -106,6 +109,20 @@ fn simulation(args: &SimulateArgs) -> Result<Simulation> {
         noise: args.noise,
         seed: args.seed,
     })
+}
+
+/// Of motions that were stopped, those that had hardly begun are omitted.
+fn omit_stopped(rollouts: &mut Vec<Rollout>) -> Result<()> {
+    let all = rollouts.len();
+    rollouts.retain(|r| !r.outcome.is_stopped() || r.trajectory.len() > 1);
+    let omitted = all - rollouts.len();
+    if rollouts.is_empty() && omitted > 0 {
+        bail!("stopped before any motion had begun: nothing was written");
+    }
+    if omitted > 0 {
+        tell!("note: {omitted} of {all} trajectories had not begun and are omitted");
+    }
+    Ok(())
 }
 
 fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {

@@ -19,14 +19,14 @@ use crate::fitted;
 use crate::out_args::PlotArgs;
 use crate::output;
 use crate::run_folder::command_line;
-use crate::task::Task;
+use crate::task::{Size, Task};
 
 pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     let mut inputs = args.data.inputs(&args.files)?;
     inputs.push(args.model.clone());
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_unwritable()?;
-    let _task = Task::start("torque", mode.quiet);
+    let task = Task::start("torque", mode.quiet, Size::of_files(&inputs))?;
     let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let model = fitted.model;
@@ -37,6 +37,7 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     note_not_finite(&predictions);
     let coordinates = model.coordinates();
     let summary = summarise(&predictions, coordinates.dof());
+    drop(task);
     let PlotArgs { file, plot } = &args.output;
     if let Some(path) = &file.out {
         let format = output::format_of(path)?;

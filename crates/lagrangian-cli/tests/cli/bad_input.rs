@@ -496,3 +496,55 @@ fn a_hamiltonian_network_says_what_it_needs() {
         assert!(message.contains(remedy), "{line}: {message}");
     }
 }
+
+#[test]
+fn values_of_any_length_are_repeated_in_at_most_sixty_characters() {
+    let bench = Workbench::new();
+    let long = "x".repeat(10_000);
+    bench.write("a.csv", "t,q1\n0,1\n1,2\n2,3\n");
+    bench.write("b.csv", "t,q1\n0,1\n1,2\n2,3\n");
+    bench.write("b.toml", &format!("angle = \"q1\"\n{long} = \"{long}\"\n"));
+    std::fs::create_dir(bench.path("run")).unwrap();
+    bench.write("run/run.toml", &format!("command = {long}\n"));
+    let arm = "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><joint name=\"";
+    bench.write(
+        "r.urdf",
+        &format!("{arm}{long}\" type=\"{long}\"/></robot>"),
+    );
+    for line in [
+        format!("check --{long}"),
+        format!("check a.csv --rows {long}"),
+        format!("check a.csv --q {long}"),
+        format!("fit a.csv --model {long}"),
+        format!("fit a.csv --width {long}"),
+        format!("{long} a.csv"),
+        format!("simulate {long}"),
+        format!("simulate pendulum --set {long}=1"),
+        "check b.csv".into(),
+        "report run".into(),
+        "simulate --urdf r.urdf --duration 1".into(),
+    ] {
+        let message = bench.refuse(&line);
+        let begin = &line[..line.len().min(30)];
+        assert!(!message.contains(&"x".repeat(61)), "`{begin}…`: {message}");
+        assert!(message.len() < 3000, "`{begin}…`: {message}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_standard_output_is_an_error_where_it_is_all_that_there_is() {
+    let bench = Workbench::new();
+    let shell = |line: &str| {
+        let program = bench.command("").get_program().to_owned();
+        let mut shell = std::process::Command::new("sh");
+        let line = format!("exec \"$0\" simulate pendulum --duration 1 {line}");
+        shell.arg("-c").arg(line).arg(program);
+        Outcome::of(shell.current_dir(bench.path("")).output().unwrap())
+    };
+    let closed = shell(">&-");
+    assert_eq!(closed.code, 2, "{}", closed.stderr);
+    assert!(closed.stderr.contains("--out"), "{}", closed.stderr);
+    assert_eq!(shell(">/dev/null").code, 0);
+    assert_eq!(shell("--out a.csv >&-").code, 0);
+}

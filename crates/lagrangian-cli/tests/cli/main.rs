@@ -8,6 +8,7 @@ mod excited;
 mod identified;
 mod inputs;
 mod instructions;
+mod interrupted;
 mod laws;
 mod long_logs;
 mod parameters;

@@ -9,6 +9,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::plausible;
 use super::spatial::{Frame, Vec3};
+use crate::error::brief;
 use crate::{Error, Result};
 
 /// The longest description that is read, bytes.
@@ -104,7 +105,7 @@ pub(crate) struct Description {
 
 pub(crate) fn unusable(finding: impl Into<String>, remedy: &'static str) -> Error {
     Error::Robot {
-        finding: finding.into(),
+        finding: brief(&finding.into()),
         remedy,
     }
 }

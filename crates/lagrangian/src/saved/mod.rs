@@ -22,6 +22,7 @@ use std::io::{Read, Write};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::error::{brief, shortened};
 use crate::mechanics::dynamics::Mechanical;
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::WEIGHTS;
@@ -283,11 +284,13 @@ pub(crate) fn read<T: serde::de::DeserializeOwned>(part: &str, value: &Value) ->
 
 fn wrong_tensor(name: &str, problem: String) -> Error {
     Error::Tensor {
-        name: name.into(),
+        name: shortened(name),
         problem,
     }
 }
 
 pub(crate) fn damaged(reason: String) -> Error {
-    Error::DamagedModel { reason }
+    Error::DamagedModel {
+        reason: brief(&reason),
+    }
 }

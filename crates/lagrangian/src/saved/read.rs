@@ -9,6 +9,7 @@ use safetensors::tensor::Metadata;
 use serde::Deserialize;
 
 use super::{Envelope, FORMAT, KEY, MAX_HEADER, SavedModel, Tensor, VERSION, checksum, damaged};
+use crate::error::brief;
 use crate::{Coordinates, Error, Result};
 
 /// The first version of files with a checksum.
@@ -134,5 +135,7 @@ fn check_names(coordinates: &Coordinates) -> Result<()> {
 }
 
 fn not_a_model(found: String) -> Error {
-    Error::NotAModel { found }
+    Error::NotAModel {
+        found: brief(&found),
+    }
 }

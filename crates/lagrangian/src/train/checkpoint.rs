@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::problem::LossValue;
+use crate::error::brief;
 use crate::saved::checksum;
 use crate::settings::difference;
 use crate::{Error, Result};
@@ -252,6 +253,6 @@ impl Checkpoint {
 
 fn refused(reason: impl ToString) -> Error {
     Error::Checkpoint {
-        reason: reason.to_string(),
+        reason: brief(&reason.to_string()),
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Coordinate, Coordinates, Layout, Sampling, Signal, Signals, Topology};
-use crate::error::shortened;
+use crate::error::{brief, shortened};
 use crate::{Error, Result};
 
 /// The names of the columns that were used.
@@ -156,7 +156,7 @@ impl Finder<'_> {
             found += &format!(", … {all} in all");
         }
         Error::Columns {
-            finding: finding.into(),
+            finding: brief(&finding.into()),
             found,
             remedy: remedy.into(),
         }

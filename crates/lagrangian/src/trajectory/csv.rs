@@ -107,10 +107,7 @@ const UTF_16: &str =
     "it holds zero bytes, as UTF-16 text does: convert it with `iconv -f UTF-16 -t UTF-8`";
 
 fn not_csv(reason: impl Into<String>) -> Error {
-    Error::Malformed {
-        format: "CSV",
-        reason: reason.into(),
-    }
+    Error::malformed("CSV", reason.into())
 }
 
 /// Columns without a name get one that says where they are.
@@ -240,10 +237,7 @@ fn malformed(error: csv::Error) -> Error {
     };
     match error.into_kind() {
         csv::ErrorKind::Io(error) => Error::Io(error),
-        _ => Error::Malformed {
-            format: "CSV",
-            reason,
-        },
+        _ => not_csv(reason),
     }
 }
 

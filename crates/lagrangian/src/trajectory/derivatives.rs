@@ -188,7 +188,20 @@ impl Fitted {
             fitted.signals.qdd = fitted.signal(recording, "qdd", sources, options);
         }
         fitted.momenta(recording, options.smooth, options);
-        Ok(fitted)
+        fitted.finite(recording)
+    }
+
+    /// Refuses values whose derivatives are beyond the range of numbers.
+    fn finite(self, recording: &Recording) -> Result<Self> {
+        let not_finite = |values: &[f64]| values.iter().position(|x| !x.is_finite());
+        let first = |(signal, values): (Signal, &Vec<f64>)| Some((signal, not_finite(values)?));
+        let Some((signal, at)) = self.signals.iter().find_map(first) else {
+            return Ok(self);
+        };
+        let n = recording.dof();
+        let finding = format!("the estimate of {} there is not finite", signal.name());
+        let column = &recording.columns.signals.q[at % n];
+        Err(recording.sample(at / n, column, finding, Recording::REPAIR))
     }
 
     /// The rates of the momenta, and these too where they are smoothed.
@@ -261,7 +274,7 @@ impl Fitted {
         for estimate in &mut self.estimates {
             estimate.left_out = left_out;
         }
-        Ok(self)
+        self.finite(recording)
     }
 
     /// Filters one measured signal, and takes its derivatives for those signals that are not known better, coordinate by

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::drive::{Constant, DriveLayout};
 use super::{Coordinates, Sampling, Signal, Signals, Topology};
+use crate::error::brief;
 use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
@@ -136,7 +137,8 @@ impl Layout {
     /// # Errors
     /// [`Error::Layout`] with the place, if it is not TOML or has an unknown key.
     pub fn from_toml(text: &str) -> Result<Self> {
-        let file: LayoutFile = toml::from_str(text).map_err(|e| Error::Layout(e.to_string()))?;
+        let file: LayoutFile =
+            toml::from_str(text).map_err(|e| Error::Layout(brief(&e.to_string())))?;
         let mut columns = file.columns;
         let mut layout = Self {
             trajectory: one(columns.remove("trajectory"))?,
@@ -285,7 +287,7 @@ impl Layout {
             drive: self.drive_table(),
             units: self.units.clone(),
         };
-        toml::to_string(&file).map_err(|e| Error::Layout(e.to_string()))
+        toml::to_string(&file).map_err(|e| Error::Layout(brief(&e.to_string())))
     }
 
     /// The layout of files that [`super::Format::write`] makes: default column names, angles declared.

@@ -36,10 +36,7 @@ pub(super) struct Header {
 }
 
 pub(super) fn malformed(reason: impl Into<String>) -> Error {
-    Error::Malformed {
-        format: "NPZ",
-        reason: reason.into(),
-    }
+    Error::malformed("NPZ", reason.into())
 }
 
 impl Header {

@@ -56,10 +56,7 @@ impl<R: Read + Seek + Send> ChunkReader for Shared<R> {
 }
 
 fn malformed(error: impl std::fmt::Display) -> Error {
-    Error::Malformed {
-        format: "Parquet",
-        reason: error.to_string(),
-    }
+    Error::malformed("Parquet", error)
 }
 
 /// Reads the recordings of a Parquet file; nulls become NaN.
@@ -95,11 +92,8 @@ fn read_groups(
             < 0
     });
     if broken {
-        return Err(Error::Malformed {
-            format: "Parquet",
-            reason: "a column begins before the file, or has a negative length: write it again"
-                .into(),
-        });
+        let reason = "a column begins before the file, or has a negative length: write it again";
+        return Err(malformed(reason));
     }
     let fields = builder.schema().fields().iter();
     let headers: Vec<String> = fields.map(|f| f.name().clone()).collect();

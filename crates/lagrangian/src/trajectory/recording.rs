@@ -143,7 +143,13 @@ impl Recording {
         }
     }
 
-    fn sample(&self, row: usize, column: &str, finding: String, remedy: &'static str) -> Error {
+    pub(super) fn sample(
+        &self,
+        row: usize,
+        column: &str,
+        finding: String,
+        remedy: &'static str,
+    ) -> Error {
         Error::Sample {
             trajectory: self.name.clone(),
             row: row + 1,

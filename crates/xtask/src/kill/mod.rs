@@ -118,6 +118,8 @@ fn build(release: bool) -> Result<(), Failure> {
 
 /// Fits of a kind that are killed and resumed end with the bits of one that was not.
 fn resumed(bench: &mut Bench, kind: &str, each: usize) -> Result<(), Failure> {
+    // A fit that is killed before it begins leaves what was there: nothing, and not a fit of another kind.
+    bench.remove("killed");
     let steps = bench.steps(kind, LENGTH)?;
     let fit = format!("fit {kind} --steps {steps} --quiet");
     bench.succeed(&format!("{fit} --out whole --force"))?;

@@ -19,7 +19,7 @@ use crate::failure::{Advise, mistake};
 use crate::fitted;
 use crate::out_args::PlotArgs;
 use crate::output;
-use crate::task::Task;
+use crate::task::{Size, Task};
 use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 
 /// Bandwidth of the feedback where no gains are given, rad/s: low, as where a model is to do the work.
@@ -35,7 +35,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     if let Some(path) = &file.out {
         output::refuse_existing(&path.with_extension("toml"), file.existing())?;
     }
-    let _task = Task::start("track", mode.quiet);
+    let task = Task::start("track", mode.quiet, Size::of_files(&inputs))?;
     let model = fitted::model(&args.model)?;
     let reference = reference(args, &model)?;
     let truth = truth::read(&args.truth, &model, reference.samples())?;
@@ -61,6 +61,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
         run.warn();
         runs.push(run);
     }
+    drop(task);
     if let (Some(path), Some(first)) = (&file.out, runs.first()) {
         let motion = std::slice::from_ref(&first.followed.driven.trajectory);
         output::write_trajectories(path, file.existing(), motion, model.coordinates())?;

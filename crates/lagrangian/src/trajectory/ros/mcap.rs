@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 use std::io::{Read, Seek};
 
-use mcap::records::{ChunkHeader, Record, op};
+use mcap::records::op;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ruzstd::decoding::StreamingDecoder;
 
+use super::records::{Chunk, Record};
 use super::{Bag, Message, Topic};
+use crate::error::shortened;
 use crate::{Error, Result};
 
 /// The longest record that is read, packed or not, bytes.
@@ -71,10 +73,7 @@ fn read_some(source: &mut impl Read, buffer: &mut [u8]) -> Result<usize> {
 }
 
 fn malformed(reason: impl Into<String>) -> Error {
-    Error::Malformed {
-        format: FORMAT,
-        reason: reason.into(),
-    }
+    Error::malformed(FORMAT, reason.into())
 }
 
 fn damaged(error: impl std::fmt::Display) -> Error {
@@ -118,49 +117,42 @@ impl<'a> Visit<'a> {
     }
 
     fn record(&mut self, opcode: u8, body: &[u8]) -> Result<()> {
-        match opcode {
-            op::CHUNK | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::STATISTICS => {}
-            _ => return Ok(()),
+        let record = Record::parse(opcode, body);
+        match record.ok_or_else(|| damaged("a record is not whole"))? {
+            Record::Chunk(chunk) => self.chunk(&chunk)?,
+            Record::Schema { id, name } => drop(self.kinds.insert(id, name.into())),
+            Record::Channel {
+                id,
+                schema,
+                topic,
+                encoding,
+            } => self.channel(id, schema, topic, encoding),
+            Record::Message {
+                channel,
+                log_time,
+                data,
+            } => self.message(channel, log_time, data)?,
+            Record::Statistics { messages } => self.counted = Some(messages),
+            Record::Other => {}
         }
-        match mcap::parse_record(opcode, body).map_err(damaged)? {
-            Record::Chunk { header, data } => self.chunk(&header, &data),
-            Record::Schema { header, .. } => {
-                self.kinds.insert(header.id, header.name);
-                Ok(())
-            }
-            Record::Channel(channel) => {
-                self.channel(channel);
-                Ok(())
-            }
-            Record::Message { header, data } => self.message(&header, &data),
-            Record::Statistics(statistics) => {
-                self.counted = Some(statistics.message_count);
-                Ok(())
-            }
-            _ => Ok(()),
-        }
+        Ok(())
     }
 
-    fn channel(&mut self, channel: mcap::records::Channel) {
+    fn channel(&mut self, id: u16, schema: u16, topic: &str, encoding: &str) {
         let topic = Topic {
-            name: channel.topic,
-            kind: self
-                .kinds
-                .get(&channel.schema_id)
-                .cloned()
-                .unwrap_or_default(),
-            encoding: channel.message_encoding,
+            name: topic.into(),
+            kind: self.kinds.get(&schema).cloned().unwrap_or_default(),
+            encoding: encoding.into(),
         };
         if !self.topics.contains(&topic) {
             self.topics.push(topic.clone());
         }
         let wanted = (self.wanted)(&topic);
-        self.channels.insert(channel.id, Channel { topic, wanted });
+        self.channels.insert(id, Channel { topic, wanted });
     }
 
-    fn message(&mut self, header: &mcap::records::MessageHeader, data: &[u8]) -> Result<()> {
+    fn message(&mut self, id: u16, log_time: u64, data: &[u8]) -> Result<()> {
         self.messages += 1;
-        let id = header.channel_id;
         let channel = self.channels.get(&id);
         let channel = channel.ok_or_else(|| {
             damaged(format!(
@@ -170,17 +162,16 @@ impl<'a> Visit<'a> {
         if !channel.wanted {
             return Ok(());
         }
-        let log_time = i64::try_from(header.log_time).map_err(damaged)?;
+        let log_time = i64::try_from(log_time).map_err(damaged)?;
         (self.take)(&channel.topic, Message { log_time, data })
     }
 
     /// The records of a chunk, once they are known to be whole.
-    fn chunk(&mut self, header: &ChunkHeader, data: &[u8]) -> Result<()> {
-        let records = unpacked(header, data)?;
-        let records = records.as_deref().unwrap_or(data);
-        let crc = header.uncompressed_crc;
-        if records.len() as u64 != header.uncompressed_size
-            || crc != 0 && crc32fast::hash(records) != crc
+    fn chunk(&mut self, chunk: &Chunk<'_>) -> Result<()> {
+        let records = unpacked(chunk)?;
+        let records = records.as_deref().unwrap_or(chunk.data);
+        if records.len() as u64 != chunk.size
+            || chunk.crc != 0 && crc32fast::hash(records) != chunk.crc
         {
             return Err(damaged("a chunk is not what was written"));
         }
@@ -218,8 +209,8 @@ fn split_record<'a>(rest: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
 }
 
 /// The bytes of a chunk, where they are compressed.
-fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Option<Vec<u8>>> {
-    let size = header.uncompressed_size;
+fn unpacked(chunk: &Chunk<'_>) -> Result<Option<Vec<u8>>> {
+    let Chunk { size, data, .. } = *chunk;
     if size > LONGEST as u64 {
         return Err(malformed(format!(
             "a chunk of {size} bytes is longer than what is read ({LONGEST} bytes): write the bag again in smaller chunks"
@@ -227,7 +218,7 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Option<Vec<u8>>> {
     }
     let mut records = Vec::new();
     // One byte more shows that there are too many.
-    let read = match header.compression.as_str() {
+    let read = match chunk.compression {
         "" => return Ok(None),
         "lz4" => lz4_flex::frame::FrameDecoder::new(data)
             .take(size + 1)
@@ -236,7 +227,8 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Option<Vec<u8>>> {
         other => {
             let remedy = "write it again with zstd, lz4 or none";
             return Err(malformed(format!(
-                "its chunks are compressed by '{other}': {remedy}"
+                "its chunks are compressed by '{}': {remedy}",
+                shortened(other)
             )));
         }
     };

@@ -6,6 +6,7 @@
 mod cdr;
 mod joints;
 mod mcap;
+mod records;
 mod sorter;
 mod sqlite;
 mod survey;
@@ -15,6 +16,7 @@ use std::io::{Read, Seek};
 
 use super::columns::resolve;
 use super::{Layout, Readings};
+use crate::error::shortened;
 use crate::{Error, Result};
 use cdr::JointState;
 use sorter::Sorter;
@@ -151,7 +153,7 @@ fn no_choice(topics: &[Topic], filled: usize, layout: &Layout) -> Error {
 
 /// Topics with their types, as far as a person reads them.
 fn listed(topics: &[Topic]) -> String {
-    let shown = |t: &Topic| format!("{} ({})", t.name, t.kind);
+    let shown = |t: &Topic| format!("{} ({})", shortened(&t.name), shortened(&t.kind));
     let mut text: Vec<String> = topics.iter().take(MOST_LISTED).map(shown).collect();
     if topics.len() > MOST_LISTED {
         text.push(format!("… {} in all", topics.len()));
@@ -179,8 +181,6 @@ fn decoded<'a, B: Bag>(
 }
 
 fn malformed<B: Bag>(topic: &Topic, number: usize, reason: &str) -> Error {
-    Error::Malformed {
-        format: B::FORMAT,
-        reason: format!("message {number} of '{}': {reason}", topic.name),
-    }
+    let reason = format!("message {number} of '{}': {reason}", topic.name);
+    Error::malformed(B::FORMAT, reason)
 }

@@ -81,10 +81,7 @@ impl Bag for Database {
 const FORMAT: &str = "ROS 2 bag (SQLite)";
 
 fn malformed(reason: impl Into<String>) -> Error {
-    Error::Malformed {
-        format: FORMAT,
-        reason: reason.into(),
-    }
+    Error::malformed(FORMAT, reason.into())
 }
 
 fn damaged(error: rusqlite::Error) -> Error {

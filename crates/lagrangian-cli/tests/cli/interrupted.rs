@@ -1,0 +1,141 @@
+//! Ctrl-C in the middle of a command: it ends soon with what it has, and says what is missing.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use super::workbench::Workbench;
+
+/// A busy machine answers within this.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Interrupts a command once it says `sign` on standard error; its exit code and what it said.
+fn interrupted(bench: &Workbench, line: &str, sign: &str) -> (Option<i32>, String) {
+    let mut command = bench.command(line);
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut said = BufReader::new(child.stderr.take().unwrap());
+    let mut text = String::new();
+    while !text.contains(sign) {
+        let read = said.read_line(&mut text).unwrap();
+        assert!(read > 0, "`{line}` ended before it said '{sign}': {text}");
+    }
+    let id = child.id().to_string();
+    let signal = Command::new("kill").args(["-INT", &id]).status().unwrap();
+    assert!(signal.success());
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if start.elapsed() > PATIENCE {
+            child.kill().unwrap();
+            panic!("`{line}` went on after Ctrl-C: {text}");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    said.read_to_string(&mut text).unwrap();
+    assert!(!text.contains("panicked"), "`{line}`: {text}");
+    (status.code(), text)
+}
+
+/// A recording of two joints with so many samples.
+fn recording(rows: u32) -> String {
+    let row = |k: u32| {
+        let t = f64::from(k) * 0.002;
+        let (a, b) = (t.sin(), (1.7 * t).sin());
+        let (va, vb) = (t.cos(), 1.7 * (1.7 * t).cos());
+        format!("{t:.3},{a:.9},{b:.9},{va:.9},{vb:.9},{b:.6},{a:.6}\n")
+    };
+    let rows: String = (0..rows).map(row).collect();
+    format!("t,q1,q2,qd1,qd2,tau1,tau2\n{rows}")
+}
+
+#[test]
+fn commands_that_need_all_of_their_data_end_without_a_result_and_say_so() {
+    let bench = Workbench::new();
+    bench.write("small.csv", &recording(400));
+    bench.write("long.csv", &recording(500_000));
+    let urdf = lagrangian::rigid::example("two_link_arm").unwrap();
+    bench.write("arm.urdf", urdf);
+    // OK if it is no good model: it is only to be there.
+    bench.run("fit small.csv --model lnn --width 8 --steps 2 --loss torque --out run");
+    let model = "run/model.safetensors";
+    for (line, out) in [
+        ("check long.csv".to_string(), None),
+        ("fit long.csv --out other".into(), Some("other/run.toml")),
+        (format!("score {model} long.csv"), None),
+        (
+            format!("torque {model} long.csv --out torque.csv"),
+            Some("torque.csv"),
+        ),
+        (format!("conserved {model} long.csv"), None),
+        (
+            format!("track {model} --reference long.csv --out track.csv"),
+            Some("track.csv"),
+        ),
+        (
+            format!("rollout {model} --follow long.csv --out motion.csv"),
+            Some("motion.csv"),
+        ),
+        (
+            "identify long.csv --urdf arm.urdf --out new.urdf".into(),
+            Some("new.urdf"),
+        ),
+        ("convert long.csv --out long.npz".into(), Some("long.npz")),
+    ] {
+        let (code, text) = interrupted(&bench, &line, " so far, at most ");
+        assert_eq!(code, Some(130), "`{line}`: {text}");
+        assert!(text.contains("ending cleanly"), "`{line}`: {text}");
+        if !out.is_some_and(|out| bench.path(out).exists()) {
+            assert!(text.contains("nothing was written"), "`{line}`: {text}");
+        }
+    }
+}
+
+#[test]
+fn motions_that_are_computed_are_kept_as_far_as_they_went() {
+    let bench = Workbench::new();
+    bench.run("simulate pendulum --trajectories 4 --duration 2 --out small.csv");
+    bench.run("fit small.csv --width 8 --steps 2 --out run");
+    let long = "--duration 50000 --step 0.01 --tolerance 1e-12";
+    for (line, out) in [
+        (
+            format!("simulate double-pendulum --q0 1,0 --qd0 0,0 {long} --out a.csv"),
+            "a.csv",
+        ),
+        (
+            format!("rollout run/model.safetensors --q0 0.5 --qd0 0 {long} --out b.csv"),
+            "b.csv",
+        ),
+    ] {
+        let (code, text) = interrupted(&bench, &line, " so far, at most ");
+        assert_eq!(code, Some(130), "`{line}`: {text}");
+        assert!(text.contains("was stopped at t = "), "`{line}`: {text}");
+        let rows = bench
+            .read(out)
+            .iter()
+            .filter(|byte| **byte == b'\n')
+            .count();
+        assert!((2..5_000_001).contains(&rows), "`{line}`: {rows} rows");
+    }
+}
+
+#[test]
+fn a_plan_that_is_interrupted_is_the_best_so_far() {
+    let bench = Workbench::new();
+    let line = "excite --joints 3 --lower -1 --upper 1 --velocity 1 --seconds 600 --duration 5 --out plan.csv";
+    let (code, text) = interrupted(&bench, line, "excite: ");
+    assert_eq!(code, Some(130), "{text}");
+    assert!(bench.path("plan.csv").exists(), "{text}");
+}
+
+#[test]
+fn a_search_for_a_path_ends_without_one() {
+    let bench = Workbench::new();
+    let line =
+        "action double-pendulum --from 0.6,-0.3 --to 1,0.4 --time 5 --steps 2000 --guesses 1000";
+    let (code, text) = interrupted(&bench, line, " so far, at most ");
+    assert_eq!(code, Some(130), "{text}");
+}
