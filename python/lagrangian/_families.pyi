@@ -20,8 +20,8 @@ class Best(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -120,8 +120,8 @@ class Lnn(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -233,8 +233,8 @@ class Delan(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -341,8 +341,8 @@ class Vin(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -450,8 +450,8 @@ class Hnn(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -559,8 +559,8 @@ class Mlp(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -657,8 +657,8 @@ class NeuralOde(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -755,8 +755,8 @@ class Rigid(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -851,8 +851,8 @@ class Chain(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -944,8 +944,8 @@ class Features(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
@@ -1040,8 +1040,8 @@ class Servo(Estimator):
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
         learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number 0 or above. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number 0 or above. Default: 0.0002.
+        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
         patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.

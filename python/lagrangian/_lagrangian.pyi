@@ -1,15 +1,16 @@
 import os
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Self
+from typing_extensions import Self, disjoint_base
 
 __version__: str
 
-Array = NDArray[np.float64]
+_Array = NDArray[np.float64]
 
+@disjoint_base
 class Model:
     """A model that predicts motion, forces and energy."""
 
@@ -29,8 +30,8 @@ class Model:
     def parameters(self) -> list[dict[str, Any]]:
         """The parameters that have a name and a unit: friction, offsets, inertias."""
     def forward_dynamics(
-        self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None, *, out: Array | None = None
-    ) -> Array:
+        self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None, *, out: _Array | None = None
+    ) -> _Array:
         """Accelerations q̈ of states under forces, rad/s² or m/s².
 
         Args:
@@ -46,28 +47,29 @@ class Model:
             NotSupported: A plain network of torques has no forward dynamics.
         """
     def inverse_dynamics(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: Array | None = None
-    ) -> Array:
+        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: _Array | None = None
+    ) -> _Array:
         """Forces τ that yield the accelerations, with friction, N·m or N; arguments as ``forward_dynamics``."""
     def mass_matrix(
-        self, q: ArrayLike, qd: ArrayLike | None = None, *, out: Array | None = None
-    ) -> Array:
+        self, q: ArrayLike, qd: ArrayLike | None = None, *, out: _Array | None = None
+    ) -> _Array:
         """The mass matrix M = ∂²L/∂q̇∂q̇, kg·m² or kg, shape ``(…, n, n)``; at rest where no velocities are given."""
-    def bias(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
+    def bias(self, q: ArrayLike, qd: ArrayLike, *, out: _Array | None = None) -> _Array:
         """The bias c = (∂p/∂q) q̇ − ∂L/∂q: Coriolis, centrifugal and conservative forces, without friction."""
-    def gravity(self, q: ArrayLike, *, out: Array | None = None) -> Array:
+    def gravity(self, q: ArrayLike, *, out: _Array | None = None) -> _Array:
         """The forces that hold the system at rest, c(q, 0)."""
-    def momentum(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
+    def momentum(self, q: ArrayLike, qd: ArrayLike, *, out: _Array | None = None) -> _Array:
         """The momentum p = ∂L/∂q̇."""
-    def energy(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
+    def energy(self, q: ArrayLike, qd: ArrayLike, *, out: _Array | None = None) -> _Array:
         """The energy H = p·q̇ − L, J, shape ``(…)``."""
-    def lagrangian(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
+    def lagrangian(self, q: ArrayLike, qd: ArrayLike, *, out: _Array | None = None) -> _Array:
         """The Lagrangian L = p·q̇ − H, J, shape ``(…)``."""
     def to_bytes(self) -> bytes:
         """The bytes of the file of the model."""
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the file of the model: a whole one or none."""
 
+@final
 class Number:
     """A number that carries derivatives through a Lagrangian that is written in Python."""
 
@@ -84,7 +86,7 @@ def fit(
     callback: Callable[[dict[str, Any]], Any] | None = None,
 ) -> tuple[Model, dict[str, Any]]: ...
 def fit_samples(
-    samples: Sequence[Array | None],
+    samples: Sequence[_Array | None],
     validation: Sequence[int],
     names: Sequence[tuple[str, str, str]],
     asked: dict[str, Any],
@@ -117,6 +119,6 @@ def simulate(
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]: ...
 def system(name: str, parameters: Sequence[tuple[str, float]]) -> Model: ...
 def systems() -> str: ...
-def times(duration: float, step: float) -> Array: ...
+def times(duration: float, step: float) -> _Array: ...
 def training_settings() -> str: ...
 def write(path: os.PathLike[str], motions: Sequence[Any]) -> None: ...

@@ -7,6 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
+use lagrangian::score::time_for;
 
 use crate::failure::FAILED;
 use crate::interrupt;
@@ -20,12 +21,6 @@ const LINE_EVERY: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(50);
 /// A task that was asked to end has so long to end with what it has.
 const GRACE: Duration = Duration::from_millis(700);
-
-/// Time for the predictions of any recordings, and for those of a sample, s; at most [`LONGEST`]. A usable model needs a
-/// tenth of it.
-const ANY: f64 = 30.0;
-const SAMPLE: f64 = 2e-3;
-const LONGEST: f64 = 600.0;
 
 /// Time for any other task, for each byte that it reads, and for each sample that it computes, s: on a slow machine a tenth of
 /// it is enough.
@@ -85,8 +80,7 @@ impl Task {
 
     /// The predictions of so many samples: they end when their time is up, or at Ctrl-C.
     pub(crate) fn of_predictions(label: &'static str, quiet: bool, samples: usize) -> Result<Self> {
-        let seconds = (ANY + SAMPLE * samples as f64).min(LONGEST);
-        Self::within(label, quiet, Duration::from_secs_f64(seconds), End::Waited)
+        Self::within(label, quiet, time_for(samples), End::Waited)
     }
 
     fn within(label: &'static str, quiet: bool, budget: Duration, end: End) -> Result<Self> {

@@ -1,12 +1,14 @@
 //! Whether recordings are good enough for a fit.
 
+use std::time::Duration;
+
 use lagrangian::CheckOptions;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::files::json;
 use crate::recording::recordings;
-use crate::threads::pool;
+use crate::threads::interruptible;
 
 /// Checks recordings: a dictionary with the verdict and all items.
 #[pyfunction]
@@ -17,9 +19,9 @@ pub(crate) fn check<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = trajectories.py();
     let recordings = recordings(trajectories)?;
-    let pool = pool(py)?;
-    let report =
-        py.detach(|| pool.install(|| lagrangian::check(&recordings, &CheckOptions { low_pass })));
+    let options = CheckOptions { low_pass };
+    let work = |_| lagrangian::check(&recordings, &options);
+    let report = interruptible(py, Duration::MAX, work)?;
     json(
         py,
         &serde_json::json!({ "verdict": report.verdict(), "items": report.items }),

@@ -6,7 +6,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use lagrangian::models::Entry;
-use lagrangian::score::{Assessment, predict_all, score_predictions, score_samples};
+use lagrangian::score::{Assessment, predict_all, score_predictions, score_samples, time_for};
 use lagrangian::settings::Values;
 use lagrangian::train::{Request, Samples, Selection, select};
 use lagrangian::{
@@ -14,6 +14,7 @@ use lagrangian::{
     PrepareOptions, Prepared, Progress, Provenance, Recording, RobotConfig, RolloutOptions, Score,
     Signals, Stop, Trajectory, prepared, rigid,
 };
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::ThreadPool;
@@ -24,7 +25,7 @@ use crate::error::{OrRaise, invalid, of_json};
 use crate::files::{json, preparation};
 use crate::model::{Body, Model, preparation_of};
 use crate::recording::recordings;
-use crate::threads::pool;
+use crate::threads::{LOOK_EVERY, interruptible, pool};
 
 /// What is fitted, as the estimators of Python say it.
 #[derive(Debug, FromPyObject)]
@@ -125,9 +126,6 @@ enum Event {
 /// The time between two events that nobody waits for.
 const EVENT_EVERY: Duration = Duration::from_millis(50);
 
-/// The time between two looks for Ctrl-C.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
-
 /// Sends what it sees to the thread that called.
 struct Reporter<'a> {
     events: Sender<Event>,
@@ -195,7 +193,10 @@ fn watched<T: Send>(
             }
             if let Err(error) = told {
                 stop.store(true, Ordering::Relaxed);
-                failure.get_or_insert(error);
+                // Ctrl-C may come while a callback runs.
+                if !error.is_instance_of::<PyKeyboardInterrupt>(py) {
+                    failure.get_or_insert(error);
+                }
             }
         }
         py.detach(|| fit.join())
@@ -253,9 +254,10 @@ pub(crate) fn fit<'py>(
         select(dataset, candidates, None, observer)
     })?
     .or_raise(py)?;
-    let figures = py
-        .detach(|| pool.install(|| Figures::of(&selection.fit.model, &data.motions)))
-        .or_raise(py)?;
+    let (model, motions) = (&selection.fit.model, &data.motions);
+    let limit = time_for(motions.iter().map(Trajectory::len).sum());
+    let figures =
+        interruptible(py, limit, |stop| Figures::of(model, motions, stop))?.or_raise(py)?;
     let provenance = Provenance {
         preparation: Some(preparation),
         ..Provenance::of_seed(request.seed)
@@ -270,10 +272,9 @@ struct Figures {
 }
 
 impl Figures {
-    fn of(model: &Learned, motions: &[Trajectory]) -> lagrangian::Result<Self> {
-        let deadline = Deadline::of(motions.iter().map(Trajectory::len).sum());
+    fn of(model: &Learned, motions: &[Trajectory], stop: Stop) -> lagrangian::Result<Self> {
         let options = RolloutOptions {
-            stop: deadline.stop(),
+            stop,
             ..RolloutOptions::for_comparison()
         };
         let predictions = predict_all(model, motions, &options)?;
@@ -374,7 +375,10 @@ pub(crate) fn fit_samples<'py>(
     };
     // Samples in any order: their times only number them.
     let times = (0..part.len()).map(|k| k as f64).collect();
-    let samples = Trajectory::new("samples", times, part.signals.clone());
+    let mut samples = Trajectory::new("samples", times, part.signals.clone());
+    if !dataset.forced {
+        samples.tau.clear();
+    }
     let figures = py
         .detach(|| Figures::of_samples(&selection.fit.model, &samples))
         .or_raise(py)?;
@@ -440,8 +444,8 @@ pub(crate) fn score<'py>(
         momenta: false,
         ..EstimateOptions::default()
     };
-    let pool = pool(py)?;
-    let figures = || {
+    let limit = time_for(recordings.iter().map(Recording::len).sum());
+    let figures = |stop| {
         let recordings = match own.delay.is_empty() {
             true => recordings,
             false => recordings
@@ -449,51 +453,12 @@ pub(crate) fn score<'py>(
                 .map(|r| r.delayed(&own.delay))
                 .collect::<lagrangian::Result<_>>()?,
         };
-        Figures::of(learned, &prepared::estimated(recordings, &options)?.0)
+        Figures::of(learned, &prepared::estimated(recordings, &options)?.0, stop)
     };
-    let Figures { score, assessment } = py.detach(|| pool.install(figures)).or_raise(py)?;
+    let figures = interruptible(py, limit, figures)?;
+    let Figures { score, assessment } = figures.or_raise(py)?;
     json(
         py,
         &object!({ "score": score, "verdict": assessment.verdict, "assessment": assessment }),
     )
-}
-
-/// Ends predictions when their time is up: a usable model needs a tenth of it.
-struct Deadline {
-    flag: &'static AtomicBool,
-    done: Option<Sender<()>>,
-}
-
-/// Time for the predictions of any recordings, and for those of a sample, s; at most the longest.
-const ANY: f64 = 30.0;
-const SAMPLE: f64 = 2e-3;
-const LONGEST: f64 = 600.0;
-
-impl Deadline {
-    fn of(samples: usize) -> Self {
-        // A byte for each score: a stop outlives whatever looks at it.
-        let flag: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
-        let seconds = (ANY + SAMPLE * samples as f64).min(LONGEST);
-        let (done, ended) = channel::<()>();
-        std::thread::spawn(move || {
-            let wait = Duration::from_secs_f64(seconds);
-            if ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
-                flag.store(true, Ordering::Relaxed);
-            }
-        });
-        Self {
-            flag,
-            done: Some(done),
-        }
-    }
-
-    fn stop(&self) -> Stop {
-        Stop::when(self.flag)
-    }
-}
-
-impl Drop for Deadline {
-    fn drop(&mut self) {
-        self.done = None;
-    }
 }

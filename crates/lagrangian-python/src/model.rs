@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rigid::{self, RigidBodies};
@@ -22,7 +23,7 @@ use crate::error::{OrRaise, invalid, raise};
 use crate::files::json;
 use crate::number::OwnSystem;
 use crate::recording::{described, list};
-use crate::threads::pool;
+use crate::threads::interruptible;
 
 /// What stands behind a model of Python.
 pub(crate) enum Body {
@@ -681,13 +682,13 @@ pub(crate) fn simulate<'py>(
         seed: asking.seed,
     };
     let options = integration.options(py)?;
-    let pool = pool(py)?;
-    let run = || {
+    let run = |stop| {
+        let options = RolloutOptions { stop, ..options };
         let rollouts = simulation.run(system, &options)?;
         let outcomes: Vec<_> = rollouts.iter().map(|r| r.outcome).collect();
         Ok((simulation.recorded(system, rollouts), outcomes))
     };
-    let simulated = py.detach(|| pool.install(run));
+    let simulated = interruptible(py, Duration::MAX, run)?;
     body.raised()?;
     let (motions, outcomes) = simulated.or_raise(py)?;
     let outcomes = json(py, &serde_json::json!({ "all": outcomes }))?;

@@ -1,9 +1,10 @@
 //! Motions that a model predicts.
 
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use lagrangian::rollout::{Hold, free, rollout, rollout_recorded};
-use lagrangian::{Outcome, Rollout, Signals, Trajectory};
+use lagrangian::{Outcome, Rollout, RolloutOptions, Signals, Trajectory};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -11,6 +12,7 @@ use crate::arrays::{Rows, array};
 use crate::error::{OrRaise, invalid};
 use crate::model::{Integration, Model};
 use crate::recording::{parts, recording};
+use crate::threads::interruptible;
 
 /// A motion as Python makes a trajectory of it, how it ended, and what it cost.
 fn motion<'py>(
@@ -79,8 +81,8 @@ pub(crate) fn roll_out<'py>(
     let start = (q0.values(), qd0.values(), times.values());
     let (q0, qd0, t) = start;
     let Some(tau) = tau else {
-        let run = || rollout(model, q0, qd0, t, &free, &options);
-        return motion(py, own, py.detach(run).or_raise(py)?);
+        let run = |options: &RolloutOptions| rollout(model, q0, qd0, t, &free, options);
+        return motion(py, own, ended(py, &options, run)?);
     };
     if tau.is_callable() {
         return motion(py, own, under(py, model, start, tau, &options)?);
@@ -108,8 +110,8 @@ pub(crate) fn roll_out<'py>(
         ..Signals::default()
     };
     let recording = Trajectory::new("forces", t.to_vec(), forces);
-    let run = || rollout_recorded(model, &recording, hold, &options);
-    motion(py, own, py.detach(run).or_raise(py)?)
+    let run = |options: &RolloutOptions| rollout_recorded(model, &recording, hold, options);
+    motion(py, own, ended(py, &options, run)?)
 }
 
 /// The motion of a recording again: from its first state, under its forces, at its times.
@@ -131,8 +133,22 @@ pub(crate) fn follow<'py>(
     }
     let (hold, options) = (hold_of(py, hold)?, integration.options(py)?);
     let recording = Trajectory::new(recording.name, recording.t, recording.signals);
-    let run = || rollout_recorded(own.body().model(), &recording, hold, &options);
-    motion(py, own, py.detach(run).or_raise(py)?)
+    let model = own.body().model();
+    let run = |options: &RolloutOptions| rollout_recorded(model, &recording, hold, options);
+    motion(py, own, ended(py, &options, run)?)
+}
+
+/// A rollout that Ctrl-C ends.
+fn ended(
+    py: Python<'_>,
+    options: &RolloutOptions,
+    run: impl FnOnce(&RolloutOptions) -> lagrangian::Result<Rollout> + Send,
+) -> PyResult<Rollout> {
+    let options = *options;
+    let rollout = interruptible(py, Duration::MAX, |stop| {
+        run(&RolloutOptions { stop, ..options })
+    })?;
+    rollout.or_raise(py)
 }
 
 fn hold_of(py: Python<'_>, hold: &str) -> PyResult<Hold> {
@@ -155,7 +171,7 @@ fn under(
     model: &dyn lagrangian::Model,
     (q0, qd0, t): Start<'_>,
     tau: Bound<'_, PyAny>,
-    options: &lagrangian::RolloutOptions,
+    options: &RolloutOptions,
 ) -> PyResult<Rollout> {
     let (n, function) = (q0.len(), tau.unbind());
     // The first exception of the function; the motion then ends, as NaN is no force.

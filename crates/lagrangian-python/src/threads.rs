@@ -1,7 +1,11 @@
 //! The threads that fits and many rollouts run on.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
+use lagrangian::Stop;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -32,6 +36,54 @@ pub(crate) fn set_threads(py: Python<'_>, count: usize) -> PyResult<()> {
     let mut threads = THREADS.lock().unwrap_or_else(PoisonError::into_inner);
     *threads = Threads { count, pool: None };
     Ok(())
+}
+
+/// The time between two looks for Ctrl-C.
+pub(crate) const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+thread_local! {
+    /// The request to end what this thread waits for; it outlives all that looks at it.
+    static ENDED: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
+}
+
+/// Runs `work` on the pool while this thread looks for Ctrl-C and at the clock. When the time is up the work is asked to end with
+/// what it has; at Ctrl-C its result is dropped, and the exception raised.
+pub(crate) fn interruptible<T: Send>(
+    py: Python<'_>,
+    limit: Duration,
+    work: impl FnOnce(Stop) -> T + Send,
+) -> PyResult<T> {
+    let pool = pool(py)?;
+    let flag = ENDED.with(|flag| *flag);
+    flag.store(false, Ordering::Relaxed);
+    let (done, mut ended) = channel::<()>();
+    let start = Instant::now();
+    let mut pressed = None;
+    let result = std::thread::scope(|scope| {
+        let worker = scope.spawn(move || {
+            let _done = done;
+            pool.install(|| work(Stop::when(flag)))
+        });
+        loop {
+            let ended = &mut ended;
+            let waited = py.detach(move || ended.recv_timeout(LOOK_EVERY));
+            if waited != Err(RecvTimeoutError::Timeout) {
+                break;
+            }
+            if let Err(interrupt) = py.check_signals() {
+                pressed.get_or_insert(interrupt);
+            }
+            if pressed.is_some() || start.elapsed() >= limit {
+                flag.store(true, Ordering::Relaxed);
+            }
+        }
+        py.detach(|| worker.join())
+    });
+    match (pressed, result) {
+        (Some(interrupt), _) => Err(interrupt),
+        (None, Ok(value)) => Ok(value),
+        (None, Err(panic)) => std::panic::resume_unwind(panic),
+    }
 }
 
 /// The pool of this process. A process that was forked has none of the threads of its parent, and gets its own.

@@ -5,6 +5,7 @@ mod valid_time;
 
 use std::f64::consts::TAU;
 use std::ops::Range;
+use std::time::Duration;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -251,6 +252,16 @@ pub fn score_predictions(
         restarts,
         ..one_step
     })
+}
+
+/// Time for the predictions of any recordings, and for those of a sample, s, and the longest. A usable model needs a tenth of it.
+const TIME: (f64, f64, f64) = (30.0, 2e-3, 600.0);
+
+/// The time that a score of so many samples may take, after which [`RolloutOptions::stop`] should end it.
+#[must_use]
+pub fn time_for(samples: usize) -> Duration {
+    let (any, sample, longest) = TIME;
+    Duration::from_secs_f64((any + sample * samples as f64).min(longest))
 }
 
 /// Scores `model` on samples that need not follow each other: the errors of single samples, and no rollouts.

@@ -36,6 +36,8 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
         "mypy.stubtest",
         "lagrangian._lagrangian",
         "--ignore-missing-stub",
+        "--mypy-config-file",
+        "pyproject.toml",
     ];
     run("stubtest", &stubtest)?;
     run("pytest", &[&["-m", "pytest", "-q"], flags].concat())?;
