@@ -285,12 +285,12 @@ fn brief_line(line: &str) -> String {
         let Some(close) = inside.find(mark) else {
             break;
         };
-        short += &rest[..=open];
+        short += &brief_words(&rest[..=open]);
         short += &shortened(&inside[..close]);
         short.push(mark);
         rest = &inside[close + 1..];
     }
-    short += rest;
+    short += &brief_words(rest);
     // The beginning says what is wrong, and the end what to do.
     let length = short.chars().count();
     if length <= LONGEST_LINE {
@@ -299,6 +299,12 @@ fn brief_line(line: &str) -> String {
     let begin: String = short.chars().take(LONGEST_LINE / 2).collect();
     let end: String = short.chars().skip(length - LONGEST_LINE / 2).collect();
     format!("{begin}…{end}")
+}
+
+/// What is not quoted, with words of ordinary length.
+fn brief_words(text: &str) -> String {
+    let words: Vec<String> = text.split(' ').map(shortened).collect();
+    words.join(" ")
 }
 
 /// The first quotation mark of a line; an apostrophe within a word is none.
@@ -315,6 +321,11 @@ impl Error {
     pub fn argument(name: &'static str, value: impl ToString, must: &'static str) -> Self {
         let value = brief(&value.to_string());
         Self::Argument { name, value, must }
+    }
+
+    /// A [`Error::Layout`].
+    pub(crate) fn layout(problem: impl Display) -> Self {
+        Self::Layout(brief(&problem.to_string()))
     }
 
     /// A [`Error::Malformed`].

@@ -219,6 +219,41 @@ fn a_column_that_names_a_trajectory_a_row_is_refused_before_memory_is_gone() {
 }
 
 #[test]
+fn values_without_finite_derivatives_are_refused_with_their_place() {
+    let rows: String = (0..12)
+        .map(|k| format!("{k},{}e308\n", 1.7 * f64::from(k % 2 * 2 - 1)))
+        .collect();
+    assert_says(
+        &conversion_refusal(&format!("t,q1\n{rows}")),
+        &["'q1'", "not finite", "remove or repair"],
+    );
+}
+
+#[test]
+fn what_is_quoted_from_a_file_is_short() {
+    let long = "k".repeat(5000);
+    for text in [
+        format!("{long} = 1"),
+        format!("angle = {long}"),
+        format!("angle = \"{long}"),
+        format!("[columns]\n{long} = \"a\""),
+    ] {
+        let message = Layout::from_toml(&text).unwrap_err().to_string();
+        assert!(!message.contains(&"k".repeat(61)), "{message}");
+        assert!(message.len() < 1000, "{message}");
+    }
+    let column = Layout {
+        columns: Signals {
+            q: vec![long.clone()],
+            ..Signals::default()
+        },
+        ..Layout::default()
+    };
+    let message = read_with("t,q1\n0,0\n", &column).unwrap_err().to_string();
+    assert!(!message.contains(&"k".repeat(61)), "{message}");
+}
+
+#[test]
 fn an_unknown_extension_lists_the_known_ones() {
     assert_says(
         &Format::from_extension("xlsx").unwrap_err().to_string(),

@@ -624,3 +624,19 @@ fn bags_of_real_robots_hold_what_the_tables_beside_them_hold() {
         }
     }
 }
+
+#[test]
+fn a_name_that_claims_gigabytes_is_refused_without_memory_for_it() {
+    let bag = mcap(&states(5));
+    let at = bag
+        .windows(JOINT_STATE.len())
+        .position(|w| w == JOINT_STATE.as_bytes());
+    let mut damaged = bag;
+    let at = at.unwrap() - 4;
+    damaged[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+    let message = read(Format::Mcap, &damaged).unwrap_err().to_string();
+    assert!(
+        message.contains("not whole") || message.contains("not what was written"),
+        "{message}"
+    );
+}

@@ -26,6 +26,11 @@ pub fn dataset() -> &'static Dataset {
         let motion = rollout(&*pendulum, &[0.5], &[0.1], &clock, &push, &options);
         let motion = motion.expect("a pendulum moves").trajectory;
         let coordinates: Coordinates = pendulum.coordinates().clone();
-        Dataset::new(coordinates, &[motion.clone()], &[motion]).expect("the motion is complete")
+        Dataset::new(
+            coordinates,
+            std::slice::from_ref(&motion),
+            std::slice::from_ref(&motion),
+        )
+        .expect("the motion is complete")
     })
 }

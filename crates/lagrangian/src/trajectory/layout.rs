@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::drive::{Constant, DriveLayout};
 use super::{Coordinates, Sampling, Signal, Signals, Topology};
-use crate::error::brief;
 use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
@@ -106,7 +105,7 @@ fn names(list: Option<OneOrMany>) -> Vec<String> {
 fn one(list: Option<OneOrMany>) -> Result<Option<String>> {
     match names(list) {
         mut one if one.len() < 2 => Ok(one.pop()),
-        several => Err(Error::Layout(format!(
+        several => Err(Error::layout(format_args!(
             "there is one column of time, and one of trajectories, not {}",
             several.join(", ")
         ))),
@@ -137,8 +136,7 @@ impl Layout {
     /// # Errors
     /// [`Error::Layout`] with the place, if it is not TOML or has an unknown key.
     pub fn from_toml(text: &str) -> Result<Self> {
-        let file: LayoutFile =
-            toml::from_str(text).map_err(|e| Error::Layout(brief(&e.to_string())))?;
+        let file: LayoutFile = toml::from_str(text).map_err(Error::layout)?;
         let mut columns = file.columns;
         let mut layout = Self {
             trajectory: one(columns.remove("trajectory"))?,
@@ -161,7 +159,7 @@ impl Layout {
         layout.refuse_empty(file.every)?;
         match columns.keys().next() {
             None => Ok(layout),
-            Some(unknown) => Err(Error::Layout(format!(
+            Some(unknown) => Err(Error::layout(format_args!(
                 "unknown key '{unknown}' in [columns]: it holds trajectory, t, {}",
                 Signal::IN_FILES.map(Signal::name).join(", ")
             ))),
@@ -224,7 +222,7 @@ impl Layout {
         }
         match table.keys().next() {
             None => Ok(()),
-            Some(unknown) => Err(Error::Layout(format!(
+            Some(unknown) => Err(Error::layout(format_args!(
                 "unknown key '{unknown}' in [drive]: it holds {}, {SI}",
                 Signal::OF_DRIVES.map(Signal::name).join(", ")
             ))),
@@ -287,7 +285,7 @@ impl Layout {
             drive: self.drive_table(),
             units: self.units.clone(),
         };
-        toml::to_string(&file).map_err(|e| Error::Layout(brief(&e.to_string())))
+        toml::to_string(&file).map_err(Error::layout)
     }
 
     /// The layout of files that [`super::Format::write`] makes: default column names, angles declared.
