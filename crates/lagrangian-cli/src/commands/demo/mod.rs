@@ -9,9 +9,10 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::train::{self, Ending};
+use lagrangian::train::{self, Ending, NaturalConfig};
 use lagrangian::{
-    Budget, Dataset, Family, Fit, FitConfig, LnnConfig, Loss, MlpConfig, Provenance, random_states,
+    Budget, Dataset, Family, Fit, FitConfig, LnnConfig, Loss, MlpConfig, Optimizer, Provenance,
+    random_states,
 };
 use serde_json::json;
 
@@ -32,6 +33,9 @@ const SYSTEM: &str = "double-pendulum";
 const REFERENCE_ENERGY: f64 = 29.4;
 /// States that the fits are stopped and chosen by.
 const VALIDATION: usize = 2000;
+
+/// Samples of a step, where the damping follows the loss: what `fit` takes by a time (docs/adr/0050).
+const BATCH: usize = 128;
 
 /// A model of the demo, fitted.
 struct Trained {
@@ -119,6 +123,8 @@ fn train(
     let config = FitConfig {
         family,
         loss: Loss::ACCELERATION,
+        optimizer: Optimizer::Natural(NaturalConfig::following_the_loss()),
+        batch: BATCH,
         budget: Budget::Seconds(args.seconds),
         seed: args.seed,
         ..FitConfig::default()
