@@ -8,7 +8,7 @@ use crate::trajectory::{Recording, Topology};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
 const EXPLAINED: f64 = 0.5;
-/// … and a delay, which changes little of it, where it explains this part.
+/// … and a delay, which changes little of it, or a force that is missing, where it explains this part.
 const WELL_EXPLAINED: f64 = 0.9;
 /// A delay is one only beyond so many standard errors, as many joints are tested …
 const ERRORS: f64 = 4.0;
@@ -173,7 +173,7 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
 /// Coordinates that must be driven, although their forces are 0 throughout.
 fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
-    let is_told = |u: &&Undriven| u.forces_explained > EXPLAINED && u.explained < EXPLAINED;
+    let is_told = |u: &&Undriven| u.forces_explained > WELL_EXPLAINED && u.explained < EXPLAINED;
     let item = |u: &Undriven| {
         let finding = format!(
             "{}: its force is 0 throughout, but it does not move as a joint without a drive: {:.0} % of its acceleration follow from the motion of the \

@@ -132,7 +132,7 @@ impl Part {
         self.own
     }
 
-    /// An entry of YᵀY.
+    /// An entry of `YᵀY`.
     pub(super) fn square(&self, k: usize, j: usize) -> f64 {
         self.square[k.max(j) * self.size() + k.min(j)]
     }
