@@ -352,7 +352,7 @@ fn motions(name: &str, drive: f64, is_driven: impl Fn(usize) -> bool + Sync) -> 
     let options = RolloutOptions::truth();
     let rollouts = rollout_many(&*system, &starts, &times, &drive, &options).unwrap();
     let motion = |(k, mut rollout): (usize, rollout::Rollout)| {
-        rollout::record_forces(&mut rollout.trajectory, &drive);
+        rollout::record_forces(&mut rollout.trajectory, drive);
         let (t, signals) = (rollout.trajectory.t, rollout.trajectory.signals);
         recording(k.to_string(), system.coordinates().clone(), t, signals)
     };
