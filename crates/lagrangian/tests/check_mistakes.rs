@@ -333,16 +333,26 @@ fn degrees_of_a_free_pendulum_are_told_from_turns() {
 
 /// Motions of a system from random states, without forces or with sines of this amplitude; exact.
 fn free_motions(name: &str, drive: f64) -> Vec<Recording> {
+    motions(name, drive, |_| true)
+}
+
+/// The same with sines on these coordinates alone.
+fn motions(name: &str, drive: f64, is_driven: impl Fn(usize) -> bool + Sync) -> Vec<Recording> {
     let system = by_name(name, &[]).unwrap();
     let n = system.coordinates().dof();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let starts: Vec<_> = (0..2).map(|_| system.sample_state(&mut rng)).collect();
-    let drive = rollout::sines(n, drive, 0);
+    let sines = rollout::sines(n, drive, 0);
+    let drive = |t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]| {
+        sines(t, q, qd, tau);
+        let free = tau.iter_mut().enumerate().filter(|(i, _)| !is_driven(*i));
+        free.for_each(|(_, tau)| *tau = 0.0);
+    };
     let times = rollout::times(10.0, 0.01).unwrap();
     let options = RolloutOptions::truth();
     let rollouts = rollout_many(&*system, &starts, &times, &drive, &options).unwrap();
     let motion = |(k, mut rollout): (usize, rollout::Rollout)| {
-        rollout::record_forces(&mut rollout.trajectory, &drive);
+        rollout::record_forces(&mut rollout.trajectory, drive);
         let (t, signals) = (rollout.trajectory.t, rollout.trajectory.signals);
         recording(k.to_string(), system.coordinates().clone(), t, signals)
     };
@@ -364,6 +374,31 @@ fn exact_motions_of_every_system_pass() {
 }
 
 #[test]
+fn a_force_that_was_not_recorded_is_told_from_a_joint_without_a_drive() {
+    let report = checked(&[1, 2].map(|seed| {
+        let mut log = log(TWO_LINKS, 20.0, seed);
+        column(&mut log, Signal::Tau, 1, |_, _| 0.0);
+        log
+    }));
+    assert_says(
+        &report,
+        "forces",
+        Verdict::Warn,
+        "its force is 0 throughout",
+    );
+    for (name, driven) in [
+        ("double-pendulum", 0),
+        ("double-pendulum", 1),
+        ("cart-pole", 0),
+        ("furuta-pendulum", 0),
+    ] {
+        let report = checked(&motions(name, 2.0, |i| i == driven));
+        let mut items = report.items.iter();
+        assert!(!items.any(|i| i.name == "forces"), "{name}: {report:#?}");
+    }
+}
+
+#[test]
 fn a_machine_in_degrees_is_doubted_whether_its_joints_are_declared_as_angles_or_not() {
     for circle in [true, false] {
         let mut degrees = log(TWO_LINKS, 20.0, 1);
@@ -382,4 +417,47 @@ fn a_machine_in_degrees_is_doubted_whether_its_joints_are_declared_as_angles_or_
         let said = remedies.any(|remedy| remedy.contains("`degrees`"));
         assert!(said, "circle: {circle}");
     }
+}
+
+/// A log of a position-controlled joint that follows its goal a little late, without forces.
+fn servo() -> Recording {
+    let t: Vec<f64> = (0..2000).map(|k| 0.005 * f64::from(k)).collect();
+    let at = |t: f64| (1.3 * t).sin() + 0.4 * (3.1 * t).sin();
+    let of = |t: &[f64], late: f64, size: f64| t.iter().map(|t| size * at(t - late)).collect();
+    let signals = Signals {
+        q: of(&t, 0.05, 0.8),
+        goal: of(&t, 0.0, 1.0),
+        kp: vec![400.0; t.len()],
+        ..Signals::default()
+    };
+    recording("servo".into(), Coordinates::lines(1), t, signals)
+}
+
+#[test]
+fn goals_in_place_of_forces_are_checked_and_the_way_is_named() {
+    let report = checked(&[servo()]);
+    assert_says(&report, "goal", Verdict::Pass, "the family servo");
+    assert!(!report.items.iter().any(|i| i.doubtful), "{report:#?}");
+    let spoiled = |factor: f64| {
+        let mut log = servo();
+        log.signals.goal.iter_mut().for_each(|g| *g *= factor);
+        checked(&[log])
+    };
+    assert_says(
+        &spoiled(-1.0),
+        "goal",
+        Verdict::Warn,
+        "moves against its goal",
+    );
+    assert_says(
+        &spoiled(57.295_779_5),
+        "goal",
+        Verdict::Warn,
+        "different units",
+    );
+    // The same columns under names that nobody chose.
+    let mut log = servo();
+    (log.signals.goal, log.signals.kp) = Default::default();
+    log.columns.ignored = vec!["target_position".into()];
+    assert_says(&checked(&[log]), "goal", Verdict::Warn, "`si_gains`");
 }

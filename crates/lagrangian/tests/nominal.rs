@@ -7,6 +7,7 @@ use lagrangian::models::Lnn;
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{free, times};
 use lagrangian::score::{Assessment, Grade};
+use lagrangian::train::Contestant;
 use lagrangian::train::Samples;
 use lagrangian::{
     Budget, Dataset, DelanConfig, Dissipation, Evaluator, Family, FitConfig, ForceTerms,
@@ -368,4 +369,45 @@ fn what_makes_a_nominal_model_worse_is_told_as_poor() {
     assert_eq!(assessment.verdict, Grade::Poor);
     let told = |text: &str| assessment.reasons.iter().any(|r| r.finding.contains(text));
     assert!(told("worse than those of the nominal model alone"));
+}
+
+#[test]
+fn a_description_that_explains_much_less_than_a_chain_lowers_the_verdict() {
+    let model = arm();
+    let motions = [Trajectory {
+        name: "arm".into(),
+        t: (0..200).map(|k| 0.01 * f64::from(k)).collect(),
+        signals: samples(&arm(), 200, 7).signals,
+    }];
+    let score = score(&model, &motions, &RolloutOptions::default()).unwrap();
+    let graded = |errors: &[(&str, Option<f64>)]| {
+        let contestant = |(family, error): &(&str, Option<f64>)| Contestant {
+            family: (*family).into(),
+            torque_nmse: *error,
+            seconds: 1.0,
+            failure: None,
+        };
+        let contestants: Vec<Contestant> = errors.iter().map(contestant).collect();
+        let assessment = Assessment::new(&model, &motions, &score).of_selected(&contestants);
+        assert!(
+            assessment
+                .reasons
+                .iter()
+                .all(|r| r.finding.contains("of the description"))
+        );
+        assessment.verdict
+    };
+    let beside = |described: f64, free: f64| {
+        let delan = ("delan", Some(1e-6));
+        graded(&[("rigid", Some(described)), ("chain", Some(free)), delan])
+    };
+    assert_eq!(beside(0.2, 0.02), Grade::Fair);
+    // About as good, nearly exact, or nothing to compare it with.
+    assert_eq!(beside(0.2, 0.1), Grade::Good);
+    assert_eq!(beside(1e-4, 1e-8), Grade::Good);
+    assert_eq!(
+        graded(&[("rigid", Some(0.2)), ("chain", None)]),
+        Grade::Good
+    );
+    assert_eq!(graded(&[("chain", Some(0.02))]), Grade::Good);
 }

@@ -6,11 +6,11 @@ mod stages;
 mod table;
 
 use anyhow::Result;
-use lagrangian::score::Grade;
 use lagrangian::{Item, Verdict};
 use lagrangian_report::{Role, Table};
 use serde_json::{Value, json};
 
+use crate::harness::failure::mistake;
 use crate::harness::{Experiment, Lab, neither};
 use case::Case;
 use stages::{Checked, Fitted, checked, fitted};
@@ -25,16 +25,17 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         "Each mistake is made by one function from good data: an arm of three joints with friction and noise (simulated, 250 Hz), free motions \
          of a double pendulum (simulated, 200 Hz), and the log of a real UR10 (125 Hz, where the reference data are present). The table \
          names the first stage that says so: reading (refused), the check (the name of the finding; “fail” ends a fit, “doubt” lets none be called \
-         good, “warn” is printed), or the verdict of a fit.",
+         good, “warn” is printed), or the verdict of a fit, where it is worse, or has another reason, than that of the good data.",
         "With --quick nothing is fitted, and the UR10 is omitted.",
     ],
+    parts: Some(PARTS),
     quantities: &[
         neither("made", "mistakes", ""),
         neither("refused", "refused when read", ""),
         neither("failed", "the check fails", ""),
         neither("doubted", "the check doubts", ""),
         neither("warned", "the check warns", ""),
-        neither("fitted", "the fit is poor, fair, or refused", ""),
+        neither("fitted", "the fit is refused, or worse", ""),
         neither("unknowable", "not to be told from data", ""),
         neither("silent", "in silence", ""),
     ],
@@ -42,8 +43,11 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     ..Experiment::EMPTY
 };
 
-/// The sources of good data: name, and where they come from.
+/// A source of good data: its name, and where they come from.
 type Source = (&'static str, fn(&Lab) -> Result<Option<Case>>);
+
+/// The names of the sources.
+const PARTS: &str = "arm, free double pendulum or ur10_real";
 
 const SOURCES: [Source; 3] = [
     ("arm", sources::arm),
@@ -72,40 +76,77 @@ impl End {
 }
 
 fn run(lab: &mut Lab) -> Result<()> {
-    let count = if lab.quick() { 2 } else { SOURCES.len() };
-    lab.plan(count * MISTAKES.len());
+    let sources = chosen(lab)?;
+    lab.plan(sources.len() * MISTAKES.len());
     let mut columns = Vec::new();
-    for (name, make) in &SOURCES[..count] {
+    for (name, make) in sources {
         let Some(good) = make(lab)? else { continue };
         let ends = ends(lab, name, &good)?;
         tally(lab, name, &ends);
-        columns.push((*name, ends));
+        columns.push((name, ends));
         lab.write("mistakes.md", markdown(&matrix(&columns)).as_bytes())?;
     }
     lab.results.tables.push(matrix(&columns));
     Ok(())
 }
 
+/// The sources that are asked for.
+fn chosen(lab: &Lab) -> Result<Vec<Source>> {
+    let count = if lab.quick() { 2 } else { SOURCES.len() };
+    let Some(only) = &lab.args.only else {
+        return Ok(SOURCES[..count].to_vec());
+    };
+    let named: Vec<Source> = SOURCES.into_iter().filter(|s| s.0 == only).collect();
+    match named.is_empty() {
+        true => Err(mistake(
+            format!("the experiment 'mistakes' has no part '{only}'"),
+            format!("give --only one of: {PARTS}"),
+        )),
+        false => Ok(named),
+    }
+}
+
+/// What the stages say of good data.
+struct Good {
+    /// Without and with accelerations.
+    checked: [Checked; 2],
+    /// Without and with the description, where something is fitted.
+    fitted: Option<[Fitted; 2]>,
+}
+
+impl Good {
+    fn of(lab: &mut Lab, good: &Case) -> Self {
+        let checked = [checked(good), checked(&with_accelerations(good))];
+        let plain = Case {
+            urdf: None,
+            ..good.clone()
+        };
+        let mut fit = |case: &Case| fitted(case, &checked[0], SECONDS, &mut lab.progress);
+        let fitted = (!lab.args.quick).then(|| [fit(&plain), fit(good)]);
+        Self { checked, fitted }
+    }
+}
+
 /// How each mistake ends for one source; none where it cannot be made.
 fn ends(lab: &mut Lab, source: &str, good: &Case) -> Result<Vec<Option<End>>> {
-    let bases = [checked(good), checked(&with_accelerations(good))];
+    lab.begin(format!("{source}, good data"))?;
+    let base = Good::of(lab, good);
     let mut ends = Vec::new();
     for mistake in MISTAKES {
         lab.begin(format!("{source}, {}", mistake.name))?;
-        let base = &bases[usize::from(mistake.needs_accelerations())];
         let case = mistake.made(good);
-        ends.push(case.map(|case| end(lab, mistake, base, &case)));
+        ends.push(case.map(|case| end(lab, mistake, &base, &case)));
         lab.progress.check()?;
     }
     Ok(ends)
 }
 
-fn end(lab: &mut Lab, mistake: &Mistake, base: &Checked, case: &Case) -> End {
+fn end(lab: &mut Lab, mistake: &Mistake, base: &Good, case: &Case) -> End {
     let found = checked(case);
     if let Checked::Refused(said) = &found {
         return End::new("refused", "refused", said);
     }
-    if let Some(item) = found.news(base) {
+    if let Some(item) = found.news(&base.checked[usize::from(mistake.needs_accelerations())]) {
         let (quantity, word) = match item {
             Item {
                 verdict: Verdict::Fail,
@@ -117,24 +158,15 @@ fn end(lab: &mut Lab, mistake: &Mistake, base: &Checked, case: &Case) -> End {
         return End::new(quantity, format!("{word}: {}", item.name), &item.finding);
     }
     // What the check says needs no fit: a doubt is part of its verdict.
-    let (grade, reason) = match lab.quick() {
-        true => ("good", String::new()),
-        false => graded(lab, case),
-    };
+    if let Some(good) = &base.fitted {
+        let fit = fitted(case, &found, SECONDS, &mut lab.progress);
+        if let Some(reason) = fit.news(&good[usize::from(case.urdf.is_some())]) {
+            return End::new("fitted", format!("fit: {}", fit.word()), reason);
+        }
+    }
     match mistake.unknowable {
-        _ if grade != "good" => End::new("fitted", format!("fit: {grade}"), reason),
         Some(_) => End::new("unknowable", "not from data", ""),
         None => End::new("silent", "—", ""),
-    }
-}
-
-/// The verdict of a fit in words, with its first reason.
-fn graded(lab: &mut Lab, case: &Case) -> (&'static str, String) {
-    match fitted(case, SECONDS, &mut lab.progress) {
-        Fitted::Refused(error) => ("refused", error),
-        Fitted::Graded(Grade::Good, _) => ("good", String::new()),
-        Fitted::Graded(Grade::Fair, reason) => ("fair", reason),
-        Fitted::Graded(Grade::Poor, reason) => ("poor", reason),
     }
 }
 

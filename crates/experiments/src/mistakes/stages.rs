@@ -1,7 +1,7 @@
 //! What a program says of data, stage by stage: reading, the check, the fit.
 
 use anyhow::Result;
-use lagrangian::score::{Assessment, Grade};
+use lagrangian::score::{Assessment, Grade, Reason};
 use lagrangian::train::{Request, select};
 use lagrangian::{
     Budget, CheckOptions, CheckReport, Dataset, EstimateOptions, FitConfig, Item, Observer,
@@ -56,25 +56,65 @@ impl Checked {
 /// What a fit says.
 pub(super) enum Fitted {
     Refused(String),
-    Graded(Grade, String),
+    Graded(Assessment),
+}
+
+impl Fitted {
+    /// It in a word.
+    pub(super) fn word(&self) -> &'static str {
+        match self {
+            Self::Refused(_) => "refused",
+            Self::Graded(assessment) => match assessment.verdict {
+                Grade::Good => "good",
+                Grade::Fair => "fair",
+                Grade::Poor => "poor",
+            },
+        }
+    }
+
+    /// The gravest reason that the good data do not have as grave; a remedy tells reasons apart.
+    pub(super) fn news(&self, good: &Self) -> Option<String> {
+        let found = match self {
+            Self::Refused(error) => return Some(error.clone()),
+            Self::Graded(assessment) => assessment.reasons.iter(),
+        };
+        let before = match good {
+            Self::Refused(_) => &[],
+            Self::Graded(assessment) => &assessment.reasons[..],
+        };
+        let is_known = |r: &Reason| {
+            let mut same = before.iter().filter(|b| b.remedy == r.remedy);
+            same.any(|b| b.grade >= r.grade)
+        };
+        let mut new = found.filter(|r| !is_known(r));
+        new.next().map(|r| r.finding.clone())
+    }
 }
 
 /// Fits a case as the command does when it is told nothing.
-pub(super) fn fitted(case: &Case, seconds: f64, observer: &mut dyn Observer) -> Fitted {
-    match fit(case, seconds, observer) {
-        Ok(assessment) => {
-            let first = assessment.reasons.first();
-            let reason = first.map_or_else(String::new, |r| r.finding.clone());
-            Fitted::Graded(assessment.verdict, reason)
-        }
+pub(super) fn fitted(
+    case: &Case,
+    checked: &Checked,
+    seconds: f64,
+    observer: &mut dyn Observer,
+) -> Fitted {
+    let Checked::Report(report) = checked else {
+        return Fitted::Refused("the files are refused".into());
+    };
+    match fit(case, report, seconds, observer) {
+        Ok(assessment) => Fitted::Graded(assessment),
         Err(error) => Fitted::Refused(error.to_string()),
     }
 }
 
-fn fit(case: &Case, seconds: f64, observer: &mut dyn Observer) -> Result<Assessment> {
+fn fit(
+    case: &Case,
+    report: &CheckReport,
+    seconds: f64,
+    observer: &mut dyn Observer,
+) -> Result<Assessment> {
     let recordings = case.recordings(&case.logs)?;
     let coordinates = recordings[0].coordinates.clone();
-    let report = check(&recordings, &CheckOptions::default());
     let noisy = |i: &&Item| i.name == "acceleration" && i.verdict == Verdict::Warn;
     let found = report.items.iter().find(noisy);
     let options = EstimateOptions {
@@ -114,5 +154,5 @@ fn fit(case: &Case, seconds: f64, observer: &mut dyn Observer) -> Result<Assessm
     let scored = score(&selection.fit.model, &validation, &options)?;
     Ok(Assessment::new(&selection.fit.model, &validation, &scored)
         .of_selected(&selection.contestants)
-        .of_checked(&report))
+        .of_checked(report))
 }

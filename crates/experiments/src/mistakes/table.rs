@@ -57,6 +57,8 @@ const fn unknowable(name: &'static str, needs: Needs, make: Make, why: &'static 
 
 const ZERO: &str = "another zero of a joint is as good a coordinate; a model without a description learns it, one with a description is compared \
                     with a model without it";
+const BODIES: &str = "other masses make up for it where the motion allows: the torques are right with them; where they are not, a chain without the \
+                      description explains more, and the verdict says so";
 const SCALE: &str = "a unit of all torques scales all masses: a model is right in that unit, unless its masses are compared with something";
 
 pub(super) const MISTAKES: &[Mistake] = &[
@@ -307,7 +309,7 @@ pub(super) const MISTAKES: &[Mistake] = &[
             }
         }),
     ),
-    mistake(
+    unknowable(
         "three seconds of one log",
         Motion,
         InCase(|c| {
@@ -316,6 +318,7 @@ pub(super) const MISTAKES: &[Mistake] = &[
             let (begin, t) = (log.t[0], log.t.clone());
             log.keep(|k| t[k] - begin < 3.0);
         }),
+        "a short log can be enough: the verdict rests on motions that were not fitted",
     ),
     mistake(
         "a gap of a second",
@@ -463,10 +466,11 @@ pub(super) const MISTAKES: &[Mistake] = &[
         InLog(|l| shift(&mut l.q[1], 0.4)),
         ZERO,
     ),
-    mistake(
+    unknowable(
         "a position with an offset against the description",
         Description,
         InLog(|l| l.q[1].iter_mut().for_each(|x| *x += 0.4)),
+        BODIES,
     ),
     mistake(
         "accelerations with the wrong sign",
@@ -508,7 +512,7 @@ pub(super) const MISTAKES: &[Mistake] = &[
         Description,
         InLog(|l| scale(&mut l.tau, 1e3)),
     ),
-    mistake(
+    unknowable(
         "the description of another robot",
         Description,
         InCase(|c| {
@@ -520,6 +524,7 @@ pub(super) const MISTAKES: &[Mistake] = &[
                     .replace("0.5723", "0.9")
             })
         }),
+        BODIES,
     ),
     mistake(
         "a description with joints in another order",

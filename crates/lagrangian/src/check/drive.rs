@@ -2,13 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use super::regression::{JointFit, JointFits, Rub, Stranger, fit_joints};
+use super::regression::{JointFit, JointFits, Rub, Stranger, Undriven, fit_joints};
 use super::{CheckOptions, Item, range};
 use crate::trajectory::{Recording, Topology};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
 const EXPLAINED: f64 = 0.5;
-/// … and a delay, which changes little of it, where it explains this part.
+/// … and a delay, which changes little of it, or a force that is missing, where it explains this part.
 const WELL_EXPLAINED: f64 = 0.9;
 /// A delay is one only beyond so many standard errors, as many joints are tested …
 const ERRORS: f64 = 4.0;
@@ -58,6 +58,7 @@ pub(super) fn items(recordings: &[Recording], options: &CheckOptions, swings: us
     items.extend(works(recordings));
     items.extend(units(recordings, &found));
     items.extend(frictions(recordings, &found));
+    items.extend(unrecorded(recordings, &found));
     items.extend(machines(&found));
     items.extend(delays(recordings, &found));
     items.extend(inertias(recordings, &found));
@@ -167,6 +168,26 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
         .filter(|(i, _)| *i < n)
         .filter_map(of_joint)
         .collect()
+}
+
+/// Coordinates that must be driven, although their forces are 0 throughout.
+fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+    let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
+    let is_told = |u: &&Undriven| u.forces_explained > WELL_EXPLAINED && u.explained < EXPLAINED;
+    let item = |u: &Undriven| {
+        let finding = format!(
+            "{}: its force is 0 throughout, but it does not move as a joint without a drive: {:.0} % of its acceleration follow from the motion of the \
+             others, while {:.0} % of their forces follow from the motion",
+            all[u.coordinate],
+            100.0 * u.explained.max(0.0),
+            100.0 * u.forces_explained
+        );
+        let remedy = "record the force of that drive, or choose its column (`tau`)";
+        Item::doubt("forces", finding, remedy)
+            .value("explained", u.explained)
+            .value("forces_explained", u.forces_explained)
+    };
+    fits.undriven.iter().filter(is_told).map(item).collect()
 }
 
 /// Whether a recording is not of the machine of the others.

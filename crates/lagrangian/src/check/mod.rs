@@ -8,6 +8,7 @@ mod copies;
 mod coverage;
 mod drive;
 mod frozen;
+mod goals;
 mod rates;
 mod regression;
 mod repeated;
@@ -216,6 +217,7 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     items.extend(copies::items(recordings));
     items.extend(repeated::items(recordings));
     items.extend(drive::items(recordings, options, swings));
+    items.extend(goals::items(recordings));
     for recording in recordings {
         let mut own: Vec<Item> = shapes(recording).into_iter().collect();
         let whole = own.is_empty();

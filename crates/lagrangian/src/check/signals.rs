@@ -87,7 +87,6 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
     if !columns.iter().all(Column::is_finite) {
         return Vec::new();
     }
-    let steps: Vec<f64> = columns.iter().map(quantisation_step).collect();
     let mut items = vec![wraps(recording)];
     let positions = columns.iter().filter(|c| c.signal == Signal::Q);
     items.extend(positions.filter_map(|c| jumps(recording, c)));
@@ -95,11 +94,17 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
         .iter()
         .filter(|c| matches!(c.signal, Signal::Qd | Signal::Tau));
     items.extend(measured.filter_map(|c| spikes::item(&recording.t, c)));
-    let sensors = columns.iter().filter(|c| !c.signal.is_of_drive());
-    items.extend(sensors.filter_map(|c| frozen::item(&recording.t, c)));
-    items.push(repeats(recording, &steps));
-    items.push(noise(recording, &columns));
-    items.push(quantisation(&columns, &steps));
+    let all_steps: Vec<f64> = columns.iter().map(quantisation_step).collect();
+    items.push(repeats(recording, &all_steps));
+    // Goals and gains are told, not measured.
+    let (sensors, steps): (Vec<_>, Vec<f64>) = columns
+        .into_iter()
+        .zip(all_steps)
+        .filter(|(c, _)| !c.signal.is_of_drive())
+        .unzip();
+    items.extend(sensors.iter().filter_map(|c| frozen::item(&recording.t, c)));
+    items.push(noise(recording, &sensors));
+    items.push(quantisation(&sensors, &steps));
     items
 }
 

@@ -289,12 +289,16 @@ fn settings(args: &DemoArgs, trained: [&Trained; 2]) -> Vec<(String, String)> {
         "{}: angles anywhere, speeds to ±10 rad/s; masses 1 kg, lengths 1 m, g 9.8 m/s²",
         grouped(args.samples)
     );
-    let optimiser = "natural gradient, batches of 256 states, squared errors, double precision";
+    let [lnn, mlp] = trained.map(|t| t.config.batch);
+    let optimiser = format!(
+        "natural gradient, squared errors, double precision; {lnn} states a step with a damping that follows the loss (Lagrangian), \
+         {mlp} with a damping that falls by a schedule (plain), each with what suits it"
+    );
     let rollouts = "Dormand–Prince 5(4), tolerance 10⁻⁹; truth 8(5,3), 10⁻¹³";
     [
         ("Lagrangian network", trained[0].config.family.summary()),
         ("Plain network", trained[1].config.family.summary()),
-        ("Optimiser of both", optimiser.into()),
+        ("Optimiser of both", optimiser),
         ("Training of the Lagrangian network", steps(trained[0])),
         ("Training of the plain network", steps(trained[1])),
         ("States", states),

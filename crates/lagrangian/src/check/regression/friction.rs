@@ -5,7 +5,6 @@ use rayon::prelude::*;
 use super::least_squares::{Part, jackknife};
 use super::terms::{RUBBING, Rubbing, friction_at};
 use super::{Filtered, Stretches};
-use crate::trajectory::Recording;
 
 /// The ridge of the regression in units of the diagonal.
 const RIDGE: f64 = 1e-4;
@@ -27,8 +26,8 @@ impl Rub {
 }
 
 /// The friction in each force by the velocity that it goes with, `[n][n]`; empty where the recordings are too short.
-pub(super) fn rubs(recordings: &[&Recording], cutoff: f64) -> Vec<Vec<Rub>> {
-    let Some(stretches) = Filtered::new(recordings, cutoff).signals(0.0, &[0.0]) else {
+pub(super) fn rubs(filtered: &Filtered<'_>) -> Vec<Vec<Rub>> {
+    let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
         return Vec::new();
     };
     let n = stretches.speeds.len();

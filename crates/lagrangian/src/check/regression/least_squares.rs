@@ -122,15 +122,30 @@ impl Part {
         self.count
     }
 
-    fn square(&self, k: usize, j: usize) -> f64 {
-        let size = self.right.len() / self.tau.len();
-        self.square[k.max(j) * size + k.min(j)]
+    /// The number of terms.
+    pub(super) fn size(&self) -> usize {
+        self.right.len() / self.tau.len()
+    }
+
+    /// The number of terms that q̈ᵢ multiplies, the first ones.
+    pub(super) fn own(&self) -> usize {
+        self.own
+    }
+
+    /// An entry of `YᵀY`.
+    pub(super) fn square(&self, k: usize, j: usize) -> f64 {
+        self.square[k.max(j) * self.size() + k.min(j)]
+    }
+
+    /// The sum of the squares of this combination of the terms.
+    pub(super) fn square_of(&self, v: &[f64]) -> f64 {
+        let row = |k: usize| (0..v.len()).map(|j| self.square(k, j) * v[j]).sum::<f64>();
+        (0..v.len()).map(|k| v[k] * row(k)).sum()
     }
 
     /// The coefficients of least squares for every delay, `[P, K]`, with this ridge in units of the diagonal.
     pub(super) fn coefficients(&self, ridge: f64) -> Option<Mat<f64>> {
-        let delays = self.tau.len();
-        let size = self.right.len() / delays;
+        let (delays, size) = (self.tau.len(), self.size());
         let scale: Vec<f64> = (0..size)
             .map(|k| {
                 Some(self.square(k, k).sqrt())
@@ -149,12 +164,10 @@ impl Part {
 
     /// The sum of the squared residuals for these coefficients, without delay.
     pub(super) fn residual(&self, coefficients: &Mat<f64>) -> f64 {
-        let c = |k: usize| coefficients[(k, 0)];
-        let row = |k: usize| -> f64 {
-            let products = (0..coefficients.nrows()).map(|j| self.square(k, j) * c(j));
-            c(k) * (products.sum::<f64>() - 2.0 * self.right[k * self.tau.len()])
-        };
-        (0..coefficients.nrows()).map(row).sum::<f64>() + self.tau[0].1
+        let c: Vec<f64> = (0..self.size()).map(|k| coefficients[(k, 0)]).collect();
+        let rights = c.iter().zip(self.right.iter().step_by(self.tau.len()));
+        let right: f64 = rights.map(|(c, r)| c * r).sum();
+        self.square_of(&c) - 2.0 * right + self.tau[0].1
     }
 }
 

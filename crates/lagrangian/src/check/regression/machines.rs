@@ -5,7 +5,6 @@ use rayon::prelude::*;
 use super::Filtered;
 use super::least_squares::{Part, jackknife};
 use super::terms::Rubbing;
-use crate::trajectory::Recording;
 
 /// The ridge of the regression in units of the diagonal.
 const RIDGE: f64 = 1e-4;
@@ -31,8 +30,8 @@ pub(in crate::check) struct Stranger {
 }
 
 /// What each recording says of its machine, beside what all say; those with too little of it are left out.
-pub(super) fn strangers(recordings: &[&Recording], cutoff: f64) -> Vec<Stranger> {
-    let Some(stretches) = Filtered::new(recordings, cutoff).signals(0.0, &[0.0]) else {
+pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<Stranger> {
+    let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
         return Vec::new();
     };
     let n = stretches.speeds.len();
@@ -45,7 +44,7 @@ pub(super) fn strangers(recordings: &[&Recording], cutoff: f64) -> Vec<Stranger>
     let joints: Vec<Vec<&Part>> = joints.iter().map(|parts| parts.iter().collect()).collect();
     let owners: Vec<usize> = stretches.signals.iter().map(|s| s.source).collect();
     let count = |r: usize| owners.iter().filter(|o| **o == r).count();
-    let able: Vec<usize> = (0..recordings.len())
+    let able: Vec<usize> = (0..filtered.recordings)
         .filter(|r| count(*r) >= FEWEST)
         .collect();
     if able.len() < 2 {
@@ -123,7 +122,7 @@ fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<Strange
 }
 
 /// The squared error on a stretch of the law of the others in these sums.
-fn error_of(sums: &mut Part, part: &Part) -> Option<f64> {
+pub(super) fn error_of(sums: &mut Part, part: &Part) -> Option<f64> {
     sums.plus(part, -1.0);
     let error = sums.coefficients(RIDGE).map(|c| part.residual(&c));
     sums.plus(part, 1.0);

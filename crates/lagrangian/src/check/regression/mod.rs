@@ -15,6 +15,7 @@ mod least_squares;
 mod machines;
 mod source;
 mod terms;
+mod undriven;
 
 use rayon::prelude::*;
 
@@ -29,6 +30,7 @@ use least_squares::{Part, estimate};
 pub(in crate::check) use machines::Stranger;
 use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::{Rubbing, Terms};
+pub(in crate::check) use undriven::Undriven;
 
 /// Delays are looked for up to this time, and so many times as far where none is found …
 const FARTHEST: f64 = 0.06;
@@ -78,6 +80,8 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) as_degrees: Option<f64>,
     /// How the force of each coordinate brakes each velocity, `[n][n]`; empty where nothing is known.
     pub(in crate::check) rubs: Vec<Vec<Rub>>,
+    /// The coordinates whose forces are 0 throughout, while others have some.
+    pub(in crate::check) undriven: Vec<Undriven>,
     /// The names of the recordings that were compared, and what each says of its machine beside what all say.
     pub(in crate::check) strangers: Vec<(String, Stranger)>,
 }
@@ -101,8 +105,9 @@ pub(in crate::check) fn fit_joints(
     let cutoff = options.low_pass.or(low_pass.map(|c| c.hertz));
     let cutoff = cutoff.unwrap_or(UNKNOWN / step);
     // A second, lower cut-off shows what the choice of the first has decided.
-    let near = joints_far(&recordings, step, cutoff)?;
-    let low = joints_far(&recordings, step, NARROWER * cutoff);
+    let filtered = Filtered::new(&recordings, cutoff);
+    let near = joints_far(&filtered, step)?;
+    let low = joints_far(&Filtered::new(&recordings, NARROWER * cutoff), step);
     let joints = near.into_iter().enumerate().map(|(i, found)| {
         let other = low.as_ref().and_then(|w| w[i]);
         found.map(|f| f.beside(other))
@@ -113,8 +118,9 @@ pub(in crate::check) fn fit_joints(
         uncertainty: mean_of(&recordings, uncertainty),
         noise: mean_of(&recordings, force_noise),
         as_degrees: cutoff::as_degrees(&recordings, cutoff),
-        rubs: friction::rubs(&recordings, cutoff),
-        strangers: named(&recordings, machines::strangers(&recordings, cutoff)),
+        rubs: friction::rubs(&filtered),
+        undriven: undriven::undriven(&filtered),
+        strangers: named(&recordings, machines::strangers(&filtered)),
         low_pass,
     })
 }
@@ -153,13 +159,13 @@ fn usable(recording: &Recording) -> bool {
             .all(|(_, s)| s.len() == values && s.iter().all(|x| x.is_finite()))
 }
 
-/// One estimate for each joint, after a low-pass; delays at an end of the range are looked for farther away.
-fn joints_far(recordings: &[&Recording], step: f64, cutoff: f64) -> Option<Vec<Option<JointFit>>> {
+/// One estimate for each joint; delays at an end of the range are looked for farther away.
+fn joints_far(filtered: &Filtered<'_>, step: f64) -> Option<Vec<Option<JointFit>>> {
     let shifts = ((FARTHEST / step).ceil() as usize).clamp(STEPS.0, STEPS.1);
-    let mut near = joints(recordings, shifts, step, cutoff)?;
+    let mut near = joints(filtered, shifts, step)?;
     let at_end = |fit: &Option<JointFit>| fit.is_some_and(|f| f.at_end);
     if near.iter().any(at_end)
-        && let Some(far) = joints(recordings, shifts, FARTHER * step, cutoff)
+        && let Some(far) = joints(filtered, shifts, FARTHER * step)
     {
         // Half a period late a force of the other sign explains as much.
         let forwards = |fit: &Option<JointFit>| fit.is_some_and(|f| !f.at_end && f.inertia.0 > 0.0);
@@ -171,18 +177,13 @@ fn joints_far(recordings: &[&Recording], step: f64, cutoff: f64) -> Option<Vec<O
     Some(near)
 }
 
-/// One estimate for each joint, after a low-pass, at delays of up to so many steps.
-fn joints(
-    recordings: &[&Recording],
-    shifts: usize,
-    step: f64,
-    cutoff: f64,
-) -> Option<Vec<Option<JointFit>>> {
-    let n = recordings.first()?.dof();
+/// One estimate for each joint, at delays of up to so many steps.
+fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Option<JointFit>>> {
+    let n = filtered.coordinates.dof();
     let delays: Vec<f64> = (0..=2 * shifts)
         .map(|k| (k as f64 - shifts as f64) * step)
         .collect();
-    let stretches = Filtered::new(recordings, cutoff).signals(shifts as f64 * step, &delays)?;
+    let stretches = filtered.signals(shifts as f64 * step, &delays)?;
     let joint = |i: usize| estimate(&stretches.parts(i, delays.len()), shifts, step);
     Some((0..n).into_par_iter().map(joint).collect())
 }
@@ -190,6 +191,8 @@ fn joints(
 /// Recordings after a low-pass.
 struct Filtered<'a> {
     coordinates: &'a Coordinates,
+    /// The number of recordings.
+    recordings: usize,
     sources: Vec<Source>,
 }
 
@@ -197,6 +200,7 @@ impl<'a> Filtered<'a> {
     fn new(recordings: &[&'a Recording], cutoff: f64) -> Self {
         Self {
             coordinates: &recordings[0].coordinates,
+            recordings: recordings.len(),
             sources: recordings
                 .par_iter()
                 .enumerate()

@@ -1,0 +1,128 @@
+//! Goals of position controllers: whether they belong to the positions, and what they are good for where no force was recorded.
+
+use super::Item;
+use crate::trajectory::Recording;
+
+/// A position follows its goal, or runs against it, beyond this correlation; gravity and stalls leave less of it.
+const FOLLOWS: f64 = 0.5;
+/// A goal whose deviation is so many times that of the position (√(180/π)) is nearer to degrees than to radians.
+const DEGREES: f64 = 7.6;
+/// Words in the names of columns that hold goals.
+const WORDS: [&str; 6] = [
+    "goal",
+    "target",
+    "setpoint",
+    "desired",
+    "reference",
+    "command",
+];
+
+const WAY: &str = "name them with `goal` and their gain with `kp`: the family servo needs no force, and with gains in N·m/rad `si_gains` makes forces of them";
+
+/// Items about the goals of all recordings together.
+pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
+    let Some(first) = recordings.first() else {
+        return Vec::new();
+    };
+    let forced = recordings.iter().any(|r| !r.tau.is_empty());
+    let known = recordings.iter().any(|r| !r.goal.is_empty());
+    if !known {
+        return unused(first).filter(|_| !forced).into_iter().collect();
+    }
+    let own = |i: usize| of_coordinate(recordings, i);
+    let mut items: Vec<Item> = (0..first.dof()).filter_map(own).collect();
+    if !forced {
+        let finding = "goals in place of forces: the family servo learns the drive, or, with gains in N·m/rad, `si_gains` makes forces of them";
+        items.push(Item::pass("goal", finding));
+    }
+    items
+}
+
+/// Columns that look like goals and are not used.
+fn unused(recording: &Recording) -> Option<Item> {
+    let is_goal = |name: &&String| {
+        let name = name.to_lowercase();
+        WORDS.iter().any(|word| name.contains(word))
+    };
+    let ignored = recording.columns.ignored.iter();
+    let names: Vec<&str> = ignored.filter(is_goal).map(String::as_str).collect();
+    (!names.is_empty()).then(|| {
+        let finding = format!(
+            "no forces, so that the motion is taken for a free one, but columns that look like goals of a controller: {}",
+            names.join(", ")
+        );
+        Item::doubt("goal", finding, WAY)
+    })
+}
+
+/// Sums over the samples at which a motor is on.
+#[derive(Default)]
+struct Sums {
+    count: f64,
+    goal: f64,
+    position: f64,
+    goal_square: f64,
+    position_square: f64,
+    product: f64,
+}
+
+impl Sums {
+    fn of(recordings: &[Recording], i: usize) -> Self {
+        let mut sums = Self::default();
+        for r in recordings.iter().filter(|r| r.goal.len() == r.q.len()) {
+            let n = r.dof();
+            let on = |k: &usize| r.enabled.get(*k).is_none_or(|x| *x != 0.0);
+            for k in (i..r.q.len()).step_by(n).filter(on) {
+                // Differences from the first goal, so that far goals lose no digits.
+                let (g, q) = (r.goal[k] - r.goal[i], r.q[k] - r.goal[i]);
+                sums.count += 1.0;
+                sums.goal += g;
+                sums.position += q;
+                sums.goal_square += g * g;
+                sums.position_square += q * q;
+                sums.product += g * q;
+            }
+        }
+        sums
+    }
+
+    /// The variances of goal and position, and their covariance.
+    fn moments(&self) -> [f64; 3] {
+        let (g, q) = (self.goal / self.count, self.position / self.count);
+        [
+            self.goal_square / self.count - g * g,
+            self.position_square / self.count - q * q,
+            self.product / self.count - g * q,
+        ]
+    }
+}
+
+fn of_coordinate(recordings: &[Recording], i: usize) -> Option<Item> {
+    let name = &recordings[0].coordinates.0[i].name;
+    let [goal, position, both] = Sums::of(recordings, i).moments();
+    let (correlation, ratio) = (both / (goal * position).sqrt(), (goal / position).sqrt());
+    if !correlation.is_finite() {
+        return None; // A goal or a position that stands still; other items say so.
+    }
+    let figures = format!(
+        "{name}: correlation of the position with its goal {correlation:.2}, deviation of the goal {ratio:.2} times that of the position"
+    );
+    let item = if correlation < -FOLLOWS {
+        let remedy = "reverse the sign of the goal, or of the position and its velocity";
+        Item::doubt(
+            "goal",
+            format!("{figures}: it moves against its goal"),
+            remedy,
+        )
+    } else if correlation > FOLLOWS && !(1.0 / DEGREES..=DEGREES).contains(&ratio) {
+        let finding = format!("{figures}: they are in different units");
+        Item::doubt(
+            "goal",
+            finding,
+            "give goals and positions in one unit: radians, or `degrees` for both",
+        )
+    } else {
+        Item::pass("goal", figures)
+    };
+    Some(item.value("correlation", correlation).value("ratio", ratio))
+}
