@@ -245,7 +245,7 @@ mod tests {
         let number = Setting::new("rate", Kind::Number(Range::Positive), "");
         let list = Setting::new(
             "terms",
-            Kind::Choices(&[named("a", ""), named("b", "")]),
+            Kind::Choices(const { &[named("a", ""), named("b", "")] }),
             "",
         );
         let whole = Setting::new("steps", Kind::Integer { min: 1, max: 9 }, "");
