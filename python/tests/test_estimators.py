@@ -54,7 +54,7 @@ def test_scikit_learn_clones_and_searches(swings: lg.Trajectories, lnn: lg.Estim
     search = GridSearchCV(lg.Lnn(steps=60, batch=64), {"width": [4, 16]}, cv=2)
     search.fit(X, y)
     assert search.best_score_ > 0.9
-    assert make_pipeline(lg.Lnn(width=8, steps=30)).fit(X, y).predict(X).shape == y.shape
+    assert make_pipeline(lg.Lnn(width=8, steps=100)).fit(X, y).predict(X).shape == y.shape
 
 
 def test_a_fit_of_motions(swings: lg.Trajectories, lnn: lg.Estimator) -> None:
@@ -165,8 +165,8 @@ def test_a_model_that_must_not_be_used_is_warned_of() -> None:
         lg.Trajectory(t, rng.normal(size=(400, 1)), rng.normal(size=(400, 1)), rng.normal(size=(400, 1)))
         for _ in range(3)
     ]
-    with pytest.raises(lg.errors.DataError):
-        lg.Lnn(steps=20).fit(noise)
+    with pytest.warns(lg.errors.FitWarning, match="poor"):
+        assert lg.Lnn(steps=20).fit(noise).verdict_ == "poor"
     with pytest.warns(lg.errors.FitWarning):
         fitted = lg.Lnn(width=4, steps=2, learning_rate=1e-9).fit(
             lg.simulate("double-pendulum", trajectories=4, duration=2.0)

@@ -109,7 +109,7 @@ fn environment(root: &Path) -> Result<PathBuf, String> {
 /// Builds the module with the features of all other tests, so that nothing is built twice, and puts it into the package.
 fn build(root: &Path) -> Result<(), String> {
     let mut command = cargo();
-    command.args(["build", "--workspace", "--all-features", "--lib", "--bins"]);
+    command.args(["build", "--workspace", "--all-features", "--all-targets"]);
     succeed(command.current_dir(root), "cargo build")?;
     let (from, to) = match cfg!(target_os = "macos") {
         true => ("lib_lagrangian.dylib", "_lagrangian.abi3.so"),
