@@ -1,4 +1,4 @@
-//! Fits, and the figures of models on recordings.
+//! Fits.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,13 +6,12 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use lagrangian::models::Entry;
-use lagrangian::score::{Assessment, predict_all, score_predictions, score_samples, time_for};
+use lagrangian::score::time_for;
 use lagrangian::settings::Values;
 use lagrangian::train::{Request, Samples, Selection, select};
 use lagrangian::{
-    Budget, CheckReport, Coordinates, Dataset, EstimateOptions, FitConfig, Learned, Observer,
-    PrepareOptions, Prepared, Progress, Provenance, Recording, RobotConfig, RolloutOptions, Score,
-    Signals, Stop, Trajectory, prepared, rigid,
+    Budget, CheckReport, Coordinates, Dataset, FitConfig, Observer, PrepareOptions, Prepared,
+    Progress, Provenance, Recording, RobotConfig, Signals, Trajectory, rigid,
 };
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -21,10 +20,11 @@ use rayon::ThreadPool;
 use serde_json::{Value, json as object};
 
 use crate::arrays::Rows;
-use crate::error::{OrRaise, invalid, of_json};
+use crate::error::{OrRaise, of_json};
 use crate::files::{json, preparation};
-use crate::model::{Body, Model, preparation_of};
+use crate::model::{Body, Model};
 use crate::recording::recordings;
+use crate::score::Figures;
 use crate::threads::{LOOK_EVERY, interruptible, pool};
 
 /// What is fitted, as the estimators of Python say it.
@@ -265,33 +265,6 @@ pub(crate) fn fit<'py>(
     summary(py, selection, held_back, provenance, figures, Some(&data))
 }
 
-/// The score of a model on some motions, and how far it can be trusted.
-struct Figures {
-    score: Score,
-    assessment: Assessment,
-}
-
-impl Figures {
-    fn of(model: &Learned, motions: &[Trajectory], stop: Stop) -> lagrangian::Result<Self> {
-        let options = RolloutOptions {
-            stop,
-            ..RolloutOptions::for_comparison()
-        };
-        let predictions = predict_all(model, motions, &options)?;
-        let score = score_predictions(model, motions, &predictions, &options)?;
-        let assessment = Assessment::new(model, motions, &score);
-        Ok(Self { score, assessment })
-    }
-}
-
-impl Figures {
-    fn of_samples(model: &Learned, samples: &Trajectory) -> lagrangian::Result<Self> {
-        let score = score_samples(model, samples)?;
-        let assessment = Assessment::new(model, std::slice::from_ref(samples), &score);
-        Ok(Self { score, assessment })
-    }
-}
-
 fn summary<'py>(
     py: Python<'py>,
     selection: Selection,
@@ -420,45 +393,4 @@ fn divided(
         Samples::new(n, signals)
     };
     Dataset::from_samples(coordinates, part(false), part(true))
-}
-
-/// The figures of a model on recordings, which are prepared as those that it was fitted to.
-#[pyfunction]
-pub(crate) fn score<'py>(
-    py: Python<'py>,
-    model: &Bound<'py, Model>,
-    trajectories: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let recordings = recordings(trajectories)?;
-    let body = model.get().body();
-    let Body::Learned(learned, _) = &**body else {
-        return Err(invalid(
-            py,
-            "the model was not fitted: there is nothing to score",
-        ));
-    };
-    let own = preparation_of(body);
-    let options = EstimateOptions {
-        smooth: own.smooth,
-        low_pass: own.low_pass,
-        momenta: false,
-        ..EstimateOptions::default()
-    };
-    let limit = time_for(recordings.iter().map(Recording::len).sum());
-    let figures = |stop| {
-        let recordings = match own.delay.is_empty() {
-            true => recordings,
-            false => recordings
-                .into_iter()
-                .map(|r| r.delayed(&own.delay))
-                .collect::<lagrangian::Result<_>>()?,
-        };
-        Figures::of(learned, &prepared::estimated(recordings, &options)?.0, stop)
-    };
-    let figures = interruptible(py, limit, figures)?;
-    let Figures { score, assessment } = figures.or_raise(py)?;
-    json(
-        py,
-        &object!({ "score": score, "verdict": assessment.verdict, "assessment": assessment }),
-    )
 }

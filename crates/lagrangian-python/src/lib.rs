@@ -1,6 +1,7 @@
 //! The Python module `lagrangian._lagrangian`: arrays in, arrays out. It holds no formula and no default that the library
 //! does not have; what Python users see stands in `python/lagrangian`.
 
+mod answers;
 mod arrays;
 mod check;
 mod error;
@@ -10,7 +11,9 @@ mod model;
 mod motion;
 mod number;
 mod recording;
+mod score;
 mod settings;
+mod systems;
 mod threads;
 
 use pyo3::prelude::*;
@@ -23,15 +26,19 @@ mod _lagrangian {
     #[pymodule_export]
     use super::files::{read, read_table, write};
     #[pymodule_export]
-    use super::fit::{fit, fit_samples, score};
+    use super::fit::{fit, fit_samples};
     #[pymodule_export]
-    use super::model::{Model, load, own_system, robot, simulate, system};
+    use super::model::{Model, load};
     #[pymodule_export]
     use super::motion::{follow, roll_out, times};
     #[pymodule_export]
     use super::number::Number;
     #[pymodule_export]
+    use super::score::score;
+    #[pymodule_export]
     use super::settings::{families, integrators, systems, training_settings};
+    #[pymodule_export]
+    use super::systems::{own_system, robot, simulate, system};
     #[pymodule_export]
     use super::threads::set_threads;
 

@@ -1,29 +1,22 @@
-//! Models: what they answer at states, their motion, their files.
+//! Models: what stands behind them, their questions, their files.
 
 use std::fs;
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
 
-use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::rigid::{self, RigidBodies};
-use lagrangian::rollout::Simulation;
+use lagrangian::analytic::AnalyticModel;
 use lagrangian::saved::Preparation;
-use lagrangian::{
-    Evaluation, Evaluator, Learned, Method, Provenance, RobotConfig, RolloutOptions, SavedModel,
-    State,
-};
+use lagrangian::{Evaluator, Learned, Provenance, SavedModel};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 use self_cell::self_cell;
 
-use crate::arrays::{Rows, array, shown, writable};
-use crate::error::{OrRaise, invalid, raise};
+use crate::answers::{Asked, MATRIX, SCALAR, VECTOR};
+use crate::error::{OrRaise, raise};
 use crate::files::json;
 use crate::number::OwnSystem;
-use crate::recording::{described, list};
-use crate::threads::interruptible;
+use crate::recording::described;
 
 /// What stands behind a model of Python.
 pub(crate) enum Body {
@@ -45,7 +38,7 @@ impl Body {
     }
 
     /// The system, where it was not fitted.
-    fn system(&self) -> Option<&dyn AnalyticModel> {
+    pub(crate) fn system(&self) -> Option<&dyn AnalyticModel> {
         match self {
             Self::Learned(..) => None,
             Self::Known(system) => Some(&**system),
@@ -66,7 +59,7 @@ type BoxedEvaluator<'a> = Box<dyn Evaluator + 'a>;
 
 self_cell!(
     /// An evaluator with the model that it belongs to, kept from one call to the next.
-    struct Ready {
+    pub(crate) struct Ready {
         owner: Arc<Body>,
         #[not_covariant]
         dependent: BoxedEvaluator,
@@ -76,31 +69,11 @@ self_cell!(
 /// A model of a system: fitted, read from a file, or known.
 #[pyclass(frozen, subclass, module = "lagrangian._lagrangian")]
 pub(crate) struct Model {
-    body: Arc<Body>,
-    n: usize,
+    pub(crate) body: Arc<Body>,
+    pub(crate) n: usize,
     /// Evaluators that wait for the next call; concurrent calls make their own.
-    ready: Mutex<Vec<Ready>>,
+    pub(crate) ready: Mutex<Vec<Ready>>,
 }
-
-/// A quantity that is asked for: its name and the values of a row of it.
-struct Asked {
-    name: &'static str,
-    shape: &'static [Axis],
-}
-
-/// An axis of a quantity beside those of the states.
-#[derive(Clone, Copy)]
-enum Axis {
-    /// One entry for each coordinate.
-    Dof,
-}
-
-const SCALAR: &[Axis] = &[];
-const VECTOR: &[Axis] = &[Axis::Dof];
-const MATRIX: &[Axis] = &[Axis::Dof, Axis::Dof];
-
-/// Arguments of a question: their names and values, the first of which is q; an absent one is 0.
-type Given<'a, 'py> = (&'static str, Option<&'a Bound<'py, PyAny>>);
 
 impl Model {
     pub(crate) fn new(body: Body) -> Self {
@@ -114,172 +87,6 @@ impl Model {
     pub(crate) fn body(&self) -> &Arc<Body> {
         &self.body
     }
-
-    /// The answer at the states of the arguments, written to `out` or to a new array.
-    fn answer<'py, const G: usize>(
-        &self,
-        py: Python<'py>,
-        asked: &Asked,
-        given: [Given<'_, 'py>; G],
-        out: Option<&Bound<'py, PyAny>>,
-        ask: impl Fn(&mut dyn Evaluator, [&[f64]; G], &mut [f64]) -> Evaluation + Sync,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let States { rows, batch } = States::of(py, given, self.n)?;
-        let states: usize = batch.iter().product();
-        let mut shape = batch;
-        shape.extend(asked.shape.iter().map(|Axis::Dof| self.n));
-        let size: usize = shape.iter().product();
-        let zeros = match rows.iter().any(Option::is_none) {
-            true => vec![0.0; states * self.n],
-            false => Vec::new(),
-        };
-        let repeated: Vec<Option<Vec<f64>>> = rows
-            .iter()
-            .map(|r| r.as_ref().and_then(|r| repeated(r, states, self.n)))
-            .collect();
-        let mut arguments = [&zeros[..]; G];
-        for ((argument, rows), repeated) in arguments.iter_mut().zip(&rows).zip(&repeated) {
-            if let Some(rows) = rows {
-                *argument = repeated.as_deref().unwrap_or_else(|| rows.values());
-            }
-        }
-        let Some(out) = out else {
-            let mut values = vec![0.0; size];
-            let outcome = self.evaluate(py, states, &ask, arguments, &mut values);
-            self.check(py, asked, outcome, &rows)?;
-            return Ok(array(py, values, &shape)?.into_any());
-        };
-        let mut target = writable(out, &shape)?;
-        let values = target
-            .as_slice_mut()
-            .map_err(|_| invalid(py, "out is not contiguous: give a contiguous array"))?;
-        let outcome = self.evaluate(py, states, &ask, arguments, values);
-        drop(target);
-        self.check(py, asked, outcome, &rows)?;
-        Ok(out.clone())
-    }
-
-    fn evaluate<const G: usize>(
-        &self,
-        py: Python<'_>,
-        states: usize,
-        ask: &(impl Fn(&mut dyn Evaluator, [&[f64]; G], &mut [f64]) -> Evaluation + Sync),
-        arguments: [&[f64]; G],
-        values: &mut [f64],
-    ) -> Evaluation {
-        if states == 0 {
-            return Evaluation::Regular;
-        }
-        let waiting = || self.ready.lock().unwrap_or_else(PoisonError::into_inner);
-        let ready = waiting().pop();
-        let mut ready = ready
-            .unwrap_or_else(|| Ready::new(Arc::clone(&self.body), |body| body.model().evaluator()));
-        let outcome = match states {
-            // Giving the lock up for a microsecond costs more than it frees.
-            0..=ALONE => {
-                ready.with_dependent_mut(|_, evaluator| ask(&mut **evaluator, arguments, values))
-            }
-            _ => {
-                let ready = &mut ready;
-                py.detach(move || {
-                    ready
-                        .with_dependent_mut(|_, evaluator| ask(&mut **evaluator, arguments, values))
-                })
-            }
-        };
-        waiting().push(ready);
-        outcome
-    }
-
-    /// Turns an answer that does not exist into an exception, and says where a mass matrix was singular.
-    fn check(
-        &self,
-        py: Python<'_>,
-        asked: &Asked,
-        outcome: Evaluation,
-        rows: &[Option<Rows<'_>>],
-    ) -> PyResult<()> {
-        self.body.raised()?;
-        match outcome {
-            Evaluation::Regular => Ok(()),
-            Evaluation::Singular { states } => {
-                let message = format!(
-                    "the mass matrix is singular at {states} states: their accelerations are the least-norm ones"
-                );
-                let category = py
-                    .import("lagrangian.errors")?
-                    .getattr("SingularMassMatrix")?;
-                let message = std::ffi::CString::new(message)?;
-                PyErr::warn(py, &category, &message, 2)
-            }
-            Evaluation::NotFinite { state, .. } => {
-                let not_finite = |r: &Option<Rows<'_>>| {
-                    r.as_ref()
-                        .is_some_and(|r| r.values().iter().any(|x| !x.is_finite()))
-                };
-                let message = match rows.iter().any(not_finite) {
-                    true => format!(
-                        "an argument is not finite (NaN or infinite) at state {state}: remove or repair that state"
-                    ),
-                    false => format!(
-                        "the {} of the model is not finite at state {state}: it lies where the model is not defined",
-                        asked.name
-                    ),
-                };
-                Err(invalid(py, message))
-            }
-            Evaluation::Unsupported => {
-                let message = format!(
-                    "the model has no {}: take a model with a Lagrangian, such as Lnn, Delan or Rigid",
-                    asked.name
-                );
-                Err(raise(py, "NotSupported", message))
-            }
-        }
-    }
-}
-
-/// Up to so many states the interpreter's lock is kept.
-const ALONE: usize = 8;
-
-/// The arguments of a question, and the axes of the states.
-struct States<'py, const G: usize> {
-    rows: [Option<Rows<'py>>; G],
-    batch: Vec<usize>,
-}
-
-impl<'py, const G: usize> States<'py, G> {
-    fn of(py: Python<'py>, given: [Given<'_, 'py>; G], n: usize) -> PyResult<Self> {
-        let mut rows = [const { None }; G];
-        let mut batch: Option<(&str, Vec<usize>)> = None;
-        for (rows, (name, value)) in rows.iter_mut().zip(given) {
-            let Some(value) = value else { continue };
-            let own = Rows::new(value, name, n)?;
-            let axes = &own.shape()[..own.shape().len() - 1];
-            if !axes.is_empty() {
-                match &batch {
-                    Some((first, other)) if other != axes => {
-                        let message = format!(
-                            "{name} has shape {} where {first} has states of shape {}: give as many states in each (numpy.broadcast_to), or one state",
-                            shown(own.shape()),
-                            shown(other)
-                        );
-                        return Err(invalid(py, message));
-                    }
-                    Some(_) => {}
-                    None => batch = Some((name, axes.to_vec())),
-                }
-            }
-            *rows = Some(own);
-        }
-        let batch = batch.map_or_else(Vec::new, |(_, axes)| axes);
-        Ok(Self { rows, batch })
-    }
-}
-
-/// One state as many times as there are states; `None` where nothing has to be repeated.
-fn repeated(rows: &Rows<'_>, states: usize, n: usize) -> Option<Vec<f64>> {
-    (rows.values().len() != states * n).then(|| rows.values().repeat(states))
 }
 
 type Array<'py> = Bound<'py, PyAny>;
@@ -547,152 +354,6 @@ pub(crate) fn load(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<Model>
     let saved = saved.or_raise(py)?;
     let model = Learned::load(&saved).or_raise(py)?;
     Ok(Model::new(Body::Learned(model, saved.header.provenance)))
-}
-
-/// A system whose Lagrangian is known, by its name.
-#[pyfunction]
-pub(crate) fn system(
-    py: Python<'_>,
-    name: &str,
-    parameters: Vec<(String, f64)>,
-) -> PyResult<Model> {
-    let given: Vec<(&str, f64)> = parameters.iter().map(|(n, x)| (n.as_str(), *x)).collect();
-    Ok(Model::new(Body::Known(by_name(name, &given).or_raise(py)?)))
-}
-
-/// A system whose Lagrangian is a function of (q, qd).
-#[pyfunction]
-pub(crate) fn own_system(
-    py: Python<'_>,
-    name: String,
-    function: Py<PyAny>,
-    coordinates: Vec<(String, String, String)>,
-) -> PyResult<Model> {
-    let coordinates = crate::recording::coordinates(py, coordinates)?;
-    Ok(Model::new(Body::Own(OwnSystem::new(
-        name,
-        function,
-        coordinates,
-    ))))
-}
-
-/// The robot of a URDF text, or of an example's name.
-#[pyfunction]
-pub(crate) fn robot(py: Python<'_>, urdf: &str, joints: Vec<String>) -> PyResult<Model> {
-    let text = rigid::example(urdf).unwrap_or(urdf);
-    let config = RobotConfig::new(text, joints).or_raise(py)?;
-    let bodies = RigidBodies::with_joints(&config.urdf, &config.joints).or_raise(py)?;
-    Ok(Model::new(Body::Known(Box::new(bodies))))
-}
-
-/// How a motion is integrated.
-#[derive(Debug, FromPyObject)]
-pub(crate) struct Integration {
-    #[pyo3(item)]
-    method: String,
-    #[pyo3(item)]
-    step: f64,
-    #[pyo3(item)]
-    rtol: f64,
-    #[pyo3(item)]
-    atol: f64,
-    #[pyo3(item)]
-    max_steps: u64,
-}
-
-impl Integration {
-    pub(crate) fn options(&self, py: Python<'_>) -> PyResult<RolloutOptions> {
-        let known = Method::TABLE
-            .iter()
-            .find(|(_, named)| named.name == self.method);
-        let Some((method, _)) = known else {
-            let names: Vec<&str> = Method::TABLE.iter().map(|(_, named)| named.name).collect();
-            let message = format!(
-                "method is '{}': choose one of {}",
-                self.method,
-                names.join(", ")
-            );
-            return Err(invalid(py, message));
-        };
-        Ok(RolloutOptions {
-            method: *method,
-            step: self.step,
-            rtol: self.rtol,
-            atol: self.atol,
-            max_steps: self.max_steps,
-            ..RolloutOptions::default()
-        })
-    }
-}
-
-/// What is simulated.
-#[derive(Debug, FromPyObject)]
-pub(crate) struct Asking {
-    #[pyo3(item)]
-    starts: Vec<(Vec<f64>, Vec<f64>)>,
-    #[pyo3(item)]
-    test_starts: bool,
-    #[pyo3(item)]
-    trajectories: usize,
-    #[pyo3(item)]
-    duration: f64,
-    #[pyo3(item)]
-    step: f64,
-    #[pyo3(item)]
-    drive: f64,
-    #[pyo3(item)]
-    friction: f64,
-    #[pyo3(item)]
-    momenta: bool,
-    #[pyo3(item)]
-    noise: Option<f64>,
-    #[pyo3(item)]
-    seed: u64,
-}
-
-/// Recordings of a known system: the parts of each, and how each ended.
-#[pyfunction]
-pub(crate) fn simulate<'py>(
-    py: Python<'py>,
-    model: &Bound<'py, Model>,
-    asking: Asking,
-    integration: Integration,
-) -> PyResult<(Bound<'py, PyList>, Bound<'py, PyDict>)> {
-    let body = Arc::clone(model.get().body());
-    let Some(system) = body.system() else {
-        return Err(invalid(
-            py,
-            "the model is a fitted one: use its method rollout",
-        ));
-    };
-    let simulation = Simulation {
-        starts: asking
-            .starts
-            .into_iter()
-            .map(|(q, qd)| State::new(q, qd))
-            .collect(),
-        test_starts: asking.test_starts,
-        trajectories: asking.trajectories,
-        duration: asking.duration,
-        step: asking.step,
-        drive: asking.drive,
-        friction: asking.friction,
-        momenta: asking.momenta,
-        noise: asking.noise,
-        seed: asking.seed,
-    };
-    let options = integration.options(py)?;
-    let run = |stop| {
-        let options = RolloutOptions { stop, ..options };
-        let rollouts = simulation.run(system, &options)?;
-        let outcomes: Vec<_> = rollouts.iter().map(|r| r.outcome).collect();
-        Ok((simulation.recorded(system, rollouts), outcomes))
-    };
-    let simulated = interruptible(py, Duration::MAX, run)?;
-    body.raised()?;
-    let (motions, outcomes) = simulated.or_raise(py)?;
-    let outcomes = json(py, &serde_json::json!({ "all": outcomes }))?;
-    Ok((list(py, system.coordinates(), motions)?, outcomes))
 }
 
 /// How the recordings of a model were prepared.

@@ -10,8 +10,9 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{Rows, array};
 use crate::error::{OrRaise, invalid};
-use crate::model::{Integration, Model};
+use crate::model::Model;
 use crate::recording::{parts, recording};
+use crate::systems::Integration;
 use crate::threads::interruptible;
 
 /// A motion as Python makes a trajectory of it, how it ended, and what it cost.

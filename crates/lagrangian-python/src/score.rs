@@ -1,0 +1,87 @@
+//! The figures of models on recordings.
+
+use lagrangian::score::{Assessment, predict_all, score_predictions, score_samples, time_for};
+use lagrangian::{
+    EstimateOptions, Learned, Recording, RolloutOptions, Score, Stop, Trajectory, prepared,
+};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::json as object;
+
+use crate::error::{OrRaise, invalid};
+use crate::files::json;
+use crate::model::{Body, Model, preparation_of};
+use crate::recording::recordings;
+use crate::threads::interruptible;
+
+/// The score of a model on some motions, and how far it can be trusted.
+pub(crate) struct Figures {
+    pub(crate) score: Score,
+    pub(crate) assessment: Assessment,
+}
+
+impl Figures {
+    /// Of motions, whose predictions end when `stop` is raised.
+    pub(crate) fn of(
+        model: &Learned,
+        motions: &[Trajectory],
+        stop: Stop,
+    ) -> lagrangian::Result<Self> {
+        let options = RolloutOptions {
+            stop,
+            ..RolloutOptions::for_comparison()
+        };
+        let predictions = predict_all(model, motions, &options)?;
+        let score = score_predictions(model, motions, &predictions, &options)?;
+        let assessment = Assessment::new(model, motions, &score);
+        Ok(Self { score, assessment })
+    }
+
+    /// Of samples that need not follow each other.
+    pub(crate) fn of_samples(model: &Learned, samples: &Trajectory) -> lagrangian::Result<Self> {
+        let score = score_samples(model, samples)?;
+        let assessment = Assessment::new(model, std::slice::from_ref(samples), &score);
+        Ok(Self { score, assessment })
+    }
+}
+
+/// The figures of a model on recordings, which are prepared as those that it was fitted to.
+#[pyfunction]
+pub(crate) fn score<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, Model>,
+    trajectories: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let recordings = recordings(trajectories)?;
+    let body = model.get().body();
+    let Body::Learned(learned, _) = &**body else {
+        return Err(invalid(
+            py,
+            "the model was not fitted: there is nothing to score",
+        ));
+    };
+    let own = preparation_of(body);
+    let options = EstimateOptions {
+        smooth: own.smooth,
+        low_pass: own.low_pass,
+        momenta: false,
+        ..EstimateOptions::default()
+    };
+    let limit = time_for(recordings.iter().map(Recording::len).sum());
+    let figures = |stop| {
+        let recordings = match own.delay.is_empty() {
+            true => recordings,
+            false => recordings
+                .into_iter()
+                .map(|r| r.delayed(&own.delay))
+                .collect::<lagrangian::Result<_>>()?,
+        };
+        Figures::of(learned, &prepared::estimated(recordings, &options)?.0, stop)
+    };
+    let figures = interruptible(py, limit, figures)?;
+    let Figures { score, assessment } = figures.or_raise(py)?;
+    json(
+        py,
+        &object!({ "score": score, "verdict": assessment.verdict, "assessment": assessment }),
+    )
+}
