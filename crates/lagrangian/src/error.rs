@@ -257,7 +257,7 @@ pub(crate) fn shortened(text: &str) -> String {
 /// The most characters of what another program says.
 const MOST_TOLD: usize = 600;
 
-/// A message that may repeat what was read: whatever it quotes is [`shortened`], and so is each long line and the whole.
+/// A message that may repeat what was read: whatever it quotes is shortened, and so is each long line and the whole.
 ///
 /// ```
 /// let told = format!("unknown field `{}`, expected `t`", "x".repeat(10_000));
