@@ -110,6 +110,17 @@ proptest! {
 }
 
 #[test]
+fn a_name_with_a_zero_byte_is_written_without_it() {
+    let motions = [trajectory("a\0", 5, 1, 1.0), trajectory("b", 5, 1, 2.0)];
+    let mut file = Cursor::new(Vec::new());
+    Format::Csv.write(&mut file, &motions).unwrap();
+    let file = Cursor::new(file.into_inner());
+    let again = Format::Csv.read(file, "x", &Layout::default()).unwrap();
+    let names: Vec<&str> = again.recordings.iter().map(|r| &*r.name).collect();
+    assert_eq!(names, ["a\u{fffd}", "b"]);
+}
+
+#[test]
 fn columns_named_by_the_user_are_taken_in_that_order() {
     let layout = Layout {
         t: Some("time".into()),

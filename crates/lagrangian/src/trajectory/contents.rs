@@ -123,12 +123,14 @@ impl Array<'_> {
     }
 }
 
-/// The names of trajectories, numbered where two have the same, since a name separates them in a file.
+/// The names of trajectories, numbered where two have the same, since a name separates them in a file; without zero bytes, which
+/// no text has.
 fn unique_names(trajectories: &[Trajectory]) -> Vec<String> {
     let mut used = HashSet::new();
     let unique = |t: &Trajectory| {
-        let numbered = (2..).map(|i| format!("{}#{i}", t.name));
-        let mut names = std::iter::once(t.name.clone()).chain(numbered);
+        let name = t.name.replace('\0', "\u{fffd}");
+        let numbered = (2..).map(|i| format!("{name}#{i}"));
+        let mut names = std::iter::once(name.clone()).chain(numbered);
         // OK because the names never end: one of them is new.
         names
             .find(|name| used.insert(name.clone()))
