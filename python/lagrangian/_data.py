@@ -372,6 +372,6 @@ def simulate(
     how = integration(method, step=step, rtol=tolerance, atol=tolerance)
     parts, ends = _lagrangian.simulate(model, asked, how)
     motions = [Trajectory._of(motion) for motion in parts]
-    for motion, end in zip(motions, ends["all"]):
+    for motion, end in zip(motions, ends):
         warn_of(outcome(end), f"motion {motion.name}")
     return Trajectories(motions)

@@ -9,22 +9,13 @@ use crate::arrays::{Rows, array, shown, writable};
 use crate::error::{invalid, raise};
 use crate::model::{Model, Ready};
 
-/// A quantity that is asked for: its name and the values of a row of it.
-pub(crate) struct Asked {
-    pub(crate) name: &'static str,
-    pub(crate) shape: &'static [Axis],
-}
-
-/// An axis of a quantity beside those of the states.
+/// A quantity that is asked for: its name, and its number of axes of n entries beside those of the states.
 #[derive(Clone, Copy)]
-pub(crate) enum Axis {
-    /// One entry for each coordinate.
-    Dof,
-}
+pub(crate) struct Asked(pub(crate) &'static str, pub(crate) usize);
 
-pub(crate) const SCALAR: &[Axis] = &[];
-pub(crate) const VECTOR: &[Axis] = &[Axis::Dof];
-pub(crate) const MATRIX: &[Axis] = &[Axis::Dof, Axis::Dof];
+pub(crate) const SCALAR: usize = 0;
+pub(crate) const VECTOR: usize = 1;
+pub(crate) const MATRIX: usize = 2;
 
 /// Arguments of a question: their names and values, the first of which is q; an absent one is 0.
 type Given<'a, 'py> = (&'static str, Option<&'a Bound<'py, PyAny>>);
@@ -34,7 +25,7 @@ impl Model {
     pub(crate) fn answer<'py, const G: usize>(
         &self,
         py: Python<'py>,
-        asked: &Asked,
+        asked: Asked,
         given: [Given<'_, 'py>; G],
         out: Option<&Bound<'py, PyAny>>,
         ask: impl Fn(&mut dyn Evaluator, [&[f64]; G], &mut [f64]) -> Evaluation + Sync,
@@ -42,7 +33,7 @@ impl Model {
         let States { rows, batch } = States::of(py, given, self.n)?;
         let states: usize = batch.iter().product();
         let mut shape = batch;
-        shape.extend(asked.shape.iter().map(|Axis::Dof| self.n));
+        shape.extend(std::iter::repeat_n(self.n, asked.1));
         let size: usize = shape.iter().product();
         let zeros = match rows.iter().any(Option::is_none) {
             true => vec![0.0; states * self.n],
@@ -110,7 +101,7 @@ impl Model {
     fn check(
         &self,
         py: Python<'_>,
-        asked: &Asked,
+        asked: Asked,
         outcome: Evaluation,
         rows: &[Option<Rows<'_>>],
     ) -> PyResult<()> {
@@ -138,7 +129,7 @@ impl Model {
                     ),
                     false => format!(
                         "the {} of the model is not finite at state {state}: it lies where the model is not defined",
-                        asked.name
+                        asked.0
                     ),
                 };
                 Err(invalid(py, message))
@@ -146,7 +137,7 @@ impl Model {
             Evaluation::Unsupported => {
                 let message = format!(
                     "the model has no {}: take a model with a Lagrangian, such as Lnn, Delan or Rigid",
-                    asked.name
+                    asked.0
                 );
                 Err(raise(py, "NotSupported", message))
             }

@@ -5,8 +5,7 @@ use std::fs::File;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use lagrangian::saved::Preparation;
-use lagrangian::{Format, Layout, Recording};
+use lagrangian::{Format, Layout, Readings, Recording};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -80,6 +79,13 @@ fn format(path: &Path) -> lagrangian::Result<Format> {
     Format::from_extension(extension.unwrap_or_default())
 }
 
+/// What a reader passed over or decided, in sentences.
+fn notes(readings: &Readings) -> Vec<String> {
+    let ignored = readings.columns.ignored.join(", ");
+    let unused = (!ignored.is_empty()).then(|| format!("columns not used: {ignored}"));
+    unused.into_iter().chain(readings.notes.clone()).collect()
+}
+
 /// The recordings of a file, its columns that were not used, and what else its reader says.
 fn one_file(
     path: &Path,
@@ -91,11 +97,7 @@ fn one_file(
     };
     let name = path.file_stem().and_then(|stem| stem.to_str());
     let readings = format(path)?.read(File::open(path)?, name.unwrap_or("recording"), &layout)?;
-    let mut notes = readings.notes;
-    if !readings.columns.ignored.is_empty() {
-        let ignored = readings.columns.ignored.join(", ");
-        notes.insert(0, format!("columns not used: {ignored}"));
-    }
+    let notes = notes(&readings);
     Ok((readings.recordings, notes, layout))
 }
 
@@ -174,11 +176,7 @@ pub(crate) fn read_table<'py>(
     let layout = told.layout(py)?;
     let read = py.detach(|| Format::Npz.read(Cursor::new(table), "table", &layout));
     let readings = read.or_raise(py)?;
-    let mut notes = readings.notes;
-    if !readings.columns.ignored.is_empty() {
-        let ignored = readings.columns.ignored.join(", ");
-        notes.insert(0, format!("columns not used: {ignored}"));
-    }
+    let notes = notes(&readings);
     contents(py, readings.recordings, notes, layout)
 }
 
@@ -206,26 +204,19 @@ pub(crate) fn write(py: Python<'_>, path: PathBuf, motions: &Bound<'_, PyAny>) -
     .or_raise(py)
 }
 
-/// The description of how recordings were prepared, from its parts.
-pub(crate) fn preparation(
-    layout: Option<String>,
-    options: &lagrangian::EstimateOptions,
-    delay: Vec<f64>,
-) -> Preparation {
-    Preparation {
-        layout: layout.unwrap_or_default(),
-        smooth: options.smooth,
-        low_pass: options.low_pass,
-        delay,
-    }
-}
-
-/// A dictionary from JSON.
-pub(crate) fn json<'py>(
+/// A value of Python from what has a form in JSON.
+pub(crate) fn value<'py>(
     py: Python<'py>,
     value: &impl serde::Serialize,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'py, PyAny>> {
     let text = of_json(serde_json::to_string(value))?;
-    let loads = py.import("json")?.getattr("loads")?;
-    Ok(loads.call1((text,))?.cast_into::<PyDict>()?)
+    py.import("json")?.getattr("loads")?.call1((text,))
+}
+
+/// A dictionary from what is an object in JSON.
+pub(crate) fn json<'py>(
+    py: Python<'py>,
+    object: &impl serde::Serialize,
+) -> PyResult<Bound<'py, PyDict>> {
+    Ok(value(py, object)?.cast_into::<PyDict>()?)
 }

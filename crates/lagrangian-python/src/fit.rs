@@ -2,30 +2,30 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use lagrangian::models::Entry;
+use lagrangian::saved::Preparation;
 use lagrangian::score::time_for;
 use lagrangian::settings::Values;
 use lagrangian::train::{Request, Samples, Selection, select};
 use lagrangian::{
     Budget, CheckReport, Coordinates, Dataset, FitConfig, Observer, PrepareOptions, Prepared,
-    Progress, Provenance, Recording, RobotConfig, Signals, Trajectory, rigid,
+    Progress, Provenance, RobotConfig, Signals, Trajectory, rigid,
 };
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::ThreadPool;
 use serde_json::{Value, json as object};
 
 use crate::arrays::Rows;
 use crate::error::{OrRaise, of_json};
-use crate::files::{json, preparation};
+use crate::files::json;
 use crate::model::{Body, Model};
-use crate::recording::recordings;
+use crate::recording::{delayed, recordings};
 use crate::score::Figures;
-use crate::threads::{LOOK_EVERY, interruptible, pool};
+use crate::threads::{attended, interruptible, pool};
 
 /// What is fitted, as the estimators of Python say it.
 #[derive(Debug, FromPyObject)]
@@ -104,17 +104,6 @@ impl Preparing {
             delayed: !self.delay.is_empty(),
         }
     }
-
-    /// The recordings with the forces shifted as was asked for.
-    fn delayed(&self, recordings: Vec<Recording>) -> lagrangian::Result<Vec<Recording>> {
-        match self.delay.is_empty() {
-            true => Ok(recordings),
-            false => recordings
-                .into_iter()
-                .map(|r| r.delayed(&self.delay))
-                .collect(),
-        }
-    }
 }
 
 /// What a fit says while it runs.
@@ -158,54 +147,39 @@ impl Observer for Reporter<'_> {
     }
 }
 
-/// Runs `work` on the pool while this thread calls `callback` with what the fit says, and looks for Ctrl-C; an exception of
-/// the callback ends the fit and is raised.
+/// Runs `work` while this thread calls `callback` with what the fit says, and looks for Ctrl-C; an exception of the callback
+/// ends the fit and is raised.
 fn watched<T: Send>(
     py: Python<'_>,
-    pool: &ThreadPool,
     callback: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&mut dyn Observer) -> T + Send,
 ) -> PyResult<T> {
     let stop = AtomicBool::new(false);
-    let (events, mut seen) = channel();
     let mut failure = None;
-    let result = std::thread::scope(|scope| {
-        let stop = &stop;
-        let fit = scope.spawn(move || {
-            let mut reporter = Reporter {
-                events,
-                stop,
-                last: Instant::now(),
-            };
-            pool.install(|| work(&mut reporter))
-        });
-        loop {
-            let next = &mut seen;
-            let event = py.detach(move || next.recv_timeout(LOOK_EVERY));
-            let told = match event {
-                Ok(event) => callback.map_or(Ok(()), |f| tell(f, &event)),
-                Err(RecvTimeoutError::Timeout) => Ok(()),
-                Err(RecvTimeoutError::Disconnected) => break,
-            };
-            // Ctrl-C ends the fit, which keeps what it has.
-            if py.check_signals().is_err() {
-                stop.store(true, Ordering::Relaxed);
-            }
-            if let Err(error) = told {
-                stop.store(true, Ordering::Relaxed);
-                // Ctrl-C may come while a callback runs.
-                if !error.is_instance_of::<PyKeyboardInterrupt>(py) {
-                    failure.get_or_insert(error);
-                }
+    let work = |events| {
+        work(&mut Reporter {
+            events,
+            stop: &stop,
+            last: Instant::now(),
+        })
+    };
+    let value = attended(py, work, |event| {
+        let told = match (callback, event) {
+            (Some(callback), Some(event)) => tell(callback, &event),
+            _ => Ok(()),
+        };
+        // Ctrl-C ends the fit, which keeps what it has.
+        if told.is_err() || py.check_signals().is_err() {
+            stop.store(true, Ordering::Relaxed);
+        }
+        if let Err(error) = told {
+            // Ctrl-C may come while a callback runs.
+            if !error.is_instance_of::<PyKeyboardInterrupt>(py) {
+                failure.get_or_insert(error);
             }
         }
-        py.detach(|| fit.join())
-    });
-    match (failure, result) {
-        (Some(error), _) => Err(error),
-        (None, Ok(value)) => Ok(value),
-        (None, Err(panic)) => std::panic::resume_unwind(panic),
-    }
+    })?;
+    failure.map_or(Ok(value), Err)
 }
 
 fn tell(callback: &Bound<'_, PyAny>, event: &Event) -> PyResult<()> {
@@ -234,23 +208,19 @@ pub(crate) fn fit<'py>(
     let (request, options) = (asked.request(py)?, preparing.options());
     let held_back = validation.is_empty();
     let pool = pool(py)?;
+    let delay = &preparing.delay[..];
     let prepare = || {
-        let (training, validation) = (preparing.delayed(training)?, preparing.delayed(validation)?);
+        let (training, validation) = (delayed(training, delay)?, delayed(validation, delay)?);
         Prepared::new(training, validation, &request, &options)
     };
     let data = py.detach(|| pool.install(prepare)).or_raise(py)?;
-    let preparation = preparation(
-        preparing.layout.clone(),
-        &data.options,
-        preparing.delay.clone(),
-    );
     let candidates =
         FitConfig::candidates(&data.dataset, &data.estimates, &request).or_raise(py)?;
     if let [only] = &candidates[..] {
         only.config.validate(&data.dataset).or_raise(py)?;
     }
     let dataset = &data.dataset;
-    let selection = watched(py, &pool, callback.as_ref(), |observer| {
+    let selection = watched(py, callback.as_ref(), |observer| {
         select(dataset, candidates, None, observer)
     })?
     .or_raise(py)?;
@@ -258,6 +228,12 @@ pub(crate) fn fit<'py>(
     let limit = time_for(motions.iter().map(Trajectory::len).sum());
     let figures =
         interruptible(py, limit, |stop| Figures::of(model, motions, stop))?.or_raise(py)?;
+    let preparation = Preparation {
+        layout: preparing.layout.unwrap_or_default(),
+        smooth: data.options.smooth,
+        low_pass: data.options.low_pass,
+        delay: preparing.delay,
+    };
     let provenance = Provenance {
         preparation: Some(preparation),
         ..Provenance::of_seed(request.seed)
@@ -336,9 +312,8 @@ pub(crate) fn fit_samples<'py>(
     let dataset = divided(coordinates, columns, &validation).or_raise(py)?;
     let chosen = FitConfig::for_data(&dataset, &[], &request).or_raise(py)?;
     chosen.config.validate(&dataset).or_raise(py)?;
-    let pool = pool(py)?;
     let held_out = &dataset;
-    let selection = watched(py, &pool, callback.as_ref(), |observer| {
+    let selection = watched(py, callback.as_ref(), |observer| {
         select(held_out, vec![chosen], None, observer)
     })?
     .or_raise(py)?;

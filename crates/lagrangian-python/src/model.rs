@@ -14,7 +14,7 @@ use self_cell::self_cell;
 
 use crate::answers::{Asked, MATRIX, SCALAR, VECTOR};
 use crate::error::{OrRaise, raise};
-use crate::files::json;
+use crate::files::{json, value};
 use crate::number::OwnSystem;
 use crate::recording::described;
 
@@ -43,6 +43,14 @@ impl Body {
             Self::Learned(..) => None,
             Self::Known(system) => Some(&**system),
             Self::Own(system) => Some(system),
+        }
+    }
+
+    /// How the recordings of a fitted model were prepared, where that is known.
+    pub(crate) fn preparation(&self) -> Option<&Preparation> {
+        match self {
+            Self::Learned(_, provenance) => provenance.preparation.as_ref(),
+            _ => None,
         }
     }
 
@@ -129,16 +137,8 @@ impl Model {
     /// How its recordings were prepared, as a dictionary; None where that is not known.
     #[getter]
     fn preparation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        match &*self.body {
-            Body::Learned(
-                _,
-                Provenance {
-                    preparation: Some(own),
-                    ..
-                },
-            ) => Ok(Some(json(py, own)?)),
-            _ => Ok(None),
-        }
+        let own = self.body.preparation();
+        own.map(|own| json(py, own)).transpose()
     }
 
     /// The parameters that have a name and a unit, as dictionaries.
@@ -148,9 +148,7 @@ impl Model {
             Body::Learned(model, _) => model.parameters(),
             _ => Vec::new(),
         };
-        json(py, &serde_json::json!({ "all": parameters }))?
-            .as_any()
-            .get_item("all")
+        value(py, &parameters)
     }
 
     #[pyo3(signature = (q, qd, tau=None, *, out=None))]
@@ -162,14 +160,11 @@ impl Model {
         tau: Option<Array<'py>>,
         out: Option<Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let asked = Asked {
-            name: "forward dynamics",
-            shape: VECTOR,
-        };
+        let asked = Asked("forward dynamics", VECTOR);
         let given = [("q", Some(&q)), ("qd", Some(&qd)), ("tau", tau.as_ref())];
         self.answer(
             py,
-            &asked,
+            asked,
             given,
             out.as_ref(),
             |model, [q, qd, tau], qdd| model.forward_dynamics(q, qd, tau, qdd),
@@ -185,14 +180,11 @@ impl Model {
         qdd: Array<'py>,
         out: Option<Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let asked = Asked {
-            name: "inverse dynamics",
-            shape: VECTOR,
-        };
+        let asked = Asked("inverse dynamics", VECTOR);
         let given = [("q", Some(&q)), ("qd", Some(&qd)), ("qdd", Some(&qdd))];
         self.answer(
             py,
-            &asked,
+            asked,
             given,
             out.as_ref(),
             |model, [q, qd, qdd], tau| model.inverse_dynamics(q, qd, qdd, tau),
@@ -207,12 +199,9 @@ impl Model {
         qd: Option<Array<'py>>,
         out: Option<Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let asked = Asked {
-            name: "mass matrix",
-            shape: MATRIX,
-        };
+        let asked = Asked("mass matrix", MATRIX);
         let given = [("q", Some(&q)), ("qd", qd.as_ref())];
-        self.answer(py, &asked, given, out.as_ref(), |model, [q, qd], mass| {
+        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], mass| {
             model.mass_matrix(q, qd, mass)
         })
     }
@@ -225,12 +214,9 @@ impl Model {
         qd: Array<'py>,
         out: Option<Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let asked = Asked {
-            name: "bias",
-            shape: VECTOR,
-        };
+        let asked = Asked("bias", VECTOR);
         let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, &asked, given, out.as_ref(), |model, [q, qd], bias| {
+        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], bias| {
             model.bias(q, qd, bias)
         })
     }
@@ -242,12 +228,9 @@ impl Model {
         q: Array<'py>,
         out: Option<Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let asked = Asked {
-            name: "gravity",
-            shape: VECTOR,
-        };
+        let asked = Asked("gravity", VECTOR);
         let given = [("q", Some(&q)), ("qd", None)];
-        self.answer(py, &asked, given, out.as_ref(), |model, [q, rest], g| {
+        self.answer(py, asked, given, out.as_ref(), |model, [q, rest], g| {
             model.bias(q, rest, g)
         })
     }
@@ -260,12 +243,9 @@ impl Model {
         qd: Array<'py>,
         out: Option<Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let asked = Asked {
-            name: "momentum",
-            shape: VECTOR,
-        };
+        let asked = Asked("momentum", VECTOR);
         let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, &asked, given, out.as_ref(), |model, [q, qd], p| {
+        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], p| {
             model.momentum(q, qd, p)
         })
     }
@@ -278,12 +258,9 @@ impl Model {
         qd: Array<'py>,
         out: Option<Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let asked = Asked {
-            name: "energy",
-            shape: SCALAR,
-        };
+        let asked = Asked("energy", SCALAR);
         let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, &asked, given, out.as_ref(), |model, [q, qd], h| {
+        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], h| {
             model.energy(q, qd, h)
         })
     }
@@ -296,12 +273,9 @@ impl Model {
         qd: Array<'py>,
         out: Option<Array<'py>>,
     ) -> PyResult<Array<'py>> {
-        let asked = Asked {
-            name: "Lagrangian",
-            shape: SCALAR,
-        };
+        let asked = Asked("Lagrangian", SCALAR);
         let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, &asked, given, out.as_ref(), |model, [q, qd], l| {
+        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], l| {
             model.lagrangian(q, qd, l)
         })
     }
@@ -354,12 +328,4 @@ pub(crate) fn load(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<Model>
     let saved = saved.or_raise(py)?;
     let model = Learned::load(&saved).or_raise(py)?;
     Ok(Model::new(Body::Learned(model, saved.header.provenance)))
-}
-
-/// How the recordings of a model were prepared.
-pub(crate) fn preparation_of(body: &Body) -> Preparation {
-    match body {
-        Body::Learned(_, provenance) => provenance.preparation.clone().unwrap_or_default(),
-        _ => Preparation::default(),
-    }
 }

@@ -10,8 +10,8 @@ use serde_json::json as object;
 
 use crate::error::{OrRaise, invalid};
 use crate::files::json;
-use crate::model::{Body, Model, preparation_of};
-use crate::recording::recordings;
+use crate::model::{Body, Model};
+use crate::recording::{delayed, recordings};
 use crate::threads::interruptible;
 
 /// The score of a model on some motions, and how far it can be trusted.
@@ -60,7 +60,7 @@ pub(crate) fn score<'py>(
             "the model was not fitted: there is nothing to score",
         ));
     };
-    let own = preparation_of(body);
+    let own = body.preparation().cloned().unwrap_or_default();
     let options = EstimateOptions {
         smooth: own.smooth,
         low_pass: own.low_pass,
@@ -69,13 +69,7 @@ pub(crate) fn score<'py>(
     };
     let limit = time_for(recordings.iter().map(Recording::len).sum());
     let figures = |stop| {
-        let recordings = match own.delay.is_empty() {
-            true => recordings,
-            false => recordings
-                .into_iter()
-                .map(|r| r.delayed(&own.delay))
-                .collect::<lagrangian::Result<_>>()?,
-        };
+        let recordings = delayed(recordings, &own.delay)?;
         Figures::of(learned, &prepared::estimated(recordings, &options)?.0, stop)
     };
     let figures = interruptible(py, limit, figures)?;

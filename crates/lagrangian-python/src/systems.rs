@@ -8,10 +8,10 @@ use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::Simulation;
 use lagrangian::{Method, RobotConfig, RolloutOptions, State};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyList;
 
 use crate::error::{OrRaise, invalid};
-use crate::files::json;
+use crate::files::value;
 use crate::model::{Body, Model};
 use crate::number::OwnSystem;
 use crate::recording::{coordinates, list};
@@ -125,7 +125,7 @@ pub(crate) fn simulate<'py>(
     model: &Bound<'py, Model>,
     asking: Asking,
     integration: Integration,
-) -> PyResult<(Bound<'py, PyList>, Bound<'py, PyDict>)> {
+) -> PyResult<(Bound<'py, PyList>, Bound<'py, PyAny>)> {
     let body = Arc::clone(model.get().body());
     let Some(system) = body.system() else {
         return Err(invalid(
@@ -159,6 +159,6 @@ pub(crate) fn simulate<'py>(
     let simulated = interruptible(py, Duration::MAX, run)?;
     body.raised()?;
     let (motions, outcomes) = simulated.or_raise(py)?;
-    let outcomes = json(py, &serde_json::json!({ "all": outcomes }))?;
+    let outcomes = value(py, &outcomes)?;
     Ok((list(py, system.coordinates(), motions)?, outcomes))
 }

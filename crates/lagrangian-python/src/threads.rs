@@ -1,7 +1,7 @@
 //! The threads that fits and many rollouts run on.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -39,7 +39,30 @@ pub(crate) fn set_threads(py: Python<'_>, count: usize) -> PyResult<()> {
 }
 
 /// The time between two looks for Ctrl-C.
-pub(crate) const LOOK_EVERY: Duration = Duration::from_millis(50);
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// Runs `work` on the pool, while this thread calls `look` with each event that it sends, and now and then with none.
+pub(crate) fn attended<E: Send, T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(Sender<E>) -> T + Send,
+    mut look: impl FnMut(Option<E>),
+) -> PyResult<T> {
+    let pool = pool(py)?;
+    let (events, mut seen) = channel();
+    let result = std::thread::scope(|scope| {
+        let worker = scope.spawn(move || pool.install(|| work(events)));
+        loop {
+            let next = &mut seen;
+            match py.detach(move || next.recv_timeout(LOOK_EVERY)) {
+                Ok(event) => look(Some(event)),
+                Err(RecvTimeoutError::Timeout) => look(None),
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        py.detach(|| worker.join())
+    });
+    result.or_else(|panic| std::panic::resume_unwind(panic))
+}
 
 thread_local! {
     /// The request to end what this thread waits for; it outlives all that looks at it.
@@ -53,37 +76,24 @@ pub(crate) fn interruptible<T: Send>(
     limit: Duration,
     work: impl FnOnce(Stop) -> T + Send,
 ) -> PyResult<T> {
-    let pool = pool(py)?;
     let flag = ENDED.with(|flag| *flag);
     flag.store(false, Ordering::Relaxed);
-    let (done, mut ended) = channel::<()>();
     let start = Instant::now();
     let mut pressed = None;
-    let result = std::thread::scope(|scope| {
-        let worker = scope.spawn(move || {
-            let _done = done;
-            pool.install(|| work(Stop::when(flag)))
-        });
-        loop {
-            let ended = &mut ended;
-            let waited = py.detach(move || ended.recv_timeout(LOOK_EVERY));
-            if waited != Err(RecvTimeoutError::Timeout) {
-                break;
-            }
-            if let Err(interrupt) = py.check_signals() {
-                pressed.get_or_insert(interrupt);
-            }
-            if pressed.is_some() || start.elapsed() >= limit {
-                flag.store(true, Ordering::Relaxed);
-            }
+    let work = |events: Sender<()>| {
+        // It tells nothing but its end.
+        let _events = events;
+        work(Stop::when(flag))
+    };
+    let value = attended(py, work, |_| {
+        if let Err(interrupt) = py.check_signals() {
+            pressed.get_or_insert(interrupt);
         }
-        py.detach(|| worker.join())
-    });
-    match (pressed, result) {
-        (Some(interrupt), _) => Err(interrupt),
-        (None, Ok(value)) => Ok(value),
-        (None, Err(panic)) => std::panic::resume_unwind(panic),
-    }
+        if pressed.is_some() || start.elapsed() >= limit {
+            flag.store(true, Ordering::Relaxed);
+        }
+    })?;
+    pressed.map_or(Ok(value), Err)
 }
 
 /// The pool of this process. A process that was forked has none of the threads of its parent, and gets its own.
