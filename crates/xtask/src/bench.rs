@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 use std::fs;
-use std::path::Path;
 
 use serde_json::Value;
 
@@ -30,7 +29,7 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
 }
 
 fn bench(arguments: &[&str]) -> Result<(), Failure> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = crate::root();
     let fail = |e: std::io::Error| format!("{}: {e}", root.display());
     let root = root.canonicalize().map_err(fail)?;
     let folder = root.join("target/bench");

@@ -1,7 +1,5 @@
 //! `cargo xtask deny`: licences, sources and known faults of all packages that are linked, by `deny.toml`.
 
-use std::path::Path;
-
 use super::{Failure, cargo};
 
 /// Its line of the usage.
@@ -17,10 +15,10 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
         [] => &["advisories", "bans", "licenses", "sources"],
         ["--offline"] => &["bans", "licenses", "sources"],
         [other, ..] => {
-            return Err(Failure::Usage {
-                message: format!("deny does not know '{other}'"),
-                hint: format!("usage: cargo xtask {USAGE}"),
-            });
+            return Err(Failure::usage(
+                format!("deny does not know '{other}'"),
+                USAGE,
+            ));
         }
     };
     let present = cargo().args(["deny", "--version"]).output();
@@ -28,7 +26,7 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
         let remedy = "run `cargo install --locked cargo-deny` (minutes)";
         return Err(Failure::Work(format!("cargo deny is missing: {remedy}")));
     }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = crate::root();
     let status = cargo()
         .current_dir(root)
         .args(["deny", "--all-features", "--workspace", "check"])

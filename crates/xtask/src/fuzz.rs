@@ -7,7 +7,7 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::thread;
 
-use super::{Failure, cargo};
+use super::{Failure, built, cargo, succeed};
 
 /// Its line of the usage.
 pub(super) const USAGE: &str = "\
@@ -56,16 +56,13 @@ impl Options {
 }
 
 fn refused(message: &str) -> Failure {
-    Failure::Usage {
-        message: message.into(),
-        hint: format!("usage: cargo xtask {USAGE}"),
-    }
+    Failure::usage(message, USAGE)
 }
 
 /// Runs the targets, as many at once as there are cores, or says what was found.
 pub(super) fn main(flags: &[&str]) -> Result<(), Failure> {
     let options = Options::read(flags)?;
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = crate::root();
     let known = known(&root.join("fuzz/corpus"))?;
     if let Some(name) = options.targets.iter().find(|name| !known.contains(name)) {
         let known = known.join(", ");
@@ -118,19 +115,8 @@ fn driver(root: &Path) -> Result<PathBuf, String> {
     let mut command = cargo();
     command.args(["build", "--quiet", "--workspace", "--all-features"]);
     command.args(["--bin", "fuzz", "--example", "corpus"]);
-    let status = command.current_dir(root).status();
-    match status
-        .map_err(|e| format!("cargo did not start: {e}"))?
-        .success()
-    {
-        true => {
-            let target = std::env::var_os("CARGO_TARGET_DIR");
-            Ok(target
-                .map_or(root.join("target"), PathBuf::from)
-                .join("debug/fuzz"))
-        }
-        false => Err("the fuzzer could not be built".into()),
-    }
+    succeed(command.current_dir(root), "the build of the fuzzer")?;
+    Ok(built("fuzz"))
 }
 
 /// One target; what was found, and how to see it again.

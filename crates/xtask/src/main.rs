@@ -15,6 +15,7 @@ mod race;
 mod sanitize;
 
 use std::env;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
@@ -160,6 +161,14 @@ impl From<String> for Failure {
 }
 
 impl Failure {
+    /// A chore was asked for in a wrong way; its part of the usage says how to ask.
+    fn usage(message: impl Into<String>, usage: &str) -> Self {
+        Self::Usage {
+            message: message.into(),
+            hint: format!("usage: cargo xtask {usage}"),
+        }
+    }
+
     /// What a user reads, and the exit code: 2 for bad usage, 1 for all else.
     fn report(&self) -> (String, u8) {
         match self {
@@ -263,6 +272,31 @@ fn carry_out(step: &Step) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!("step '{}' failed ({status}): {shown}", step.name))
+    }
+}
+
+/// The folder of the workspace.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The folder of what is built.
+fn target() -> PathBuf {
+    let given = env::var_os("CARGO_TARGET_DIR");
+    given.map_or_else(|| root().join("target"), PathBuf::from)
+}
+
+/// The file of this name that a build for tests has made.
+fn built(name: &str) -> PathBuf {
+    target().join("debug").join(name)
+}
+
+/// Runs a command that must succeed; `what` names it.
+fn succeed(command: &mut Command, what: &str) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{what} failed ({status})")),
+        Err(error) => Err(format!("{what} did not start: {error}")),
     }
 }
 

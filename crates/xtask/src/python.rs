@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{Failure, cargo};
+use crate::{Failure, built, cargo, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 python   builds the Python module in a virtual environment of its own (target/python) and runs its tests and types; what
@@ -15,14 +15,14 @@ python   builds the Python module in a virtual environment of its own (target/py
 const OLDEST: (u32, u32) = (3, 10);
 
 pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
-    let root = root()?;
+    let root = root();
     let python = environment(&root)?;
     build(&root)?;
     let package = root.join("python");
     let run = |what: &str, arguments: &[&str]| -> Result<(), String> {
         let mut command = Command::new(&python);
         command.args(arguments).current_dir(&package);
-        command.env("LAGRANGIAN_COMMAND", artefact(&root, "lagrangian"));
+        command.env("LAGRANGIAN_COMMAND", built("lagrangian"));
         command.env("PYTHONPATH", &package);
         succeed(&mut command, what)
     };
@@ -44,24 +44,9 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The folder of the workspace.
-fn root() -> Result<PathBuf, String> {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let root = own.ancestors().nth(2);
-    Ok(root.ok_or("the workspace has no folder")?.to_path_buf())
-}
-
-fn target(root: &Path) -> PathBuf {
-    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from)
-}
-
-fn artefact(root: &Path, name: &str) -> PathBuf {
-    target(root).join("debug").join(name)
-}
-
 /// The interpreter of a virtual environment with what the tests need, made where it is missing or its list has changed.
 fn environment(root: &Path) -> Result<PathBuf, String> {
-    let folder = target(root).join("python");
+    let folder = target().join("python");
     let python = folder.join("bin").join("python");
     let list = root.join("python").join("requirements-test.txt");
     let wanted = fs::read(&list).map_err(|e| format!("cannot read {}: {e}", list.display()))?;
@@ -115,20 +100,9 @@ fn build(root: &Path) -> Result<(), String> {
         true => ("lib_lagrangian.dylib", "_lagrangian.abi3.so"),
         false => ("lib_lagrangian.so", "_lagrangian.abi3.so"),
     };
-    let (from, to) = (
-        artefact(root, from),
-        root.join("python").join("lagrangian").join(to),
-    );
+    let (from, to) = (built(from), root.join("python").join("lagrangian").join(to));
     // A new file: a process may still hold the old one in its memory.
     let _ = fs::remove_file(&to);
     fs::copy(&from, &to).map_err(|e| format!("cannot copy {}: {e}", from.display()))?;
     Ok(())
-}
-
-fn succeed(command: &mut Command, what: &str) -> Result<(), String> {
-    match command.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("{what} failed ({status})")),
-        Err(error) => Err(format!("{what} did not start: {error}")),
-    }
 }

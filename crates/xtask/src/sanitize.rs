@@ -1,6 +1,6 @@
 //! `cargo xtask sanitize`: the unit tests of the crate with `unsafe` code under `AddressSanitizer`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use super::{Failure, cargo};
@@ -26,10 +26,10 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
         [] => true,
         ["--where-possible"] => false,
         [other, ..] => {
-            return Err(Failure::Usage {
-                message: format!("sanitize does not know '{other}'"),
-                hint: format!("usage: cargo xtask {USAGE}"),
-            });
+            return Err(Failure::usage(
+                format!("sanitize does not know '{other}'"),
+                USAGE,
+            ));
         }
     };
     match toolchain() {
@@ -43,7 +43,7 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
 }
 
 fn test(host: &str) -> Result<(), String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = crate::root();
     let status = cargo()
         .current_dir(&root)
         .args(["test", "--package", "nets", "--lib", "--target", host])

@@ -35,7 +35,7 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
 }
 
 fn bits(options: &Options) -> Result<(), String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = crate::root();
     let root = root
         .canonicalize()
         .map_err(|e| format!("{}: {e}", root.display()))?;

@@ -1,7 +1,7 @@
 //! A folder with recordings, and processes that are started, ended and looked after in it.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -44,7 +44,7 @@ impl Drop for Bench {
 impl Bench {
     pub(super) fn new(release: bool) -> Result<Self, Failure> {
         let profile = if release { "release" } else { "debug" };
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let root = crate::root();
         let target =
             std::env::var_os("CARGO_TARGET_DIR").map_or(root.join("target"), PathBuf::from);
         let command = target.join(profile).join("lagrangian");

@@ -2,12 +2,11 @@
 
 mod bench;
 
-use std::path::Path;
 use std::time::Duration;
 
 use bench::{Bench, End};
 
-use super::{Failure, cargo};
+use super::{Failure, cargo, succeed};
 
 /// Its line of the usage.
 pub(super) const USAGE: &str = "\
@@ -62,10 +61,7 @@ impl Options {
 }
 
 fn refused(message: &str) -> Failure {
-    Failure::Usage {
-        message: message.into(),
-        hint: format!("usage: cargo xtask {USAGE}"),
-    }
+    Failure::usage(message, USAGE)
 }
 
 /// Runs all of it, or says what did not hold.
@@ -105,15 +101,10 @@ fn build(release: bool) -> Result<(), Failure> {
     if release {
         command.arg("--release");
     }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let status = command.current_dir(root).status();
-    match status
-        .map_err(|e| format!("cargo did not start: {e}"))?
-        .success()
-    {
-        true => Ok(()),
-        false => Err(Failure::Work("the command could not be built".into())),
-    }
+    Ok(succeed(
+        command.current_dir(crate::root()),
+        "the build of the command",
+    )?)
 }
 
 /// Fits of a kind that are killed and resumed end with the bits of one that was not.

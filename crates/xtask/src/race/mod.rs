@@ -38,7 +38,7 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
 }
 
 fn race(options: &Options, before: Option<&Value>) -> Result<(), String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = crate::root();
     std::env::set_current_dir(&root).map_err(|e| format!("{}: {e}", root.display()))?;
     let clock = Instant::now();
     fs::create_dir_all(options.folder.join("data"))
