@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from . import errors
 from ._data import CheckReport, Item, check, read, simulate, write
+from ._ensemble import Coverage, Ensemble, Prediction
 from ._estimators import Estimator, fit
 from ._families import (
     Best,
@@ -40,7 +41,9 @@ __all__ = [
     "Chain",
     "CheckReport",
     "Coordinate",
+    "Coverage",
     "Delan",
+    "Ensemble",
     "Estimator",
     "Features",
     "Hnn",
@@ -51,6 +54,7 @@ __all__ = [
     "Model",
     "NeuralOde",
     "Outcome",
+    "Prediction",
     "Rigid",
     "Servo",
     "Trajectories",

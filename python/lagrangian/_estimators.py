@@ -174,6 +174,12 @@ class Estimator:
     def _fit_motions(
         self, X: Any, validation: Any, watch: _Watch
     ) -> tuple[_lagrangian.Model, dict[str, Any]]:
+        return _lagrangian.fit(*self._motions(X, validation), watch.tell)
+
+    def _motions(
+        self, X: Any, validation: Any
+    ) -> tuple[list[Trajectory], list[Trajectory], dict[str, Any], dict[str, Any]]:
+        """Recordings to learn from and to validate on, what is fitted to them, and how they are prepared."""
         training = trajectories(X, "X")
         if not training:
             raise InvalidInput("X holds no trajectory: give at least one")
@@ -186,7 +192,7 @@ class Estimator:
             "layout": X.layout if isinstance(X, Trajectories) else None,
         }
         others = [] if validation is None else trajectories(validation, "validation")
-        return _lagrangian.fit(training, others, self._asked(), preparing, watch.tell)
+        return training, others, self._asked(), preparing
 
     def _fit_samples(
         self,

@@ -64,10 +64,51 @@ class Model:
         """The energy H = p·q̇ − L, J, shape ``(…)``."""
     def lagrangian(self, q: ArrayLike, qd: ArrayLike, *, out: _Array | None = None) -> _Array:
         """The Lagrangian L = p·q̇ − H, J, shape ``(…)``."""
+    def distance_from_data(self, q: ArrayLike, qd: ArrayLike, *, out: _Array | None = None) -> _Array:
+        """The distance of states from those that the data of the fit visited, shape ``(…)``.
+
+        Above 1 the model extrapolates: the state is farther from the data than the recorded states are from each other, or beyond
+        the range of a coordinate or velocity by a tenth of that range. The distance is in parts of that border.
+
+        Raises ``NotSupported`` for a system that was not fitted.
+        """
     def to_bytes(self) -> bytes:
         """The bytes of the file of the model."""
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the file of the model: a whole one or none."""
+
+@final
+class Prediction:
+    """What an ensemble predicts."""
+
+    @property
+    def mean(self) -> _Array:
+        """The mean of the members."""
+    @property
+    def deviation(self) -> _Array:
+        """The deviation to be expected of the truth."""
+    def band(self, level: float) -> tuple[_Array, _Array]:
+        """The lower and the upper end of the band that holds the truth with a probability."""
+    def quantile(self, probability: float) -> _Array:
+        """The quantile of the truth with a probability."""
+
+@final
+class Ensemble:
+    """Several models of the same data."""
+
+    def __new__(cls, members: Sequence[Model], calibration: str) -> Ensemble: ...
+    def members(self) -> list[Model]:
+        """Its members."""
+    def calibration(self) -> str:
+        """What its errors on held-out blocks were, as JSON."""
+    def accelerations(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Prediction:
+        """The accelerations at states under forces."""
+    def torques(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Prediction:
+        """The torques of motions."""
+    def positions(self, motions: Sequence[ArrayLike]) -> Prediction:
+        """The positions of a motion that all members predicted, from the positions of each."""
+    def coverage(self, trajectories: Sequence[Any]) -> dict[str, Any]:
+        """The parts of the samples of recordings that lie in the bands."""
 
 @final
 class Number:
@@ -85,6 +126,14 @@ def fit(
     preparing: dict[str, Any],
     callback: Callable[[dict[str, Any]], Any] | None = None,
 ) -> tuple[Model, dict[str, Any]]: ...
+def fit_ensemble(
+    training: Sequence[Any],
+    validation: Sequence[Any],
+    asked: dict[str, Any],
+    preparing: dict[str, Any],
+    members: int,
+    callback: Callable[[dict[str, Any]], Any] | None = None,
+) -> tuple[Ensemble, dict[str, Any]]: ...
 def fit_samples(
     samples: Sequence[_Array | None],
     validation: Sequence[int],

@@ -52,6 +52,16 @@ def plot_energy(model: Model, motion: Trajectory, ax: Axes | None) -> Axes:
     return ax
 
 
+def plot_band(t: Any, mean: Any, low: Any, high: Any, *, level: float, ax: Axes | None) -> Axes:
+    ax = axes(ax)
+    along = np.arange(len(mean)) if t is None else t
+    ax.fill_between(along, low, high, alpha=0.3, linewidth=0, label=f"{100 * level:g} %")
+    ax.plot(along, mean, label="mean")
+    ax.set(xlabel="sample" if t is None else "t (s)")
+    ax.legend()
+    return ax
+
+
 def plot_loss(history: Sequence[Mapping[str, Any]], ax: Axes | None) -> Axes:
     ax = axes(ax)
     steps = [event["step"] for event in history]

@@ -12,6 +12,7 @@ mod action;
 mod chains;
 mod chart;
 mod data;
+mod ensembles;
 mod families;
 pub mod field;
 mod hamiltonian;

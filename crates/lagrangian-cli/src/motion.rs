@@ -1,5 +1,7 @@
 //! From the flags of a motion to what the library takes.
 
+use lagrangian::score::{Outside, outside};
+use lagrangian::trajectory::Beyond;
 use lagrangian::{Model, Outcome, RolloutOptions, Score, State, Trajectory};
 
 use crate::cli::MotionArgs;
@@ -59,4 +61,28 @@ impl MotionArgs {
             ..RolloutOptions::default()
         }
     }
+}
+
+/// Says how many states of these motions lie outside of those that the data of the model visited, where it is many.
+pub(crate) fn note_outside(model: &dyn Model, motions: &[Trajectory]) {
+    let Some(outside) = outside(model, motions).filter(Outside::is_unusual) else {
+        return;
+    };
+    let farthest = outside.beyond.map_or(String::new(), |beyond| {
+        let coordinate = &model.coordinates().0[beyond.coordinate];
+        let Beyond {
+            value,
+            range: (low, high),
+            ..
+        } = beyond;
+        let rate = if beyond.velocity { " per second" } else { "" };
+        format!(
+            "; farthest: {} at {value:.3} {}{rate}, where {low:.3} … {high:.3} were recorded",
+            coordinate.name, coordinate.unit
+        )
+    });
+    tell!(
+        "note: {:.0} % of the states lie outside of those that the model was fitted to{farthest}",
+        100.0 * outside.share
+    );
 }

@@ -67,7 +67,7 @@ pub(crate) struct Preparing {
 }
 
 impl Asked {
-    fn request(&self, py: Python<'_>) -> PyResult<Request> {
+    pub(crate) fn request(&self, py: Python<'_>) -> PyResult<Request> {
         let read = |text: &String| of_json(serde_json::from_str::<Values>(text));
         let [settings, training, rollout] = &self.settings;
         let seconds = self.seconds.map(Budget::Seconds);
@@ -102,6 +102,16 @@ impl Preparing {
             baseline: self.baseline,
             validate_fraction: self.validate_fraction,
             delayed: !self.delay.is_empty(),
+        }
+    }
+
+    /// How the data were prepared, as the model remembers it.
+    pub(crate) fn preparation(&self, data: &Prepared) -> Preparation {
+        Preparation {
+            layout: self.layout.clone().unwrap_or_default(),
+            smooth: data.options.smooth,
+            low_pass: data.options.low_pass,
+            delay: self.delay.clone(),
         }
     }
 }
@@ -149,7 +159,7 @@ impl Observer for Reporter<'_> {
 
 /// Runs `work` while this thread calls `callback` with what the fit says, and looks for Ctrl-C; an exception of the callback
 /// ends the fit and is raised.
-fn watched<T: Send>(
+pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     callback: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&mut dyn Observer) -> T + Send,
@@ -190,6 +200,22 @@ fn tell(callback: &Bound<'_, PyAny>, event: &Event) -> PyResult<()> {
     callback.call1((json(callback.py(), &told)?,)).map(|_| ())
 }
 
+/// Prepares the recordings of a fit: those to learn from, and those to validate on.
+pub(crate) fn prepare<'py>(
+    py: Python<'py>,
+    (training, validation): (&Bound<'py, PyAny>, &Bound<'py, PyAny>),
+    request: &Request,
+    preparing: &Preparing,
+) -> PyResult<Prepared> {
+    let (training, validation) = (recordings(training)?, recordings(validation)?);
+    let (pool, options, delay) = (pool(py)?, preparing.options(), &preparing.delay[..]);
+    let prepare = || {
+        let (training, validation) = (delayed(training, delay)?, delayed(validation, delay)?);
+        Prepared::new(training, validation, request, &options)
+    };
+    py.detach(|| pool.install(prepare)).or_raise(py)
+}
+
 /// A fitted model with everything that is said about it.
 type Fitted<'py> = (Model, Bound<'py, PyDict>);
 
@@ -204,16 +230,9 @@ pub(crate) fn fit<'py>(
     preparing: Preparing,
     callback: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Fitted<'py>> {
-    let (training, validation) = (recordings(training)?, recordings(validation)?);
-    let (request, options) = (asked.request(py)?, preparing.options());
-    let held_back = validation.is_empty();
-    let pool = pool(py)?;
-    let delay = &preparing.delay[..];
-    let prepare = || {
-        let (training, validation) = (delayed(training, delay)?, delayed(validation, delay)?);
-        Prepared::new(training, validation, &request, &options)
-    };
-    let data = py.detach(|| pool.install(prepare)).or_raise(py)?;
+    let request = asked.request(py)?;
+    let held_back = validation.len()? == 0;
+    let data = prepare(py, (training, validation), &request, &preparing)?;
     let candidates =
         FitConfig::candidates(&data.dataset, &data.estimates, &request).or_raise(py)?;
     if let [only] = &candidates[..] {
@@ -228,14 +247,8 @@ pub(crate) fn fit<'py>(
     let limit = time_for(motions.iter().map(Trajectory::len).sum());
     let figures =
         interruptible(py, limit, |stop| Figures::of(model, motions, stop))?.or_raise(py)?;
-    let preparation = Preparation {
-        layout: preparing.layout.unwrap_or_default(),
-        smooth: data.options.smooth,
-        low_pass: data.options.low_pass,
-        delay: preparing.delay,
-    };
     let provenance = Provenance {
-        preparation: Some(preparation),
+        preparation: Some(preparing.preparation(&data)),
         ..Provenance::of_seed(request.seed)
     };
     summary(py, selection, held_back, provenance, figures, Some(&data))

@@ -4,6 +4,7 @@
 mod answers;
 mod arrays;
 mod check;
+mod ensemble;
 mod error;
 mod files;
 mod fit;
@@ -23,6 +24,8 @@ use pyo3::prelude::*;
 mod _lagrangian {
     #[pymodule_export]
     use super::check::check;
+    #[pymodule_export]
+    use super::ensemble::{Ensemble, Prediction, fit as fit_ensemble};
     #[pymodule_export]
     use super::files::{read, read_table, write};
     #[pymodule_export]

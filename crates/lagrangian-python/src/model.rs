@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use lagrangian::analytic::AnalyticModel;
 use lagrangian::saved::Preparation;
-use lagrangian::{Evaluator, Learned, Provenance, SavedModel};
+use lagrangian::{Evaluation, Evaluator, Learned, Provenance, SavedModel};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use self_cell::self_cell;
@@ -277,6 +277,27 @@ impl Model {
         let given = [("q", Some(&q)), ("qd", Some(&qd))];
         self.answer(py, asked, given, out.as_ref(), |model, [q, qd], l| {
             model.lagrangian(q, qd, l)
+        })
+    }
+
+    #[pyo3(signature = (q, qd, *, out=None))]
+    fn distance_from_data<'py>(
+        &self,
+        py: Python<'py>,
+        q: Array<'py>,
+        qd: Array<'py>,
+        out: Option<Array<'py>>,
+    ) -> PyResult<Array<'py>> {
+        let model = self.body.model();
+        let Some(visited) = model.visited() else {
+            let message = "the model does not know the states that it was fitted to: fit it again with this version";
+            return Err(raise(py, "NotSupported", message));
+        };
+        let asked = Asked("distance from the data", SCALAR);
+        let given = [("q", Some(&q)), ("qd", Some(&qd))];
+        self.answer(py, asked, given, out.as_ref(), |_, [q, qd], distances| {
+            visited.distances(model.coordinates(), q, qd, distances);
+            Evaluation::of(distances, 1, 0)
         })
     }
 

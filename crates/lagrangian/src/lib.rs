@@ -82,6 +82,7 @@
 
 mod check;
 mod dataset;
+pub mod ensemble;
 mod error;
 pub mod integrate;
 pub mod mechanics;
@@ -120,7 +121,7 @@ pub use train::{
 };
 pub use trajectory::{
     Coordinate, Coordinates, Estimate, EstimateOptions, Format, Layout, Readings, Recording,
-    Signal, Signals, State, Topology, Trajectory,
+    Signal, Signals, State, Topology, Trajectory, Visited,
 };
 
 /// The program in the README compiles.

@@ -1,6 +1,7 @@
 //! How good a model is on trajectories that it has not seen.
 
 mod assessment;
+mod outside;
 mod valid_time;
 
 use std::f64::consts::TAU;
@@ -17,6 +18,7 @@ use crate::trajectory::Signal;
 use crate::{Coordinates, Error, Result, Signals, Stop, Trajectory};
 
 pub use assessment::{Assessment, Forward, Grade, Reason, Spectrum};
+pub use outside::{Outside, outside};
 pub use valid_time::{ValidTime, valid_prediction_time};
 
 /// The normalised error at which a prediction is no longer valid.
@@ -108,6 +110,8 @@ pub struct Score {
     pub restarts: Vec<RestartScore>,
     /// States at which the mass matrix was singular.
     pub singular: usize,
+    /// How far the samples lie outside of the states that the data of the model visited, where these are known.
+    pub outside: Option<Outside>,
     /// Predictions that were stopped, by [`RolloutOptions::stop`]: those of motions are as long as they came, those over short
     /// times are in none of the figures.
     pub stopped: usize,
@@ -306,6 +310,7 @@ fn one_step(
         rollouts: Vec::new(),
         restarts: Vec::new(),
         singular,
+        outside: outside(model, trajectories),
         stopped: 0,
     }
 }

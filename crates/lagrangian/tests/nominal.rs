@@ -284,6 +284,43 @@ fn a_model_upon_a_robot_is_saved_with_it() {
 }
 
 #[test]
+fn a_correction_is_silent_beyond_the_range_of_its_data() {
+    let robot = arm();
+    for family in [lnn(), delan()] {
+        let data = dataset(&loaded(), 300);
+        let found = fit(&data, &config(family, Loss::TORQUE), None, &mut ())
+            .unwrap()
+            .model;
+        let torques = |model: &dyn Model, qd: [f64; 2]| {
+            let mut tau = [0.0; 2];
+            let mut evaluator = model.evaluator();
+            let _ = evaluator.inverse_dynamics(&[0.4, 1.2], &qd, &[2.0, -1.0], &mut tau);
+            tau
+        };
+        let difference = |qd| {
+            let (a, b) = (torques(&found, qd), torques(&robot, qd));
+            (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
+        };
+        // The data reach 3 rad/s.
+        assert!(difference([2.9, -2.9]) > 0.1);
+        assert!(difference([2.9, -3.3]) < difference([2.9, -2.9]));
+        for faster in [[3.7, 0.0], [2.0, -8.0], [100.0, 1e4]] {
+            assert!(difference(faster) <= 1e-9 * torques(&robot, faster)[0].abs());
+        }
+        // A motion into the unknown and back goes on.
+        let start = ([0.5, 0.2], [2.5, 4.5]);
+        let options = RolloutOptions::default();
+        let times = times(2.0, 0.01).unwrap();
+        let motion = rollout(&found, &start.0, &start.1, &times, &free, &options).unwrap();
+        assert!(motion.outcome.is_finished());
+        let visited = found.visited().unwrap();
+        let coordinates = Model::coordinates(&found);
+        assert!(visited.distance(coordinates, &start.0, &start.1) > 1.0);
+        assert!(visited.distance(coordinates, &[1.0, 1.0], &[0.5, -1.0]) < 1.0);
+    }
+}
+
+#[test]
 fn a_family_that_cannot_stand_on_a_robot_says_so() {
     let data = dataset(&loaded(), 50);
     for family in [

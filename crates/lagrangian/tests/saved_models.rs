@@ -19,6 +19,7 @@ fn header() -> Header {
         dissipation: json!({ "viscous": [0.1, 1.0 / 3.0] }),
         nominal: serde_json::Value::Null,
         actuation: serde_json::Value::Null,
+        visited: None,
         provenance: Provenance {
             command: Some("lagrangian fit a.csv".into()),
             ..Provenance::of_seed(7)

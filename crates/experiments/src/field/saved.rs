@@ -20,6 +20,7 @@ impl DensityNet {
             dissipation: Value::Null,
             nominal: Value::Null,
             actuation: Value::Null,
+            visited: None,
             provenance,
         };
         let weights = network.parameters.clone();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use lagrangian::train::{self};
-use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Provenance};
+use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Observer, Provenance};
 
 use super::args::Args;
 use super::failure::{Advise, mistake};
@@ -57,9 +57,17 @@ impl Lab<'_> {
 
     /// Fits, unless the user has interrupted.
     pub(crate) fn fit(&mut self, data: &Dataset, config: &FitConfig) -> Result<Fit> {
-        let fit = train::fit(data, config, None, &mut self.progress)?;
+        self.watched(|observer| train::fit(data, config, None, observer))
+    }
+
+    /// Does something that tells an observer how far it is.
+    pub(crate) fn watched<T>(
+        &mut self,
+        work: impl FnOnce(&mut dyn Observer) -> lagrangian::Result<T>,
+    ) -> Result<T> {
+        let done = work(&mut self.progress)?;
         self.progress.check()?;
-        Ok(fit)
+        Ok(done)
     }
 
     /// Fits, and measures the best model at each validation after the fit is over.

@@ -87,6 +87,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::plausibility::EXPERIMENT,
     crate::real::EXPERIMENT,
     crate::robots::EXPERIMENT,
+    crate::ensembles::EXPERIMENT,
     crate::servo::EXPERIMENT,
     crate::mistakes::EXPERIMENT,
     crate::hamiltonian::EXPERIMENT,

@@ -53,10 +53,15 @@ pub(super) const MACHINES: &[Machine] = &[
 ];
 
 /// What a machine's logs were cut into.
-pub(super) struct Recordings {
-    pub(super) dataset: Dataset,
+pub(crate) struct Recordings {
+    pub(crate) dataset: Dataset,
     pub(super) validation: Vec<Trajectory>,
-    pub(super) test: Vec<Trajectory>,
+    pub(crate) test: Vec<Trajectory>,
+}
+
+/// The logs of the double pendulum.
+pub(crate) fn double_pendulum(lab: &Lab) -> Result<Recordings> {
+    MACHINES[1].read(lab)
 }
 
 impl Machine {

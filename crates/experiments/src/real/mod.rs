@@ -10,6 +10,7 @@ use lagrangian::{FitConfig, Learned, RolloutOptions, Score, Trajectory, score};
 use crate::harness::failure::Advise;
 use crate::harness::{Contestant, Experiment, Lab, less, more};
 use contestants::{CONTESTANTS, Candidate, Recipe};
+pub(crate) use machines::double_pendulum;
 use machines::{MACHINES, Machine, Recordings};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {

@@ -107,14 +107,15 @@ fn run(lab: &mut Lab) -> Result<()> {
 }
 
 /// A log, divided by time.
-struct Log {
+pub(crate) struct Log {
     robot: &'static str,
-    learned: Trajectory,
-    rest: Trajectory,
-    estimates: Vec<Estimate>,
+    pub(crate) learned: Trajectory,
+    pub(crate) rest: Trajectory,
+    pub(crate) estimates: Vec<Estimate>,
 }
 
-fn read(lab: &Lab, robot: &'static str) -> Result<Log> {
+/// The log of a robot, from the folder of the reference data.
+pub(crate) fn read(lab: &Lab, robot: &'static str) -> Result<Log> {
     let file = lab.data(&format!("{robot}_real/{robot}.csv"))?;
     let (shown, hint) = (
         format!("cannot read '{robot}.csv'"),

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::rollout::{self, free};
-use lagrangian::score::predict;
+use lagrangian::score::{outside, predict};
 use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Model, Rollout, State};
 use serde_json::json;
 
@@ -42,6 +42,7 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let model = fitted.model;
     motion::note_early_end("the motion", rollout.outcome);
     let trajectories = std::slice::from_ref(&rollout.trajectory);
+    motion::note_outside(&model, trajectories);
     let columns = Columns {
         coordinates: model.coordinates(),
         layout: &layout,
@@ -64,6 +65,7 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
             "rejected": rollout.rejected,
             "evaluations": rollout.evaluations,
             "singular": rollout.singular,
+            "outside": outside(&model, trajectories),
             "energy": motion::energies(&model, &rollout.trajectory),
         }))?;
     }

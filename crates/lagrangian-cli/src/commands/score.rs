@@ -38,6 +38,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     let assessment = Assessment::new(&model, &trajectories, &score);
     drop(task);
     motion::note_stopped(&score);
+    motion::note_outside(&model, &trajectories);
     let figures = json!({
         "command": "score",
         "model": args.model,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
+use lagrangian::score::outside;
 use lagrangian::torque::{TorquePrediction, TorqueSummary, predict_torque, summarise, table};
 use lagrangian::trajectory::Table;
 use lagrangian::{Coordinates, Layout, Model, Signal, Trajectory};
@@ -16,6 +17,7 @@ use crate::cli::TorqueArgs;
 use crate::data;
 use crate::failure::Advise;
 use crate::fitted;
+use crate::motion;
 use crate::out_args::PlotArgs;
 use crate::output;
 use crate::run_folder::command_line;
@@ -35,6 +37,7 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     let (motions, estimates) = data::trajectories(recordings, &estimate.options())?;
     let predictions = predictions(&model, &motions)?;
     note_not_finite(&predictions);
+    motion::note_outside(&model, &motions);
     let coordinates = model.coordinates();
     let summary = summarise(&predictions, coordinates.dof());
     drop(task);
@@ -57,6 +60,7 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
         "out": file.out,
         "plot": plot,
         "estimated": data::estimated_signals(&estimates),
+        "outside": outside(&model, &motions),
         "torque": summary,
     });
     mode.print(&figures, || as_text(&summary, coordinates))?;

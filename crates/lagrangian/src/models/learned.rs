@@ -13,11 +13,15 @@ use crate::mechanics::forces::{Actuation, Dissipation};
 use crate::mechanics::lagrangian::{Lagrangian, Sum};
 use crate::rigid::{RigidBodies, RobotShape};
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
+use crate::trajectory::Visited;
 use crate::{Coordinates, Result};
 
-/// A fitted model of any family.
-#[derive(Debug)]
-pub struct Learned(Box<dyn FittedModel>);
+/// A fitted model of any family, with the states that its data visited.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    model: Box<dyn FittedModel>,
+    visited: Option<Visited>,
+}
 
 /// A fitted model: its motion, its description and its saved form.
 pub trait FittedModel: Model + Any + Debug {
@@ -62,8 +66,20 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
+    /// The same model, whose learned correction of a nominal model fades beyond these states; `None` for one without.
+    fn within(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
+        let _ = visited;
+        None
+    }
+
     /// A copy on the heap.
     fn boxed(&self) -> Box<dyn FittedModel>;
+}
+
+impl Clone for Box<dyn FittedModel> {
+    fn clone(&self) -> Self {
+        (**self).boxed()
+    }
 }
 
 /// The forces of a fitted model beside those of its Lagrangian.
@@ -262,6 +278,11 @@ impl FittedModel for Mechanical<WithNominal> {
         Some(self.lagrangian.known())
     }
 
+    fn within(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
+        let within = |sum: WithNominal| Ok(sum.within(visited.clone()));
+        Some(Box::new(self.clone().with(within).ok()?))
+    }
+
     fn boxed(&self) -> Box<dyn FittedModel> {
         Box::new(self.clone())
     }
@@ -278,52 +299,68 @@ impl<L: Lagrangian> Mechanical<L> {
 
 impl<M: FittedModel> From<M> for Learned {
     fn from(model: M) -> Self {
-        Self(Box::new(model))
-    }
-}
-
-impl Clone for Learned {
-    fn clone(&self) -> Self {
-        Self(self.0.boxed())
+        Self {
+            model: Box::new(model),
+            visited: None,
+        }
     }
 }
 
 impl Model for Learned {
     fn coordinates(&self) -> &Coordinates {
-        self.0.coordinates()
+        self.model.coordinates()
     }
 
     fn moves(&self) -> bool {
-        self.0.moves()
+        self.model.moves()
     }
 
     fn nominal(&self) -> Option<&dyn Model> {
-        FittedModel::nominal(&*self.0).map(|robot| robot as &dyn Model)
+        FittedModel::nominal(&*self.model).map(|robot| robot as &dyn Model)
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
-        self.0.evaluator()
+        self.model.evaluator()
     }
 
     fn mechanics(&self) -> Option<EulerLagrange<'_>> {
-        self.0.mechanics()
+        self.model.mechanics()
     }
 
     fn driven(&self) -> Option<&dyn Driven> {
-        self.0.driven()
+        self.model.driven()
+    }
+
+    fn visited(&self) -> Option<&Visited> {
+        self.visited.as_ref()
     }
 }
 
 impl Learned {
     /// The same model with inertia added to its drives, kg·m² or kg, `[n]`; `None` for one that cannot have any.
     pub(crate) fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
-        self.0.with_added_inertia(added)
+        let model = self.model.with_added_inertia(added)?;
+        Some(Self {
+            visited: self.visited.clone(),
+            ..model
+        })
+    }
+
+    /// The same model with the states that its data visited, beyond which a correction of a nominal model fades.
+    pub(crate) fn having_visited(self, visited: Option<Visited>) -> Self {
+        let within = visited
+            .as_ref()
+            .and_then(|visited| self.model.within(visited));
+        Self {
+            model: within.unwrap_or(self.model),
+            visited,
+        }
     }
 
     /// The model, if it is one of type `M`, such as `Mechanical<Lnn>`.
     #[must_use]
     pub fn downcast_ref<M: FittedModel>(&self) -> Option<&M> {
-        (&*self.0 as &dyn Any).downcast_ref()
+        (&*self.model as &dyn Any).downcast_ref()
     }
 
     /// The Lagrangian that was learned, if it is one of type `L`, such as [`Lnn`](crate::models::Lnn).
@@ -336,43 +373,43 @@ impl Learned {
     /// The name of the family.
     #[must_use]
     pub fn family(&self) -> &'static str {
-        self.0.description().family
+        self.model.description().family
     }
 
     /// The description of the model.
     #[must_use]
     pub fn description(&self) -> Description {
-        self.0.description()
+        self.model.description()
     }
 
     /// The Lagrangian, where there is one.
     #[must_use]
     pub fn lagrangian(&self) -> Option<&dyn Lagrangian> {
-        self.0.lagrangian()
+        self.model.lagrangian()
     }
 
     /// The friction, where there is any.
     #[must_use]
     pub fn dissipation(&self) -> Option<&Dissipation> {
-        self.0.forces().dissipation
+        self.model.forces().dissipation
     }
 
     /// The map from inputs to forces, where inputs are not the forces themselves.
     #[must_use]
     pub fn actuation(&self) -> Option<&Actuation> {
-        self.0.forces().actuation
+        self.model.forces().actuation
     }
 
     /// The nominal model beneath it, where there is one.
     #[must_use]
     pub fn nominal(&self) -> Option<&RigidBodies> {
-        FittedModel::nominal(&*self.0)
+        FittedModel::nominal(&*self.model)
     }
 
     /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
-        self.0.parameters()
+        self.model.parameters()
     }
 
     /// The sum of a nominal model and of a network that learned what it omits.
@@ -389,7 +426,7 @@ impl Learned {
     /// [`crate::Error::Tensor`] where a weight is not finite, [`crate::Error::DamagedModel`] where its description cannot be
     /// written.
     pub fn save(&self, provenance: Provenance) -> Result<SavedModel> {
-        let stored = self.0.stored()?;
+        let stored = self.model.stored()?;
         let header = Header {
             family: stored.name,
             form: stored.form,
@@ -399,6 +436,7 @@ impl Learned {
             dissipation: saved::describe(&self.dissipation())?,
             actuation: saved::describe(&self.actuation())?,
             nominal: stored.nominal,
+            visited: self.visited.clone(),
             provenance,
         };
         let tensor = |(name, values): (&str, Vec<f64>)| {
@@ -417,13 +455,20 @@ impl Learned {
     /// [`crate::Error::DamagedModel`] for an unknown family or a description that is not that of its family;
     /// [`crate::Error::Tensor`], [`crate::Error::Shape`] or [`crate::Error::Argument`] for weights that do not belong to it.
     pub fn load(saved: &SavedModel) -> Result<Self> {
+        if let Some(visited) = &saved.header.visited {
+            visited.check(&saved.header.coordinates)?;
+        }
+        Ok(Self::without_visited(saved)?.having_visited(saved.header.visited.clone()))
+    }
+
+    fn without_visited(saved: &SavedModel) -> Result<Self> {
         let header = &saved.header;
         let Some(family) = header.family.strip_prefix(NOMINAL) else {
             return load(saved);
         };
         let mut rest = saved.clone();
         rest.header.family = family.into();
-        let rest = load(&rest)?.0.on_heap().ok_or_else(|| {
+        let rest = load(&rest)?.model.on_heap().ok_or_else(|| {
             saved::damaged(format!(
                 "'{family}' is no family that is combined with a nominal model"
             ))

@@ -26,6 +26,7 @@ use crate::error::{brief, shortened};
 use crate::mechanics::dynamics::Mechanical;
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::WEIGHTS;
+use crate::trajectory::Visited;
 use crate::{Coordinates, Error, Result};
 
 /// Name of the format, in the header of every file.
@@ -64,6 +65,9 @@ pub struct Header {
     /// The nominal model beneath the network, where there is one.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub nominal: Value,
+    /// The states that its data visited, where they are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub visited: Option<Visited>,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -143,6 +147,7 @@ struct Envelope {
 ///     dissipation: serde_json::Value::Null,
 ///     nominal: serde_json::Value::Null,
 ///     actuation: serde_json::Value::Null,
+///     visited: None,
 ///     provenance: Provenance::of_seed(1),
 /// };
 /// let weights = Tensor::new(vec![1, 2], vec![0.5, -0.25])?;

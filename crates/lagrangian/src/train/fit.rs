@@ -16,6 +16,7 @@ use super::run::{Ended, Run};
 use crate::dataset::Dataset;
 use crate::models::{Family, Learned, LnnConfig, Plan, Residuals, Solve, Trainable};
 use crate::rigid::RobotConfig;
+use crate::trajectory::Visited;
 use crate::{Actuation, Result};
 
 /// The optimiser of the weights.
@@ -188,6 +189,9 @@ pub fn fit(
             fit.model = model;
         }
     }
+    let (fitted, held) = (&dataset.train, &dataset.validation);
+    let visited = Visited::of(&dataset.coordinates, fitted, held);
+    fit.model = fit.model.having_visited(visited);
     Ok(fit)
 }
 

@@ -25,6 +25,7 @@ mod shared;
 mod signals;
 mod state;
 mod table;
+mod visited;
 pub(crate) mod window;
 
 pub use columns::Columns;
@@ -38,6 +39,7 @@ pub use sample::{Sampled, Sampling, TimeStep, thin};
 pub use signals::{Signal, Signals};
 pub use state::State;
 pub use table::Table;
+pub use visited::{Beyond, Visited};
 
 use std::ops::{Deref, DerefMut, Range};
 

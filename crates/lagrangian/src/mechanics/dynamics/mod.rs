@@ -32,6 +32,7 @@ mod mechanical;
 mod quantities;
 
 use crate::rollout::Rollout;
+use crate::trajectory::Visited;
 use crate::{Coordinates, Result, Trajectory};
 
 pub use equation::{bias, energy, forward, inverse, momenta};
@@ -67,6 +68,11 @@ pub trait Model: Send + Sync {
 
     /// Its drives, where it moves by what these are told; `None` for a model that moves by forces.
     fn driven(&self) -> Option<&dyn Driven> {
+        None
+    }
+
+    /// The states that its data visited, for a model that was fitted and knows them.
+    fn visited(&self) -> Option<&Visited> {
         None
     }
 }

@@ -32,6 +32,14 @@ impl Curvature {
         }
     }
 
+    /// Multiplies those at state `row` of `n` degrees of freedom.
+    pub(crate) fn scale(&mut self, row: usize, n: usize, factor: f64) {
+        for field in [&mut self.dl_dqdq, &mut self.dp_dq] {
+            let own = &mut field[row * n * n..][..n * n];
+            own.iter_mut().for_each(|x| *x *= factor);
+        }
+    }
+
     /// Adds those of another Lagrangian at the same states.
     pub fn add(&mut self, other: &Self) {
         let pairs = [

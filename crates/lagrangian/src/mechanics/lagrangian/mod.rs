@@ -67,6 +67,21 @@ impl Jet {
         }
     }
 
+    /// Multiplies all derivatives at state `row`.
+    pub(crate) fn scale(&mut self, row: usize, factor: f64) {
+        let n = self.n();
+        let parts = [
+            &mut self.lagrangian[row..=row],
+            &mut self.dl_dq[row * n..][..n],
+            &mut self.momentum[row * n..][..n],
+            &mut self.mass_matrix[row * n * n..][..n * n],
+            &mut self.momentum_drift[row * n..][..n],
+        ];
+        for part in parts {
+            part.iter_mut().for_each(|x| *x *= factor);
+        }
+    }
+
     /// Adds the derivatives of another Lagrangian at the same states.
     pub fn add(&mut self, other: &Self) {
         let pairs = [

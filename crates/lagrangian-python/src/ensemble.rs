@@ -1,0 +1,248 @@
+//! Ensembles: their fit, and what they predict.
+
+use std::sync::Arc;
+
+use lagrangian::ensemble::{Calibration, Prediction as Predicted, fit_ensemble};
+use lagrangian::saved::Preparation;
+use lagrangian::train::select;
+use lagrangian::{EstimateOptions, FitConfig, Provenance, prepared};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::json as object;
+
+use crate::arrays::{Rows, array};
+use crate::error::{OrRaise, of_json, raise};
+use crate::files::json;
+use crate::fit::{Asked, Preparing, prepare, watched};
+use crate::model::{Body, Model};
+use crate::recording::{delayed, recordings};
+
+/// Several models of the same data.
+#[pyclass(module = "lagrangian._lagrangian", frozen)]
+pub(crate) struct Ensemble {
+    ensemble: Arc<lagrangian::ensemble::Ensemble>,
+    provenance: Provenance,
+}
+
+/// What an ensemble predicts.
+#[pyclass(module = "lagrangian._lagrangian", frozen)]
+pub(crate) struct Prediction {
+    predicted: Predicted,
+    shape: Vec<usize>,
+}
+
+type Array<'py> = Bound<'py, PyAny>;
+
+#[pymethods]
+impl Prediction {
+    /// The mean of the members.
+    #[getter]
+    fn mean<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        self.array(py, self.predicted.mean.clone())
+    }
+
+    /// The deviation to be expected of the truth.
+    #[getter]
+    fn deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        self.array(py, self.predicted.deviation.clone())
+    }
+
+    /// The lower and the upper end of the band that holds the truth with a probability.
+    fn band<'py>(&self, py: Python<'py>, level: f64) -> PyResult<(Array<'py>, Array<'py>)> {
+        let (low, high) = self.predicted.band(level).or_raise(py)?;
+        Ok((self.array(py, low)?, self.array(py, high)?))
+    }
+
+    /// The quantile of the truth with a probability.
+    fn quantile<'py>(&self, py: Python<'py>, probability: f64) -> PyResult<Array<'py>> {
+        self.array(py, self.predicted.quantile(probability).or_raise(py)?)
+    }
+}
+
+impl Prediction {
+    fn array<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<Array<'py>> {
+        Ok(array(py, values, &self.shape)?.into_any())
+    }
+}
+
+#[pymethods]
+impl Ensemble {
+    /// The ensemble of models and a calibration as JSON.
+    #[new]
+    fn of(py: Python<'_>, members: Vec<Bound<'_, Model>>, calibration: &str) -> PyResult<Self> {
+        let calibration: Calibration = of_json(serde_json::from_str(calibration))?;
+        let mut provenance = None;
+        let mut models = Vec::new();
+        for member in &members {
+            let Body::Learned(model, own) = &**member.get().body() else {
+                let message = "a member was not fitted: give the models of an ensemble that was";
+                return Err(raise(py, "ModelError", message));
+            };
+            provenance.get_or_insert_with(|| own.clone());
+            models.push(model.clone());
+        }
+        let ensemble = lagrangian::ensemble::Ensemble::new(models, calibration).or_raise(py)?;
+        Ok(Self {
+            ensemble: Arc::new(ensemble),
+            provenance: provenance.unwrap_or_default(),
+        })
+    }
+
+    /// Its members.
+    fn members(&self) -> Vec<Model> {
+        let members = self.ensemble.members().iter();
+        let model = |model: &lagrangian::Learned| {
+            Model::new(Body::Learned(model.clone(), self.provenance.clone()))
+        };
+        members.map(model).collect()
+    }
+
+    /// What its errors on held-out blocks were, as JSON.
+    fn calibration(&self) -> PyResult<String> {
+        of_json(serde_json::to_string(self.ensemble.calibration()))
+    }
+
+    /// The accelerations at states under forces.
+    fn accelerations(
+        &self,
+        py: Python<'_>,
+        q: &Array<'_>,
+        qd: &Array<'_>,
+        tau: &Array<'_>,
+    ) -> PyResult<Prediction> {
+        self.predict(
+            py,
+            [("q", q), ("qd", qd), ("tau", tau)],
+            |own, [q, qd, tau]| own.accelerations(q, qd, tau),
+        )
+    }
+
+    /// The torques of motions.
+    fn torques(
+        &self,
+        py: Python<'_>,
+        q: &Array<'_>,
+        qd: &Array<'_>,
+        qdd: &Array<'_>,
+    ) -> PyResult<Prediction> {
+        self.predict(
+            py,
+            [("q", q), ("qd", qd), ("qdd", qdd)],
+            |own, [q, qd, qdd]| own.torques(q, qd, qdd),
+        )
+    }
+
+    /// The positions of a motion that all members predicted, from the positions of each.
+    fn positions(&self, py: Python<'_>, motions: Vec<Array<'_>>) -> PyResult<Prediction> {
+        let n = self.dof();
+        let rows = motions.iter().map(|m| Rows::new(m, "a motion", n));
+        let rows: Vec<Rows<'_>> = rows.collect::<PyResult<_>>()?;
+        let each: Vec<&[f64]> = rows.iter().map(Rows::values).collect();
+        let predicted = self.ensemble.positions(&each).or_raise(py)?;
+        let shape = vec![predicted.mean.len() / n.max(1), n];
+        Ok(Prediction { predicted, shape })
+    }
+
+    /// The parts of the samples of recordings that lie in the bands.
+    fn coverage<'py>(
+        &self,
+        py: Python<'py>,
+        trajectories: &Array<'py>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let own = self.provenance.preparation.clone().unwrap_or_default();
+        let Preparation {
+            smooth,
+            low_pass,
+            delay,
+            ..
+        } = own;
+        let options = EstimateOptions {
+            smooth,
+            low_pass,
+            momenta: false,
+            ..EstimateOptions::default()
+        };
+        let recordings = recordings(trajectories)?;
+        let ensemble = &self.ensemble;
+        let coverage = py.detach(|| -> lagrangian::Result<_> {
+            let motions = prepared::estimated(delayed(recordings, &delay)?, &options)?.0;
+            Ok(ensemble.coverage(&motions))
+        });
+        json(py, &object!(coverage.or_raise(py)?))
+    }
+}
+
+impl Ensemble {
+    fn dof(&self) -> usize {
+        let first = self.ensemble.members().first();
+        first.map_or(0, |first| lagrangian::Model::coordinates(first).dof())
+    }
+
+    fn predict(
+        &self,
+        py: Python<'_>,
+        given: [(&str, &Array<'_>); 3],
+        ask: impl Fn(&lagrangian::ensemble::Ensemble, [&[f64]; 3]) -> lagrangian::Result<Predicted>
+        + Send
+        + Sync,
+    ) -> PyResult<Prediction> {
+        let rows = given.map(|(name, value)| Rows::new(value, name, self.dof()));
+        let [q, second, third] = rows;
+        let (q, second, third) = (q?, second?, third?);
+        let values = [q.values(), second.values(), third.values()];
+        let ensemble = &self.ensemble;
+        let predicted = py.detach(|| ask(ensemble, values)).or_raise(py)?;
+        Ok(Prediction {
+            predicted,
+            shape: q.shape().to_vec(),
+        })
+    }
+}
+
+/// Fits an ensemble to recordings; where several models are asked for, of the best of them.
+#[pyfunction]
+#[pyo3(name = "fit_ensemble", signature = (training, validation, asked, preparing, members, callback=None))]
+pub(crate) fn fit<'py>(
+    py: Python<'py>,
+    training: &Array<'py>,
+    validation: &Array<'py>,
+    asked: Asked,
+    preparing: Preparing,
+    members: usize,
+    callback: Option<Array<'py>>,
+) -> PyResult<(Ensemble, Bound<'py, PyDict>)> {
+    let request = asked.request(py)?;
+    let data = prepare(py, (training, validation), &request, &preparing)?;
+    let dataset = &data.dataset;
+    let mut candidates = FitConfig::candidates(dataset, &data.estimates, &request).or_raise(py)?;
+    let fitted = watched(py, callback.as_ref(), |observer| {
+        let config = match (candidates.len(), candidates.pop()) {
+            (1, Some(only)) => only.config,
+            (_, last) => {
+                candidates.extend(last);
+                select(dataset, candidates, None, observer)?.chosen.config
+            }
+        };
+        config.validate(dataset)?;
+        Ok((fit_ensemble(dataset, &config, members, observer)?, config))
+    })?;
+    let (ensemble, config) = fitted.or_raise(py)?;
+    let check = &data.check;
+    let summary = object!({
+        "family": config.family.name(),
+        "settings": config,
+        "members": ensemble.members().len(),
+        "held_out": data.held_out,
+        "check": { "verdict": check.verdict(), "items": check.items },
+        "coverage": ensemble.coverage(&data.motions),
+    });
+    let provenance = Provenance {
+        preparation: Some(preparing.preparation(&data)),
+        ..Provenance::of_seed(request.seed)
+    };
+    let ensemble = Ensemble {
+        ensemble: Arc::new(ensemble),
+        provenance,
+    };
+    Ok((ensemble, json(py, &summary)?))
+}
