@@ -1,6 +1,9 @@
 //! Ctrl-C, and time that is up: the first ends a command cleanly, a second Ctrl-C at once.
 
+use std::fs;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result};
 use lagrangian::Stop;
@@ -15,6 +18,24 @@ static ENDING: AtomicBool = AtomicBool::new(false);
 /// Whether Ctrl-C is listened for.
 static LISTENING: AtomicBool = AtomicBool::new(false);
 
+/// Files that are not complete, and folders that hold nothing yet.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Takes files that are not complete, and folders that hold nothing yet: [`end_now`] removes those that are still so.
+pub(crate) fn remove_at_forced_end(paths: impl IntoIterator<Item = PathBuf>) {
+    let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    all.extend(paths);
+}
+
+/// Ends the program, with what it has written completely and nothing else.
+pub(crate) fn end_now(code: u8) -> ! {
+    let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    // OK to ignore: a file that was completed has another name by now, and a folder that holds anything stays.
+    all.iter().for_each(|path| drop(fs::remove_file(path)));
+    all.iter().for_each(|path| drop(fs::remove_dir(path)));
+    std::process::exit(i32::from(code))
+}
+
 /// Listens for Ctrl-C from now on.
 pub(crate) fn listen() -> Result<()> {
     if LISTENING.swap(true, Ordering::SeqCst) {
@@ -22,7 +43,7 @@ pub(crate) fn listen() -> Result<()> {
     }
     ctrlc::set_handler(|| {
         if PRESSED.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(INTERRUPTED));
+            end_now(INTERRUPTED);
         }
         ENDING.store(true, Ordering::SeqCst);
         tell!("\nending cleanly; press Ctrl-C again to stop at once");

@@ -11,6 +11,7 @@ use serde::Serialize;
 use tempfile::NamedTempFile;
 
 use crate::failure::{Advise, mistake};
+use crate::interrupt;
 
 /// What to do with a file that is already there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,7 +104,9 @@ fn replace(
     existing: Existing,
     content: impl FnOnce(&mut dyn Sink) -> Result<()>,
 ) -> Result<()> {
-    let mut writer = io::BufWriter::new(temporary(folder_of(path))?);
+    let file = temporary(folder_of(path))?;
+    interrupt::remove_at_forced_end([file.path().to_path_buf()]);
+    let mut writer = io::BufWriter::new(file);
     content(&mut writer)?;
     let file = writer
         .into_inner()

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::failure::{Advise, mistake};
 use crate::hashed::FileHash;
 use crate::input;
+use crate::interrupt;
 use crate::output::{Existing, write_bytes};
 use crate::tensorboard::EventWriter;
 
@@ -72,7 +73,8 @@ impl RunFolder {
         }
         let is_missing = |p: &&Path| !p.as_os_str().is_empty() && !p.exists();
         let made = path.ancestors().take_while(is_missing);
-        let made = made.map(Path::to_path_buf).collect();
+        let made: Vec<PathBuf> = made.map(Path::to_path_buf).collect();
+        interrupt::remove_at_forced_end(made.iter().cloned());
         let create = || -> io::Result<bool> {
             fs::create_dir_all(path)?;
             tempfile::tempfile_in(path)?;

@@ -62,11 +62,11 @@ impl Size {
 enum End {
     /// It looks at [`interrupt::stop`] everywhere, and is waited for.
     Waited,
-    /// Parts of it do not look: after [`GRACE`] the command ends without a result.
+    /// Parts of it do not look: after [`GRACE`] the command ends, whatever it is doing.
     Forced,
 }
 
-/// A task under way, which is at its end when this is dropped. Results are written after that, so that none is cut.
+/// A task under way, which is at its end when this is dropped. Results that are worth having in part are written after that.
 pub(crate) struct Task {
     done: Option<Sender<()>>,
     lines: Option<JoinHandle<()>>,
@@ -81,6 +81,11 @@ impl Task {
     /// The predictions of so many samples: they end when their time is up, or at Ctrl-C.
     pub(crate) fn of_predictions(label: &'static str, quiet: bool, samples: usize) -> Result<Self> {
         Self::within(label, quiet, time_for(samples), End::Waited)
+    }
+
+    /// Writes to standard output, as slowly as it is read: it ends at Ctrl-C alone.
+    pub(crate) fn of_output(label: &'static str) -> Result<Self> {
+        Self::within(label, true, Duration::MAX, End::Forced)
     }
 
     fn within(label: &'static str, quiet: bool, budget: Duration, end: End) -> Result<Self> {
@@ -120,11 +125,11 @@ fn watch(label: &str, quiet: bool, (budget, end): (Duration, End), ended: &Recei
         if interrupt::stop().is_asked() {
             let since = asked.get_or_insert_with(Instant::now).elapsed();
             if end == End::Forced && since >= GRACE {
-                tell!("{label}: ended before it had a result; nothing was written");
-                std::process::exit(i32::from(match interrupt::is_pressed() {
+                tell!("{label}: ended before it was done; files that are not complete are removed");
+                interrupt::end_now(match interrupt::is_pressed() {
                     true => interrupt::INTERRUPTED,
                     false => FAILED,
-                }));
+                });
             }
         }
     }

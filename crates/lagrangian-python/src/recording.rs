@@ -89,6 +89,7 @@ pub(crate) fn recording(motion: &Bound<'_, PyAny>) -> PyResult<Recording> {
             t: "t".into(),
             signals: columns,
             ignored: Vec::new(),
+            renamed: None,
         },
         unwrapped: vec![0; n],
         sampled: None,

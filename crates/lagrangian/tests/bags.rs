@@ -337,8 +337,54 @@ fn messages_of_other_publishers_are_omitted_and_counted() {
     let readings = both(&states, &Layout::default()).unwrap();
     assert_eq!(first(&readings).len(), 10);
     assert!(readings.notes[0].contains("4 of 14 messages") && readings.notes[0].contains("finger"));
+    let report = check(&readings.recordings, &CheckOptions::default());
+    assert!(report.items.iter().all(|item| item.name != "joints"));
     let error = both(&states, &q(&["finger", "elbow"])).unwrap_err();
     assert_says(&error, &["no message", "finger", "`q`"]);
+}
+
+#[test]
+fn joints_that_are_renamed_in_the_middle_of_a_bag_are_a_warning_with_their_place() {
+    let renamed = |names: [&'static str; 2]| {
+        let mut states = states(60);
+        states[24..]
+            .iter_mut()
+            .for_each(|state| state.names = names.to_vec());
+        both(&states, &Layout::default()).unwrap()
+    };
+    for (names, missing, instead) in [
+        (
+            ["shoulder", "elbow_joint"],
+            "no joint elbow,",
+            "but elbow_joint:",
+        ),
+        (
+            ["left/shoulder", "left/elbow"],
+            "no joint shoulder, elbow,",
+            "but left/shoulder, left/elbow:",
+        ),
+    ] {
+        let readings = renamed(names);
+        assert_eq!(first(&readings).len(), 24);
+        let report = check(&readings.recordings, &CheckOptions::default());
+        let item = report
+            .items
+            .iter()
+            .find(|item| item.name == "joints")
+            .unwrap();
+        assert_eq!(item.verdict, Verdict::Warn);
+        for part in [
+            "message 25 of 60",
+            missing,
+            instead,
+            "36 messages are omitted",
+        ] {
+            assert!(item.finding.contains(part), "{}", item.finding);
+        }
+    }
+    let other_order = renamed(["elbow", "shoulder"]);
+    let report = check(&other_order.recordings, &CheckOptions::default());
+    assert!(report.items.iter().all(|item| item.name != "joints"));
 }
 
 #[test]

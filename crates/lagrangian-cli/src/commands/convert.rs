@@ -18,13 +18,13 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
     let inputs = args.data.inputs(&args.files)?;
     refuse_inputs(args, &inputs)?;
     args.output.refuse_unwritable()?;
+    // Until all is written: a part of it is nothing.
     let task = Task::start("convert", mode.quiet, Size::of_files(&inputs))?;
     let Files {
         recordings,
         sources,
         ..
     } = data::read_sample(&args.files, &args.data, None)?;
-    drop(task);
     let coordinates = recordings[0].coordinates.clone();
     let motions: Vec<Trajectory> = recordings.into_iter().map(as_recorded).collect();
     let (out, existing) = (args.output.out.as_deref(), args.output.existing());
@@ -37,6 +37,8 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
         )?),
         None if mode.json => None,
         None => {
+            drop(task);
+            let _printing = Task::of_output("convert")?;
             output::print_trajectories(&motions)?;
             None
         }

@@ -34,6 +34,8 @@ use crate::verdict;
 use crate::watch::Watch;
 
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
+    // A folder that is made is removed if the fit ends before it began.
+    interrupt::listen()?;
     let folder = RunFolder::open(&args.out, occupied(args))?;
     run_in(&folder, args, mode).inspect_err(|_| folder.remove_if_new_and_empty())
 }

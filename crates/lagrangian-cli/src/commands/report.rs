@@ -30,6 +30,7 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
         output::refuse_existing(path, existing)?;
     }
     let report = of_run(&folder, args.links, mode)?;
+    let _drawing = Task::start("report: drawing", mode.quiet, Size::default())?;
     let path = out.clone().unwrap_or_else(|| folder.file(REPORT));
     // The run's own page is made to be made again.
     let replace = Existing::from_force(args.output.force || out.is_none());

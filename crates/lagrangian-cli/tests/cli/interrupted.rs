@@ -64,7 +64,10 @@ fn commands_that_need_all_of_their_data_end_without_a_result_and_say_so() {
     let model = "run/model.safetensors";
     for (line, out) in [
         ("check long.csv".to_string(), None),
-        ("fit long.csv --out other".into(), Some("other/run.toml")),
+        (
+            "fit long.csv --out runs/other".into(),
+            Some("runs/other/run.toml"),
+        ),
         (format!("score {model} long.csv"), None),
         (
             format!("torque {model} long.csv --out torque.csv"),
@@ -92,12 +95,86 @@ fn commands_that_need_all_of_their_data_end_without_a_result_and_say_so() {
         assert_eq!(code, Some(130), "`{line}`: {text}");
         assert!(text.contains("ending cleanly"), "`{line}`: {text}");
         if !out.is_some_and(|out| bench.path(out).exists()) {
-            let said = ["nothing was written", "left out"]
+            let said = ["not complete are removed", "left out"]
                 .iter()
                 .any(|part| text.contains(part));
             assert!(said, "`{line}`: {text}");
         }
     }
+    // What did not begin left no folder, and what was not complete no file.
+    assert!(!bench.path("runs").exists() || bench.path("runs/other/run.toml").exists());
+    let names = bench.names(".");
+    assert!(
+        !names.iter().any(|name| name.starts_with(".lagrangian-")),
+        "{names:?}"
+    );
+}
+
+#[test]
+fn a_second_ctrl_c_ends_a_fit_at_once_and_leaves_no_empty_folder() {
+    let bench = Workbench::new();
+    bench.write("long.csv", &recording(500_000));
+    let mut command = bench.command("fit long.csv --out runs/early");
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().unwrap();
+    while !bench.path("runs/early").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let id = child.id().to_string();
+    let interrupt = || Command::new("kill").args(["-INT", &id]).status().unwrap();
+    interrupt();
+    std::thread::sleep(Duration::from_millis(200));
+    interrupt();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!bench.path("runs").exists());
+}
+
+#[test]
+fn a_demo_ends_in_each_of_its_parts_and_keeps_the_models() {
+    let bench = Workbench::new();
+    let end = |seconds: u32, out: &str, sign: &str| {
+        let line = format!("demo --samples 500 --seconds {seconds} --starts 400 --out {out}");
+        let (code, text) = interrupted(&bench, &line, sign);
+        assert_eq!(code, Some(130), "{text}");
+        assert!(text.contains("interrupted"), "{text}");
+        assert!(!bench.path(out).join("report.html").exists(), "{text}");
+    };
+    // The first line of the bar comes with the first step.
+    end(600, "first", "fit lnn: ");
+    assert!(bench.path("first/lnn/model.safetensors").exists());
+    assert!(!bench.path("first/mlp").exists());
+    end(1, "last", "rollouts of 100 s: ");
+    assert!(bench.path("last/mlp/model.safetensors").exists());
+}
+
+#[test]
+fn a_search_for_a_lagrangian_ends_without_its_item() {
+    let bench = Workbench::new();
+    bench.succeed("simulate pendulum --trajectories 8 --duration 4 --out swings.csv");
+    let line = "check swings.csv --lagrangian --seconds 600";
+    let (code, text) = interrupted(&bench, line, "searching for a Lagrangian: ");
+    assert_eq!(code, Some(130), "{text}");
+    assert!(text.contains("its item is omitted"), "{text}");
+}
+
+#[test]
+fn a_page_is_not_made_again_in_part() {
+    let bench = Workbench::new();
+    bench.write("long.csv", &recording(500_000));
+    bench.write("small.csv", &recording(400));
+    // OK if it is no good model: only its data are read again.
+    bench.run("fit small.csv --model lnn --width 8 --steps 2 --loss torque --out run");
+    std::fs::rename(bench.path("long.csv"), bench.path("small.csv")).unwrap();
+    let line = "report run --out page.html --pictures pictures";
+    let (code, text) = interrupted(&bench, line, " so far, at most ");
+    assert_eq!(code, Some(130), "{text}");
+    assert!(!bench.path("page.html").exists(), "{text}");
+    let names = bench.names(".");
+    assert!(
+        !names.iter().any(|name| name.starts_with(".lagrangian-")),
+        "{names:?}"
+    );
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod coverage;
 mod drive;
 mod frozen;
 mod goals;
+mod joints;
 mod rates;
 mod regression;
 mod repeated;
@@ -222,6 +223,7 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
         let mut own: Vec<Item> = shapes(recording).into_iter().collect();
         let whole = own.is_empty();
         own.extend(time::sample(recording));
+        own.extend(joints::renamed(recording));
         own.extend(time::items(recording));
         own.extend(time::too_short(recording));
         if whole {

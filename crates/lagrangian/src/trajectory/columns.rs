@@ -18,6 +18,23 @@ pub struct Columns {
     pub signals: Signals<Vec<String>>,
     /// Columns of the file that were not used.
     pub ignored: Vec<String>,
+    /// Where a bag begins to name other joints.
+    pub renamed: Option<Renamed>,
+}
+
+/// Where the messages of a bag begin to name other joints than the first ones did.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Renamed {
+    /// The number of the message; the first of its topic is 1.
+    pub message: usize,
+    /// The joints that are used, and that it lacks.
+    pub missing: Vec<String>,
+    /// The joints that it has and that are not used.
+    pub instead: Vec<String>,
+    /// How many messages are omitted, as they lack a joint that is used …
+    pub omitted: usize,
+    /// … of how many in the topic.
+    pub messages: usize,
 }
 
 /// The columns of one file: their names, where they stand, and the coordinates that they declare.
@@ -90,6 +107,7 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
             t,
             signals,
             ignored,
+            renamed: None,
         },
         trajectory: trajectory_at,
         numbers,

@@ -28,7 +28,7 @@ mod table;
 mod visited;
 pub(crate) mod window;
 
-pub use columns::Columns;
+pub use columns::{Columns, Renamed};
 pub use coordinates::{Coordinate, Coordinates, Topology};
 pub use derivatives::{Estimate, EstimateOptions, Source};
 pub use drive::{Constant, DriveLayout};

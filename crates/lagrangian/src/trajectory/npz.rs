@@ -15,9 +15,9 @@ use super::{Layout, Readings};
 use crate::{Error, Result};
 
 /// An archive may unpack to this many bytes …
-const UNPACKED: u64 = 1 << 30;
+pub(super) const UNPACKED: u64 = 1 << 30;
 /// … or to so many times its own size, where that is more. Measured motions pack two- to tenfold.
-const PACKING: u64 = 100;
+pub(super) const PACKING: u64 = 100;
 
 /// One array of the archive.
 struct Array {

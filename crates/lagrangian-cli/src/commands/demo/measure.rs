@@ -67,11 +67,17 @@ impl Measurements {
         let starts = random_starts(system, args.starts as usize, args.seed.wrapping_add(1));
         let times = times(DURATION, INTERVAL)?;
         let mut bar = Progress::start("rollouts of 100 s", mode.quiet);
-        let truth = rollout_many(system, &starts, &times, &free, &RolloutOptions::truth())?;
+        let of_truth = RolloutOptions {
+            stop: interrupt::stop(),
+            ..RolloutOptions::truth()
+        };
+        let truth = rollout_many(system, &starts, &times, &free, &of_truth)?;
+        refuse_interrupted()?;
         bar.update(0.2, "true motions");
         let lyapunov_times = lyapunov_times(system, &starts, DURATION, &options())?;
         refuse_interrupted()?;
-        let restarted = restarted(system, &starts, RESTART, &times, &RolloutOptions::truth())?;
+        let restarted = restarted(system, &starts, RESTART, &times, &of_truth)?;
+        refuse_interrupted()?;
         let restarted = valid_times(system, &truth, &restarted, &lyapunov_times)?;
         bar.update(0.5, "Lyapunov times");
         let measure = |model: &dyn Model| -> Result<Measured> {

@@ -7,6 +7,7 @@ mod cdr;
 mod joints;
 mod mcap;
 mod records;
+mod renamed;
 mod sorter;
 mod sqlite;
 mod survey;

@@ -1,10 +1,11 @@
 //! Messages to rows: the numbers of the joints that are used, each where its column stands.
 
-use super::super::Readings;
 use super::super::columns::Resolved;
 use super::super::rows::Rows;
+use super::super::{Readings, Renamed};
 use super::cdr::JointState;
 use super::joints::Joints;
+use super::renamed::Watch;
 use super::survey::{Field, Survey};
 use crate::{Error, Result};
 
@@ -18,6 +19,7 @@ pub(super) struct Sorter {
     rows: Rows,
     pub(super) messages: usize,
     omitted: usize,
+    watch: Watch,
     /// The time of the first row, ns: t counts from it, which keeps every digit of a stamp.
     start: Option<i64>,
 }
@@ -34,6 +36,7 @@ impl Sorter {
             rows: Rows::new(resolved, name),
             messages: 0,
             omitted: 0,
+            watch: Watch::default(),
             start: None,
         }
     }
@@ -43,9 +46,10 @@ impl Sorter {
         self.messages += 1;
         self.joints.follow(&state.names);
         if !self.has_all_joints(state) {
-            self.omitted += 1;
+            self.omit(state);
             return Ok(());
         }
+        self.watch.read();
         let time = if self.stamped { state.stamp } else { log_time };
         let start = *self.start.get_or_insert(time);
         for (value, field) in self.values.iter_mut().zip(&self.fields) {
@@ -65,15 +69,35 @@ impl Sorter {
         self.rows.push(None, &mut self.values)
     }
 
+    /// Counts a message that is not used.
+    fn omit(&mut self, state: &JointState<'_>) {
+        self.omitted += 1;
+        let used: Vec<usize> = self.fields.iter().filter_map(Field::joint).collect();
+        let lacks = |joint: &usize| self.joints.at(*joint).is_none();
+        if !used.iter().any(lacks) {
+            return; // It has names without positions.
+        }
+        let has_some = !used.iter().all(lacks);
+        let name = |joint: usize| self.joints.names[joint].clone();
+        let mut missing: Vec<usize> = used.iter().copied().filter(lacks).collect();
+        missing.sort_unstable();
+        missing.dedup();
+        let number = |own: &str| self.joints.names.iter().position(|name| name == own);
+        let is_used = |own: &str| number(own).is_some_and(|joint| used.contains(&joint));
+        let others = state.names.iter().filter(|name| !is_used(name));
+        self.watch.omitted(has_some, || Renamed {
+            message: self.messages,
+            missing: missing.iter().copied().map(name).collect(),
+            instead: others.clone().map(ToString::to_string).collect(),
+            omitted: 0,
+            messages: 0,
+        });
+    }
+
     /// Whether a message has the positions of all joints that are used.
     fn has_all_joints(&self, state: &JointState<'_>) -> bool {
-        let has = |field: &Field| match *field {
-            Field::Time => true,
-            Field::Position(joint) | Field::Velocity(joint) | Field::Effort(joint) => {
-                self.joints.at(joint).is_some()
-            }
-        };
-        !state.position.is_empty() && self.fields.iter().all(has)
+        let mut joints = self.fields.iter().filter_map(Field::joint);
+        !state.position.is_empty() && joints.all(|joint| self.joints.at(joint).is_some())
     }
 
     /// The rows, and notes of what was omitted after those that are there.
@@ -92,7 +116,11 @@ impl Sorter {
                 self.joints.names.join(", ")
             ));
         }
-        let readings = self.rows.finish()?;
+        let mut readings = self.rows.finish()?;
+        let renamed = self.watch.finish(omitted, messages);
+        for recording in &mut readings.recordings {
+            recording.columns.renamed.clone_from(&renamed);
+        }
         Ok(Readings { notes, ..readings })
     }
 }

@@ -18,6 +18,16 @@ pub(super) enum Field {
     Effort(usize),
 }
 
+impl Field {
+    /// The joint whose number it is.
+    pub(super) fn joint(&self) -> Option<usize> {
+        match *self {
+            Self::Time => None,
+            Self::Position(joint) | Self::Velocity(joint) | Self::Effort(joint) => Some(joint),
+        }
+    }
+}
+
 /// What is known of a topic once all its messages have been seen.
 #[derive(Debug, Default)]
 pub(super) struct Survey {

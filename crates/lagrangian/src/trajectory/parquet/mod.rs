@@ -1,5 +1,8 @@
 //! Parquet: columns of numbers, read batch by batch (feature `parquet`).
 
+mod claims;
+mod thrift;
+
 use std::io::{Read, Seek, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -9,12 +12,12 @@ use arrow_schema::{DataType, Field, Schema};
 use bytes::Bytes;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{ChunkReader, Length};
 
-use super::columns::resolve;
+use super::columns::{Resolved, resolve};
 use super::contents::Contents;
 use super::rows::Rows;
 use super::shared::Shared;
@@ -23,6 +26,8 @@ use crate::{Error, Result};
 
 /// Rows that are decoded at a time.
 const BATCH: usize = 8192;
+/// Bytes that are decoded at a time, even if each row has the longest text that a dictionary can hold.
+const DECODED: u64 = 1 << 26;
 
 impl<R> Length for Shared<R> {
     fn len(&self) -> u64 {
@@ -80,39 +85,40 @@ fn read_groups(
     name: &str,
     layout: &Layout,
 ) -> Result<Readings> {
-    let builder =
-        ParquetRecordBatchReaderBuilder::try_new(Shared::new(source)?).map_err(malformed)?;
-    // The library panics where one of these is negative.
-    let groups = builder.metadata().row_groups().iter();
-    let broken = groups.flat_map(|group| group.columns()).any(|column| {
-        let start = column.dictionary_page_offset().unwrap_or(0);
-        start
-            .min(column.data_page_offset())
-            .min(column.compressed_size())
-            < 0
-    });
-    if broken {
-        let reason = "a column begins before the file, or has a negative length: write it again";
-        return Err(malformed(reason));
-    }
+    let shared = Shared::new(source)?;
+    claims::check_footer(&shared)?;
+    // What Arrow adds to the types of the columns is not needed to read numbers and names.
+    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+    let pages = shared.at(0);
+    let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(shared, options)
+        .map_err(malformed)?;
     let fields = builder.schema().fields().iter();
     let headers: Vec<String> = fields.map(|f| f.name().clone()).collect();
     let resolved = resolve(&headers, layout)?;
-    let mask = ProjectionMask::roots(builder.parquet_schema(), resolved.used());
+    check_types(builder.schema(), &resolved)?;
+    let schema = builder.parquet_schema();
+    let used: Vec<usize> = resolved.used().collect();
+    let mask = ProjectionMask::roots(schema, used.iter().copied());
+    // Each column that is used has one leaf, as it is not nested.
+    let leaves =
+        (0..schema.num_columns()).filter(|&leaf| used.contains(&schema.get_column_root_idx(leaf)));
+    let leaves: Vec<usize> = leaves.collect();
+    let dictionary = claims::check_pages(&pages, builder.metadata(), &leaves)?;
+    let row = dictionary.saturating_add(8 * leaves.len() as u64);
+    let batch = (DECODED / row.max(1)).clamp(1, BATCH as u64);
     let reader = builder
         .with_projection(mask)
-        .with_batch_size(BATCH)
+        .with_batch_size(usize::try_from(batch).unwrap_or(BATCH))
         .build()
         .map_err(malformed)?;
     let titles: Vec<String> = resolved.names().cloned().collect();
     let trajectory = resolved.columns.trajectory.clone();
     let mut rows = Rows::new(resolved, name);
-    let mut row = 0;
     for batch in reader {
         let batch = batch.map_err(malformed)?;
         let columns: Vec<Vec<f64>> = titles
             .iter()
-            .map(|title| numbers(&batch, title, row))
+            .map(|title| numbers(&batch, title))
             .collect::<Result<_>>()?;
         let names = trajectory
             .as_ref()
@@ -125,7 +131,6 @@ fn read_groups(
             }
             rows.push(names.as_ref().map(|names| names[k].as_str()), &mut values)?;
         }
-        row += batch.num_rows() as u64;
     }
     rows.finish()
 }
@@ -148,7 +153,7 @@ macro_rules! as_numbers {
     };
 }
 
-fn numbers(batch: &RecordBatch, title: &str, row: u64) -> Result<Vec<f64>> {
+fn numbers(batch: &RecordBatch, title: &str) -> Result<Vec<f64>> {
     let column = column(batch, title)?;
     #[allow(clippy::cast_precision_loss, reason = "numbers of any type become f64")]
     let values = as_numbers!(
@@ -159,11 +164,30 @@ fn numbers(batch: &RecordBatch, title: &str, row: u64) -> Result<Vec<f64>> {
         Int16 Int16Type as f64::from, UInt16 UInt16Type as f64::from,
         Int8 Int8Type as f64::from, UInt8 UInt8Type as f64::from,
     );
-    values.ok_or_else(|| Error::Cell {
-        line: row + 1,
+    values.ok_or_else(|| of_type(title, column.data_type()))
+}
+
+/// A type that cannot be read is refused before any of its values takes memory.
+fn check_types(schema: &Schema, resolved: &Resolved) -> Result<()> {
+    let is_text = |column| resolved.trajectory == Some(column);
+    let unread = resolved
+        .used()
+        .find(|&column| match schema.field(column).data_type() {
+            DataType::Utf8 => !is_text(column),
+            other => !other.is_integer() && !matches!(other, DataType::Float32 | DataType::Float64),
+        });
+    match unread.map(|column| schema.field(column)) {
+        Some(field) => Err(of_type(field.name(), field.data_type())),
+        None => Ok(()),
+    }
+}
+
+fn of_type(title: &str, of: &DataType) -> Error {
+    Error::Cell {
+        line: 1,
         column: title.into(),
-        text: format!("a value of type {}", column.data_type()),
-    })
+        text: format!("a value of type {of}"),
+    }
 }
 
 fn texts(batch: &RecordBatch, title: &str) -> Result<Vec<String>> {
@@ -171,12 +195,7 @@ fn texts(batch: &RecordBatch, title: &str) -> Result<Vec<String>> {
     let text = |x: Option<&str>| x.unwrap_or_default().to_owned();
     Ok(match column.data_type() {
         DataType::Utf8 => column.as_string::<i32>().iter().map(text).collect(),
-        DataType::LargeUtf8 => column.as_string::<i64>().iter().map(text).collect(),
-        DataType::Utf8View => column.as_string_view().iter().map(text).collect(),
-        _ => numbers(batch, title, 0)?
-            .iter()
-            .map(f64::to_string)
-            .collect(),
+        _ => numbers(batch, title)?.iter().map(f64::to_string).collect(),
     })
 }
 
