@@ -513,6 +513,15 @@ pub(crate) enum Links {
     Relative,
 }
 
+impl From<Links> for lagrangian_run::Links {
+    fn from(links: Links) -> Self {
+        match links {
+            Links::Absolute => Self::Absolute,
+            Links::Relative => Self::Relative,
+        }
+    }
+}
+
 /// A longer word is not repeated in full, bytes.
 const LONG_WORD: usize = 60;
 

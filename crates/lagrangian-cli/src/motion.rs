@@ -1,6 +1,6 @@
 //! From the flags of a motion to what the library takes.
 
-use lagrangian::{Model, Outcome, RolloutOptions, Score, State, Trajectory};
+use lagrangian::{Outcome, RolloutOptions, Score, State};
 
 use crate::cli::MotionArgs;
 use crate::interrupt;
@@ -33,13 +33,6 @@ pub(crate) fn note_stopped(score: &Score) {
             score.stopped
         );
     }
-}
-
-/// The energy H at every sample, J; none for a model that has none.
-pub(crate) fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
-    let mut energy = vec![0.0; motion.len()];
-    let outcome = model.evaluator().energy(&motion.q, &motion.qd, &mut energy);
-    outcome.is_supported().then_some(energy)
 }
 
 impl MotionArgs {

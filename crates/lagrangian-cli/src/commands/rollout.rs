@@ -64,7 +64,7 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
             "rejected": rollout.rejected,
             "evaluations": rollout.evaluations,
             "singular": rollout.singular,
-            "energy": motion::energies(&model, &rollout.trajectory),
+            "energy": lagrangian_run::energies(&model, &rollout.trajectory),
         }))?;
     }
     Ok(ExitCode::SUCCESS)

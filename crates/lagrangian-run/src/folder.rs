@@ -1,39 +1,40 @@
 //! The folder of a run: settings, metrics, model and report.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result, anyhow};
 use lagrangian::brief;
-use lagrangian::train::{Choice, Contestant};
-use serde::{Deserialize, Serialize};
 
-use crate::failure::{Advise, mistake};
-use crate::hashed::FileHash;
+use crate::error::{Advise, Error, Result};
+use crate::files::{Existing, write_bytes};
 use crate::input;
-use crate::output::{Existing, write_bytes};
+use crate::metrics::{Metric, Metrics, Tensorboard};
+use crate::record::{RunRecord, seconds_now};
 use crate::tensorboard::EventWriter;
 
 /// Settings, seed, versions and data hashes of the run.
-pub(crate) const RUN: &str = "run.toml";
+pub const RUN: &str = "run.toml";
 /// One JSON object a line: the step and its figures.
-pub(crate) const METRICS: &str = "metrics.jsonl";
+pub const METRICS: &str = "metrics.jsonl";
 /// The best model.
-pub(crate) const MODEL: &str = "model.safetensors";
+pub const MODEL: &str = "model.safetensors";
 /// The page.
-pub(crate) const REPORT: &str = "report.html";
+pub const REPORT: &str = "report.html";
 /// The page as plain data, where it cannot be made again from the other files.
-pub(crate) const FIGURES: &str = "report.json";
+pub const FIGURES: &str = "report.json";
 /// The state from which a killed run resumes.
-pub(crate) const CHECKPOINT: &str = "checkpoint.safetensors";
+pub const CHECKPOINT: &str = "checkpoint.safetensors";
+/// What to do where a folder cannot be written to.
+const WRITABLE: &str = "check that the folder is writable and the disk is not full";
+/// What to do where a file of a run cannot be read.
+const CHANGED: &str = "it was changed by hand or cut short: repeat the fit";
 /// How the names of event files begin and end.
 const EVENTS: (&str, &str) = ("events.out.tfevents.", ".lagrangian");
 
 /// What to do with a folder that already holds something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Occupied {
+pub enum Occupied {
     /// Refuse it.
     Refuse,
     /// Restart: files of an earlier run are replaced, all others stay.
@@ -44,10 +45,10 @@ pub(crate) enum Occupied {
 
 /// An open run folder.
 #[derive(Debug)]
-pub(crate) struct RunFolder {
+pub struct RunFolder {
     path: PathBuf,
-    /// Whether the files of an earlier run go when this one begins.
-    restart: bool,
+    /// What becomes of the run that is there.
+    occupied: Occupied,
     /// The folders that were made for it, the deepest first.
     made: Vec<PathBuf>,
     /// Keeps other processes out while it is open; the operating system lets go of it however this one ends.
@@ -56,18 +57,22 @@ pub(crate) struct RunFolder {
 
 impl RunFolder {
     /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
-    pub(crate) fn open(path: &Path, occupied: Occupied) -> Result<Self> {
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for a folder that holds something else than what `occupied` asks for, that cannot be written, or that another
+    /// process writes into.
+    pub fn open(path: &Path, occupied: Occupied) -> Result<Self> {
         let (shown, is_run) = (path.display(), path.join(RUN).is_file());
         if occupied == Occupied::Resume && !is_run {
-            return Err(mistake(
+            return Err(Error::new(
                 format!("there is no run to resume in '{shown}'"),
-                "omit --resume to begin one, or give the --out of the run",
+                "omit `resume` to begin one, or give the `out` of the run",
             ));
         }
         if path.is_file() {
-            return Err(mistake(
+            return Err(Error::new(
                 format!("cannot write to the folder '{shown}': it is a file"),
-                "give another --out",
+                "give another `out`",
             ));
         }
         let is_missing = |p: &&Path| !p.as_os_str().is_empty() && !p.exists();
@@ -80,113 +85,149 @@ impl RunFolder {
         };
         let empty = create().advise(
             format!("cannot write to the folder '{shown}'"),
-            "give another --out that is a folder you may write to",
+            "give another `out` that is a folder you may write to",
         )?;
         let lock = locked(path)?;
         if occupied == Occupied::Refuse && !empty {
             let hint = match is_run {
                 true => {
-                    "give another --out, --resume to continue that run, or --force to restart it"
+                    "give another `out`, `resume` to continue that run, or `force` to restart it"
                 }
-                false => "give another --out, or --force to add files to that folder",
+                false => "give another `out`, or `force` to add files to that folder",
             };
-            return Err(mistake(format!("the folder '{shown}' is not empty"), hint));
+            return Err(Error::new(
+                format!("the folder '{shown}' is not empty"),
+                hint,
+            ));
         }
         Ok(Self {
             path: path.into(),
-            restart: occupied == Occupied::Restart,
+            occupied,
             made,
             _lock: lock,
         })
     }
 
     /// Removes the folders that were made for a run that did not begin; what holds anything stays.
-    pub(crate) fn remove_if_new_and_empty(&self) {
+    pub fn remove_if_new_and_empty(&self) {
         // A folder that is not empty refuses to go, and so do those around it.
         let _ = self.made.iter().try_for_each(fs::remove_dir);
     }
 
     /// Opens the folder of a finished or interrupted run for reading.
-    pub(crate) fn existing(path: &Path) -> Result<Self> {
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for a folder without a run.
+    pub fn existing(path: &Path) -> Result<Self> {
         if path.join(RUN).is_file() {
             return Ok(Self {
                 path: path.into(),
-                restart: false,
+                occupied: Occupied::Refuse,
                 made: Vec::new(),
                 _lock: None,
             });
         }
         let path = path.display();
-        Err(mistake(
+        Err(Error::new(
             format!("'{path}' is not a run folder (it holds no {RUN})"),
-            "give the folder that was the --out of `lagrangian fit` or `lagrangian demo`",
+            "give the folder that was the `out` of `lagrangian fit` or `lagrangian demo`",
         ))
     }
 
+    /// Whether it goes on with the run that is there.
+    pub(crate) fn resumes(&self) -> bool {
+        self.occupied == Occupied::Resume
+    }
+
     /// Its own path.
-    pub(crate) fn path(&self) -> &Path {
+    #[must_use]
+    pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// The path of one of its files.
-    pub(crate) fn file(&self, name: &str) -> PathBuf {
+    #[must_use]
+    pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
     /// Replaces one of its files, whole.
-    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the file cannot be written.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
         write_bytes(&self.file(name), Existing::Replace, bytes)
     }
 
     /// Writes [`RUN`]: the run begins. What an earlier one left goes only now, after data and settings have passed.
-    pub(crate) fn write_record(&self, record: &RunRecord) -> Result<()> {
-        if self.restart {
+    ///
+    /// # Errors
+    /// As [`RunFolder::write`].
+    pub fn write_record(&self, record: &RunRecord) -> Result<()> {
+        if self.occupied == Occupied::Restart {
             self.remove_earlier_run()?;
         }
         self.update_record(record)
     }
 
     /// Writes [`RUN`] with what is known later.
-    pub(crate) fn update_record(&self, record: &RunRecord) -> Result<()> {
-        let text = toml::to_string(record).context("cannot write the settings as TOML")?;
+    ///
+    /// # Errors
+    /// As [`RunFolder::write`].
+    pub fn update_record(&self, record: &RunRecord) -> Result<()> {
+        let text = record.to_toml()?;
         self.write(RUN, text.as_bytes())
     }
 
     /// Reads [`RUN`].
-    pub(crate) fn record(&self) -> Result<RunRecord> {
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for a record that cannot be read.
+    pub fn record(&self) -> Result<RunRecord> {
         let path = self.file(RUN);
         let shown = format!("cannot read '{}'", path.display());
         let text = input::text(&path).advise(&shown, "give the folder of a run")?;
-        let record = toml::from_str(&text).map_err(|e| anyhow!(brief(&e.to_string())));
-        record.advise(shown, "it was changed by hand or cut short: repeat the fit")
+        let record = toml::from_str(&text).map_err(|e: toml::de::Error| brief(&e.to_string()));
+        record.advise(shown, CHANGED)
     }
 
     /// Opens the metrics for the steps after `after` (0 at the start); later lines of an earlier attempt go.
-    pub(crate) fn metrics(&self, after: u64) -> Result<Metrics> {
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the files cannot be written.
+    pub fn metrics(&self, after: u64, tensorboard: Tensorboard) -> Result<Metrics> {
         self.keep_metrics_up_to(after)?;
         let now = seconds_now();
         let (begin, id, end) = (EVENTS.0, std::process::id(), EVENTS.1);
         let open = || -> io::Result<Metrics> {
             let mut append = OpenOptions::new();
             let lines = append.create(true).append(true).open(self.file(METRICS))?;
-            let events = File::create(self.file(&format!("{begin}{:.0}.{id}{end}", now.floor())))?;
-            let events = EventWriter::new(events, now)?;
+            let name = format!("{begin}{:.0}.{id}{end}", now.floor());
+            let events = match tensorboard {
+                Tensorboard::Omitted => None,
+                Tensorboard::Written => {
+                    Some(EventWriter::new(File::create(self.file(&name))?, now)?)
+                }
+            };
             Ok(Metrics { lines, events })
         };
         open().advise(
             format!("cannot write metrics to '{}'", self.path.display()),
-            "check that the folder is writable and the disk is not full",
+            WRITABLE,
         )
     }
 
     /// Reads the metrics; a last line that a killed run left incomplete is passed over.
-    pub(crate) fn read_metrics(&self) -> Result<Vec<Metric>> {
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the file cannot be read.
+    pub fn read_metrics(&self) -> Result<Vec<Metric>> {
         let path = self.file(METRICS);
         if !path.exists() {
             return Ok(Vec::new());
         }
         let read = fs::read_to_string(&path);
-        let text = read.with_context(|| format!("cannot read '{}'", path.display()))?;
+        let text = read.advise(format!("cannot read '{}'", path.display()), CHANGED)?;
         let metrics = text.lines().map(serde_json::from_str);
         Ok(metrics.filter_map(Result::ok).collect())
     }
@@ -197,14 +238,16 @@ impl RunFolder {
         }
         let mut kept = Vec::new();
         for metric in self.read_metrics()?.iter().filter(|m| m.step <= step) {
-            serde_json::to_writer(&mut kept, metric)?;
-            kept.push(b'\n');
+            kept.extend(metric.line()?);
         }
         self.write(METRICS, &kept)
     }
 
     /// Refuses to write over one of the files that are read.
-    pub(crate) fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
+    ///
+    /// # Errors
+    /// As [`refuse_overwriting`](crate::refuse_overwriting).
+    pub fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
         let own = [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT];
         input::refuse_overwriting(&own.map(|name| self.file(name)), inputs)
     }
@@ -214,13 +257,20 @@ impl RunFolder {
             [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT].contains(&name)
                 || (name.starts_with(EVENTS.0) && name.ends_with(EVENTS.1))
         };
-        for entry in fs::read_dir(&self.path)? {
-            let entry = entry?;
-            let path = entry.path();
-            if entry.file_name().to_str().is_some_and(ours) && entry.file_type()?.is_file() {
-                let removed = fs::remove_file(&path);
-                removed.with_context(|| format!("cannot replace '{}'", path.display()))?;
+        let names = || -> io::Result<Vec<PathBuf>> {
+            let mut paths = Vec::new();
+            for entry in fs::read_dir(&self.path)? {
+                let entry = entry?;
+                if entry.file_name().to_str().is_some_and(ours) && entry.file_type()?.is_file() {
+                    paths.push(entry.path());
+                }
             }
+            Ok(paths)
+        };
+        let shown = format!("cannot read the folder '{}'", self.path.display());
+        for path in names().advise(shown, WRITABLE)? {
+            let shown = format!("cannot replace '{}'", path.display());
+            fs::remove_file(&path).advise(shown, WRITABLE)?;
         }
         Ok(())
     }
@@ -234,178 +284,23 @@ fn locked(path: &Path) -> Result<Option<File>> {
     match folder.try_lock() {
         Ok(()) => Ok(Some(folder)),
         Err(TryLockError::Error(_)) => Ok(None),
-        Err(TryLockError::WouldBlock) => Err(mistake(
+        Err(TryLockError::WouldBlock) => Err(Error::new(
             format!("another process is writing a run into '{}'", path.display()),
-            "wait for it or end it, or give another --out",
+            "wait for it or end it, or give another `out`",
         )),
     }
-}
-
-/// One line of the metrics.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Metric {
-    /// Step of the optimiser.
-    pub(crate) step: u64,
-    /// Time since the start of the fit, s.
-    pub(crate) seconds: f64,
-    /// Figures by name, e.g. `loss/train`; those that are not finite are absent.
-    #[serde(flatten)]
-    pub(crate) figures: std::collections::BTreeMap<String, f64>,
-}
-
-/// Writes each step's figures to the metrics and to the event file.
-#[derive(Debug)]
-pub(crate) struct Metrics {
-    lines: File,
-    events: EventWriter<File>,
-}
-
-impl Metrics {
-    /// Adds one step.
-    pub(crate) fn add(&mut self, step: u64, seconds: f64, figures: &[(&str, f64)]) -> Result<()> {
-        let finite = figures.iter().filter(|(_, value)| value.is_finite());
-        let metric = Metric {
-            step,
-            seconds,
-            figures: finite
-                .map(|(name, value)| ((*name).into(), *value))
-                .collect(),
-        };
-        let mut line = serde_json::to_vec(&metric)?;
-        line.push(b'\n');
-        let written = self.lines.write_all(&line);
-        let written = written.and_then(|()| self.events.scalars(seconds_now(), step, figures));
-        let hint = "free space on the disk, then continue with --resume";
-        written.advise("cannot write the metrics", hint)
-    }
-}
-
-/// What a run was made of.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct RunRecord {
-    /// The command line.
-    pub(crate) command: String,
-    /// Version of this program.
-    pub(crate) version: String,
-    /// When it began, UTC.
-    pub(crate) started: String,
-    /// Seed of everything random.
-    pub(crate) seed: u64,
-    /// Operating system and processor family.
-    pub(crate) platform: String,
-    /// Threads that were available.
-    pub(crate) threads: usize,
-    /// All settings, also those left at their defaults.
-    pub(crate) settings: toml::Table,
-    /// How the data were prepared and all settings of the fits, as they followed from what was given and from the data.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
-    pub(crate) resolved: toml::Table,
-    /// What was not given, and so chosen from the data.
-    #[serde(default)]
-    pub(crate) choices: Vec<Choice>,
-    /// The models that were tried, where several were.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) tried: Vec<Contestant>,
-    /// The data.
-    #[serde(default)]
-    pub(crate) data: Vec<DataFile>,
-}
-
-impl RunRecord {
-    /// The record of a run that begins now.
-    pub(crate) fn now(seed: u64, settings: &impl Serialize, data: Vec<DataFile>) -> Result<Self> {
-        Ok(Self {
-            command: command_line(),
-            version: env!("CARGO_PKG_VERSION").into(),
-            started: utc(seconds_now()),
-            seed,
-            platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            threads: std::thread::available_parallelism().map_or(1, usize::from),
-            settings: toml::Table::try_from(settings)
-                .context("cannot write the settings as TOML")?,
-            resolved: toml::Table::new(),
-            choices: Vec::new(),
-            tried: Vec::new(),
-            data,
-        })
-    }
-}
-
-/// A data file with its hash.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct DataFile {
-    /// What it was for, e.g. `training` or `validation`.
-    pub(crate) role: String,
-    /// Where it was.
-    pub(crate) path: String,
-    /// Its size, bytes.
-    pub(crate) bytes: u64,
-    /// SHA-256 of its content.
-    pub(crate) sha256: String,
-}
-
-impl DataFile {
-    /// A file with its hash.
-    pub(crate) fn new(role: &str, path: &Path, hash: FileHash) -> Self {
-        Self {
-            role: role.into(),
-            path: path.display().to_string(),
-            bytes: hash.bytes,
-            sha256: hash.sha256,
-        }
-    }
-}
-
-/// The command line as it could be typed again.
-pub(crate) fn command_line() -> String {
-    command_words().join(" ")
-}
-
-/// Its words, quoted for a shell.
-pub(crate) fn command_words() -> Vec<String> {
-    let words = std::env::args_os()
-        .skip(1)
-        .map(|word| quoted(&word.to_string_lossy()));
-    std::iter::once("lagrangian".into()).chain(words).collect()
-}
-
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
-/// Time since 1970, s.
-fn seconds_now() -> f64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.map_or(0.0, |d| d.as_secs_f64())
-}
-
-/// `2026-01-31T12:00:00Z`, from seconds since 1970 (civil-from-days in the proleptic Gregorian calendar).
-fn utc(seconds: f64) -> String {
-    #[expect(clippy::cast_possible_truncation, reason = "whole seconds")]
-    let s = seconds as i64;
-    let (days, time) = (s.div_euclid(86_400), s.rem_euclid(86_400));
-    // Years begin in March, so that the leap day is the last of its year; eras have 400 years.
-    let shifted = days + 719_468;
-    let (era, day) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let day_of_year = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month + 2) / 5 + 1;
-    let year = year + era * 400 + i64::from(month > 9);
-    let month = (month + 2) % 12 + 1;
-    let (hours, minutes, seconds) = (time / 3600, time / 60 % 60, time % 60);
-    format!("{year:04}-{month:02}-{day:02}T{hours:02}:{minutes:02}:{seconds:02}Z")
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use serde::Serialize;
+    use std::io::Write;
+
+    fn described(error: &Error) -> String {
+        format!("{error}; {}", error.remedy())
+    }
 
     #[derive(Serialize)]
     struct Settings {
@@ -415,6 +310,7 @@ mod tests {
 
     fn record() -> RunRecord {
         RunRecord::now(
+            "lagrangian fit".into(),
             3,
             &Settings {
                 width: 64,
@@ -431,9 +327,9 @@ mod tests {
         let precious = folder.path().join("thesis.txt");
         fs::write(&precious, "years of work").unwrap();
         let error = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
-        let message = crate::failure::describe(&error);
+        let message = described(&error);
         assert!(
-            message.contains("--force") && !message.contains("--resume"),
+            message.contains("`force`") && !message.contains("`resume`"),
             "{message}"
         );
         RunFolder::open(folder.path(), Occupied::Restart).unwrap();
@@ -445,14 +341,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
         run.write_record(&record()).unwrap();
-        run.metrics(0)
+        run.metrics(0, Tensorboard::Written)
             .unwrap()
             .add(1, 0.1, &[("loss/train", 1.0)])
             .unwrap();
         run.write(MODEL, b"the earlier model").unwrap();
         drop(run);
         let refused = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
-        assert!(crate::failure::describe(&refused).contains("--resume"));
+        assert!(described(&refused).contains("`resume`"));
         let anew = RunFolder::open(folder.path(), Occupied::Restart).unwrap();
         assert!(anew.file(MODEL).is_file(), "not before the new run begins");
         anew.write_record(&record()).unwrap();
@@ -505,7 +401,7 @@ mod tests {
     fn a_resumed_run_drops_the_metrics_behind_its_checkpoint_and_an_incomplete_line() {
         let folder = tempfile::tempdir().unwrap();
         let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
-        let mut metrics = run.metrics(0).unwrap();
+        let mut metrics = run.metrics(0, Tensorboard::Written).unwrap();
         for step in 1..=5 {
             metrics
                 .add(
@@ -524,7 +420,7 @@ mod tests {
             .unwrap()
             .write_all(b"{\"step\":6,\"sec")
             .unwrap();
-        run.metrics(3)
+        run.metrics(3, Tensorboard::Written)
             .unwrap()
             .add(4, 0.6, &[("loss/train", 0.0)])
             .unwrap();
@@ -533,21 +429,6 @@ mod tests {
         assert_eq!(
             run.read_metrics().unwrap()[2].figures,
             [("loss/train".to_string(), 1.0 / 3.0)].into()
-        );
-    }
-
-    #[test]
-    fn dates_are_right_at_leap_days_and_ends_of_years() {
-        assert_eq!(utc(0.0), "1970-01-01T00:00:00Z");
-        assert_eq!(utc(951_782_400.0), "2000-02-29T00:00:00Z");
-        assert_eq!(utc(1_735_689_599.0), "2024-12-31T23:59:59Z");
-    }
-
-    #[test]
-    fn the_command_line_is_quoted_for_the_shell() {
-        assert_eq!(
-            [quoted("a.csv"), quoted("my file"), quoted("it's")],
-            ["a.csv", "'my file'", r"'it'\''s'"]
         );
     }
 }
