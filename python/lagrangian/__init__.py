@@ -13,7 +13,7 @@ velocities and accelerations, ``tau`` are forces. Angles are in radians and unwr
 
 from __future__ import annotations
 
-from . import errors
+from . import callbacks, errors
 from ._data import CheckReport, Item, check, read, simulate, write
 from ._estimators import Estimator, fit
 from ._families import (
@@ -30,6 +30,8 @@ from ._families import (
     Vin,
 )
 from ._lagrangian import __version__, set_threads
+from ._report import Report, report
+from ._sweep import Range, Sweep, sweep
 from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
 from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
 from .errors import LagrangianError
@@ -51,12 +53,16 @@ __all__ = [
     "Model",
     "NeuralOde",
     "Outcome",
+    "Range",
+    "Report",
     "Rigid",
     "Servo",
+    "Sweep",
     "Trajectories",
     "Trajectory",
     "Vin",
     "__version__",
+    "callbacks",
     "check",
     "errors",
     "fit",
@@ -64,9 +70,11 @@ __all__ = [
     "load",
     "own_system",
     "read",
+    "report",
     "robot",
     "set_threads",
     "simulate",
+    "sweep",
     "system",
     "systems",
     "write",

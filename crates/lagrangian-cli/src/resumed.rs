@@ -11,6 +11,12 @@ use crate::fit_args::FitArgs;
 
 /// The settings of a run from its record.
 pub(crate) fn settings(record: &RunRecord) -> Result<FitArgs> {
+    if record.settings.contains_key("asked") {
+        return Err(mistake(
+            "the run was not begun by `lagrangian fit`, but by a sweep or from Python",
+            "continue it there: repeat the sweep, or fit with resume=True",
+        ));
+    }
     let settings = record.settings.clone().try_into();
     let settings = settings.map_err(|e: toml::de::Error| anyhow!(brief(&e.to_string())));
     let mut args: FitArgs = settings.advise(

@@ -56,12 +56,11 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
+    /// Creates or opens the folder, as [`RunFolder::open`]; none where another process writes a run into it.
     ///
     /// # Errors
-    /// [`Error::Refused`] for a folder that holds something else than what `occupied` asks for, that cannot be written, or that another
-    /// process writes into.
-    pub fn open(path: &Path, occupied: Occupied) -> Result<Self> {
+    /// As [`RunFolder::open`].
+    pub fn open_if_free(path: &Path, occupied: Occupied) -> Result<Option<Self>> {
         let (shown, is_run) = (path.display(), path.join(RUN).is_file());
         if occupied == Occupied::Resume && !is_run {
             return Err(Error::new(
@@ -87,7 +86,9 @@ impl RunFolder {
             format!("cannot write to the folder '{shown}'"),
             "give another `out` that is a folder you may write to",
         )?;
-        let lock = locked(path)?;
+        let Lock::Held(lock) = locked(path) else {
+            return Ok(None);
+        };
         if occupied == Occupied::Refuse && !empty {
             let hint = match is_run {
                 true => {
@@ -100,11 +101,25 @@ impl RunFolder {
                 hint,
             ));
         }
-        Ok(Self {
+        Ok(Some(Self {
             path: path.into(),
             occupied,
             made,
             _lock: lock,
+        }))
+    }
+
+    /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for a folder that holds something else than what `occupied` asks for, that cannot be written, or that another
+    /// process writes into.
+    pub fn open(path: &Path, occupied: Occupied) -> Result<Self> {
+        Self::open_if_free(path, occupied)?.ok_or_else(|| {
+            Error::new(
+                format!("another process is writing a run into '{}'", path.display()),
+                "wait for it or end it, or give another `out`",
+            )
         })
     }
 
@@ -276,18 +291,23 @@ impl RunFolder {
     }
 }
 
-/// Locks a folder against a second process that would write a run into it. None where the system cannot lock folders.
-fn locked(path: &Path) -> Result<Option<File>> {
+/// Whether a folder is locked by this process.
+enum Lock {
+    /// It is, until the file is closed; without a file where the system cannot lock folders.
+    Held(Option<File>),
+    /// Another process has locked it.
+    Taken,
+}
+
+/// Locks a folder against a second process that would write a run into it.
+fn locked(path: &Path) -> Lock {
     let Ok(folder) = File::open(path) else {
-        return Ok(None);
+        return Lock::Held(None);
     };
     match folder.try_lock() {
-        Ok(()) => Ok(Some(folder)),
-        Err(TryLockError::Error(_)) => Ok(None),
-        Err(TryLockError::WouldBlock) => Err(Error::new(
-            format!("another process is writing a run into '{}'", path.display()),
-            "wait for it or end it, or give another `out`",
-        )),
+        Ok(()) => Lock::Held(Some(folder)),
+        Err(TryLockError::Error(_)) => Lock::Held(None),
+        Err(TryLockError::WouldBlock) => Lock::Taken,
     }
 }
 

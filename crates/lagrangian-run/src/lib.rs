@@ -9,17 +9,22 @@
 //! users give them.
 
 mod bag_folder;
+mod content;
 mod error;
 mod files;
 mod fit;
 mod folder;
 mod hashed;
 mod input;
+mod job;
 mod metrics;
+mod nearest;
 mod page;
 mod record;
 mod resolved;
 mod source;
+mod spec;
+pub mod sweep;
 mod tensorboard;
 mod watch;
 
@@ -30,9 +35,11 @@ pub use fit::provenance;
 pub use folder::{CHECKPOINT, FIGURES, METRICS, MODEL, Occupied, REPORT, RUN, RunFolder};
 pub use hashed::{FileHash, Hashed, Hashing};
 pub use input::{MOST_TEXT, is_same_name, open, refuse_overwriting, text};
+pub use job::{Data, Fitted, Place, Ready};
 pub use metrics::{Metric, Metrics, Tensorboard};
 pub use page::{Evaluation, Links, Page, Scored, Skin, energies, grade_name};
 pub use record::{DataFile, RunRecord};
 pub use resolved::{Columns, resolved};
 pub use source::{OneFile, Source, delayed, layout_beside, read_file, unused};
+pub use spec::Specification;
 pub use watch::Watch;

@@ -44,6 +44,17 @@ impl Columns {
     }
 }
 
+impl Columns {
+    /// Of recordings that were all read with the layout of this text.
+    pub(crate) fn of_layout(text: &str) -> Result<Self> {
+        let own: Table = toml::from_str(text).advise("cannot write the columns", "")?;
+        Ok(Self {
+            layouts: Some((own, Map::new())),
+            rows: None,
+        })
+    }
+}
+
 /// How the data were read and prepared, and the settings of each fit, as a table that comes back the same from a file.
 ///
 /// # Errors

@@ -20,7 +20,7 @@ use crate::metrics::Metric;
 use crate::record::RunRecord;
 
 /// What differs between those who make runs, where a run speaks to people.
-pub trait Skin {
+pub trait Skin: Sync {
     /// A text as it is shown: settings that stand in it in backticks are written as people give them.
     fn words(&self, text: &str) -> String;
 
@@ -45,6 +45,7 @@ pub struct Page<'a> {
 }
 
 /// Motions that a model is evaluated on.
+#[derive(Debug)]
 pub struct Evaluation {
     /// The motions.
     pub motions: Vec<Trajectory>,
