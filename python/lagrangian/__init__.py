@@ -30,9 +30,9 @@ from ._families import (
     Vin,
 )
 from ._lagrangian import __version__, set_threads
+from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
 from ._report import Report, report
 from ._sweep import Range, Sweep, sweep
-from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
 from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
 from .errors import LagrangianError
 
