@@ -13,7 +13,7 @@ velocities and accelerations, ``tau`` are forces. Angles are in radians and unwr
 
 from __future__ import annotations
 
-from . import errors
+from . import callbacks, errors
 from ._data import CheckReport, Item, check, read, simulate, write
 from ._ensemble import Coverage, Ensemble, Prediction
 from ._estimators import Estimator, fit
@@ -32,6 +32,8 @@ from ._families import (
 )
 from ._lagrangian import __version__, set_threads
 from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
+from ._report import Report, report
+from ._sweep import Range, Sweep, sweep
 from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
 from .errors import LagrangianError
 
@@ -55,12 +57,16 @@ __all__ = [
     "NeuralOde",
     "Outcome",
     "Prediction",
+    "Range",
+    "Report",
     "Rigid",
     "Servo",
+    "Sweep",
     "Trajectories",
     "Trajectory",
     "Vin",
     "__version__",
+    "callbacks",
     "check",
     "errors",
     "fit",
@@ -68,9 +74,11 @@ __all__ = [
     "load",
     "own_system",
     "read",
+    "report",
     "robot",
     "set_threads",
     "simulate",
+    "sweep",
     "system",
     "systems",
     "write",

@@ -7,6 +7,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -140,6 +141,10 @@ class Estimator:
         coordinates: Sequence[Coordinate] | None = None,
         progress: bool | None = None,
         callbacks: Callable[[dict[str, Any]], Any] | Iterable[Callable[[dict[str, Any]], Any]] = (),
+        run: str | os.PathLike[str] | None = None,
+        resume: bool = False,
+        force: bool = False,
+        tensorboard: bool = False,
     ) -> Estimator:
         """Fits the model.
 
@@ -151,7 +156,12 @@ class Estimator:
             coordinates: Of states that come as arrays; all of them lines by default.
             progress: Whether to show a bar; by default where the output is a terminal or a notebook.
             callbacks: Functions that get a dictionary at each look at the validation data: ``step``, ``share``, ``seconds``,
-                ``loss``, ``validation``. An exception ends the fit.
+                ``loss``, ``validation``. An exception ends the fit. Those of ``lagrangian.callbacks`` also see its begin and end.
+            run: The folder of a run: record with settings and hashes, metrics, checkpoints, model and page, as the command leaves
+                it; ``report`` shows the page.
+            resume: Go on with the interrupted run in that folder, with the same settings and data, to the same bits.
+            force: Restart in a folder that holds a run.
+            tensorboard: Write an event file for TensorBoard into that folder too.
 
         Returns:
             The estimator. A ``FitWarning`` says where its verdict is poor. Ctrl-C ends the fit and keeps the best model, with
@@ -162,19 +172,54 @@ class Estimator:
             InvalidInput: A setting or an argument is wrong.
         """
         watch = _Watch(progress, callbacks, type(self).__name__)
-        with watch:
-            if y is None and not _is_array(X):
-                model, summary = self._fit_motions(X, validation, watch)
-            else:
-                model, summary = self._fit_samples(X, y, coordinates, watch)
-        self._take(Model(model), summary, watch)
+        motions = y is None and not _is_array(X)
+        if run is None and (resume or force or tensorboard):
+            raise InvalidInput("resume, force and tensorboard are about a run folder: give it as run")
+        if run is not None and not motions:
+            raise InvalidInput("a run folder is for trajectories: give them as X, without y, or omit run")
+        place = None if run is None else self._place(Path(run), bool(resume), bool(force), bool(tensorboard))
+        watch.begin(self)
+        try:
+            with watch:
+                if motions:
+                    model, summary = self._fit_motions(X, validation, place, watch)
+                else:
+                    model, summary = self._fit_samples(X, y, coordinates, watch)
+            self._take(Model(model), summary, watch)
+        except BaseException:
+            watch.end(None, run)
+            raise
+        watch.end(self, run)
         self._warn()
         return self
 
+    def _place(self, folder: Path, resume: bool, force: bool, tensorboard: bool) -> dict[str, Any]:
+        own = {name: value for name, value in self._given().items() if name not in ("urdf", "nominal")}
+        return {
+            "folder": folder,
+            "resume": resume,
+            "force": force,
+            "tensorboard": tensorboard,
+            "call": f"lagrangian.{self!r}.fit(X, run={str(folder)!r})",
+            "settings": json.dumps({"estimator": type(self).__name__, "asked": own}),
+        }
+
+    def _given(self) -> dict[str, Any]:
+        """The settings that differ from their defaults, by the names that the command has for them."""
+        own = {
+            name: _plain(getattr(self, name))
+            for name, default in self._defaults.items()
+            if not _same(getattr(self, name), default)
+        }
+        if "delay" in own:
+            own["delay"] = np.atleast_1d(np.asarray(self.delay, dtype=np.float64)).tolist()
+        own.update({name: urdf_text(own[name]) for name in ("urdf", "nominal") if name in own})
+        return own if self.family is None else {"model": self.family, **own}
+
     def _fit_motions(
-        self, X: Any, validation: Any, watch: _Watch
+        self, X: Any, validation: Any, place: dict[str, Any] | None, watch: _Watch
     ) -> tuple[_lagrangian.Model, dict[str, Any]]:
-        return _lagrangian.fit(*self._motions(X, validation), watch.tell)
+        return _lagrangian.fit(*self._motions(X, validation), place, watch.tell)
 
     def _motions(
         self, X: Any, validation: Any
@@ -346,7 +391,14 @@ _OF_MODELS = frozenset(
 )
 
 
-def fit(data: Any, *, validation: Any = None, progress: bool | None = None, **settings: Any) -> Estimator:
+def fit(
+    data: Any,
+    *,
+    validation: Any = None,
+    progress: bool | None = None,
+    run: str | os.PathLike[str] | None = None,
+    **settings: Any,
+) -> Estimator:
     """Fits the best of several models to recordings.
 
     Where torques are recorded, the robot of ``urdf`` (if given), a chain of rigid bodies and a deep Lagrangian network are
@@ -357,6 +409,7 @@ def fit(data: Any, *, validation: Any = None, progress: bool | None = None, **se
         data: Trajectories, as ``read`` returns them.
         validation: Trajectories to validate on; a part of the others is held back by default.
         progress: Whether to show a bar.
+        run: The folder of a run, as ``Estimator.fit`` writes it.
         settings: Those of ``Best``.
 
     Returns:
@@ -371,7 +424,7 @@ def fit(data: Any, *, validation: Any = None, progress: bool | None = None, **se
     from ._families import Best
 
     estimator: Estimator = Best(**settings)
-    return estimator.fit(data, validation=validation, progress=progress)
+    return estimator.fit(data, validation=validation, progress=progress, run=run)
 
 
 def _same(value: Any, default: Any) -> bool:
@@ -419,6 +472,18 @@ class _Watch:
         self.what = what
         self.shown = (sys.stderr.isatty() or _in_notebook()) if progress is None else progress
         self.width = 0
+
+    def begin(self, estimator: Estimator) -> None:
+        """Tells callbacks that have a ``begin`` of the fit."""
+        for callback in self.callbacks:
+            if hasattr(callback, "begin"):
+                callback.begin(estimator)
+
+    def end(self, estimator: Estimator | None, run: str | os.PathLike[str] | None) -> None:
+        """Tells callbacks that have an ``end`` how the fit ended: with an estimator, or with an exception."""
+        for callback in self.callbacks:
+            if hasattr(callback, "end"):
+                callback.end(estimator, run)
 
     def __enter__(self) -> _Watch:
         return self

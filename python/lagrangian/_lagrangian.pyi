@@ -114,6 +114,36 @@ class Ensemble:
 class Number:
     """A number that carries derivatives through a Lagrangian that is written in Python."""
 
+@final
+class Sweep:
+    """Recordings, settings that all units have, and the folder of the units."""
+
+    def __new__(
+        cls,
+        training: Sequence[Any],
+        validation: Sequence[Any],
+        layout: str,
+        fixed: str,
+        root: os.PathLike[str],
+    ) -> Self: ...
+    @staticmethod
+    def points(space: str, search: str) -> Any:
+        """The points of a space, each as a dictionary of the settings that differ."""
+    def begin(self) -> None:
+        """Writes down the data that the sweep begins with; those of one that has begun must be the same."""
+    def id(self, varied: str) -> str:
+        """The name of the folder of a unit."""
+    def run(
+        self,
+        varied: str,
+        call: str,
+        tensorboard: bool,
+        callback: Callable[[dict[str, Any]], Any] | None = None,
+    ) -> dict[str, Any]:
+        """Does a unit: how that ended, and its result where it is finished."""
+    def table(self, varied: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
+        """Writes the table of these units, and returns its rows and the name of the best."""
+
 def own_system(
     name: str, function: Callable[[Any, Any], Any], named: Sequence[tuple[str, str, str]]
 ) -> Model: ...
@@ -124,6 +154,7 @@ def fit(
     validation: Sequence[Any],
     asked: dict[str, Any],
     preparing: dict[str, Any],
+    run: dict[str, Any] | None = None,
     callback: Callable[[dict[str, Any]], Any] | None = None,
 ) -> tuple[Model, dict[str, Any]]: ...
 def fit_ensemble(
@@ -150,6 +181,7 @@ def read(
     paths: Sequence[os.PathLike[str]], told: dict[str, Any]
 ) -> tuple[list[dict[str, Any]], list[str], str]: ...
 def read_table(table: bytes, told: dict[str, Any]) -> tuple[list[dict[str, Any]], list[str], str]: ...
+def report(run: os.PathLike[str]) -> tuple[os.PathLike[str], str]: ...
 def robot(urdf: str, joints: Sequence[str]) -> Model: ...
 def roll_out(
     model: Model,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import builtins
 import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -33,3 +36,19 @@ def command() -> str:
             pytest.fail(message)
         pytest.skip(message)
     return path
+
+
+@pytest.fixture
+def without(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Makes a package as if it were not installed."""
+    def forget(package: str) -> None:
+        before = builtins.__import__
+
+        def refuse(name: str, *rest: Any, **others: Any) -> Any:
+            if name.split(".")[0] == package:
+                raise ImportError(name)
+            return before(name, *rest, **others)
+
+        monkeypatch.setattr(builtins, "__import__", refuse)
+
+    return forget

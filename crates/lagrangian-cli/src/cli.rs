@@ -9,6 +9,7 @@ use lagrangian::{Layout, Method};
 
 use crate::column_args::ColumnArgs;
 use crate::commands::OutputMode;
+use crate::commands::sweep::SweepArgs;
 use crate::excite_args::ExciteArgs;
 use crate::fit_args::FitArgs;
 use crate::identify_args::IdentifyArgs;
@@ -56,6 +57,8 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Learn a model from recordings, and leave a run folder with model, metrics and report
     Fit(Box<FitArgs>),
+    /// Fit many models by a plan, in units that several machines may share
+    Sweep(SweepArgs),
     /// Plan a motion from which a robot can be identified
     Excite(Box<ExciteArgs>),
     /// Identify a robot from its logs, and write what was found into its URDF
@@ -511,6 +514,15 @@ pub(crate) enum Links {
     Absolute,
     /// From the link before
     Relative,
+}
+
+impl From<Links> for lagrangian_run::Links {
+    fn from(links: Links) -> Self {
+        match links {
+            Links::Absolute => Self::Absolute,
+            Links::Relative => Self::Relative,
+        }
+    }
 }
 
 /// A longer word is not repeated in full, bytes.

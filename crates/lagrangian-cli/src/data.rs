@@ -9,18 +9,15 @@ use lagrangian::saved::Preparation;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
     CHECKED, CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, PrepareOptions,
-    Readings, Recording, Signal, Trajectory, prepared,
+    Recording, Signal, Trajectory, prepared,
 };
-use serde::Serialize;
+use lagrangian_run::{
+    FileHash, OneFile, Source, bag_files, delayed, format_named, layout_beside, read_file, text,
+};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::column_args::flag_name;
 use crate::failure::{Advise, mistake, with_flags};
-use crate::hashed::{FileHash, Hashed};
-use crate::{bag_folder, input, output};
-
-/// The layout file that speaks for all data of its folder.
-const LAYOUT: &str = "lagrangian.toml";
 
 /// The content of some files.
 pub(crate) struct Files {
@@ -30,25 +27,6 @@ pub(crate) struct Files {
     pub(crate) hashes: Vec<(PathBuf, FileHash)>,
     /// What was read of each.
     pub(crate) sources: Vec<Source>,
-}
-
-/// What was read of a file, and what was not.
-#[derive(Debug, Serialize)]
-pub(crate) struct Source {
-    pub(crate) path: PathBuf,
-    pub(crate) trajectories: usize,
-    pub(crate) rows: usize,
-    /// Columns that were not used.
-    pub(crate) unused: Vec<String>,
-    /// What else was passed over or decided.
-    pub(crate) notes: Vec<String>,
-}
-
-/// One file.
-struct OneFile {
-    recordings: Vec<Recording>,
-    hash: FileHash,
-    source: Source,
 }
 
 impl EstimateArgs {
@@ -83,8 +61,13 @@ impl DataArgs {
             layout: layout.to_toml()?,
             smooth: options.smooth,
             low_pass: options.low_pass,
-            delay: self.delay.iter().map(|ms| 1e-3 * ms).collect(),
+            delay: self.delays(),
         })
+    }
+
+    /// The delays of the forces, s.
+    fn delays(&self) -> Vec<f64> {
+        self.delay.iter().map(|ms| 1e-3 * ms).collect()
     }
 
     fn layout(&self) -> Result<Layout> {
@@ -115,7 +98,7 @@ impl DataArgs {
 
     /// The files that are read for recordings of these names: bags, data and layouts.
     pub(crate) fn inputs(&self, named: &[PathBuf]) -> Result<Vec<PathBuf>> {
-        let mut files = bag_folder::files(named)?;
+        let mut files = bag_files(named)?;
         let layouts = files.iter().filter_map(|path| self.layout_file(path));
         let layouts: Vec<PathBuf> = layouts.collect();
         files.extend(layouts);
@@ -124,9 +107,8 @@ impl DataArgs {
 
     /// The layout file that speaks for a data file, if there is one.
     pub(crate) fn layout_file(&self, path: &Path) -> Option<PathBuf> {
-        let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
         let given = self.file.layout.clone();
-        given.or_else(|| beside.into_iter().find(|p| p.is_file()))
+        given.or_else(|| layout_beside(path))
     }
 
     /// The layout of a file, or of motions that come from no file.
@@ -144,7 +126,7 @@ impl DataArgs {
             return Ok(self.layout()?.or(fitted));
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
-        let text = input::text(&chosen).advise(&shown, "check --layout, or omit it")?;
+        let text = text(&chosen).advise(&shown, "check --layout, or omit it")?;
         let from_file = Layout::from_toml(&text)
             .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
         Ok(self.layout()?.or(from_file).or(fitted))
@@ -162,11 +144,11 @@ pub(crate) fn read_sample(
     args: &DataArgs,
     sampling: Option<Sampling>,
 ) -> Result<Files> {
-    let files = bag_folder::files(files)?;
+    let files = bag_files(files)?;
     refuse_needless_topic(&files, args)?;
     let (mut recordings, mut hashes, mut sources) = (Vec::new(), Vec::new(), Vec::new());
     for path in &files {
-        let read = read_file(path, args, sampling)?;
+        let read = read_one(path, args, sampling)?;
         hashes.push((path.clone(), read.hash));
         sources.push(read.source);
         recordings.extend(read.recordings);
@@ -181,7 +163,7 @@ pub(crate) fn read_sample(
             "note: {kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
         );
     }
-    let recordings = delayed(recordings, args)?;
+    let recordings = delayed(recordings, &args.delays())?;
     let Some(first) = recordings.first() else {
         return Err(mistake(
             "there is no recording in the files",
@@ -205,54 +187,26 @@ pub(crate) fn read_sample(
     ))
 }
 
-fn read_file(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<OneFile> {
-    let shown = format!("cannot read '{}'", path.display());
-    let format = output::format_named(path).advise(&shown, "rename or convert the file")?;
+fn read_one(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<OneFile> {
     let layout = Layout {
         sample,
         ..args.layout_for(path)?
     };
-    bag_folder::refuse_unfinished(path)?;
-    let access = "check that the file exists and may be read";
-    let (file, hashing) = Hashed::open(path).advise(&shown, access)?;
-    let name = path.file_stem().and_then(|stem| stem.to_str());
-    let name = name.unwrap_or("recording");
-    let readings = format.read(file, name, &layout).advise(
-        &shown,
-        "run `lagrangian check --help` for the columns of a file and the flags that name them",
-    )?;
-    let ignored = readings.columns.ignored.join(", ");
-    if !ignored.is_empty() {
-        tell!("note: '{}': columns not used: {ignored}", path.display());
+    let advice =
+        "run `lagrangian check --help` for the columns of a file and the flags that name them";
+    let mut file = read_file(path, &layout, advice)?;
+    for note in &file.told {
+        tell!("note: '{}': {}", path.display(), with_flags(note));
     }
-    for note in readings.notes.iter().map(|note| with_flags(note)) {
-        tell!("note: '{}': {note}", path.display());
+    for note in &mut file.source.notes {
+        *note = with_flags(note);
     }
-    note_passive(path, &readings);
-    let hash = hashing.finish().advise(shown, access)?;
-    Ok(OneFile {
-        source: Source::of(path, &readings),
-        recordings: readings.recordings,
-        hash,
-    })
-}
-
-impl Source {
-    fn of(path: &Path, readings: &Readings) -> Self {
-        let all = |r: &Recording| r.part().map_or(r.len(), |part| part.rows);
-        Self {
-            path: path.into(),
-            trajectories: readings.recordings.len(),
-            rows: readings.recordings.iter().map(all).sum(),
-            unused: readings.columns.ignored.clone(),
-            notes: readings.notes.iter().map(|note| with_flags(note)).collect(),
-        }
-    }
+    Ok(file)
 }
 
 /// Refuses --topic where no file has topics.
 fn refuse_needless_topic(files: &[PathBuf], args: &DataArgs) -> Result<()> {
-    let is_bag = |path: &PathBuf| output::format_named(path).is_ok_and(|f| !f.is_written());
+    let is_bag = |path: &PathBuf| format_named(path).is_ok_and(|f| !f.is_written());
     match args.file.topic {
         Some(_) if !files.iter().any(is_bag) => Err(mistake(
             "--topic chooses a topic of a bag, and no file is one",
@@ -277,31 +231,6 @@ pub(crate) fn with_remedies(report: &mut CheckReport) {
     let items = report.items.iter_mut();
     let remedies = items.filter_map(|item| item.remedy.as_mut());
     remedies.for_each(|remedy| *remedy = with_flags(remedy));
-}
-
-/// Shifts the forces as --delay says.
-fn delayed(recordings: Vec<Recording>, args: &DataArgs) -> Result<Vec<Recording>> {
-    let seconds: Vec<f64> = args.delay.iter().map(|ms| 1e-3 * ms).collect();
-    let shifted = |recording: Recording| {
-        let shown = format!("cannot shift the forces of '{}'", recording.name);
-        recording.delayed(&seconds).advise(shown, "correct --delay")
-    };
-    match seconds.is_empty() {
-        true => Ok(recordings),
-        false => recordings.into_iter().map(shifted).collect(),
-    }
-}
-
-/// Says which forces are taken as 0 for want of a column.
-fn note_passive(path: &Path, readings: &Readings) {
-    let columns = &readings.columns.signals;
-    let forces = columns.tau.iter().zip(&columns.q);
-    let passive = forces.filter(|(force, _)| force.is_empty());
-    let passive: Vec<&str> = passive.map(|(_, q)| q.as_str()).collect();
-    if !passive.is_empty() {
-        let (path, passive) = (path.display(), passive.join(", "));
-        tell!("note: '{path}': there is no column for the force on {passive}: it is taken as 0");
-    }
 }
 
 /// Makes trajectories of recordings; says on standard error what had to be estimated.

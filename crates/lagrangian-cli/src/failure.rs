@@ -76,10 +76,29 @@ pub(crate) fn describe(error: &Error) -> String {
     if lines.lines().any(|line| line.len() > LONGEST_LINE) {
         lines = lagrangian::brief(&lines);
     }
-    if let Some(mistake) = error.downcast_ref::<Mistake>() {
-        lines += &format!("\nhint: {}", mistake.hint);
+    let hint = hint(error);
+    if !hint.is_empty() {
+        lines += &format!("\nhint: {hint}");
     }
     lines
+}
+
+/// What to do; empty where that is not known.
+fn hint(error: &Error) -> String {
+    if let Some(mistake) = error.downcast_ref::<Mistake>() {
+        return mistake.hint.clone();
+    }
+    let of_run = error.downcast_ref::<lagrangian_run::Error>();
+    of_run.map_or_else(String::new, |error| with_flags(error.remedy()))
+}
+
+/// The error of the library that a cause is.
+fn library<'a>(cause: &'a (dyn std::error::Error + 'static)) -> Option<&'a lagrangian::Error> {
+    let of_run = cause.downcast_ref::<lagrangian_run::Error>();
+    match of_run {
+        Some(lagrangian_run::Error::Library(error)) => Some(error),
+        _ => cause.downcast_ref(),
+    }
 }
 
 /// Settings of the library whose flags have other names.
@@ -130,18 +149,16 @@ fn flags() -> &'static HashSet<String> {
 
 /// What the operating system refused, where it did.
 fn system(error: &Error) -> Option<&io::Error> {
-    error
-        .chain()
-        .find_map(|cause| match cause.downcast_ref::<lagrangian::Error>() {
-            Some(lagrangian::Error::Io(e)) => Some(e),
-            _ => cause.downcast_ref::<io::Error>(),
-        })
+    error.chain().find_map(|cause| match library(cause) {
+        Some(lagrangian::Error::Io(e)) => Some(e),
+        _ => cause.downcast_ref::<io::Error>(),
+    })
 }
 
 /// [`FAILED`] where the operating system refused to write, [`BAD_INPUT`] where the user can correct it.
 pub(crate) fn exit_code(error: &Error) -> u8 {
-    let correctable = error.downcast_ref::<Mistake>().is_some()
-        || error.chain().any(|cause| cause.is::<lagrangian::Error>());
+    let correctable =
+        !hint(error).is_empty() || error.chain().any(|cause| library(cause).is_some());
     match system(error) {
         Some(e) if is_about_the_input(e) => BAD_INPUT,
         Some(_) => FAILED,

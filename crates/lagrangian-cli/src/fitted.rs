@@ -9,7 +9,6 @@ use lagrangian::{Coordinates, Layout, Learned, Recording, SavedModel};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};
-use crate::input;
 
 /// A saved model, and how its recordings were prepared.
 pub(crate) struct Fitted {
@@ -67,7 +66,7 @@ pub(crate) fn model(path: &Path) -> Result<Learned> {
 pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
     let shown = format!("cannot read the model '{}'", path.display());
     let hint = "give the model.safetensors of a run";
-    let file = input::open(path).advise(&shown, hint)?;
+    let file = lagrangian_run::open(path).advise(&shown, hint)?;
     let saved = SavedModel::read(file).advise(&shown, hint)?;
     if saved.header.provenance.unverified {
         tell!(

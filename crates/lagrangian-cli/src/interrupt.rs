@@ -1,9 +1,6 @@
 //! Ctrl-C, and time that is up: the first ends a command cleanly, a second Ctrl-C at once.
 
-use std::fs;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result};
 use lagrangian::Stop;
@@ -18,21 +15,9 @@ static ENDING: AtomicBool = AtomicBool::new(false);
 /// Whether Ctrl-C is listened for.
 static LISTENING: AtomicBool = AtomicBool::new(false);
 
-/// Files that are not complete, and folders that hold nothing yet.
-static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-
-/// Takes files that are not complete, and folders that hold nothing yet: [`end_now`] removes those that are still so.
-pub(crate) fn remove_at_forced_end(paths: impl IntoIterator<Item = PathBuf>) {
-    let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-    all.extend(paths);
-}
-
 /// Ends the program, with what it has written completely and nothing else.
 pub(crate) fn end_now(code: u8) -> ! {
-    let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-    // OK to ignore: a file that was completed has another name by now, and a folder that holds anything stays.
-    all.iter().for_each(|path| drop(fs::remove_file(path)));
-    all.iter().for_each(|path| drop(fs::remove_dir(path)));
+    lagrangian_run::remove_unfinished();
     std::process::exit(i32::from(code))
 }
 

@@ -8,9 +8,9 @@ macro_rules! tell {
     }};
 }
 
-mod bag_folder;
 mod cli;
 mod column_args;
+mod command_line;
 mod commands;
 mod data;
 mod excite_args;
@@ -18,7 +18,6 @@ mod failure;
 mod fit_args;
 mod fit_config;
 mod fitted;
-mod hashed;
 mod identify_args;
 mod input;
 mod instructions;
@@ -28,20 +27,16 @@ mod motion;
 mod out_args;
 mod output;
 mod progress;
-mod resolved;
 mod resumed;
 mod robot;
-mod run_folder;
-mod run_page;
 mod setting_args;
+mod skin;
 mod subject;
 mod task;
-mod tensorboard;
 mod threads;
 mod track_args;
 mod values;
 mod verdict;
-mod watch;
 
 use std::process::ExitCode;
 

@@ -37,13 +37,6 @@ pub(crate) fn note_stopped(score: &Score) {
     }
 }
 
-/// The energy H at every sample, J; none for a model that has none.
-pub(crate) fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
-    let mut energy = vec![0.0; motion.len()];
-    let outcome = model.evaluator().energy(&motion.q, &motion.qd, &mut energy);
-    outcome.is_supported().then_some(energy)
-}
-
 impl MotionArgs {
     /// The initial state that was given.
     pub(crate) fn start(&self) -> State {

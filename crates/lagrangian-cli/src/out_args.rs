@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use lagrangian_report::{Figure, Report, draw};
+use lagrangian_run::{Existing, refuse_existing, refuse_overwriting, write_bytes, write_file};
 use serde_json::Value;
 
 use crate::commands::OutputMode;
 use crate::failure::mistake;
-use crate::input;
-use crate::output::{self, Existing};
+use crate::output;
 
 /// A file to write.
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ impl OutArgs {
     /// Refuses a file that must not be replaced, before any work is done for it.
     pub(crate) fn refuse_existing(&self) -> Result<()> {
         let mut out = self.out.iter();
-        out.try_for_each(|path| output::refuse_existing(path, self.existing()))
+        Ok(out.try_for_each(|path| refuse_existing(path, self.existing()))?)
     }
 
     /// [`Self::refuse_existing`], and a name that tells no format of motions.
@@ -45,13 +45,13 @@ impl OutArgs {
 
     /// Refuses to write over one of the files that are read.
     pub(crate) fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
-        input::refuse_overwriting(&self.out, inputs)
+        Ok(refuse_overwriting(&self.out, inputs)?)
     }
 
     /// [`Self::refuse_inputs`], where a file that declares the columns is written beside the motions.
     pub(crate) fn refuse_inputs_of_motions(&self, inputs: &[PathBuf]) -> Result<()> {
         let layout = self.out.as_ref().map(|path| path.with_extension("toml"));
-        input::refuse_overwriting(self.out.iter().chain(&layout), inputs)
+        Ok(refuse_overwriting(self.out.iter().chain(&layout), inputs)?)
     }
 
     /// Writes figures to the file, and as JSON or `text` to standard output.
@@ -63,7 +63,7 @@ impl OutArgs {
     ) -> Result<()> {
         if let Some(path) = &self.out {
             let json = serde_json::to_vec_pretty(figures)?;
-            output::write_bytes(path, self.existing(), &json)?;
+            write_bytes(path, self.existing(), &json)?;
         }
         mode.print(figures, text)
     }
@@ -86,7 +86,7 @@ impl PlotArgs {
         self.file.refuse_unwritable()?;
         if let Some(path) = &self.plot {
             Drawing::of(path)?;
-            output::refuse_existing(path, self.file.existing())?;
+            refuse_existing(path, self.file.existing())?;
         }
         Ok(())
     }
@@ -94,7 +94,7 @@ impl PlotArgs {
     /// Refuses to write over one of the files that are read.
     pub(crate) fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
         self.file.refuse_inputs_of_motions(inputs)?;
-        input::refuse_overwriting(&self.plot, inputs)
+        Ok(refuse_overwriting(&self.plot, inputs)?)
     }
 
     /// Draws the page, or its first figure alone, as the name of the file says.
@@ -105,16 +105,21 @@ impl PlotArgs {
         let (drawing, existing, page) = (Drawing::of(path)?, self.file.existing(), page());
         let figure = || page.figures.first().cloned().unwrap_or_default();
         match drawing {
-            Drawing::Page => output::write_bytes(path, existing, draw::html(&page).as_bytes()),
-            Drawing::Svg => output::write_bytes(path, existing, draw::svg(&figure()).as_bytes()),
+            Drawing::Page => write_bytes(path, existing, draw::html(&page).as_bytes()),
+            Drawing::Svg => write_bytes(path, existing, draw::svg(&figure()).as_bytes()),
             Drawing::Png => write_png(path, existing, &figure()),
-        }
+        }?;
+        Ok(())
     }
 }
 
 /// Writes a figure as a bitmap.
-pub(crate) fn write_png(path: &Path, existing: Existing, figure: &Figure) -> Result<()> {
-    output::write_file(path, existing, |sink| {
+pub(crate) fn write_png(
+    path: &Path,
+    existing: Existing,
+    figure: &Figure,
+) -> lagrangian_run::Result<()> {
+    write_file(path, existing, |sink| {
         Ok(draw::png(figure, 1280, 840, sink)?)
     })
 }

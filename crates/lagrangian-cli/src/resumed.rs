@@ -1,18 +1,22 @@
 //! A run that goes on: with the settings and the data that it began with, or not at all.
 
-use std::fs;
-
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use lagrangian::settings::difference;
 use lagrangian::{Checkpoint, brief};
+use lagrangian_run::{RunFolder, RunRecord};
 
 use crate::cli::{Cli, Command};
 use crate::failure::{Advise, mistake};
 use crate::fit_args::FitArgs;
-use crate::run_folder::{CHECKPOINT, DataFile, RunFolder, RunRecord};
 
 /// The settings of a run from its record.
 pub(crate) fn settings(record: &RunRecord) -> Result<FitArgs> {
+    if record.settings.contains_key("asked") {
+        return Err(mistake(
+            "the run was not begun by `lagrangian fit`, but by a sweep or from Python",
+            "continue it there: repeat the sweep, or fit with resume=True",
+        ));
+    }
     let settings = record.settings.clone().try_into();
     let settings = settings.map_err(|e: toml::de::Error| anyhow!(brief(&e.to_string())));
     let mut args: FitArgs = settings.advise(
@@ -32,16 +36,7 @@ pub(crate) fn resumed(
     let mut args = settings(&folder.record()?)?;
     args.out.clone_from(&given.out);
     args.resume = true;
-    let path = folder.file(CHECKPOINT);
-    if !path.is_file() {
-        return Ok((args, None));
-    }
-    let bytes = fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
-    let checkpoint = Checkpoint::from_bytes(&bytes).advise(
-        format!("cannot resume from '{}'", path.display()),
-        "restart with --force",
-    )?;
-    Ok((args, Some(checkpoint)))
+    Ok((args, folder.checkpoint()?))
 }
 
 /// Refuses settings beside --resume, which would be ignored.
@@ -59,28 +54,4 @@ fn refuse_settings(given: &FitArgs) -> Result<()> {
             "omit all flags but --out and --resume, or restart with --force",
         )),
     }
-}
-
-/// The record of the run that is resumed, whose data and settings must be those of now.
-pub(crate) fn same_run(now: &RunRecord, then: RunRecord) -> Result<RunRecord> {
-    let restart = "bring the old state back, or restart with --force";
-    if now.data.len() != then.data.len() {
-        let (now, then) = (now.data.len(), then.data.len());
-        let finding = format!("the run began with {then} files, and there are {now} now");
-        return Err(mistake(finding, restart));
-    }
-    let mut pairs = now.data.iter().zip(&then.data);
-    if let Some((DataFile { path, .. }, _)) = pairs.find(|(now, then)| now.sha256 != then.sha256) {
-        let finding = format!("'{path}' is no longer the file that the run began with");
-        return Err(mistake(finding, restart));
-    }
-    if !then.resolved.is_empty() {
-        let tables = [&then.resolved, &now.resolved].map(serde_json::to_value);
-        let [old, new] = tables;
-        if let Some(change) = difference(&old?, &new?) {
-            let finding = format!("the run began with other settings: {change}");
-            return Err(mistake(finding, restart));
-        }
-    }
-    Ok(then)
 }

@@ -8,11 +8,10 @@ use clap::Args;
 use lagrangian::models::Entry;
 use lagrangian::train::Request;
 use lagrangian::{RobotConfig, rigid};
+use lagrangian_run::{DataFile, FileHash, Hashed};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};
-use crate::hashed::{FileHash, Hashed};
-use crate::run_folder::DataFile;
 use crate::values::name;
 
 /// The longest URDF that is read, bytes.

@@ -4,12 +4,13 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use lagrangian::score::{Assessment, Forward, Grade};
+use lagrangian_run::grade_name;
 
 use crate::failure::FAILED;
 
 /// The verdict and its reasons, for a terminal.
 pub(crate) fn text(assessment: &Assessment) -> String {
-    let mut text = format!("verdict: {}\n", name(assessment.verdict));
+    let mut text = format!("verdict: {}\n", grade_name(assessment.verdict));
     // OK: writing to a string does not fail.
     for reason in &assessment.reasons {
         let _ = writeln!(text, "  {}; {}", reason.finding, reason.remedy);
@@ -29,15 +30,6 @@ pub(crate) fn text(assessment: &Assessment) -> String {
 pub(crate) fn unpredictable(assessment: &Assessment) -> Vec<&str> {
     let joints = assessment.joints.iter().filter(|j| !j.predictable);
     joints.map(|Forward { name, .. }| name.as_str()).collect()
-}
-
-/// The word for a verdict.
-pub(crate) fn name(grade: Grade) -> &'static str {
-    match grade {
-        Grade::Good => "good",
-        Grade::Fair => "fair",
-        Grade::Poor => "poor",
-    }
 }
 
 /// Success, but for a model that must not be used.

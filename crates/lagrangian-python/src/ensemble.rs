@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use lagrangian::ensemble::{Calibration, Prediction as Predicted, fit_ensemble};
+use lagrangian::ensemble::{Calibration, Prediction as Predicted};
 use lagrangian::saved::Preparation;
-use lagrangian::train::select;
-use lagrangian::{EstimateOptions, FitConfig, Provenance, prepared};
+use lagrangian::{EstimateOptions, Provenance, prepared};
+use lagrangian_run::{FittedEnsemble, delayed};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json as object;
@@ -13,9 +13,10 @@ use serde_json::json as object;
 use crate::arrays::{Rows, array};
 use crate::error::{OrRaise, of_json, raise};
 use crate::files::json;
-use crate::fit::{Asked, Preparing, prepare, watched};
+use crate::fit::{Asked, Preparing, data, watched};
 use crate::model::{Body, Model};
-use crate::recording::{delayed, recordings};
+use crate::recording::recordings;
+use crate::threads::pool;
 
 /// Several models of the same data.
 #[pyclass(module = "lagrangian._lagrangian", frozen)]
@@ -211,35 +212,31 @@ pub(crate) fn fit<'py>(
     members: usize,
     callback: Option<Array<'py>>,
 ) -> PyResult<(Ensemble, Bound<'py, PyDict>)> {
-    let request = asked.request(py)?;
-    let data = prepare(py, (training, validation), &request, &preparing)?;
-    let dataset = &data.dataset;
-    let mut candidates = FitConfig::candidates(dataset, &data.estimates, &request).or_raise(py)?;
-    let fitted = watched(py, callback.as_ref(), |observer| {
-        let config = match (candidates.len(), candidates.pop()) {
-            (1, Some(only)) => only.config,
-            (_, last) => {
-                candidates.extend(last);
-                select(dataset, candidates, None, observer)?.chosen.config
-            }
-        };
-        config.validate(dataset)?;
-        Ok((fit_ensemble(dataset, &config, members, observer)?, config))
-    })?;
-    let (ensemble, config) = fitted.or_raise(py)?;
-    let check = &data.check;
+    let data = data(training, validation, &preparing)?;
+    let specification = asked.prepared_by(&preparing)?;
+    let pool = pool(py)?;
+    let ready = py
+        .detach(|| pool.install(|| specification.ready(data)))
+        .or_raise(py)?;
+    let FittedEnsemble {
+        ensemble,
+        config,
+        evaluation,
+        provenance,
+    } = watched(py, callback.as_ref(), |observer| {
+        ready.fit_ensemble(members, observer)
+    })?
+    .or_raise(py)?;
+    let check = &evaluation.check;
+    let motions = &evaluation.motions;
     let summary = object!({
         "family": config.family.name(),
         "settings": config,
         "members": ensemble.members().len(),
-        "held_out": data.held_out,
+        "held_out": evaluation.held_out,
         "check": { "verdict": check.verdict(), "items": check.items },
-        "coverage": ensemble.coverage(&data.motions),
+        "coverage": py.detach(|| ensemble.coverage(motions)),
     });
-    let provenance = Provenance {
-        preparation: Some(preparing.preparation(&data)),
-        ..Provenance::of_seed(request.seed)
-    };
     let ensemble = Ensemble {
         ensemble: Arc::new(ensemble),
         provenance,

@@ -42,6 +42,42 @@ pub(crate) fn of_json<T>(result: serde_json::Result<T>) -> PyResult<T> {
     result.map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }
 
+impl<T> OrRaise<T> for Result<T, lagrangian_run::Error> {
+    fn or_raise(self, py: Python<'_>) -> PyResult<T> {
+        self.map_err(|error| match error {
+            lagrangian_run::Error::Library(error) => exception(py, error),
+            error => of_run(py, &error),
+        })
+    }
+}
+
+/// An error about files or a run: the class is that of what caused it.
+fn of_run(py: Python<'_>, error: &lagrangian_run::Error) -> PyErr {
+    let mut message = error.to_string();
+    let mut cause = std::error::Error::source(error);
+    let mut system = None;
+    while let Some(own) = cause {
+        message += &format!(": {own}");
+        let of_system = own.downcast_ref::<std::io::Error>();
+        system = system.or(of_system.and_then(std::io::Error::raw_os_error));
+        cause = own.source();
+    }
+    if !error.remedy().is_empty() {
+        message += &format!(": {}", error.remedy());
+    }
+    let message = in_python(&message);
+    match (system, error.library()) {
+        (Some(code), _) => PyOSError::new_err((code, message)),
+        (None, Some(own)) => raise(py, class(own), message),
+        (None, None) => invalid(py, message),
+    }
+}
+
+/// A text whose settings are named as the keywords of Python.
+pub(crate) fn in_python(text: &str) -> String {
+    text.replace("`out`", "`run`")
+}
+
 fn exception(py: Python<'_>, error: Error) -> PyErr {
     let message = error.to_string();
     match error {
@@ -49,10 +85,17 @@ fn exception(py: Python<'_>, error: Error) -> PyErr {
             Some(code) => PyOSError::new_err((code, message)),
             None => PyOSError::new_err(message),
         },
+        other => raise(py, class(&other), message),
+    }
+}
+
+/// The class of the exception for an error of the library.
+fn class(error: &Error) -> &'static str {
+    match error {
         Error::NotAModel { .. }
         | Error::NewerModel { .. }
         | Error::DamagedModel { .. }
-        | Error::Tensor { .. } => raise(py, "ModelError", message),
+        | Error::Tensor { .. } => "ModelError",
         Error::Columns { .. }
         | Error::Topic { .. }
         | Error::Cell { .. }
@@ -62,7 +105,7 @@ fn exception(py: Python<'_>, error: Error) -> PyErr {
         | Error::TooShort { .. }
         | Error::Sample { .. }
         | Error::Moves { .. }
-        | Error::Data { .. } => raise(py, "DataError", message),
-        _ => raise(py, "InvalidInput", message),
+        | Error::Data { .. } => "DataError",
+        _ => "InvalidInput",
     }
 }

@@ -6,6 +6,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use lagrangian::{Format, Layout, Readings, Recording};
+use lagrangian_run::{OneFile, bag_files, format_named, layout_beside, read_file, text, unused};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -65,40 +66,24 @@ impl Told {
     }
 }
 
-/// The layout file that speaks for a data file, if there is one.
-fn beside(path: &Path) -> Option<PathBuf> {
-    let files = [
-        path.with_extension("toml"),
-        path.with_file_name("lagrangian.toml"),
-    ];
-    files.into_iter().find(|file| file.is_file())
-}
-
-fn format(path: &Path) -> lagrangian::Result<Format> {
-    let extension = path.extension().and_then(|e| e.to_str());
-    Format::from_extension(extension.unwrap_or_default())
-}
-
-/// What a reader passed over or decided, in sentences.
+/// What a reader of a table passed over or decided, in sentences.
 fn notes(readings: &Readings) -> Vec<String> {
-    let ignored = readings.columns.ignored.join(", ");
-    let unused = (!ignored.is_empty()).then(|| format!("columns not used: {ignored}"));
-    unused.into_iter().chain(readings.notes.clone()).collect()
+    unused(readings)
+        .into_iter()
+        .chain(readings.notes.clone())
+        .collect()
 }
 
-/// The recordings of a file, its columns that were not used, and what else its reader says.
-fn one_file(
-    path: &Path,
-    layout: Layout,
-) -> lagrangian::Result<(Vec<Recording>, Vec<String>, Layout)> {
-    let layout = match beside(path) {
-        Some(file) => layout.or(Layout::from_toml(&std::fs::read_to_string(file)?)?),
+/// The content of a file, and its layout, completed from the file beside it.
+fn one_file(path: &Path, layout: Layout) -> lagrangian_run::Result<(OneFile, Layout)> {
+    let layout = match layout_beside(path) {
+        Some(file) => layout.or(Layout::from_toml(
+            &text(&file).map_err(lagrangian::Error::Io)?,
+        )?),
         None => layout,
     };
-    let name = path.file_stem().and_then(|stem| stem.to_str());
-    let readings = format(path)?.read(File::open(path)?, name.unwrap_or("recording"), &layout)?;
-    let notes = notes(&readings);
-    Ok((readings.recordings, notes, layout))
+    let advice = "name its columns, or describe them in a layout file beside it";
+    Ok((read_file(path, &layout, advice)?, layout))
 }
 
 /// The parts of recordings, what their reader says, and the layout.
@@ -134,35 +119,30 @@ pub(crate) fn read<'py>(
     told: Told,
 ) -> PyResult<Contents<'py>> {
     let (mut all, mut notes, mut first) = (Vec::new(), Vec::new(), None);
-    for path in &paths {
+    for path in &bag_files(&paths).or_raise(py)? {
         let layout = told.layout(py)?;
         let shown = path.display();
-        let read = py.detach(|| one_file(path, layout));
-        let (recordings, own, layout) = read
+        let (file, layout) = py
+            .detach(|| one_file(path, layout))
             .or_raise(py)
-            .map_err(|error| about(py, &error, &shown))?;
-        notes.extend(own.iter().map(|note| format!("'{shown}': {note}")));
+            .map_err(|error| about(py, error, path))?;
+        notes.extend(file.told.iter().map(|note| format!("'{shown}': {note}")));
         first.get_or_insert(layout);
-        all.extend(recordings);
+        all.extend(file.recordings);
     }
     contents(py, all, notes, first.unwrap_or_default())
 }
 
-/// The same exception, which says which file it is about.
-fn about(py: Python<'_>, error: &PyErr, file: &impl std::fmt::Display) -> PyErr {
+/// An error of the operating system says which file it is about, as Python's own do; others have said it.
+fn about(py: Python<'_>, error: PyErr, file: &Path) -> PyErr {
     let value = error.value(py);
-    if let Ok(code) = value
-        .getattr("errno")
-        .and_then(|code| code.extract::<i32>())
-    {
-        let words = value
-            .getattr("strerror")
-            .and_then(|words| words.extract::<String>());
-        return PyOSError::new_err((code, words.unwrap_or_default(), file.to_string()));
-    }
-    match error.get_type(py).call1((format!("'{file}': {value}"),)) {
-        Ok(named) => PyErr::from_value(named),
-        Err(other) => other,
+    let code = value.getattr("errno").and_then(|code| code.extract());
+    let words = value.getattr("strerror").and_then(|words| words.extract());
+    match (code, words) {
+        (Ok::<i32, _>(code), Ok::<String, _>(words)) => {
+            PyOSError::new_err((code, words, file.display().to_string()))
+        }
+        _ => error,
     }
 }
 
@@ -189,7 +169,7 @@ pub(crate) fn write(py: Python<'_>, path: PathBuf, motions: &Bound<'_, PyAny>) -
         return Err(invalid(py, "trajectories is empty: give at least one"));
     };
     let layout = Layout::written(&first.coordinates).to_toml().or_raise(py)?;
-    let format = format(&path).or_raise(py)?;
+    let format = format_named(&path).or_raise(py)?;
     let trajectories = recordings.into_iter().map(|r| {
         r.validate()?;
         Ok(lagrangian::Trajectory::new(r.name, r.t, r.signals))
@@ -199,7 +179,7 @@ pub(crate) fn write(py: Python<'_>, path: PathBuf, motions: &Bound<'_, PyAny>) -
         .or_raise(py)?;
     py.detach(|| {
         format.write(File::create(&path)?, &trajectories)?;
-        Ok(std::fs::write(path.with_extension("toml"), layout)?)
+        lagrangian::Result::Ok(std::fs::write(path.with_extension("toml"), layout)?)
     })
     .or_raise(py)
 }

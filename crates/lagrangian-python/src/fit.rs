@@ -5,15 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use lagrangian::models::Entry;
-use lagrangian::saved::Preparation;
 use lagrangian::score::time_for;
 use lagrangian::settings::Values;
-use lagrangian::train::{Request, Samples, Selection, select};
+use lagrangian::train::{Samples, select};
 use lagrangian::{
-    Budget, CheckReport, Coordinates, Dataset, FitConfig, Observer, PrepareOptions, Prepared,
-    Progress, Provenance, RobotConfig, Signals, Trajectory, rigid,
+    CheckReport, Coordinates, Dataset, FitConfig, Observer, Progress, Provenance, RolloutOptions,
+    Signals, Trajectory,
 };
+use lagrangian_run::{Data, Evaluation, Place, RunFolder, Specification};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -23,7 +22,8 @@ use crate::arrays::Rows;
 use crate::error::{OrRaise, of_json};
 use crate::files::json;
 use crate::model::{Body, Model};
-use crate::recording::{delayed, recordings};
+use crate::recording::recordings;
+use crate::run::Run;
 use crate::score::Figures;
 use crate::threads::{attended, interruptible, pool};
 
@@ -67,52 +67,35 @@ pub(crate) struct Preparing {
 }
 
 impl Asked {
-    pub(crate) fn request(&self, py: Python<'_>) -> PyResult<Request> {
+    /// The same as plain data.
+    pub(crate) fn specification(self) -> PyResult<Specification> {
         let read = |text: &String| of_json(serde_json::from_str::<Values>(text));
         let [settings, training, rollout] = &self.settings;
-        let seconds = self.seconds.map(Budget::Seconds);
-        let mut request = Request {
-            family: self.family.clone(),
+        Ok(Specification {
             settings: read(settings)?,
             training: read(training)?,
             rollout: read(rollout)?,
-            budget: self.steps.map(Budget::Steps).or(seconds),
+            family: self.family,
+            steps: self.steps,
+            seconds: self.seconds,
             seed: self.seed,
-            nominal: None,
-        };
-        let robot = |text: &String| {
-            let text = rigid::example(text).unwrap_or(text);
-            RobotConfig::new(text, self.joints.clone()).or_raise(py)
-        };
-        request.nominal = self.nominal.as_ref().map(robot).transpose()?;
-        if let Some(urdf) = &self.urdf {
-            let entry = Entry::taking_a_robot(request.family.as_deref()).or_raise(py)?;
-            let config = of_json(serde_json::to_value(robot(urdf)?))?;
-            request.settings.insert(entry.name.into(), config);
-        }
-        Ok(request)
-    }
-}
-
-impl Preparing {
-    fn options(&self) -> PrepareOptions {
-        PrepareOptions {
-            smooth: self.smooth,
-            low_pass: self.low_pass,
-            baseline: self.baseline,
-            validate_fraction: self.validate_fraction,
-            delayed: !self.delay.is_empty(),
-        }
+            urdf: self.urdf,
+            nominal: self.nominal,
+            joints: self.joints,
+            ..Specification::default()
+        })
     }
 
-    /// How the data were prepared, as the model remembers it.
-    pub(crate) fn preparation(&self, data: &Prepared) -> Preparation {
-        Preparation {
-            layout: self.layout.clone().unwrap_or_default(),
-            smooth: data.options.smooth,
-            low_pass: data.options.low_pass,
-            delay: self.delay.clone(),
-        }
+    /// The same, with what is done with the recordings.
+    pub(crate) fn prepared_by(self, preparing: &Preparing) -> PyResult<Specification> {
+        Ok(Specification {
+            smooth: preparing.smooth,
+            low_pass: preparing.low_pass,
+            baseline: preparing.baseline,
+            validate_fraction: preparing.validate_fraction,
+            delay: preparing.delay.clone(),
+            ..self.specification()?
+        })
     }
 }
 
@@ -200,99 +183,103 @@ fn tell(callback: &Bound<'_, PyAny>, event: &Event) -> PyResult<()> {
     callback.call1((json(callback.py(), &told)?,)).map(|_| ())
 }
 
-/// Prepares the recordings of a fit: those to learn from, and those to validate on.
-pub(crate) fn prepare<'py>(
-    py: Python<'py>,
-    (training, validation): (&Bound<'py, PyAny>, &Bound<'py, PyAny>),
-    request: &Request,
-    preparing: &Preparing,
-) -> PyResult<Prepared> {
-    let (training, validation) = (recordings(training)?, recordings(validation)?);
-    let (pool, options, delay) = (pool(py)?, preparing.options(), &preparing.delay[..]);
-    let prepare = || {
-        let (training, validation) = (delayed(training, delay)?, delayed(validation, delay)?);
-        Prepared::new(training, validation, request, &options)
-    };
-    py.detach(|| pool.install(prepare)).or_raise(py)
-}
-
 /// A fitted model with everything that is said about it.
 type Fitted<'py> = (Model, Bound<'py, PyDict>);
 
-/// Fits the best of the models that are asked for to recordings.
+/// Fits the best of the models that are asked for to recordings, in a run folder where one is named.
 #[pyfunction]
-#[pyo3(signature = (training, validation, asked, preparing, callback=None))]
+#[pyo3(signature = (training, validation, asked, preparing, run=None, callback=None))]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
     training: &Bound<'py, PyAny>,
     validation: &Bound<'py, PyAny>,
     asked: Asked,
     preparing: Preparing,
+    run: Option<Run>,
     callback: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Fitted<'py>> {
-    let request = asked.request(py)?;
-    let held_back = validation.len()? == 0;
-    let data = prepare(py, (training, validation), &request, &preparing)?;
-    let candidates =
-        FitConfig::candidates(&data.dataset, &data.estimates, &request).or_raise(py)?;
-    if let [only] = &candidates[..] {
-        only.config.validate(&data.dataset).or_raise(py)?;
-    }
-    let dataset = &data.dataset;
-    let selection = watched(py, callback.as_ref(), |observer| {
-        select(dataset, candidates, None, observer)
-    })?
-    .or_raise(py)?;
-    let (model, motions) = (&selection.fit.model, &data.motions);
-    let limit = time_for(motions.iter().map(Trajectory::len).sum());
-    let figures =
-        interruptible(py, limit, |stop| Figures::of(model, motions, stop))?.or_raise(py)?;
-    let provenance = Provenance {
-        preparation: Some(preparing.preparation(&data)),
-        ..Provenance::of_seed(request.seed)
+    let data = data(training, validation, &preparing)?;
+    let specification = asked.prepared_by(&preparing)?;
+    let folder = run.as_ref().map(|run| run.open(py)).transpose()?;
+    let place = match (&folder, &run) {
+        (Some(folder), Some(run)) => Some(run.place(folder)?),
+        _ => None,
     };
-    summary(py, selection, held_back, provenance, figures, Some(&data))
+    let fitted = fit_in(py, specification, data, place.as_ref(), callback.as_ref());
+    if fitted.is_err() {
+        folder.iter().for_each(RunFolder::remove_if_new_and_empty);
+    }
+    fitted
+}
+
+/// The recordings of a fit.
+pub(crate) fn data(
+    training: &Bound<'_, PyAny>,
+    validation: &Bound<'_, PyAny>,
+    preparing: &Preparing,
+) -> PyResult<Data> {
+    Ok(Data {
+        training: recordings(training)?,
+        validation: recordings(validation)?,
+        layout: preparing.layout.clone().unwrap_or_default(),
+        hashes: Vec::new(),
+    })
+}
+
+fn fit_in<'py>(
+    py: Python<'py>,
+    specification: Specification,
+    data: Data,
+    place: Option<&Place>,
+    callback: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Fitted<'py>> {
+    let pool = pool(py)?;
+    let prepare = || {
+        let data = match place {
+            Some(_) => data.hashed(),
+            None => data,
+        };
+        specification.ready(data)
+    };
+    let ready = py.detach(|| pool.install(prepare)).or_raise(py)?;
+    let fitted = watched(py, callback, |observer| ready.fit(place, observer))?.or_raise(py)?;
+    let motions = &fitted.evaluation.motions;
+    let limit = time_for(motions.iter().map(Trajectory::len).sum());
+    let assess = |stop| {
+        let options = RolloutOptions {
+            stop,
+            ..RolloutOptions::for_comparison()
+        };
+        fitted.assessed(place, &options)
+    };
+    let (score, assessment) = interruptible(py, limit, assess)?.or_raise(py)?;
+    summary(py, fitted, &Figures { score, assessment })
 }
 
 fn summary<'py>(
     py: Python<'py>,
-    selection: Selection,
-    held_back: bool,
-    provenance: Provenance,
-    figures: Figures,
-    data: Option<&Prepared>,
+    fitted: lagrangian_run::Fitted,
+    Figures { score, assessment }: &Figures,
 ) -> PyResult<Fitted<'py>> {
-    let Selection {
-        fit,
-        chosen,
-        contestants,
-    } = selection;
-    let empty = CheckReport { items: Vec::new() };
-    let check = data.map_or(&empty, |data| &data.check);
-    let assessment = figures
-        .assessment
-        .of_selected(&contestants)
-        .of_checked(check);
-    let low_pass = data.and_then(|data| data.low_pass.clone());
-    let choices: Vec<_> = low_pass.into_iter().chain(chosen.choices).collect();
+    let (fit, check) = (fitted.fit, &fitted.evaluation.check);
     let summary = object!({
         "family": fit.model.family(),
         "ending": fit.ending,
-        "improved": fit.improved(&chosen.config, held_back),
+        "improved": fitted.improved,
         "loss": finite(fit.best),
         "best_step": fit.best_step,
         "steps": fit.steps,
         "seconds": fit.seconds,
-        "held_out": data.is_some_and(|data| data.held_out),
-        "choices": choices,
-        "tried": contestants,
-        "settings": chosen.config,
+        "held_out": fitted.evaluation.held_out,
+        "choices": fitted.choices,
+        "tried": fitted.contestants,
+        "settings": fitted.config,
         "check": { "verdict": check.verdict(), "items": check.items },
-        "score": figures.score,
+        "score": score,
         "verdict": assessment.verdict,
         "assessment": assessment,
     });
-    let model = Model::new(Body::Learned(fit.model, provenance));
+    let model = Model::new(Body::Learned(fit.model, fitted.provenance));
     Ok((model, json(py, &summary)?))
 }
 
@@ -321,7 +308,7 @@ pub(crate) fn fit_samples<'py>(
             *column = Rows::new(given, name, n)?.values().to_vec();
         }
     }
-    let request = asked.request(py)?;
+    let request = asked.specification()?.request().or_raise(py)?;
     let dataset = divided(coordinates, columns, &validation).or_raise(py)?;
     let chosen = FitConfig::for_data(&dataset, &[], &request).or_raise(py)?;
     chosen.config.validate(&dataset).or_raise(py)?;
@@ -344,7 +331,18 @@ pub(crate) fn fit_samples<'py>(
         .detach(|| Figures::of_samples(&selection.fit.model, &samples))
         .or_raise(py)?;
     let provenance = Provenance::of_seed(request.seed);
-    summary(py, selection, true, provenance, figures, None)
+    let assessment = figures.assessment.of_selected(&selection.contestants);
+    let evaluation = Evaluation {
+        motions: Vec::new(),
+        held_out: false,
+        check: CheckReport { items: Vec::new() },
+    };
+    let figures = Figures {
+        assessment: assessment.of_checked(&evaluation.check),
+        ..figures
+    };
+    let fitted = lagrangian_run::Fitted::of(selection, evaluation, provenance, dataset.forced);
+    summary(py, fitted, &figures)
 }
 
 /// The samples whose numbers are listed are for validation, the others are fitted.

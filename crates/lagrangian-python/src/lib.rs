@@ -12,8 +12,10 @@ mod model;
 mod motion;
 mod number;
 mod recording;
+mod run;
 mod score;
 mod settings;
+mod sweep;
 mod systems;
 mod threads;
 
@@ -37,9 +39,13 @@ mod _lagrangian {
     #[pymodule_export]
     use super::number::Number;
     #[pymodule_export]
+    use super::run::report;
+    #[pymodule_export]
     use super::score::score;
     #[pymodule_export]
     use super::settings::{families, integrators, systems, training_settings};
+    #[pymodule_export]
+    use super::sweep::Sweep;
     #[pymodule_export]
     use super::systems::{own_system, robot, simulate, system};
     #[pymodule_export]

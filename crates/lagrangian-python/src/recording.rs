@@ -105,17 +105,6 @@ pub(crate) fn recordings(motions: &Bound<'_, PyAny>) -> PyResult<Vec<Recording>>
         .collect()
 }
 
-/// The recordings with their forces shifted by these delays, s: one for all coordinates, one for each, or none.
-pub(crate) fn delayed(
-    recordings: Vec<Recording>,
-    seconds: &[f64],
-) -> lagrangian::Result<Vec<Recording>> {
-    match seconds.is_empty() {
-        true => Ok(recordings),
-        false => recordings.into_iter().map(|r| r.delayed(seconds)).collect(),
-    }
-}
-
 /// What `lagrangian.Trajectory` is made of.
 pub(crate) fn parts<'py>(
     py: Python<'py>,

@@ -11,7 +11,7 @@ use serde_json::json as object;
 use crate::error::{OrRaise, invalid};
 use crate::files::json;
 use crate::model::{Body, Model};
-use crate::recording::{delayed, recordings};
+use crate::recording::recordings;
 use crate::threads::interruptible;
 
 /// The score of a model on some motions, and how far it can be trusted.
@@ -69,10 +69,11 @@ pub(crate) fn score<'py>(
     };
     let limit = time_for(recordings.iter().map(Recording::len).sum());
     let figures = |stop| {
-        let recordings = delayed(recordings, &own.delay)?;
-        Figures::of(learned, &prepared::estimated(recordings, &options)?.0, stop)
+        let recordings = lagrangian_run::delayed(recordings, &own.delay)?;
+        let motions = prepared::estimated(recordings, &options)?.0;
+        Ok(Figures::of(learned, &motions, stop)?)
     };
-    let figures = interruptible(py, limit, figures)?;
+    let figures: lagrangian_run::Result<Figures> = interruptible(py, limit, figures)?;
     let Figures { score, assessment } = figures.or_raise(py)?;
     json(
         py,

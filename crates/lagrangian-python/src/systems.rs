@@ -154,7 +154,7 @@ pub(crate) fn simulate<'py>(
         let options = RolloutOptions { stop, ..options };
         let rollouts = simulation.run(system, &options)?;
         let outcomes: Vec<_> = rollouts.iter().map(|r| r.outcome).collect();
-        Ok((simulation.recorded(system, rollouts), outcomes))
+        lagrangian::Result::Ok((simulation.recorded(system, rollouts), outcomes))
     };
     let simulated = interruptible(py, Duration::MAX, run)?;
     body.raised()?;

@@ -15,10 +15,10 @@ use lagrangian_report::{
 use serde_json::json;
 
 use super::OutputMode;
+use crate::command_line::command_line;
 use crate::failure::{Advise, FAILED};
 use crate::law_args::ActionArgs;
 use crate::output;
-use crate::run_folder::command_line;
 use crate::task::{Size, Task};
 
 /// Sizes of the variations that are drawn.

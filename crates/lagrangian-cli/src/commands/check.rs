@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 
 use super::{OutputMode, existence};
 use crate::cli::CheckArgs;
+use crate::command_line::command_words;
 use crate::data;
 use crate::failure::{FAILED, with_flags};
-use crate::run_folder::command_words;
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {

@@ -5,14 +5,15 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::{Coordinates, Recording, Trajectory};
+use lagrangian_run::Source;
 use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::ConvertArgs;
-use crate::data::{self, Files, Source};
+use crate::data::{self, Files};
 use crate::failure::mistake;
+use crate::output;
 use crate::task::{Size, Task};
-use crate::{bag_folder, input, output};
 
 pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
     let inputs = args.data.inputs(&args.files)?;
@@ -107,12 +108,12 @@ fn refuse_inputs(args: &ConvertArgs, inputs: &[PathBuf]) -> Result<()> {
     let Some(out) = &args.output.out else {
         return Ok(());
     };
-    let files = bag_folder::files(&args.files)?;
+    let files = lagrangian_run::bag_files(&args.files)?;
     let layout = out.with_extension("toml");
-    input::refuse_overwriting([out, &layout], inputs)?;
+    lagrangian_run::refuse_overwriting([out, &layout], inputs)?;
     match files
         .iter()
-        .find(|file| input::is_same_name(&file.with_extension("toml"), &layout))
+        .find(|file| lagrangian_run::is_same_name(&file.with_extension("toml"), &layout))
     {
         None => Ok(()),
         Some(file) => Err(mistake(

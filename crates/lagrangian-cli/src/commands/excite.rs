@@ -16,14 +16,13 @@ use lagrangian_report::{Command, Motion, Report, Role, phase_portrait, trajector
 use serde_json::json;
 
 use super::OutputMode;
+use crate::command_line::command_line;
 use crate::excite_args::{ExciteArgs, LimitArgs};
 use crate::failure::{Advise, mistake};
-use crate::input;
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
 use crate::robot;
-use crate::run_folder::command_line;
 
 /// The most joints of a plan without a robot.
 const MOST_JOINTS: usize = 64;
@@ -34,7 +33,7 @@ pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_unwritable()?;
     let files = Files::of(args)?;
     let layout = files.validate.with_extension("toml");
-    input::refuse_overwriting([&files.validate, &layout], &robots)?;
+    lagrangian_run::refuse_overwriting([&files.validate, &layout], &robots)?;
     let subject = Subject::read(args)?;
     let config = args.config();
     let mut bar = Progress::start("excite", mode.quiet);
@@ -215,7 +214,7 @@ impl Files {
         let validate = beside(&plan);
         let layouts = [&plan, &validate].map(|path| path.with_extension("toml"));
         for path in layouts.iter().chain([&validate]) {
-            output::refuse_existing(path, args.output.file.existing())?;
+            lagrangian_run::refuse_existing(path, args.output.file.existing())?;
         }
         Ok(Self { plan, validate })
     }

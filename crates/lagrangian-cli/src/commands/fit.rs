@@ -7,31 +7,30 @@ use anyhow::Result;
 use lagrangian::models::Parameter;
 use lagrangian::saved::Preparation;
 use lagrangian::score::Assessment;
-use lagrangian::train::{self, Choice, Chosen, Contestant, Ending, Selection};
+use lagrangian::train::{Choice, Chosen, Contestant, Ending, Selection};
 use lagrangian::{
-    Checkpoint, Dataset, Estimate, Fit, FitConfig, Learned, Prepared, Provenance, Verdict,
+    Checkpoint, Dataset, Estimate, Fit, FitConfig, Learned, Prepared, Trajectory, Verdict,
 };
-use lagrangian_report::draw;
+use lagrangian_run::{
+    Columns, DataFile, Evaluation, FileHash, Links, MODEL, Occupied, Page, REPORT, RunFolder,
+    RunRecord, Scored, Tensorboard, bag_files, provenance, resolved,
+};
 use serde_json::json;
 
 use super::OutputMode;
-use crate::cli::Links;
+use crate::command_line::command_line;
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
 use crate::fit_args::FitArgs;
 use crate::fitted;
-use crate::hashed::FileHash;
 use crate::interrupt;
+use crate::motion;
 use crate::output;
-use crate::progress::Progress;
-use crate::resolved::Resolved;
-use crate::resumed::{resumed, same_run, settings};
+use crate::resumed::{resumed, settings};
 use crate::robot::Robot;
-use crate::run_folder::{DataFile, MODEL, Occupied, REPORT, RunFolder, RunRecord, command_line};
-use crate::run_page::{Evaluation, Run};
+use crate::skin::{Flags, Shown};
 use crate::task::{Size, Task};
 use crate::verdict;
-use crate::watch::Watch;
 
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
     // A folder that is made is removed if the fit ends before it began.
@@ -56,7 +55,6 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let robot = args.robot.read()?;
     let mut record = record(&args, &data, robot.as_ref())?;
     let preparation = data.preparation;
-    let resolved = Resolved::of(&args, &preparation)?;
     let warnings = data.prepared.check.count(Verdict::Warn);
     let Prepared {
         dataset,
@@ -74,37 +72,41 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         )?;
     }
     drop(reading);
-    record.resolved = resolved.with(&candidates)?;
+    let held_back = args.training.validate.is_empty();
+    record.resolved = resolved(
+        columns(&args)?,
+        &preparation,
+        &args.prepare(),
+        held_back,
+        &candidates,
+    )?;
     if warnings > 0 {
         tell!("note: warnings about the data: {warnings}; the page lists them");
     }
-    let mut begun = match args.resume {
-        true => same_run(&record, folder.record()?)?,
-        false => {
-            folder.write_record(&record)?;
-            record.clone()
-        }
-    };
+    let mut begun = folder.begin(&record)?;
     let selection = fit(candidates, folder, dataset, checkpoint.as_ref(), mode)?;
-    let Selection {
-        fit,
-        chosen: Chosen { config, choices },
-        contestants,
-    } = selection;
-    let choices = [of_data, choices].concat();
-    note_failures(&contestants);
-    if contestants.len() > 1 {
-        begun.choices.clone_from(&choices);
-        begun.tried.clone_from(&contestants);
-        folder.update_record(&begun)?;
-    }
+    let choices = [of_data, selection.chosen.choices.clone()].concat();
+    note_failures(&selection.contestants);
     let provenance = provenance(&record, preparation);
+    folder.keep(&mut begun, &selection, &choices, provenance)?;
     let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
     let forced = dataset.forced;
-    let (estimates, evaluation) = (estimates.len(), evaluation_of(data.prepared));
-    folder.write(MODEL, &fit.model.save(provenance)?.to_bytes()?)?;
-    let assessment = assessed(folder, &begun, &fit.model, &evaluation, mode)?;
-    let improved = fit.improved(&config, args.training.validate.is_empty());
+    let (estimates, evaluation) = (estimates.len(), data.prepared.into());
+    let page = Page {
+        skin: &Flags,
+        folder,
+        record: &begun,
+        metrics: &folder.read_metrics()?,
+        model: &selection.fit.model,
+        evaluation: &evaluation,
+    };
+    let assessment = assessed(&page, mode)?;
+    let Selection {
+        fit,
+        chosen,
+        contestants,
+    } = selection;
+    let improved = fit.improved(&chosen.config, held_back);
     if !mode.json {
         tell(folder, &fit, &assessment);
         return Ok(exit_code(&fit, improved, &assessment));
@@ -134,37 +136,20 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
 }
 
 /// Writes the page, and says how far the model can be trusted.
-fn assessed(
-    folder: &RunFolder,
-    record: &RunRecord,
-    model: &Learned,
-    evaluation: &Evaluation,
-    mode: OutputMode,
-) -> Result<Assessment> {
-    let page = Run {
-        folder: folder.path(),
-        record,
-        metrics: &folder.read_metrics()?,
-        model,
-        evaluation,
-    };
-    let scored = page.scored(mode)?;
+fn assessed(page: &Page, mode: OutputMode) -> Result<Assessment> {
+    let scored = scored(page, mode)?;
     let assessment = scored.assessment.clone();
-    let page = draw::html(&page.report(scored, Links::default()));
-    folder.write(REPORT, page.as_bytes())?;
+    page.write(&page.report(scored, Links::default()))?;
     Ok(assessment)
 }
 
-/// Where a model comes from.
-fn provenance(record: &RunRecord, preparation: Preparation) -> Provenance {
-    let hashes = record.data.iter();
-    let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
-    Provenance {
-        data: hashes.collect(),
-        command: Some(record.command.clone()),
-        preparation: Some(preparation),
-        ..Provenance::of_seed(record.seed)
-    }
+/// The predictions for a page, which end when their time is up.
+pub(super) fn scored(page: &Page, mode: OutputMode) -> Result<Scored> {
+    let samples = page.evaluation.motions.iter().map(Trajectory::len).sum();
+    let _task = Task::of_predictions("predictions for the page", mode.quiet, samples)?;
+    let scored = page.scored(&motion::for_comparison())?;
+    motion::note_stopped(&scored.score);
+    Ok(scored)
 }
 
 /// Says which models could not be fitted.
@@ -235,16 +220,7 @@ fn occupied(args: &FitArgs) -> Occupied {
 
 /// The motions of a run's evaluation, read again from the files that it names.
 pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
-    Ok(evaluation_of(read(&settings(record)?)?.prepared))
-}
-
-/// What is left of the data when the fit has ended.
-fn evaluation_of(data: Prepared) -> Evaluation {
-    Evaluation {
-        motions: data.motions,
-        held_out: data.held_out,
-        check: data.check,
-    }
+    Ok(read(&settings(record)?)?.prepared.into())
 }
 
 /// The data of a fit and of its evaluation.
@@ -303,7 +279,8 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
 fn record(args: &FitArgs, data: &Data, robot: Option<&Robot>) -> Result<RunRecord> {
     let robot = robot.and_then(|robot| args.robot.file(robot));
     let files = data.files.iter().cloned().chain(robot).collect();
-    RunRecord::now(args.training.seed, args, files)
+    let record = RunRecord::now(command_line(), args.training.seed, args, files);
+    Ok(record?)
 }
 
 /// All settings of the fits; notes a choice of the optimiser from the data.
@@ -339,12 +316,11 @@ fn fit(
     checkpoint: Option<&Checkpoint>,
     mode: OutputMode,
 ) -> Result<Selection> {
-    let metrics = folder.metrics(checkpoint.map_or(0, |c| c.step as u64))?;
-    let bar = Progress::start("fit", mode.quiet);
     interrupt::listen()?;
-    let mut watch = Watch::new(folder, metrics, bar);
-    let fitted = train::select(dataset, candidates, checkpoint, &mut watch);
-    let result = match &fitted {
+    let mut shown = Shown::start("fit", mode.quiet);
+    let events = Tensorboard::Written;
+    let fitted = folder.fit(dataset, candidates, checkpoint, events, &mut shown)?;
+    shown.finish(&match &fitted {
         Ok(Selection {
             chosen,
             contestants,
@@ -355,10 +331,19 @@ fn fit(
         }
         Ok(Selection { fit, .. }) => format!("{} steps, loss {:.3e}", fit.steps, fit.best),
         Err(_) => "failed".into(),
-    };
-    watch.finish(&result)?;
+    });
     fitted.advise(
         format!("cannot fit (`{}`)", command_line()),
         "`lagrangian fit --help` lists the flags and their values",
     )
+}
+
+/// How the data of a fit are read.
+fn columns(args: &FitArgs) -> Result<Columns> {
+    let named = [&args.files[..], &args.training.validate].concat();
+    let layout = |path: PathBuf| Ok((path.clone(), args.data.layout_for(&path)?));
+    let layouts = bag_files(&named)?.into_iter().map(layout);
+    let layouts = layouts.collect::<Result<Vec<_>>>()?;
+    let rows = args.sample.sampling(0, 0).map(|sampling| sampling.rows);
+    Ok(Columns::of(layouts, rows)?)
 }

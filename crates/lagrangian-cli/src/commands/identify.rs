@@ -17,24 +17,23 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{OutputMode, fit};
+use crate::data;
 use crate::failure::{self, Advise};
 use crate::fitted;
 use crate::identify_args::IdentifyArgs;
-use crate::output::{self, Existing};
 use crate::robot::{self, Robot};
 use crate::task::{Size, Task};
-use crate::{data, input};
 
 /// The part of the data to identify from that chooses the strength of the prior.
 const VALIDATION: f64 = 0.2;
 
 pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
-    let existing = Existing::from_force(args.force);
+    let existing = lagrangian_run::Existing::from_force(args.force);
     let logs = [&args.files[..], &args.test].concat();
     let mut inputs = args.data.inputs(&logs)?;
     inputs.push(args.urdf.clone());
-    input::refuse_overwriting([&args.out], &inputs)?;
-    output::refuse_existing(&args.out, existing)?;
+    lagrangian_run::refuse_overwriting([&args.out], &inputs)?;
+    lagrangian_run::refuse_existing(&args.out, existing)?;
     let task = Task::start("identify", mode.quiet, Size::of_files(&inputs))?;
     let robot = robot::open(&args.urdf, &args.joints)?;
     let data = read(args)?;
@@ -50,7 +49,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
         )?;
     let errors = data.errors(&robot.config, &text, &found)?;
     drop(task);
-    output::write_bytes(&args.out, existing, text.as_bytes())?;
+    lagrangian_run::write_bytes(&args.out, existing, text.as_bytes())?;
     let changes = found.changes();
     let figures = json!({
         "command": "identify",

@@ -13,6 +13,7 @@ mod report;
 mod rollout;
 mod score;
 mod simulate;
+pub(crate) mod sweep;
 mod torque;
 mod track;
 
@@ -59,6 +60,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Fit(args) => fit::run(&args, mode),
         Command::Excite(args) => excite::run(&args, mode),
         Command::Identify(args) => identify::run(&args, mode),
+        Command::Sweep(args) => sweep::run(&args, mode),
         Command::Score(args) => score::run(&args, mode),
         Command::Rollout(args) => rollout::run(&args, mode),
         Command::Torque(args) => torque::run(&args, mode),

@@ -7,17 +7,16 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian_report::Report;
 use lagrangian_report::draw;
+use lagrangian_run::{Existing, FIGURES, Links, METRICS, MODEL, Page, REPORT, RUN, RunFolder};
 use serde_json::json;
 
 use super::{OutputMode, fit};
-use crate::cli::{Links, ReportArgs};
+use crate::cli::ReportArgs;
 use crate::failure::{Advise, mistake};
 use crate::fitted;
-use crate::input;
 use crate::out_args::write_png;
-use crate::output::{self, Existing};
-use crate::run_folder::{FIGURES, METRICS, MODEL, REPORT, RUN, RunFolder};
-use crate::run_page::Run;
+use crate::output;
+use crate::skin::Flags;
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -25,16 +24,16 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     let (out, existing) = (&args.output.out, args.output.existing());
     let inputs = inputs(&folder)?;
     let pages = [out, &args.gif].into_iter().flatten();
-    input::refuse_overwriting(pages, &inputs)?;
+    lagrangian_run::refuse_overwriting(pages, &inputs)?;
     for path in [out, &args.gif].into_iter().flatten() {
-        output::refuse_existing(path, existing)?;
+        lagrangian_run::refuse_existing(path, existing)?;
     }
-    let report = of_run(&folder, args.links, mode)?;
+    let report = of_run(&folder, args.links.into(), mode)?;
     let _drawing = Task::start("report: drawing", mode.quiet, Size::default())?;
     let path = out.clone().unwrap_or_else(|| folder.file(REPORT));
     // The run's own page is made to be made again.
     let replace = Existing::from_force(args.output.force || out.is_none());
-    output::write_bytes(&path, replace, draw::html(&report).as_bytes())?;
+    lagrangian_run::write_bytes(&path, replace, draw::html(&report).as_bytes())?;
     if let Some(pictures) = &args.pictures {
         draw_figures(&report, pictures, existing)?;
     }
@@ -80,14 +79,15 @@ fn of_run(folder: &RunFolder, links: Links, mode: OutputMode) -> Result<Report> 
     let evaluation = fit::evaluation(&record)?;
     drop(reading);
     let metrics = folder.read_metrics()?;
-    let run = Run {
-        folder: folder.path(),
+    let page = Page {
+        skin: &Flags,
+        folder,
         record: &record,
         metrics: &metrics,
         model: &model,
         evaluation: &evaluation,
     };
-    Ok(run.report(run.scored(mode)?, links))
+    Ok(page.report(fit::scored(&page, mode)?, links))
 }
 
 fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {
@@ -97,7 +97,8 @@ fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {
             "declare with --angle, when fitting, that all coordinates are angles, or omit --gif",
         ));
     };
-    output::write_file(path, existing, |sink| Ok(draw::gif(animation, sink)?))
+    lagrangian_run::write_file(path, existing, |sink| Ok(draw::gif(animation, sink)?))?;
+    Ok(())
 }
 
 fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()> {
@@ -107,7 +108,7 @@ fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()
     )?;
     for figure in &report.figures {
         let file = |format: &str| folder.join(format!("{}.{format}", figure.id));
-        output::write_bytes(&file("svg"), existing, draw::svg(figure).as_bytes())?;
+        lagrangian_run::write_bytes(&file("svg"), existing, draw::svg(figure).as_bytes())?;
         write_png(&file("png"), existing, figure)?;
     }
     Ok(())

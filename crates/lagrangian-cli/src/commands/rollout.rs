@@ -66,7 +66,7 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
             "evaluations": rollout.evaluations,
             "singular": rollout.singular,
             "outside": outside(&model, trajectories),
-            "energy": motion::energies(&model, &rollout.trajectory),
+            "energy": lagrangian_run::energies(&model, &rollout.trajectory),
         }))?;
     }
     Ok(ExitCode::SUCCESS)

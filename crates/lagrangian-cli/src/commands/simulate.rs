@@ -13,7 +13,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::cli::{SimulateArgs, Starts};
 use crate::failure::{Advise, mistake};
-use crate::motion::{energies, note_early_end};
+use crate::motion::note_early_end;
 use crate::output;
 use crate::robot;
 use crate::task::{Size, Task};
@@ -172,7 +172,7 @@ struct Summary {
 
 impl Summary {
     fn of(rollout: &Rollout, system: &dyn AnalyticModel) -> Self {
-        let energy = energies(system, &rollout.trajectory).unwrap_or_default();
+        let energy = lagrangian_run::energies(system, &rollout.trajectory).unwrap_or_default();
         let start = energy.first().copied().unwrap_or_default();
         Self {
             samples: rollout.trajectory.len(),

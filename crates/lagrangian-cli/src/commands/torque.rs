@@ -14,13 +14,13 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::TorqueArgs;
+use crate::command_line::command_line;
 use crate::data;
 use crate::failure::Advise;
 use crate::fitted;
 use crate::motion;
 use crate::out_args::PlotArgs;
 use crate::output;
-use crate::run_folder::command_line;
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -46,7 +46,7 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
         let format = output::format_of(path)?;
         let layout = data.layout_of(args.files.first().map(PathBuf::as_path))?;
         let columns = named(table(&predictions, coordinates.dof()), coordinates, &layout);
-        output::write_file(path, file.existing(), |sink| {
+        lagrangian_run::write_file(path, file.existing(), |sink| {
             Ok(format.write_table(sink, &columns)?)
         })?;
     }

@@ -15,6 +15,7 @@ mod parameters;
 mod resuming;
 mod robots;
 mod servos;
+mod sweep;
 mod tracking;
 mod units;
 mod workbench;

@@ -14,16 +14,18 @@ use lagrangian::{
     Budget, Dataset, Family, Fit, FitConfig, LnnConfig, Loss, MlpConfig, Optimizer, Provenance,
     random_states,
 };
+use lagrangian_run::{
+    FIGURES, MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord, Tensorboard, Watch,
+};
 use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::DemoArgs;
+use crate::command_line::command_line;
 use crate::failure::Advise;
 use crate::interrupt;
 use crate::output;
-use crate::progress::Progress;
-use crate::run_folder::{FIGURES, MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord};
-use crate::watch::Watch;
+use crate::skin::Shown;
 
 use measure::{Measured, Measurements};
 
@@ -49,7 +51,8 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
         Occupied::Refuse
     };
     let folder = RunFolder::open(&args.out, occupied)?;
-    folder.write_record(&RunRecord::now(args.seed, args, Vec::new())?)?;
+    let record = RunRecord::now(command_line(), args.seed, args, Vec::new())?;
+    folder.write_record(&record)?;
     let system = by_name(SYSTEM, &[])?;
     let data = random_states(&*system, args.samples as usize, VALIDATION, args.seed)?;
     interrupt::listen()?;
@@ -129,16 +132,19 @@ fn train(
         seed: args.seed,
         ..config
     };
-    folder.write_record(&RunRecord::now(args.seed, &config, Vec::new())?)?;
-    let bar = Progress::start(format!("fit {name}"), mode.quiet);
-    let mut watch = Watch::new(&folder, folder.metrics(0)?, bar);
+    let record = RunRecord::now(command_line(), args.seed, &config, Vec::new())?;
+    folder.write_record(&record)?;
+    let metrics = folder.metrics(0, Tensorboard::Written)?;
+    let mut shown = Shown::start(format!("fit {name}"), mode.quiet);
+    let mut watch = Watch::new(&folder, metrics, &mut shown);
     let fit = train::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;
-    watch.finish(&format!(
+    watch.finish()?;
+    shown.finish(&format!(
         "{} steps, error of the accelerations {:.1e} of their deviation",
         fit.steps,
         fit.best.sqrt()
-    ))?;
+    ));
     folder.write(
         MODEL,
         &fit.model.save(Provenance::of_seed(args.seed))?.to_bytes()?,
@@ -176,7 +182,7 @@ fn write_rollouts(
         let path: &Path = &folder.file(name);
         output::write_trajectories(
             path,
-            output::Existing::Replace,
+            lagrangian_run::Existing::Replace,
             &trajectories,
             system.coordinates(),
         )?;

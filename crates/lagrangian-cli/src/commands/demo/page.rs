@@ -317,7 +317,7 @@ fn commands(args: &DemoArgs) -> Vec<Command> {
     let rollout = format!("lagrangian rollout {out}/lnn/model.safetensors --q0 1,2 --qd0 0,0");
     let own = "lagrangian fit recordings/*.csv --angle all --out run";
     vec![
-        Command::new("This page", crate::run_folder::command_line()),
+        Command::new("This page", crate::command_line::command_line()),
         Command::new("Its figures as JSON", json),
         Command::new("The motion as a GIF, the figures as SVG and PNG", pictures),
         Command::new("The learned model, from another start", rollout),

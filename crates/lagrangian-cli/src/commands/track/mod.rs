@@ -33,7 +33,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_unwritable()?;
     if let Some(path) = &file.out {
-        output::refuse_existing(&path.with_extension("toml"), file.existing())?;
+        lagrangian_run::refuse_existing(&path.with_extension("toml"), file.existing())?;
     }
     let task = Task::start("track", mode.quiet, Size::of_files(&inputs))?;
     let model = fitted::model(&args.model)?;

@@ -8,7 +8,7 @@ use lagrangian_report::{
 };
 
 use super::Run;
-use crate::run_folder::command_line;
+use crate::command_line::command_line;
 
 /// The results of tracking.
 pub(super) struct TrackingReport<'a> {

@@ -3,16 +3,17 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
-
-use crate::failure::{Advise, mistake};
+use crate::error::{Advise, Error, Result};
 use crate::input;
 
 /// The file that describes a bag, in its folder.
 const METADATA: &str = "metadata.yaml";
 
 /// The files that were named, with those of a bag in place of its folder.
-pub(crate) fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
+///
+/// # Errors
+/// [`Error::Refused`] for a folder that is no bag.
+pub fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in named {
         match path.is_dir() {
@@ -30,7 +31,7 @@ fn of_bag(folder: &Path) -> Result<Vec<PathBuf>> {
     let text = input::text(&folder.join(METADATA)).advise(format!("{shown}: {METADATA}"), hint)?;
     let names = relative_file_paths(&text);
     match names.is_empty() {
-        true => Err(mistake(
+        true => Err(Error::new(
             format!("{shown}: its {METADATA} names no file"),
             hint,
         )),
@@ -64,7 +65,7 @@ pub(crate) fn refuse_unfinished(path: &Path) -> Result<()> {
         let log = PathBuf::from(name);
         if fs::metadata(&log).is_ok_and(|m| m.len() > 0) {
             let (path, log) = (path.display(), log.display());
-            return Err(mistake(
+            return Err(Error::new(
                 format!("'{path}' was not closed: '{log}' holds changes that are not in it"),
                 format!(
                     "complete a copy of both with `sqlite3 {path} 'PRAGMA wal_checkpoint(TRUNCATE)'`"

@@ -1,14 +1,13 @@
-//! What happens while a fit runs: progress, metrics, checkpoints, Ctrl-C.
+//! What a fit leaves in its folder while it runs: metrics and checkpoints.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
 use lagrangian::{Checkpoint, Observer, Progress};
 
-use crate::interrupt;
-use crate::progress;
-use crate::run_folder::{CHECKPOINT, Metrics, RunFolder};
+use crate::error::{Error, Result};
+use crate::folder::{CHECKPOINT, RunFolder};
+use crate::metrics::Metrics;
 
 /// Between two lines of the metrics, where no validation brings one.
 const METRICS_EVERY: Duration = Duration::from_millis(200);
@@ -16,26 +15,24 @@ const METRICS_EVERY: Duration = Duration::from_millis(200);
 /// Between two checkpoints on disk.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(5);
 
-/// Watches one fit and writes its run folder.
-pub(crate) struct Watch<'a> {
+/// Watches one fit and writes its run folder, beside another observer that shows it and may end it.
+pub struct Watch<'a> {
     folder: &'a RunFolder,
     metrics: Metrics,
-    bar: progress::Progress,
-    first_step: Option<(usize, Instant)>,
+    shown: &'a mut dyn Observer,
     measured: Option<Instant>,
     saved: Option<Instant>,
     pending: Option<Checkpoint>,
-    failure: Option<anyhow::Error>,
+    failure: Option<Error>,
 }
 
 impl<'a> Watch<'a> {
     /// An observer of a fit that begins.
-    pub(crate) fn new(folder: &'a RunFolder, metrics: Metrics, bar: progress::Progress) -> Self {
+    pub fn new(folder: &'a RunFolder, metrics: Metrics, shown: &'a mut dyn Observer) -> Self {
         Self {
             folder,
             metrics,
-            bar,
-            first_step: None,
+            shown,
             measured: None,
             saved: None,
             pending: None,
@@ -43,16 +40,13 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Writes the last checkpoint, and returns the first failure.
-    pub(crate) fn finish(mut self, result: &str) -> Result<()> {
+    /// Writes the last checkpoint.
+    ///
+    /// # Errors
+    /// The first failure to write, at which the fit was ended.
+    pub fn finish(mut self) -> Result<()> {
         self.save();
-        match self.failure {
-            Some(failure) => Err(failure),
-            None => {
-                self.bar.finish(result);
-                Ok(())
-            }
-        }
+        self.failure.map_or(Ok(()), Err)
     }
 
     fn measure(&mut self, progress: &Progress) -> Result<()> {
@@ -71,27 +65,13 @@ impl<'a> Watch<'a> {
             .add(progress.step as u64, progress.seconds, &figures)
     }
 
-    fn show(&mut self, progress: &Progress) {
-        let (step, start) = *self
-            .first_step
-            .get_or_insert((progress.step, Instant::now()));
-        let rate = (progress.step - step) as f64 / start.elapsed().as_secs_f64().max(1e-9);
-        let news = format!(
-            "step {} · {rate:.1} steps/s · loss {:.2e}",
-            progress.step, progress.loss
-        );
-        self.bar.update(progress.share, &news);
-    }
-
     fn save(&mut self) {
         let Some(checkpoint) = self.pending.take() else {
             return;
         };
         self.saved = Some(Instant::now());
-        let written = checkpoint
-            .to_bytes()
-            .map_err(anyhow::Error::new)
-            .and_then(|bytes| self.folder.write(CHECKPOINT, &bytes));
+        let bytes = checkpoint.to_bytes().map_err(Error::from);
+        let written = bytes.and_then(|bytes| self.folder.write(CHECKPOINT, &bytes));
         if let Err(failure) = written {
             self.failure.get_or_insert(failure);
         }
@@ -100,22 +80,18 @@ impl<'a> Watch<'a> {
 
 impl Observer for Watch<'_> {
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
-        self.show(progress);
+        let shown = self.shown.progress(progress);
         if let Err(failure) = self.measure(progress) {
             self.failure.get_or_insert(failure);
         }
-        if self.failure.is_some() || interrupt::is_pressed() {
-            return ControlFlow::Break(());
+        match self.failure {
+            Some(_) => ControlFlow::Break(()),
+            None => shown,
         }
-        ControlFlow::Continue(())
     }
 
     fn stage(&mut self, what: &str, share: f64) -> ControlFlow<()> {
-        self.bar.update(share, what);
-        match interrupt::is_pressed() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        self.shown.stage(what, share)
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) -> lagrangian::Result<()> {
@@ -123,6 +99,6 @@ impl Observer for Watch<'_> {
         if self.saved.is_none_or(|at| at.elapsed() >= CHECKPOINT_EVERY) {
             self.save();
         }
-        Ok(())
+        self.shown.checkpoint(checkpoint)
     }
 }

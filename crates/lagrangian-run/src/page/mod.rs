@@ -5,69 +5,91 @@ mod tables;
 
 use std::path::Path;
 
-use anyhow::Result;
 use figures::Followed;
+pub use figures::{Links, energies};
 use lagrangian::score::{
     Assessment, Grade, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
-use lagrangian::{CheckReport, Learned, Model, Score, Trajectory};
-use lagrangian_report::draw::short;
+use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
+use lagrangian_report::draw::{self, short};
 use lagrangian_report::{Command, Headline, Report, Role};
 
-use crate::cli::Links;
-use crate::commands::OutputMode;
-use crate::failure::with_flags;
-use crate::motion;
-use crate::run_folder::{MODEL, Metric, RunRecord};
-use crate::task::Task;
-use crate::verdict;
+use crate::error::Result;
+use crate::folder::{REPORT, RunFolder};
+use crate::metrics::Metric;
+use crate::record::RunRecord;
+
+/// What differs between those who make runs, where a run speaks to people.
+pub trait Skin: Sync {
+    /// A text as it is shown: settings that stand in it in backticks are written as people give them.
+    fn words(&self, text: &str) -> String;
+
+    /// What makes the run, its page and predictions of its model again.
+    fn commands(&self, folder: &Path, record: &RunRecord) -> Vec<Command>;
+}
 
 /// What a page is made of.
-pub(crate) struct Run<'a> {
+pub struct Page<'a> {
+    /// Who shows it.
+    pub skin: &'a dyn Skin,
     /// Its folder.
-    pub(crate) folder: &'a Path,
+    pub folder: &'a RunFolder,
     /// Its `run.toml`.
-    pub(crate) record: &'a RunRecord,
+    pub record: &'a RunRecord,
     /// Its metrics.
-    pub(crate) metrics: &'a [Metric],
+    pub metrics: &'a [Metric],
     /// Its model.
-    pub(crate) model: &'a Learned,
+    pub model: &'a Learned,
     /// Motions that the model is evaluated on, and the check of the data.
-    pub(crate) evaluation: &'a Evaluation,
+    pub evaluation: &'a Evaluation,
 }
 
 /// Motions that a model is evaluated on.
-pub(crate) struct Evaluation {
-    pub(crate) motions: Vec<Trajectory>,
+#[derive(Debug)]
+pub struct Evaluation {
+    /// The motions.
+    pub motions: Vec<Trajectory>,
     /// Whether they were kept from training; otherwise there were no others.
-    pub(crate) held_out: bool,
+    pub held_out: bool,
     /// What the check of the data found.
-    pub(crate) check: CheckReport,
+    pub check: CheckReport,
+}
+
+impl From<Prepared> for Evaluation {
+    /// What is left of the data when the fit has ended.
+    fn from(data: Prepared) -> Self {
+        Self {
+            motions: data.motions,
+            held_out: data.held_out,
+            check: data.check,
+        }
+    }
 }
 
 /// The predictions of a model, and what they are worth.
-pub(crate) struct Scored {
+pub struct Scored {
     predictions: Predictions,
-    score: Score,
+    /// The errors of the predictions.
+    pub score: Score,
     /// How far the model can be trusted.
-    pub(crate) assessment: Assessment,
+    pub assessment: Assessment,
 }
 
-impl Run<'_> {
+impl Page<'_> {
     /// The motions of the evaluation, each predicted once.
-    pub(crate) fn scored(&self, mode: OutputMode) -> Result<Scored> {
-        let (motions, options) = (&self.evaluation.motions, motion::for_comparison());
-        let samples = motions.iter().map(Trajectory::len).sum();
-        let _task = Task::of_predictions("predictions for the page", mode.quiet, samples)?;
-        let predictions = predict_all(self.model, motions, &options)?;
-        let score = score_predictions(self.model, motions, &predictions, &options)?;
-        motion::note_stopped(&score);
+    ///
+    /// # Errors
+    /// As [`predict_all`].
+    pub fn scored(&self, options: &RolloutOptions) -> Result<Scored> {
+        let motions = &self.evaluation.motions;
+        let predictions = predict_all(self.model, motions, options)?;
+        let score = score_predictions(self.model, motions, &predictions, options)?;
         let assessment = Assessment::new(self.model, motions, &score);
         let mut assessment = assessment
             .of_selected(&self.record.tried)
             .of_checked(&self.evaluation.check);
         for reason in &mut assessment.reasons {
-            reason.remedy = with_flags(&reason.remedy);
+            reason.remedy = self.skin.words(&reason.remedy);
         }
         Ok(Scored {
             assessment,
@@ -76,8 +98,17 @@ impl Run<'_> {
         })
     }
 
+    /// Writes the page.
+    ///
+    /// # Errors
+    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written.
+    pub fn write(&self, report: &Report) -> Result<()> {
+        self.folder.write(REPORT, draw::html(report).as_bytes())
+    }
+
     /// The page as plain data.
-    pub(crate) fn report(&self, scored: Scored, links: Links) -> Report {
+    #[must_use]
+    pub fn report(&self, scored: Scored, links: Links) -> Report {
         let Scored {
             predictions,
             score,
@@ -99,7 +130,7 @@ impl Run<'_> {
             figures,
             tables: tables::of(self, &score, &assessment),
             settings: tables::settings(self.record),
-            commands: self.commands(),
+            commands: self.skin.commands(self.folder.path(), self.record),
         }
     }
 
@@ -137,7 +168,7 @@ impl Run<'_> {
             Grade::Fair => "it can be used, with the reservations below",
             Grade::Poor => "it must not be used",
         };
-        let word = verdict::name(assessment.verdict);
+        let word = grade_name(assessment.verdict);
         let mut headlines = vec![Headline::new("Verdict", word.into(), "", note)];
         for (label, error) in [
             ("Error of accelerations", &score.acceleration),
@@ -177,8 +208,7 @@ impl Run<'_> {
 
     fn summary(&self, score: &Score, assessment: &Assessment) -> Vec<String> {
         let reasons = assessment.reasons.iter();
-        let reason =
-            |r: &Reason| format!("{}: {}; {}.", verdict::name(r.grade), r.finding, r.remedy);
+        let reason = |r: &Reason| format!("{}: {}; {}.", grade_name(r.grade), r.finding, r.remedy);
         let mut summary: Vec<String> = reasons.map(reason).collect();
         summary.extend(self.predictions(score));
         summary
@@ -196,29 +226,22 @@ impl Run<'_> {
             score.rollouts.len()
         )];
         if score.singular > 0 {
-            summary.push(format!(
-                "At {} states the learned mass matrix is singular: the convex form (--form convex) has none.",
+            summary.push(self.skin.words(&format!(
+                "At {} states the learned mass matrix is singular: the convex form (`form` convex) has none.",
                 score.singular
-            ));
+            )));
         }
         summary
     }
+}
 
-    fn commands(&self) -> Vec<Command> {
-        let folder = self.folder.display();
-        let model = self.folder.join(MODEL);
-        let model = model.display();
-        let score = format!("lagrangian score {model} other.csv");
-        let rollout = format!("lagrangian rollout {model} --follow other.csv --out predicted.csv");
-        vec![
-            Command::new("This run", self.record.command.clone()),
-            Command::new("This page", format!("lagrangian report {folder}")),
-            Command::new("The model's figures on other recordings", score),
-            Command::new(
-                "Its prediction of another motion, under its forces",
-                rollout,
-            ),
-        ]
+/// The word for a verdict.
+#[must_use]
+pub fn grade_name(grade: Grade) -> &'static str {
+    match grade {
+        Grade::Good => "good",
+        Grade::Fair => "fair",
+        Grade::Poor => "poor",
     }
 }
 

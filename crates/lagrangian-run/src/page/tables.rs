@@ -6,28 +6,28 @@ use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
 use lagrangian_report::Table;
 use lagrangian_report::draw::short;
 
-use super::Run;
-use crate::run_folder::RunRecord;
+use super::Page;
+use crate::record::RunRecord;
 
 /// Motions and warnings that are listed one by one, at most.
 const MOST_MOTIONS: usize = 20;
 
 /// Errors at single samples, how long whole motions are followed, parameters, and warnings about the data.
-pub(super) fn of(run: &Run, score: &Score, assessment: &Assessment) -> Vec<Table> {
+pub(super) fn of(page: &Page, score: &Score, assessment: &Assessment) -> Vec<Table> {
     let mut tables = vec![
-        tried(run),
-        errors(run, score),
+        tried(page),
+        errors(page, score),
         forwards(assessment),
-        motions(run, score),
-        parameters(run),
-        warnings(run),
+        motions(page, score),
+        parameters(page),
+        warnings(page),
     ];
     tables.retain(|table| !table.rows.is_empty());
     tables
 }
 
 /// The models that were compared.
-fn tried(run: &Run) -> Table {
+fn tried(page: &Page) -> Table {
     let row = |c: &Contestant| {
         let error = match (c.torque_nmse, &c.failure) {
             (Some(error), _) => format!("{} %", short(100.0 * error)),
@@ -39,7 +39,7 @@ fn tried(run: &Run) -> Table {
     Table::new(
         "Models that were tried: the squared error of their torques over the variance, mean over the joints, on samples that were held back.",
         &["model", "torque error", "time"],
-        run.record.tried.iter().map(row).collect(),
+        page.record.tried.iter().map(row).collect(),
     )
 }
 
@@ -68,9 +68,9 @@ fn forwards(assessment: &Assessment) -> Table {
     )
 }
 
-fn errors(run: &Run, score: &Score) -> Table {
+fn errors(page: &Page, score: &Score) -> Table {
     let of = |name, unit, error: &Option<SignalError>| {
-        let rows = error.iter().flat_map(|error| rows(run, name, unit, error));
+        let rows = error.iter().flat_map(|error| rows(page, name, unit, error));
         rows.collect::<Vec<_>>()
     };
     let accelerations = of("acceleration", "/s²", &score.acceleration);
@@ -82,7 +82,7 @@ fn errors(run: &Run, score: &Score) -> Table {
     )
 }
 
-fn rows(run: &Run, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String>> {
+fn rows(page: &Page, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String>> {
     let errors = error.mse.iter().zip(&error.nmse);
     let row = |(coordinate, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
         let unit = match (per, coordinate.unit.as_str()) {
@@ -94,7 +94,7 @@ fn rows(run: &Run, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String
         let percent = format!("{} %", short(100.0 * nmse));
         vec![name.into(), coordinate.name.clone(), rms, percent]
     };
-    run.model
+    page.model
         .coordinates()
         .0
         .iter()
@@ -104,7 +104,7 @@ fn rows(run: &Run, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String
 }
 
 /// What was learned that has a name and a unit.
-fn parameters(run: &Run) -> Table {
+fn parameters(page: &Page) -> Table {
     let row = |p: Parameter| {
         let error = p.standard_error.map(|e| format!(" ± {}", short(e)));
         let value = format!("{}{}", short(p.value), error.unwrap_or_default());
@@ -113,13 +113,13 @@ fn parameters(run: &Run) -> Table {
     Table::new(
         "Learned parameters of the Lagrangian and of the forces beside it.",
         &["parameter", "value", "unit"],
-        run.model.parameters().into_iter().map(row).collect(),
+        page.model.parameters().into_iter().map(row).collect(),
     )
 }
 
 /// What the check of the data warns of.
-fn warnings(run: &Run) -> Table {
-    let items = run.evaluation.check.items.iter();
+fn warnings(page: &Page) -> Table {
+    let items = page.evaluation.check.items.iter();
     let warned = items.filter(|item| item.verdict == Verdict::Warn);
     let row = |item: &Item| {
         let trajectory = item.trajectory.clone().unwrap_or_else(|| "all".into());
@@ -138,7 +138,7 @@ fn warnings(run: &Run) -> Table {
     )
 }
 
-fn motions(run: &Run, score: &Score) -> Table {
+fn motions(page: &Page, score: &Score) -> Table {
     let shown = score.rollouts.len().min(MOST_MOTIONS);
     let rest = match score.rollouts.len() - shown {
         0 => String::new(),
@@ -151,7 +151,7 @@ fn motions(run: &Run, score: &Score) -> Table {
         let end = ending(&rollout.outcome);
         vec![trajectory.name.clone(), duration, followed, end]
     };
-    let pairs = run.evaluation.motions.iter().zip(&score.rollouts);
+    let pairs = page.evaluation.motions.iter().zip(&score.rollouts);
     Table::new(
         format!("Whole motions, each predicted from its first state alone.{rest}"),
         &["motion", "duration", "followed for", "prediction ended"],

@@ -14,16 +14,16 @@ const CHUNK: usize = 1 << 16;
 
 /// What tells a file from others.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct FileHash {
+pub struct FileHash {
     /// Its size, bytes.
-    pub(crate) bytes: u64,
+    pub bytes: u64,
     /// SHA-256 of its content.
-    pub(crate) sha256: String,
+    pub sha256: String,
 }
 
 /// A file that is read by the reader of its format. Text is hashed as it streams by; of an archive, which is read where
 /// its directory leads, the rest follows at the end.
-pub(crate) struct Hashed {
+pub struct Hashed {
     file: File,
     position: u64,
     hash: Arc<Mutex<Prefix>>,
@@ -49,14 +49,17 @@ impl Prefix {
 }
 
 /// The hash of a file, once its reader has finished.
-pub(crate) struct Hashing {
+pub struct Hashing {
     file: File,
     hash: Arc<Mutex<Prefix>>,
 }
 
 impl Hashed {
     /// Opens a file for its reader, and for its hash.
-    pub(crate) fn open(path: &Path) -> io::Result<(Self, Hashing)> {
+    ///
+    /// # Errors
+    /// What the operating system says; a pipe or a folder is no file.
+    pub fn open(path: &Path) -> io::Result<(Self, Hashing)> {
         let file = input::open(path)?;
         let hash = Arc::default();
         let hashing = Hashing {
@@ -92,7 +95,10 @@ impl Seek for Hashed {
 
 impl Hashing {
     /// Reads what the reader passed over, and gives the hash of the whole file.
-    pub(crate) fn finish(mut self) -> io::Result<FileHash> {
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn finish(mut self) -> io::Result<FileHash> {
         let mut hash = self.hash.lock().unwrap_or_else(PoisonError::into_inner);
         self.file.seek(SeekFrom::Start(hash.bytes))?;
         let mut buffer = vec![0; CHUNK];

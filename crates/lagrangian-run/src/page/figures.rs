@@ -7,15 +7,31 @@ use lagrangian_report::{
     phase_portrait, trajectories,
 };
 
-use super::Run;
-use crate::cli::Links;
-use crate::motion::energies;
-use crate::run_folder::Metric;
+use super::Page;
+use crate::metrics::Metric;
 
 /// Dots of a parity figure, at most.
 const DOTS: usize = 2000;
 /// The most links of a chain that can be distinguished in motion.
 const MOST_LINKS: usize = 8;
+
+/// Where the links of a drawn chain measure their angles.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Links {
+    /// From hanging down.
+    #[default]
+    Absolute,
+    /// From the link before.
+    Relative,
+}
+
+/// The energy H at every sample, J; none for a model that has none.
+#[must_use]
+pub fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
+    let mut energy = vec![0.0; motion.len()];
+    let outcome = model.evaluator().energy(&motion.q, &motion.qd, &mut energy);
+    outcome.is_supported().then_some(energy)
+}
 
 /// A recorded motion and what the model makes of it.
 pub(super) struct Followed<'a> {
@@ -25,8 +41,8 @@ pub(super) struct Followed<'a> {
 
 impl<'a> Followed<'a> {
     /// The first motion of the evaluation and its prediction, if there is one.
-    pub(super) fn first(run: &Run<'a>, predictions: Vec<Rollout>) -> Option<Self> {
-        let truth = run.evaluation.motions.first()?;
+    pub(super) fn first(page: &Page<'a>, predictions: Vec<Rollout>) -> Option<Self> {
+        let truth = page.evaluation.motions.first()?;
         let predicted = predictions.into_iter().next()?.trajectory;
         Some(Self { truth, predicted })
     }
@@ -39,8 +55,8 @@ impl<'a> Followed<'a> {
     }
 
     /// Both motions as pendulum chains, where all coordinates are angles.
-    pub(super) fn animation(&self, run: &Run, links: Links) -> Option<Animation> {
-        let coordinates = run.model.coordinates();
+    pub(super) fn animation(&self, page: &Page, links: Links) -> Option<Animation> {
+        let coordinates = page.model.coordinates();
         let n = coordinates.dof();
         let angles = (0..n).all(|i| coordinates.is_circle(i));
         if !angles || n > MOST_LINKS {
@@ -57,7 +73,7 @@ impl<'a> Followed<'a> {
             (1, _) => "Drawn as a pendulum whose angle is measured from hanging down.",
             (_, Links::Absolute) => {
                 "Drawn as a chain of equal links, each angle measured from hanging down; the command report \
-                 with --links relative measures it from the link before."
+                 with `links` relative measures it from the link before."
             }
             (_, Links::Relative) => {
                 "Drawn as a chain of equal links, each angle measured from the link before."
@@ -66,19 +82,19 @@ impl<'a> Followed<'a> {
         Some(Animation {
             id: "motion".into(),
             title: format!("The motion '{}'", self.truth.name),
-            caption: format!(
+            caption: page.skin.words(&format!(
                 "Predicted from the first state alone; the pale one is the recording. {chain}"
-            ),
-            panels: self.motions(run.role()).iter().map(panel).collect(),
+            )),
+            panels: self.motions(page.role()).iter().map(panel).collect(),
         })
     }
 
     /// The learned energy where nothing should change it, coordinates over time, and phase portraits.
-    pub(super) fn figures(&self, run: &Run) -> Vec<Figure> {
-        let coordinates = run.model.coordinates();
-        let motions = self.motions(run.role());
+    pub(super) fn figures(&self, page: &Page) -> Vec<Figure> {
+        let coordinates = page.model.coordinates();
+        let motions = self.motions(page.role());
         // The energy is beside the loss, so that each coordinate has a row of its own.
-        let mut figures: Vec<Figure> = self.energy(run).into_iter().collect();
+        let mut figures: Vec<Figure> = self.energy(page).into_iter().collect();
         figures.extend((0..coordinates.dof()).flat_map(|i| {
             [
                 trajectories(coordinates, i, &motions),
@@ -89,16 +105,16 @@ impl<'a> Followed<'a> {
     }
 
     /// The learned energy along both motions, if neither force nor friction changes it.
-    fn energy(&self, run: &Run) -> Option<Figure> {
+    fn energy(&self, page: &Page) -> Option<Figure> {
         let driven = self.truth.tau.iter().any(|tau| *tau != 0.0);
-        let damped = run.model.dissipation().is_some();
+        let damped = page.model.dissipation().is_some();
         if driven || damped {
             return None;
         }
-        let scale = largest_kinetic_energy(run.model, self.truth)?;
-        let motions = self.motions(run.role());
+        let scale = largest_kinetic_energy(page.model, self.truth)?;
+        let motions = self.motions(page.role());
         let line = |motion: &Motion| {
-            let energy = energies(run.model, motion.trajectory)?;
+            let energy = energies(page.model, motion.trajectory)?;
             let start = *energy.first()?;
             let errors = energy.iter().map(|h| (h - start) / scale).collect();
             let t = motion.trajectory.t.clone();
@@ -150,11 +166,11 @@ pub(super) fn loss(metrics: &[Metric], role: Role) -> Figure {
 }
 
 /// Accelerations, predicted over recorded, for each coordinate.
-pub(super) fn parities(run: &Run, accelerations: &[Option<Accelerations>]) -> Vec<Figure> {
-    let coordinates = run.model.coordinates();
+pub(super) fn parities(page: &Page, accelerations: &[Option<Accelerations>]) -> Vec<Figure> {
+    let coordinates = page.model.coordinates();
     let n = coordinates.dof();
     let (mut truth, mut predicted) = (Vec::new(), Vec::new());
-    for (motion, own) in run.evaluation.motions.iter().zip(accelerations) {
+    for (motion, own) in page.evaluation.motions.iter().zip(accelerations) {
         if let (Some(qdd), Some(own)) = (motion.values(Signal::Qdd), own) {
             truth.extend_from_slice(qdd);
             predicted.extend_from_slice(&own.qdd);
@@ -168,13 +184,13 @@ pub(super) fn parities(run: &Run, accelerations: &[Option<Accelerations>]) -> Ve
     let figure = |i: usize| {
         let Coordinate { name, unit, .. } = &coordinates.0[i];
         let (truth, predicted) = (column(&truth, i), column(&predicted, i));
-        let model = Series::points("model", run.role(), truth, predicted);
+        let model = Series::points("model", page.role(), truth, predicted);
         let figure = parity(
             &format!("acceleration of {name}"),
             &format!("{unit}/s²"),
             vec![model],
         );
-        if run.evaluation.held_out {
+        if page.evaluation.held_out {
             return figure;
         }
         let caption =

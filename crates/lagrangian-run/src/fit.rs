@@ -1,0 +1,98 @@
+//! A fit in its folder: how it begins or goes on, what it writes while it runs, and what it leaves.
+
+use std::fs;
+
+use lagrangian::saved::Preparation;
+use lagrangian::train::{Choice, Chosen, Selection, select};
+use lagrangian::{Checkpoint, Dataset, Observer, Provenance};
+
+use crate::error::{Advise, Result};
+use crate::folder::{CHECKPOINT, MODEL, RunFolder};
+use crate::metrics::Tensorboard;
+use crate::record::RunRecord;
+use crate::watch::Watch;
+
+impl RunFolder {
+    /// The state from which a run resumes, if it came so far.
+    ///
+    /// # Errors
+    /// [`Error::Refused`](crate::Error::Refused) for a damaged file.
+    pub fn checkpoint(&self) -> Result<Option<Checkpoint>> {
+        let path = self.file(CHECKPOINT);
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let shown = format!("cannot read '{}'", path.display());
+        let bytes = fs::read(&path).advise(shown, "check that the file may be read")?;
+        let checkpoint = Checkpoint::from_bytes(&bytes).advise(
+            format!("cannot resume from '{}'", path.display()),
+            "restart with `force`",
+        )?;
+        Ok(Some(checkpoint))
+    }
+
+    /// Begins the run of this record, or goes on with the one that is there, which must be the same.
+    ///
+    /// # Errors
+    /// [`Error::Refused`](crate::Error::Refused), which names what has changed since the run began.
+    pub fn begin(&self, record: &RunRecord) -> Result<RunRecord> {
+        if self.resumes() {
+            return record.resuming(self.record()?);
+        }
+        self.write_record(record)?;
+        Ok(record.clone())
+    }
+
+    /// Fits the candidates, from a checkpoint if there is one, and writes metrics and checkpoints; `shown` sees what happens and may
+    /// end it.
+    ///
+    /// # Errors
+    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written; within it, what [`select`] refuses.
+    pub fn fit(
+        &self,
+        dataset: &Dataset,
+        candidates: Vec<Chosen>,
+        checkpoint: Option<&Checkpoint>,
+        tensorboard: Tensorboard,
+        shown: &mut dyn Observer,
+    ) -> Result<lagrangian::Result<Selection>> {
+        let metrics = self.metrics(checkpoint.map_or(0, |c| c.step as u64), tensorboard)?;
+        let mut watch = Watch::new(self, metrics, shown);
+        let fitted = select(dataset, candidates, checkpoint, &mut watch);
+        watch.finish()?;
+        Ok(fitted)
+    }
+
+    /// Writes the model that was kept, and into the record of the run what was tried, where several models were.
+    ///
+    /// # Errors
+    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written.
+    pub fn keep(
+        &self,
+        begun: &mut RunRecord,
+        selection: &Selection,
+        choices: &[Choice],
+        provenance: Provenance,
+    ) -> Result<()> {
+        if selection.contestants.len() > 1 {
+            begun.choices = choices.to_vec();
+            begun.tried.clone_from(&selection.contestants);
+            self.update_record(begun)?;
+        }
+        let model = selection.fit.model.save(provenance)?.to_bytes()?;
+        self.write(MODEL, &model)
+    }
+}
+
+/// Where a model comes from: the data and the command of its run.
+#[must_use]
+pub fn provenance(record: &RunRecord, preparation: Preparation) -> Provenance {
+    let hashes = record.data.iter();
+    let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
+    Provenance {
+        data: hashes.collect(),
+        command: Some(record.command.clone()),
+        preparation: Some(preparation),
+        ..Provenance::of_seed(record.seed)
+    }
+}

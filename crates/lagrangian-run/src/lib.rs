@@ -1,0 +1,47 @@
+//! Run folders: what stands between files and fits, for the command and for the Python package alike.
+//!
+//! A run is a folder with everything that a fit was made of and that it gave: settings and hashes of the data
+//! ([`RunRecord`]), metrics, checkpoints, the model, and a page. Recordings are read by [`read_file`] with the layout that lies
+//! beside them, a [`RunFolder`] is opened and locked, a fit runs under the eyes of a [`Watch`], and [`Page`] says what its
+//! model is worth.
+//!
+//! The crate prints nothing. Errors, notes and pages name settings in backticks, as `low_pass`; a [`Skin`] writes them as its
+//! users give them.
+
+mod bag_folder;
+mod content;
+mod error;
+mod files;
+mod fit;
+mod folder;
+mod hashed;
+mod input;
+mod job;
+mod metrics;
+mod nearest;
+mod page;
+mod record;
+mod resolved;
+mod source;
+mod spec;
+pub mod sweep;
+mod tensorboard;
+mod unfinished;
+mod watch;
+
+pub use bag_folder::files as bag_files;
+pub use error::{Cause, Error, Result};
+pub use files::{Existing, Sink, format_named, refuse_existing, write_bytes, write_file};
+pub use fit::provenance;
+pub use folder::{CHECKPOINT, FIGURES, METRICS, MODEL, Occupied, REPORT, RUN, RunFolder};
+pub use hashed::{FileHash, Hashed, Hashing};
+pub use input::{MOST_TEXT, is_same_name, open, refuse_overwriting, text};
+pub use job::{Data, Fitted, FittedEnsemble, Place, Ready};
+pub use metrics::{Metric, Metrics, Tensorboard};
+pub use page::{Evaluation, Links, Page, Scored, Skin, energies, grade_name};
+pub use record::{DataFile, RunRecord};
+pub use resolved::{Columns, resolved};
+pub use source::{OneFile, Source, delayed, layout_beside, read_file, unused};
+pub use spec::Specification;
+pub use unfinished::remove_unfinished;
+pub use watch::Watch;

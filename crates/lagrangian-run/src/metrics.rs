@@ -1,0 +1,71 @@
+//! The figures of each step of a fit: one JSON object a line, and an event file for `TensorBoard`.
+
+use std::fs::File;
+use std::io::Write;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Advise, Result};
+use crate::record::seconds_now;
+use crate::tensorboard::EventWriter;
+
+/// Whether an event file for `TensorBoard` is written beside the metrics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tensorboard {
+    /// It is.
+    Written,
+    /// It is not.
+    Omitted,
+}
+
+/// One line of the metrics.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Metric {
+    /// Step of the optimiser.
+    pub step: u64,
+    /// Time since the start of the fit, s.
+    pub seconds: f64,
+    /// Figures by name, e.g. `loss/train`; those that are not finite are absent.
+    #[serde(flatten)]
+    pub figures: std::collections::BTreeMap<String, f64>,
+}
+
+impl Metric {
+    /// The line of the file.
+    pub(crate) fn line(&self) -> Result<Vec<u8>> {
+        let mut line = serde_json::to_vec(self).advise("cannot write the metrics", "")?;
+        line.push(b'\n');
+        Ok(line)
+    }
+}
+
+/// Writes each step's figures to the metrics and to the event file.
+#[derive(Debug)]
+pub struct Metrics {
+    pub(crate) lines: File,
+    pub(crate) events: Option<EventWriter<File>>,
+}
+
+impl Metrics {
+    /// Adds one step.
+    ///
+    /// # Errors
+    /// [`Error::Refused`](crate::Error::Refused) where the disk is full.
+    pub fn add(&mut self, step: u64, seconds: f64, figures: &[(&str, f64)]) -> Result<()> {
+        let finite = figures.iter().filter(|(_, value)| value.is_finite());
+        let metric = Metric {
+            step,
+            seconds,
+            figures: finite
+                .map(|(name, value)| ((*name).into(), *value))
+                .collect(),
+        };
+        let written = self.lines.write_all(&metric.line()?);
+        let written = written.and_then(|()| match &mut self.events {
+            Some(events) => events.scalars(seconds_now(), step, figures),
+            None => Ok(()),
+        });
+        let hint = "free space on the disk, then continue with `resume`";
+        written.advise("cannot write the metrics", hint)
+    }
+}

@@ -1,0 +1,171 @@
+//! What a run was made of: its settings, its data, what was chosen from these.
+
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use lagrangian::settings::difference;
+use lagrangian::train::{Choice, Contestant};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Advise, Error, Result};
+use crate::hashed::FileHash;
+
+/// What a run was made of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// The command line, or the call, that began it.
+    pub command: String,
+    /// Version of this program.
+    pub version: String,
+    /// When it began, UTC.
+    pub started: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Operating system and processor family.
+    pub platform: String,
+    /// Threads that were available.
+    pub threads: usize,
+    /// All settings, also those left at their defaults.
+    pub settings: toml::Table,
+    /// How the data were prepared and all settings of the fits, as they followed from what was given and from the data.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub resolved: toml::Table,
+    /// What was not given, and so chosen from the data.
+    #[serde(default)]
+    pub choices: Vec<Choice>,
+    /// The models that were tried, where several were.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tried: Vec<Contestant>,
+    /// The data.
+    #[serde(default)]
+    pub data: Vec<DataFile>,
+}
+
+impl RunRecord {
+    /// The record of a run that begins now, by this command.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for settings that TOML has no form for.
+    pub fn now(
+        command: String,
+        seed: u64,
+        settings: &impl Serialize,
+        data: Vec<DataFile>,
+    ) -> Result<Self> {
+        Ok(Self {
+            command,
+            version: env!("CARGO_PKG_VERSION").into(),
+            started: utc(seconds_now()),
+            seed,
+            platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            settings: toml::Table::try_from(settings)
+                .advise("cannot write the settings as TOML", "")?,
+            resolved: toml::Table::new(),
+            choices: Vec::new(),
+            tried: Vec::new(),
+            data,
+        })
+    }
+}
+
+impl RunRecord {
+    /// Its text.
+    pub(crate) fn to_toml(&self) -> Result<String> {
+        toml::to_string(self).advise("cannot write the settings as TOML", "")
+    }
+
+    /// The record `then` of the run that is resumed, whose data and settings must be those of now.
+    ///
+    /// # Errors
+    /// [`Error::Refused`], which names what has changed.
+    pub fn resuming(&self, then: Self) -> Result<Self> {
+        let restart = "bring the old state back, or restart with `force`";
+        if self.data.len() != then.data.len() {
+            let (now, then) = (self.data.len(), then.data.len());
+            let finding = format!("the run began with {then} files, and there are {now} now");
+            return Err(Error::new(finding, restart));
+        }
+        let mut pairs = self.data.iter().zip(&then.data);
+        if let Some((DataFile { path, .. }, _)) =
+            pairs.find(|(now, then)| now.sha256 != then.sha256)
+        {
+            let finding = format!("'{path}' is no longer the file that the run began with");
+            return Err(Error::new(finding, restart));
+        }
+        if then.resolved.is_empty() {
+            return Ok(then);
+        }
+        let json = |table: &toml::Table| {
+            serde_json::to_value(table).advise("cannot compare the settings", "")
+        };
+        match difference(&json(&then.resolved)?, &json(&self.resolved)?) {
+            None => Ok(then),
+            Some(change) => {
+                let finding = format!("the run began with other settings: {change}");
+                Err(Error::new(finding, restart))
+            }
+        }
+    }
+}
+
+/// A data file with its hash.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DataFile {
+    /// What it was for, e.g. `training` or `validation`.
+    pub role: String,
+    /// Where it was.
+    pub path: String,
+    /// Its size, bytes.
+    pub bytes: u64,
+    /// SHA-256 of its content.
+    pub sha256: String,
+}
+
+impl DataFile {
+    /// A file with its hash.
+    pub fn new(role: &str, path: &Path, hash: FileHash) -> Self {
+        Self {
+            role: role.into(),
+            path: path.display().to_string(),
+            bytes: hash.bytes,
+            sha256: hash.sha256,
+        }
+    }
+}
+
+/// Time since 1970, s.
+pub(crate) fn seconds_now() -> f64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.map_or(0.0, |d| d.as_secs_f64())
+}
+
+/// `2026-01-31T12:00:00Z`, from seconds since 1970 (civil-from-days in the proleptic Gregorian calendar).
+fn utc(seconds: f64) -> String {
+    #[expect(clippy::cast_possible_truncation, reason = "whole seconds")]
+    let s = seconds as i64;
+    let (days, time) = (s.div_euclid(86_400), s.rem_euclid(86_400));
+    // Years begin in March, so that the leap day is the last of its year; eras have 400 years.
+    let shifted = days + 719_468;
+    let (era, day) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day_of_year = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month + 2) / 5 + 1;
+    let year = year + era * 400 + i64::from(month > 9);
+    let month = (month + 2) % 12 + 1;
+    let (hours, minutes, seconds) = (time / 3600, time / 60 % 60, time % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hours:02}:{minutes:02}:{seconds:02}Z")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_right_at_leap_days_and_ends_of_years() {
+        assert_eq!(utc(0.0), "1970-01-01T00:00:00Z");
+        assert_eq!(utc(951_782_400.0), "2000-02-29T00:00:00Z");
+        assert_eq!(utc(1_735_689_599.0), "2024-12-31T23:59:59Z");
+    }
+}

@@ -1,0 +1,105 @@
+//! The settings of a fit as they followed from what was given and from the data: what the record of a run holds beside what was given.
+
+use std::path::PathBuf;
+
+use lagrangian::saved::Preparation;
+use lagrangian::train::Chosen;
+use lagrangian::{Layout, PrepareOptions};
+use serde_json::{Map, Value, json};
+use toml::Table;
+
+use crate::error::{Advise, Result};
+
+/// How the data of a run were read.
+#[derive(Debug, Default)]
+pub struct Columns {
+    /// The columns of the first file, and those of the others that differ from them, by their paths.
+    layouts: Option<(Table, Map<String, Value>)>,
+    /// The most rows that are used; none for all.
+    pub rows: Option<usize>,
+}
+
+impl Columns {
+    /// Of the layouts of some files, with the most rows that are used.
+    ///
+    /// # Errors
+    /// As [`Layout::to_toml`].
+    pub fn of(
+        files: impl IntoIterator<Item = (PathBuf, Layout)>,
+        rows: Option<usize>,
+    ) -> Result<Self> {
+        let mut layouts: Option<(Table, Map<String, Value>)> = None;
+        for (path, layout) in files {
+            let text = layout.to_toml()?;
+            let own: Table = toml::from_str(&text).advise("cannot write the columns", "")?;
+            match &mut layouts {
+                None => layouts = Some((own, Map::new())),
+                Some((first, others)) if own != *first => {
+                    others.insert(path.display().to_string(), json!(own));
+                }
+                Some(_) => {}
+            }
+        }
+        Ok(Self { layouts, rows })
+    }
+}
+
+impl Columns {
+    /// Of recordings that were all read with the layout of this text.
+    pub(crate) fn of_layout(text: &str) -> Result<Self> {
+        let own: Table = toml::from_str(text).advise("cannot write the columns", "")?;
+        Ok(Self {
+            layouts: Some((own, Map::new())),
+            rows: None,
+        })
+    }
+}
+
+/// How the data were read and prepared, and the settings of each fit, as a table that comes back the same from a file.
+///
+/// # Errors
+/// [`Error::Refused`](crate::Error::Refused) for what TOML has no form for.
+pub fn resolved(
+    columns: Columns,
+    preparation: &Preparation,
+    options: &PrepareOptions,
+    held_back: bool,
+    candidates: &[Chosen],
+) -> Result<Table> {
+    let failed = "cannot write the settings as TOML";
+    let (first, others) = columns.layouts.unwrap_or_default();
+    let data = json!({
+        "columns": first,
+        "columns_of": others,
+        "smooth": preparation.smooth,
+        "low_pass": preparation.low_pass,
+        "delay": preparation.delay,
+        "rows": columns.rows,
+        "baseline": options.baseline,
+        "validate_fraction": held_back.then_some(options.validate_fraction),
+    });
+    let mut fits = Map::new();
+    for candidate in candidates {
+        let config = serde_json::to_value(&candidate.config).advise(failed, "")?;
+        fits.insert(candidate.config.family.name().into(), config);
+    }
+    let text = toml::to_string(&for_toml(json!({ "data": data, "fit": fits })));
+    toml::from_str(&text.advise(failed, "")?).advise(failed, "")
+}
+
+/// Without what is not given, which TOML has no word for, and with the size of a robot's description in its place: the
+/// file is among the data.
+fn for_toml(value: Value) -> Value {
+    let entry = |(key, value): (String, Value)| match value {
+        Value::Null => None,
+        Value::String(text) if key == "urdf" => {
+            Some((key, Value::String(format!("{} bytes", text.len()))))
+        }
+        value => Some((key, for_toml(value))),
+    };
+    match value {
+        Value::Object(entries) => Value::Object(entries.into_iter().filter_map(entry).collect()),
+        Value::Array(items) => Value::Array(items.into_iter().map(for_toml).collect()),
+        value => value,
+    }
+}

@@ -1,0 +1,121 @@
+//! Recordings of a file: the layout that lies beside it, what was read, and what was not.
+
+use std::path::{Path, PathBuf};
+
+use lagrangian::{Layout, Readings, Recording};
+use serde::Serialize;
+
+use crate::bag_folder::refuse_unfinished;
+use crate::error::{Advise, Result};
+use crate::files::format_named;
+use crate::hashed::{FileHash, Hashed};
+
+/// The layout file that speaks for all data of its folder.
+const LAYOUT: &str = "lagrangian.toml";
+
+/// The content of one file.
+#[derive(Debug)]
+pub struct OneFile {
+    /// Its recordings, in their order.
+    pub recordings: Vec<Recording>,
+    /// Its hash.
+    pub hash: FileHash,
+    /// What was read of it.
+    pub source: Source,
+    /// What its reader passed over or decided, in sentences for people; settings stand in backticks.
+    pub told: Vec<String>,
+}
+
+/// What was read of a file, and what was not.
+#[derive(Debug, Serialize)]
+pub struct Source {
+    /// The file.
+    pub path: PathBuf,
+    /// The number of its trajectories.
+    pub trajectories: usize,
+    /// The number of its rows, also those of which a sample was taken.
+    pub rows: usize,
+    /// Columns that were not used.
+    pub unused: Vec<String>,
+    /// What else was passed over or decided.
+    pub notes: Vec<String>,
+}
+
+impl Source {
+    fn of(path: &Path, readings: &Readings) -> Self {
+        let all = |r: &Recording| r.part().map_or(r.len(), |part| part.rows);
+        Self {
+            path: path.into(),
+            trajectories: readings.recordings.len(),
+            rows: readings.recordings.iter().map(all).sum(),
+            unused: readings.columns.ignored.clone(),
+            notes: readings.notes.clone(),
+        }
+    }
+}
+
+/// The layout file that speaks for a data file, if there is one: that of its name, else that of its folder.
+#[must_use]
+pub fn layout_beside(path: &Path) -> Option<PathBuf> {
+    let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
+    beside.into_iter().find(|file| file.is_file())
+}
+
+/// Reads the recordings of a file with a layout that is complete, and hashes what is read. `advice` says what to do where its
+/// columns are not as the layout says.
+///
+/// # Errors
+/// [`Error::Refused`](crate::Error::Refused), which names the file.
+pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<OneFile> {
+    let shown = format!("cannot read '{}'", path.display());
+    let format = format_named(path).advise(&shown, "rename or convert the file")?;
+    refuse_unfinished(path)?;
+    let access = "check that the file exists and may be read";
+    let (file, hashing) = Hashed::open(path).advise(&shown, access)?;
+    let name = path.file_stem().and_then(|stem| stem.to_str());
+    let name = name.unwrap_or("recording");
+    let readings = format.read(file, name, layout).advise(&shown, advice)?;
+    let hash = hashing.finish().advise(shown, access)?;
+    let notes = readings.notes.iter().cloned();
+    let told = unused(&readings).into_iter().chain(notes);
+    Ok(OneFile {
+        source: Source::of(path, &readings),
+        told: told.chain(passive(&readings)).collect(),
+        recordings: readings.recordings,
+        hash,
+    })
+}
+
+/// Which columns were not used, in words; none where all were.
+#[must_use]
+pub fn unused(readings: &Readings) -> Option<String> {
+    let ignored = readings.columns.ignored.join(", ");
+    (!ignored.is_empty()).then(|| format!("columns not used: {ignored}"))
+}
+
+/// Which forces are taken as 0 for want of a column, in words.
+fn passive(readings: &Readings) -> Option<String> {
+    let columns = &readings.columns.signals;
+    let forces = columns.tau.iter().zip(&columns.q);
+    let passive = forces.filter(|(force, _)| force.is_empty());
+    let passive: Vec<&str> = passive.map(|(_, q)| q.as_str()).collect();
+    let passive = passive.join(", ");
+    let words = || format!("there is no column for the force on {passive}: it is taken as 0");
+    (!passive.is_empty()).then(words)
+}
+
+/// The recordings with their forces shifted by these delays, s: one for all coordinates, one for each, or none.
+///
+/// # Errors
+/// [`Error::Refused`](crate::Error::Refused), which names the recording.
+pub fn delayed(recordings: Vec<Recording>, seconds: &[f64]) -> Result<Vec<Recording>> {
+    let shifted = |recording: Recording| {
+        let shown = format!("cannot shift the forces of '{}'", recording.name);
+        let shifted = recording.delayed(seconds);
+        shifted.advise(shown, "correct `delay`")
+    };
+    match seconds.is_empty() {
+        true => Ok(recordings),
+        false => recordings.into_iter().map(shifted).collect(),
+    }
+}
