@@ -67,7 +67,7 @@ pub(crate) struct Preparing {
 }
 
 impl Asked {
-    fn request(&self, py: Python<'_>) -> PyResult<Request> {
+    pub(crate) fn request(&self, py: Python<'_>) -> PyResult<Request> {
         let read = |text: &String| of_json(serde_json::from_str::<Values>(text));
         let [settings, training, rollout] = &self.settings;
         let seconds = self.seconds.map(Budget::Seconds);

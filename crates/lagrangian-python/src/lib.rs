@@ -7,6 +7,7 @@ mod check;
 mod error;
 mod files;
 mod fit;
+mod layer;
 mod model;
 mod motion;
 mod number;
@@ -27,6 +28,8 @@ mod _lagrangian {
     use super::files::{read, read_table, write};
     #[pymodule_export]
     use super::fit::{fit, fit_samples};
+    #[pymodule_export]
+    use super::layer::Layer;
     #[pymodule_export]
     use super::model::{Model, load};
     #[pymodule_export]

@@ -84,6 +84,7 @@ mod check;
 mod dataset;
 mod error;
 pub mod integrate;
+pub mod layer;
 pub mod mechanics;
 pub mod models;
 pub mod prepared;
