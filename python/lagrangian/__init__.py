@@ -30,6 +30,7 @@ from ._families import (
     Vin,
 )
 from ._lagrangian import __version__, set_threads
+from ._layer import Layer
 from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
 from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
 from .errors import LagrangianError
@@ -46,6 +47,7 @@ __all__ = [
     "Hnn",
     "Item",
     "LagrangianError",
+    "Layer",
     "Lnn",
     "Mlp",
     "Model",

@@ -9,6 +9,7 @@ use crate::error::{OrRaise, invalid, raise};
 use crate::fit::Asked;
 use crate::model::{Body, Model};
 use crate::recording::coordinates;
+use crate::threads::pool;
 
 /// A model as a differentiable layer: it never changes, and every call may bring its own parameters.
 #[pyclass(frozen, module = "lagrangian._lagrangian")]
@@ -122,7 +123,14 @@ impl Layer {
         let g = Rows::of_any_width(&g, "g")?;
         let (inputs, weights) = (inputs(&rows), g.values());
         let layer = layer.as_ref().unwrap_or(&self.core);
-        let slopes = py.detach(|| layer.pull_back(map, &inputs, weights));
+        let pull = || layer.pull_back(map, &inputs, weights);
+        let slopes = match weights.len() {
+            0..=ALONE => py.detach(pull),
+            _ => {
+                let pool = pool(py)?;
+                py.detach(|| pool.install(pull))
+            }
+        };
         let Slopes {
             q,
             v,
@@ -135,6 +143,9 @@ impl Layer {
         Ok([q?, v?, u?, parameters?].map(Bound::into_any))
     }
 }
+
+/// Up to so many sensitivities the calling thread computes alone: few blocks are not worth a pool.
+const ALONE: usize = 32;
 
 /// What a call computes with; `None` for the layer itself where no other parameters are given.
 struct Ready<'py> {

@@ -182,7 +182,7 @@ fn slopes_by_every_parameter_agree_with_differences() {
                 let mut moved = parameters.clone();
                 moved[k] += h;
                 // The entry of the input matrix that keeps the unit of energy is not learned.
-                if slopes.parameters[k] == 0.0 && parameters[k] == 1.0 {
+                if slopes.parameters[k] == 0.0 && (parameters[k] - 1.0).abs() < 1e-12 {
                     held += 1;
                     return 0.0;
                 }
