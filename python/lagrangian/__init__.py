@@ -31,6 +31,7 @@ from ._families import (
     Vin,
 )
 from ._lagrangian import __version__, set_threads
+from ._layer import Layer
 from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
 from ._report import Report, report
 from ._sweep import Range, Sweep, sweep
@@ -51,6 +52,7 @@ __all__ = [
     "Hnn",
     "Item",
     "LagrangianError",
+    "Layer",
     "Lnn",
     "Mlp",
     "Model",

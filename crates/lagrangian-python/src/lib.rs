@@ -8,6 +8,7 @@ mod ensemble;
 mod error;
 mod files;
 mod fit;
+mod layer;
 mod model;
 mod motion;
 mod number;
@@ -32,6 +33,8 @@ mod _lagrangian {
     use super::files::{read, read_table, write};
     #[pymodule_export]
     use super::fit::{fit, fit_samples};
+    #[pymodule_export]
+    use super::layer::Layer;
     #[pymodule_export]
     use super::model::{Model, load};
     #[pymodule_export]

@@ -85,6 +85,7 @@ mod dataset;
 pub mod ensemble;
 mod error;
 pub mod integrate;
+pub mod layer;
 pub mod mechanics;
 pub mod models;
 pub mod prepared;

@@ -175,10 +175,17 @@ impl Training {
     }
 }
 
+impl Training {
+    /// Training of a network by an optimiser.
+    pub(crate) fn of(network: impl Trained + 'static, setup: Setup) -> Self {
+        Self(Box::new(NetworkTraining { network, setup }))
+    }
+}
+
 impl Plan {
     /// Training of a network by an optimiser.
     pub(crate) fn train(network: impl Trained + 'static, setup: Setup) -> Self {
-        Self::Train(Training(Box::new(NetworkTraining { network, setup })))
+        Self::Train(Training::of(network, setup))
     }
 }
 

@@ -7,14 +7,17 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::FAMILIES;
+use super::family::Training;
 use super::named::{Named, Parameter};
+use super::setup::Setup;
 use crate::mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
 use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::hamiltonian::Hamiltonian;
 use crate::mechanics::lagrangian::{Lagrangian, Sum};
 use crate::rigid::{RigidBodies, RobotShape};
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
 use crate::trajectory::Visited;
-use crate::{Coordinates, Result};
+use crate::{Coordinates, Error, Result};
 
 /// A fitted model of any family, with the states that its data visited.
 #[derive(Debug, Clone)]
@@ -72,6 +75,22 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
+    /// The Hamiltonian of the model, where it moves by one in (q, p).
+    fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {
+        None
+    }
+
+    /// The model in training again, and its parameters.
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`] for a model that is not trained step by step.
+    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
+        Err(not_trained(&format!(
+            "a model of the family {}",
+            self.description().family
+        )))
+    }
+
     /// A copy on the heap.
     fn boxed(&self) -> Box<dyn FittedModel>;
 }
@@ -80,6 +99,14 @@ impl Clone for Box<dyn FittedModel> {
     fn clone(&self) -> Self {
         (**self).boxed()
     }
+}
+
+/// The error for a model that is not trained step by step.
+pub(crate) fn not_trained(what: &str) -> Error {
+    Error::setting(
+        format!("{what} has no weights that a gradient step could change"),
+        "take lnn, delan, vin, hnn, mlp or neural-ode, without a nominal robot and without a limit of speed",
+    )
 }
 
 /// The forces of a fitted model beside those of its Lagrangian.
@@ -197,6 +224,18 @@ pub trait LearnedLagrangian: Lagrangian + Any + Debug {
         None
     }
 
+    /// The Lagrangian in training again with this setup, and its weights.
+    ///
+    /// # Errors
+    /// As [`FittedModel::in_training`].
+    fn in_training(&self, setup: Setup) -> Result<(Training, Vec<f64>)> {
+        let _ = setup;
+        Err(not_trained(&format!(
+            "a model of the family {}",
+            self.description().family
+        )))
+    }
+
     /// A copy on the heap.
     fn boxed(&self) -> Box<dyn LearnedLagrangian>;
 }
@@ -237,6 +276,14 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
     fn on_heap(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
         let heap = |lagrangian: L| Ok(LearnedLagrangian::boxed(&lagrangian));
         self.clone().with(heap).ok()
+    }
+
+    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
+        let (n, rotors) = (self.coordinates().dof(), self.lagrangian.rotors());
+        let (setup, extra) = Setup::again((n, 1), self.fitted_forces(), rotors);
+        let (training, mut parameters) = self.lagrangian.in_training(setup)?;
+        parameters.extend(extra);
+        Ok((training, parameters))
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {
@@ -281,6 +328,10 @@ impl FittedModel for Mechanical<WithNominal> {
     fn within(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
         let within = |sum: WithNominal| Ok(sum.within(visited.clone()));
         Some(Box::new(self.clone().with(within).ok()?))
+    }
+
+    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
+        Err(not_trained("a model with a nominal robot"))
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {
@@ -386,6 +437,17 @@ impl Learned {
     #[must_use]
     pub fn lagrangian(&self) -> Option<&dyn Lagrangian> {
         self.model.lagrangian()
+    }
+
+    /// The Hamiltonian, where the model moves by one in (q, p).
+    #[must_use]
+    pub fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {
+        self.model.hamiltonian()
+    }
+
+    /// The model in training again, and its parameters.
+    pub(crate) fn in_training(&self) -> Result<(Training, Vec<f64>)> {
+        self.model.in_training()
     }
 
     /// The friction, where there is any.

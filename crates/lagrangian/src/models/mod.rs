@@ -31,6 +31,7 @@ pub(crate) use family::{Residuals, Trainable};
 pub use features::{FeatureLagrangian, FeaturesConfig};
 pub use hnn::{Hnn, HnnConfig, HnnStructure, Momenta};
 pub(crate) use learned::WEIGHTS;
+pub(crate) use learned::not_trained;
 pub use learned::{Description, FittedForces, FittedModel, Learned, LearnedLagrangian, Stored};
 pub use lnn::{Form, Lnn, LnnConfig};
 pub use mlp::{Direction, Mlp, MlpConfig, MlpScaling};

@@ -3,6 +3,8 @@
 //! The balance that is trained is M q̈ + c + d(q̇, B u − o) + o + J q̈ = B u. Whatever a term adds to the left side depends on a
 //! few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
 
+mod again;
+
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -302,10 +304,8 @@ impl Forces {
         let coulomb = self.tau[i] * self.value(extra, Term::Coulomb, i);
         let static_excess = self.tau[i] * self.value(extra, Term::Stribeck, i) * hump;
         let transmitted = self.transmitted(extra, i, drive.tau);
-        let loss = self.value(extra, Term::Load, i) * sign;
         let load = self.value(extra, Term::Load, i) * transmitted.abs();
-        // The part of a change of F that is not lost in the gear.
-        let through = 1.0 - loss * transmitted.signum();
+        let through = self.through(extra, i, drive);
         let gains = self
             .terms
             .iter()

@@ -19,7 +19,7 @@ mod observer;
 mod order;
 mod positions;
 mod problem;
-mod rollout;
+pub(crate) mod rollout;
 mod run;
 mod schedule;
 mod selection;

@@ -33,6 +33,17 @@ impl Factors {
         outputs: Outputs,
         v: impl Fn(usize, usize) -> f64,
     ) {
+        self.read_weighted(shape, packed, pass, (outputs, v, |_| 1.0));
+    }
+
+    /// The same with the seeds of sample s times `weight(s)`.
+    pub(crate) fn read_weighted<T: Real>(
+        &mut self,
+        shape: &DelanShape,
+        packed: &Packed<T>,
+        pass: &mut Pass<T>,
+        (outputs, v, weight): (Outputs, impl Fn(usize, usize) -> f64, impl Fn(usize) -> f64),
+    ) {
         let (net, width, samples) = (&shape.net, shape.factor_outputs(), pass.samples());
         if self.each.len() < samples {
             self.each.resize(samples, shape.factor());
@@ -48,6 +59,6 @@ impl Factors {
             factor.seeds::<f64>(seeds);
         }
         let seeds = &self.seeds;
-        pass.reverse_sum(net, packed, |s, o| T::of(seeds[s * width + o]));
+        pass.reverse_sum(net, packed, |s, o| T::of(weight(s) * seeds[s * width + o]));
     }
 }

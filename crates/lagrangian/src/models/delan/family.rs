@@ -5,7 +5,7 @@ use super::{Delan, DelanConfig, DelanShape, Inertia};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
 };
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, WEIGHTS};
 use crate::models::settings as shared;
@@ -180,6 +180,13 @@ impl LearnedLagrangian for Delan {
             .chain(std::iter::repeat(0.0));
         let rotors = own.zip(added).map(|(a, b)| a + b).collect();
         self.clone().with_rotors(rotors).ok()
+    }
+
+    fn in_training(&self, setup: Setup) -> Result<(Training, Vec<f64>)> {
+        Ok((
+            Training::of(self.shape.clone(), setup),
+            self.parameters.clone(),
+        ))
     }
 
     fn boxed(&self) -> Box<dyn LearnedLagrangian> {

@@ -26,7 +26,7 @@ use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, check_layers};
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Pass};
+use nets::{Activation, Build, Gradient, Net, Packed, Pass};
 
 /// The hidden layers of M and V.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -315,6 +315,21 @@ impl DelanShape {
     fn recall<T: Real>(&self, pass: &Pass<T>, (s, at): (usize, usize), i: usize) -> Features {
         let value = |k| pass.feature(0, s, at + k).f64();
         Features::recall(&self.coordinates, &self.scaling, i, value)
+    }
+
+    /// Adds ∂(Σ w L)/∂parameters to `gradient` for the weights w `[samples]` and the scaled velocities `v(s, i)` of the states
+    /// that were written.
+    pub(crate) fn pull_back_value<T: Real>(
+        &self,
+        (packed, factors): (&Packed<T>, &mut Factors),
+        pass: &mut Pass<T>,
+        (weights, v): (&[f64], impl Fn(usize, usize) -> f64),
+        gradient: &mut Gradient<T>,
+    ) {
+        pass.forward(&self.net, packed, None);
+        let weight = |s: usize| self.scaling.energy * weights[s];
+        factors.read_weighted(self, packed, pass, (Outputs::Values, v, weight));
+        pass.add_products(&self.net, &[(0, 0)], gradient);
     }
 
     /// Writes ∂(L/E)/∂q of sample `s` `[n]`, after the pass was reversed with the seeds of its factor.

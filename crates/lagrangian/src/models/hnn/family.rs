@@ -9,9 +9,11 @@ use crate::mechanics::hamiltonian::{Canonical, Hamiltonian};
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
 };
-use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
+use crate::models::learned::{
+    Description, FittedForces, FittedModel, Learned, Stored, not_trained,
+};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
@@ -202,6 +204,24 @@ impl FittedModel for Canonical<Hnn> {
 
     fn forces(&self) -> FittedForces<'_> {
         self.mechanical().fitted_forces()
+    }
+
+    fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {
+        Some(Self::hamiltonian(self))
+    }
+
+    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
+        let hnn = Self::hamiltonian(self);
+        if hnn.config().speed_limit.is_some() {
+            return Err(not_trained("a Hamiltonian below a limit of speed"));
+        }
+        if self.forces().dissipation.is_some() {
+            return Err(not_trained("a Hamiltonian with friction"));
+        }
+        let n = hnn.shape.dof();
+        let (setup, extra) = Setup::again((n, 2), self.forces(), &[]);
+        let parameters = [&hnn.parameters[..], &extra].concat();
+        Ok((Training::of(hnn.shape.clone(), setup), parameters))
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {

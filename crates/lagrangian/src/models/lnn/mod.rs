@@ -16,7 +16,7 @@ use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, ch
 use crate::models::passes::Passes;
 use crate::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Net, Pass, Weighted};
+use nets::{Activation, Build, Gradient, Net, Packed, Pass, Weighted};
 
 /// The class of functions of the velocity that a network represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -424,6 +424,20 @@ impl LnnShape {
                 row[n + j] += velocity.f64() / self.scaling.qd_scale[j];
             }
         }
+    }
+
+    /// Adds ∂(Σ w L)/∂parameters to `gradient` for the weights w `[samples]` of the states that were written.
+    pub(crate) fn pull_back_value<T: Real>(
+        &self,
+        packed: &Packed<T>,
+        pass: &mut Pass<T>,
+        weights: &[f64],
+        gradient: &mut Gradient<T>,
+    ) {
+        pass.forward(&self.net, packed, None);
+        let weight = |s: usize, _| T::of(self.scaling.energy * weights[s]);
+        pass.reverse_sum(&self.net, packed, weight);
+        pass.add_products(&self.net, &[(0, 0)], gradient);
     }
 
     /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`; `qdd` is what it was

@@ -6,9 +6,9 @@ use crate::Result;
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
 };
-use crate::models::learned::{Description, FittedModel, Learned, Stored};
+use crate::models::learned::{Description, FittedModel, Learned, Stored, not_trained};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::train::{FitConfig, Loss};
@@ -91,6 +91,17 @@ impl FittedModel for Mlp {
 
     fn stored(&self) -> Result<Stored> {
         self.stored_as(NAME)
+    }
+
+    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
+        if self.config().direction == Direction::Inverse {
+            return Err(not_trained("a plain network of torques"));
+        }
+        let (setup, _) = Setup::again((self.shape.dof(), 1), self.forces(), &[]);
+        Ok((
+            Training::of(self.shape.clone(), setup),
+            self.parameters.clone(),
+        ))
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {

@@ -3,8 +3,9 @@
 use super::{NeuralOde, NeuralOdeConfig, Order};
 use crate::Result;
 use crate::dataset::Dataset;
+use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
 };
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::mlp::{Mlp, MlpShape};
@@ -106,6 +107,17 @@ impl FittedModel for NeuralOde {
 
     fn stored(&self) -> Result<Stored> {
         self.network().stored_as(NAME)
+    }
+
+    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
+        let shape = &self.network().shape;
+        let rates = shape.outputs() / shape.dof();
+        let (setup, _) = Setup::again((shape.dof(), rates), self.forces(), &[]);
+        let network = RightHandSide(shape.clone());
+        Ok((
+            Training::of(network, setup),
+            self.network().parameters.clone(),
+        ))
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {

@@ -5,19 +5,19 @@ use nets::Packed;
 
 /// Sizes of a block of segments.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sizes {
+pub(crate) struct Sizes {
     /// Segments of the block.
-    pub(super) samples: usize,
+    pub(crate) samples: usize,
     /// Degrees of freedom n.
-    pub(super) n: usize,
+    pub(crate) n: usize,
     /// Rates that the network gives, the last of ẋ: n where q̇ is known, 2n where it is learned too.
-    pub(super) rates: usize,
+    pub(crate) rates: usize,
     /// Raw outputs k.
-    pub(super) outputs: usize,
+    pub(crate) outputs: usize,
 }
 
 impl Sizes {
-    pub(super) fn of(learner: &dyn Learner<f64>, samples: usize) -> Self {
+    pub(crate) fn of(learner: &dyn Learner<f64>, samples: usize) -> Self {
         Self {
             samples,
             n: learner.dof(),
@@ -27,31 +27,33 @@ impl Sizes {
     }
 
     /// Length 2n of x.
-    pub(super) fn state(&self) -> usize {
+    pub(crate) fn state(&self) -> usize {
         2 * self.n
     }
 }
 
 /// One evaluation of a block.
 #[derive(Debug, Clone)]
-pub(super) struct Point {
+pub(crate) struct Point {
     /// x, `[samples, 2n]`.
-    pub(super) x: Vec<f64>,
+    pub(crate) x: Vec<f64>,
     /// ẋ, `[samples, 2n]`.
-    pub(super) rate: Vec<f64>,
+    pub(crate) rate: Vec<f64>,
     /// F = ∂ẋ/∂x, `[samples, 2n, 2n]`.
-    pub(super) slopes: Vec<f64>,
+    pub(crate) slopes: Vec<f64>,
     /// The inverse of the slope of the equation of an implicit stage, `[samples, 2n, 2n]`.
-    pub(super) inverse: Vec<f64>,
+    pub(crate) inverse: Vec<f64>,
     /// D = ∂(learned rates)/∂S, `[samples, rates, k]`.
-    pub(super) by_output: Vec<f64>,
+    pub(crate) by_output: Vec<f64>,
+    /// ∂(learned rates)/∂τ, `[samples, rates, n]`; empty where it is not asked for.
+    pub(crate) by_input: Vec<f64>,
     /// A square and marks for implicit stages.
-    pub(super) scratch: Vec<f64>,
-    pub(super) stuck: Vec<bool>,
+    pub(crate) scratch: Vec<f64>,
+    pub(crate) stuck: Vec<bool>,
 }
 
 impl Point {
-    pub(super) fn new(sizes: &Sizes, implicit: bool) -> Self {
+    pub(crate) fn new(sizes: &Sizes, implicit: bool) -> Self {
         let (m, d) = (sizes.samples, sizes.state());
         Self {
             x: vec![0.0; m * d],
@@ -59,6 +61,7 @@ impl Point {
             slopes: vec![0.0; m * d * d],
             inverse: vec![0.0; if implicit { m * d * d } else { 0 }],
             by_output: vec![0.0; m * sizes.rates * sizes.outputs],
+            by_input: Vec::new(),
             scratch: vec![0.0; if implicit { d * d } else { 0 }],
             stuck: vec![false; m],
         }
@@ -66,16 +69,47 @@ impl Point {
 }
 
 /// A learner with its parameters, under forces that are held for a while.
-pub(super) struct Flow<'a> {
-    pub(super) learner: &'a dyn Learner<f64>,
-    pub(super) packed: &'a Packed<f64>,
-    pub(super) extra: &'a [f64],
-    pub(super) sizes: Sizes,
+pub(crate) struct Flow<'a> {
+    pub(crate) learner: &'a dyn Learner<f64>,
+    pub(crate) packed: &'a Packed<f64>,
+    pub(crate) extra: &'a [f64],
+    pub(crate) sizes: Sizes,
 }
 
 impl Flow<'_> {
+    /// Puts the states `x` of a block in their place.
+    pub(crate) fn set_states(&self, work: &mut Work<f64>, x: &[f64]) {
+        let n = self.sizes.n;
+        let second = match self.learner.facts().phase {
+            true => &mut work.states.signals.p,
+            false => &mut work.states.signals.qd,
+        };
+        for (s, x) in x.chunks_exact(2 * n).enumerate() {
+            work.states.signals.q[s * n..][..n].copy_from_slice(&x[..n]);
+            second[s * n..][..n].copy_from_slice(&x[n..]);
+        }
+    }
+
+    /// Writes λ = Dᵀ (the sensitivities to the learned rates) of every state after [`Flow::rate`]; `direct(s)` are those of state
+    /// `s` to ẋ, `[2n]`. 0 where a state has failed.
+    pub(crate) fn weigh<'d>(
+        &self,
+        work: &mut Work<f64>,
+        direct: impl Fn(usize) -> &'d [f64],
+        failed: &[bool],
+    ) {
+        let Sizes { rates, outputs, .. } = self.sizes;
+        let d = self.sizes.state();
+        for (at, lambda) in work.adjoint.lambda.iter_mut().enumerate() {
+            let (s, j) = (at / outputs, at % outputs);
+            let by_output = |i: usize| work.linear.d[(s * rates + i) * outputs + j];
+            let terms = (0..rates).map(|i| direct(s)[d - rates + i] * by_output(i));
+            *lambda = if failed[s] { 0.0 } else { terms.sum() };
+        }
+    }
+
     /// Carries the block forward at the states `x` under `tau` and writes ẋ; marks states without one as failed.
-    pub(super) fn rate(
+    pub(crate) fn rate(
         &self,
         work: &mut Work<f64>,
         x: &[f64],
@@ -89,15 +123,8 @@ impl Flow<'_> {
         work.count = self.sizes.samples;
         work.states.qdd.fill(0.0);
         work.states.tau.copy_from_slice(tau);
+        self.set_states(work, x);
         let phase = self.learner.facts().phase;
-        let second = match phase {
-            true => &mut work.states.signals.p,
-            false => &mut work.states.signals.qd,
-        };
-        for (s, x) in x.chunks_exact(2 * n).enumerate() {
-            work.states.signals.q[s * n..][..n].copy_from_slice(&x[..n]);
-            second[s * n..][..n].copy_from_slice(&x[n..]);
-        }
         if phase {
             // Residuals against no rates are the rates.
             work.states.qd.fill(0.0);
@@ -126,7 +153,7 @@ impl Flow<'_> {
     }
 
     /// The same at the states of `point`, with F and D; the work holds the factors of J behind it.
-    pub(super) fn linearised(
+    pub(crate) fn linearised(
         &self,
         work: &mut Work<f64>,
         tau: &[f64],
@@ -141,6 +168,7 @@ impl Flow<'_> {
             rate,
             slopes,
             by_output,
+            by_input,
             ..
         } = point;
         self.rate(work, x, tau, rate, failed);
@@ -150,6 +178,9 @@ impl Flow<'_> {
         self.learner
             .state_slopes(self.packed, self.extra, work, &mut raw);
         by_output.copy_from_slice(&work.linear.d);
+        if !by_input.is_empty() {
+            self.by_input(work, failed, by_input);
+        }
         let d = 2 * n;
         for (s, slopes) in slopes.chunks_exact_mut(d * d).enumerate() {
             slopes.fill(0.0);
@@ -170,6 +201,26 @@ impl Flow<'_> {
             }
         }
         work.slopes = raw;
+    }
+
+    /// Writes D ∂S/∂τ of every state, 0 where it has failed.
+    fn by_input(&self, work: &Work<f64>, failed: &[bool], by_input: &mut [f64]) {
+        let Sizes {
+            n, rates, outputs, ..
+        } = self.sizes;
+        let mut raw = vec![0.0; self.sizes.samples * outputs * n];
+        self.learner.input_slopes(self.extra, work, &mut raw);
+        by_input.fill(0.0);
+        for (at, row) in by_input.chunks_exact_mut(n).enumerate() {
+            let s = at / rates;
+            let weights = &work.linear.d[at * outputs..][..outputs];
+            let raw = raw[s * outputs * n..][..outputs * n].chunks_exact(n);
+            for (weight, raw) in weights.iter().zip(raw).filter(|_| !failed[s]) {
+                row.iter_mut()
+                    .zip(raw)
+                    .for_each(|(x, raw)| *x += weight * raw);
+            }
+        }
     }
 }
 

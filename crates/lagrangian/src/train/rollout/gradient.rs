@@ -158,7 +158,7 @@ impl Lane {
     /// Carries the sensitivities to the rates at every evaluation down to the weights; passes are computed anew.
     fn pull_back(&mut self, flow: &Flow<'_>, task: &Task<'_>) {
         let sizes = self.block.sizes;
-        let (n, rates, k, d) = (sizes.n, sizes.rates, sizes.outputs, sizes.state());
+        let d = sizes.state();
         let total = task.config.evaluations(task.rows.horizon);
         let each = evaluations(task.config.integrator);
         let mut rate = vec![0.0; sizes.samples * d];
@@ -168,20 +168,12 @@ impl Lane {
             let work = &mut block.works[0];
             let x = &block.points[e].x;
             flow.rate(work, x, &block.tau, &mut rate, &mut block.failed);
-            for s in 0..sizes.samples {
-                let direct = &block.sensitivities.direct[(s * total + e) * d..][..d];
-                for j in 0..k {
-                    let by_output = |i: usize| work.linear.d[(s * rates + i) * k + j];
-                    let terms = (0..rates).map(|i| direct[d - rates + i] * by_output(i));
-                    let lambda = if block.failed[s] { 0.0 } else { terms.sum() };
-                    work.adjoint.lambda[s * k + j] = lambda;
-                    let force_terms = self.extra.len() / n;
-                    for kind in 0..force_terms {
-                        let slope = work.linear.extra[(s * k + j) * force_terms + kind];
-                        self.extra[kind * n + j % n] += lambda * slope;
-                    }
-                }
-            }
+            let direct = &block.sensitivities.direct;
+            let of = |s: usize| &direct[(s * total + e) * d..][..d];
+            flow.weigh(work, of, &block.failed);
+            let lambda = &work.adjoint.lambda;
+            work.linear
+                .pull_forces(flow.learner, lambda, &mut self.extra);
             flow.learner
                 .pull_back(flow.packed, work, &mut self.gradient);
         }

@@ -2,7 +2,7 @@
 
 /// Writes A⁻¹ to `inverse`, both `[d, d]` row-major, by Gauss and Jordan with row pivots; overwrites A. `false` where A
 /// is singular.
-pub(super) fn invert(a: &mut [f64], inverse: &mut [f64], d: usize) -> bool {
+pub(crate) fn invert(a: &mut [f64], inverse: &mut [f64], d: usize) -> bool {
     inverse.fill(0.0);
     (0..d).for_each(|i| inverse[i * d + i] = 1.0);
     for j in 0..d {
@@ -33,7 +33,7 @@ pub(super) fn invert(a: &mut [f64], inverse: &mut [f64], d: usize) -> bool {
 }
 
 /// out += factor · Mᵀ x, with M `[d, d]`.
-pub(super) fn add_transposed(m: &[f64], x: &[f64], factor: f64, out: &mut [f64]) {
+pub(crate) fn add_transposed(m: &[f64], x: &[f64], factor: f64, out: &mut [f64]) {
     let d = x.len();
     for (row, &x) in m.chunks_exact(d).zip(x) {
         let weight = factor * x;

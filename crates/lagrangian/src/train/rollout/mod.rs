@@ -17,18 +17,18 @@
 
 mod config;
 mod descend;
-mod flow;
+pub(crate) mod flow;
 mod gauss_newton;
 mod gradient;
 mod kernel;
 mod leapfrog;
-mod linear;
+pub(crate) mod linear;
 mod midpoint;
 mod newton;
-mod rk4;
+pub(crate) mod rk4;
 mod segments;
 mod shoot;
-mod step;
+pub(crate) mod step;
 #[cfg(test)]
 mod tests;
 mod unit;

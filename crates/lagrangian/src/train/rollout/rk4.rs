@@ -5,7 +5,7 @@ use super::linear::add_transposed;
 use super::step::{MAX_STATE, Moving};
 
 /// Where each stage stands, and its weight (equation 97).
-pub(super) const STAGES: [(f64, f64); 4] = [
+pub(crate) const STAGES: [(f64, f64); 4] = [
     (0.0, 1.0 / 6.0),
     (0.5, 1.0 / 3.0),
     (0.5, 1.0 / 3.0),
@@ -13,7 +13,7 @@ pub(super) const STAGES: [(f64, f64); 4] = [
 ];
 
 /// x ← x + h Σ b f(stage).
-pub(super) fn step(mut moving: Moving<'_>) {
+pub(crate) fn step(mut moving: Moving<'_>) {
     let d = moving.flow.sizes.state();
     for (stage, (a, _)) in STAGES.iter().enumerate() {
         let (before, rest) = moving.points.split_at_mut(stage);
@@ -34,7 +34,7 @@ pub(super) fn step(mut moving: Moving<'_>) {
 }
 
 /// λ of the end of a step becomes that of its start; `direct` `[4, 2n]` receives the sensitivity to each stage's rate.
-pub(super) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direct: &mut [f64]) {
+pub(crate) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direct: &mut [f64]) {
     let d = lambda.len();
     let mut eta = [0.0; MAX_STATE];
     let mut sum = [0.0; MAX_STATE];

@@ -7,33 +7,33 @@ use crate::train::MAX_DOF;
 use crate::train::learner::Work;
 
 /// Longest state x.
-pub(super) const MAX_STATE: usize = 2 * MAX_DOF;
+pub(crate) const MAX_STATE: usize = 2 * MAX_DOF;
 
 /// The time that a step covers.
-pub(super) struct Span<'a> {
+pub(crate) struct Span<'a> {
     /// h of each segment, s.
-    pub(super) h: &'a [f64],
+    pub(crate) h: &'a [f64],
     /// τ of each segment, held, `[samples, n]`.
-    pub(super) tau: &'a [f64],
+    pub(crate) tau: &'a [f64],
     /// Number of its first evaluation.
-    pub(super) first: usize,
+    pub(crate) first: usize,
 }
 
 /// A step of a block of segments: what it needs, and the state x `[samples, 2n]` that it moves.
-pub(super) struct Moving<'a> {
-    pub(super) flow: &'a Flow<'a>,
+pub(crate) struct Moving<'a> {
+    pub(crate) flow: &'a Flow<'a>,
     /// The work of every evaluation of the block, or one for all.
-    pub(super) works: &'a mut [Work<f64>],
+    pub(crate) works: &'a mut [Work<f64>],
     /// The evaluations of this step.
-    pub(super) points: &'a mut [Point],
-    pub(super) span: Span<'a>,
-    pub(super) x: &'a mut [f64],
-    pub(super) failed: &'a mut [bool],
+    pub(crate) points: &'a mut [Point],
+    pub(crate) span: Span<'a>,
+    pub(crate) x: &'a mut [f64],
+    pub(crate) failed: &'a mut [bool],
 }
 
 impl Moving<'_> {
     /// Evaluates and linearises the flow at the state of evaluation `stage`.
-    pub(super) fn linearise(&mut self, stage: usize) {
+    pub(crate) fn linearise(&mut self, stage: usize) {
         let count = self.works.len();
         let work = &mut self.works[(self.span.first + stage) % count];
         let point = &mut self.points[stage];
@@ -43,7 +43,7 @@ impl Moving<'_> {
 }
 
 /// Evaluations of f that a step keeps.
-pub(super) fn evaluations(method: Method) -> usize {
+pub(crate) fn evaluations(method: Method) -> usize {
     match method {
         Method::ImplicitMidpoint => 1,
         Method::StormerVerlet => 2,
@@ -52,7 +52,7 @@ pub(super) fn evaluations(method: Method) -> usize {
 }
 
 /// Moves the state of a block by a step.
-pub(super) fn step(method: Method, moving: Moving<'_>) {
+pub(crate) fn step(method: Method, moving: Moving<'_>) {
     match method {
         Method::ImplicitMidpoint => midpoint::step(moving),
         Method::StormerVerlet => leapfrog::step(moving),
@@ -62,7 +62,7 @@ pub(super) fn step(method: Method, moving: Moving<'_>) {
 
 /// Carries the sensitivity λ to the end of a step of segment `s` to its start, and writes those to the rates at its
 /// evaluations, `[evaluations, 2n]`.
-pub(super) fn back(
+pub(crate) fn back(
     method: Method,
     points: &[Point],
     (s, h): (usize, f64),
