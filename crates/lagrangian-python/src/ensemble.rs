@@ -165,7 +165,7 @@ impl Ensemble {
         };
         let recordings = recordings(trajectories)?;
         let ensemble = &self.ensemble;
-        let coverage = py.detach(|| -> lagrangian::Result<_> {
+        let coverage = py.detach(|| -> lagrangian_run::Result<_> {
             let motions = prepared::estimated(delayed(recordings, &delay)?, &options)?.0;
             Ok(ensemble.coverage(&motions))
         });

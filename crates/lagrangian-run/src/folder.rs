@@ -144,6 +144,7 @@ impl RunFolder {
                 path: path.into(),
                 occupied: Occupied::Refuse,
                 made: Vec::new(),
+                _unfinished: Unfinished::of([]),
                 _lock: None,
             });
         }
