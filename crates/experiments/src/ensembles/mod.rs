@@ -1,7 +1,7 @@
 //! Ensembles on two real machines: how much of new motions lies in their bands.
 
 use anyhow::Result;
-use lagrangian::ensemble::{Coverage, fit_ensemble};
+use lagrangian::ensemble::fit_ensemble;
 use lagrangian::train::Request;
 use lagrangian::{Budget, Coordinates, Dataset, Estimate, FitConfig, Trajectory, split};
 use serde_json::{Value, json};
@@ -37,9 +37,18 @@ const MEMBERS: usize = 8;
 /// The part of a log that validates.
 const VALIDATION: f64 = 0.2;
 
-const CONTESTANTS: &[Contestant<(&str, fn() -> Value)>] = &contestants! {
-    "chain", "chain", Lnn, ("chain", || json!({}));
-    "delan", "deep Lagrangian network", Baseline, ("delan", || json!({ "forces": ["viscous", "coulomb", "offset"] }));
+/// The family that is fitted, and its settings.
+struct Recipe {
+    family: &'static str,
+    settings: fn() -> Value,
+}
+
+const CONTESTANTS: &[Contestant<Recipe>] = &contestants! {
+    "chain", "chain", Lnn, Recipe { family: "chain", settings: || json!({}) };
+    "delan", "deep Lagrangian network", Baseline, Recipe {
+        family: "delan",
+        settings: || json!({ "forces": ["viscous", "coulomb", "offset"] }),
+    };
 };
 
 /// A machine: what is learned from, and the motions that it is measured on.
@@ -85,13 +94,8 @@ fn double_pendulum(lab: &Lab) -> Result<Machine> {
     })
 }
 
-fn compete(
-    lab: &mut Lab,
-    machine: &Machine,
-    who: &Contestant<(&str, fn() -> Value)>,
-    seed: u64,
-) -> Result<()> {
-    let (family, settings) = who.config;
+fn compete(lab: &mut Lab, machine: &Machine, who: &Contestant<Recipe>, seed: u64) -> Result<()> {
+    let Recipe { family, settings } = &who.config;
     let mut request = Request {
         seed,
         budget: Some(Budget::Seconds(if lab.quick() { 2.0 } else { 20.0 })),
@@ -110,9 +114,8 @@ fn compete(
             lagrangian::score::outside(&ensemble.members()[0], std::slice::from_ref(test));
         let torque = coverage.torque;
         let all = |k: usize| torque.as_ref().map(|t| 100.0 * t.all[k]);
-        let eighty = Coverage::LEVELS.iter().position(|level| *level == 0.8);
-        let least = torque.as_ref().zip(eighty);
-        let least = least.map(|(t, k)| 100.0 * t.each[k].iter().copied().fold(1.0, f64::min));
+        let eighty = torque.as_ref().map(|t| &t.each[1]);
+        let least = eighty.map(|joints| 100.0 * joints.iter().copied().fold(1.0, f64::min));
         let row = lab.row(name, who);
         row.add("covered_50", all(0))
             .add("covered_80", all(1))

@@ -189,8 +189,7 @@ pub fn fit(
             fit.model = model;
         }
     }
-    let (fitted, held) = (&dataset.train, &dataset.validation);
-    let visited = Visited::of(&dataset.coordinates, fitted, held);
+    let visited = Visited::of(&dataset.coordinates, &dataset.train);
     fit.model = fit.model.having_visited(visited);
     Ok(fit)
 }

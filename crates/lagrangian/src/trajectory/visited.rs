@@ -11,8 +11,10 @@ use crate::{Error, Result};
 const SAMPLES: usize = 4000;
 /// Representatives of them that are kept, at most.
 const REPRESENTATIVES: usize = 64;
-/// The part of the held-out samples that lies inside.
-const INSIDE: f64 = 0.99;
+/// The parts that the samples are cut into, in their order, to see how far each is from all others …
+const PARTS: usize = 5;
+/// … and the share of the samples for which that distance is inside.
+const INSIDE: f64 = 0.95;
 /// A state lies outside that leaves the range of an axis by this part of it.
 const MARGIN: f64 = 0.1;
 /// An angle was all around where no gap of its samples is wider, rad.
@@ -23,9 +25,9 @@ const LEAST: f64 = 1e-3;
 
 /// The states (q, q̇) that the data of a fit visited: the range of each axis, and representatives that the visited states are near to.
 ///
-/// A state lies *outside* where its [`distance`](Self::distance) exceeds 1: farther from all representatives than those states were
-/// (99 of 100 that were held back from the fit), or beyond the range of a coordinate or velocity by a tenth of that range. Distances
-/// are in deviations of each axis; an angle is compared on the circle. The velocities of parameters do not count.
+/// A state lies *outside* where its [`distance`](Self::distance) exceeds 1: farther from all representatives than a fifth of the samples
+/// is from those of the others (19 of 20 of them), or beyond the range of a coordinate or velocity by a tenth of that range. Distances are
+/// in deviations of each axis; an angle is compared on the circle. The velocities of parameters do not count.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Visited {
@@ -55,11 +57,11 @@ pub struct Beyond {
 }
 
 impl Visited {
-    /// The states that these samples visited; the border comes from them and from samples that were `held` back. `None` without
-    /// a finite state.
+    /// The states that these samples visited. The border is so far from the representatives that each fifth of the samples would lie
+    /// within it, had it not been recorded. `None` without a finite state.
     #[must_use]
-    pub fn of(coordinates: &Coordinates, fitted: &Signals, held: &Signals) -> Option<Self> {
-        let states = states(coordinates, fitted);
+    pub fn of(coordinates: &Coordinates, samples: &Signals) -> Option<Self> {
+        let states = states(coordinates, samples);
         let n = coordinates.dof();
         let column = |i: usize| states.iter().map(move |state| state[i]);
         let ends = |i: usize| match i < n && coordinates.is_circle(i) {
@@ -87,16 +89,9 @@ impl Visited {
                 visited.scale[i] = deviation.max(least).max(f64::MIN_POSITIVE);
             }
         }
-        let covered = visited.represent(coordinates, &states);
-        let mut apart: Vec<f64> = states_of(coordinates, held)
-            .map(|state| visited.nearest(coordinates, &state))
-            .collect();
-        let rank = (INSIDE * apart.len() as f64) as usize;
-        let most = match rank < apart.len() {
-            true => *apart.select_nth_unstable_by(rank, f64::total_cmp).1,
-            false => 0.0,
-        };
-        visited.radius = covered.max(most).max(LEAST);
+        let (chosen, covered) = visited.represent(coordinates, &states);
+        let apart = visited.apart_from_others(coordinates, &states, &chosen);
+        visited.radius = covered.max(apart).max(LEAST);
         visited.round();
         Some(visited)
     }
@@ -206,12 +201,13 @@ impl Visited {
         f64::sqrt(squares / count)
     }
 
-    /// Chooses representatives, each the state that is farthest from those before (Gonzalez 1985), and returns the distance of the
-    /// farthest state from them.
-    fn represent(&mut self, coordinates: &Coordinates, states: &[Vec<f64>]) -> f64 {
+    /// Chooses representatives, each the state that is farthest from those before (Gonzalez 1985), and returns their numbers and the
+    /// distance of the farthest state from them.
+    fn represent(&mut self, coordinates: &Coordinates, states: &[Vec<f64>]) -> (Vec<usize>, f64) {
         let mut nearest = vec![f64::INFINITY; states.len()];
-        let mut next = states.len() / 2;
+        let (mut chosen, mut next) = (Vec::new(), states.len() / 2);
         loop {
+            chosen.push(next);
             self.representatives.extend(&states[next]);
             let new = &states[next];
             for (least, state) in nearest.iter_mut().zip(states) {
@@ -220,13 +216,34 @@ impl Visited {
             let far = nearest.iter().enumerate();
             let far = far.max_by(|a, b| a.1.total_cmp(b.1));
             let Some((k, &distance)) = far else {
-                return 0.0;
+                return (chosen, 0.0);
             };
-            let count = self.representatives.len() / self.scale.len().max(1);
-            if distance <= 0.0 || count >= REPRESENTATIVES.min(states.len()) {
-                return distance;
+            if distance <= 0.0 || chosen.len() >= REPRESENTATIVES.min(states.len()) {
+                return (chosen, distance);
             }
             next = k;
+        }
+    }
+
+    /// The distance from the representatives of all other parts within which [`INSIDE`] of the states lie.
+    fn apart_from_others(
+        &self,
+        coordinates: &Coordinates,
+        states: &[Vec<f64>],
+        chosen: &[usize],
+    ) -> f64 {
+        let part = |k: usize| PARTS * k / states.len();
+        let nearest = |(k, state): (usize, &Vec<f64>)| {
+            let others = chosen.iter().filter(|other| part(**other) != part(k));
+            let apart = others.map(|other| self.between(coordinates, state, &states[*other]));
+            apart.fold(f64::INFINITY, f64::min)
+        };
+        let mut apart: Vec<f64> = states.iter().enumerate().map(nearest).collect();
+        apart.retain(|x| x.is_finite());
+        let rank = (INSIDE * apart.len() as f64) as usize;
+        match rank < apart.len() {
+            true => *apart.select_nth_unstable_by(rank, f64::total_cmp).1,
+            false => 0.0,
         }
     }
 
@@ -350,27 +367,32 @@ mod tests {
     #[test]
     fn the_inside_of_a_curve_and_its_surroundings_are_outside() {
         let line = Coordinates::lines(1);
-        let visited = Visited::of(&line, &swing(), &Signals::default()).unwrap();
+        let visited = Visited::of(&line, &swing()).unwrap();
         let distance = |q, qd| visited.distance(&line, &[q], &[qd]);
         for k in 0..100 {
             let (q, qd) = f64::from(k).sin_cos();
             assert!(distance(q, qd) <= 1.0, "{k}");
-            assert!(distance(1.4 * q, 1.4 * qd) > 1.0, "{k}");
+            assert!(distance(2.0 * q, 2.0 * qd) > 1.0, "{k}");
         }
-        assert!(distance(0.0, 0.0) > 2.0);
+        assert!(distance(0.0, 0.0) > 1.0);
         assert!(distance(f64::NAN, 0.0).is_nan());
         assert_eq!(visited.beyond(&line, &[0.2], &[0.1]), None);
         let beyond = visited.beyond(&line, &[0.2], &[-1.5]).unwrap();
-        assert!(beyond.velocity && beyond.coordinate == 0 && beyond.value == -1.5);
+        assert!(beyond.velocity && beyond.coordinate == 0);
+        assert!((beyond.value + 1.5).abs() < 1e-12);
     }
 
     #[test]
-    fn samples_that_were_held_back_move_the_border() {
+    fn motions_that_repeat_themselves_are_known_more_narrowly() {
         let line = Coordinates::lines(1);
-        let held = signals(&[(1.3, 0.0); 200]);
-        let near = Visited::of(&line, &swing(), &Signals::default()).unwrap();
-        let far = Visited::of(&line, &swing(), &held).unwrap();
-        assert!(near.radius < 0.3 && far.radius > 0.4, "{near:?} {far:?}");
+        let state = |k: i32| (0.11 * f64::from(k)).sin_cos();
+        let repeated = signals(&(0..600).map(state).collect::<Vec<_>>());
+        let once = Visited::of(&line, &swing()).unwrap();
+        let often = Visited::of(&line, &repeated).unwrap();
+        assert!(
+            often.radius < 0.45 && once.radius > 0.6,
+            "{often:?} {once:?}"
+        );
     }
 
     #[test]
@@ -380,22 +402,22 @@ mod tests {
         let arc: Vec<(f64, f64)> = (0..41)
             .map(|k| (4.0 * PI + 2.6 + 0.025 * f64::from(k), 1.0))
             .collect();
-        let visited = Visited::of(&circle, &signals(&arc), &Signals::default()).unwrap();
+        let visited = Visited::of(&circle, &signals(&arc)).unwrap();
         let distance = |q| visited.distance(&circle, &[q], &[1.0]);
         assert!(distance(PI) < 1.0 && distance(-PI) < 1.0 && distance(-2.7) < 1.0);
         assert!(distance(0.0) > 1.0 && distance(2.3) > 1.0 && distance(-2.4) > 1.0);
         let around: Vec<(f64, f64)> = (0..70).map(|k| (0.3 * f64::from(k), 0.0)).collect();
-        let visited = Visited::of(&circle, &signals(&around), &Signals::default()).unwrap();
+        let visited = Visited::of(&circle, &signals(&around)).unwrap();
         assert!(visited.distance(&circle, &[100.0], &[0.0]) < 1.0);
     }
 
     #[test]
     fn trust_is_whole_within_the_ranges_and_gone_beyond_a_tenth() {
         let line = Coordinates::lines(1);
-        let visited = Visited::of(&line, &swing(), &Signals::default()).unwrap();
+        let visited = Visited::of(&line, &swing()).unwrap();
         let trust = |q, qd| visited.trust(&line, &[q], &[qd]);
-        assert!((trust(0.0, 0.0), trust(0.9, -0.9)) == (1.0, 1.0));
-        assert!((trust(1.25, 0.0), trust(0.0, -1.3)) == (0.0, 0.0));
+        assert!(trust(0.0, 0.0) >= 1.0 && trust(0.9, -0.9) >= 1.0);
+        assert!(trust(1.25, 0.0) <= 0.0 && trust(0.0, -1.3) <= 0.0);
         assert!(trust(1.1, 0.0) > 0.3 && trust(1.1, 0.0) < 0.7);
         // No step anywhere.
         let values: Vec<f64> = (0..1000)
@@ -416,7 +438,7 @@ mod tests {
             qd: (0..100).flat_map(|k| [f64::from(k).cos(), 0.0]).collect(),
             ..Signals::default()
         };
-        let visited = Visited::of(&lines, &still, &Signals::default()).unwrap();
+        let visited = Visited::of(&lines, &still).unwrap();
         assert!(visited.distance(&lines, &[0.0, 0.4], &[1.0, 0.0]) <= 1.0);
         assert!(visited.distance(&lines, &[0.0, 0.5], &[1.0, 0.0]) > 1.0);
         assert!(visited.distance(&lines, &[0.0, 0.4], &[1.0, 0.2]) > 1.0);
