@@ -134,7 +134,7 @@ fn a_second_ctrl_c_ends_a_fit_at_once_and_leaves_no_empty_folder() {
 fn a_demo_ends_in_each_of_its_parts_and_keeps_the_models() {
     let bench = Workbench::new();
     let end = |seconds: u32, out: &str, sign: &str| {
-        let line = format!("demo --samples 500 --seconds {seconds} --starts 400 --out {out}");
+        let line = format!("demo --samples 500 --seconds {seconds} --starts 40 --out {out}");
         let (code, text) = interrupted(&bench, &line, sign);
         assert_eq!(code, Some(130), "{text}");
         assert!(text.contains("interrupted"), "{text}");

@@ -102,10 +102,11 @@ fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
 }
 
 /// Whether the positions show what the force does not know, so that neither inertias nor delays can be trusted: the
-/// accelerations of all joints are in the regressor of each.
+/// accelerations of all joints are in the regressor of each. An inertia below its own standard error grows by chance.
 fn is_shaken(fits: &JointFits) -> bool {
-    let mut joints = fits.joints.iter().flatten();
-    joints.any(|f| f.explained.0 > EXPLAINED && f.growth.abs() > GROWTH)
+    let known = |f: &&JointFit| f.explained.0 > EXPLAINED && f.inertia.0.abs() > f.inertia.1;
+    let mut joints = fits.joints.iter().flatten().filter(known);
+    joints.any(|f| f.growth.abs() > GROWTH)
 }
 
 /// Whether a coordinate spans more than a turn, if it is in radians: in degrees that is little for a joint.
