@@ -149,7 +149,7 @@ def train(name: str, pictures: np.ndarray, seed: int, steps: int) -> tuple[lg.La
         starts = rng.integers(pictures.shape[1] - AHEAD - 1, size=BATCH)
         batch = pictures[rows[:, None], starts[:, None] + windows]
         weights, moments, value = descend(weights, moments, k, batch)
-        if k % 100 == 0 or k == steps - 1:
+        if k % 500 == 0 or k == steps - 1:
             print(f"  {name}, seed {seed}, step {k}: loss {value:.5f}", flush=True)
     return layer, weights
 
