@@ -73,6 +73,9 @@ fn in_ci() -> bool {
 fn build(root: &Path, python: &Path, options: &Options) -> Result<(), String> {
     let site: PathBuf = target().join("site");
     fs::create_dir_all(&site).map_err(|e| format!("cannot make {}: {e}", site.display()))?;
+    let mut tests = Command::new(python);
+    tests.args(["-m", "unittest", "discover", "--quiet", "-s", "docs/tools"]);
+    succeed(tests.current_dir(root), "the tests of docs/tools")?;
     let mut command = Command::new(python);
     command
         .args(["-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir"])
