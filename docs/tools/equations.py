@@ -12,12 +12,17 @@ from html import escape
 
 SUBSCRIPTS = dict(zip("₀₁₂₃₄₅₆₇₈₉₊₋₌₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥₓᵦᵧᵨᵩᵪ", "0123456789+−=()aehijklmnoprstuvxβγρφχ"))
 SUPERSCRIPTS = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁼⁽⁾ᵀᴺᴾᵃᵇᶜᵈᵉᶠᵍʰⁱʲᵏˡᵐⁿᵒᵖʳˢᵗᵘᵛʷˣʸᶻ", "0123456789+−=()TNPabcdefghijklmnoprstuvwxyz"))
-ACCENTS = {"\u0307": "˙", "\u0308": "¨", "\u0302": "^", "\u0303": "~", "\u0304": "¯"}
+#: What stands over a letter. Dots and bars are not those of MathML's accents, which fonts without mathematics draw into the letter.
+ACCENTS = {"\u0307": ".", "\u0308": "..", "\u0302": "^", "\u0303": "~", "\u0304": "–"}
 PAIRS = {"(": ")", "[": "]", "{": "}"}
 RELATIONS = "=←≈≤≥∝∋"
 NUMBER = re.compile(r"\((\d+[a-z]?)\)$")
 #: Runs of letters that are a product or a differential; other runs are words.
 PRODUCTS = frozenset("dt dq dL dH dE dQ dF dp ds dr dθ kh qq jk".split())
+#: Words that need no space around them.
+FUNCTIONS = frozenset(
+    "sin cos tan exp log det tr diag arg argmin max min sat sgn cosh tanh arcsin artanh arsinh ln mod rms".split()
+)
 
 
 def element(tag: str, *children: str) -> str:
@@ -119,11 +124,13 @@ class Line:
         found = re.compile(r"[A-Za-z]{2,}(?![\u0300-\u036f])(-[a-z]+)*").match(self.text, self.at)
         if found and found.group() not in PRODUCTS:
             self.at = found.end()
-            return element("mtext", found.group())
+            word = found.group()
+            return element("mtext", word if word in FUNCTIONS else f"\u00a0{word}\u00a0")
         symbol = element("mi", self.take())
         while self.peek() and unicodedata.combining(self.peek()):
-            accent = ACCENTS.get(self.take(), "¯")
-            symbol = f'<mover accent="true">{symbol}<mo stretchy="false">{accent}</mo></mover>'
+            accent = ACCENTS.get(self.take(), "–")
+            shape = ' accent="true"' if accent in "^~" else ""
+            symbol = f'<mover{shape}>{symbol}<mo stretchy="false" lspace="0" rspace="0">{accent}</mo></mover>'
         return symbol
 
 
@@ -152,7 +159,7 @@ def relation(text: str) -> int:
 
 
 def is_prose(text: str) -> bool:
-    return len(re.findall(r"\b[a-z]{3,}\b", text)) > 1 and not any(c in text for c in RELATIONS)
+    return len(re.findall(r"\b[a-z]{3,}\b", text)) > 1 and not re.search(rf"[{RELATIONS}²/∂Σ√π]", text)
 
 
 def cells(line: str) -> tuple[list[str], str]:
@@ -190,7 +197,7 @@ def table(block: str) -> str:
         name = f' id="eq-{number}"' if number else ""
         shown = f'<a href="#eq-{number}">({number})</a>' if number else ""
         lines.append(f'<tr{name}>{"".join(found)}<td class="number">{shown}</td></tr>')
-    return f'<div class="equations"><table>{"".join(lines)}</table></div>'
+    return f'<div class="equations"><table class="rows">{"".join(lines)}</table></div>'
 
 
 def rendered(markdown: str) -> str:

@@ -45,7 +45,8 @@ def state_of(page: Path) -> str:
     found = hashlib.sha256()
     tools = [TOOLS / "tutorials.py", TOOLS / "matplotlibrc"]
     code = sorted(PACKAGE.glob("*.py")) + sorted(PACKAGE.glob("_lagrangian*.so"))
-    beside = sorted(TUTORIALS.glob("*.py")) + sorted(TUTORIALS.glob("*.json"))
+    text = page.read_text(encoding="utf-8")
+    beside = [file for file in sorted(TUTORIALS.glob("*.[jp]*")) if file.name in text]
     for file in [page, *tools, *code, *beside]:
         found.update(file.name.encode() + b"\0" + file.read_bytes())
     found.update(f"quick={is_quick()}".encode())

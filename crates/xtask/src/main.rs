@@ -2,11 +2,12 @@
 //! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
 //! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
-//! checks the licences of what is linked.
+//! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials.
 
 mod bench;
 mod bits;
 mod deny;
+mod docs;
 mod fuzz;
 mod kill;
 mod page;
@@ -29,8 +30,9 @@ usage: cargo xtask test
        cargo xtask fuzz …
        cargo xtask deny
        cargo xtask python …
+       cargo xtask docs …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, the site of the documentation with its tutorials, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -43,7 +45,7 @@ struct Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 11] = [
+const TEST: [Step; 12] = [
     Step {
         name: "format",
         arguments: &["fmt", "--all", "--check"],
@@ -91,6 +93,21 @@ const TEST: [Step; 11] = [
     Step {
         name: "python",
         arguments: &["run", "--quiet", "--package", "xtask", "--", "python"],
+        variable: None,
+        component: None,
+    },
+    Step {
+        name: "docs",
+        arguments: &[
+            "run",
+            "--quiet",
+            "--package",
+            "xtask",
+            "--",
+            "docs",
+            "--quick",
+            "--where-possible",
+        ],
         variable: None,
         component: None,
     },
@@ -189,10 +206,11 @@ fn main() -> ExitCode {
         ["fuzz", ref flags @ ..] => fuzz::main(flags).map(|()| None),
         ["deny", ref flags @ ..] => deny::main(flags).map(|()| None),
         ["python", ref flags @ ..] => python::main(flags).map(|()| None),
+        ["docs", ref flags @ ..] => docs::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
@@ -200,7 +218,8 @@ fn main() -> ExitCode {
                 kill::USAGE,
                 fuzz::USAGE,
                 deny::USAGE,
-                python::USAGE
+                python::USAGE,
+                docs::USAGE
             );
             return ExitCode::SUCCESS;
         }

@@ -16,7 +16,8 @@ const OLDEST: (u32, u32) = (3, 10);
 
 pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     let root = root();
-    let python = environment(&root)?;
+    let list = root.join("python").join("requirements-test.txt");
+    let python = Environment::new(&target().join("python"), &list).python()?;
     build(&root)?;
     let package = root.join("python");
     let run = |what: &str, arguments: &[&str]| -> Result<(), String> {
@@ -45,7 +46,7 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs the tests that need PyTorch where the environment of the race has it: its package alone is several gigabytes.
+/// Runs the tests that need `PyTorch` where the environment of the race has it: its package alone is several gigabytes.
 fn with_torch(python: &Path, package: &Path) -> Result<(), String> {
     let torch = target()
         .join("race")
@@ -85,55 +86,72 @@ fn with_torch(python: &Path, package: &Path) -> Result<(), String> {
     succeed(&mut command, "pytest with PyTorch")
 }
 
-/// The interpreter of a virtual environment with what the tests need, made where it is missing or its list has changed.
-fn environment(root: &Path) -> Result<PathBuf, String> {
-    let folder = target().join("python");
-    let python = folder.join("bin").join("python");
-    let list = root.join("python").join("requirements-test.txt");
-    let wanted = fs::read(&list).map_err(|e| format!("cannot read {}: {e}", list.display()))?;
-    let installed = folder.join("requirements.txt");
-    if python.exists() && fs::read(&installed).is_ok_and(|own| own == wanted) {
-        return Ok(python);
+/// A virtual environment with the packages of a list.
+pub(crate) struct Environment {
+    folder: PathBuf,
+    list: PathBuf,
+}
+
+impl Environment {
+    pub(crate) fn new(folder: &Path, list: &Path) -> Self {
+        Self {
+            folder: folder.into(),
+            list: list.into(),
+        }
     }
-    let base = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let old = format!(
-        "import sys; raise SystemExit(sys.version_info < {:?})",
-        OLDEST
-    );
-    let remedy = format!(
-        "install Python {}.{} or later with venv and pip (Debian: `apt-get install python3-venv`), or name one in PYTHON",
-        OLDEST.0, OLDEST.1
-    );
-    let found = Command::new(&base).args(["-c", &old]).status();
-    if !found.is_ok_and(|status| status.success()) {
-        return Err(format!(
-            "the tests of the Python package need an interpreter: {remedy}"
-        ));
+
+    /// Its interpreter; the environment is made where it is missing or its list has changed.
+    pub(crate) fn python(&self) -> Result<PathBuf, String> {
+        let python = self.folder.join("bin").join("python");
+        let wanted = fs::read(&self.list)
+            .map_err(|e| format!("cannot read {}: {e}", self.list.display()))?;
+        let installed = self.folder.join("requirements.txt");
+        if python.exists() && fs::read(&installed).is_ok_and(|own| own == wanted) {
+            return Ok(python);
+        }
+        self.make()?;
+        let mut pip = Command::new(&python);
+        pip.args([
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+            "-r",
+        ]);
+        succeed(pip.arg(&self.list), "pip install")?;
+        fs::write(&installed, wanted)
+            .map_err(|e| format!("cannot write {}: {e}", installed.display()))?;
+        Ok(python)
     }
-    let venv = Command::new(&base)
-        .args(["-m", "venv"])
-        .arg(&folder)
-        .status();
-    if !venv.is_ok_and(|status| status.success()) {
-        return Err(format!("no virtual environment could be made: {remedy}"));
+
+    fn make(&self) -> Result<(), String> {
+        let base = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+        let old = format!(
+            "import sys; raise SystemExit(sys.version_info < {:?})",
+            OLDEST
+        );
+        let remedy = format!(
+            "install Python {}.{} or later with venv and pip (Debian: `apt-get install python3-venv`), or name one in PYTHON",
+            OLDEST.0, OLDEST.1
+        );
+        let found = Command::new(&base).args(["-c", &old]).status();
+        if !found.is_ok_and(|status| status.success()) {
+            return Err(format!("the Python package needs an interpreter: {remedy}"));
+        }
+        let venv = Command::new(&base)
+            .args(["-m", "venv"])
+            .arg(&self.folder)
+            .status();
+        if !venv.is_ok_and(|status| status.success()) {
+            return Err(format!("no virtual environment could be made: {remedy}"));
+        }
+        Ok(())
     }
-    let mut pip = Command::new(&python);
-    pip.args([
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "-r",
-    ]);
-    succeed(pip.arg(&list), "pip install")?;
-    fs::write(&installed, wanted)
-        .map_err(|e| format!("cannot write {}: {e}", installed.display()))?;
-    Ok(python)
 }
 
 /// Builds the module with the features of all other tests, so that nothing is built twice, and puts it into the package.
-fn build(root: &Path) -> Result<(), String> {
+pub(crate) fn build(root: &Path) -> Result<(), String> {
     let mut command = cargo();
     command.args(["build", "--workspace", "--all-features", "--all-targets"]);
     succeed(command.current_dir(root), "cargo build")?;
