@@ -14,16 +14,13 @@ from . import _lagrangian
 from ._estimators import Estimator, _Watch
 from ._model import Model
 from ._trajectory import Trajectory, trajectories
-from .errors import InvalidInput, ModelError, NotFitted
+from .errors import InvalidInput, NotFitted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Coverage", "Ensemble", "Prediction"]
-
-_FORMAT = "lagrangian-ensemble"
-_FILE = "ensemble.json"
 
 
 class Prediction:
@@ -94,7 +91,7 @@ class Ensemble:
 
     Args:
         estimator: What is fitted: an estimator such as ``Chain()`` or ``Best()``. Its ``steps`` or ``seconds`` are those of each
-            member.
+            member. ``None`` for an ensemble that was read.
         n: The number of members, 2 … 100.
 
     Attributes:
@@ -111,7 +108,7 @@ class Ensemble:
     True
     """
 
-    def __init__(self, estimator: Estimator, n: int = 8) -> None:
+    def __init__(self, estimator: Estimator | None, n: int = 8) -> None:
         self.estimator = estimator
         self.n = n
 
@@ -207,39 +204,17 @@ class Ensemble:
         """Writes the members and their calibration to a folder, which is made if it is missing; ``Ensemble.load`` reads it."""
         core, path = self._fitted(), Path(folder)
         path.mkdir(parents=True, exist_ok=True)
-        names = [f"member-{k + 1}.safetensors" for k in range(len(self.members_))]
-        for name, member in zip(names, self.members_, strict=True):
-            member.save(path / name)
-        description = {
-            "format": _FORMAT,
-            "version": 1,
-            "members": names,
-            "calibration": json.loads(core.calibration()),
-            "summary": self.summary_,
-        }
-        (path / _FILE).write_text(json.dumps(description, indent=1), encoding="utf-8")
+        core.write(path, json.dumps(self.summary_))
 
     @staticmethod
     def load(folder: str | os.PathLike[str]) -> Ensemble:
-        """Reads an ensemble from its folder."""
-        from ._model import load
-
+        """Reads an ensemble from its folder, which may be that of a run of ``lagrangian fit --ensemble``."""
         path = Path(folder)
-        file = path / _FILE
-        if not file.exists():
-            raise FileNotFoundError(2, os.strerror(2), str(file))
-        try:
-            description = json.loads(file.read_text(encoding="utf-8"))
-            if description["format"] != _FORMAT or description["version"] != 1:
-                raise ValueError
-            members = [load(path / Path(name).name) for name in description["members"]]
-            core = _lagrangian.Ensemble(members, json.dumps(description["calibration"]))
-            ensemble = Ensemble(None, len(members))  # type: ignore[arg-type]
-            ensemble._take(core, description["summary"])
-        except (KeyError, TypeError, ValueError) as error:
-            if isinstance(error, ModelError):
-                raise
-            raise ModelError(f"{file} is no description of an ensemble of this version: save the ensemble again") from None
+        if not (path / "ensemble.json").exists():
+            raise FileNotFoundError(2, os.strerror(2), str(path / "ensemble.json"))
+        core, summary = _lagrangian.Ensemble.read(path)
+        ensemble = Ensemble(None, len(core.members()))
+        ensemble._take(core, summary)
         return ensemble
 
     def __repr__(self) -> str:

@@ -96,11 +96,13 @@ class Prediction:
 class Ensemble:
     """Several models of the same data."""
 
-    def __new__(cls, members: Sequence[Model], calibration: str) -> Ensemble: ...
+    @staticmethod
+    def read(folder: str | os.PathLike[str]) -> tuple[Ensemble, dict[str, Any]]:
+        """Reads the ensemble of a folder, and what was said of its fit."""
+    def write(self, folder: str | os.PathLike[str], summary: str) -> None:
+        """Writes the ensemble to a folder, with what was said of its fit as JSON."""
     def members(self) -> list[Model]:
         """Its members."""
-    def calibration(self) -> str:
-        """What its errors on held-out blocks were, as JSON."""
     def accelerations(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Prediction:
         """The accelerations at states under forces."""
     def torques(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Prediction:

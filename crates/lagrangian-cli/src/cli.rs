@@ -407,7 +407,7 @@ Examples:
   lagrangian score run/model.safetensors test.csv
   lagrangian score run/model.safetensors test1.csv test2.csv --json --out scores.json")]
 pub(crate) struct ScoreArgs {
-    /// A saved model
+    /// A saved model, or the folder of a run with an ensemble: how much of the recordings lies in its bands
     pub(crate) model: PathBuf,
 
     /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap

@@ -27,6 +27,7 @@ Examples:
   lagrangian fit log*.csv --model rigid --urdf robot.urdf --dissipation --out run   identify a robot
   lagrangian fit log*.csv --nominal robot.urdf --loss torque --out run      learn the difference from the description
   lagrangian fit video.csv --angle all --loss positions --out run           angles alone, no velocities
+  lagrangian fit log*.csv --angle all --ensemble 8 --out run                bands of torque and acceleration as well
   lagrangian fit --out run --resume                 continue an interrupted run")]
 pub(crate) struct FitArgs {
     /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap
@@ -122,6 +123,12 @@ pub(crate) struct TrainingArgs {
     /// End after so many seconds; the schedule is laid out over them [default: 60]
     #[arg(long, value_parser = positive)]
     pub(crate) seconds: Option<f64>,
+
+    /// Fit so many models more, each to blocks of time that are drawn from the recordings, and calibrate bands on the blocks that
+    /// they have not seen; the time or the steps are those of each
+    #[arg(long, value_name = "MEMBERS", value_parser = clap::value_parser!(u32).range(2..=100))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) ensemble: Option<u32>,
 
     /// Seed of weights, split and batches
     #[arg(long, default_value_t = 0, value_parser = seed)]

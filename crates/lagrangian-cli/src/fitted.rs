@@ -13,7 +13,7 @@ use crate::failure::{Advise, mistake};
 /// A saved model, and how its recordings were prepared.
 pub(crate) struct Fitted {
     pub(crate) model: Learned,
-    preparation: Preparation,
+    pub(crate) preparation: Preparation,
 }
 
 impl Fitted {

@@ -1,17 +1,18 @@
 //! Ensembles: their fit, and what they predict.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use lagrangian::ensemble::{Calibration, Prediction as Predicted};
+use lagrangian::ensemble::Prediction as Predicted;
 use lagrangian::saved::Preparation;
 use lagrangian::{EstimateOptions, Provenance, prepared};
-use lagrangian_run::{FittedEnsemble, delayed};
+use lagrangian_run::{FittedEnsemble, SavedEnsemble, delayed};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json as object;
 
 use crate::arrays::{Rows, array};
-use crate::error::{OrRaise, of_json, raise};
+use crate::error::{OrRaise, of_json};
 use crate::files::json;
 use crate::fit::{Asked, Preparing, data, watched};
 use crate::model::{Body, Model};
@@ -68,25 +69,26 @@ impl Prediction {
 
 #[pymethods]
 impl Ensemble {
-    /// The ensemble of models and a calibration as JSON.
-    #[new]
-    fn of(py: Python<'_>, members: Vec<Bound<'_, Model>>, calibration: &str) -> PyResult<Self> {
-        let calibration: Calibration = of_json(serde_json::from_str(calibration))?;
-        let mut provenance = None;
-        let mut models = Vec::new();
-        for member in &members {
-            let Body::Learned(model, own) = &**member.get().body() else {
-                let message = "a member was not fitted: give the models of an ensemble that was";
-                return Err(raise(py, "ModelError", message));
-            };
-            provenance.get_or_insert_with(|| own.clone());
-            models.push(model.clone());
-        }
-        let ensemble = lagrangian::ensemble::Ensemble::new(models, calibration).or_raise(py)?;
-        Ok(Self {
-            ensemble: Arc::new(ensemble),
-            provenance: provenance.unwrap_or_default(),
-        })
+    /// Reads the ensemble of a folder, and what was said of its fit.
+    #[staticmethod]
+    fn read(py: Python<'_>, folder: PathBuf) -> PyResult<(Self, Bound<'_, PyDict>)> {
+        let saved = SavedEnsemble::read(&folder).or_raise(py)?;
+        let summary = json(py, &saved.summary)?;
+        let ensemble = Self {
+            ensemble: Arc::new(saved.ensemble),
+            provenance: saved.provenance,
+        };
+        Ok((ensemble, summary))
+    }
+
+    /// Writes the ensemble to a folder, with what was said of its fit as JSON.
+    fn write(&self, py: Python<'_>, folder: PathBuf, summary: &str) -> PyResult<()> {
+        let saved = SavedEnsemble {
+            ensemble: (*self.ensemble).clone(),
+            provenance: self.provenance.clone(),
+            summary: of_json(serde_json::from_str(summary))?,
+        };
+        py.detach(|| saved.write(&folder)).or_raise(py)
     }
 
     /// Its members.
@@ -96,11 +98,6 @@ impl Ensemble {
             Model::new(Body::Learned(model.clone(), self.provenance.clone()))
         };
         members.map(model).collect()
-    }
-
-    /// What its errors on held-out blocks were, as JSON.
-    fn calibration(&self) -> PyResult<String> {
-        of_json(serde_json::to_string(self.ensemble.calibration()))
     }
 
     /// The accelerations at states under forces.

@@ -5,7 +5,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use lagrangian::brief;
+use lagrangian::ensemble::MEMBERS;
 
+use crate::ensemble::{ENSEMBLE, is_member, member_name};
 use crate::error::{Advise, Error, Result};
 use crate::files::{Existing, write_bytes};
 use crate::input;
@@ -32,6 +34,11 @@ const WRITABLE: &str = "check that the folder is writable and the disk is not fu
 const CHANGED: &str = "it was changed by hand or cut short: repeat the fit";
 /// How the names of event files begin and end.
 const EVENTS: (&str, &str) = ("events.out.tfevents.", ".lagrangian");
+
+/// The files of a run, but for the members of an ensemble and event files.
+const OWN: [&str; 7] = [
+    RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT, ENSEMBLE,
+];
 
 /// What to do with a folder that already holds something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -269,13 +276,16 @@ impl RunFolder {
     /// # Errors
     /// As [`refuse_overwriting`](crate::refuse_overwriting).
     pub fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
-        let own = [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT];
-        input::refuse_overwriting(&own.map(|name| self.file(name)), inputs)
+        let own = OWN.iter().map(|name| self.file(name));
+        let members = (0..MEMBERS.1).map(|k| self.file(&member_name(k)));
+        let own: Vec<PathBuf> = own.chain(members).collect();
+        input::refuse_overwriting(&own, inputs)
     }
 
     fn remove_earlier_run(&self) -> Result<()> {
         let ours = |name: &str| {
-            [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT].contains(&name)
+            OWN.contains(&name)
+                || is_member(name)
                 || (name.starts_with(EVENTS.0) && name.ends_with(EVENTS.1))
         };
         let names = || -> io::Result<Vec<PathBuf>> {

@@ -10,6 +10,7 @@
 
 mod bag_folder;
 mod content;
+mod ensemble;
 mod error;
 mod files;
 mod fit;
@@ -30,6 +31,7 @@ mod unfinished;
 mod watch;
 
 pub use bag_folder::files as bag_files;
+pub use ensemble::{ENSEMBLE, SavedEnsemble};
 pub use error::{Cause, Error, Result};
 pub use files::{Existing, Sink, format_named, refuse_existing, write_bytes, write_file};
 pub use fit::provenance;

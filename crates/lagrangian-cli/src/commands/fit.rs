@@ -17,7 +17,7 @@ use lagrangian_run::{
 };
 use serde_json::json;
 
-use super::OutputMode;
+use super::{OutputMode, ensemble};
 use crate::command_line::command_line;
 use crate::data;
 use crate::failure::{self, Advise, FAILED, mistake};
@@ -88,7 +88,11 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let choices = [of_data, selection.chosen.choices.clone()].concat();
     note_failures(&selection.contestants);
     let provenance = provenance(&record, preparation);
-    folder.keep(&mut begun, &selection, &choices, provenance)?;
+    folder.keep(&mut begun, &selection, &choices, provenance.clone())?;
+    let ensemble = match args.training.ensemble {
+        Some(members) => ensemble::fitted(&data.prepared, &selection, members, &provenance, mode)?,
+        None => None,
+    };
     let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
     let forced = dataset.forced;
     let (estimates, evaluation) = (estimates.len(), data.prepared.into());
@@ -107,8 +111,12 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         contestants,
     } = selection;
     let improved = fit.improved(&chosen.config, held_back);
+    if let Some(ensemble) = &ensemble {
+        ensemble.write(folder.path())?;
+    }
     if !mode.json {
         tell(folder, &fit, &assessment);
+        ensemble.iter().for_each(|own| tell!("{}", ensemble::text(&own.summary)));
         return Ok(exit_code(&fit, improved, &assessment));
     }
     output::print_json(&json!({
@@ -131,6 +139,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         "verdict": assessment.verdict,
         "assessment": assessment,
         "parameters": fit.model.parameters(),
+        "ensemble": ensemble.map(|own| own.summary),
     }))?;
     Ok(exit_code(&fit, improved, &assessment))
 }

@@ -5,6 +5,7 @@ mod check;
 mod conserved;
 mod convert;
 mod demo;
+mod ensemble;
 mod excite;
 mod existence;
 mod fit;

@@ -5,9 +5,10 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian::score::{Assessment, SignalError};
 use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, score};
+use lagrangian_run::ENSEMBLE;
 use serde_json::json;
 
-use super::OutputMode;
+use super::{OutputMode, ensemble};
 use crate::cli::ScoreArgs;
 use crate::data;
 use crate::failure::Advise;
@@ -21,6 +22,9 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     inputs.push(args.model.clone());
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
+    if args.model.join(ENSEMBLE).is_file() {
+        return ensemble::score(args, mode);
+    }
     let reading = Task::start("score: reading", mode.quiet, Size::of_files(&inputs))?;
     let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;

@@ -4,6 +4,7 @@
 mod bad_input;
 mod commands;
 mod convert;
+mod ensembles;
 mod excited;
 mod identified;
 mod inputs;

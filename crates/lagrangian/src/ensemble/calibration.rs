@@ -110,7 +110,7 @@ impl Coverage {
 }
 
 /// The part of the samples of one signal that lies in each of the bands.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Covered {
     /// Of all coordinates, for each of [`Coverage::LEVELS`].
     pub all: Vec<f64>,

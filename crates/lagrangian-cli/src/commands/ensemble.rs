@@ -1,0 +1,120 @@
+//! Ensembles: their fit beside that of a model, and how much of other recordings lies in their bands.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use lagrangian::ensemble::{Coverage, Covered, fit_ensemble};
+use lagrangian::train::{Ending, Selection};
+use lagrangian::{Model, Prepared, Provenance};
+use lagrangian_run::SavedEnsemble;
+use serde_json::{Value, json};
+
+use super::OutputMode;
+use crate::cli::ScoreArgs;
+use crate::command_line::command_line;
+use crate::data;
+use crate::failure::Advise;
+use crate::fitted::{self, Fitted};
+use crate::motion;
+use crate::skin::Shown;
+use crate::task::{Size, Task};
+
+/// Fits an ensemble of models like the one that was kept; none after Ctrl-C.
+pub(super) fn fitted(
+    data: &Prepared,
+    selection: &Selection,
+    members: u32,
+    provenance: &Provenance,
+    mode: OutputMode,
+) -> Result<Option<SavedEnsemble>> {
+    if selection.fit.ending == Ending::Interrupted {
+        tell!("note: the fit was interrupted, so there is no ensemble; --resume goes on");
+        return Ok(None);
+    }
+    let mut shown = Shown::start("ensemble", mode.quiet);
+    let config = &selection.chosen.config;
+    let fitted = fit_ensemble(&data.dataset, config, members as usize, &mut shown);
+    let ensemble = fitted.advise(
+        format!("cannot fit an ensemble (`{}`)", command_line()),
+        "record more, or omit --ensemble",
+    )?;
+    shown.finish(&format!("{} members", ensemble.members().len()));
+    let coverage = ensemble.coverage(&data.motions);
+    Ok(Some(SavedEnsemble {
+        summary: json!({
+            "family": config.family.name(),
+            "members": ensemble.members().len(),
+            "held_out": data.held_out,
+            "coverage": coverage,
+        }),
+        ensemble,
+        provenance: provenance.clone(),
+    }))
+}
+
+/// How much of the motions of the fit lies in the bands.
+pub(super) fn text(summary: &Value) -> String {
+    let of = |signal: &str| -> Option<Covered> {
+        serde_json::from_value(summary["coverage"][signal].clone()).ok()
+    };
+    let coverage = Coverage {
+        acceleration: of("acceleration"),
+        torque: of("torque"),
+        position: of("position"),
+    };
+    as_text(&coverage)
+}
+
+fn as_text(coverage: &Coverage) -> String {
+    let signals = [
+        ("acceleration", &coverage.acceleration),
+        ("torque", &coverage.torque),
+        ("position in 1 s", &coverage.position),
+    ];
+    let line = |(name, covered): (&str, &Option<Covered>)| {
+        let all = &covered.as_ref()?.all;
+        let parts: Vec<String> = all.iter().map(|x| format!("{:5.1} %", 100.0 * x)).collect();
+        Some(format!("  {name:<16} {}", parts.join("  ")))
+    };
+    let lines: Vec<String> = signals.into_iter().filter_map(line).collect();
+    let levels: Vec<String> = Coverage::LEVELS
+        .iter()
+        .map(|level| format!("{:5.0} %", 100.0 * level))
+        .collect();
+    format!(
+        "samples in the bands of\n  {:<16} {}\n{}",
+        "",
+        levels.join("  "),
+        lines.join("\n")
+    )
+}
+
+/// Measures the ensemble of a folder on recordings.
+pub(super) fn score(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
+    let task = Task::start("score", mode.quiet, Size::of_files(&args.files))?;
+    let saved = SavedEnsemble::read(&args.model)?;
+    let first = &saved.ensemble.members()[0];
+    let preparation = saved.provenance.preparation.clone().unwrap_or_default();
+    let fitted = Fitted {
+        model: first.clone(),
+        preparation,
+    };
+    let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
+    let recordings = data::read(&args.files, &data)?;
+    fitted::require_coordinates(&recordings, first.coordinates())?;
+    let (motions, estimates) = data::trajectories(recordings, &estimate.options())?;
+    let coverage = saved.ensemble.coverage(&motions);
+    drop(task);
+    motion::note_outside(first, &motions);
+    let figures = json!({
+        "command": "score",
+        "model": args.model,
+        "files": args.files,
+        "estimated": data::estimated_signals(&estimates),
+        "members": saved.ensemble.members().len(),
+        "coverage": coverage,
+    });
+    args.output
+        .write_figures(mode, &figures, || as_text(&coverage) + "\n")?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,110 @@
+//! Ensembles in a folder: a file for each member, and one that says how sure they are together.
+
+use std::path::Path;
+
+use lagrangian::ensemble::{Calibration, Ensemble, MEMBERS};
+use lagrangian::{Learned, Provenance, SavedModel};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::error::{Advise, Error, Result};
+use crate::files::{Existing, write_bytes};
+use crate::input;
+
+/// The file that says how sure the members are together.
+pub const ENSEMBLE: &str = "ensemble.json";
+const FORMAT: &str = "lagrangian-ensemble";
+const VERSION: u32 = 1;
+
+/// What [`ENSEMBLE`] holds.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Description {
+    format: String,
+    version: u32,
+    members: usize,
+    calibration: Calibration,
+    summary: Value,
+}
+
+/// An ensemble that was read from its folder.
+#[derive(Debug)]
+pub struct SavedEnsemble {
+    /// The ensemble.
+    pub ensemble: Ensemble,
+    /// Where its members come from.
+    pub provenance: Provenance,
+    /// What was said of its fit.
+    pub summary: Value,
+}
+
+impl SavedEnsemble {
+    /// Writes the ensemble to a folder, which must exist; files of an earlier one are replaced.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the folder cannot be written; as [`Learned::save`].
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let members = self.ensemble.members();
+        for (k, member) in members.iter().enumerate() {
+            let bytes = member.save(self.provenance.clone())?.to_bytes()?;
+            write_bytes(&folder.join(member_name(k)), Existing::Replace, &bytes)?;
+        }
+        let description = Description {
+            format: FORMAT.into(),
+            version: VERSION,
+            members: members.len(),
+            calibration: self.ensemble.calibration().clone(),
+            summary: self.summary.clone(),
+        };
+        let text = serde_json::to_vec_pretty(&description).advise("cannot write the ensemble", "")?;
+        write_bytes(&folder.join(ENSEMBLE), Existing::Replace, &text)
+    }
+
+    /// Reads the ensemble of a folder.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for files that are missing, damaged or of another version, which it names.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(ENSEMBLE);
+        let shown = format!("cannot read the ensemble '{}'", path.display());
+        let hint = "give the folder that an ensemble was saved to";
+        let text = input::text(&path).advise(&shown, hint)?;
+        let described: Description = serde_json::from_str(&text).advise(&shown, hint)?;
+        let (fewest, most) = MEMBERS;
+        if described.format != FORMAT
+            || described.version != VERSION
+            || !(fewest..=most).contains(&described.members)
+        {
+            return Err(Error::new(
+                format!("{shown}: it is not one of this version"),
+                "fit the ensemble again",
+            ));
+        }
+        let mut provenance = None;
+        let mut member = |k: usize| -> Result<Learned> {
+            let path = folder.join(member_name(k));
+            let shown = format!("cannot read the member '{}'", path.display());
+            let file = input::open(&path).advise(&shown, hint)?;
+            let saved = SavedModel::read(file).advise(&shown, hint)?;
+            provenance.get_or_insert_with(|| saved.header.provenance.clone());
+            Learned::load(&saved).advise(shown, hint)
+        };
+        let members = (0..described.members).map(&mut member);
+        let members: Vec<Learned> = members.collect::<Result<_>>()?;
+        Ok(Self {
+            ensemble: Ensemble::new(members, described.calibration).advise(shown, hint)?,
+            provenance: provenance.unwrap_or_default(),
+            summary: described.summary,
+        })
+    }
+}
+
+/// The name of the file of a member.
+pub(crate) fn member_name(k: usize) -> String {
+    format!("member-{}.safetensors", k + 1)
+}
+
+/// Whether a file is that of a member.
+pub(crate) fn is_member(name: &str) -> bool {
+    (0..MEMBERS.1).any(|k| member_name(k) == name)
+}
