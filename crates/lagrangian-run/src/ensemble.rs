@@ -56,7 +56,8 @@ impl SavedEnsemble {
             calibration: self.ensemble.calibration().clone(),
             summary: self.summary.clone(),
         };
-        let text = serde_json::to_vec_pretty(&description).advise("cannot write the ensemble", "")?;
+        let text =
+            serde_json::to_vec_pretty(&description).advise("cannot write the ensemble", "")?;
         write_bytes(&folder.join(ENSEMBLE), Existing::Replace, &text)
     }
 

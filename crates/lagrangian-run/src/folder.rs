@@ -36,9 +36,7 @@ const CHANGED: &str = "it was changed by hand or cut short: repeat the fit";
 const EVENTS: (&str, &str) = ("events.out.tfevents.", ".lagrangian");
 
 /// The files of a run, but for the members of an ensemble and event files.
-const OWN: [&str; 7] = [
-    RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT, ENSEMBLE,
-];
+const OWN: [&str; 7] = [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT, ENSEMBLE];
 
 /// What to do with a folder that already holds something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

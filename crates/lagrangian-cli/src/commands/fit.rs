@@ -116,7 +116,9 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     }
     if !mode.json {
         tell(folder, &fit, &assessment);
-        ensemble.iter().for_each(|own| tell!("{}", ensemble::text(&own.summary)));
+        ensemble
+            .iter()
+            .for_each(|own| tell!("{}", ensemble::text(&own.summary)));
         return Ok(exit_code(&fit, improved, &assessment));
     }
     output::print_json(&json!({

@@ -20,7 +20,10 @@ fn an_ensemble_stands_in_the_folder_of_its_run() {
     let all = covered["all"].as_array().unwrap();
     assert!(all[0].as_f64() < all[2].as_f64(), "{covered}");
     let text = bench.succeed("score run others.csv").stdout;
-    assert!(text.contains("80 %") && text.contains("acceleration"), "{text}");
+    assert!(
+        text.contains("80 %") && text.contains("acceleration"),
+        "{text}"
+    );
 
     // A member that is gone, a description that is damaged, a run that begins anew.
     std::fs::remove_file(bench.path("run/member-2.safetensors")).unwrap();
@@ -53,6 +56,10 @@ fn states_that_the_data_have_not_visited_are_told() {
     let near = bench.succeed(&format!("{model} --q0 0.5 --qd0 0"));
     assert!(!near.stderr.contains("outside of those"), "{}", near.stderr);
     let far = bench.succeed(&format!("{model} --q0 0.5 --qd0 60"));
-    assert!(far.stderr.contains("100 % of the states lie outside"), "{}", far.stderr);
+    assert!(
+        far.stderr.contains("100 % of the states lie outside"),
+        "{}",
+        far.stderr
+    );
     assert!(far.stderr.contains("per second, where"), "{}", far.stderr);
 }

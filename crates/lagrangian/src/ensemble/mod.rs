@@ -27,7 +27,7 @@ mod bags;
 mod calibration;
 mod fitting;
 
-pub use calibration::{Calibration, Coverage, LEVELS, Scale};
+pub use calibration::{Calibration, Coverage, Covered, LEVELS, Scale};
 pub use fitting::fit_ensemble;
 
 use crate::mechanics::dynamics::{Evaluation, Evaluator, Model};
