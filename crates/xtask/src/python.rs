@@ -45,7 +45,7 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs the tests that need PyTorch where the environment of the race has it: its package alone is several gigabytes.
+/// Runs the tests that need `PyTorch` where the environment of the race has it: its package alone is several gigabytes.
 fn with_torch(python: &Path, package: &Path) -> Result<(), String> {
     let torch = target()
         .join("race")
