@@ -155,6 +155,5 @@ def test_wandb_keeps_a_run_offline(
     monkeypatch.setenv("WANDB_SILENT", "true")
     callback = lg.callbacks.WandB("swings", mode="offline", dir=str(tmp_path))
     small().fit(swings, run=tmp_path / "run", callbacks=callback)
-    assert callback.run.summary["verdict"] in ("good", "fair", "poor")
     [log] = tmp_path.glob("wandb/offline-run-*/run-*.wandb")
-    assert log.stat().st_size > 0
+    assert callback.run.id in log.name
