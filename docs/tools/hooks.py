@@ -68,7 +68,7 @@ def decisions() -> str:
         title = page.read_text(encoding="utf-8").split("\n", 1)[0].lstrip("# ")
         number, words = title.split(" ", 1)
         if page.name != "0000-template.md":
-            lines.append(f"- {number} · [{words}]({page.name})")
+            lines.append(f"- {number} · [{words.lstrip('— ')}]({page.name})")
     return "\n".join(lines) + "\n"
 
 

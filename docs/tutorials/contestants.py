@@ -204,13 +204,13 @@ def measure(name, data, held_out, seconds, duration=5.0):
     }
 
 
-def race(seconds, trajectories=30):
+def race(seconds, trajectories=30, duration=5.0):
     """The figures of all contestants whose packages are installed; the reason, where they are not."""
     data, held_out = samples(seed=0, trajectories=trajectories), samples(seed=1, trajectories=6)
     found = {}
     for name in CONTESTANTS:
         try:
-            found[name] = measure(name, data, held_out, seconds)
+            found[name] = measure(name, data, held_out, seconds, duration)
         except ImportError as error:
             found[name] = {"missing": error.name}
         print(name, found[name], file=sys.stderr, flush=True)
