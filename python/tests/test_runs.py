@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -157,3 +158,9 @@ def test_wandb_keeps_a_run_offline(
     small().fit(swings, run=tmp_path / "run", callbacks=callback)
     [log] = tmp_path.glob("wandb/offline-run-*/run-*.wandb")
     assert callback.run.id in log.name
+    # Written by a process of its own, which may still be at it.
+    deadline = time.monotonic() + 30.0
+    while b"acceleration_nmse" not in log.read_bytes() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    kept = log.read_bytes()
+    assert all(word in kept for word in (b"acceleration_nmse", b"validation", b"verdict"))
