@@ -186,7 +186,11 @@ const MORE: (u64, u64) = (200, 100);
 const MORE_OF_ALL: u64 = 2_000_000;
 
 /// The options with a limit of steps that follows from the size of the task, of `count` such predictions.
-fn bounded(options: &RolloutOptions, truth: &Trajectory, count: usize) -> RolloutOptions {
+pub(crate) fn bounded(
+    options: &RolloutOptions,
+    truth: &Trajectory,
+    count: usize,
+) -> RolloutOptions {
     let rows = truth.len() as u64;
     let more = MORE.0 * rows.min(MORE.1);
     let steps = STEPS * rows + more.min(MORE_OF_ALL / (count as u64).max(1));

@@ -1,12 +1,15 @@
 //! How large the errors of an ensemble are on samples that its members have not seen.
 
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Ask, Prediction, Spread, asked, forward, inverse, spread};
 use crate::mechanics::dynamics::Model;
 use crate::models::Learned;
-use crate::rollout::RolloutOptions;
-use crate::score::predict;
+use crate::rollout::{Rollout, RolloutOptions};
+use crate::score::{bounded, predict};
 use crate::trajectory::Signal;
 use crate::{Error, Result, Trajectory};
 
@@ -16,7 +19,7 @@ pub const LEVELS: usize = 99;
 /// The length of the motions that the bands of positions are calibrated on, s.
 const SECONDS: f64 = 1.0;
 /// Such motions of a recording, at most.
-const MOTIONS: usize = 8;
+const MOTIONS: usize = 4;
 
 /// The scales of the bands of an ensemble; `None` of what its data or its models do not have.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -168,22 +171,25 @@ impl Errors {
         if !members[0].moves() || recording.t.len() < 3 {
             return;
         }
-        for start in starts(recording) {
-            let end = recording
-                .t
-                .partition_point(|&t| t <= recording.t[start] + SECONDS);
-            let truth = recording.part(start..end);
-            let options = RolloutOptions::for_comparison();
-            let motions = members.iter().map(|m| predict(*m, &truth, &options));
-            let motions: Vec<_> = motions.filter_map(Result::ok).collect();
+        let windows: Vec<Trajectory> = starts(recording)
+            .into_iter()
+            .map(|start| {
+                let end = recording.t[start] + SECONDS;
+                recording.part(start..recording.t.partition_point(|&t| t <= end))
+            })
+            .collect();
+        let followed = |truth: &Trajectory| follow(members, truth, windows.len());
+        let followed: Vec<Option<Vec<Rollout>>> = windows.par_iter().map(followed).collect();
+        for (truth, motions) in windows.iter().zip(followed) {
+            let motions = motions.unwrap_or_default();
             let length = motions.iter().map(|m| m.trajectory.q.len()).min();
             // A motion that some member loses has no band at its end.
-            let Some(length) = length.filter(|l| *l > n && motions.len() == members.len()) else {
+            let Some(length) = length.filter(|length| *length > n) else {
                 continue;
             };
             let each: Vec<&[f64]> = motions.iter().map(|m| &m.trajectory.q[n..length]).collect();
             let shorter = |error: f64, i: usize| match coordinates.is_circle(i) {
-                true => error - std::f64::consts::TAU * (error / std::f64::consts::TAU).round(),
+                true => error - TAU * (error / TAU).round(),
                 false => error,
             };
             let spread = spread(&each);
@@ -204,7 +210,9 @@ impl Errors {
 
     /// The scale of bands that hold these errors; `None` without any.
     pub(super) fn scale(&self) -> Option<Scale> {
-        let empty = self.of.iter().any(Vec::is_empty);
+        if self.of.iter().any(Vec::is_empty) {
+            return None;
+        }
         let floors = self.of.iter().zip(&self.first).map(|(all, first)| {
             let own: Vec<f64> = match first.is_empty() {
                 true => all.iter().map(|(error, _)| *error).collect(),
@@ -223,7 +231,7 @@ impl Errors {
             factors: factors.collect(),
             floor,
         };
-        (!empty && scale.check(self.of.len()).is_ok()).then_some(scale)
+        scale.check(self.of.len()).is_ok().then_some(scale)
     }
 
     /// The part of the errors that lies in the bands of a scale.
@@ -268,6 +276,13 @@ fn relative((error, deviation): (f64, f64), floor: f64) -> f64 {
 fn quantile(sizes: &[f64], k: usize) -> f64 {
     let rank = ((sizes.len() + 1) * k).div_ceil(LEVELS + 1);
     sizes[rank.clamp(1, sizes.len()) - 1]
+}
+
+/// The motion of each member from the start of `truth`, one of `count` such motions; `None` where one of them has none.
+fn follow(members: &[&Learned], truth: &Trajectory, count: usize) -> Option<Vec<Rollout>> {
+    let options = bounded(&RolloutOptions::for_comparison(), truth, count);
+    let motion = |member: &&Learned| predict(*member, truth, &options).ok();
+    members.iter().map(motion).collect()
 }
 
 /// Where motions begin along a recording, evenly spread.

@@ -38,6 +38,9 @@ use crate::{Error, Result, Trajectory};
 /// The fewest members of an ensemble, and the most.
 pub const MEMBERS: (usize, usize) = (2, 100);
 
+/// The recordings whose positions are predicted for a coverage, at most.
+const FOLLOWED: usize = 25;
+
 /// Several models of the same data, with what their errors on held-out blocks were.
 #[derive(Debug, Clone)]
 pub struct Ensemble {
@@ -187,7 +190,8 @@ impl Ensemble {
         Ok(scale.prediction(spread))
     }
 
-    /// The part of the samples of these motions that lies in the bands of [`Coverage::LEVELS`].
+    /// The part of the samples of these motions that lies in the bands of [`Coverage::LEVELS`]; positions of at
+    /// most 25 of the motions are predicted.
     #[must_use]
     pub fn coverage(&self, motions: &[Trajectory]) -> Coverage {
         let members: Vec<&Learned> = self.members.iter().collect();
@@ -204,9 +208,9 @@ impl Ensemble {
             torque: of(Signal::Tau, &self.calibration.torque),
             position: self.calibration.position.as_ref().and_then(|scale| {
                 let mut errors = calibration::Errors::new(n);
-                motions
-                    .iter()
-                    .for_each(|motion| errors.add_motions(&members, motion));
+                let every = motions.len().div_ceil(FOLLOWED).max(1);
+                let some = motions.iter().step_by(every);
+                some.for_each(|motion| errors.add_motions(&members, motion));
                 errors.covered(scale)
             }),
         }

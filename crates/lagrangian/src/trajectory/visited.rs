@@ -406,7 +406,7 @@ mod tests {
         let distance = |q| visited.distance(&circle, &[q], &[1.0]);
         assert!(distance(PI) < 1.0 && distance(-PI) < 1.0 && distance(-2.7) < 1.0);
         assert!(distance(0.0) > 1.0 && distance(2.3) > 1.0 && distance(-2.4) > 1.0);
-        let around: Vec<(f64, f64)> = (0..70).map(|k| (0.3 * f64::from(k), 0.0)).collect();
+        let around: Vec<(f64, f64)> = (0..400).map(|k| (0.07 * f64::from(k), 0.0)).collect();
         let visited = Visited::of(&circle, &signals(&around)).unwrap();
         assert!(visited.distance(&circle, &[100.0], &[0.0]) < 1.0);
     }
