@@ -33,12 +33,13 @@ from ._families import (
 from ._lagrangian import __version__, set_threads
 from ._layer import Layer
 from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
-from ._report import Report, report
+from ._report import Animation, Report, report
 from ._sweep import Range, Sweep, sweep
 from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
 from .errors import LagrangianError
 
 __all__ = [
+    "Animation",
     "Assessment",
     "Best",
     "Chain",

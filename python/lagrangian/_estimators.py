@@ -387,6 +387,9 @@ _OF_MODELS = frozenset(
         "follow",
         "parameters",
         "plot_energy",
+        "plot_torque",
+        "torque_parts",
+        "distance_from_data",
     )
 )
 

@@ -15,7 +15,8 @@ from .errors import InvalidInput, ModelError, RolloutWarning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Self
 
 __all__ = ["Model", "integrators", "load", "own_system", "robot", "system", "systems"]
@@ -134,6 +135,23 @@ class Model(_lagrangian.Model):
         from ._plot import plot_energy
 
         return plot_energy(self, motion, ax)
+
+    def torque_parts(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> dict[str, NDArray[np.float64]]:
+        """What the torques are made of: ``inertial``, ``coriolis``, ``gravity``, ``friction``, ``offset``; their sum is
+        ``inverse_dynamics``. All have the shape ``(…, n)`` of ``q``.
+
+        >>> import lagrangian as lg
+        >>> parts = lg.system("pendulum", length=2.0).torque_parts([0.0], [3.0], [1.0])
+        >>> float(parts["inertial"][0])
+        4.0
+        """
+        return _lagrangian.torque_parts(self, q, qd, qdd)
+
+    def plot_torque(self, motion: Trajectory, ax: Axes | None = None, coordinate: int = 0) -> Axes:
+        """Draws the parts of the torque of a coordinate along a motion, and what was recorded."""
+        from ._plot import plot_torque
+
+        return plot_torque(self, motion, ax, coordinate)
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._origin is not None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ._model import Model
-    from ._trajectory import Trajectory
+    from ._trajectory import Coordinate, Trajectory
 
 UNITS = {"q": "", "qd": "/s", "qdd": "/s²", "goal": ""}
 
@@ -40,6 +40,37 @@ def plot_signal(motion: Trajectory, ax: Axes | None, signal: str) -> Axes:
     ax.set(xlabel="t (s)", ylabel=f"{signal}{unit}", title=motion.name)
     ax.legend()
     return ax
+
+
+def plot_phase(motion: Trajectory, ax: Axes | None, coordinate: int) -> Axes:
+    if motion.qd is None:
+        raise InvalidInput("the trajectory has no velocities: give one with qd, or a predicted motion")
+    own = _coordinate(motion, coordinate)
+    ax = axes(ax)
+    ax.plot(motion.q[:, coordinate], motion.qd[:, coordinate], label=motion.name)
+    ax.set(xlabel=f"{own.name} ({own.unit})", ylabel=f"velocity ({own.unit}/s)")
+    return ax
+
+
+def plot_torque(model: Model, motion: Trajectory, ax: Axes | None, coordinate: int) -> Axes:
+    if motion.qd is None or motion.qdd is None:
+        raise InvalidInput("motion has no velocities or accelerations: give one with qd and qdd")
+    own = _coordinate(motion, coordinate)
+    ax = axes(ax)
+    for name, part in model.torque_parts(motion.q, motion.qd, motion.qdd).items():
+        if part[:, coordinate].any():
+            ax.plot(motion.t, part[:, coordinate], label=name)
+    if motion.tau is not None:
+        ax.plot(motion.t, motion.tau[:, coordinate], color="#888888", label="recorded")
+    ax.set(xlabel="t (s)", ylabel=f"torque of {own.name}", title=motion.name)
+    ax.legend()
+    return ax
+
+
+def _coordinate(motion: Trajectory, coordinate: int) -> Coordinate:
+    if not 0 <= coordinate < motion.n:
+        raise InvalidInput(f"coordinate is {coordinate}: give 0 … {motion.n - 1}")
+    return motion.coordinates[coordinate]
 
 
 def plot_energy(model: Model, motion: Trajectory, ax: Axes | None) -> Axes:

@@ -1,14 +1,46 @@
-"""The page of a run, shown in a notebook."""
+"""Pages that a notebook shows: of a run, of motions."""
 
 from __future__ import annotations
 
 import html
 import os
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from . import _lagrangian
 
-__all__ = ["Report", "report"]
+if TYPE_CHECKING:
+    from ._trajectory import Trajectory
+
+__all__ = ["Animation", "Report", "report"]
+
+
+def _frame(page: str, height: str) -> str:
+    own = html.escape(page, quote=True)
+    return f'<iframe srcdoc="{own}" style="width:100%;height:{height};border:0" sandbox="allow-scripts"></iframe>'
+
+
+class Animation:
+    """Motions that move side by side; a notebook shows them.
+
+    Attributes:
+        html: The page.
+    """
+
+    def __init__(self, motions: Sequence[Trajectory], links: str, lengths: Sequence[float] | None) -> None:
+        own = None if lengths is None else [float(length) for length in lengths]
+        self.html = _lagrangian.animation(list(motions), links, own)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the page, which needs no network."""
+        Path(path).write_text(self.html, encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        return _frame(self.html, "32em")
+
+    def __repr__(self) -> str:
+        return f"Animation({len(self.html)} bytes of HTML)"
 
 
 class Report:
@@ -24,9 +56,7 @@ class Report:
         self.html = page
 
     def _repr_html_(self) -> str:
-        page = html.escape(self.html, quote=True)
-        style = "width:100%;height:80vh;border:0"
-        return f'<iframe srcdoc="{page}" style="{style}" sandbox="allow-scripts"></iframe>'
+        return _frame(self.html, "80vh")
 
     def __fspath__(self) -> str:
         return str(self.path)

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
+    from ._report import Animation
+
 __all__ = ["Coordinate", "Trajectory"]
 
 SIGNALS = ("q", "qd", "qdd", "tau", "p", "goal", "kp", "kd", "supply", "enabled")
@@ -225,6 +227,34 @@ class Trajectory:
         from ._plot import plot_signal
 
         return plot_signal(self, ax, signal)
+
+    def plot_phase(self, ax: Axes | None = None, coordinate: int = 0) -> Axes:
+        """Draws the phase portrait of a coordinate: its velocity over its position."""
+        from ._plot import plot_phase
+
+        return plot_phase(self, ax, coordinate)
+
+    def animate(
+        self, *others: Trajectory, links: str = "absolute", lengths: Sequence[float] | None = None
+    ) -> Animation:
+        """The motion as a chain of links that moves in the notebook, beside others of the same chain.
+
+        Args:
+            others: Motions to show beside it, up to five, such as a prediction.
+            links: Where angles are measured: ``absolute``, from hanging down, or ``relative``, from the link before.
+            lengths: Of the links, one for each; all the same by default.
+
+        Raises:
+            InvalidInput: A coordinate is no angle, or another argument is wrong.
+
+        >>> import lagrangian as lg
+        >>> [swing] = lg.simulate("double-pendulum", duration=2.0)
+        >>> swing.animate(lengths=[1.0, 0.5]).html[:15]
+        '<!DOCTYPE html>'
+        """
+        from ._report import Animation
+
+        return Animation([self, *others], links, lengths)
 
 
 class Outcome(NamedTuple):

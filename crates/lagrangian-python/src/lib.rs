@@ -1,6 +1,7 @@
 //! The Python module `lagrangian._lagrangian`: arrays in, arrays out. It holds no formula and no default that the library
 //! does not have; what Python users see stands in `python/lagrangian`.
 
+mod animation;
 mod answers;
 mod arrays;
 mod check;
@@ -19,12 +20,15 @@ mod settings;
 mod sweep;
 mod systems;
 mod threads;
+mod torque;
 
 use pyo3::prelude::*;
 
 /// The numerical core of the package `lagrangian`.
 #[pymodule]
 mod _lagrangian {
+    #[pymodule_export]
+    use super::animation::animation;
     #[pymodule_export]
     use super::check::check;
     #[pymodule_export]
@@ -53,6 +57,8 @@ mod _lagrangian {
     use super::systems::{own_system, robot, simulate, system};
     #[pymodule_export]
     use super::threads::set_threads;
+    #[pymodule_export]
+    use super::torque::torque_parts;
 
     #[pymodule_init]
     fn init(module: &super::Bound<'_, super::PyModule>) -> super::PyResult<()> {

@@ -13,7 +13,7 @@ use crate::metrics::Metric;
 /// Dots of a parity figure, at most.
 const DOTS: usize = 2000;
 /// The most links of a chain that can be distinguished in motion.
-const MOST_LINKS: usize = 8;
+pub const MOST_LINKS: usize = 8;
 
 /// Where the links of a drawn chain measure their angles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -63,10 +63,7 @@ impl<'a> Followed<'a> {
             return None;
         }
         let panel = |motion: &Motion| {
-            let chain = match links {
-                Links::Absolute => motion.trajectory.clone(),
-                Links::Relative => absolute(motion.trajectory),
-            };
+            let chain = as_chain(motion.trajectory, links);
             Panel::new(motion.name, motion.role, &vec![1.0; n], &chain, None)
         };
         let chain = match (n, links) {
@@ -140,10 +137,14 @@ fn largest_kinetic_energy(model: &dyn Model, motion: &Trajectory) -> Option<f64>
     Some(differences.fold(0.0, f64::max)).filter(|largest| *largest > 0.0)
 }
 
-/// The same motion with each angle measured from hanging down instead of from the link before.
-fn absolute(motion: &Trajectory) -> Trajectory {
+/// The same motion with each angle measured from hanging down, wherever its links measure them.
+#[must_use]
+pub fn as_chain(motion: &Trajectory, links: Links) -> Trajectory {
     let n = motion.dof().max(1);
     let mut chain = motion.clone();
+    if links == Links::Absolute {
+        return chain;
+    }
     for row in chain.q.chunks_exact_mut(n) {
         for i in 1..n {
             row[i] += row[i - 1];

@@ -6,7 +6,7 @@ mod tables;
 use std::path::Path;
 
 use figures::Followed;
-pub use figures::{Links, energies};
+pub use figures::{Links, MOST_LINKS, as_chain, energies};
 use lagrangian::score::{
     Assessment, Grade, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
