@@ -117,15 +117,3 @@ def plot_parity(model: Model, motions: Sequence[Trajectory], ax: Axes | None) ->
     ax.set(xlabel="recorded acceleration", ylabel="predicted acceleration")
     ax.legend()
     return ax
-
-
-def plot_phase(motion: Trajectory, coordinate: int | str, ax: Axes | None) -> Axes:
-    if motion.qd is None:
-        raise InvalidInput("motion has no velocities: give a predicted motion, or one with qd")
-    names = [c.name for c in motion.coordinates]
-    i = names.index(coordinate) if isinstance(coordinate, str) else coordinate
-    ax = axes(ax)
-    ax.plot(motion.q[:, i], motion.qd[:, i])
-    unit = motion.coordinates[i].unit
-    ax.set(xlabel=f"{names[i]} ({unit})", ylabel=f"rate of {names[i]} ({unit}/s)", title=motion.name)
-    return ax

@@ -60,6 +60,6 @@ def test_motions_move_side_by_side() -> None:
         with pytest.raises(lg.errors.InvalidInput, match="lengths"):
             motion.animate(lengths=lengths)
     with pytest.raises(lg.errors.InvalidInput, match="no motion of a chain"):
-        lg.system("spring").rollout([1.0], [0.0], duration=1.0).animate()
+        lg.system("mass-spring").rollout([1.0], [0.0], duration=1.0).animate()
     with pytest.raises(lg.errors.InvalidInput, match="7 motions"):
         motion.animate(*[motion] * 6)

@@ -55,7 +55,10 @@ pub(crate) fn animation(
             q: recording.signals.q,
             ..Signals::default()
         };
-        let chain = as_chain(&Trajectory::new(&recording.name, recording.t, signals), links);
+        let chain = as_chain(
+            &Trajectory::new(&recording.name, recording.t, signals),
+            links,
+        );
         panels.push(Panel::new(&chain.name, role, &lengths, &chain, None));
     }
     let report = Report {

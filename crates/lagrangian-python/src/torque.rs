@@ -25,14 +25,18 @@ pub(crate) fn torque_parts<'py>(
     for (name, other) in [("qd", &qd), ("qdd", &qdd)] {
         if other.shape() != q.shape() {
             let (found, wanted) = (shown(other.shape()), shown(q.shape()));
-            return Err(invalid(py, format!("{name} has shape {found}: give {wanted}, that of q")));
+            return Err(invalid(
+                py,
+                format!("{name} has shape {found}: give {wanted}, that of q"),
+            ));
         }
     }
     let values = [q.values(), qd.values(), qdd.values()];
     let found = py.detach(|| parts(&mut *model.evaluator(), values[0], values[1], values[2]));
     body.raised()?;
     let Some(found) = found else {
-        let message = "the model has no torques: take a model with a Lagrangian, such as Lnn, Delan or Rigid";
+        let message =
+            "the model has no torques: take a model with a Lagrangian, such as Lnn, Delan or Rigid";
         return Err(raise(py, "NotSupported", message));
     };
     let all = PyDict::new(py);

@@ -40,9 +40,7 @@ pub use hashed::{FileHash, Hashed, Hashing};
 pub use input::{MOST_TEXT, is_same_name, open, refuse_overwriting, text};
 pub use job::{Data, Fitted, FittedEnsemble, Place, Ready};
 pub use metrics::{Metric, Metrics, Tensorboard};
-pub use page::{
-    Evaluation, Links, MOST_LINKS, Page, Scored, Skin, as_chain, energies, grade_name,
-};
+pub use page::{Evaluation, Links, MOST_LINKS, Page, Scored, Skin, as_chain, energies, grade_name};
 pub use record::{DataFile, RunRecord};
 pub use resolved::{Columns, resolved};
 pub use source::{OneFile, Source, delayed, layout_beside, read_file, unused};
