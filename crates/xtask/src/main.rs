@@ -37,6 +37,8 @@ usage: cargo xtask test
 /// One command that must succeed.
 struct Step {
     name: &'static str,
+    /// What stands before the arguments of a chore.
+    before: &'static [&'static str],
     arguments: &'static [&'static str],
     /// A variable of the environment, set for this command alone.
     variable: Option<(&'static str, &'static str)>,
@@ -44,122 +46,70 @@ struct Step {
     component: Option<&'static str>,
 }
 
+impl Step {
+    /// A command of cargo.
+    const fn of_cargo(name: &'static str, arguments: &'static [&'static str]) -> Self {
+        Self {
+            name,
+            before: &[],
+            arguments,
+            variable: None,
+            component: None,
+        }
+    }
+
+    /// A chore of this program, which cargo builds first.
+    const fn chore(name: &'static str, arguments: &'static [&'static str]) -> Self {
+        Self {
+            before: &["run", "--quiet", "--package", "xtask", "--"],
+            ..Self::of_cargo(name, arguments)
+        }
+    }
+}
+
 /// In the order of what fails soonest.
 const TEST: [Step; 12] = [
     Step {
-        name: "format",
-        arguments: &["fmt", "--all", "--check"],
-        variable: None,
         component: Some("rustfmt"),
+        ..Step::of_cargo("format", &["fmt", "--all", "--check"])
     },
     Step {
-        name: "clippy",
-        arguments: &[
-            "clippy",
-            "--workspace",
-            "--all-targets",
-            "--all-features",
-            "--",
-            "-D",
-            "warnings",
-        ],
-        variable: None,
         component: Some("clippy"),
+        ..Step::of_cargo(
+            "clippy",
+            &[
+                "clippy",
+                "--workspace",
+                "--all-targets",
+                "--all-features",
+                "--",
+                "-D",
+                "warnings",
+            ],
+        )
     },
+    Step::of_cargo("tests", &["test", "--workspace", "--all-features"]),
     Step {
-        name: "tests",
-        arguments: &["test", "--workspace", "--all-features"],
-        variable: None,
-        component: None,
-    },
-    Step {
-        name: "documentation",
-        arguments: &["doc", "--workspace", "--all-features", "--no-deps"],
         variable: Some(("RUSTDOCFLAGS", "-D warnings")),
-        component: None,
+        ..Step::of_cargo(
+            "documentation",
+            &["doc", "--workspace", "--all-features", "--no-deps"],
+        )
     },
-    Step {
-        name: "examples",
-        arguments: &["build", "--workspace", "--all-features", "--examples"],
-        variable: None,
-        component: None,
-    },
-    Step {
-        name: "benches",
-        arguments: &["test", "--workspace", "--all-features", "--benches"],
-        variable: None,
-        component: None,
-    },
-    Step {
-        name: "python",
-        arguments: &["run", "--quiet", "--package", "xtask", "--", "python"],
-        variable: None,
-        component: None,
-    },
-    Step {
-        name: "docs",
-        arguments: &[
-            "run",
-            "--quiet",
-            "--package",
-            "xtask",
-            "--",
-            "docs",
-            "--quick",
-            "--where-possible",
-        ],
-        variable: None,
-        component: None,
-    },
-    Step {
-        name: "sanitizer",
-        arguments: &[
-            "run",
-            "--quiet",
-            "--package",
-            "xtask",
-            "--",
-            "sanitize",
-            "--where-possible",
-        ],
-        variable: None,
-        component: None,
-    },
-    Step {
-        name: "kill",
-        arguments: &[
-            "run",
-            "--quiet",
-            "--package",
-            "xtask",
-            "--",
-            "kill",
-            "--each",
-            "3",
-        ],
-        variable: None,
-        component: None,
-    },
-    Step {
-        name: "fuzz",
-        arguments: &["run", "--quiet", "--package", "xtask", "--", "fuzz"],
-        variable: None,
-        component: None,
-    },
-    Step {
-        name: "race",
-        arguments: &[
-            "run",
-            "--quiet",
-            "--package",
-            "xtask",
-            "--",
-            "race",
-            "--smoke",
-        ],
-        variable: None,
-        component: None,
-    },
+    Step::of_cargo(
+        "examples",
+        &["build", "--workspace", "--all-features", "--examples"],
+    ),
+    Step::of_cargo(
+        "benches",
+        &["test", "--workspace", "--all-features", "--benches"],
+    ),
+    Step::chore("python", &["python"]),
+    Step::chore("docs", &["docs", "--quick", "--where-possible"]),
+    Step::chore("sanitizer", &["sanitize", "--where-possible"]),
+    Step::chore("kill", &["kill", "--each", "3"]),
+    Step::chore("fuzz", &["fuzz"]),
+    Step::chore("race", &["race", "--smoke"]),
 ];
 
 /// Why a chore ended early.
@@ -277,8 +227,9 @@ fn require(step: &Step) -> Result<(), String> {
 
 fn carry_out(step: &Step) -> Result<(), String> {
     let mut command = cargo();
-    command.args(step.arguments);
-    let mut shown = format!("cargo {}", step.arguments.join(" "));
+    let words = [step.before, step.arguments].concat();
+    command.args(&words);
+    let mut shown = format!("cargo {}", words.join(" "));
     if let Some((name, value)) = step.variable {
         command.env(name, value);
         shown = format!("{name}='{value}' {shown}");
