@@ -7,7 +7,7 @@ use lagrangian::ensemble::{Coverage, Covered, fit_ensemble};
 use lagrangian::train::{Ending, Selection};
 use lagrangian::{Model, Prepared, Provenance};
 use lagrangian_run::SavedEnsemble;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::ScoreArgs;
@@ -19,6 +19,12 @@ use crate::motion;
 use crate::skin::Shown;
 use crate::task::{Size, Task};
 
+/// An ensemble of a fit, and how much of its motions lies in the bands.
+pub(super) struct Measured {
+    pub(super) saved: SavedEnsemble,
+    pub(super) coverage: Coverage,
+}
+
 /// Fits an ensemble of models like the one that was kept; none after Ctrl-C.
 pub(super) fn fitted(
     data: &Prepared,
@@ -26,7 +32,7 @@ pub(super) fn fitted(
     members: u32,
     provenance: &Provenance,
     mode: OutputMode,
-) -> Result<Option<SavedEnsemble>> {
+) -> Result<Option<Measured>> {
     if selection.fit.ending == Ending::Interrupted {
         tell!("note: the fit was interrupted, so there is no ensemble; --resume goes on");
         return Ok(None);
@@ -40,7 +46,7 @@ pub(super) fn fitted(
     )?;
     shown.finish(&format!("{} members", ensemble.members().len()));
     let coverage = ensemble.coverage(&data.motions);
-    Ok(Some(SavedEnsemble {
+    let saved = SavedEnsemble {
         summary: json!({
             "family": config.family.name(),
             "members": ensemble.members().len(),
@@ -49,23 +55,12 @@ pub(super) fn fitted(
         }),
         ensemble,
         provenance: provenance.clone(),
-    }))
+    };
+    Ok(Some(Measured { saved, coverage }))
 }
 
-/// How much of the motions of the fit lies in the bands.
-pub(super) fn text(summary: &Value) -> String {
-    let of = |signal: &str| -> Option<Covered> {
-        serde_json::from_value(summary["coverage"][signal].clone()).ok()
-    };
-    let coverage = Coverage {
-        acceleration: of("acceleration"),
-        torque: of("torque"),
-        position: of("position"),
-    };
-    as_text(&coverage)
-}
-
-fn as_text(coverage: &Coverage) -> String {
+/// How much of some motions lies in the bands.
+pub(super) fn as_text(coverage: &Coverage) -> String {
     let signals = [
         ("acceleration", &coverage.acceleration),
         ("torque", &coverage.torque),

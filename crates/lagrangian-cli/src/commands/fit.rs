@@ -112,13 +112,13 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     } = selection;
     let improved = fit.improved(&chosen.config, held_back);
     if let Some(ensemble) = &ensemble {
-        ensemble.write(folder.path())?;
+        ensemble.saved.write(folder.path())?;
     }
     if !mode.json {
         tell(folder, &fit, &assessment);
         ensemble
             .iter()
-            .for_each(|own| tell!("{}", ensemble::text(&own.summary)));
+            .for_each(|own| tell!("{}", ensemble::as_text(&own.coverage)));
         return Ok(exit_code(&fit, improved, &assessment));
     }
     output::print_json(&json!({
@@ -141,7 +141,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         "verdict": assessment.verdict,
         "assessment": assessment,
         "parameters": fit.model.parameters(),
-        "ensemble": ensemble.map(|own| own.summary),
+        "ensemble": ensemble.map(|own| own.saved.summary),
     }))?;
     Ok(exit_code(&fit, improved, &assessment))
 }
