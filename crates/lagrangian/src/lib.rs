@@ -84,6 +84,7 @@ mod check;
 mod dataset;
 pub mod ensemble;
 mod error;
+pub mod expression;
 pub mod integrate;
 pub mod layer;
 pub mod mechanics;

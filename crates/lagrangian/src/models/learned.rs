@@ -10,8 +10,9 @@ use super::FAMILIES;
 use super::family::Training;
 use super::named::{Named, Parameter};
 use super::setup::Setup;
+use crate::expression::{self, Equations};
 use crate::mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
-use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::forces::{Actuation, Applied, Dissipation};
 use crate::mechanics::hamiltonian::Hamiltonian;
 use crate::mechanics::lagrangian::{Lagrangian, Sum};
 use crate::rigid::{RigidBodies, RobotShape};
@@ -89,6 +90,30 @@ pub trait FittedModel: Model + Any + Debug {
             "a model of the family {}",
             self.description().family
         )))
+    }
+
+    /// The equations of the model as expressions.
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`] for a model whose equations cannot be written down.
+    fn equations(&self) -> Result<Equations> {
+        let lagrangian = self.lagrangian().ok_or_else(|| {
+            expression::without(&format!(
+                "a model of the family {}",
+                self.description().family
+            ))
+        })?;
+        let FittedForces {
+            dissipation,
+            actuation,
+        } = self.forces();
+        expression::of(
+            lagrangian,
+            &Applied {
+                dissipation,
+                actuation,
+            },
+        )
     }
 
     /// A copy on the heap.
@@ -437,6 +462,14 @@ impl Learned {
     #[must_use]
     pub fn lagrangian(&self) -> Option<&dyn Lagrangian> {
         self.model.lagrangian()
+    }
+
+    /// The equations of the model as expressions, for code generators.
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`] for a model whose equations cannot be written down.
+    pub fn equations(&self) -> Result<Equations> {
+        self.model.equations()
     }
 
     /// The Hamiltonian, where the model moves by one in (q, p).

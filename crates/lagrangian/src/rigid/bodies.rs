@@ -4,6 +4,7 @@ use super::dynamics::RigidDynamics;
 use super::spatial::{Inertia, Vec3};
 use super::tree::{Place, Tree};
 use super::urdf::{Description, unusable};
+use crate::expression::{Expressed, Moving};
 use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::mechanics::forces::Dissipation;
 use crate::mechanics::lagrangian::{Jets, Lagrangian};
@@ -296,6 +297,10 @@ impl Lagrangian for RigidBodies {
 
     fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
         Some(Box::new(self.dynamics()))
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        Some(self.terms_of(at))
     }
 }
 

@@ -26,6 +26,7 @@ pub(crate) mod consistent;
 mod dynamics;
 pub(crate) mod edited_urdf;
 mod excitation;
+mod expression;
 pub(crate) mod joint_sums;
 mod limits;
 mod load;

@@ -39,7 +39,7 @@ pub use sample::{Sampled, Sampling, TimeStep, thin};
 pub use signals::{Signal, Signals};
 pub use state::State;
 pub use table::Table;
-pub use visited::{Beyond, Visited};
+pub use visited::{Axis, Beyond, Visited};
 
 use std::ops::{Deref, DerefMut, Range};
 

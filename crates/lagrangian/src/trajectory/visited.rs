@@ -56,6 +56,21 @@ pub struct Beyond {
     pub range: (f64, f64),
 }
 
+/// An axis of the visited states: a coordinate or a velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// The smallest value; of an angle the beginning of the arc that holds all.
+    pub low: f64,
+    /// The largest value; of an angle the end of its arc.
+    pub high: f64,
+    /// How far beyond this range a state is outside.
+    pub margin: f64,
+    /// The deviation of the values, the unit of distances.
+    pub scale: f64,
+    /// Whether it is an angle.
+    pub circle: bool,
+}
+
 impl Visited {
     /// The states that these samples visited. The border is so far from the representatives that each fifth of the samples would lie
     /// within it, had it not been recorded. `None` without a finite state.
@@ -152,6 +167,32 @@ impl Visited {
             1.0 - x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
         };
         self.axes().map(fade).product()
+    }
+
+    /// The axes of coordinates, then of velocities, `[2n]`; `None` for one that does not count.
+    #[must_use]
+    pub fn ranges(&self, coordinates: &Coordinates) -> Vec<Option<Axis>> {
+        let n = coordinates.dof();
+        let axis = |i: usize| Axis {
+            low: self.low[i],
+            high: self.high[i],
+            margin: self.margin(i),
+            scale: self.scale[i],
+            circle: i < n && coordinates.is_circle(i),
+        };
+        let counts = |i: usize| (self.scale[i] > 0.0).then(|| axis(i));
+        (0..2 * n).map(counts).collect()
+    }
+
+    /// The representatives, `[k, 2n]`, and the distance of the border from the nearest of them, in deviations.
+    #[must_use]
+    pub fn representatives(&self) -> (&[f64], f64) {
+        (&self.representatives, self.radius)
+    }
+
+    /// How far a state may lie beyond the range of axis `i`.
+    fn margin(&self, i: usize) -> f64 {
+        MARGIN * (self.high[i] - self.low[i]).max(self.scale[i])
     }
 
     /// Refuses a description that is not one of states of these coordinates.
@@ -268,7 +309,7 @@ impl Visited {
     fn excess(&self, coordinates: &Coordinates, i: usize, x: f64) -> f64 {
         let x = self.unwrapped(coordinates, i, x);
         let beyond = (self.low[i] - x).max(x - self.high[i]).max(0.0);
-        beyond / (MARGIN * (self.high[i] - self.low[i]).max(self.scale[i]))
+        beyond / self.margin(i)
     }
 
     /// The value, or the turn of an angle that is nearest to its arc.
@@ -346,103 +387,4 @@ fn states_of<'a>(
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::*;
-
-    fn signals(states: &[(f64, f64)]) -> Signals {
-        Signals {
-            q: states.iter().map(|s| s.0).collect(),
-            qd: states.iter().map(|s| s.1).collect(),
-            ..Signals::default()
-        }
-    }
-
-    /// A closed curve of states: swings of amplitude 1.
-    fn swing() -> Signals {
-        let state = |k: i32| (0.1 * f64::from(k)).sin_cos();
-        signals(&(0..63).map(state).collect::<Vec<_>>())
-    }
-
-    #[test]
-    fn the_inside_of_a_curve_and_its_surroundings_are_outside() {
-        let line = Coordinates::lines(1);
-        let visited = Visited::of(&line, &swing()).unwrap();
-        let distance = |q, qd| visited.distance(&line, &[q], &[qd]);
-        for k in 0..100 {
-            let (q, qd) = f64::from(k).sin_cos();
-            assert!(distance(q, qd) <= 1.0, "{k}");
-            assert!(distance(2.0 * q, 2.0 * qd) > 1.0, "{k}");
-        }
-        assert!(distance(0.0, 0.0) > 1.0);
-        assert!(distance(f64::NAN, 0.0).is_nan());
-        assert_eq!(visited.beyond(&line, &[0.2], &[0.1]), None);
-        let beyond = visited.beyond(&line, &[0.2], &[-1.5]).unwrap();
-        assert!(beyond.velocity && beyond.coordinate == 0);
-        assert!((beyond.value + 1.5).abs() < 1e-12);
-    }
-
-    #[test]
-    fn motions_that_repeat_themselves_are_known_more_narrowly() {
-        let line = Coordinates::lines(1);
-        let state = |k: i32| (0.11 * f64::from(k)).sin_cos();
-        let repeated = signals(&(0..600).map(state).collect::<Vec<_>>());
-        let once = Visited::of(&line, &swing()).unwrap();
-        let often = Visited::of(&line, &repeated).unwrap();
-        assert!(
-            often.radius < 0.45 && once.radius > 0.6,
-            "{often:?} {once:?}"
-        );
-    }
-
-    #[test]
-    fn angles_are_compared_on_the_circle() {
-        let circle = Coordinates::angles(1);
-        // An arc across π, after several turns.
-        let arc: Vec<(f64, f64)> = (0..41)
-            .map(|k| (4.0 * PI + 2.6 + 0.025 * f64::from(k), 1.0))
-            .collect();
-        let visited = Visited::of(&circle, &signals(&arc)).unwrap();
-        let distance = |q| visited.distance(&circle, &[q], &[1.0]);
-        assert!(distance(PI) < 1.0 && distance(-PI) < 1.0 && distance(-2.7) < 1.0);
-        assert!(distance(0.0) > 1.0 && distance(2.3) > 1.0 && distance(-2.4) > 1.0);
-        let around: Vec<(f64, f64)> = (0..400).map(|k| (0.07 * f64::from(k), 0.0)).collect();
-        let visited = Visited::of(&circle, &signals(&around)).unwrap();
-        assert!(visited.distance(&circle, &[100.0], &[0.0]) < 1.0);
-    }
-
-    #[test]
-    fn trust_is_whole_within_the_ranges_and_gone_beyond_a_tenth() {
-        let line = Coordinates::lines(1);
-        let visited = Visited::of(&line, &swing()).unwrap();
-        let trust = |q, qd| visited.trust(&line, &[q], &[qd]);
-        assert!(trust(0.0, 0.0) >= 1.0 && trust(0.9, -0.9) >= 1.0);
-        assert!(trust(1.25, 0.0) <= 0.0 && trust(0.0, -1.3) <= 0.0);
-        assert!(trust(1.1, 0.0) > 0.3 && trust(1.1, 0.0) < 0.7);
-        // No step anywhere.
-        let values: Vec<f64> = (0..1000)
-            .map(|k| trust(1.3e-3 * f64::from(k), 0.0))
-            .collect();
-        assert!(
-            values
-                .windows(2)
-                .all(|w| w[0] - w[1] < 0.02 && w[0] >= w[1])
-        );
-    }
-
-    #[test]
-    fn a_coordinate_that_never_moved_is_known_at_one_place() {
-        let lines = Coordinates::lines(2);
-        let still = Signals {
-            q: (0..100).flat_map(|k| [f64::from(k).sin(), 0.4]).collect(),
-            qd: (0..100).flat_map(|k| [f64::from(k).cos(), 0.0]).collect(),
-            ..Signals::default()
-        };
-        let visited = Visited::of(&lines, &still).unwrap();
-        assert!(visited.distance(&lines, &[0.0, 0.4], &[1.0, 0.0]) <= 1.0);
-        assert!(visited.distance(&lines, &[0.0, 0.5], &[1.0, 0.0]) > 1.0);
-        assert!(visited.distance(&lines, &[0.0, 0.4], &[1.0, 0.2]) > 1.0);
-        visited.check(&lines).unwrap();
-        assert!(visited.check(&Coordinates::lines(1)).is_err());
-    }
-}
+mod tests;

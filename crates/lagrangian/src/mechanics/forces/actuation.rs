@@ -88,6 +88,12 @@ impl Actuation {
         &self.described.offset
     }
 
+    /// The pseudo-inverse of B, row-major `[n, n]`.
+    #[must_use]
+    pub(crate) fn inverse(&self) -> &[f64] {
+        &self.inverse
+    }
+
     /// Writes B u − o for `m` inputs; both arrays are `[m, n]`.
     pub fn forces(&self, inputs: &[f64], force: &mut [f64]) {
         let n = self.dof().max(1);

@@ -16,6 +16,7 @@ pub use seen::SpeedChart;
 pub use sum::Sum;
 
 use crate::Coordinates;
+use crate::expression::{Expressed, Moving};
 use crate::mechanics::dynamics::Evaluator;
 
 /// A Lagrangian's derivatives at a batch of `m` states, as far as the Euler–Lagrange equation needs them.
@@ -110,6 +111,12 @@ pub trait Lagrangian: Send + Sync {
     fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
         None
     }
+
+    /// Its terms as expressions of a state, for code generators; `None` for one that was not written down.
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        let _ = at;
+        None
+    }
 }
 
 /// Evaluates the derivatives of one Lagrangian; see [`Lagrangian::jets`].
@@ -141,6 +148,10 @@ impl<L: Lagrangian + ?Sized> Lagrangian for &L {
     fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
         (**self).recursions()
     }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        (**self).expressed(at)
+    }
 }
 
 impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
@@ -154,5 +165,9 @@ impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
 
     fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
         (**self).recursions()
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        (**self).expressed(at)
     }
 }

@@ -1,6 +1,7 @@
 //! The sum of two Lagrangians: that of a nominal model, and what was learned of the rest.
 
 use super::{Curvature, Jet, Jets, Lagrangian};
+use crate::expression::{Expressed, Moving};
 use crate::trajectory::Visited;
 use crate::{Coordinates, Error, Result};
 
@@ -72,6 +73,16 @@ impl<A: Lagrangian, B: Lagrangian> Lagrangian for Sum<A, B> {
             jet: Jet::default(),
             curvature: Curvature::default(),
         })
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        let (known, rest) = (self.known.expressed(at)?, self.rest.expressed(at)?);
+        let one = at.q.graph().number(1.0);
+        let trust = self.visited.as_ref();
+        let trust = trust.map_or(one, |visited| {
+            visited.trust_of(self.rest.coordinates(), at.q, at.qd)
+        });
+        Some(known.plus(rest, trust))
     }
 }
 

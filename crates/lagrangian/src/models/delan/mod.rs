@@ -2,6 +2,7 @@
 //! (Lutter, Ritter, Peters 2019, arXiv 1907.04490).
 
 mod block;
+mod expression;
 mod factor;
 mod factors;
 pub(crate) mod family;
@@ -21,6 +22,7 @@ pub use structure::{Structure, Terms};
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
+use crate::expression::{Expressed, Moving};
 use crate::mechanics::lagrangian::scaled::{Features, Scaling};
 use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, check_layers};
@@ -232,6 +234,10 @@ impl Lagrangian for Delan {
 
     fn jets(&self) -> Box<dyn Jets + '_> {
         Box::new(jets::DelanJets::new(self))
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        Some(Expressed::of(self.expression(at.q, at.qd), at))
     }
 }
 

@@ -15,6 +15,7 @@ use nets::Activation;
 use serde::{Deserialize, Serialize};
 
 use super::lnn::Form;
+use crate::expression::{Expressed, Moving};
 use crate::mechanics::lagrangian::{Jets, Lagrangian, Scaling};
 use crate::models::lnn::{Lnn, LnnConfig};
 use crate::{Coordinates, Error, Result};
@@ -120,5 +121,9 @@ impl Lagrangian for FeatureLagrangian {
 
     fn jets(&self) -> Box<dyn Jets + '_> {
         self.network.jets()
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        self.network.expressed(at)
     }
 }

@@ -1,6 +1,7 @@
 //! Lagrangian neural networks: any L(q, q̇), free or convex in q̇.
 
 mod curvature;
+mod expression;
 pub(crate) mod family;
 pub(crate) mod learner;
 mod one;
@@ -9,6 +10,7 @@ pub(crate) mod points;
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
+use crate::expression::{Expressed, Moving};
 use crate::mechanics::lagrangian::scaled::{Features, Scaling};
 use crate::mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
 use crate::mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
@@ -196,6 +198,10 @@ impl Lagrangian for Lnn {
             passes: Passes::default(),
             second: None,
         })
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        Some(Expressed::of(self.expression(at.q, at.qd), at))
     }
 }
 

@@ -4,6 +4,7 @@ use super::learner::MlpLearner;
 use super::{Direction, Mlp, MlpConfig, MlpScaling, MlpShape};
 use crate::Result;
 use crate::dataset::Dataset;
+use crate::expression::Equations;
 use crate::models::NetworkShape;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
@@ -91,6 +92,10 @@ impl FittedModel for Mlp {
 
     fn stored(&self) -> Result<Stored> {
         self.stored_as(NAME)
+    }
+
+    fn equations(&self) -> Result<Equations> {
+        Ok(Self::equations(self))
     }
 
     fn in_training(&self) -> Result<(Training, Vec<f64>)> {

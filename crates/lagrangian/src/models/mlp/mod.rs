@@ -1,6 +1,7 @@
 //! Plain networks for comparison, with the same inputs, size and optimiser: (q, q̇, τ) → q̈ under losses of accelerations
 //! and (q, q̇, q̈) → τ under losses of torques.
 
+mod expression;
 pub(crate) mod family;
 pub(crate) mod learner;
 

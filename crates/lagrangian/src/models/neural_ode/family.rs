@@ -3,6 +3,7 @@
 use super::{NeuralOde, NeuralOdeConfig, Order};
 use crate::Result;
 use crate::dataset::Dataset;
+use crate::expression::{self, Equations};
 use crate::models::NetworkShape;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
@@ -107,6 +108,13 @@ impl FittedModel for NeuralOde {
 
     fn stored(&self) -> Result<Stored> {
         self.network().stored_as(NAME)
+    }
+
+    fn equations(&self) -> Result<Equations> {
+        match self.order() {
+            Order::Second => Ok(self.network().equations()),
+            Order::First => Err(expression::without("a neural ODE of first order")),
+        }
     }
 
     fn in_training(&self) -> Result<(Training, Vec<f64>)> {

@@ -3,6 +3,7 @@
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
+use crate::expression::{Expressed, Moving};
 use crate::mechanics::analytic::{ClosedForm, DualJets};
 use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::{Coordinates, Error, Result};
@@ -148,5 +149,9 @@ impl Lagrangian for RigidChain {
 
     fn jets(&self) -> Box<dyn Jets + '_> {
         Box::new(DualJets::new(self, self.coordinates.dof()))
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        Some(Expressed::of(self.expression(at.q, at.qd), at))
     }
 }

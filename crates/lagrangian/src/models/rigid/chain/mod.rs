@@ -10,6 +10,7 @@
 //! Hollerbach, Int. J. Robotics Research 5, 1986). Friction is kept non-negative by setting the coefficients below 0
 //! to 0, one after the other.
 
+mod expression;
 mod lagrangian;
 
 pub use lagrangian::{Angles, RigidChain};

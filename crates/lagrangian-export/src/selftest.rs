@@ -1,0 +1,148 @@
+//! The function that compares a generated file with numbers of the library.
+
+use std::fmt::Write as _;
+
+use lagrangian::{Evaluation, Evaluator, Learned, Model as _};
+use rand::{RngExt, SeedableRng};
+
+use crate::Error;
+use crate::interface::{Call, Interface};
+use crate::tables::Tables;
+
+/// The states that are compared.
+const STATES: usize = 4;
+
+/// The self test, whose numbers become tables.
+pub(crate) fn write(
+    model: &Learned,
+    interface: &Interface,
+    tables: &mut Tables,
+) -> Result<String, Error> {
+    let n = interface.joints.len();
+    let states = states(model, n);
+    let all = |f: fn(&State) -> &[f64]| states.iter().flat_map(f).copied().collect::<Vec<_>>();
+    tables.add("test_q", &all(|s| &s.q));
+    tables.add("test_qd", &all(|s| &s.qd));
+    tables.add("test_qdd", &all(|s| &s.qdd));
+    let name = &interface.name;
+    let mut text = format!(
+        "/* The number of the test where two lists differ by more than a part of their largest number, else 0. */\n\
+         static int differ(int test, const real *x, const real *expected, int count) {{\n\
+         \x20 const real tolerance = C(65536) * EPSILON;\n  real largest = C(1e-6);\n\
+         \x20 for (int i = 0; i < count; ++i) {{\n\
+         \x20   if (FABS(expected[i]) > largest) largest = FABS(expected[i]);\n  }}\n\
+         \x20 for (int i = 0; i < count; ++i) {{\n\
+         \x20   if (!(FABS(x[i] - expected[i]) <= tolerance * largest)) return test;\n  }}\n  return 0;\n}}\n\n\
+         int {name}_selftest(void) {{\n  real x[N * N];\n  for (int s = 0; s < {STATES}; ++s) {{\n\
+         \x20   const real *q = test_q + s * N;\n    const real *qd = test_qd + s * N;\n    const real *qdd = test_qdd + s * N;\n"
+    );
+    let mut test = 0;
+    for call in interface.offered() {
+        let Some((arguments, count)) = tested(call, n) else {
+            continue;
+        };
+        test += 1;
+        let expected = ask(model, call, &states, count)?;
+        let table = format!("test_{}", call.name());
+        tables.add(&table, &expected);
+        let _ = write!(
+            text,
+            "    if ({name}_{}({arguments}, x) > {name}_OUTSIDE || differ({test}, x, {table} + s * {count}, {count})) return {test};\n",
+            call.name()
+        );
+    }
+    if interface.has(Call::ForwardDynamics) && interface.has(Call::InverseDynamics) {
+        test += 1;
+        let _ = write!(
+            text,
+            "    {{\n      real tau[N];\n      real a[N];\n\
+             \x20     if ({name}_inverse_dynamics(q, qd, qdd, tau) > {name}_OUTSIDE) return {test};\n\
+             \x20     if ({name}_forward_dynamics(q, qd, tau, a) > {name}_OUTSIDE) return {test};\n\
+             \x20     if ({name}_inverse_dynamics(q, qd, a, x) > {name}_OUTSIDE || differ({test}, x, tau, N)) return {test};\n    }}\n"
+        );
+    }
+    text += "    (void)q;\n    (void)qd;\n    (void)qdd;\n  }\n  return 0;\n}\n";
+    Ok(text)
+}
+
+/// The arguments of a function that is compared, and how many numbers it gives.
+fn tested(call: Call, n: usize) -> Option<(&'static str, usize)> {
+    match call {
+        Call::InverseDynamics => Some(("q, qd, qdd", n)),
+        Call::MassMatrix => Some(("q, qd", n * n)),
+        Call::Bias | Call::Momentum => Some(("q, qd", n)),
+        Call::Gravity => Some(("q", n)),
+        Call::Energy => Some(("q, qd", 1)),
+        _ => None,
+    }
+}
+
+struct State {
+    q: Vec<f64>,
+    qd: Vec<f64>,
+    qdd: Vec<f64>,
+}
+
+/// States near those that the data visited, at which all is defined.
+fn states(model: &Learned, n: usize) -> Vec<State> {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
+    let known = model.visited().map(|visited| visited.representatives().0);
+    let mut one = |k: usize| {
+        let mut random = || {
+            (0..n)
+                .map(|_| rng.random_range(-1.0..1.0))
+                .collect::<Vec<f64>>()
+        };
+        let qdd = random();
+        match known {
+            Some(states) => {
+                let count = states.len() / (2 * n);
+                let state = &states[k * count / STATES * 2 * n..][..2 * n];
+                let (q, qd) = state.split_at(n);
+                State {
+                    q: q.to_vec(),
+                    qd: qd.to_vec(),
+                    qdd,
+                }
+            }
+            None => State {
+                q: random(),
+                qd: random(),
+                qdd,
+            },
+        }
+    };
+    (0..STATES).map(&mut one).collect()
+}
+
+/// What the library says.
+fn ask(model: &Learned, call: Call, states: &[State], count: usize) -> Result<Vec<f64>, Error> {
+    let mut evaluator = model.evaluator();
+    let mut all = Vec::new();
+    for state in states {
+        let mut x = vec![0.0; count];
+        let outcome = say(&mut *evaluator, call, state, &mut x);
+        if !outcome.is_finite() {
+            return Err(Error::Undefined(call.name()));
+        }
+        all.extend(x);
+    }
+    Ok(all)
+}
+
+fn say(
+    evaluator: &mut dyn Evaluator,
+    call: Call,
+    State { q, qd, qdd }: &State,
+    x: &mut [f64],
+) -> Evaluation {
+    match call {
+        Call::InverseDynamics => evaluator.inverse_dynamics(q, qd, qdd, x),
+        Call::MassMatrix => evaluator.mass_matrix(q, qd, x),
+        Call::Bias => evaluator.bias(q, qd, x),
+        Call::Momentum => evaluator.momentum(q, qd, x),
+        Call::Gravity => evaluator.bias(q, &vec![0.0; qd.len()], x),
+        Call::Energy => evaluator.energy(q, qd, x),
+        _ => Evaluation::Unsupported,
+    }
+}

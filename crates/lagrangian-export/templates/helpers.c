@@ -1,0 +1,177 @@
+/// all_finite
+/* Whether all numbers are finite. */
+static int all_finite(const real *x, int count) {
+  for (int i = 0; i < count; ++i) {
+    if (!isfinite(x[i])) return 0;
+  }
+  return 1;
+}
+
+/// within_turn
+/* x less whole turns, from 0 to 2 pi. */
+static real within_turn(real x) {
+  const real turn = C(6.283185307179586);
+  const real rest = FMOD(x, turn);
+  return rest < C(0) ? rest + turn : rest;
+}
+
+/// multiply
+/* y = W x, W row by row; four sums, so that they can be computed at once. */
+static void multiply(const real *w, const real *x, real *y, int rows, int columns) {
+  for (int i = 0; i < rows; ++i) {
+    const real *row = w + (long)i * columns;
+    real sum[8] = {0};
+    int j = 0;
+    for (; j + 8 <= columns; j += 8) {
+      for (int l = 0; l < 8; ++l) sum[l] += row[j + l] * x[j + l];
+    }
+    for (; j < columns; ++j) sum[0] += row[j] * x[j];
+    y[i] = ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+  }
+}
+
+/// multiply_transposed
+/* y = (transpose of W) x, W row by row. */
+static void multiply_transposed(const real *w, const real *x, real *y, int rows, int columns) {
+  for (int j = 0; j < columns; ++j) y[j] = C(0);
+  for (int i = 0; i < rows; ++i) {
+    const real *row = w + (long)i * columns;
+    const real factor = x[i];
+    for (int j = 0; j < columns; ++j) y[j] += row[j] * factor;
+  }
+}
+
+/// factorise
+/* Factors the symmetric matrix a in place: by Cholesky (1), else by LU with its rows exchanged (2); 0 where it is singular. */
+static int factorise(real *a, int *rows) {
+  const real tolerance = C(16) * EPSILON * C(N);
+  real copy[N * N];
+  real scale[N];
+  int definite = 1;
+  for (int i = 0; i < N * N; ++i) copy[i] = a[i];
+  for (int j = 0; j < N && definite; ++j) {
+    real pivot = a[j * N + j];
+    for (int k = 0; k < j; ++k) pivot -= a[j * N + k] * a[j * N + k];
+    if (!(pivot > tolerance * FABS(copy[j * N + j]))) {
+      definite = 0;
+      break;
+    }
+    const real root = SQRT(pivot);
+    a[j * N + j] = root;
+    for (int i = j + 1; i < N; ++i) {
+      real sum = copy[i * N + j];
+      for (int k = 0; k < j; ++k) sum -= a[i * N + k] * a[j * N + k];
+      a[i * N + j] = sum / root;
+    }
+  }
+  if (definite) return 1;
+  for (int i = 0; i < N; ++i) {
+    rows[i] = i;
+    scale[i] = C(0);
+    for (int k = 0; k < N; ++k) {
+      a[i * N + k] = copy[i * N + k];
+      if (FABS(copy[i * N + k]) > scale[i]) scale[i] = FABS(copy[i * N + k]);
+    }
+  }
+  for (int j = 0; j < N; ++j) {
+    int best = j;
+    real largest = C(-1);
+    for (int i = j; i < N; ++i) {
+      const real relative = scale[i] > C(0) ? FABS(a[i * N + j]) / scale[i] : C(0);
+      if (relative > largest) {
+        largest = relative;
+        best = i;
+      }
+    }
+    if (!(largest > tolerance)) return 0;
+    if (best != j) {
+      const int row = rows[j];
+      const real size = scale[j];
+      rows[j] = rows[best];
+      rows[best] = row;
+      scale[j] = scale[best];
+      scale[best] = size;
+      for (int k = 0; k < N; ++k) {
+        const real number = a[j * N + k];
+        a[j * N + k] = a[best * N + k];
+        a[best * N + k] = number;
+      }
+    }
+    for (int i = j + 1; i < N; ++i) {
+      const real factor = a[i * N + j] / a[j * N + j];
+      a[i * N + j] = factor;
+      for (int k = j + 1; k < N; ++k) a[i * N + k] -= factor * a[j * N + k];
+    }
+  }
+  return 2;
+}
+
+/// substitute
+/* Solves for column `at` of the matrix b, which has `columns` of them, in place. */
+static void substitute(const real *a, const int *rows, int kind, real *b, int at, int columns) {
+  real x[N];
+  for (int i = 0; i < N; ++i) {
+    real sum = b[(kind == 2 ? rows[i] : i) * columns + at];
+    for (int k = 0; k < i; ++k) sum -= a[i * N + k] * x[k];
+    x[i] = kind == 2 ? sum : sum / a[i * N + i];
+  }
+  for (int i = N - 1; i >= 0; --i) {
+    real sum = x[i];
+    for (int k = i + 1; k < N; ++k) sum -= (kind == 2 ? a[i * N + k] : a[k * N + i]) * x[k];
+    x[i] = sum / a[i * N + i];
+  }
+  for (int i = 0; i < N; ++i) b[i * columns + at] = x[i];
+}
+
+/// distance
+/* How far a state is from those of the data, 1 at the border; with `most` = 1 it stops where it is known to be within. */
+static real distance(const real *q, const real *qd, real most) {
+  real at[2 * N];
+  real sines[N];
+  real cosines[N];
+  real beyond = C(0);
+  real nearest = C(-1);
+  for (int i = 0; i < 2 * N; ++i) {
+    real x = i < N ? q[i] : qd[i - N];
+    at[i] = x;
+    if (axis_scale[i] <= C(0)) continue;
+    if (i < N && axis_is_circle[i]) {
+      const real pi = C(3.141592653589793);
+      const real middle = C(0.5) * (axis_low[i] + axis_high[i]);
+      sines[i] = SIN(x);
+      cosines[i] = COS(x);
+      x = middle + within_turn(x - middle + pi) - pi;
+    }
+    real excess = axis_low[i] - x > x - axis_high[i] ? axis_low[i] - x : x - axis_high[i];
+    excess = excess / axis_margin[i];
+    if (excess > beyond) beyond = excess;
+  }
+  for (int k = 0; k < REPRESENTATIVES; ++k) {
+    real squares = C(0);
+    for (int i = 0; i < 2 * N; ++i) {
+      if (axis_scale[i] <= C(0)) continue;
+      real square;
+      if (i < N && axis_is_circle[i]) {
+        const real s = sines[i] - representative_sines[k * N + i];
+        const real c = cosines[i] - representative_cosines[k * N + i];
+        square = s * s + c * c;
+      } else {
+        const real d = at[i] - representatives[k * 2 * N + i];
+        square = d * d;
+      }
+      squares += square / (axis_scale[i] * axis_scale[i]);
+    }
+    if (nearest < C(0) || squares < nearest) nearest = squares;
+    if (beyond <= most && nearest <= most * most * RADIUS * RADIUS) break;
+  }
+  nearest = SQRT(nearest) / RADIUS;
+  return nearest > beyond ? nearest : beyond;
+}
+
+/// state_status
+/* The status of a state before anything is computed of it. */
+static int state_status(const real *q, const real *qd) {
+  if (!all_finite(q, N) || !all_finite(qd, N)) return NAME_NOT_FINITE;
+  OUTSIDE_CHECK
+  return NAME_OK;
+}

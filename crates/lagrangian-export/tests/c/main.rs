@@ -1,0 +1,245 @@
+//! Generated C is compiled and compared with the library. `LAGRANGIAN_EXPORT=all` tries all compilers, levels of optimisation,
+//! sanitizers and the emulated processor that are installed, and more states.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test fails by panicking"
+)]
+
+mod built;
+mod models;
+
+use built::{Built, Compiler};
+use lagrangian::expression::{Equations, Graph, input};
+use lagrangian::{Evaluation, Evaluator, Learned, Model as _};
+use lagrangian_export::{About, Call, Interface, export};
+use rand::{RngExt, SeedableRng};
+
+type Rng = rand_chacha::ChaCha8Rng;
+
+/// The states that are compared: (q, q̇, q̈, τ), each `[n]`.
+fn states(n: usize, count: usize, size: f64) -> Vec<f64> {
+    let mut rng = Rng::seed_from_u64(size.to_bits());
+    (0..4 * n * count)
+        .map(|_| rng.random_range(-size..size))
+        .collect()
+}
+
+fn is_all() -> bool {
+    std::env::var("LAGRANGIAN_EXPORT").is_ok_and(|x| x == "all")
+}
+
+/// The largest difference of two lists, in parts of the largest number of a list.
+fn difference(found: &[f64], expected: &[f64]) -> f64 {
+    let size = expected.iter().fold(1e-9_f64, |most, x| most.max(x.abs()));
+    let differences = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, f64::max) / size
+}
+
+/// What the library says of a state, `None` where it is not defined there.
+fn expected(
+    model: &Learned,
+    evaluator: &mut dyn Evaluator,
+    call: Call,
+    state: &[f64],
+) -> Option<Vec<f64>> {
+    let n = state.len() / 4;
+    let [q, qd, qdd, tau] = [0, 1, 2, 3].map(|k| &state[k * n..][..n]);
+    let mut x = vec![0.0; n];
+    let outcome = match call {
+        Call::InverseDynamics => evaluator.inverse_dynamics(q, qd, qdd, &mut x),
+        Call::ForwardDynamics => evaluator.forward_dynamics(q, qd, tau, &mut x),
+        Call::MassMatrix => {
+            x.resize(n * n, 0.0);
+            evaluator.mass_matrix(q, qd, &mut x)
+        }
+        Call::Bias => evaluator.bias(q, qd, &mut x),
+        Call::Gravity => evaluator.bias(q, &vec![0.0; n], &mut x),
+        Call::Momentum => evaluator.momentum(q, qd, &mut x),
+        Call::Energy => {
+            x.truncate(1);
+            evaluator.energy(q, qd, &mut x)
+        }
+        Call::Friction => {
+            match evaluator.applied().dissipation {
+                Some(friction) => friction.force(qd, &mut x),
+                None => x.fill(0.0),
+            }
+            Evaluation::Regular
+        }
+        Call::DistanceFromData => {
+            x = vec![model.visited()?.distance(model.coordinates(), q, qd)];
+            Evaluation::Regular
+        }
+        _ => return None,
+    };
+    (outcome == Evaluation::Regular).then_some(x)
+}
+
+/// The derivatives of inverse dynamics from the expressions, row by row.
+fn slopes(graph: &Graph, along: [usize; 3], state: &[f64]) -> Vec<f64> {
+    let n = state.len() / 4;
+    let [q, qd, qdd, tau] = [0, 1, 2, 3].map(|k| &state[k * n..][..n]);
+    let mut all = vec![0.0; 3 * n * n];
+    for k in 0..n {
+        let unit: Vec<f64> = (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+        let inputs = [
+            (input::Q, q),
+            (input::QD, qd),
+            (input::QDD, qdd),
+            (input::TAU, tau),
+            (input::DIRECTION, &unit[..]),
+        ];
+        let values = along.map(|id| graph.value(id));
+        for (part, column) in graph.evaluate(&inputs, &values).unwrap().iter().enumerate() {
+            (0..n).for_each(|i| all[(part * n + i) * n + k] = column[i]);
+        }
+    }
+    all
+}
+
+/// The largest differences of each call over these states.
+fn compare(
+    model: &Learned,
+    interface: &Interface,
+    built: &Built,
+    states: &[f64],
+    tolerance: f64,
+    name: &str,
+) {
+    let n = interface.joints.len();
+    let answers = built.run(interface, states);
+    let mut evaluator = model.evaluator();
+    let mut compared = 0;
+    for (state, answer) in states.chunks_exact(4 * n).zip(&answers) {
+        for (call, (status, found)) in answer {
+            let Some(expected) = expected(model, &mut *evaluator, *call, state) else {
+                continue;
+            };
+            if expected.iter().any(|x| !x.is_finite() || x.abs() > 1e200) {
+                continue;
+            }
+            assert!(
+                *status <= 1,
+                "{name}, {call:?}: status {status} at {state:?}"
+            );
+            let worst = difference(found, &expected);
+            // A nearly singular M loses digits in both.
+            let bound = if *call == Call::ForwardDynamics {
+                1e3 * tolerance
+            } else {
+                tolerance
+            };
+            assert!(
+                worst <= bound,
+                "{name}, {call:?}: {worst:e} at {state:?}: {found:?} is not {expected:?}"
+            );
+            compared += 1;
+        }
+    }
+    assert!(compared > 0, "{name}: nothing was compared");
+}
+
+/// The derivatives, against those of the expressions and against each other.
+fn compare_slopes(
+    model: &Learned,
+    interface: &Interface,
+    built: &Built,
+    states: &[f64],
+    name: &str,
+) {
+    let n = interface.joints.len();
+    let equations = model.equations().unwrap();
+    let (graph, along) = match &equations {
+        Equations::Mechanics(of) => (&of.graph, of.needed_along),
+        Equations::Plain(of) => (&of.graph, of.along),
+    };
+    for (state, answer) in states.chunks_exact(4 * n).zip(built.run(interface, states)) {
+        let of = |call: Call| {
+            answer
+                .iter()
+                .find(|(own, _)| *own == call)
+                .map(|(_, (_, x))| x)
+        };
+        let expected = slopes(graph, along, state);
+        let plain_forward = !interface.calls.contains(&Call::InverseDynamics);
+        let first = if plain_forward {
+            Call::ForwardDynamicsDerivatives
+        } else {
+            Call::InverseDynamicsDerivatives
+        };
+        let worst = difference(of(first).unwrap(), &expected);
+        assert!(worst < 1e-12, "{name}, {first:?}: {worst:e}");
+        let (Some(forward), Some(qdd)) = (
+            of(Call::ForwardDynamicsDerivatives),
+            of(Call::ForwardDynamics),
+        ) else {
+            continue;
+        };
+        if plain_forward {
+            continue;
+        }
+        // (dτ/dq̈) (dq̈/dx) = −dτ/dx at the accelerations that τ gives, and 1 for τ itself.
+        let moved = [&state[..2 * n], qdd, &state[3 * n..]].concat();
+        let inverse = slopes(graph, along, &moved);
+        let (by_state, mass) = inverse.split_at(2 * n * n);
+        for (part, sign) in [(0, -1.0), (1, -1.0), (2, 1.0)] {
+            for (i, k) in (0..n).flat_map(|i| (0..n).map(move |k| (i, k))) {
+                let product: f64 = (0..n)
+                    .map(|j| mass[i * n + j] * forward[(part * n + j) * n + k])
+                    .sum();
+                let wanted = match part {
+                    2 => f64::from(u8::from(i == k)),
+                    _ => sign * by_state[(part * n + i) * n + k],
+                };
+                let size = by_state.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
+                assert!(
+                    (product - wanted).abs() < 1e-8 * size,
+                    "{name}, part {part} ({i}, {k}): {product} is not {wanted}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn exported_functions_are_those_of_the_library() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, model) in models::all() {
+        let (interface, code) = export(
+            &model,
+            About {
+                name: &name,
+                hash: "0",
+            },
+        )
+        .unwrap();
+        let n = interface.joints.len();
+        let (random, extreme) = if is_all() { (10_000, 1000) } else { (400, 100) };
+        for compiler in Compiler::all(is_all()) {
+            let built = Built::new(folder.path(), &interface, &code, &compiler);
+            assert_eq!(built.selftest(), "0", "{name} by {compiler:?}");
+            let tolerance = if compiler.single { 2e-4 } else { 1e-12 };
+            compare(
+                &model,
+                &interface,
+                &built,
+                &states(n, random, 2.0),
+                tolerance,
+                &name,
+            );
+            if !compiler.single {
+                compare(
+                    &model,
+                    &interface,
+                    &built,
+                    &states(n, extreme, 1e3),
+                    1e-10,
+                    &name,
+                );
+                compare_slopes(&model, &interface, &built, &states(n, 4, 1.0), &name);
+            }
+        }
+    }
+}
