@@ -113,16 +113,13 @@ impl Writer<'_> {
         let results = call.results();
         let mut body = String::new();
         body += &self.checks(check);
-        for unread in call
+        let read = self.checks(check) + &block;
+        for argument in call
             .arguments()
             .iter()
-            .filter(|a| !block.contains(&format!("{}[", a.name)))
+            .filter(|argument| !reads(&read, argument.name))
         {
-            let named = matches!(check, Check::Position) && unread.name == "q"
-                || matches!(check, Check::With(_) | Check::State);
-            if !named {
-                let _ = writeln!(body, "  (void){};", unread.name);
-            }
+            let _ = writeln!(body, "  (void){};", argument.name);
         }
         body += &block;
         body += after;
@@ -450,9 +447,9 @@ impl Writer<'_> {
         let mut wanted: Vec<bool> = vec![false; helpers.len()];
         // A helper is used by what follows it.
         for at in (0..helpers.len()).rev() {
-            let call = format!("{}(", helpers[at].0);
-            let later = (at + 1..helpers.len()).any(|k| wanted[k] && helpers[k].1.contains(&call));
-            wanted[at] = later || self.functions.contains(&call);
+            let name = helpers[at].0;
+            let later = (at + 1..helpers.len()).any(|k| wanted[k] && reads(&helpers[k].1, name));
+            wanted[at] = later || reads(&self.functions, name);
         }
         for ((_, code), _) in helpers.iter().zip(wanted).filter(|(_, wanted)| *wanted) {
             text += code.trim_end();
@@ -464,10 +461,18 @@ impl Writer<'_> {
 
 /// `(void)` for arguments that a block does not read.
 fn unread(block: &str, arguments: &[&str]) -> String {
-    let unread = arguments.iter().filter(|name| {
-        !block.contains(&format!("{name}[")) && !block.contains(&format!("{name},"))
-    });
+    let unread = arguments.iter().filter(|name| !reads(block, name));
     unread.map(|name| format!("  (void){name};\n")).collect()
+}
+
+/// Whether a text has this identifier.
+fn reads(text: &str, name: &str) -> bool {
+    let part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    text.match_indices(name).any(|(at, _)| {
+        let before = text[..at].chars().next_back();
+        let after = text[at + name.len()..].chars().next();
+        !before.is_some_and(part) && !after.is_some_and(part)
+    })
 }
 
 /// The tables of the states that the data visited, as C.

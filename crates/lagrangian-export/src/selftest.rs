@@ -38,7 +38,7 @@ pub(crate) fn write(
     );
     let mut test = 0;
     for call in interface.offered() {
-        let Some((arguments, count)) = tested(call, n) else {
+        let Some((arguments, count)) = tested(interface, call) else {
             continue;
         };
         test += 1;
@@ -66,8 +66,11 @@ pub(crate) fn write(
 }
 
 /// The arguments of a function that is compared, and how many numbers it gives.
-fn tested(call: Call, n: usize) -> Option<(&'static str, usize)> {
+fn tested(interface: &Interface, call: Call) -> Option<(&'static str, usize)> {
+    let n = interface.joints.len();
     match call {
+        // Where both exist, what the one says of the other is tested.
+        Call::ForwardDynamics if !interface.has(Call::InverseDynamics) => Some(("q, qd, qdd", n)),
         Call::InverseDynamics => Some(("q, qd, qdd", n)),
         Call::MassMatrix => Some(("q, qd", n * n)),
         Call::Bias | Call::Momentum => Some(("q, qd", n)),
@@ -138,6 +141,7 @@ fn say(
 ) -> Evaluation {
     match call {
         Call::InverseDynamics => evaluator.inverse_dynamics(q, qd, qdd, x),
+        Call::ForwardDynamics => evaluator.forward_dynamics(q, qd, qdd, x),
         Call::MassMatrix => evaluator.mass_matrix(q, qd, x),
         Call::Bias => evaluator.bias(q, qd, x),
         Call::Momentum => evaluator.momentum(q, qd, x),

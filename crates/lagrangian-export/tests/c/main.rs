@@ -217,7 +217,7 @@ fn exported_functions_are_those_of_the_library() {
         .unwrap();
         let n = interface.joints.len();
         let (random, extreme) = if is_all() { (10_000, 1000) } else { (400, 100) };
-        for compiler in Compiler::all(is_all()) {
+        for compiler in Compiler::all(is_all(), &name) {
             let built = Built::new(folder.path(), &interface, &code, &compiler);
             assert_eq!(built.selftest(), "0", "{name} by {compiler:?}");
             let tolerance = if compiler.single { 2e-4 } else { 1e-12 };
