@@ -52,7 +52,7 @@ impl Output {
 pub(crate) struct Block {
     /// Statements, indented once.
     pub(crate) text: String,
-    /// The numbers that its vectors take in all.
+    /// The most numbers that it can have on the stack: those of its vectors, and all that have a name.
     pub(crate) numbers: usize,
 }
 
@@ -130,9 +130,10 @@ impl Printer<'_> {
         if places.numbers > 0 {
             text.insert_str(0, &format!("  real w[{}];\n", places.numbers));
         }
+        let named = text.matches("real v").count() + text.matches("real t").count();
         Block {
             text,
-            numbers: places.numbers,
+            numbers: places.numbers + named,
         }
     }
 

@@ -25,7 +25,7 @@ pub struct Code {
     pub source: File,
     /// The numbers of its tables, most of them weights.
     pub constants: usize,
-    /// The most numbers that the arrays of one call take, with those of the calls that it makes: most of its stack.
+    /// The stack that no call exceeds, in numbers of `NAME_real` and 512 bytes for all else.
     pub stack: usize,
 }
 
@@ -64,6 +64,7 @@ pub fn code(model: &Learned, equations: &Equations, interface: &Interface) -> Re
         Equations::Plain(plain) => writer.plain(plain),
     }
     writer.distance();
+    let n = interface.joints.len();
     let selftest = selftest::write(model, interface, &mut writer.tables)?;
     writer.functions += &selftest;
     Ok(Code {
@@ -72,7 +73,8 @@ pub fn code(model: &Learned, equations: &Equations, interface: &Interface) -> Re
             text: header(interface),
         },
         constants: writer.tables.numbers(),
-        stack: writer.stack,
+        // Of the call that keeps most: M, its copy and its slopes, and vectors of a step.
+        stack: writer.stack + 4 * n * n + 24 * n,
         source: File {
             name: format!("{}.c", interface.name),
             text: writer.source(model),

@@ -87,6 +87,25 @@ fn is_installed(program: &str) -> bool {
     version.is_ok_and(|status| status.success())
 }
 
+/// The stack of each function, bytes, as the compiler says.
+pub(crate) fn frames(folder: &Path, interface: &Interface, code: &Code) -> Vec<(String, usize)> {
+    for file in [&code.header, &code.source] {
+        fs::write(folder.join(&file.name), &file.text).unwrap();
+    }
+    let mut command = Command::new("cc");
+    command
+        .current_dir(folder)
+        .args(["-std=c99", "-O1", "-fstack-usage", "-c", &code.source.name]);
+    assert!(command.status().unwrap().success());
+    let usage = fs::read_to_string(folder.join(format!("{}.su", interface.name))).unwrap();
+    let line = |line: &str| {
+        let mut fields = line.split('\t');
+        let function = fields.next()?.rsplit(':').next()?.to_string();
+        Some((function, fields.next()?.parse().ok()?))
+    };
+    usage.lines().filter_map(line).collect()
+}
+
 /// A program that answers for a model.
 pub(crate) struct Built {
     program: PathBuf,

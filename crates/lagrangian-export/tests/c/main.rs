@@ -204,6 +204,38 @@ fn compare_slopes(
 }
 
 #[test]
+fn no_call_takes_more_of_the_stack_than_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, model) in models::all() {
+        let (interface, code) = export(
+            &model,
+            About {
+                name: &name,
+                hash: "0",
+            },
+        )
+        .unwrap();
+        let frames = built::frames(folder.path(), &interface, &code);
+        let most = frames.iter().map(|(_, bytes)| *bytes).max().unwrap();
+        // A call, one that it makes, and one more: no chain is longer.
+        let own = |call: Call| {
+            let function = format!("{name}_{}", call.name());
+            frames
+                .iter()
+                .find(|(own, _)| *own == function)
+                .map_or(0, |(_, bytes)| *bytes)
+        };
+        let callers =
+            own(Call::ForwardDynamicsDerivatives).max(own(Call::Step) + own(Call::ForwardDynamics));
+        let bound = 8 * code.stack + 512;
+        assert!(
+            callers + most <= bound,
+            "{name}: {callers} + {most} bytes of {bound}"
+        );
+    }
+}
+
+#[test]
 fn exported_functions_are_those_of_the_library() {
     let folder = tempfile::tempdir().unwrap();
     for (name, model) in models::all() {

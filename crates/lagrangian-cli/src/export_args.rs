@@ -1,0 +1,32 @@
+//! The flags of `export`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lagrangian export run --c controller
+  lagrangian export ur10/model.safetensors --c ur10-c --name ur10
+  cmake -S controller -B build && cmake --build build && ctest --test-dir build
+
+The C has no dependencies but the mathematical library, takes no memory and keeps nothing between calls. docs/controllers.md shows how it is \
+used from C, CasADi, FMI, Rust and Python.")]
+pub(crate) struct ExportArgs {
+    /// A saved model, or the run that it is in
+    #[arg(value_name = "MODEL")]
+    pub(crate) model: PathBuf,
+
+    /// Folder for the C, its example, its CMake project, and its declarations for CasADi and Rust
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) c: Option<PathBuf>,
+
+    /// Prefix of all names in C [default: from the name of the file or the run]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) name: Option<String>,
+
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+}
