@@ -1,0 +1,304 @@
+//! The functions that a generated model offers in C, listed once.
+
+use std::collections::BTreeSet;
+
+use crate::Error;
+
+/// The most joints of an exported model: its adapters keep n × n matrices on the stack.
+pub(crate) const MOST_JOINTS: usize = 64;
+/// The longest prefix: C99 tells external names apart by 31 characters at least, every compiler in use by far more.
+const LONGEST_NAME: usize = 48;
+
+/// What a generated model is called and which functions it has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interface {
+    /// The prefix of all names in C: `NAME_forward_dynamics`.
+    pub name: String,
+    /// The joints, in the order of q.
+    pub joints: Vec<Joint>,
+    /// The length of τ, `NAME_NU`: as many as joints, unless the actuators have fewer inputs.
+    pub inputs: usize,
+    /// The functions that exist. `NAME_selftest` always does.
+    pub calls: BTreeSet<Call>,
+    /// What the model is, in a sentence.
+    pub description: String,
+    /// The version of the program that generated it.
+    pub version: String,
+    /// The hash of the saved model.
+    pub hash: String,
+}
+
+/// A joint of the model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Joint {
+    /// Its name, as in the data or the robot's description.
+    pub name: String,
+    /// The unit of its position.
+    pub unit: Unit,
+}
+
+/// The unit of a position; those of velocities and forces follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// rad, with rad/s and N·m.
+    Radian,
+    /// m, with m/s and N.
+    Metre,
+}
+
+impl Unit {
+    /// The unit of the k-th derivative of the position in time.
+    pub(crate) fn rate(self, k: usize) -> &'static str {
+        match self {
+            Self::Radian => ["rad", "rad/s", "rad/s2"][k],
+            Self::Metre => ["m", "m/s", "m/s2"][k],
+        }
+    }
+
+    /// The unit of a force on the joint.
+    pub(crate) fn force(self) -> &'static str {
+        match self {
+            Self::Radian => "N.m",
+            Self::Metre => "N",
+        }
+    }
+}
+
+/// The number of values along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Length {
+    /// One for each joint.
+    Joints,
+    /// One for each input.
+    Inputs,
+}
+
+/// The shape of an argument or a result; matrices are row-major.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// One number.
+    Scalar,
+    /// A vector.
+    Vector(Length),
+    /// A matrix of rows and columns.
+    Matrix(Length, Length),
+}
+
+/// An argument or a result of a function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quantity {
+    /// The name in C.
+    pub name: &'static str,
+    /// The shape.
+    pub shape: Shape,
+}
+
+/// A function of a generated model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Call {
+    /// τ of a motion.
+    InverseDynamics,
+    /// q̈ under given forces.
+    ForwardDynamics,
+    /// M(q, q̇) = ∂²L/∂q̇².
+    MassMatrix,
+    /// c(q, q̇): the forces at q̈ = 0 without friction.
+    Bias,
+    /// c(q, 0).
+    Gravity,
+    /// d(q, q̇), what friction takes.
+    Friction,
+    /// p = ∂L/∂q̇.
+    Momentum,
+    /// E = p·q̇ − L.
+    Energy,
+    /// The state after a time h under a constant τ.
+    Step,
+    /// The derivatives of τ by the motion.
+    InverseDynamicsDerivatives,
+    /// The derivatives of q̈ by the state and the forces.
+    ForwardDynamicsDerivatives,
+    /// How far a state is from what the data visited; at most 1 inside.
+    DistanceFromData,
+}
+
+/// What a function is called, takes and gives.
+struct Row {
+    name: &'static str,
+    arguments: &'static [Quantity],
+    results: &'static [Quantity],
+    about: &'static str,
+}
+
+const fn quantity(name: &'static str, shape: Shape) -> Quantity {
+    Quantity { name, shape }
+}
+
+const N: Shape = Shape::Vector(Length::Joints);
+const NN: Shape = Shape::Matrix(Length::Joints, Length::Joints);
+const Q: Quantity = quantity("q", N);
+const QD: Quantity = quantity("qd", N);
+const QDD: Quantity = quantity("qdd", N);
+const TAU: Quantity = quantity("tau", Shape::Vector(Length::Inputs));
+const STATE: &[Quantity] = &[Q, QD];
+const MOTION: &[Quantity] = &[Q, QD, QDD];
+const FORCED: &[Quantity] = &[Q, QD, TAU];
+const TAU_N: Shape = Shape::Matrix(Length::Inputs, Length::Joints);
+
+impl Call {
+    /// All functions, in the order of the header.
+    pub const ALL: [Self; 12] = [
+        Self::InverseDynamics,
+        Self::ForwardDynamics,
+        Self::MassMatrix,
+        Self::Bias,
+        Self::Gravity,
+        Self::Friction,
+        Self::Momentum,
+        Self::Energy,
+        Self::Step,
+        Self::InverseDynamicsDerivatives,
+        Self::ForwardDynamicsDerivatives,
+        Self::DistanceFromData,
+    ];
+
+    /// The name in C, after the prefix and an underscore.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// What it takes.
+    #[must_use]
+    pub fn arguments(self) -> &'static [Quantity] {
+        self.row().arguments
+    }
+
+    /// What it gives.
+    #[must_use]
+    pub fn results(self) -> &'static [Quantity] {
+        self.row().results
+    }
+
+    /// What it computes, in a few words.
+    #[must_use]
+    pub fn about(self) -> &'static str {
+        self.row().about
+    }
+
+    /// The function that gives the derivatives of its result.
+    #[must_use]
+    pub fn derivatives(self) -> Option<Self> {
+        match self {
+            Self::InverseDynamics => Some(Self::InverseDynamicsDerivatives),
+            Self::ForwardDynamics => Some(Self::ForwardDynamicsDerivatives),
+            _ => None,
+        }
+    }
+
+    fn row(self) -> Row {
+        let row = |name, arguments, results, about| Row { name, arguments, results, about };
+        match self {
+            Self::InverseDynamics => row("inverse_dynamics", MOTION, &[TAU], "the forces of a motion"),
+            Self::ForwardDynamics => row("forward_dynamics", FORCED, &[QDD], "the accelerations under given forces"),
+            Self::MassMatrix => row("mass_matrix", STATE, const { &[quantity("m", NN)] }, "M = ∂²L/∂q̇²"),
+            Self::Bias => row("bias", STATE, const { &[quantity("c", N)] }, "the forces at q̈ = 0, without friction"),
+            Self::Gravity => row("gravity", const { &[Q] }, const { &[quantity("g", N)] }, "the forces at rest"),
+            Self::Friction => row("friction", STATE, const { &[quantity("d", N)] }, "what friction takes"),
+            Self::Momentum => row("momentum", STATE, const { &[quantity("p", N)] }, "p = ∂L/∂q̇"),
+            Self::Energy => row("energy", STATE, const { &[quantity("e", Shape::Scalar)] }, "E = p·q̇ − L, in J"),
+            Self::Step => row(
+                "step",
+                const { &[quantity("h", Shape::Scalar), Q, QD, TAU] },
+                const { &[quantity("q_next", N), quantity("qd_next", N)] },
+                "the state after h seconds under constant forces",
+            ),
+            Self::InverseDynamicsDerivatives => row(
+                "inverse_dynamics_derivatives",
+                MOTION,
+                const { &[quantity("dtau_dq", TAU_N), quantity("dtau_dqd", TAU_N), quantity("dtau_dqdd", TAU_N)] },
+                "how the forces change with the motion",
+            ),
+            Self::ForwardDynamicsDerivatives => row(
+                "forward_dynamics_derivatives",
+                FORCED,
+                const {
+                    &[
+                        quantity("dqdd_dq", NN),
+                        quantity("dqdd_dqd", NN),
+                        quantity("dqdd_dtau", Shape::Matrix(Length::Joints, Length::Inputs)),
+                    ]
+                },
+                "how the accelerations change with state and forces",
+            ),
+            Self::DistanceFromData => row(
+                "distance_from_data",
+                STATE,
+                const { &[quantity("d", Shape::Scalar)] },
+                "how far the state is from what the data visited; at most 1 inside",
+            ),
+        }
+    }
+}
+
+impl Interface {
+    /// Whether all adapters can be generated from it.
+    ///
+    /// # Errors
+    /// [`Error::Name`] where the name is no identifier that is safe in C; [`Error::Joints`], [`Error::Inputs`] where the
+    /// sizes are none of a model.
+    pub fn check(&self) -> Result<(), Error> {
+        let (first, rest) = self.name.split_at_checked(1).unwrap_or_default();
+        let letter = first.starts_with(|c: char| c.is_ascii_alphabetic());
+        let word = rest.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let plain = !self.name.contains("__") && !self.name.ends_with('_');
+        if !(letter && word && plain) || self.name.len() > LONGEST_NAME {
+            return Err(Error::Name(self.name.clone()));
+        }
+        let joints = self.joints.len();
+        if !(1..=MOST_JOINTS).contains(&joints) {
+            return Err(Error::Joints(joints));
+        }
+        if !(1..=joints).contains(&self.inputs) {
+            return Err(Error::Inputs { inputs: self.inputs, joints });
+        }
+        Ok(())
+    }
+
+    /// The number of values along an axis.
+    pub(crate) fn length(&self, length: Length) -> usize {
+        match length {
+            Length::Joints => self.joints.len(),
+            Length::Inputs => self.inputs,
+        }
+    }
+
+    /// Rows and columns of a quantity; vectors are columns.
+    pub(crate) fn rows_and_columns(&self, shape: Shape) -> [usize; 2] {
+        match shape {
+            Shape::Scalar => [1, 1],
+            Shape::Vector(rows) => [self.length(rows), 1],
+            Shape::Matrix(rows, columns) => [self.length(rows), self.length(columns)],
+        }
+    }
+
+    pub(crate) fn has(&self, call: Call) -> bool {
+        self.calls.contains(&call)
+    }
+
+    /// The functions that exist, in the order of the header.
+    pub(crate) fn offered(&self) -> impl Iterator<Item = Call> {
+        Call::ALL.into_iter().filter(|call| self.has(*call))
+    }
+
+    /// Where the code came from, as a line that is safe in a comment of C.
+    pub(crate) fn origin(&self) -> String {
+        let line = format!("lagrangian {} from the model {}: {}", self.version, self.hash, self.description);
+        one_line(&line).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
+    }
+}
+
+/// The text with everything that breaks a line as a space.
+pub(crate) fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
