@@ -18,7 +18,7 @@ const TEMPLATE: &str = include_str!("../templates/casadi.c");
 /// The file `NAME_casadi.c`, to be compiled with `NAME.c` into a shared library.
 ///
 /// # Errors
-/// [`Error::Name`], [`Error::Joints`] or [`Error::Inputs`] where the interface is none of a model.
+/// Those of [`Interface::check`].
 pub fn file(interface: &Interface) -> Result<File, Error> {
     interface.check()?;
     let name = &interface.name;
@@ -31,12 +31,17 @@ pub fn file(interface: &Interface) -> Result<File, Error> {
         }
     }
     text += "#ifdef __cplusplus\n}\n#endif\n";
-    Ok(File { name: format!("{name}_casadi.c"), text })
+    Ok(File {
+        name: format!("{name}_casadi.c"),
+        text,
+    })
 }
 
 /// Whether it is a function of its own in `CasADi`, and not the Jacobian of another.
 pub(crate) fn is_function(call: Call) -> bool {
-    !Call::ALL.iter().any(|other| other.derivatives() == Some(call))
+    !Call::ALL
+        .iter()
+        .any(|other| other.derivatives() == Some(call))
 }
 
 /// The name of a function in `CasADi`.
@@ -71,7 +76,10 @@ impl Slot {
     fn line(&self) -> String {
         let [rows, columns] = self.shape;
         let pattern = if self.dense { "1, 0" } else { "0, 0" };
-        format!("    {{\"{}\", {{{rows}, {columns}, {pattern}}}}},\n", self.name)
+        format!(
+            "    {{\"{}\", {{{rows}, {columns}, {pattern}}}}},\n",
+            self.name
+        )
     }
 }
 
@@ -109,13 +117,19 @@ fn jacobian(interface: &Interface, call: Call, derivatives: Call) -> String {
     let [result] = call.results() else {
         unreachable!("functions with derivatives have one result")
     };
-    let names = call.arguments().iter().map(|x| format!("jac_{}_{}", result.name, x.name));
+    let names = call
+        .arguments()
+        .iter()
+        .map(|x| format!("jac_{}_{}", result.name, x.name));
     let blocks = derivatives.results().iter().map(slot);
     let function = Function {
         name: format!("jac_{}", function_name(interface, call)),
         call: derivatives,
         arguments,
-        results: names.zip(blocks).map(|(name, block)| Slot { name, ..block }).collect(),
+        results: names
+            .zip(blocks)
+            .map(|(name, block)| Slot { name, ..block })
+            .collect(),
     };
     function.text(&interface.name)
 }
@@ -127,7 +141,8 @@ impl Function {
         let mut text = format!("\n/* {} */\n", call.about());
         text += &table(model, &format!("{name}_arguments"), &self.arguments);
         text += &table(model, &format!("{name}_results"), &self.results);
-        let head = "const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem";
+        let head =
+            "const casadi_real **arg, casadi_real **res, casadi_int *iw, casadi_real *w, int mem";
         let _ = write!(
             text,
             "{model}_DESCRIBE({name}, {name}_arguments, {name}_results, {memory})\n\n\
@@ -139,7 +154,10 @@ impl Function {
         let mut at = 0;
         for (k, result) in self.results.iter().enumerate() {
             let [rows, columns] = result.shape;
-            let _ = writeln!(text, "    {model}_result(res[{k}], w + {at}, {rows}, {columns});");
+            let _ = writeln!(
+                text,
+                "    {model}_result(res[{k}], w + {at}, {rows}, {columns});"
+            );
             at += result.size();
         }
         text + "    return 0;\n}\n"
@@ -149,7 +167,10 @@ impl Function {
     fn values(&self, model: &str) -> String {
         let arguments = self.call.arguments().iter().enumerate().map(|(k, x)| {
             let scalar = matches!(x.shape, crate::Shape::Scalar);
-            format!("{}{model}_argument(arg[{k}])", if scalar { "*" } else { "" })
+            format!(
+                "{}{model}_argument(arg[{k}])",
+                if scalar { "*" } else { "" }
+            )
         });
         let ends = self.results.iter().scan(0, |at, result| {
             let begin = *at;

@@ -50,7 +50,11 @@ impl Version {
             return None;
         }
         match (self, machine) {
-            (Self::Two, "x86_64") => Some(if system == "windows" { "win64".into() } else { format!("{system}64") }),
+            (Self::Two, "x86_64") => Some(if system == "windows" {
+                "win64".into()
+            } else {
+                format!("{system}64")
+            }),
             // FMI 2.0 has names for processors of Intel alone; importers look here on others too.
             (Self::Two, "aarch64") if system == "darwin" => Some("darwin64".into()),
             (Self::Three, "x86_64" | "aarch64") => Some(format!("{machine}-{system}")),
@@ -66,8 +70,6 @@ pub struct Unit<'a> {
     pub interface: &'a Interface,
     /// The version of FMI.
     pub version: Version,
-    /// The first state, q and then q̇, rad or m and their rates, `[2 n]`. It should lie within the data.
-    pub start: &'a [f64],
     /// The sources of the model, `NAME.c` and `NAME.h`.
     pub sources: &'a [File],
 }
@@ -76,8 +78,7 @@ impl Unit<'_> {
     /// The files of the unit without a library. `compiled` says whether there is one beside them; the description names its absence.
     ///
     /// # Errors
-    /// [`Error::Missing`] without `forward_dynamics`; [`Error::Start`] where the first state does not fit; [`Error::Name`],
-    /// [`Error::Joints`] or [`Error::Inputs`] where the interface is none of a model.
+    /// [`Error::Missing`] without `forward_dynamics`; those of [`Interface::check`].
     pub fn files(&self, compiled: bool) -> Result<Vec<File>, Error> {
         self.check()?;
         let mut files = vec![File {
@@ -90,7 +91,10 @@ impl Unit<'_> {
                 text: description::build(self),
             });
         }
-        let own = [File { name: self.adapter_name(), text: self.adapter() }];
+        let own = [File {
+            name: self.adapter_name(),
+            text: self.adapter(),
+        }];
         files.extend(self.sources.iter().chain(&own).map(|file| File {
             name: format!("sources/{}", file.name),
             text: file.text.clone(),
@@ -103,12 +107,10 @@ impl Unit<'_> {
         let call = Call::ForwardDynamics;
         if !self.interface.has(call) {
             let what = "functional mock-up units";
-            return Err(Error::Missing { what, call: call.name() });
-        }
-        let expected = 2 * self.interface.joints.len();
-        let given = self.start.iter().filter(|x| x.is_finite()).count();
-        if given != expected || self.start.len() != expected {
-            return Err(Error::Start { expected, given });
+            return Err(Error::Missing {
+                what,
+                call: call.name(),
+            });
         }
         Ok(())
     }
@@ -127,8 +129,20 @@ impl Unit<'_> {
     /// The functions of FMI around the model.
     fn adapter(&self) -> String {
         let has = |call| i32::from(self.interface.has(call));
-        let start: Vec<String> = self.start.iter().map(|x| format!("{x:?}")).collect();
-        let (own, origin) = (if self.version == Version::Two { FMI2 } else { FMI3 }, self.interface.origin());
+        let start: Vec<String> = self
+            .interface
+            .start
+            .iter()
+            .map(|x| format!("{x:?}"))
+            .collect();
+        let (own, origin) = (
+            if self.version == Version::Two {
+                FMI2
+            } else {
+                FMI3
+            },
+            self.interface.origin(),
+        );
         let text = format!(
             "/* {origin} */\n\
              #define MODEL_TOKEN \"{}\"\n\
@@ -148,8 +162,17 @@ impl Unit<'_> {
 
     /// What an importer repeats to show that description and sources belong together.
     fn token(&self) -> String {
-        let plain = |text: &str| text.chars().filter(char::is_ascii_alphanumeric).collect::<String>();
-        let Interface { name, hash, version, .. } = self.interface;
+        let plain = |text: &str| {
+            text.chars()
+                .filter(char::is_ascii_alphanumeric)
+                .collect::<String>()
+        };
+        let Interface {
+            name,
+            hash,
+            version,
+            ..
+        } = self.interface;
         format!("{name}-{}-{}", plain(hash), plain(version))
     }
 }

@@ -16,8 +16,8 @@ pub struct Interface {
     pub name: String,
     /// The joints, in the order of q.
     pub joints: Vec<Joint>,
-    /// The length of τ, `NAME_NU`: as many as joints, unless the actuators have fewer inputs.
-    pub inputs: usize,
+    /// What `tau` is, and its length `NAME_NU`.
+    pub drive: Drive,
     /// The functions that exist. `NAME_selftest` always does.
     pub calls: BTreeSet<Call>,
     /// What the model is, in a sentence.
@@ -26,6 +26,17 @@ pub struct Interface {
     pub version: String,
     /// The hash of the saved model.
     pub hash: String,
+    /// A state that lies within the data, q and then q̇, rad or m and their rates, `[2 n]`: where examples and simulations begin.
+    pub start: Vec<f64>,
+}
+
+/// What the input `tau` of a model is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drive {
+    /// The forces on the joints, N or N·m, one each.
+    Forces,
+    /// This many inputs of actuators, in the units of the data: currents, or forces on some joints.
+    Inputs(usize),
 }
 
 /// A joint of the model.
@@ -197,16 +208,58 @@ impl Call {
     }
 
     fn row(self) -> Row {
-        let row = |name, arguments, results, about| Row { name, arguments, results, about };
+        let row = |name, arguments, results, about| Row {
+            name,
+            arguments,
+            results,
+            about,
+        };
         match self {
-            Self::InverseDynamics => row("inverse_dynamics", MOTION, &[TAU], "the forces of a motion"),
-            Self::ForwardDynamics => row("forward_dynamics", FORCED, &[QDD], "the accelerations under given forces"),
-            Self::MassMatrix => row("mass_matrix", STATE, const { &[quantity("m", NN)] }, "M = ∂²L/∂q̇²"),
-            Self::Bias => row("bias", STATE, const { &[quantity("c", N)] }, "the forces at q̈ = 0, without friction"),
-            Self::Gravity => row("gravity", const { &[Q] }, const { &[quantity("g", N)] }, "the forces at rest"),
-            Self::Friction => row("friction", STATE, const { &[quantity("d", N)] }, "what friction takes"),
-            Self::Momentum => row("momentum", STATE, const { &[quantity("p", N)] }, "p = ∂L/∂q̇"),
-            Self::Energy => row("energy", STATE, const { &[quantity("e", Shape::Scalar)] }, "E = p·q̇ − L, in J"),
+            Self::InverseDynamics => {
+                row("inverse_dynamics", MOTION, &[TAU], "the forces of a motion")
+            }
+            Self::ForwardDynamics => row(
+                "forward_dynamics",
+                FORCED,
+                &[QDD],
+                "the accelerations under given forces",
+            ),
+            Self::MassMatrix => row(
+                "mass_matrix",
+                STATE,
+                const { &[quantity("m", NN)] },
+                "M = ∂²L/∂q̇²",
+            ),
+            Self::Bias => row(
+                "bias",
+                STATE,
+                const { &[quantity("c", N)] },
+                "the forces at q̈ = 0, without friction",
+            ),
+            Self::Gravity => row(
+                "gravity",
+                const { &[Q] },
+                const { &[quantity("g", N)] },
+                "the forces at rest",
+            ),
+            Self::Friction => row(
+                "friction",
+                STATE,
+                const { &[quantity("d", N)] },
+                "what friction takes",
+            ),
+            Self::Momentum => row(
+                "momentum",
+                STATE,
+                const { &[quantity("p", N)] },
+                "p = ∂L/∂q̇",
+            ),
+            Self::Energy => row(
+                "energy",
+                STATE,
+                const { &[quantity("e", Shape::Scalar)] },
+                "E = p·q̇ − L, in J",
+            ),
             Self::Step => row(
                 "step",
                 const { &[quantity("h", Shape::Scalar), Q, QD, TAU] },
@@ -216,7 +269,13 @@ impl Call {
             Self::InverseDynamicsDerivatives => row(
                 "inverse_dynamics_derivatives",
                 MOTION,
-                const { &[quantity("dtau_dq", TAU_N), quantity("dtau_dqd", TAU_N), quantity("dtau_dqdd", TAU_N)] },
+                const {
+                    &[
+                        quantity("dtau_dq", TAU_N),
+                        quantity("dtau_dqd", TAU_N),
+                        quantity("dtau_dqdd", TAU_N),
+                    ]
+                },
                 "how the forces change with the motion",
             ),
             Self::ForwardDynamicsDerivatives => row(
@@ -246,7 +305,7 @@ impl Interface {
     ///
     /// # Errors
     /// [`Error::Name`] where the name is no identifier that is safe in C; [`Error::Joints`], [`Error::Inputs`] where the
-    /// sizes are none of a model.
+    /// sizes are none of a model; [`Error::Start`] where the first state does not fit or is not finite.
     pub fn check(&self) -> Result<(), Error> {
         let (first, rest) = self.name.split_at_checked(1).unwrap_or_default();
         let letter = first.starts_with(|c: char| c.is_ascii_alphabetic());
@@ -259,17 +318,33 @@ impl Interface {
         if !(1..=MOST_JOINTS).contains(&joints) {
             return Err(Error::Joints(joints));
         }
-        if !(1..=joints).contains(&self.inputs) {
-            return Err(Error::Inputs { inputs: self.inputs, joints });
+        let inputs = self.inputs();
+        if !(1..=joints).contains(&inputs) {
+            return Err(Error::Inputs { inputs, joints });
+        }
+        let given = self.start.iter().filter(|x| x.is_finite()).count();
+        if given != 2 * joints || self.start.len() != given {
+            return Err(Error::Start {
+                expected: 2 * joints,
+                given,
+            });
         }
         Ok(())
+    }
+
+    /// The length of `tau`.
+    pub(crate) fn inputs(&self) -> usize {
+        match self.drive {
+            Drive::Forces => self.joints.len(),
+            Drive::Inputs(count) => count,
+        }
     }
 
     /// The number of values along an axis.
     pub(crate) fn length(&self, length: Length) -> usize {
         match length {
             Length::Joints => self.joints.len(),
-            Length::Inputs => self.inputs,
+            Length::Inputs => self.inputs(),
         }
     }
 
@@ -293,12 +368,20 @@ impl Interface {
 
     /// Where the code came from, as a line that is safe in a comment of C.
     pub(crate) fn origin(&self) -> String {
-        let line = format!("lagrangian {} from the model {}: {}", self.version, self.hash, self.description);
-        one_line(&line).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
+        let line = format!(
+            "lagrangian {} from the model {}: {}",
+            self.version, self.hash, self.description
+        );
+        one_line(&line)
+            .replace("*/", "* /")
+            .replace("/*", "/ *")
+            .replace("??", "? ?")
     }
 }
 
 /// The text with everything that breaks a line as a space.
 pub(crate) fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+    text.chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
 }

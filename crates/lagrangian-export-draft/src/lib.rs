@@ -4,17 +4,18 @@
 //! here returns [`File`]s, or the bytes of an archive, and writes nothing.
 //!
 //! ```
-//! use lagrangian_export_draft::{Call, Interface, Joint, Unit, casadi};
+//! use lagrangian_export_draft::{Call, Drive, Interface, Joint, Unit, casadi};
 //!
 //! let joint = |name: &str, unit| Joint { name: name.into(), unit };
 //! let interface = Interface {
 //!     name: "cart_pole".into(),
 //!     joints: vec![joint("cart", Unit::Metre), joint("pole", Unit::Radian)],
-//!     inputs: 2,
+//!     drive: Drive::Forces,
 //!     calls: [Call::ForwardDynamics, Call::ForwardDynamicsDerivatives].into(),
 //!     description: "a cart with a pole".into(),
 //!     version: "0.1.0".into(),
 //!     hash: "8c2f".into(),
+//!     start: vec![0.0, 0.1, 0.0, 0.0],
 //! };
 //! let file = casadi::file(&interface)?;
 //! assert_eq!(file.name, "cart_pole_casadi.c");
@@ -27,7 +28,7 @@ pub mod fmu;
 mod interface;
 pub mod surroundings;
 
-pub use interface::{Call, Interface, Joint, Length, Quantity, Shape, Unit};
+pub use interface::{Call, Drive, Interface, Joint, Length, Quantity, Shape, Unit};
 
 /// A file of an export: its name, relative to the folder of the export, and its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,7 +52,9 @@ pub enum Error {
     #[error("a model with {0} joints cannot be exported: 1 to {max} are possible", max = interface::MOST_JOINTS)]
     Joints(usize),
     /// The number of inputs is not one that a model can have.
-    #[error("a model with {inputs} inputs for {joints} joints cannot be exported: there must be 1 to {joints}")]
+    #[error(
+        "a model with {inputs} inputs for {joints} joints cannot be exported: there must be 1 to {joints}"
+    )]
     Inputs {
         /// The number of inputs.
         inputs: usize,
@@ -67,7 +70,9 @@ pub enum Error {
         call: &'static str,
     },
     /// Values of the first state do not fit the model.
-    #[error("the first state needs {expected} finite values, positions and then velocities; it has {given}")]
+    #[error(
+        "the first state needs {expected} finite values, positions and then velocities; it has {given} of them"
+    )]
     Start {
         /// Twice the number of joints.
         expected: usize,
@@ -75,6 +80,8 @@ pub enum Error {
         given: usize,
     },
     /// The archive could not be put together.
-    #[error("the archive of the functional mock-up unit could not be made: {0}; use shorter and unique file names")]
+    #[error(
+        "the archive of the functional mock-up unit could not be made: {0}; use shorter and unique file names"
+    )]
     Archive(String),
 }

@@ -1,4 +1,4 @@
-/* Begins at rest at a state, and prints what the model says about it. */
+/* Prints what the model says about a state. */
 #include "MODEL.h"
 
 #include <stdio.h>
@@ -20,5 +20,3 @@ static int print(const char *what, const MODEL_real *values, int count, int stat
 int main(void)
 {
     /* Replace these by a state and by forces of your own. */
-    const MODEL_real q[MODEL_N] = {0}, qd[MODEL_N] = {0};
-    int failures = 0;

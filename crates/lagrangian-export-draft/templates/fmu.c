@@ -198,7 +198,7 @@ static bool MODEL_advance(MODEL_Core *core, double duration)
     double steps = ceil(duration / MODEL_LONGEST_STEP);
     long k;
     if (!(duration >= 0.0 && steps <= 1e7)) {
-        core->failure = "the length of a step must be between 0 and 10000000 times the internal step of modelDescription.xml";
+        core->failure = "the length of a step must be between 0 s and 10000 s";
         return false;
     }
     memcpy(state, core->now.state, sizeof state);

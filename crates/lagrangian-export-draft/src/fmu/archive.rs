@@ -27,16 +27,32 @@ pub struct Binary<'a> {
 pub fn archive(unit: &Unit<'_>, binary: Option<Binary<'_>>) -> Result<Vec<u8>, Error> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let files = unit.files(binary.is_some())?;
-    let texts = files.iter().map(|file| (file.name.clone(), file.text.as_bytes()));
-    let library = binary.map(|b| (format!("binaries/{}/{}.{}", b.platform, unit.interface.name, b.extension), b.bytes));
+    let texts = files
+        .iter()
+        .map(|file| (file.name.clone(), file.text.as_bytes()));
+    let library = binary.map(|b| {
+        (
+            format!(
+                "binaries/{}/{}.{}",
+                b.platform, unit.interface.name, b.extension
+            ),
+            b.bytes,
+        )
+    });
     for (name, bytes) in texts.chain(library) {
         add(&mut zip, &name, bytes).map_err(|error| Error::Archive(error.to_string()))?;
     }
-    let bytes = zip.finish().map_err(|error| Error::Archive(error.to_string()))?;
+    let bytes = zip
+        .finish()
+        .map_err(|error| Error::Archive(error.to_string()))?;
     Ok(bytes.into_inner())
 }
 
-fn add(zip: &mut ZipWriter<Cursor<Vec<u8>>>, name: &str, bytes: &[u8]) -> zip::result::ZipResult<()> {
+fn add(
+    zip: &mut ZipWriter<Cursor<Vec<u8>>>,
+    name: &str,
+    bytes: &[u8],
+) -> zip::result::ZipResult<()> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())

@@ -2,14 +2,15 @@
 
 use std::fmt::Write;
 
-use super::{LONGEST_STEP, Unit, Version};
-use crate::Call;
+use super::{Unit, Version};
 use crate::interface::one_line;
+use crate::{Call, Drive};
 
 /// A variable of the unit.
 struct Variable {
     name: String,
     reference: usize,
+    /// Empty where it is not known.
     unit: &'static str,
     about: String,
     role: Role,
@@ -21,15 +22,23 @@ struct Variable {
 enum Role {
     Time,
     Input,
-    State { start: f64 },
+    State {
+        start: f64,
+    },
     /// The rate of the state of this reference, as an output or not.
-    Rate { of: usize, output: bool },
+    Rate {
+        of: usize,
+        output: bool,
+    },
     Output,
 }
 
 impl Variable {
     fn is_output(&self) -> bool {
-        matches!(self.role, Role::State { .. } | Role::Rate { output: true, .. } | Role::Output)
+        matches!(
+            self.role,
+            Role::State { .. } | Role::Rate { output: true, .. } | Role::Output
+        )
     }
 
     fn is_rate(&self) -> bool {
@@ -47,8 +56,12 @@ impl Variable {
             Role::Time => r#"causality="independent" variability="continuous""#,
             Role::Input => r#"causality="input" variability="continuous""#,
             Role::State { .. } => r#"causality="output" variability="continuous" initial="exact""#,
-            Role::Rate { output: false, .. } => r#"causality="local" variability="continuous" initial="calculated""#,
-            Role::Rate { .. } | Role::Output => r#"causality="output" variability="continuous" initial="calculated""#,
+            Role::Rate { output: false, .. } => {
+                r#"causality="local" variability="continuous" initial="calculated""#
+            }
+            Role::Rate { .. } | Role::Output => {
+                r#"causality="output" variability="continuous" initial="calculated""#
+            }
         }
     }
 
@@ -62,7 +75,10 @@ impl Variable {
 
     /// Unit, first value and the state that it is the rate of, which the two versions number differently.
     fn details(&self, number: impl Fn(usize) -> usize) -> String {
-        let mut text = format!("unit=\"{}\"", self.unit);
+        let mut text = match self.unit {
+            "" => String::new(),
+            unit => format!("unit=\"{unit}\""),
+        };
         if let Some(start) = self.start() {
             let _ = write!(text, " start=\"{start:?}\"");
         }
@@ -75,7 +91,7 @@ impl Variable {
 
 /// All variables, in the order of their references, which the generated adapter repeats.
 fn variables(unit: &Unit<'_>) -> Vec<Variable> {
-    let (joints, inputs) = (&unit.interface.joints, unit.interface.inputs);
+    let (joints, inputs) = (&unit.interface.joints, unit.interface.inputs());
     let n = joints.len();
     let (q, qd) = (1 + inputs, 1 + inputs + n);
     let state: Vec<usize> = (q..q + 2 * n).collect();
@@ -90,28 +106,73 @@ fn variables(unit: &Unit<'_>) -> Vec<Variable> {
     }];
     let mut push = |name: String, unit, about: String, role, from: Vec<usize>| {
         let reference = list.len();
-        list.push(Variable { name, reference, unit, about, role, from });
+        list.push(Variable {
+            name,
+            reference,
+            unit,
+            about,
+            role,
+            from,
+        });
     };
-    for (i, joint) in joints.iter().enumerate().take(inputs) {
-        let about = format!("input of {}", joint.name);
-        push(format!("tau[{}]", i + 1), joint.unit.force(), about, Role::Input, vec![]);
+    for i in 0..inputs {
+        let (unit, about) = match unit.interface.drive {
+            Drive::Forces => (
+                joints[i].unit.force(),
+                format!("force on {}", joints[i].name),
+            ),
+            Drive::Inputs(_) => (
+                "",
+                format!("input {} of the actuators, in the unit of the data", i + 1),
+            ),
+        };
+        push(format!("tau[{}]", i + 1), unit, about, Role::Input, vec![]);
     }
-    for (k, (name, what)) in [("q", "position"), ("qd", "velocity")].into_iter().enumerate() {
+    for (k, (name, what)) in [("q", "position"), ("qd", "velocity")]
+        .into_iter()
+        .enumerate()
+    {
         for (i, joint) in joints.iter().enumerate() {
-            let role = Role::State { start: unit.start[k * n + i] };
+            let role = Role::State {
+                start: unit.interface.start[k * n + i],
+            };
             let about = format!("{what} of {}", joint.name);
-            push(format!("{name}[{}]", i + 1), joint.unit.rate(k), about, role, vec![q + k * n + i]);
+            push(
+                format!("{name}[{}]", i + 1),
+                joint.unit.rate(k),
+                about,
+                role,
+                vec![q + k * n + i],
+            );
         }
     }
     for (i, joint) in joints.iter().enumerate() {
-        let role = Role::Rate { of: q + i, output: false };
+        let role = Role::Rate {
+            of: q + i,
+            output: false,
+        };
         let about = format!("velocity of {}, as the rate of its position", joint.name);
-        push(format!("der(q[{}])", i + 1), joint.unit.rate(1), about, role, vec![qd + i]);
+        push(
+            format!("der(q[{}])", i + 1),
+            joint.unit.rate(1),
+            about,
+            role,
+            vec![qd + i],
+        );
     }
     for (i, joint) in joints.iter().enumerate() {
-        let role = Role::Rate { of: qd + i, output: true };
+        let role = Role::Rate {
+            of: qd + i,
+            output: true,
+        };
         let about = format!("acceleration of {}", joint.name);
-        push(format!("qdd[{}]", i + 1), joint.unit.rate(2), about, role, motion.clone());
+        push(
+            format!("qdd[{}]", i + 1),
+            joint.unit.rate(2),
+            about,
+            role,
+            motion.clone(),
+        );
     }
     // The references of both are kept free where the model lacks them.
     let (energy, next) = (qd + 3 * n, qd + 3 * n + 1);
@@ -159,7 +220,10 @@ pub(super) fn model(unit: &Unit<'_>, compiled: bool) -> String {
     };
     let about = match compiled {
         true => interface.description.clone(),
-        false => format!("{} (sources only: the importer compiles them)", interface.description),
+        false => format!(
+            "{} (sources only: the importer compiles them)",
+            interface.description
+        ),
     };
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
@@ -169,12 +233,19 @@ pub(super) fn model(unit: &Unit<'_>, compiled: bool) -> String {
         escaped(&about),
         escaped(&interface.hash),
         escaped(&interface.version),
-        if unit.version == Version::Two { " numberOfEventIndicators=\"0\"" } else { "" },
+        if unit.version == Version::Two {
+            " numberOfEventIndicators=\"0\""
+        } else {
+            ""
+        },
         name = interface.name,
     );
     text += &kinds(unit);
     text += "  <UnitDefinitions>\n";
-    for (name, base) in UNITS.iter().filter(|(name, _)| variables.iter().any(|v| v.unit == *name)) {
+    for (name, base) in UNITS
+        .iter()
+        .filter(|(name, _)| variables.iter().any(|v| v.unit == *name))
+    {
         let _ = writeln!(text, "    <Unit name=\"{name}\"><BaseUnit {base}/></Unit>");
     }
     text += "  </UnitDefinitions>\n  <LogCategories>\n    <Category name=\"logStatusWarning\"/>\n    <Category \
@@ -191,7 +262,11 @@ pub(super) fn model(unit: &Unit<'_>, compiled: bool) -> String {
 /// What the unit can do.
 fn kinds(unit: &Unit<'_>) -> String {
     let slopes = unit.interface.has(Call::ForwardDynamicsDerivatives);
-    let state = if unit.version == Version::Two { "FMUstate" } else { "FMUState" };
+    let state = if unit.version == Version::Two {
+        "FMUstate"
+    } else {
+        "FMUState"
+    };
     let common = format!(
         "modelIdentifier=\"{}\" canGetAndSet{state}=\"true\" canSerialize{state}=\"true\"",
         unit.interface.name
@@ -199,7 +274,10 @@ fn kinds(unit: &Unit<'_>) -> String {
     let step = "canHandleVariableCommunicationStepSize=\"true\"";
     match unit.version {
         Version::Two => {
-            let files: String = unit.compiled_names().map(|name| format!("      <File name=\"{}\"/>\n", escaped(&name))).collect();
+            let files: String = unit
+                .compiled_names()
+                .map(|name| format!("      <File name=\"{}\"/>\n", escaped(&name)))
+                .collect();
             let files = format!("    <SourceFiles>\n{files}    </SourceFiles>\n");
             format!(
                 "  <ModelExchange {common} providesDirectionalDerivative=\"{slopes}\">\n{files}  </ModelExchange>\n  \
@@ -208,14 +286,19 @@ fn kinds(unit: &Unit<'_>) -> String {
         }
         Version::Three => format!(
             "  <ModelExchange {common} providesDirectionalDerivatives=\"{slopes}\"/>\n  \
-             <CoSimulation {common} providesDirectionalDerivatives=\"{slopes}\" {step} fixedInternalStepSize=\"{LONGEST_STEP}\"/>\n"
+             <CoSimulation {common} providesDirectionalDerivatives=\"{slopes}\" {step}/>\n"
         ),
     }
 }
 
 /// A variable as an element of XML.
 fn line(version: Version, variable: &Variable) -> String {
-    let Variable { name, reference, about, .. } = variable;
+    let Variable {
+        name,
+        reference,
+        about,
+        ..
+    } = variable;
     let (kind, about) = (variable.kind(), escaped(about));
     match version {
         // FMI 2.0 numbers variables by their place, from 1. All states stand at their reference plus one.
@@ -238,8 +321,15 @@ fn structure(version: Version, variables: &[Variable]) -> String {
             Version::Two => ("index", place + 1, 1),
             Version::Three => ("valueReference", variable.reference, 0),
         };
-        let from: Vec<String> = variable.from.iter().map(|k| (k + shift).to_string()).collect();
-        format!("    <{tag} {key}=\"{number}\" dependencies=\"{}\"/>\n", from.join(" "))
+        let from: Vec<String> = variable
+            .from
+            .iter()
+            .map(|k| (k + shift).to_string())
+            .collect();
+        format!(
+            "    <{tag} {key}=\"{number}\" dependencies=\"{}\"/>\n",
+            from.join(" ")
+        )
     };
     let group = |section: &str, tag: &str, belongs: fn(&Variable) -> bool| {
         let lines = variables.iter().enumerate().filter(|(_, v)| belongs(v));
@@ -265,8 +355,10 @@ fn structure(version: Version, variables: &[Variable]) -> String {
 
 /// `buildDescription.xml` of FMI 3.0.
 pub(super) fn build(unit: &Unit<'_>) -> String {
-    let files: String =
-        unit.compiled_names().map(|name| format!("      <SourceFile name=\"{}\"/>\n", escaped(&name))).collect();
+    let files: String = unit
+        .compiled_names()
+        .map(|name| format!("      <SourceFile name=\"{}\"/>\n", escaped(&name)))
+        .collect();
     format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n  <BuildConfiguration \
          modelIdentifier=\"{}\">\n    <SourceFileSet language=\"C99\">\n{files}    </SourceFileSet>\n  </BuildConfiguration>\n\
@@ -277,5 +369,9 @@ pub(super) fn build(unit: &Unit<'_>) -> String {
 
 /// Text as the value of an attribute.
 fn escaped(text: &str) -> String {
-    one_line(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    one_line(text)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
