@@ -135,17 +135,12 @@ impl Unit<'_> {
             .iter()
             .map(|x| format!("{x:?}"))
             .collect();
-        let (own, origin) = (
-            if self.version == Version::Two {
-                FMI2
-            } else {
-                FMI3
-            },
-            self.interface.origin(),
-        );
+        let own = match self.version {
+            Version::Two => FMI2,
+            Version::Three => FMI3,
+        };
         let text = format!(
-            "/* {origin} */\n\
-             #define MODEL_TOKEN \"{}\"\n\
+            "#define MODEL_TOKEN \"{}\"\n\
              #define MODEL_START {}\n\
              #define MODEL_LONGEST_STEP {LONGEST_STEP:?}\n\
              #define MODEL_HAS_ENERGY {}\n\
@@ -157,7 +152,8 @@ impl Unit<'_> {
             has(Call::DistanceFromData),
             has(Call::ForwardDynamicsDerivatives),
         );
-        (text + SHARED + own).replace("MODEL", &self.interface.name)
+        let text = (text + SHARED + own).replace("MODEL", &self.interface.name);
+        format!("/* {} */\n{text}", self.interface.origin())
     }
 
     /// What an importer repeats to show that description and sources belong together.

@@ -1,4 +1,4 @@
-//! What stands around a model in C99: functions for CasADi, functional mock-up units, an example, and how all of it is built.
+//! What stands around a model in C99: functions for `CasADi`, functional mock-up units, an example, and how all of it is built.
 //!
 //! The mathematics is generated elsewhere, as `NAME.c` and `NAME.h`; an [`Interface`] says which functions they offer. Each generator
 //! here returns [`File`]s, or the bytes of an archive, and writes nothing.

@@ -3,9 +3,11 @@
 use std::fmt::Write;
 
 use crate::interface::one_line;
-use crate::{Call, Drive, Error, File, Interface, Quantity, Shape, casadi};
+use crate::{Call, Drive, Error, File, Interface, Length, Quantity, Shape, casadi};
 
 const EXAMPLE: &str = include_str!("../templates/example.c");
+const SELFTEST: &str = include_str!("../templates/selftest.c");
+const CMAKE: &str = include_str!("../templates/CMakeLists.txt");
 
 /// The files that are written beside the model.
 #[derive(Debug, Clone, Copy)]
@@ -19,123 +21,51 @@ pub struct Surroundings<'a> {
 }
 
 impl Surroundings<'_> {
-    /// `example.c`, `selftest.c`, `CMakeLists.txt` and `README.md`.
+    /// `NAME_example.c`, `NAME_selftest.c`, `CMakeLists.txt` and `README.md`.
     ///
     /// # Errors
     /// Those of [`Interface::check`].
     pub fn files(&self) -> Result<Vec<File>, Error> {
         self.interface.check()?;
-        let file = |name: &str, text| File {
-            name: name.into(),
-            text,
-        };
+        let own = |name: &str| format!("{}_{name}", self.interface.name);
+        let file = |name: String, text| File { name, text };
         Ok(vec![
-            file("example.c", self.example()),
-            file("selftest.c", self.selftest()),
-            file("CMakeLists.txt", self.cmake()),
-            file("README.md", self.readme()),
+            file(own("example.c"), self.example()),
+            file(own("selftest.c"), self.filled(SELFTEST)),
+            file("CMakeLists.txt".into(), self.filled(CMAKE)),
+            file("README.md".into(), self.readme()),
         ])
+    }
+
+    fn filled(&self, template: &str) -> String {
+        template.replace("MODEL", &self.interface.name)
     }
 
     /// A program that prints what the model says about a state.
     fn example(&self) -> String {
-        let start: Vec<String> = self
-            .interface
-            .start
-            .iter()
-            .map(|x| format!("(MODEL_real){x:?}"))
-            .collect();
+        let start = &self.interface.start;
         let (q, qd) = start.split_at(self.interface.joints.len());
-        let mut text = format!("/* {} */\n{EXAMPLE}", self.interface.origin());
-        let _ = writeln!(
-            text,
-            "    const MODEL_real q[MODEL_N] = {{{}}};",
-            q.join(", ")
-        );
-        let _ = writeln!(
-            text,
-            "    const MODEL_real qd[MODEL_N] = {{{}}};",
-            qd.join(", ")
-        );
+        let mut text = EXAMPLE.to_string();
+        for (name, values) in [("q", q), ("qd", qd)] {
+            let values: Vec<String> = values
+                .iter()
+                .map(|x| format!("(MODEL_real){x:?}"))
+                .collect();
+            let values = values.join(", ");
+            let _ = writeln!(text, "    const MODEL_real {name}[MODEL_N] = {{{values}}};");
+        }
         text += "    int failures = 0;\n";
-        let mut calls: Vec<Call> = [
+        let shown = [
             Call::ForwardDynamics,
             Call::InverseDynamics,
             Call::Energy,
             Call::DistanceFromData,
-        ]
-        .into();
-        calls.retain(|call| self.interface.has(*call));
-        let zero = |q: Quantity, text: &mut String| {
-            let _ = writeln!(
-                text,
-                "    const MODEL_real {}[{}] = {{0}};",
-                q.name,
-                self.size(q)
-            );
-        };
-        // Forces and accelerations are an argument of one function and the result of the other.
-        for call in calls {
-            let [result] = call.results() else { continue };
-            text += "    {\n";
-            for argument in &call.arguments()[2..] {
-                text += "    ";
-                zero(*argument, &mut text);
-            }
-            let arguments: Vec<&str> = call.arguments().iter().map(|q| q.name).collect();
-            let _ = write!(
-                text,
-                "        MODEL_real {name}[{size}];\n        const int status = MODEL_{call}({arguments}, {name});\n        \
-                 failures += print(\"{call}\", {name}, {size}, status);\n    }}\n",
-                name = result.name,
-                size = self.size(*result),
-                call = call.name(),
-                arguments = arguments.join(", "),
-            );
+        ];
+        for call in shown.into_iter().filter(|call| self.interface.has(*call)) {
+            text += &shown_call(call);
         }
         text += "    (void)q, (void)qd;\n    return failures ? 1 : 0;\n}\n";
-        text.replace("MODEL", &self.interface.name)
-    }
-
-    /// The number of values of a quantity in C.
-    fn size(&self, quantity: Quantity) -> String {
-        match quantity.shape {
-            Shape::Scalar => "1".into(),
-            Shape::Vector(_) if quantity.name == "tau" => "MODEL_NU".into(),
-            Shape::Vector(_) => "MODEL_N".into(),
-            Shape::Matrix(..) => {
-                let [rows, columns] = self.interface.rows_and_columns(quantity.shape);
-                (rows * columns).to_string()
-            }
-        }
-    }
-
-    fn selftest(&self) -> String {
-        let text = "/* Whether this build of the model gives the values that it was exported with. */\n\
-                    #include \"MODEL.h\"\n\n#include <stdio.h>\n\n\
-                    int main(void)\n{\n    const int status = MODEL_selftest();\n    \
-                    if (status != MODEL_OK)\n        fprintf(stderr, \"MODEL_selftest: status %d\\n\", status);\n    \
-                    return status == MODEL_OK ? 0 : 1;\n}\n";
-        text.replace("MODEL", &self.interface.name)
-    }
-
-    fn cmake(&self) -> String {
-        let mut text = String::from(
-            "cmake_minimum_required(VERSION 3.10)\nproject(MODEL C)\nset(CMAKE_C_STANDARD 99)\nset(CMAKE_C_STANDARD_REQUIRED ON)\n\
-             set(CMAKE_C_EXTENSIONS OFF)\nif(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)\n  set(CMAKE_BUILD_TYPE Release)\n\
-             endif()\n\n\
-             option(MODEL_FLOAT \"compute in single precision\" OFF)\nif(MODEL_FLOAT)\n  add_compile_definitions(MODEL_FLOAT)\nendif()\n\n\
-             add_library(MODEL MODEL.c)\nset_target_properties(MODEL PROPERTIES POSITION_INDEPENDENT_CODE ON)\n\
-             target_include_directories(MODEL PUBLIC ${CMAKE_CURRENT_SOURCE_DIR})\nif(UNIX)\n  target_link_libraries(MODEL PUBLIC m)\nendif()\n",
-        );
-        if self.casadi {
-            text += "\nif(NOT MODEL_FLOAT)\n  add_library(MODEL_casadi MODULE MODEL_casadi.c)\n  target_link_libraries(MODEL_casadi PRIVATE MODEL)\n  \
-                     set_target_properties(MODEL_casadi PROPERTIES PREFIX \"\")\nendif()\n";
-        }
-        text += "\nenable_testing()\nforeach(program example selftest)\n  add_executable(MODEL_${program} ${program}.c)\n  \
-                 target_link_libraries(MODEL_${program} PRIVATE MODEL)\n  \
-                 add_test(NAME ${program} COMMAND MODEL_${program})\nendforeach()\n";
-        text.replace("MODEL", &self.interface.name)
+        format!("/* {} */\n{}", self.interface.origin(), self.filled(&text))
     }
 
     fn readme(&self) -> String {
@@ -259,6 +189,41 @@ impl Surroundings<'_> {
              further outputs `qdd[i]`, and `energy` and `distance_from_data` where the model knows them; indices begin at 1.\n",
             files.join(", ")
         )
+    }
+}
+
+/// A block of C that calls a function of a state and prints its result; what it takes beside the state is zero.
+fn shown_call(call: Call) -> String {
+    let mut text = String::from("    {\n");
+    for argument in &call.arguments()[2..] {
+        let _ = writeln!(
+            text,
+            "        const MODEL_real {}[{}] = {{0}};",
+            argument.name,
+            size(argument)
+        );
+    }
+    let names: Vec<&str> = call.arguments().iter().map(|q| q.name).collect();
+    for result in call.results() {
+        let _ = write!(
+            text,
+            "        MODEL_real {name}[{size}];\n        const int status = MODEL_{call}({arguments}, {name});\n        \
+             failures += print(\"{call}\", {name}, {size}, status);\n",
+            name = result.name,
+            size = size(result),
+            call = call.name(),
+            arguments = names.join(", "),
+        );
+    }
+    text + "    }\n"
+}
+
+/// The number of values of a vector or a number, in C.
+fn size(quantity: &Quantity) -> &'static str {
+    match quantity.shape {
+        Shape::Vector(Length::Joints) => "MODEL_N",
+        Shape::Vector(Length::Inputs) => "MODEL_NU",
+        Shape::Scalar | Shape::Matrix(..) => "1",
     }
 }
 

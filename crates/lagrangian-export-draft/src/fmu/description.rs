@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{Unit, Version};
 use crate::interface::one_line;
-use crate::{Call, Drive};
+use crate::{Call, Drive, Interface};
 
 /// A variable of the unit.
 struct Variable {
@@ -89,24 +89,24 @@ impl Variable {
     }
 }
 
-/// All variables, in the order of their references, which the generated adapter repeats.
-fn variables(unit: &Unit<'_>) -> Vec<Variable> {
-    let (joints, inputs) = (&unit.interface.joints, unit.interface.inputs());
-    let n = joints.len();
-    let (q, qd) = (1 + inputs, 1 + inputs + n);
-    let state: Vec<usize> = (q..q + 2 * n).collect();
-    let motion: Vec<usize> = (1..q + 2 * n).collect();
-    let mut list = vec![Variable {
-        name: "time".into(),
-        reference: 0,
-        unit: "s",
-        about: "time".into(),
-        role: Role::Time,
-        from: vec![],
-    }];
-    let mut push = |name: String, unit, about: String, role, from: Vec<usize>| {
-        let reference = list.len();
-        list.push(Variable {
+/// The variables of a unit while they are listed. The generated adapter repeats the order of their references.
+struct List<'a> {
+    interface: &'a Interface,
+    variables: Vec<Variable>,
+}
+
+impl List<'_> {
+    /// Adds a variable at the next reference.
+    fn push(
+        &mut self,
+        name: String,
+        unit: &'static str,
+        about: String,
+        role: Role,
+        from: Vec<usize>,
+    ) {
+        let reference = self.variables.len();
+        self.variables.push(Variable {
             name,
             reference,
             unit,
@@ -114,85 +114,120 @@ fn variables(unit: &Unit<'_>) -> Vec<Variable> {
             role,
             from,
         });
-    };
-    for i in 0..inputs {
-        let (unit, about) = match unit.interface.drive {
-            Drive::Forces => (
-                joints[i].unit.force(),
-                format!("force on {}", joints[i].name),
-            ),
-            Drive::Inputs(_) => (
-                "",
-                format!("input {} of the actuators, in the unit of the data", i + 1),
-            ),
-        };
-        push(format!("tau[{}]", i + 1), unit, about, Role::Input, vec![]);
     }
-    for (k, (name, what)) in [("q", "position"), ("qd", "velocity")]
-        .into_iter()
-        .enumerate()
-    {
-        for (i, joint) in joints.iter().enumerate() {
-            let role = Role::State {
-                start: unit.interface.start[k * n + i],
+
+    /// The reference of the first position.
+    fn q(&self) -> usize {
+        1 + self.interface.inputs()
+    }
+
+    /// The reference of the first velocity.
+    fn qd(&self) -> usize {
+        self.q() + self.interface.joints.len()
+    }
+
+    fn inputs(&mut self) {
+        for i in 0..self.interface.inputs() {
+            let joint = &self.interface.joints[i];
+            let (unit, about) = match self.interface.drive {
+                Drive::Forces => (joint.unit.force(), format!("force on {}", joint.name)),
+                Drive::Inputs(_) => (
+                    "",
+                    format!("input {} of the actuators, in the unit of the data", i + 1),
+                ),
             };
-            let about = format!("{what} of {}", joint.name);
-            push(
-                format!("{name}[{}]", i + 1),
-                joint.unit.rate(k),
+            self.push(format!("tau[{}]", i + 1), unit, about, Role::Input, vec![]);
+        }
+    }
+
+    fn states(&mut self) {
+        for (k, (name, what)) in [("q", "position"), ("qd", "velocity")]
+            .into_iter()
+            .enumerate()
+        {
+            for (i, joint) in self.interface.joints.iter().enumerate() {
+                let start = self.interface.start[k * self.interface.joints.len() + i];
+                let itself = vec![self.variables.len()];
+                let about = format!("{what} of {}", joint.name);
+                let name = format!("{name}[{}]", i + 1);
+                self.push(
+                    name,
+                    joint.unit.rate(k),
+                    about,
+                    Role::State { start },
+                    itself,
+                );
+            }
+        }
+    }
+
+    fn rates(&mut self) {
+        let (q, qd) = (self.q(), self.qd());
+        for (i, joint) in self.interface.joints.iter().enumerate() {
+            let role = Role::Rate {
+                of: q + i,
+                output: false,
+            };
+            let about = format!("velocity of {}, as the rate of its position", joint.name);
+            self.push(
+                format!("der(q[{}])", i + 1),
+                joint.unit.rate(1),
                 about,
                 role,
-                vec![q + k * n + i],
+                vec![qd + i],
+            );
+        }
+        let motion: Vec<usize> = (1..qd + self.interface.joints.len()).collect();
+        for (i, joint) in self.interface.joints.iter().enumerate() {
+            let role = Role::Rate {
+                of: qd + i,
+                output: true,
+            };
+            let about = format!("acceleration of {}", joint.name);
+            self.push(
+                format!("qdd[{}]", i + 1),
+                joint.unit.rate(2),
+                about,
+                role,
+                motion.clone(),
             );
         }
     }
-    for (i, joint) in joints.iter().enumerate() {
-        let role = Role::Rate {
-            of: q + i,
-            output: false,
-        };
-        let about = format!("velocity of {}, as the rate of its position", joint.name);
-        push(
-            format!("der(q[{}])", i + 1),
-            joint.unit.rate(1),
-            about,
-            role,
-            vec![qd + i],
-        );
-    }
-    for (i, joint) in joints.iter().enumerate() {
-        let role = Role::Rate {
-            of: qd + i,
-            output: true,
-        };
-        let about = format!("acceleration of {}", joint.name);
-        push(
-            format!("qdd[{}]", i + 1),
-            joint.unit.rate(2),
-            about,
-            role,
-            motion.clone(),
-        );
-    }
-    // The references of both are kept free where the model lacks them.
-    let (energy, next) = (qd + 3 * n, qd + 3 * n + 1);
-    let scalars = [
-        (Call::Energy, "energy", energy, "J"),
-        (Call::DistanceFromData, "distance_from_data", next, "1"),
-    ];
-    for (call, name, reference, unit_name) in scalars {
-        if unit.interface.has(call) {
-            list.push(Variable {
-                name: name.into(),
-                reference,
-                unit: unit_name,
-                about: call.about().into(),
-                role: Role::Output,
-                from: state.clone(),
-            });
+
+    /// Energy and distance. Their references are kept free where the model lacks them.
+    fn scalars(&mut self) {
+        let (q, n) = (self.q(), self.interface.joints.len());
+        let scalars = [
+            (Call::Energy, "energy", "J"),
+            (Call::DistanceFromData, "distance_from_data", "1"),
+        ];
+        for (k, (call, name, unit)) in scalars.into_iter().enumerate() {
+            if self.interface.has(call) {
+                self.variables.push(Variable {
+                    name: name.into(),
+                    reference: q + 4 * n + k,
+                    unit,
+                    about: call.about().into(),
+                    role: Role::Output,
+                    from: (q..q + 2 * n).collect(),
+                });
+            }
         }
     }
-    list
+}
+
+/// All variables.
+fn variables(interface: &Interface) -> Vec<Variable> {
+    let mut list = List {
+        interface,
+        variables: vec![],
+    };
+    list.push("time".into(), "s", "time".into(), Role::Time, vec![]);
+    list.inputs();
+    list.states();
+    list.rates();
+    list.scalars();
+    list.variables
 }
 
 /// The units that variables have, by exponents of the base units.
@@ -212,7 +247,7 @@ const UNITS: &[(&str, &str)] = &[
 
 /// `modelDescription.xml`.
 pub(super) fn model(unit: &Unit<'_>, compiled: bool) -> String {
-    let variables = variables(unit);
+    let variables = variables(unit.interface);
     let interface = unit.interface;
     let (version, token) = match unit.version {
         Version::Two => ("2.0", "guid"),
