@@ -1,7 +1,7 @@
 //! What surrounds a model in C, with a cart-pole that was written by hand: compiled without warnings, tested by its own build, and in
 //! `CasADi` and `FMPy`. Where a compiler or these packages are missing, the tests say that they were skipped.
 
-#![allow(clippy::unwrap_used, reason = "a test fails where it goes wrong")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
