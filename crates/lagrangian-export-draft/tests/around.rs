@@ -235,9 +235,17 @@ fn functional_mock_up_units_simulate_as_the_model_does() {
     let alone = archive(&unit(&interface, Version::Three, &sources), None).unwrap();
     fs::write(folder.join("sources_only.fmu"), alone).unwrap();
     succeed(
-        Command::new(python)
+        Command::new(&python)
             .arg(script("with_fmpy.py"))
             .arg(&folder),
+    );
+    let model = ["cart_pole.c", "cart_pole_casadi.c"];
+    library(&folder, &model, "cart_pole_casadi.so");
+    let mut both = Command::new(python);
+    succeed(
+        both.arg(script("any_model.py"))
+            .arg(folder)
+            .arg("cart_pole"),
     );
 }
 
