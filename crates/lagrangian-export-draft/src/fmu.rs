@@ -65,7 +65,7 @@ impl Version {
 
 /// What a unit is made from.
 #[derive(Debug, Clone, Copy)]
-pub struct Unit<'a> {
+pub struct Fmu<'a> {
     /// The functions of the model; `forward_dynamics` must be among them.
     pub interface: &'a Interface,
     /// The version of FMI.
@@ -74,7 +74,7 @@ pub struct Unit<'a> {
     pub sources: &'a [File],
 }
 
-impl Unit<'_> {
+impl Fmu<'_> {
     /// The files of the unit without a library. `compiled` says whether there is one beside them; the description names its absence.
     ///
     /// # Errors

@@ -77,7 +77,7 @@ impl Unit {
 
 /// The number of values along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Length {
+pub enum Axis {
     /// One for each joint.
     Joints,
     /// One for each input.
@@ -90,9 +90,9 @@ pub enum Shape {
     /// One number.
     Scalar,
     /// A vector.
-    Vector(Length),
+    Vector(Axis),
     /// A matrix of rows and columns.
-    Matrix(Length, Length),
+    Matrix(Axis, Axis),
 }
 
 /// An argument or a result of a function.
@@ -145,16 +145,16 @@ const fn quantity(name: &'static str, shape: Shape) -> Quantity {
     Quantity { name, shape }
 }
 
-const N: Shape = Shape::Vector(Length::Joints);
-const NN: Shape = Shape::Matrix(Length::Joints, Length::Joints);
+const N: Shape = Shape::Vector(Axis::Joints);
+const NN: Shape = Shape::Matrix(Axis::Joints, Axis::Joints);
 const Q: Quantity = quantity("q", N);
 const QD: Quantity = quantity("qd", N);
 const QDD: Quantity = quantity("qdd", N);
-const TAU: Quantity = quantity("tau", Shape::Vector(Length::Inputs));
+const TAU: Quantity = quantity("tau", Shape::Vector(Axis::Inputs));
 const STATE: &[Quantity] = &[Q, QD];
 const MOTION: &[Quantity] = &[Q, QD, QDD];
 const FORCED: &[Quantity] = &[Q, QD, TAU];
-const TAU_N: Shape = Shape::Matrix(Length::Inputs, Length::Joints);
+const TAU_N: Shape = Shape::Matrix(Axis::Inputs, Axis::Joints);
 
 impl Call {
     /// All functions, in the order of the header.
@@ -285,7 +285,7 @@ impl Call {
                     &[
                         quantity("dqdd_dq", NN),
                         quantity("dqdd_dqd", NN),
-                        quantity("dqdd_dtau", Shape::Matrix(Length::Joints, Length::Inputs)),
+                        quantity("dqdd_dtau", Shape::Matrix(Axis::Joints, Axis::Inputs)),
                     ]
                 },
                 "how the accelerations change with state and forces",
@@ -341,10 +341,10 @@ impl Interface {
     }
 
     /// The number of values along an axis.
-    pub(crate) fn length(&self, length: Length) -> usize {
-        match length {
-            Length::Joints => self.joints.len(),
-            Length::Inputs => self.inputs(),
+    pub(crate) fn count(&self, axis: Axis) -> usize {
+        match axis {
+            Axis::Joints => self.joints.len(),
+            Axis::Inputs => self.inputs(),
         }
     }
 
@@ -352,8 +352,8 @@ impl Interface {
     pub(crate) fn rows_and_columns(&self, shape: Shape) -> [usize; 2] {
         match shape {
             Shape::Scalar => [1, 1],
-            Shape::Vector(rows) => [self.length(rows), 1],
-            Shape::Matrix(rows, columns) => [self.length(rows), self.length(columns)],
+            Shape::Vector(rows) => [self.count(rows), 1],
+            Shape::Matrix(rows, columns) => [self.count(rows), self.count(columns)],
         }
     }
 

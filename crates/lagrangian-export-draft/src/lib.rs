@@ -28,7 +28,7 @@ pub mod fmu;
 mod interface;
 pub mod surroundings;
 
-pub use interface::{Call, Drive, Interface, Joint, Length, Quantity, Shape, Unit};
+pub use interface::{Axis, Call, Drive, Interface, Joint, Quantity, Shape, Unit};
 
 /// A file of an export: its name, relative to the folder of the export, and its text.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::interface::one_line;
-use crate::{Call, Drive, Error, File, Interface, Length, Quantity, Shape, casadi};
+use crate::{Axis, Call, Drive, Error, File, Interface, Quantity, Shape, casadi};
 
 const EXAMPLE: &str = include_str!("../templates/example.c");
 const SELFTEST: &str = include_str!("../templates/selftest.c");
@@ -17,7 +17,7 @@ pub struct Surroundings<'a> {
     /// Whether `NAME_casadi.c` is among the files.
     pub casadi: bool,
     /// The names of the functional mock-up units beside them.
-    pub units: &'a [String],
+    pub mock_ups: &'a [String],
 }
 
 impl Surroundings<'_> {
@@ -84,7 +84,7 @@ impl Surroundings<'_> {
         text += &self.joints();
         text += &self.functions();
         text += &self.casadi_section();
-        text += &self.units_section();
+        text += &self.mock_ups_section();
         text
     }
 
@@ -175,12 +175,12 @@ impl Surroundings<'_> {
                 option `hessian_approximation=limited-memory`.\n\n"
     }
 
-    fn units_section(&self) -> String {
-        if self.units.is_empty() {
+    fn mock_ups_section(&self) -> String {
+        if self.mock_ups.is_empty() {
             return String::new();
         }
         let files: Vec<String> = self
-            .units
+            .mock_ups
             .iter()
             .map(|file| format!("`{}`", escaped(file)))
             .collect();
@@ -221,8 +221,8 @@ fn shown_call(call: Call) -> String {
 /// The number of values of a vector or a number, in C.
 fn size(quantity: &Quantity) -> &'static str {
     match quantity.shape {
-        Shape::Vector(Length::Joints) => "MODEL_N",
-        Shape::Vector(Length::Inputs) => "MODEL_NU",
+        Shape::Vector(Axis::Joints) => "MODEL_N",
+        Shape::Vector(Axis::Inputs) => "MODEL_NU",
         Shape::Scalar | Shape::Matrix(..) => "1",
     }
 }

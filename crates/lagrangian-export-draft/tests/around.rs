@@ -7,9 +7,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use lagrangian_export_draft::fmu::{Binary, Unit, Version, archive};
+use lagrangian_export_draft::fmu::{Binary, Fmu, Version, archive};
 use lagrangian_export_draft::surroundings::Surroundings;
-use lagrangian_export_draft::{Call, Drive, Error, File, Interface, Joint, Unit as Of, casadi};
+use lagrangian_export_draft::{Call, Drive, Error, File, Interface, Joint, Unit, casadi};
 
 fn cart_pole() -> Interface {
     let joint = |name: &str, unit| Joint {
@@ -19,8 +19,8 @@ fn cart_pole() -> Interface {
     Interface {
         name: "cart_pole".into(),
         joints: vec![
-            joint("cart <left & right>", Of::Metre),
-            joint("pole \"1\" */", Of::Radian),
+            joint("cart <left & right>", Unit::Metre),
+            joint("pole \"1\" */", Unit::Radian),
         ],
         drive: Drive::Inputs(1),
         calls: [
@@ -66,8 +66,8 @@ fn write(folder: &Path, files: &[File]) {
     }
 }
 
-fn unit<'a>(interface: &'a Interface, version: Version, sources: &'a [File]) -> Unit<'a> {
-    Unit {
+fn unit<'a>(interface: &'a Interface, version: Version, sources: &'a [File]) -> Fmu<'a> {
+    Fmu {
         interface,
         version,
         sources,
@@ -79,7 +79,7 @@ fn all_files(interface: &Interface) -> Vec<File> {
     let around = Surroundings {
         interface,
         casadi: true,
-        units: &["cart_pole_fmi3.fmu".into()],
+        mock_ups: &["cart_pole_fmi3.fmu".into()],
     };
     let mut files = around.files().unwrap();
     files.push(casadi::file(interface).unwrap());
@@ -361,7 +361,7 @@ fn the_same_unit_has_the_same_bytes() {
     let unit = unit(&interface, Version::Three, &sources);
     assert_eq!(archive(&unit, None), archive(&unit, None));
     let twice = [sources.clone(), sources.clone()].concat();
-    let unit = Unit {
+    let unit = Fmu {
         sources: &twice,
         ..unit
     };

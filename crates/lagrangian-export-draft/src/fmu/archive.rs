@@ -5,7 +5,7 @@ use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use super::Unit;
+use super::Fmu;
 use crate::Error;
 
 /// A library that a compiler made of the sources.
@@ -23,8 +23,8 @@ pub struct Binary<'a> {
 /// importer has to compile, and its description says so.
 ///
 /// # Errors
-/// Those of [`Unit::files`]; [`Error::Archive`] where names of sources repeat or are too long.
-pub fn archive(unit: &Unit<'_>, binary: Option<Binary<'_>>) -> Result<Vec<u8>, Error> {
+/// Those of [`Fmu::files`]; [`Error::Archive`] where names of sources repeat or are too long.
+pub fn archive(unit: &Fmu<'_>, binary: Option<Binary<'_>>) -> Result<Vec<u8>, Error> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let files = unit.files(binary.is_some())?;
     let texts = files

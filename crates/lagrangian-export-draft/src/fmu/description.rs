@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Unit, Version};
+use super::{Fmu, Version};
 use crate::interface::one_line;
 use crate::{Call, Drive, Interface};
 
@@ -246,7 +246,7 @@ const UNITS: &[(&str, &str)] = &[
 ];
 
 /// `modelDescription.xml`.
-pub(super) fn model(unit: &Unit<'_>, compiled: bool) -> String {
+pub(super) fn model(unit: &Fmu<'_>, compiled: bool) -> String {
     let variables = variables(unit.interface);
     let interface = unit.interface;
     let (version, token) = match unit.version {
@@ -295,7 +295,7 @@ pub(super) fn model(unit: &Unit<'_>, compiled: bool) -> String {
 }
 
 /// What the unit can do.
-fn kinds(unit: &Unit<'_>) -> String {
+fn kinds(unit: &Fmu<'_>) -> String {
     let slopes = unit.interface.has(Call::ForwardDynamicsDerivatives);
     let state = if unit.version == Version::Two {
         "FMUstate"
@@ -389,7 +389,7 @@ fn structure(version: Version, variables: &[Variable]) -> String {
 }
 
 /// `buildDescription.xml` of FMI 3.0.
-pub(super) fn build(unit: &Unit<'_>) -> String {
+pub(super) fn build(unit: &Fmu<'_>) -> String {
     let files: String = unit
         .compiled_names()
         .map(|name| format!("      <SourceFile name=\"{}\"/>\n", escaped(&name)))
