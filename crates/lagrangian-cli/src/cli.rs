@@ -11,6 +11,7 @@ use crate::column_args::ColumnArgs;
 use crate::commands::OutputMode;
 use crate::commands::sweep::SweepArgs;
 use crate::excite_args::ExciteArgs;
+use crate::export_args::ExportArgs;
 use crate::fit_args::FitArgs;
 use crate::identify_args::IdentifyArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
@@ -63,6 +64,8 @@ pub(crate) enum Command {
     Excite(Box<ExciteArgs>),
     /// Identify a robot from its logs, and write what was found into its URDF
     Identify(Box<IdentifyArgs>),
+    /// Write a model as C, for controllers, CasADi, FMI and Rust without std
+    Export(ExportArgs),
     /// Measure a model on recordings that it has not seen
     Score(ScoreArgs),
     /// Predict a motion from an initial state

@@ -9,6 +9,7 @@ use clap::Args;
 Examples:
   lagrangian export run --c controller
   lagrangian export ur10/model.safetensors --c ur10-c --name ur10
+  lagrangian export run --fmu arm.fmu
   cmake -S controller -B build && cmake --build build && ctest --test-dir build
 
 The C has no dependencies but the mathematical library, takes no memory and keeps nothing between calls. docs/controllers.md shows how it is \
@@ -21,6 +22,14 @@ pub(crate) struct ExportArgs {
     /// Folder for the C, its example, its CMake project, and its declarations for CasADi and Rust
     #[arg(long, value_name = "FOLDER")]
     pub(crate) c: Option<PathBuf>,
+
+    /// File for a functional mock-up unit of FMI 3.0, for co-simulation and model exchange; compiled for this machine where it has a C compiler
+    #[arg(long, value_name = "FILE")]
+    pub(crate) fmu: Option<PathBuf>,
+
+    /// Version of FMI
+    #[arg(long, value_name = "VERSION", default_value_t = 3, value_parser = clap::value_parser!(u8).range(2..=3))]
+    pub(crate) fmi: u8,
 
     /// Prefix of all names in C [default: from the name of the file or the run]
     #[arg(long, value_name = "NAME")]

@@ -14,6 +14,7 @@ mod command_line;
 mod commands;
 mod data;
 mod excite_args;
+mod export_args;
 mod failure;
 mod fit_args;
 mod fit_config;

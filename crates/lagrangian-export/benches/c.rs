@@ -15,7 +15,7 @@ use lagrangian::mechanics::Scaling;
 use lagrangian::models::{Delan, IdentifiedRobot};
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::{Coordinates, DelanConfig, Dissipation, Learned, Mechanical, Model as _};
-use lagrangian_export::{About, export};
+use lagrangian_export::{About, Export, export};
 
 /// Rounds of both, and calls in a round.
 const ROUNDS: usize = 9;
@@ -29,7 +29,7 @@ fn main() {
     );
     for (name, model) in models() {
         let start = Instant::now();
-        let (_, code) = export(&model, About { name, hash: "0" }).unwrap();
+        let Export { code, .. } = export(&model, About { name, hash: "0" }).unwrap();
         let generated = start.elapsed().as_secs_f64();
         for file in [&code.header, &code.source] {
             fs::write(folder.path().join(&file.name), &file.text).unwrap();
@@ -49,7 +49,7 @@ fn main() {
             printed / library,
             code.source.text.len() / 1000,
             object / 1000,
-            code.stack * 8 / 1000,
+            code.stack_bytes(8) / 1000,
         );
     }
 }

@@ -6,7 +6,7 @@ use lagrangian::expression::{Equations, Graph, Mechanics, Plain, input};
 use lagrangian::{Coordinates, Learned, Model as _};
 
 use crate::block::{Output, Printer, literal};
-use crate::interface::{Call, Interface, Length, Quantity, Shape};
+use crate::interface::{Axis, Call, Interface, Quantity, Shape};
 use crate::selftest;
 use crate::tables::Tables;
 use crate::{Error, File};
@@ -25,8 +25,16 @@ pub struct Code {
     pub source: File,
     /// The numbers of its tables, most of them weights.
     pub constants: usize,
-    /// The stack that no call exceeds, in numbers of `NAME_real` and 512 bytes for all else.
-    pub stack: usize,
+    /// The numbers that a call can have on the stack.
+    stack: usize,
+}
+
+impl Code {
+    /// The stack that no call exceeds, bytes, with numbers of so many bytes.
+    #[must_use]
+    pub fn stack_bytes(&self, number: usize) -> usize {
+        number * self.stack + 512
+    }
 }
 
 /// The functions that a model has in C.
@@ -52,7 +60,11 @@ pub(crate) fn calls(equations: &Equations, has_data: bool) -> Vec<Call> {
 ///
 /// # Errors
 /// [`Error::Model`] for a model whose equations cannot be written down, or that is not defined near its data.
-pub fn code(model: &Learned, equations: &Equations, interface: &Interface) -> Result<Code, Error> {
+pub(crate) fn code(
+    model: &Learned,
+    equations: &Equations,
+    interface: &Interface,
+) -> Result<Code, Error> {
     let mut writer = Writer {
         interface,
         tables: Tables::default(),
@@ -530,9 +542,9 @@ fn signature(interface: &Interface, call: Call) -> String {
 /// The sizes of the arrays of a function, in words.
 fn sizes(interface: &Interface, call: Call) -> String {
     let of = |quantity: &Quantity| {
-        let length = |length: Length| match length {
-            Length::Joints => format!("{}_N", interface.name),
-            Length::Inputs => format!("{}_NU", interface.name),
+        let length = |axis: Axis| match axis {
+            Axis::Joints => format!("{}_N", interface.name),
+            Axis::Inputs => format!("{}_NU", interface.name),
         };
         match quantity.shape {
             Shape::Scalar => quantity.name.to_string(),
@@ -572,7 +584,7 @@ fn header(interface: &Interface) -> String {
          #define {name}_OUTSIDE 1\n\
          /* An argument or a result is not finite. */\n#define {name}_NOT_FINITE 2\n\
          /* The mass matrix is singular. */\n#define {name}_SINGULAR 3\n\n",
-        interface.inputs
+        interface.inputs()
     );
     for call in interface.offered() {
         let about = ascii(call.about());

@@ -16,8 +16,8 @@ pub struct Interface {
     pub name: String,
     /// The joints, in the order of q.
     pub joints: Vec<Joint>,
-    /// The length of τ, `NAME_NU`: as many as joints, unless the actuators have fewer inputs.
-    pub inputs: usize,
+    /// What `tau` is, and its length `NAME_NU`.
+    pub drive: Drive,
     /// The functions that exist. `NAME_selftest` always does.
     pub calls: BTreeSet<Call>,
     /// What the model is, in a sentence.
@@ -26,6 +26,17 @@ pub struct Interface {
     pub version: String,
     /// The hash of the saved model.
     pub hash: String,
+    /// A state that lies within the data, q and then q̇, rad or m and their rates, `[2 n]`: where examples and simulations begin.
+    pub start: Vec<f64>,
+}
+
+/// What the input `tau` of a model is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drive {
+    /// The forces on the joints, N or N·m, one each.
+    Forces,
+    /// This many inputs of actuators, in the units of the data: currents, or forces on some joints.
+    Inputs(usize),
 }
 
 /// A joint of the model.
@@ -66,7 +77,7 @@ impl Unit {
 
 /// The number of values along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Length {
+pub enum Axis {
     /// One for each joint.
     Joints,
     /// One for each input.
@@ -79,9 +90,9 @@ pub enum Shape {
     /// One number.
     Scalar,
     /// A vector.
-    Vector(Length),
+    Vector(Axis),
     /// A matrix of rows and columns.
-    Matrix(Length, Length),
+    Matrix(Axis, Axis),
 }
 
 /// An argument or a result of a function.
@@ -134,16 +145,16 @@ const fn quantity(name: &'static str, shape: Shape) -> Quantity {
     Quantity { name, shape }
 }
 
-const N: Shape = Shape::Vector(Length::Joints);
-const NN: Shape = Shape::Matrix(Length::Joints, Length::Joints);
+const N: Shape = Shape::Vector(Axis::Joints);
+const NN: Shape = Shape::Matrix(Axis::Joints, Axis::Joints);
 const Q: Quantity = quantity("q", N);
 const QD: Quantity = quantity("qd", N);
 const QDD: Quantity = quantity("qdd", N);
-const TAU: Quantity = quantity("tau", Shape::Vector(Length::Inputs));
+const TAU: Quantity = quantity("tau", Shape::Vector(Axis::Inputs));
 const STATE: &[Quantity] = &[Q, QD];
 const MOTION: &[Quantity] = &[Q, QD, QDD];
 const FORCED: &[Quantity] = &[Q, QD, TAU];
-const TAU_N: Shape = Shape::Matrix(Length::Inputs, Length::Joints);
+const TAU_N: Shape = Shape::Matrix(Axis::Inputs, Axis::Joints);
 
 impl Call {
     /// All functions, in the order of the header.
@@ -274,7 +285,7 @@ impl Call {
                     &[
                         quantity("dqdd_dq", NN),
                         quantity("dqdd_dqd", NN),
-                        quantity("dqdd_dtau", Shape::Matrix(Length::Joints, Length::Inputs)),
+                        quantity("dqdd_dtau", Shape::Matrix(Axis::Joints, Axis::Inputs)),
                     ]
                 },
                 "how the accelerations change with state and forces",
@@ -294,7 +305,7 @@ impl Interface {
     ///
     /// # Errors
     /// [`Error::Name`] where the name is no identifier that is safe in C; [`Error::Joints`], [`Error::Inputs`] where the
-    /// sizes are none of a model.
+    /// sizes are none of a model; [`Error::Start`] where the first state does not fit or is not finite.
     pub fn check(&self) -> Result<(), Error> {
         let (first, rest) = self.name.split_at_checked(1).unwrap_or_default();
         let letter = first.starts_with(|c: char| c.is_ascii_alphabetic());
@@ -307,20 +318,33 @@ impl Interface {
         if !(1..=MOST_JOINTS).contains(&joints) {
             return Err(Error::Joints(joints));
         }
-        if !(1..=joints).contains(&self.inputs) {
-            return Err(Error::Inputs {
-                inputs: self.inputs,
-                joints,
+        let inputs = self.inputs();
+        if !(1..=joints).contains(&inputs) {
+            return Err(Error::Inputs { inputs, joints });
+        }
+        let given = self.start.iter().filter(|x| x.is_finite()).count();
+        if given != 2 * joints || self.start.len() != given {
+            return Err(Error::Start {
+                expected: 2 * joints,
+                given,
             });
         }
         Ok(())
     }
 
+    /// The length of `tau`.
+    pub(crate) fn inputs(&self) -> usize {
+        match self.drive {
+            Drive::Forces => self.joints.len(),
+            Drive::Inputs(count) => count,
+        }
+    }
+
     /// The number of values along an axis.
-    pub(crate) fn length(&self, length: Length) -> usize {
-        match length {
-            Length::Joints => self.joints.len(),
-            Length::Inputs => self.inputs,
+    pub(crate) fn count(&self, axis: Axis) -> usize {
+        match axis {
+            Axis::Joints => self.joints.len(),
+            Axis::Inputs => self.inputs(),
         }
     }
 
@@ -328,8 +352,8 @@ impl Interface {
     pub(crate) fn rows_and_columns(&self, shape: Shape) -> [usize; 2] {
         match shape {
             Shape::Scalar => [1, 1],
-            Shape::Vector(rows) => [self.length(rows), 1],
-            Shape::Matrix(rows, columns) => [self.length(rows), self.length(columns)],
+            Shape::Vector(rows) => [self.count(rows), 1],
+            Shape::Matrix(rows, columns) => [self.count(rows), self.count(columns)],
         }
     }
 

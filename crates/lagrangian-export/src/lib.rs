@@ -1,19 +1,39 @@
 //! Models as C99: for microcontrollers, and for tools that read it.
 //!
 //! The equations of a model are [expressions](lagrangian::expression); this crate prints them, and their derivatives, as functions of C
-//! with the weights inside. It writes no file.
+//! with the weights inside, and what stands around them: functions for `CasADi`, functional mock-up units, declarations for Rust, an example and
+//! its build. It writes no file.
+//!
+//! ```
+//! use lagrangian::mechanics::Scaling;
+//! use lagrangian::models::Delan;
+//! use lagrangian::{Coordinates, DelanConfig, Learned, Mechanical};
+//! use lagrangian_export::{About, Call, export};
+//!
+//! let delan = Delan::random(Coordinates::angles(2), DelanConfig::default(), Scaling::identity(2), 1)?;
+//! let model: Learned = Mechanical::conservative(delan).into();
+//! let export = export(&model, About { name: "arm", hash: "8c2f" })?;
+//! assert!(export.interface.calls.contains(&Call::InverseDynamics));
+//! assert!(export.code.header.text.contains("int arm_inverse_dynamics("));
+//! # Ok::<(), lagrangian_export::Error>(())
+//! ```
 
 mod block;
 mod c;
+pub mod casadi;
+pub mod fmu;
 mod interface;
 mod places;
+mod rust;
 mod selftest;
+pub mod surroundings;
 mod tables;
 
-pub use c::{Code, code};
-pub use interface::{Call, Interface, Joint, Length, Quantity, Shape, Unit};
+pub use c::Code;
+pub use interface::{Axis, Call, Drive, Interface, Joint, Quantity, Shape, Unit};
 
 use lagrangian::{Learned, Model as _};
+use surroundings::Surroundings;
 
 /// A file of an export: its name, relative to the folder of the export, and its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,43 +66,35 @@ pub enum Error {
         /// The number of joints.
         joints: usize,
     },
+    /// The model lacks a function that the export needs.
+    #[error("{what} need {call}, which this model does not have: export it without them")]
+    Missing {
+        /// What was asked for.
+        what: &'static str,
+        /// The name of the function, without the prefix.
+        call: &'static str,
+    },
+    /// Values of the first state do not fit the model.
+    #[error(
+        "the first state needs {expected} finite values, positions and then velocities; it has {given} of them"
+    )]
+    Start {
+        /// Twice the number of joints.
+        expected: usize,
+        /// The number of finite values.
+        given: usize,
+    },
+    /// The archive could not be put together.
+    #[error(
+        "the archive of the functional mock-up unit could not be made: {0}; use shorter and unique file names"
+    )]
+    Archive(String),
     /// The equations of the model cannot be written down.
     #[error(transparent)]
     Model(#[from] lagrangian::Error),
     /// The model has no numbers at a state where the generated file would be tested.
-    #[error("the {0} of the model are not finite near its data: fit it again")]
+    #[error("{0} of the model is not finite near its data: fit it again")]
     Undefined(&'static str),
-}
-
-/// The C of a model.
-///
-/// # Errors
-/// [`Error::Name`] for a name that is no identifier of C; [`Error::Model`] for a model whose equations cannot be written down.
-pub fn export(model: &Learned, about: About<'_>) -> Result<(Interface, Code), Error> {
-    let equations = model.equations()?;
-    let coordinates = model.coordinates();
-    let joint = |(i, coordinate): (usize, &lagrangian::Coordinate)| Joint {
-        name: coordinate.name.clone(),
-        unit: if coordinates.is_circle(i) {
-            Unit::Radian
-        } else {
-            Unit::Metre
-        },
-    };
-    let interface = Interface {
-        name: about.name.into(),
-        joints: coordinates.0.iter().enumerate().map(joint).collect(),
-        inputs: coordinates.dof(),
-        calls: c::calls(&equations, model.visited().is_some())
-            .into_iter()
-            .collect(),
-        description: model.description().what.into(),
-        version: env!("CARGO_PKG_VERSION").into(),
-        hash: about.hash.into(),
-    };
-    interface.check()?;
-    let code = code(model, &equations, &interface)?;
-    Ok((interface, code))
 }
 
 /// What a generated file says of its model.
@@ -92,4 +104,76 @@ pub struct About<'a> {
     pub name: &'a str,
     /// The hash of the saved model.
     pub hash: &'a str,
+}
+
+/// A model in C, with what it offers.
+#[derive(Debug)]
+pub struct Export {
+    /// Its functions.
+    pub interface: Interface,
+    /// Its header and source.
+    pub code: Code,
+}
+
+impl Export {
+    /// All files of a folder for a controller: the C, its example, test and build, and its declarations for `CasADi` and Rust; `units` are
+    /// the names of functional mock-up units beside them.
+    ///
+    /// # Errors
+    /// None that [`export`] did not have.
+    pub fn files(&self, units: &[String]) -> Result<Vec<File>, Error> {
+        let interface = &self.interface;
+        let around = Surroundings {
+            interface,
+            casadi: true,
+            mock_ups: units,
+        };
+        let mut files = vec![
+            self.code.header.clone(),
+            self.code.source.clone(),
+            casadi::file(interface)?,
+            rust::file(interface),
+        ];
+        files.extend(around.files()?);
+        Ok(files)
+    }
+}
+
+/// The C of a model.
+///
+/// # Errors
+/// [`Error::Name`] for a name that is no identifier of C; [`Error::Model`] for a model whose equations cannot be written down.
+pub fn export(model: &Learned, about: About<'_>) -> Result<Export, Error> {
+    let equations = model.equations()?;
+    let coordinates = model.coordinates();
+    let joint = |coordinate: &lagrangian::Coordinate| Joint {
+        name: coordinate.name.clone(),
+        unit: if coordinate.unit == "rad" {
+            Unit::Radian
+        } else {
+            Unit::Metre
+        },
+    };
+    let gains = model
+        .actuation()
+        .is_some_and(|actuation| !actuation.is_direct());
+    let interface = Interface {
+        name: about.name.into(),
+        joints: coordinates.0.iter().map(joint).collect(),
+        drive: if gains {
+            Drive::Inputs(coordinates.dof())
+        } else {
+            Drive::Forces
+        },
+        calls: c::calls(&equations, model.visited().is_some())
+            .into_iter()
+            .collect(),
+        description: model.description().what.into(),
+        version: env!("CARGO_PKG_VERSION").into(),
+        hash: about.hash.into(),
+        start: selftest::start(model),
+    };
+    interface.check()?;
+    let code = c::code(model, &equations, &interface)?;
+    Ok(Export { interface, code })
 }

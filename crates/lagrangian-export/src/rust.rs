@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::interface::{Call, Interface, Quantity, Shape};
 use crate::File;
+use crate::interface::{Call, Interface, Quantity, Shape};
 
 /// The file `NAME.rs`.
 pub(crate) fn file(interface: &Interface) -> File {
@@ -23,9 +23,19 @@ pub(crate) fn file(interface: &Interface) -> File {
     );
     let (mut declared, mut safe) = (String::new(), String::new());
     for call in interface.offered() {
-        let _ = writeln!(declared, "        pub fn {name}_{}({}) -> i32;", call.name(), list(call, &declared_type, ", "));
+        let _ = writeln!(
+            declared,
+            "        pub fn {name}_{}({}) -> i32;",
+            call.name(),
+            list(call, &declared_type, ", ")
+        );
         let wrapped = list(call, &safe_type, ", ");
-        let passed: Vec<String> = call.arguments().iter().map(argument).chain(call.results().iter().map(result)).collect();
+        let passed: Vec<String> = call
+            .arguments()
+            .iter()
+            .map(argument)
+            .chain(call.results().iter().map(result))
+            .collect();
         let _ = writeln!(
             safe,
             "/// {}.\npub fn {}({wrapped}) -> Status {{\n    // SAFETY: the arrays have the lengths that the function reads and writes, and it keeps none.\n\

@@ -118,6 +118,16 @@ fn states(model: &Learned, n: usize) -> Vec<State> {
     (0..STATES).map(&mut one).collect()
 }
 
+/// A state that the data visited, q and then q̇; without data the zero of all coordinates.
+pub(crate) fn start(model: &Learned) -> Vec<f64> {
+    let n = model.coordinates().dof();
+    let known = model.visited().map(|visited| visited.representatives().0);
+    match known.and_then(|states| states.get(..2 * n)) {
+        Some(state) => state.to_vec(),
+        None => vec![0.0; 2 * n],
+    }
+}
+
 /// What the library says.
 fn ask(model: &Learned, call: Call, states: &[State], count: usize) -> Result<Vec<f64>, Error> {
     let mut evaluator = model.evaluator();

@@ -2,8 +2,10 @@
 //! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
 //! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
-//! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials.
+//! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask
+//! adapters` runs exported models in `CasADi` and `FMPy`.
 
+mod adapters;
 mod bench;
 mod bits;
 mod deny;
@@ -31,8 +33,9 @@ usage: cargo xtask test
        cargo xtask deny
        cargo xtask python …
        cargo xtask docs …
+       cargo xtask adapters
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, the site of the documentation with its tutorials, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -68,7 +71,7 @@ impl Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 12] = [
+const TEST: [Step; 13] = [
     Step {
         component: Some("rustfmt"),
         ..Step::of_cargo("format", &["fmt", "--all", "--check"])
@@ -105,6 +108,7 @@ const TEST: [Step; 12] = [
         &["test", "--workspace", "--all-features", "--benches"],
     ),
     Step::chore("python", &["python"]),
+    Step::chore("adapters", &["adapters"]),
     Step::chore("docs", &["docs", "--quick", "--where-possible"]),
     Step::chore("sanitizer", &["sanitize", "--where-possible"]),
     Step::chore("kill", &["kill", "--each", "3"]),
@@ -156,11 +160,12 @@ fn main() -> ExitCode {
         ["fuzz", ref flags @ ..] => fuzz::main(flags).map(|()| None),
         ["deny", ref flags @ ..] => deny::main(flags).map(|()| None),
         ["python", ref flags @ ..] => python::main(flags).map(|()| None),
+        ["adapters", ref flags @ ..] => adapters::main(flags).map(|()| None),
         ["docs", ref flags @ ..] => docs::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
@@ -169,7 +174,8 @@ fn main() -> ExitCode {
                 fuzz::USAGE,
                 deny::USAGE,
                 python::USAGE,
-                docs::USAGE
+                docs::USAGE,
+                adapters::USAGE
             );
             return ExitCode::SUCCESS;
         }

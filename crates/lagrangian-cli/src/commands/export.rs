@@ -2,12 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 use anyhow::Result;
 use lagrangian::{Learned, Model as _, SavedModel};
-use lagrangian_export::{About, Export, export};
-use lagrangian_run::{Existing, Hashed, refuse_existing, write_bytes};
+use lagrangian_export::fmu::{Binary, Fmu, Version, archive};
+use lagrangian_export::{About, Export, File, export};
+use lagrangian_run::{Existing, Hashed, refuse_existing, refuse_overwriting, write_bytes};
 use serde_json::json;
 
 use super::OutputMode;
@@ -18,42 +19,28 @@ use crate::task::{Size, Task};
 pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
     let existing = Existing::from_force(args.force);
     let path = model_file(&args.model);
-    let name = match &args.name {
-        Some(name) => name.clone(),
-        None => name_of(&path),
-    };
-    let Some(folder) = &args.c else {
-        return Err(mistake(
-            "export to what?",
-            "give --c FOLDER for C99 (with CasADi and Rust), and --fmu FILE for a functional mock-up unit",
-        ));
-    };
-    if folder.is_file() {
-        return Err(mistake(
-            format!("cannot write to '{}': it is a file", folder.display()),
-            "name a folder",
-        ));
-    }
+    check(args, &path, existing)?;
+    let name = args.name.clone().unwrap_or_else(|| name_of(&path));
     let task = Task::start("export", mode.quiet, Size::of_files(&[path.clone()]))?;
     let (model, hash) = open(&path)?;
-    let export = export(&model, About { name: &name, hash: &hash }).advise(
+    let about = About {
+        name: &name,
+        hash: &hash,
+    };
+    let export = export(&model, about).advise(
         format!("cannot export '{}'", path.display()),
         "--name gives the prefix of all names in C",
     )?;
-    let files = export.files();
-    for file in &files {
-        refuse_existing(&folder.join(&file.name), existing)?;
-    }
+    let unit = args.fmu.as_ref().map(|file| unit(&export, args.fmi, file));
+    let unit = unit.transpose()?;
     drop(task);
-    fs::create_dir_all(folder).advise(
-        format!("cannot make the folder '{}'", folder.display()),
-        "check that its parent is writable",
-    )?;
     let mut written = Vec::new();
-    for file in &files {
-        let path = folder.join(&file.name);
-        write_bytes(&path, existing, file.text.as_bytes())?;
-        written.push(path);
+    if let (Some(file), Some(unit)) = (&args.fmu, &unit) {
+        write_bytes(file, existing, &unit.bytes)?;
+        written.push(file.clone());
+    }
+    if let Some(folder) = &args.c {
+        written.extend(write(&export, folder, args.fmu.as_deref(), existing)?);
     }
     let Export { interface, code } = &export;
     let functions: Vec<&str> = interface.calls.iter().map(|call| call.name()).collect();
@@ -65,11 +52,145 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
         "functions": functions,
         "joints": interface.joints.len(),
         "constants": code.constants,
-        "stack_bytes": { "double": 8 * code.stack + 512, "float": 4 * code.stack + 512 },
+        "stack_bytes": { "double": code.stack_bytes(8), "float": code.stack_bytes(4) },
+        "compiled": unit.as_ref().map(|unit| unit.problem.is_none()),
         "files": written,
     });
+    if let Some(problem) = unit.and_then(|unit| unit.problem) {
+        tell!(
+            "note: the unit holds its sources alone, which its importer has to compile: {problem}"
+        );
+    }
     mode.print(&figures, || as_text(&export, &written, &model))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses what cannot be written, before any work is done for it.
+fn check(args: &ExportArgs, model: &Path, existing: Existing) -> Result<()> {
+    if args.c.is_none() && args.fmu.is_none() {
+        return Err(mistake(
+            "what should the model become?",
+            "give --c FOLDER for C99 (with CasADi and Rust), --fmu FILE for a functional mock-up unit, or both",
+        ));
+    }
+    if let Some(folder) = args
+        .c
+        .as_ref()
+        .filter(|folder| folder.exists() && !folder.is_dir())
+    {
+        return Err(mistake(
+            format!("cannot write to '{}': it is a file", folder.display()),
+            "name a folder",
+        ));
+    }
+    if let Some(file) = &args.fmu {
+        refuse_overwriting([file], &[model.to_path_buf()])?;
+        refuse_existing(file, existing)?;
+    }
+    Ok(())
+}
+
+/// Writes the folder of a controller; returns its files.
+fn write(
+    export: &Export,
+    folder: &Path,
+    unit: Option<&Path>,
+    existing: Existing,
+) -> Result<Vec<PathBuf>> {
+    let units: Vec<String> = unit.iter().map(|path| path.display().to_string()).collect();
+    let files = export
+        .files(&units)
+        .advise("cannot export", "--name gives the prefix of all names in C")?;
+    for file in &files {
+        refuse_existing(&folder.join(&file.name), existing)?;
+    }
+    fs::create_dir_all(folder).advise(
+        format!("cannot make the folder '{}'", folder.display()),
+        "check that its parent is a folder and can be written to",
+    )?;
+    let mut written = Vec::new();
+    for file in &files {
+        let path = folder.join(&file.name);
+        write_bytes(&path, existing, file.text.as_bytes())?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
+/// A functional mock-up unit, and why it has no library for this machine, where it has none.
+struct Unit {
+    bytes: Vec<u8>,
+    problem: Option<String>,
+}
+
+fn unit(export: &Export, version: u8, file: &Path) -> Result<Unit> {
+    let sources = [export.code.header.clone(), export.code.source.clone()];
+    let version = if version == 2 {
+        Version::Two
+    } else {
+        Version::Three
+    };
+    let fmu = Fmu {
+        interface: &export.interface,
+        version,
+        sources: &sources,
+    };
+    let hint = "export it with --c alone";
+    let shown = format!("cannot make '{}'", file.display());
+    let library = library(
+        &fmu.files(true).advise(&shown, hint)?,
+        &export.interface.name,
+    );
+    let extension = std::env::consts::DLL_EXTENSION;
+    let (bytes, problem) = match (library, version.platform()) {
+        (Ok(bytes), Some(platform)) => {
+            let binary = Binary {
+                platform: &platform,
+                extension,
+                bytes: &bytes,
+            };
+            (archive(&fmu, Some(binary)), None)
+        }
+        (Ok(_), None) => (
+            archive(&fmu, None),
+            Some("FMI has no name for this platform".into()),
+        ),
+        (Err(problem), _) => (archive(&fmu, None), Some(problem)),
+    };
+    Ok(Unit {
+        bytes: bytes.advise(&shown, hint)?,
+        problem,
+    })
+}
+
+/// The library that the C compiler of this machine makes of the sources of a unit, or why there is none.
+fn library(files: &[File], name: &str) -> Result<Vec<u8>, String> {
+    let compile = || -> std::io::Result<Result<Vec<u8>, String>> {
+        let folder = tempfile::tempdir()?;
+        let mut sources = Vec::new();
+        for file in files
+            .iter()
+            .filter(|file| file.name.starts_with("sources/"))
+        {
+            let own = file.name.trim_start_matches("sources/");
+            fs::write(folder.path().join(own), &file.text)?;
+            sources.extend(own.ends_with(".c").then_some(own));
+        }
+        let out = format!("{name}.{}", std::env::consts::DLL_EXTENSION);
+        let mut cc = Command::new("cc");
+        cc.current_dir(folder.path())
+            .args(["-std=c99", "-O2", "-shared", "-fPIC", "-o", &out]);
+        let output = cc.args(sources).arg("-lm").output()?;
+        if !output.status.success() {
+            let errors = String::from_utf8_lossy(&output.stderr);
+            return Ok(Err(format!(
+                "the C compiler failed: {}",
+                errors.lines().next().unwrap_or_default()
+            )));
+        }
+        Ok(Ok(fs::read(folder.path().join(out))?))
+    };
+    compile().unwrap_or_else(|error| Err(format!("no C compiler could be run (`cc`: {error})")))
 }
 
 fn as_text(export: &Export, written: &[PathBuf], model: &Learned) -> String {
@@ -80,7 +201,7 @@ fn as_text(export: &Export, written: &[PathBuf], model: &Learned) -> String {
         interface.joints.len(),
         interface.calls.len() + 1,
         code.constants,
-        (8 * code.stack + 512) as f64 / 1000.0,
+        code.stack_bytes(8) as f64 / 1000.0,
     );
     for path in written {
         text += &format!("  {}\n", path.display());
@@ -101,7 +222,10 @@ fn model_file(path: &Path) -> PathBuf {
 
 /// A prefix in C from the name of the file, or of its run where all files have the same.
 fn name_of(path: &Path) -> String {
-    let of = |path: &Path| path.file_stem().map(|name| name.to_string_lossy().into_owned());
+    let of = |path: &Path| {
+        path.file_stem()
+            .map(|name| name.to_string_lossy().into_owned())
+    };
     let own = of(path).filter(|name| name != "model");
     let run = || path.canonicalize().ok().and_then(|path| of(path.parent()?));
     identifier(&own.or_else(run).unwrap_or_default())
@@ -110,13 +234,19 @@ fn name_of(path: &Path) -> String {
 /// The text with what no identifier of C may have as single underscores.
 fn identifier(text: &str) -> String {
     let lower = text.to_lowercase();
-    let parts = lower.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty());
+    let parts = lower
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|part| !part.is_empty());
     let name = parts.collect::<Vec<_>>().join("_");
     let name = match name.starts_with(|c: char| c.is_ascii_alphabetic()) {
         true => name,
         false => format!("model_{name}"),
     };
-    name.chars().take(40).collect::<String>().trim_end_matches('_').to_string()
+    name.chars()
+        .take(40)
+        .collect::<String>()
+        .trim_end_matches('_')
+        .to_string()
 }
 
 /// A saved model, and the hash of its file.

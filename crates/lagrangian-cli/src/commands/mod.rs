@@ -8,6 +8,7 @@ mod demo;
 mod ensemble;
 mod excite;
 mod existence;
+mod export;
 mod fit;
 mod identify;
 mod report;
@@ -62,6 +63,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Excite(args) => excite::run(&args, mode),
         Command::Identify(args) => identify::run(&args, mode),
         Command::Sweep(args) => sweep::run(&args, mode),
+        Command::Export(args) => export::run(&args, mode),
         Command::Score(args) => score::run(&args, mode),
         Command::Rollout(args) => rollout::run(&args, mode),
         Command::Torque(args) => torque::run(&args, mode),

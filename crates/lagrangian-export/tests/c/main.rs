@@ -13,7 +13,7 @@ mod models;
 use built::{Built, Compiler};
 use lagrangian::expression::{Equations, Graph, input};
 use lagrangian::{Evaluation, Evaluator, Learned, Model as _};
-use lagrangian_export::{About, Call, Interface, export};
+use lagrangian_export::{About, Call, Export, Interface, export};
 use rand::{RngExt, SeedableRng};
 
 type Rng = rand_chacha::ChaCha8Rng;
@@ -207,7 +207,7 @@ fn compare_slopes(
 fn no_call_takes_more_of_the_stack_than_is_said() {
     let folder = tempfile::tempdir().unwrap();
     for (name, model) in models::all() {
-        let (interface, code) = export(
+        let Export { interface, code } = export(
             &model,
             About {
                 name: &name,
@@ -227,7 +227,7 @@ fn no_call_takes_more_of_the_stack_than_is_said() {
         };
         let callers =
             own(Call::ForwardDynamicsDerivatives).max(own(Call::Step) + own(Call::ForwardDynamics));
-        let bound = 8 * code.stack + 512;
+        let bound = code.stack_bytes(8);
         assert!(
             callers + most <= bound,
             "{name}: {callers} + {most} bytes of {bound}"
@@ -239,7 +239,7 @@ fn no_call_takes_more_of_the_stack_than_is_said() {
 fn exported_functions_are_those_of_the_library() {
     let folder = tempfile::tempdir().unwrap();
     for (name, model) in models::all() {
-        let (interface, code) = export(
+        let Export { interface, code } = export(
             &model,
             About {
                 name: &name,

@@ -1,0 +1,28 @@
+//! `cargo xtask adapters`: exported models in the programs that they are exported for.
+
+use super::python::Environment;
+use super::{Failure, cargo, root, succeed, target};
+
+/// Its line of the usage.
+pub(super) const USAGE: &str = "\
+adapters   runs exported models in CasADi and FMPy, from a virtual environment of its own (target/adapters, 0.5 GB)";
+
+/// The crate whose tests they are, and the packages that these need.
+const CRATE: &str = "lagrangian-export";
+const PACKAGES: &str = "tests/python/requirements.txt";
+
+pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
+    if let [other, ..] = arguments {
+        return Err(Failure::usage(
+            format!("adapters does not know '{other}'"),
+            USAGE,
+        ));
+    }
+    let list = root().join("crates").join(CRATE).join(PACKAGES);
+    let python = Environment::new(&target().join("adapters"), &list).python()?;
+    let mut tests = cargo();
+    tests.args(["test", "--all-features", "--package", CRATE]);
+    tests.env("LAGRANGIAN_ADAPTERS_PYTHON", python);
+    succeed(tests.current_dir(root()), "the tests of exported models")?;
+    Ok(())
+}
