@@ -6,6 +6,7 @@ mod commands;
 mod convert;
 mod ensembles;
 mod excited;
+mod exported;
 mod identified;
 mod inputs;
 mod instructions;

@@ -1,0 +1,101 @@
+//! Models as C, through the command line.
+
+use std::process::Command;
+
+use crate::workbench::Workbench;
+
+/// A small robot model in `run`.
+fn with_model() -> Workbench {
+    let bench = Workbench::new();
+    bench.succeed("simulate two-link-arm --drive 3 --friction 0.3 --trajectories 4 --duration 2 --step 0.02 --out arm.csv");
+    // Whether the model is any good does not matter.
+    bench.run("fit arm.csv --model delan --forces viscous,coulomb --width 16 --steps 40 --out run");
+    bench
+}
+
+/// Whether the C compiler of this machine accepts these sources.
+fn compiles(bench: &Workbench, arguments: &str) {
+    let mut cc = Command::new("cc");
+    let strict = [
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-Werror",
+        "-Wconversion",
+    ];
+    cc.current_dir(bench.path("."))
+        .args(strict)
+        .args(arguments.split_whitespace());
+    let output = cc.output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
+fn a_model_becomes_c_that_compiles_and_two_models_make_one_program() {
+    let bench = with_model();
+    let shown = bench.succeed("export run --c out").stdout;
+    for words in [
+        "run: 2 joints",
+        "13 functions",
+        "run.c",
+        "run_casadi.c",
+        "run.rs",
+        "README.md",
+        "CMakeLists.txt",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    let figures = bench
+        .succeed("export run/model.safetensors --c out --name other --json")
+        .json();
+    assert_eq!(figures["joints"], 2);
+    assert!(figures["stack_bytes"]["double"].as_u64().unwrap() < 100_000);
+    bench.write(
+        "both.c",
+        "#include \"out/run.h\"\n#include \"out/other.h\"\nint main(void) { return run_selftest() + other_selftest(); }\n",
+    );
+    compiles(&bench, "both.c out/run.c out/other.c -lm -o both");
+    assert!(Command::new(bench.path("both")).status().unwrap().success());
+    bench.succeed("export run --fmu arm.fmu");
+    bench.succeed("export run --fmu two.fmu --fmi 2");
+    assert!(bench.read("arm.fmu").starts_with(b"PK") && bench.read("two.fmu").starts_with(b"PK"));
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused_and_nothing_is_lost() {
+    let bench = with_model();
+    bench.succeed("export run --c out --name arm");
+    let before = bench.read("out/arm.c");
+    for (line, words) in [
+        ("export run", "--c FOLDER"),
+        ("export run --c out --name arm", "--force"),
+        ("export run --c out --name two__underscores", "letter"),
+        ("export run --c out --name 7arm", "letter"),
+        ("export run --c out --name été", "letter"),
+        ("export run --c arm.csv", "folder"),
+        ("export arm.csv --c other", "model"),
+        ("export nothing --c other", "model"),
+        ("export run --fmu run/model.safetensors --force", "model"),
+        ("export run --fmu nowhere/arm.fmu", "folder"),
+        ("export run --c other --fmi 4", "2"),
+    ] {
+        let message = bench.refuse(line);
+        assert!(message.contains(words), "{line}: {message}");
+    }
+    assert_eq!(bench.read("out/arm.c"), before);
+    assert!(!bench.path("other").exists());
+    bench.succeed("export run --c out --name arm --force");
+    bench.succeed("simulate pendulum --trajectories 3 --duration 2 --step 0.02 --out pendulum.csv");
+    bench.run(
+        "fit pendulum.csv --model hnn --steps 5 --width 16 --momenta masses --mass 1 --out hnn",
+    );
+    if bench.path("hnn/model.safetensors").exists() {
+        let message = bench.refuse("export hnn --c other");
+        assert!(message.contains("hnn"), "{message}");
+    }
+}
