@@ -18,10 +18,13 @@ use lagrangian::{Coordinates, DelanConfig, Dissipation, Learned, Mechanical, Mod
 use lagrangian_export::{About, Export, export};
 
 /// Rounds of both, and calls in a round.
-const ROUNDS: usize = 9;
-const CALLS: usize = 20_000;
+const ROUNDS: usize = 25;
+const CALLS: usize = 4000;
 
 fn main() {
+    // As a test it shows only that all of it runs.
+    let is_bench = std::env::args().any(|argument| argument == "--bench");
+    let rounds = if is_bench { ROUNDS } else { 1 };
     let folder = tempfile::tempdir().unwrap();
     println!(
         "{:<14} {:>9} {:>9} {:>6}   {:>9} {:>8} {:>7} {:>6}",
@@ -36,11 +39,11 @@ fn main() {
         }
         let n = model.coordinates().dof();
         build(folder.path(), name, n);
-        let mut pairs: Vec<(f64, f64)> = (0..ROUNDS)
+        let mut pairs: Vec<(f64, f64)> = (0..rounds)
             .map(|_| (library(&model, n), printed(folder.path(), name)))
             .collect();
         pairs.sort_by(|a, b| (a.1 / a.0).total_cmp(&(b.1 / b.0)));
-        let (library, printed) = pairs[ROUNDS / 2];
+        let (library, printed) = pairs[rounds / 2];
         let object = fs::metadata(folder.path().join(format!("{name}.o")))
             .unwrap()
             .len();

@@ -127,6 +127,8 @@ impl Export {
             interface,
             casadi: true,
             mock_ups: units,
+            rust: true,
+            stack: Some([8, 4].map(|number| self.code.stack_bytes(number))),
         };
         let mut files = vec![
             self.code.header.clone(),

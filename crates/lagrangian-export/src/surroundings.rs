@@ -18,6 +18,10 @@ pub struct Surroundings<'a> {
     pub casadi: bool,
     /// The names of the functional mock-up units beside them.
     pub mock_ups: &'a [String],
+    /// Whether `NAME.rs` is among the files.
+    pub rust: bool,
+    /// The stack that no call exceeds, bytes, with doubles and with floats, where it is known.
+    pub stack: Option<[usize; 2]>,
 }
 
 impl Surroundings<'_> {
@@ -83,6 +87,8 @@ impl Surroundings<'_> {
         );
         text += &self.joints();
         text += &self.functions();
+        text += &self.stack_section();
+        text += &self.rust_section();
         text += &self.casadi_section();
         text += &self.mock_ups_section();
         text
@@ -173,6 +179,25 @@ impl Surroundings<'_> {
         text + "The other functions, each under its own name after the same prefix, need the option `{\"enable_fd\": True}` to be \
                 differentiated. There are no second derivatives: give ipopt as `hess_lag` the Hessian of the cost alone, or, with many more steps, the \
                 option `hessian_approximation=limited-memory`.\n\n"
+    }
+
+    fn stack_section(&self) -> String {
+        let Some([double, float]) = self.stack else {
+            return String::new();
+        };
+        format!(
+            "## Memory\n\nNo call takes more than {double} bytes of the stack, {float} with floats; all else is constant.\n\n"
+        )
+    }
+
+    fn rust_section(&self) -> String {
+        let name = &self.interface.name;
+        match self.rust {
+            true => format!(
+                "## Rust without std\n\n`{name}.rs` declares the functions with arrays of fixed lengths; its head says how the C is built.\n\n"
+            ),
+            false => String::new(),
+        }
     }
 
     fn mock_ups_section(&self) -> String {

@@ -2,6 +2,8 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 typedef NAME_real real;
 
@@ -13,8 +15,6 @@ typedef NAME_real real;
 #define SIN sinf
 #define COS cosf
 #define TANH tanhf
-#define EXP expf
-#define LOG1P log1pf
 #define SQRT sqrtf
 #define FABS fabsf
 #define ERFC erfcf
@@ -27,8 +27,6 @@ typedef NAME_real real;
 #define SIN sin
 #define COS cos
 #define TANH tanh
-#define EXP exp
-#define LOG1P log1p
 #define SQRT sqrt
 #define FABS fabs
 #define ERFC erfc

@@ -85,6 +85,8 @@ fn all_files(interface: &Interface) -> Vec<File> {
         interface,
         casadi: true,
         mock_ups: &["cart_pole_fmi3.fmu".into()],
+        rust: false,
+        stack: None,
     };
     let mut files = around.files().unwrap();
     files.push(casadi::file(interface).unwrap());

@@ -9,6 +9,7 @@
 
 mod built;
 mod models;
+mod rust;
 
 use built::{Built, Compiler};
 use lagrangian::expression::{Equations, Graph, input};
@@ -201,6 +202,20 @@ fn compare_slopes(
             }
         }
     }
+}
+
+#[test]
+fn rust_without_std_calls_the_same_functions() {
+    let folder = tempfile::tempdir().unwrap();
+    let (name, model) = models::all()
+        .into_iter()
+        .find(|(name, _)| name == "arm")
+        .unwrap();
+    let about = About {
+        name: &name,
+        hash: "0",
+    };
+    rust::check(folder.path(), &export(&model, about).unwrap());
 }
 
 #[test]

@@ -14,9 +14,9 @@ pub enum Function {
     Cos,
     /// tanh x.
     Tanh,
-    /// eˣ.
+    /// eˣ, of x up to 700.
     Exp,
-    /// log(1 + x).
+    /// log(1 + x), of x from 0 to 1.
     LogOnePlus,
     /// √x.
     SquareRoot,
