@@ -95,13 +95,24 @@ static void multiply(const real *w, const real *x, real *y, int rows, int column
 }
 
 /// multiply_transposed
-/* y = (transpose of W) x, W row by row. */
-static void multiply_transposed(const real *w, const real *x, real *y, int rows, int columns) {
+/* y = (transpose of W) x, W row by row; four rows at once. */
+static void multiply_transposed(const real *w, const real *restrict x, real *restrict y, int rows, int columns) {
+  int i = 0;
   for (int j = 0; j < columns; ++j) y[j] = C(0);
-  for (int i = 0; i < rows; ++i) {
+  for (; i + 4 <= rows; i += 4) {
+    const real *a = w + (long)i * columns;
+    const real *b = a + columns;
+    const real *c = b + columns;
+    const real *d = c + columns;
+    const real p = x[i];
+    const real q = x[i + 1];
+    const real r = x[i + 2];
+    const real s = x[i + 3];
+    for (int j = 0; j < columns; ++j) y[j] += (a[j] * p + b[j] * q) + (c[j] * r + d[j] * s);
+  }
+  for (; i < rows; ++i) {
     const real *row = w + (long)i * columns;
-    const real factor = x[i];
-    for (int j = 0; j < columns; ++j) y[j] += row[j] * factor;
+    for (int j = 0; j < columns; ++j) y[j] += row[j] * x[i];
   }
 }
 
