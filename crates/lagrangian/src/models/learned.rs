@@ -501,10 +501,15 @@ impl Learned {
         FittedModel::nominal(&*self.model)
     }
 
-    /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot.
+    /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot. The
+    /// units of a model of free motions say that its forces and inertias are known up to one common factor.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
-        self.model.parameters()
+        let mut parameters = self.model.parameters();
+        if self.visited.as_ref().is_some_and(Visited::is_free) {
+            parameters.iter_mut().for_each(Parameter::up_to_a_factor);
+        }
+        parameters
     }
 
     /// The sum of a nominal model and of a network that learned what it omits.

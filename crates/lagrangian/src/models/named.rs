@@ -20,6 +20,16 @@ pub struct Parameter {
     pub standard_error: Option<f64>,
 }
 
+impl Parameter {
+    /// Says of a force or an inertia that it is known up to the factor of a Lagrangian of free motions. Speeds and quotients of two
+    /// such parameters do not depend on it.
+    pub(super) fn up_to_a_factor(&mut self) {
+        if self.unit.starts_with("N") || self.unit.starts_with("kg") {
+            self.unit += " up to a common factor";
+        }
+    }
+}
+
 /// The unit for a rotating or a sliding coordinate, by the unit of the coordinate.
 fn either(q: &str, rotating: &str, sliding: &str) -> String {
     if q == "rad" { rotating } else { sliding }.into()

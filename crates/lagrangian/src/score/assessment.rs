@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
+use super::inertia::{Forward, Spectrum, forwards, spectrum};
+use super::speed::weakened;
 use super::{Errors, Score, SignalError, add_torques};
 use crate::check::CheckReport;
-use crate::dataset::variances;
 use crate::stop::Stop;
 use crate::train::Contestant;
-use crate::trajectory::Signal;
 use crate::{Coordinates, Model, Trajectory};
 
 /// A model explains a signal well where the squared error is below this part of the variance.
@@ -18,9 +18,6 @@ const HALF: f64 = 0.5;
 const WORSE: f64 = 1.02;
 /// The scaled mass matrix is nearly singular where its smallest eigenvalue is below this.
 const NEARLY_SINGULAR: f64 = 1e-7;
-/// States at which the mass matrix is examined, at most.
-const STATES: usize = 500;
-
 /// How far a model can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -57,34 +54,6 @@ pub struct Reason {
     pub remedy: String,
 }
 
-/// The forward dynamics of one coordinate.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Forward {
-    /// The coordinate.
-    pub name: String,
-    /// The variance of the inertial torque M q̈ over that of the torque.
-    pub inertial_share: f64,
-    /// The variance of the torque that the model does not explain over that of the torque.
-    pub unexplained: f64,
-    /// The squared error of the acceleration over its variance.
-    pub acceleration_nmse: f64,
-    /// Whether the inertial torque exceeds what is not explained, so that the acceleration can be predicted at all.
-    pub predictable: bool,
-}
-
-/// Eigenvalues of the mass matrix over the states of some motions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Spectrum {
-    /// The smallest eigenvalue, kg·m² or kg.
-    pub smallest: f64,
-    /// The largest eigenvalue, kg·m² or kg.
-    pub largest: f64,
-    /// The largest condition number.
-    pub condition: f64,
-    /// The smallest eigenvalue of M with its rows and columns scaled to a diagonal of 1.
-    pub scaled: f64,
-}
-
 impl Assessment {
     /// Assesses a model by its score on motions that it has not seen.
     #[must_use]
@@ -95,8 +64,10 @@ impl Assessment {
         reasons.extend(of_torques(score, model.coordinates()));
         reasons.extend(of_nominal(model, motions, score));
         reasons.extend(of_accelerations(score, &joints));
+        reasons.extend(of_speed(model, motions, score));
         reasons.extend(inertia.and_then(of_inertia));
         reasons.extend(of_rollouts(score));
+        reasons.extend(of_motions(score));
         if model.driven().is_some() {
             reasons.extend(of_positions(motions, score));
         }
@@ -259,6 +230,21 @@ fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
     }
 }
 
+/// Free accelerations that are wrong, and that fall with the speed.
+fn of_speed(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Option<Reason> {
+    let wrong = score.acceleration.as_ref()?.nmse_mean;
+    if wrong <= GOOD || score.torque.is_some() {
+        return None;
+    }
+    let ratio = weakened(model.coordinates(), motions)?;
+    let finding = format!(
+        "fast states are accelerated {:.1} times less than slow ones at the same place, as if inertia grew towards a speed that nothing reaches",
+        1.0 / ratio
+    );
+    let remedy = "if there is one, give it as `speed_limit` (lnn and hnn have it)";
+    Some(Reason::new(Grade::Fair, finding, remedy))
+}
+
 fn of_driven(joints: &[Forward]) -> Option<Reason> {
     let predictable: Vec<&Forward> = joints.iter().filter(|j| j.predictable).collect();
     let names = |all: &[&Forward]| {
@@ -354,85 +340,30 @@ fn of_rollouts(score: &Score) -> Option<Reason> {
     Some(Reason::new(Grade::Poor, finding, remedy))
 }
 
-/// Samples of the motions, at most [`STATES`].
-fn sampled(motions: &[Trajectory]) -> Vec<(&Trajectory, usize)> {
-    let all = motions
-        .iter()
-        .flat_map(|t| (0..t.len()).map(move |k| (t, k)));
-    let total: usize = motions.iter().map(Trajectory::len).sum();
-    all.step_by(total.div_ceil(STATES).max(1)).collect()
-}
+/// A model predicts well that follows motions for this part of the time for which they can be predicted …
+const FOLLOWED: f64 = 0.8;
+/// … and not at all below this one.
+const LOST: f64 = 0.1;
 
-fn spectrum(model: &dyn Model, motions: &[Trajectory]) -> Option<Spectrum> {
-    let n = model.coordinates().dof();
-    let moving: Vec<usize> = (0..n)
-        .filter(|&i| !model.coordinates().is_parameter(i))
-        .collect();
-    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
-    let mut found: Option<Spectrum> = None;
-    for (motion, k) in sampled(motions) {
-        let row = motion.row(k);
-        if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
-            return None;
-        }
-        let of = |scale: &dyn Fn(usize) -> f64| {
-            let at = |i: usize, j: usize| {
-                let (i, j) = (moving[i], moving[j]);
-                mass[i * n + j] * scale(i) * scale(j)
-            };
-            let matrix = faer::Mat::from_fn(moving.len(), moving.len(), at);
-            matrix.self_adjoint_eigenvalues(faer::Side::Lower).ok()
-        };
-        let own = of(&|_| 1.0)?;
-        let scaled = of(&|i| mass[i * n + i].abs().max(f64::MIN_POSITIVE).sqrt().recip())?;
-        let (low, high) = (*own.first()?, *own.last()?);
-        let before = found.unwrap_or(Spectrum {
-            smallest: f64::INFINITY,
-            largest: f64::NEG_INFINITY,
-            condition: 1.0,
-            scaled: f64::INFINITY,
-        });
-        found = Some(Spectrum {
-            smallest: before.smallest.min(low),
-            largest: before.largest.max(high),
-            condition: before.condition.max((high / low).abs()),
-            scaled: before.scaled.min(*scaled.first()?),
-        });
+/// How long whole motions are followed, of the time for which a good model does (ADR 0096).
+fn of_motions(score: &Score) -> Option<Reason> {
+    let known = || score.rollouts.iter().filter(|r| !r.outcome.is_stopped());
+    let possible: f64 = known().map(|r| r.predictable_seconds).sum();
+    let followed: f64 = known()
+        .map(|r| r.followed_seconds.min(r.predictable_seconds))
+        .sum();
+    let share = followed / possible;
+    let finding = format!(
+        "it follows the motions for {:.0} % of the time for which they can be predicted, {:.2} of {:.2} s on average",
+        100.0 * share,
+        followed / known().count().max(1) as f64,
+        possible / known().count().max(1) as f64
+    );
+    let remedy = "do not predict for long with it; fit for longer, learn friction where there is some (`forces`), or record more motions";
+    // Torques may be right where motions are not.
+    match share {
+        x if x < LOST && score.torque.is_none() => Some(Reason::new(Grade::Poor, finding, remedy)),
+        x if x < FOLLOWED => Some(Reason::new(Grade::Fair, finding, remedy)),
+        _ => None,
     }
-    found
-}
-
-/// Each coordinate forwards, where torques and accelerations are known.
-fn forwards(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Vec<Forward> {
-    let (Some(torque), Some(acceleration)) = (&score.torque, &score.acceleration) else {
-        return Vec::new();
-    };
-    let n = model.coordinates().dof();
-    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
-    let [mut inertial, mut applied] = [const { Vec::new() }; 2];
-    for (motion, k) in sampled(motions) {
-        let (Some(_), Some(_)) = (motion.values(Signal::Qdd), motion.values(Signal::Tau)) else {
-            continue;
-        };
-        let row = motion.row(k);
-        if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
-            return Vec::new();
-        }
-        let product = |mass: &[f64]| mass.iter().zip(row.qdd).map(|(m, x)| m * x).sum::<f64>();
-        inertial.extend(mass.chunks_exact(n).map(product));
-        applied.extend(row.tau);
-    }
-    let (inertial, applied) = (variances(&inertial, n), variances(&applied, n));
-    let forward = |i: usize| {
-        let share = inertial[i] / applied[i];
-        let unexplained = torque.nmse[i];
-        Forward {
-            name: model.coordinates().0[i].name.clone(),
-            inertial_share: share,
-            unexplained,
-            acceleration_nmse: acceleration.nmse[i],
-            predictable: share > unexplained,
-        }
-    };
-    (0..n).map(forward).collect()
 }

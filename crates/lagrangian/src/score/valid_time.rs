@@ -74,14 +74,17 @@ fn comparable(
     Ok(())
 }
 
-struct NormalisedError<'a> {
+/// The error of a prediction in deviations of the truth.
+pub(super) struct NormalisedError<'a> {
     coordinates: &'a Coordinates,
-    sigma_q: Vec<f64>,
-    sigma_qd: Vec<f64>,
+    /// Deviation of each coordinate, on the circle at most that of the uniform distribution there, `[n]`.
+    pub(super) sigma_q: Vec<f64>,
+    /// Deviation of each velocity, `[n]`.
+    pub(super) sigma_qd: Vec<f64>,
 }
 
 impl<'a> NormalisedError<'a> {
-    fn new(truth: &Trajectory, coordinates: &'a Coordinates) -> Self {
+    pub(super) fn new(truth: &Trajectory, coordinates: &'a Coordinates) -> Self {
         let n = coordinates.dof();
         let on_circle = std::f64::consts::PI / 3.0_f64.sqrt();
         let sigma_q = (0..n).map(|i| {
@@ -99,7 +102,8 @@ impl<'a> NormalisedError<'a> {
         }
     }
 
-    fn at(&self, truth: &Trajectory, prediction: &Trajectory, k: usize) -> f64 {
+    /// The root mean square over the components of the error at sample `k`.
+    pub(super) fn at(&self, truth: &Trajectory, prediction: &Trajectory, k: usize) -> f64 {
         let n = self.sigma_q.len();
         let component = |i: usize| {
             let j = k * n + i;
@@ -115,7 +119,7 @@ impl<'a> NormalisedError<'a> {
 }
 
 /// Standard deviation of component i of `[len, n]` values, 1 where it does not vary.
-fn deviation(values: &[f64], n: usize, i: usize) -> f64 {
+pub(super) fn deviation(values: &[f64], n: usize, i: usize) -> f64 {
     let component = || values.iter().skip(i).step_by(n);
     let count = (values.len() / n) as f64;
     let mean = component().sum::<f64>() / count;

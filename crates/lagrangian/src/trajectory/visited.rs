@@ -41,6 +41,9 @@ pub struct Visited {
     representatives: Vec<f64>,
     /// The distance of the border from the nearest representative, in deviations.
     radius: f64,
+    /// Whether no force was recorded, so that all energies and forces are known up to one factor.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    free: bool,
 }
 
 /// The axis on which a state is farthest beyond the states that were visited.
@@ -93,6 +96,7 @@ impl Visited {
             high,
             representatives: Vec::new(),
             radius: 0.0,
+            free: samples.tau.iter().all(|&x| x == 0.0),
         };
         for (kind, velocity) in [(0..n, false), (n..2 * n, true)] {
             let sizes = visited.low[kind.clone()]
@@ -109,6 +113,12 @@ impl Visited {
         visited.radius = covered.max(apart).max(LEAST);
         visited.round();
         Some(visited)
+    }
+
+    /// Whether no force was recorded: then nothing but the factor of energies, momenta and forces is unknown.
+    #[must_use]
+    pub fn is_free(&self) -> bool {
+        self.free
     }
 
     /// The distance of a state from those that were visited, 1 at the border. NaN for a state that is not finite.

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::learner::LnnLearner;
-use super::{Form, Lnn, LnnConfig, LnnShape};
+use super::{Form, Lnn, LnnConfig, LnnShape, UNITS};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
@@ -88,6 +88,18 @@ fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
         Choice::new("form", "free", "it is the more accurate one on exact data")
     };
     let free = given.get("form").unwrap_or(&form.value) == "free";
+    let width = given.get("width").and_then(Value::as_u64).unwrap_or(0);
+    if !free && !width.is_multiple_of(UNITS as u64) {
+        let next = width.next_multiple_of(UNITS as u64);
+        let why = match given.contains_key("form") {
+            true => "".into(),
+            false => format!(", which was chosen here because {}", form.reason),
+        };
+        return Err(Error::setting(
+            format!("`width` {width} is no multiple of {UNITS}, as the convex form needs{why}"),
+            format!("give `width` {next}, or `form` free"),
+        ));
+    }
     let mut choices = vec![form];
     if request.nominal.is_some() && free {
         let reason =
@@ -195,4 +207,32 @@ fn load(saved: &SavedModel) -> Result<Learned> {
         return Err(saved::damaged(reason.into()));
     }
     Ok(saved.moving(lnn)?.into())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn a_width_that_the_chosen_form_cannot_have_is_refused_with_what_to_give() {
+        let noisy = Known {
+            uncertainty: 0.03,
+            ..Known::default()
+        };
+        let mut request = Request::of(NAME);
+        request.settings.insert("width".into(), 24.into());
+        assert!(request.choose(&Known::default()).is_ok());
+        let error = request.choose(&noisy).unwrap_err().to_string();
+        assert!(
+            error.contains("`width` 24") && error.contains("`width` 32") && error.contains("noisy"),
+            "{error}"
+        );
+        request.settings.insert("form".into(), "free".into());
+        assert!(request.choose(&noisy).is_ok());
+        request.settings.insert("form".into(), "convex".into());
+        assert!(request.choose(&Known::default()).is_err());
+        request.settings.insert("width".into(), 32.into());
+        assert!(request.choose(&noisy).is_ok());
+    }
 }

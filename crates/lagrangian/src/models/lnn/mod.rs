@@ -75,6 +75,8 @@ impl Default for LnnConfig {
 
 /// The number of exponential units.
 const EXPONENTIAL: usize = 16;
+/// The width of a convex network is a multiple of this number of units.
+const UNITS: usize = 16;
 
 impl LnnConfig {
     /// Checks width, depth and κ.
@@ -85,7 +87,7 @@ impl LnnConfig {
         check_layers(self.width, self.layers)?;
         let refuse =
             |name, value: &dyn ToString, must| Err(Error::argument(name, value.to_string(), must));
-        if self.form == Form::Convex && !self.width.is_multiple_of(16) {
+        if self.form == Form::Convex && !self.width.is_multiple_of(UNITS) {
             return refuse("width", &self.width, "a multiple of 16 in the convex form");
         }
         if !(self.kinetic.is_finite() && self.kinetic >= 0.0) {

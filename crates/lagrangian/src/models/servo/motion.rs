@@ -45,13 +45,6 @@ impl Recorded {
         self.t.len()
     }
 
-    /// The median time between two samples, s.
-    pub(crate) fn interval(&self) -> f64 {
-        let mut steps: Vec<f64> = self.t.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
-    }
-
     /// The measured position of sample `k`, `[n]`.
     pub(crate) fn position(&self, k: usize) -> &[f64] {
         &self.q[k * self.n..(k + 1) * self.n]

@@ -13,6 +13,7 @@ use super::motion::{FAR, Recorded};
 use super::parameters::{Layout, variables};
 use crate::mechanics::forces::{Scalar, Sensitive};
 use crate::mechanics::solve::SymmetricSolver;
+use crate::trajectory::local_polynomial::median_step;
 
 /// Directions of the sensitivities of one simulation.
 const LANES: usize = 8;
@@ -237,7 +238,7 @@ impl Segment<'_> {
 
 /// The segments of a motion: of one length, without overlap; a motion that is shorter is one segment.
 fn segments(motion: &Recorded, Stage { horizon, scale }: Stage) -> Vec<Segment<'_>> {
-    let interval = motion.interval();
+    let interval = median_step(&motion.t);
     let length = ((horizon / interval).round() as usize).clamp(2, motion.len().max(2));
     let stride = ((horizon / 40.0).clamp(0.01, 0.025) / interval)
         .round()

@@ -1,0 +1,114 @@
+//! Errors of single samples.
+
+use serde::Serialize;
+
+use super::parts;
+use crate::mechanics::dynamics::Model;
+use crate::train::Samples;
+use crate::trajectory::Signal;
+use crate::{Signals, Stop, Trajectory};
+
+/// Errors of one signal over all samples, by coordinate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SignalError {
+    /// Mean squared error, `[n]`, in the square of the signal's unit.
+    pub mse: Vec<f64>,
+    /// The same divided by the variance of the signal, `[n]`: 1 is as good as predicting the mean. Not finite for
+    /// a signal that is constant.
+    pub nmse: Vec<f64>,
+    /// Mean squared error of all coordinates together: the sum of `mse`, as results of `characters` are given.
+    pub mse_sum: f64,
+    /// Mean of `nmse` over the coordinates.
+    pub nmse_mean: f64,
+}
+
+impl SignalError {
+    /// From mean squared errors and the variances of the true signals, both `[n]`.
+    #[must_use]
+    pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
+        let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
+        // 0/0: a parameter, which is not predicted. What a model predicts as NaN counts.
+        let is_still = |e: f64, v: f64| e <= 0.0 && v <= 0.0;
+        let all = nmse.iter().zip(mse.iter().zip(variance));
+        let known = all
+            .filter(|(_, (e, v))| !is_still(**e, **v))
+            .map(|(x, _)| *x);
+        let known: Vec<f64> = known.collect();
+        Self {
+            mse_sum: mse.iter().sum(),
+            nmse_mean: known.iter().sum::<f64>() / known.len() as f64,
+            mse,
+            nmse,
+        }
+    }
+}
+
+/// Adds the errors of τ at every sample, where the model has inverse dynamics.
+pub(super) fn add_torques(model: &dyn Model, t: &Trajectory, stop: Stop, torque: &mut Errors) {
+    let (Some(qdd), Some(tau)) = (t.values(Signal::Qdd), t.values(Signal::Tau)) else {
+        return;
+    };
+    let mut evaluator = model.evaluator();
+    for part in parts(tau.len(), t.dof(), stop) {
+        let (q, qd, qdd) = (&t.q[part.clone()], &t.qd[part.clone()], &qdd[part.clone()]);
+        let mut predicted = vec![0.0; part.len()];
+        let outcome = evaluator.inverse_dynamics(q, qd, qdd, &mut predicted);
+        if outcome.is_supported() {
+            torque.add(&tau[part], &predicted);
+        }
+    }
+}
+
+/// The errors of the torques that a model predicts at some samples; `None` where it has no inverse dynamics.
+#[must_use]
+pub fn torque_error(model: &dyn Model, samples: &Samples) -> Option<SignalError> {
+    let mut predicted = vec![0.0; samples.tau.len()];
+    let Signals {
+        q, qd, qdd, tau, ..
+    } = &samples.signals;
+    let outcome = model
+        .evaluator()
+        .inverse_dynamics(q, qd, qdd, &mut predicted);
+    let mut errors = Errors::new(samples.n);
+    errors.add(tau, &predicted);
+    errors.finish().filter(|_| outcome.is_supported())
+}
+
+/// Squared errors, `[n]`, and the true signal that they belong to, `[m, n]`.
+pub(crate) struct Errors {
+    squared: Vec<f64>,
+    truth: Vec<f64>,
+}
+
+impl Errors {
+    pub(crate) fn new(n: usize) -> Self {
+        Self {
+            squared: vec![0.0; n],
+            truth: Vec::new(),
+        }
+    }
+
+    pub(crate) fn add(&mut self, truth: &[f64], predicted: &[f64]) {
+        let n = self.squared.len();
+        for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
+            self.squared[k % n] += (x - y).powi(2);
+        }
+        self.truth.extend_from_slice(truth);
+    }
+
+    pub(crate) fn finish(self) -> Option<SignalError> {
+        let n = self.squared.len();
+        if self.truth.is_empty() {
+            return None;
+        }
+        let count = (self.truth.len() / n) as f64;
+        let mean_over_samples = |f: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
+            let signal = |i| self.truth.iter().skip(i).step_by(n).map(move |x| f(i, *x));
+            (0..n).map(|i| signal(i).sum::<f64>() / count).collect()
+        };
+        let mean = mean_over_samples(&|_, x| x);
+        let variance = mean_over_samples(&|i, x| (x - mean[i]).powi(2));
+        let mse: Vec<f64> = self.squared.iter().map(|s| s / count).collect();
+        Some(SignalError::new(mse, &variance))
+    }
+}

@@ -1,0 +1,122 @@
+//! The mass matrix of a model over some motions, and what it is worth forwards.
+
+use serde::Serialize;
+
+use super::Score;
+use crate::dataset::variances;
+use crate::trajectory::Signal;
+use crate::{Model, Trajectory};
+
+/// States at which the mass matrix is examined, at most.
+const STATES: usize = 500;
+
+/// The forward dynamics of one coordinate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Forward {
+    /// The coordinate.
+    pub name: String,
+    /// The variance of the inertial torque M q̈ over that of the torque.
+    pub inertial_share: f64,
+    /// The variance of the torque that the model does not explain over that of the torque.
+    pub unexplained: f64,
+    /// The squared error of the acceleration over its variance.
+    pub acceleration_nmse: f64,
+    /// Whether the inertial torque exceeds what is not explained, so that the acceleration can be predicted at all.
+    pub predictable: bool,
+}
+
+/// Eigenvalues of the mass matrix over the states of some motions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spectrum {
+    /// The smallest eigenvalue, kg·m² or kg.
+    pub smallest: f64,
+    /// The largest eigenvalue, kg·m² or kg.
+    pub largest: f64,
+    /// The largest condition number.
+    pub condition: f64,
+    /// The smallest eigenvalue of M with its rows and columns scaled to a diagonal of 1.
+    pub scaled: f64,
+}
+
+/// Samples of the motions, at most [`STATES`].
+fn sampled(motions: &[Trajectory]) -> Vec<(&Trajectory, usize)> {
+    let all = motions
+        .iter()
+        .flat_map(|t| (0..t.len()).map(move |k| (t, k)));
+    let total: usize = motions.iter().map(Trajectory::len).sum();
+    all.step_by(total.div_ceil(STATES).max(1)).collect()
+}
+
+pub(super) fn spectrum(model: &dyn Model, motions: &[Trajectory]) -> Option<Spectrum> {
+    let n = model.coordinates().dof();
+    let moving: Vec<usize> = (0..n)
+        .filter(|&i| !model.coordinates().is_parameter(i))
+        .collect();
+    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
+    let mut found: Option<Spectrum> = None;
+    for (motion, k) in sampled(motions) {
+        let row = motion.row(k);
+        if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
+            return None;
+        }
+        let of = |scale: &dyn Fn(usize) -> f64| {
+            let at = |i: usize, j: usize| {
+                let (i, j) = (moving[i], moving[j]);
+                mass[i * n + j] * scale(i) * scale(j)
+            };
+            let matrix = faer::Mat::from_fn(moving.len(), moving.len(), at);
+            matrix.self_adjoint_eigenvalues(faer::Side::Lower).ok()
+        };
+        let own = of(&|_| 1.0)?;
+        let scaled = of(&|i| mass[i * n + i].abs().max(f64::MIN_POSITIVE).sqrt().recip())?;
+        let (low, high) = (*own.first()?, *own.last()?);
+        let before = found.unwrap_or(Spectrum {
+            smallest: f64::INFINITY,
+            largest: f64::NEG_INFINITY,
+            condition: 1.0,
+            scaled: f64::INFINITY,
+        });
+        found = Some(Spectrum {
+            smallest: before.smallest.min(low),
+            largest: before.largest.max(high),
+            condition: before.condition.max((high / low).abs()),
+            scaled: before.scaled.min(*scaled.first()?),
+        });
+    }
+    found
+}
+
+/// Each coordinate forwards, where torques and accelerations are known.
+pub(super) fn forwards(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Vec<Forward> {
+    let (Some(torque), Some(acceleration)) = (&score.torque, &score.acceleration) else {
+        return Vec::new();
+    };
+    let n = model.coordinates().dof();
+    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
+    let [mut inertial, mut applied] = [const { Vec::new() }; 2];
+    for (motion, k) in sampled(motions) {
+        let (Some(_), Some(_)) = (motion.values(Signal::Qdd), motion.values(Signal::Tau)) else {
+            continue;
+        };
+        let row = motion.row(k);
+        if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
+            return Vec::new();
+        }
+        let product = |mass: &[f64]| mass.iter().zip(row.qdd).map(|(m, x)| m * x).sum::<f64>();
+        inertial.extend(mass.chunks_exact(n).map(product));
+        applied.extend(row.tau);
+    }
+    let (inertial, applied) = (variances(&inertial, n), variances(&applied, n));
+    let forward = |i: usize| {
+        let share = inertial[i] / applied[i];
+        let unexplained = torque.nmse[i];
+        Forward {
+            name: model.coordinates().0[i].name.clone(),
+            inertial_share: share,
+            unexplained,
+            acceleration_nmse: acceleration.nmse[i],
+            predictable: share > unexplained,
+        }
+    };
+    (0..n).map(forward).collect()
+}

@@ -1,0 +1,153 @@
+//! Predictions over short times, one after another.
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{bounded, predict};
+use crate::mechanics::dynamics::Model;
+use crate::rollout::{Rollout, RolloutOptions};
+use crate::{Coordinates, Result, Trajectory};
+
+/// Lengths of the short predictions, s.
+pub const RESTARTS: [f64; 2] = [0.5, 1.0];
+
+/// Predictions over short times, from the state that was measured at the start of each.
+///
+/// For a driven or chaotic machine, a long prediction shows how soon it fails, short ones how good it is until then.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RestartScore {
+    /// From one start to the next, and length of each prediction, s.
+    pub seconds: f64,
+    /// Predictions.
+    pub starts: usize,
+    /// Those that diverged; they are in none of the errors.
+    pub unfinished: usize,
+    /// Root mean square error of q over all samples of the predictions, `[n]`, in the unit of q; on the circle for
+    /// angles.
+    pub q_rms: Vec<f64>,
+    /// The same at their ends alone.
+    pub q_rms_end: Vec<f64>,
+}
+
+/// The short predictions, and how many of them were stopped.
+pub(super) fn restarts(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    options: &RolloutOptions,
+) -> Result<(Vec<RestartScore>, usize)> {
+    let scores = RESTARTS.map(|seconds| restart_counted(model, trajectories, seconds, options));
+    let scores: Vec<(RestartScore, usize)> = scores.into_iter().collect::<Result<_>>()?;
+    let stopped = scores.iter().map(|(_, stopped)| stopped).sum();
+    let scores = scores.into_iter().map(|(score, _)| score);
+    Ok((scores.filter(|s| s.starts > 0).collect(), stopped))
+}
+
+/// A prediction every `seconds`, of that length.
+///
+/// # Errors
+/// As [`score`].
+pub fn restart(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    seconds: f64,
+    options: &RolloutOptions,
+) -> Result<RestartScore> {
+    restart_counted(model, trajectories, seconds, options).map(|(score, _)| score)
+}
+
+/// [`restart`], and how many of its predictions were stopped, which it leaves out.
+fn restart_counted(
+    model: &dyn Model,
+    trajectories: &[Trajectory],
+    seconds: f64,
+    options: &RolloutOptions,
+) -> Result<(RestartScore, usize)> {
+    let windows: Vec<Trajectory> = trajectories
+        .iter()
+        .flat_map(|t| windows(t, seconds))
+        .collect();
+    let count = windows.len();
+    let predict = |truth: &Trajectory| match options.stop.is_asked() {
+        true => Ok(None),
+        false => predict(model, truth, &bounded(options, truth, count)).map(Some),
+    };
+    let predictions = windows.par_iter().map(predict);
+    let predictions: Vec<Option<Rollout>> = predictions.collect::<Result<_>>()?;
+    let n = model.coordinates().dof();
+    let (mut all, mut ends) = (Squares::new(n), Squares::new(n));
+    let (mut unfinished, mut stopped) = (0, 0);
+    for (truth, prediction) in windows.iter().zip(&predictions) {
+        let Some(prediction) = prediction.as_ref().filter(|p| !p.outcome.is_stopped()) else {
+            stopped += 1;
+            continue;
+        };
+        if !prediction.outcome.is_finished() {
+            unfinished += 1;
+            continue;
+        }
+        let predicted = &prediction.trajectory.q;
+        all.add(model.coordinates(), &truth.q, predicted);
+        let last = truth.q.len() - n;
+        ends.add(model.coordinates(), &truth.q[last..], &predicted[last..]);
+    }
+    let score = RestartScore {
+        seconds,
+        starts: windows.len() - stopped,
+        unfinished,
+        q_rms: all.root_mean(),
+        q_rms_end: ends.root_mean(),
+    };
+    Ok((score, stopped))
+}
+
+/// Pieces of this length, one after another; a shorter rest is omitted, and so is a piece with a gap.
+fn windows(t: &Trajectory, seconds: f64) -> Vec<Trajectory> {
+    let (Some(first), Some(last)) = (t.t.first(), t.t.last()) else {
+        return Vec::new();
+    };
+    let slack = 1e-9 * seconds;
+    let count = ((last - first + slack) / seconds).floor() as usize;
+    let at = |time: f64| t.t.partition_point(|&s| s < time - slack);
+    let piece = |k: usize| {
+        let begin = at(first + k as f64 * seconds);
+        let end = t.t.partition_point(|&s| s <= t.t[begin] + seconds + slack);
+        let piece = t.part(begin..end);
+        let gap = piece.t.windows(2).any(|w| w[1] - w[0] > 0.2 * seconds);
+        (piece.len() > 2 && !gap).then_some(piece)
+    };
+    (0..count).filter_map(piece).collect()
+}
+
+/// Sums of squared errors of q, `[n]`.
+struct Squares {
+    sums: Vec<f64>,
+    count: usize,
+}
+
+impl Squares {
+    fn new(n: usize) -> Self {
+        Self {
+            sums: vec![0.0; n],
+            count: 0,
+        }
+    }
+
+    fn add(&mut self, coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) {
+        let n = self.sums.len();
+        for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
+            let mut error = y - x;
+            if coordinates.is_circle(k % n) {
+                error -= TAU * (error / TAU).round();
+            }
+            self.sums[k % n] += error * error;
+        }
+        self.count += truth.len() / n;
+    }
+
+    fn root_mean(&self) -> Vec<f64> {
+        let count = self.count as f64;
+        self.sums.iter().map(|sum| (sum / count).sqrt()).collect()
+    }
+}

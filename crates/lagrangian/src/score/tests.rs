@@ -1,0 +1,136 @@
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use super::*;
+use crate::mechanics::analytic::by_name;
+use crate::rollout::times;
+
+#[test]
+fn a_score_that_is_stopped_says_how_much_it_left_out_and_is_no_verdict_on_rollouts() {
+    static STOP: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+    let truth = by_name("pendulum", &[]).unwrap();
+    let times = times(4.0, 0.02).unwrap();
+    let options = RolloutOptions {
+        stop: Stop::when(&STOP),
+        ..RolloutOptions::default()
+    };
+    let swing = rollout(&*truth, &[1.0], &[0.0], &times, &free, &options).unwrap();
+    let motions = [swing.trajectory];
+    assert_eq!(score(&*truth, &motions, &options).unwrap().stopped, 0);
+    STOP.store(true, std::sync::atomic::Ordering::Relaxed);
+    let stopped = score(&*truth, &motions, &options).unwrap();
+    // One motion, eight predictions of half a second and four of a second.
+    assert_eq!(stopped.stopped, 13);
+    assert!(stopped.rollouts[0].outcome.is_stopped() && stopped.restarts.is_empty());
+    assert!(stopped.acceleration.as_ref().unwrap().nmse[0] < 1e-20);
+    let assessment = Assessment::new(&*truth, &motions, &stopped);
+    assert_eq!(assessment.verdict, Grade::Good, "{:?}", assessment.reasons);
+}
+
+/// Free motions of a system with this much viscous friction on each coordinate, which nobody recorded.
+fn damped(system: &str, starts: &[[f64; 2]], seconds: f64, friction: f64) -> Vec<Trajectory> {
+    let truth = by_name(system, &[]).unwrap();
+    let clock = times(seconds, 0.02).unwrap();
+    let n = truth.coordinates().dof();
+    let motion = |start: &[f64; 2]| {
+        let brake = |_: f64, _: &[f64], qd: &[f64], tau: &mut [f64]| {
+            tau.iter_mut().zip(qd).for_each(|(t, v)| *t = -friction * v);
+        };
+        let options = RolloutOptions::default();
+        let qd0 = vec![0.0; n];
+        let mut motion = rollout(&*truth, &start[..n], &qd0, &clock, &brake, &options)
+            .unwrap()
+            .trajectory;
+        motion.signals.tau.clear();
+        motion
+    };
+    starts.iter().map(motion).collect()
+}
+
+#[test]
+fn a_model_without_the_friction_of_its_motions_is_not_good_although_its_accelerations_are() {
+    let model = by_name("pendulum", &[]).unwrap();
+    let starts = [[2.0, 0.0], [1.0, 0.0], [-1.5, 0.0]];
+    let options = RolloutOptions::default();
+    for (friction, verdict) in [(0.0, Grade::Good), (0.3, Grade::Fair)] {
+        let motions = damped("pendulum", &starts, 8.0, friction);
+        let score = score(&*model, &motions, &options).unwrap();
+        assert!(score.acceleration.as_ref().unwrap().nmse[0] < 0.02);
+        let assessment = Assessment::new(&*model, &motions, &score);
+        assert_eq!(assessment.verdict, verdict, "{friction}: {assessment:?}");
+        let about = |r: &Reason| r.finding.contains("follows the motions");
+        assert_eq!(assessment.reasons.iter().any(about), friction > 0.0);
+    }
+}
+
+#[test]
+fn a_chaotic_motion_that_is_lost_after_some_lyapunov_times_is_no_reason_against_a_model() {
+    let nearly = by_name("double-pendulum", &[("length1", 1.0001)]).unwrap();
+    let motions = damped("double-pendulum", &[[2.0, 2.5], [-2.5, 1.0]], 60.0, 0.0);
+    let score = score(&*nearly, &motions, &RolloutOptions::default()).unwrap();
+    assert!(
+        score
+            .rollouts
+            .iter()
+            .all(|r| r.exceeded && r.valid_seconds < 30.0)
+    );
+    let assessment = Assessment::new(&*nearly, &motions, &score);
+    assert_eq!(assessment.verdict, Grade::Good, "{assessment:?}");
+}
+
+#[test]
+fn an_error_that_is_no_number_is_not_passed_over_but_a_parameter_is() {
+    let error = SignalError::new(vec![f64::NAN, 0.1, 0.0], &[1.0, 1.0, 0.0]);
+    assert!(error.nmse_mean.is_nan());
+    let error = SignalError::new(vec![0.1, 0.0], &[1.0, 0.0]);
+    assert!((error.nmse_mean - 0.1).abs() < 1e-15);
+}
+
+#[test]
+fn the_truth_scores_without_error_and_another_pendulum_does_not() {
+    let truth = by_name("pendulum", &[]).unwrap();
+    let options = RolloutOptions::default();
+    let swing = rollout(
+        &*truth,
+        &[1.0],
+        &[0.0],
+        &times(10.0, 0.05).unwrap(),
+        &free,
+        &options,
+    )
+    .unwrap();
+    let same = score(&*truth, std::slice::from_ref(&swing.trajectory), &options).unwrap();
+    assert!(same.acceleration.unwrap().nmse[0] < 1e-20 && !same.rollouts[0].exceeded);
+    let longer = by_name("pendulum", &[("length", 2.0)]).unwrap();
+    let other = score(&*longer, &[swing.trajectory], &options).unwrap();
+    // q̈ is half of the truth, so a quarter of its mean square is missed.
+    assert!((other.acceleration.unwrap().nmse[0] - 0.25).abs() < 0.05);
+    // Small swings of periods 2 and 2.8 s are apart by tenths of a radian after a second.
+    assert!(
+        same.restarts
+            .iter()
+            .all(|r| r.unfinished == 0 && r.q_rms_end[0] < 1e-7)
+    );
+    assert_eq!(
+        same.restarts.iter().map(|r| r.starts).collect::<Vec<_>>(),
+        [20, 10]
+    );
+    assert!(other.restarts[1].q_rms_end[0] > 0.1);
+    assert!(other.rollouts[0].exceeded && other.rollouts[0].valid_seconds < 2.0);
+}
+
+#[test]
+fn a_trajectory_of_another_system_is_refused() {
+    let one = by_name("pendulum", &[]).unwrap();
+    let two = by_name("double-pendulum", &[]).unwrap();
+    let options = RolloutOptions::default();
+    let swing = rollout(
+        &*one,
+        &[1.0],
+        &[0.0],
+        &times(1.0, 0.1).unwrap(),
+        &free,
+        &options,
+    )
+    .unwrap();
+    assert!(score(&*two, &[swing.trajectory], &options).is_err());
+}
