@@ -4,9 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lagrangian::ensemble::Prediction as Predicted;
-use lagrangian::saved::Preparation;
-use lagrangian::{EstimateOptions, Provenance, prepared};
-use lagrangian_run::{FittedEnsemble, SavedEnsemble, delayed};
+use lagrangian::{Provenance, prepared};
+use lagrangian_run::{SavedEnsemble, delayed};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json as object;
@@ -148,22 +147,11 @@ impl Ensemble {
         trajectories: &Array<'py>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let own = self.provenance.preparation.clone().unwrap_or_default();
-        let Preparation {
-            smooth,
-            low_pass,
-            delay,
-            ..
-        } = own;
-        let options = EstimateOptions {
-            smooth,
-            low_pass,
-            momenta: false,
-            ..EstimateOptions::default()
-        };
         let recordings = recordings(trajectories)?;
         let ensemble = &self.ensemble;
         let coverage = py.detach(|| -> lagrangian_run::Result<_> {
-            let motions = prepared::estimated(delayed(recordings, &delay)?, &options)?.0;
+            let motions =
+                prepared::estimated(delayed(recordings, &own.delay)?, &own.estimates())?.0;
             Ok(ensemble.coverage(&motions))
         });
         json(py, &object!(coverage.or_raise(py)?))
@@ -215,28 +203,14 @@ pub(crate) fn fit<'py>(
     let ready = py
         .detach(|| pool.install(|| specification.ready(data)))
         .or_raise(py)?;
-    let FittedEnsemble {
-        ensemble,
-        config,
-        evaluation,
-        provenance,
-    } = watched(py, callback.as_ref(), |observer| {
+    let fitted = watched(py, callback.as_ref(), |observer| {
         ready.fit_ensemble(members, observer)
     })?
     .or_raise(py)?;
-    let check = &evaluation.check;
-    let motions = &evaluation.motions;
-    let summary = object!({
-        "family": config.family.name(),
-        "settings": config,
-        "members": ensemble.members().len(),
-        "held_out": evaluation.held_out,
-        "check": { "verdict": check.verdict(), "items": check.items },
-        "coverage": py.detach(|| ensemble.coverage(motions)),
-    });
+    let summary = json(py, &fitted.summary())?;
     let ensemble = Ensemble {
-        ensemble: Arc::new(ensemble),
-        provenance,
+        ensemble: Arc::new(fitted.ensemble),
+        provenance: fitted.provenance,
     };
-    Ok((ensemble, json(py, &summary)?))
+    Ok((ensemble, summary))
 }

@@ -222,7 +222,7 @@ pub(crate) fn data(
         training: recordings(training)?,
         validation: recordings(validation)?,
         layout: preparing.layout.clone().unwrap_or_default(),
-        hashes: Vec::new(),
+        ..Data::default()
     })
 }
 
@@ -243,6 +243,7 @@ fn fit_in<'py>(
     };
     let ready = py.detach(|| pool.install(prepare)).or_raise(py)?;
     let fitted = watched(py, callback, |observer| ready.fit(place, observer))?.or_raise(py)?;
+    let fitted = fitted.ended(None);
     let motions = &fitted.evaluation.motions;
     let limit = time_for(motions.iter().map(Trajectory::len).sum());
     let assess = |stop| {

@@ -49,7 +49,7 @@ impl Sweep {
             training: recordings(training)?,
             validation: recordings(validation)?,
             layout,
-            hashes: Vec::new(),
+            ..Data::default()
         };
         Ok(Self {
             data: training.py().detach(|| data.hashed()),

@@ -14,6 +14,7 @@ use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, T
 use lagrangian_report::draw::{self, short};
 use lagrangian_report::{Command, Headline, Report, Role};
 
+use crate::ensemble::Measured;
 use crate::error::Result;
 use crate::folder::{REPORT, RunFolder};
 use crate::metrics::Metric;
@@ -40,6 +41,8 @@ pub struct Page<'a> {
     pub metrics: &'a [Metric],
     /// Its model.
     pub model: &'a Learned,
+    /// The ensemble beside it, where there is one.
+    pub ensemble: Option<Measured<'a>>,
     /// Motions that the model is evaluated on, and the check of the data.
     pub evaluation: &'a Evaluation,
 }

@@ -164,7 +164,7 @@ impl Plan {
             training,
             validation,
             layout: Layout { every: 0, ..layout }.to_toml()?,
-            hashes: Vec::new(),
+            ..Data::default()
         };
         let data = data.hashed();
         Ok(Planned {

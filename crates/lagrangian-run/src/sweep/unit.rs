@@ -14,7 +14,7 @@ use crate::content::hex;
 use crate::error::{Advise, Error, Result};
 use crate::folder::{Occupied, RUN, RunFolder};
 use crate::input;
-use crate::job::{Data, Place};
+use crate::job::{Data, Figures, Place};
 use crate::metrics::Tensorboard;
 use crate::page::{Skin, grade_name};
 use crate::record::DataFile;
@@ -184,6 +184,7 @@ impl Unit {
             command: with.command.clone(),
             settings: json!({ "unit": self.id, "varied": self.varied, "asked": self.specification }),
             tensorboard: with.tensorboard,
+            figures: Figures::Written,
         };
         let result = match self.fitted(data, &place, with, shown) {
             Ok(None) => return Ok(Ended::Interrupted),
@@ -206,7 +207,7 @@ impl Unit {
     ) -> Result<Option<UnitResult>> {
         let mut ready = self.specification.ready(data.clone())?;
         ready.source = Some(format!("unit {}", self.id));
-        let fitted = ready.fit(Some(place), shown)?;
+        let fitted = ready.fit(Some(place), shown)?.ended(None);
         if fitted.fit.ending == Ending::Interrupted {
             return Ok(None);
         }
