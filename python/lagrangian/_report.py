@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import _lagrangian
+from ._trajectory import _real
 
 if TYPE_CHECKING:
     from ._trajectory import Trajectory
@@ -29,7 +30,7 @@ class Animation:
     """
 
     def __init__(self, motions: Sequence[Trajectory], links: str, lengths: Sequence[float] | None) -> None:
-        own = None if lengths is None else [float(length) for length in lengths]
+        own = None if lengths is None else [_real(length, "lengths") for length in lengths]
         self.html = _lagrangian.animation(list(motions), links, own)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -66,7 +67,7 @@ class Report:
 
 
 def report(run: str | os.PathLike[str]) -> Report:
-    """The page of a run: what the model is worth, a motion that it predicts, and how it came about.
+    """The page of a run: what the model is worth, a motion that it predicts, the bands of its ensemble, and how it came about.
 
     Args:
         run: The folder of the run, of a fit with ``run=`` or of the command.
