@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -275,11 +274,13 @@ class CheckReport:
 
     def _repr_html_(self) -> str:
         colours = {"pass": "#2e7d32", "warn": "#b26a00", "fail": "#c62828"}
+        from html import escape
+
         rows = []
         for item, names in sorted(self._shown, key=lambda shown: ("fail", "warn", "pass").index(shown[0].verdict)):
             about = (item.trajectory or "all") + (f" and {len(names) - 1} more" if len(names) > 1 else "")
             words = (item.name, about, item.finding, item.remedy or "")
-            cells = "".join(f"<td style='text-align:left'>{html.escape(word)}</td>" for word in words)
+            cells = "".join(f"<td style='text-align:left'>{escape(word)}</td>" for word in words)
             colour = colours[item.verdict]
             rows.append(
                 f"<tr><td style='color:{colour};font-weight:bold'>{item.verdict}</td>{cells}</tr>"

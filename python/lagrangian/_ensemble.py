@@ -13,7 +13,7 @@ import numpy as np
 from . import _lagrangian
 from ._estimators import Estimator, _Watch
 from ._model import Model
-from ._trajectory import Trajectory, _real, trajectories
+from ._trajectory import Trajectory, _numbers, _real, trajectories
 from .errors import InvalidInput, NotFitted
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ class Ensemble:
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None) -> Prediction:
         """Accelerations at states under forces (none by default), shape ``(…, n)`` each."""
         core = self._fitted()
-        return Prediction(core.accelerations(q, qd, np.zeros_like(q, dtype=np.float64) if tau is None else tau))
+        return Prediction(core.accelerations(q, qd, np.zeros_like(_numbers(q, "q")) if tau is None else tau))
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Prediction:
         """Torques of motions, shape ``(…, n)`` each."""

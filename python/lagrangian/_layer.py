@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _lagrangian
 from ._model import Model
-from ._trajectory import _coordinates, _real, _whole
+from ._trajectory import _coordinates, _numbers, _real, _whole
 from .errors import InvalidInput, InvalidType, NotSupported
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ class Layer:
         return Slopes(*self._core.pull_back(call, g))
 
     def _states(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None) -> list[ArrayLike]:
-        return [q, v, np.zeros(np.shape(q)) if u is None else u]
+        return [q, v, np.zeros(_numbers(q, "q").shape) if u is None else u]
 
     def __repr__(self) -> str:
         return f"Layer({self.family}, n={self.n})"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +17,9 @@ __all__ = ["Animation", "Report", "report"]
 
 
 def _frame(page: str, height: str) -> str:
-    own = html.escape(page, quote=True)
+    from html import escape
+
+    own = escape(page, quote=True)
     return f'<iframe srcdoc="{own}" style="width:100%;height:{height};border:0" sandbox="allow-scripts"></iframe>'
 
 
