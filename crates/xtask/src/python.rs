@@ -9,7 +9,7 @@ use crate::{Failure, built, cargo, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 python   builds the Python module in a virtual environment of its own (target/python) and runs its tests and types; what
-           follows goes to pytest; then the wheel, where no Rust is";
+           follows goes to pytest";
 
 /// The oldest interpreter that the module supports.
 const OLDEST: (u32, u32) = (3, 10);
@@ -43,56 +43,7 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     run("stubtest", &stubtest)?;
     run("pytest", &[&["-m", "pytest", "-q"], flags].concat())?;
     with_torch(&python, &package)?;
-    with_wheel(&python, &package)?;
     Ok(())
-}
-
-/// What a user does first.
-const FIRST_STEPS: &str = "\
-import lagrangian as lg
-swings = lg.simulate('pendulum', trajectories=10, duration=4.0, seed=1)
-assert lg.Lnn(steps=60, width=16).fit(swings).verdict_ != 'poor'
-";
-
-/// Builds the wheel from what is compiled already, installs it into a new environment, and uses it where no Rust is found.
-fn with_wheel(python: &Path, package: &Path) -> Result<(), String> {
-    let folder = target().join("wheel");
-    // OK to ignore: there may be none.
-    let _ = fs::remove_dir_all(&folder);
-    let mut build = Command::new(python);
-    build.args([
-        "-m",
-        "maturin",
-        "build",
-        "--quiet",
-        "--profile",
-        "dev",
-        "--out",
-    ]);
-    succeed(build.arg(&folder).current_dir(package), "maturin")?;
-    let wheels = fs::read_dir(&folder).map_err(|e| format!("there is no wheel: {e}"))?;
-    let wheel = wheels.flatten().map(|entry| entry.path()).next();
-    let wheel = wheel.ok_or("maturin has left no wheel")?;
-    let environment = folder.join("venv");
-    let mut make = Command::new(python);
-    succeed(
-        make.args(["-m", "venv"]).arg(&environment),
-        "python -m venv",
-    )?;
-    let bin = environment.join("bin");
-    let mut install = Command::new(bin.join("python"));
-    install.args([
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-    ]);
-    succeed(install.arg(&wheel), "pip install of the wheel")?;
-    let mut first = Command::new(bin.join("python"));
-    first.args(["-c", FIRST_STEPS]).current_dir(&folder);
-    first.env("PATH", &bin).env_remove("PYTHONPATH");
-    succeed(&mut first, "the first steps with the wheel")
 }
 
 /// Runs the tests that need `PyTorch` where the environment of the race has it: its package alone is several gigabytes.
