@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _lagrangian
-from ._trajectory import SIGNALS, Trajectories, Trajectory, _numbers, trajectories
+from ._trajectory import SIGNALS, Trajectories, Trajectory, _numbers, _real, _whole, trajectories
 from .errors import InvalidInput, InvalidType, MissingExtra
 
 if TYPE_CHECKING:
@@ -143,7 +142,10 @@ def _table(source: Any) -> tuple[bytes, dict[str, str]]:
     words: dict[str, str] = {}
     arrays: dict[str, Any] = {}
     for name, values in columns.items():
-        array = np.asarray(values)
+        try:
+            array = np.asarray(values)
+        except (TypeError, ValueError) as error:
+            raise InvalidType(f"the column '{name}' cannot be made an array ({error}): give a number for each row") from error
         if array.dtype.kind in "OUST":
             array, words = _numbered(name, array)
         arrays[name] = array
@@ -229,6 +231,9 @@ class Item:
 class CheckReport:
     """The findings of a check; printed as text, shown as a table in a notebook.
 
+    Of more than three trajectories the text says all that is about them together, and each problem of single ones once, with the number
+    of those that have it.
+
     Attributes:
         verdict: The worst verdict: ``pass``, ``warn`` or ``fail``.
         items: The findings, first those about all trajectories together.
@@ -240,6 +245,9 @@ class CheckReport:
     def __init__(self, report: Mapping[str, Any]) -> None:
         self.verdict = report["verdict"]
         self.items = [Item(**item) for item in report["items"]]
+        self._shown: list[tuple[Item, list[str]]] = [
+            (self.items[group["first"]], group["trajectories"]) for group in report["shown"]
+        ]
 
     @property
     def passed(self) -> bool:
@@ -255,8 +263,9 @@ class CheckReport:
 
     def __str__(self) -> str:
         lines = []
-        for item in self.items:
-            lines.append(repr(item))
+        for item, names in self._shown:
+            others = f" (alike in {len(names) - 1} more)" if len(names) > 1 else ""
+            lines.append(repr(item) + others)
             if item.verdict != "pass" and item.remedy:
                 lines.append(f"      → {item.remedy}")
         return "\n".join([*lines, f"verdict: {self.verdict}"])
@@ -265,10 +274,13 @@ class CheckReport:
 
     def _repr_html_(self) -> str:
         colours = {"pass": "#2e7d32", "warn": "#b26a00", "fail": "#c62828"}
+        from html import escape
+
         rows = []
-        for item in self.problems + [item for item in self.items if item.verdict == "pass"]:
-            words = (item.name, item.trajectory or "all", item.finding, item.remedy or "")
-            cells = "".join(f"<td style='text-align:left'>{html.escape(word)}</td>" for word in words)
+        for item, names in sorted(self._shown, key=lambda shown: ("fail", "warn", "pass").index(shown[0].verdict)):
+            about = (item.trajectory or "all") + (f" and {len(names) - 1} more" if len(names) > 1 else "")
+            words = (item.name, about, item.finding, item.remedy or "")
+            cells = "".join(f"<td style='text-align:left'>{escape(word)}</td>" for word in words)
             colour = colours[item.verdict]
             rows.append(
                 f"<tr><td style='color:{colour};font-weight:bold'>{item.verdict}</td>{cells}</tr>"
@@ -360,14 +372,14 @@ def simulate(
     asked = {
         "starts": first,
         "test_starts": starts == "test",
-        "trajectories": int(trajectories),
-        "duration": float(duration),
-        "step": float(step),
-        "drive": float(drive),
-        "friction": float(friction),
+        "trajectories": _whole(trajectories, "trajectories"),
+        "duration": _real(duration, "duration"),
+        "step": _real(step, "step"),
+        "drive": _real(drive, "drive"),
+        "friction": _real(friction, "friction"),
         "momenta": bool(momenta),
-        "noise": None if noise is None else float(noise),
-        "seed": int(seed),
+        "noise": None if noise is None else _real(noise, "noise"),
+        "seed": _whole(seed, "seed"),
     }
     how = integration(method, step=step, rtol=tolerance, atol=tolerance)
     parts, ends = _lagrangian.simulate(model, asked, how)

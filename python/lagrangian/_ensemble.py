@@ -13,7 +13,7 @@ import numpy as np
 from . import _lagrangian
 from ._estimators import Estimator, _Watch
 from ._model import Model
-from ._trajectory import Trajectory, trajectories
+from ._trajectory import Trajectory, _numbers, _real, trajectories
 from .errors import InvalidInput, NotFitted
 
 if TYPE_CHECKING:
@@ -41,11 +41,11 @@ class Prediction:
 
     def band(self, level: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The lower and the upper end of the band that holds the truth with a probability of 0 … 0.99."""
-        return self._core.band(float(level))
+        return self._core.band(_real(level, "level"))
 
     def quantile(self, probability: float) -> NDArray[np.float64]:
         """The quantile of the truth with a probability of 0.005 … 0.995; the median is the mean."""
-        return self._core.quantile(float(probability))
+        return self._core.quantile(_real(probability, "probability"))
 
     def plot(self, ax: Axes | None = None, *, level: float = 0.8, coordinate: int = 0) -> Axes:
         """Draws the mean and a band of one coordinate, over time for a motion."""
@@ -119,6 +119,9 @@ class Ensemble:
         validation: Any = None,
         progress: bool | None = None,
         callbacks: Callable[[dict[str, Any]], Any] | Iterable[Callable[[dict[str, Any]], Any]] = (),
+        run: str | os.PathLike[str] | None = None,
+        resume: bool = False,
+        force: bool = False,
     ) -> Ensemble:
         """Fits all members.
 
@@ -127,6 +130,9 @@ class Ensemble:
             validation: Trajectories to validate on; a part of the others is held back by default.
             progress: Whether to show a bar.
             callbacks: As of ``Estimator.fit``.
+            run: The folder of a run: a model is fitted first, as by ``Estimator.fit``, and the members stand beside it; ``report``
+                shows their bands on the motions that were held back.
+            resume, force: As of ``Estimator.fit``.
 
         Returns:
             The ensemble. Ctrl-C ends the fit and keeps the members that were begun, if these are two or more.
@@ -135,11 +141,17 @@ class Ensemble:
             raise InvalidInput("estimator is not an estimator: give one such as lagrangian.Chain()")
         if isinstance(self.n, bool) or not isinstance(self.n, (int, np.integer)):
             raise InvalidInput(f"n is {self.n!r}: give the number of members, 2 … 100")
+        if run is None and (resume or force):
+            raise InvalidInput("resume and force are about a run folder: give it as run")
         watch = _Watch(progress, callbacks, "Ensemble")
         with watch:
             training, others, asked, preparing = self.estimator._motions(X, validation)
+            place = None
+            if run is not None:
+                call = f"lagrangian.{self!r}.fit(X, run={os.fspath(run)!r})"
+                place = {**self.estimator._place(Path(run), bool(resume), bool(force), False), "call": call}
             core, summary = _lagrangian.fit_ensemble(
-                training, others, asked, preparing, max(int(self.n), 0), watch.tell
+                training, others, asked, preparing, max(int(self.n), 0), place, watch.tell
             )
         self._take(core, summary)
         return self
@@ -158,7 +170,7 @@ class Ensemble:
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None) -> Prediction:
         """Accelerations at states under forces (none by default), shape ``(…, n)`` each."""
         core = self._fitted()
-        return Prediction(core.accelerations(q, qd, np.zeros_like(q, dtype=np.float64) if tau is None else tau))
+        return Prediction(core.accelerations(q, qd, np.zeros_like(_numbers(q, "q")) if tau is None else tau))
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Prediction:
         """Torques of motions, shape ``(…, n)`` each."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from . import _lagrangian
 from ._model import Assessment, Model, urdf_text
-from ._trajectory import Coordinate, Trajectories, Trajectory, trajectories
+from ._trajectory import Coordinate, Trajectories, Trajectory, _numbers, _real, _whole, trajectories
 from .errors import (
     FitInterrupted,
     FitWarning,
@@ -212,7 +212,7 @@ class Estimator:
             if not _same(getattr(self, name), default)
         }
         if "delay" in own:
-            own["delay"] = np.atleast_1d(np.asarray(self.delay, dtype=np.float64)).tolist()
+            own["delay"] = np.atleast_1d(_numbers(self.delay, "delay")).tolist()
         own.update({name: urdf_text(own[name]) for name in ("urdf", "nominal") if name in own})
         return own if self.family is None else {"model": self.family, **own}
 
@@ -230,10 +230,10 @@ class Estimator:
             raise InvalidInput("X holds no trajectory: give at least one")
         preparing = {
             "smooth": bool(self.smooth),
-            "low_pass": None if self.low_pass is None else float(self.low_pass),
-            "baseline": int(self.baseline),
-            "validate_fraction": float(self.validate_fraction),
-            "delay": np.atleast_1d(np.asarray(self.delay, dtype=np.float64)).tolist(),
+            "low_pass": None if self.low_pass is None else _real(self.low_pass, "low_pass"),
+            "baseline": _whole(self.baseline, "baseline"),
+            "validate_fraction": _real(self.validate_fraction, "validate_fraction"),
+            "delay": np.atleast_1d(_numbers(self.delay, "delay")).tolist(),
             "layout": X.layout if isinstance(X, Trajectories) else None,
         }
         others = [] if validation is None else trajectories(validation, "validation")
@@ -259,7 +259,10 @@ class Estimator:
             )
         parts = [np.ascontiguousarray(part) for part in np.split(states, states.shape[1] // n, 1)]
         tau = parts[2] if len(parts) == 3 else None
-        held = np.random.default_rng(self.seed).permutation(m)[: round(m * self.validate_fraction)]
+        part = _real(self.validate_fraction, "validate_fraction")
+        if not 0.0 <= part < 1.0:
+            raise InvalidInput(f"validate_fraction is {part}: give a number from 0 to below 1")
+        held = np.random.default_rng(_whole(self.seed, "seed")).permutation(m)[: round(m * part)]
         named = coordinates or [Coordinate(f"q{i + 1}", "m", "line") for i in range(n)]
         return _lagrangian.fit_samples(
             [parts[0], parts[1], qdd, tau],
@@ -275,15 +278,15 @@ class Estimator:
             for table in self._tables
         ]
         own = self.urdf if self._takes_robot else None
-        steps = None if self.steps is None else int(self.steps)
+        steps = None if self.steps is None else _whole(self.steps, "steps")
         if steps is not None and self.seconds is not None:
             raise InvalidInput("steps and seconds both end a fit: give one of them")
         return {
             "family": self.family,
             "settings": [json.dumps(table) for table in given],
             "steps": steps,
-            "seconds": None if self.seconds is None else float(self.seconds),
-            "seed": int(self.seed),
+            "seconds": None if self.seconds is None else _real(self.seconds, "seconds"),
+            "seed": _whole(self.seed, "seed"),
             "urdf": None if own is None else urdf_text(own),
             "nominal": None if self.nominal is None else urdf_text(self.nominal),
             "joints": list(self.joints),
@@ -454,8 +457,6 @@ def _is_array(X: Any) -> bool:
 
 
 def _table(values: Any, name: str) -> NDArray[np.float64]:
-    from ._trajectory import _numbers
-
     table = _numbers(values, name)
     if table.ndim == 1 and name == "y":
         table = table.reshape(-1, 1)

@@ -189,6 +189,7 @@ def fit_ensemble(
     asked: dict[str, Any],
     preparing: dict[str, Any],
     members: int,
+    run: dict[str, Any] | None = None,
     callback: Callable[[dict[str, Any]], Any] | None = None,
 ) -> tuple[Ensemble, dict[str, Any]]: ...
 def fit_samples(
@@ -202,6 +203,11 @@ def follow(
     model: Model, trajectory: Any, hold: str, integration: dict[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]: ...
 def integrators() -> list[str]: ...
+def library_seconds(
+    model: Model, motion: tuple[ArrayLike, ArrayLike, ArrayLike], calls: int
+) -> float:
+    """The time of one ``inverse_dynamics`` of the library at some states, s; ``tools/figures.py`` compares it with a call."""
+
 def load(source: bytes | os.PathLike[str]) -> Model: ...
 def read(
     paths: Sequence[os.PathLike[str]], told: dict[str, Any]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _lagrangian
 from ._model import Model
-from ._trajectory import _coordinates
+from ._trajectory import _coordinates, _numbers, _real, _whole
 from .errors import InvalidInput, InvalidType, NotSupported
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Layer:
         """
         if estimator.family is None:
             raise InvalidInput("the best of several models is no family: give one, such as Lnn or Delan")
-        named = [(c.name, c.unit, c.kind) for c in _coordinates(int(n), angles, names, units, ())]
+        named = [(c.name, c.unit, c.kind) for c in _coordinates(_whole(n, "n"), angles, names, units, ())]
         layer = cls.__new__(cls)
         layer._core = _lagrangian.Layer.fresh(named, estimator._asked())
         return layer
@@ -108,7 +108,7 @@ class Layer:
 
     def initialise(self, seed: int = 0) -> _Array:
         """Random parameters, the same for the same seed."""
-        return self._core.initialise(int(seed))
+        return self._core.initialise(_whole(seed, "seed"))
 
     def project(self, parameters: ArrayLike) -> _Array:
         """The nearest parameters of their domain: some weights of a convex Lagrangian and friction are not negative."""
@@ -146,7 +146,7 @@ class Layer:
         Raises:
             InvalidInput: An argument has another shape or is not finite, or the model does not have the map.
         """
-        return self._core.evaluate((map, float(h), self._states(q, v, u), parameters))
+        return self._core.evaluate((map, _real(h, "h"), self._states(q, v, u), parameters))
 
     def pull_back(
         self,
@@ -160,11 +160,11 @@ class Layer:
         h: float = 0.0,
     ) -> Slopes:
         """The products gᵀ ∂y of the value y of a map; ``g`` has its shape, the other arguments are those of ``evaluate``."""
-        call = (map, float(h), self._states(q, v, u), parameters)
+        call = (map, _real(h, "h"), self._states(q, v, u), parameters)
         return Slopes(*self._core.pull_back(call, g))
 
     def _states(self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None) -> list[ArrayLike]:
-        return [q, v, np.zeros(np.shape(q)) if u is None else u]
+        return [q, v, np.zeros(_numbers(q, "q").shape) if u is None else u]
 
     def __repr__(self) -> str:
         return f"Layer({self.family}, n={self.n})"

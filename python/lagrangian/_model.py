@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _lagrangian
-from ._trajectory import Coordinate, Outcome, Trajectory, _coordinates
+from ._trajectory import Coordinate, Outcome, Trajectory, _coordinates, _real, _whole
 from .errors import InvalidInput, ModelError, RolloutWarning
 
 if TYPE_CHECKING:
@@ -73,7 +73,9 @@ class Model(_lagrangian.Model):
             duration: How long, s.
             step: The time between two samples, s, and the step of the methods of fixed step.
             times: The times of the samples instead of ``duration`` and ``step``, s.
-            tau: Forces: an array ``(m, n)`` at the times, a function of (t, q, qd) that returns ``(n,)``, or none.
+            tau: Forces: an array ``(m, n)`` at the times, a function of (t, q, qd) that returns ``(n,)``, or none. The friction of
+                a fitted model is its own, as it was learned; a known system has none unless it is given here, such as
+                ``lambda t, q, qd: -0.1 * qd``.
             hold: Forces of an array between two times: ``previous`` as a digital controller, or ``linear``.
             method: A name of ``integrators()``.
             rtol, atol: Tolerances of the adaptive methods.
@@ -93,7 +95,7 @@ class Model(_lagrangian.Model):
         if times is None:
             if duration is None:
                 raise InvalidInput("duration is not given: give duration (and step), or times")
-            times = _lagrangian.times(float(duration), float(step))
+            times = _lagrangian.times(_real(duration, "duration"), _real(step, "step"))
         how = integration(method, step=step, rtol=rtol, atol=atol, max_steps=max_steps)
         parts, end = _lagrangian.roll_out(self, (q0, qd0), times, tau, hold, how)
         return _predicted(parts, end)
@@ -202,10 +204,10 @@ def integration(
 ) -> dict[str, Any]:
     return {
         "method": method,
-        "step": float(step),
-        "rtol": float(rtol),
-        "atol": float(atol),
-        "max_steps": int(max_steps),
+        "step": _real(step, "step"),
+        "rtol": _real(rtol, "rtol"),
+        "atol": _real(atol, "atol"),
+        "max_steps": _whole(max_steps, "max_steps"),
     }
 
 
@@ -261,7 +263,7 @@ def system(name: str, **parameters: float) -> Model:
     >>> lg.system("two-link-arm").mass_matrix([0.0, 0.0]).shape
     (2, 2)
     """
-    own = [(key.replace("_", "-"), float(value)) for key, value in parameters.items()]
+    own = [(key.replace("_", "-"), _real(value, key)) for key, value in parameters.items()]
     known = _parameters(name)
     own = [(key if key in known else key.replace("-", "_"), value) for key, value in own]
     return Model(_lagrangian.system(name, own), ("system", (name, own)))
@@ -297,7 +299,7 @@ def own_system(
         raise InvalidInput(f"lagrangian is a {type(lagrangian).__name__}: give a function of (q, qd)")
     if n < 1:
         raise InvalidInput(f"n is {n}: a system has at least one coordinate")
-    own = [(c.name, c.unit, c.kind) for c in _coordinates(int(n), angles, names, units, ())]
+    own = [(c.name, c.unit, c.kind) for c in _coordinates(_whole(n, "n"), angles, names, units, ())]
     return Model(_lagrangian.own_system(name, lagrangian, own), ("own", (name, lagrangian, own)))
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import html
 import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import _lagrangian
+from ._trajectory import _real
 
 if TYPE_CHECKING:
     from ._trajectory import Trajectory
@@ -17,7 +17,9 @@ __all__ = ["Animation", "Report", "report"]
 
 
 def _frame(page: str, height: str) -> str:
-    own = html.escape(page, quote=True)
+    from html import escape
+
+    own = escape(page, quote=True)
     return f'<iframe srcdoc="{own}" style="width:100%;height:{height};border:0" sandbox="allow-scripts"></iframe>'
 
 
@@ -29,7 +31,7 @@ class Animation:
     """
 
     def __init__(self, motions: Sequence[Trajectory], links: str, lengths: Sequence[float] | None) -> None:
-        own = None if lengths is None else [float(length) for length in lengths]
+        own = None if lengths is None else [_real(length, "lengths") for length in lengths]
         self.html = _lagrangian.animation(list(motions), links, own)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -66,7 +68,7 @@ class Report:
 
 
 def report(run: str | os.PathLike[str]) -> Report:
-    """The page of a run: what the model is worth, a motion that it predicts, and how it came about.
+    """The page of a run: what the model is worth, a motion that it predicts, the bands of its ensemble, and how it came about.
 
     Args:
         run: The folder of the run, of a fit with ``run=`` or of the command.

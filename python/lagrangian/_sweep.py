@@ -6,14 +6,14 @@ import json
 import os
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _lagrangian
 from ._estimators import Estimator, _plain
 from ._model import Model, load
-from ._trajectory import Trajectories, Trajectory, trajectories
+from ._trajectory import Trajectories, Trajectory, _whole, trajectories
 from .errors import FitInterrupted, FitWarning, InvalidInput, MissingExtra
 
 if TYPE_CHECKING:
@@ -90,6 +90,7 @@ def sweep(
     executor: str = "local",
     threads: int | None = None,
     retries: int = 3,
+    parallel: int | None = None,
     tensorboard: bool = False,
 ) -> Sweep:
     """Fits an estimator with many settings, each in a run folder that is named by the hash of its settings and data.
@@ -103,13 +104,15 @@ def sweep(
         data: Trajectories, as ``read`` returns them.
         run: The folder of the run folders; on a cluster one that all machines share.
         validation: Trajectories to validate on; a part of the others is held back by default.
-        method: ``grid`` (all combinations), ``random`` (``number`` draws), or ``optuna`` (``number`` trials, each after what the
-            ones before have given; its errors steer the search, one trial after the other).
+        method: ``grid`` (all combinations), ``random`` (``number`` draws), or ``optuna`` (``number`` trials, each proposed after
+            what others have given; the errors steer the search).
         number: The number of draws or trials.
         seed: The seed of the draws.
         executor: ``local``, or ``ray``: each unit is a task of the Ray cluster that is connected, or of this machine.
         threads: The threads of each fit; on Ray also the processors that it asks for, 1 by default.
         retries: How often Ray begins a unit again whose machine is lost.
+        parallel: How many trials of ``optuna`` are under way at a time on Ray; by default as many as it has processors for. With
+            one, the trials are those of this machine alone; with more, they depend on which of them end first.
         tensorboard: Write event files into the run folders.
 
     Returns:
@@ -128,25 +131,23 @@ def sweep(
     work = _Work(estimator, data, validation, Path(run), tensorboard, threads)
     if executor not in ("local", "ray"):
         raise InvalidInput(f"executor is {executor!r}: choose 'local' or 'ray'")
-    if method == "optuna":
-        if executor != "local":
-            raise InvalidInput("method 'optuna' takes one trial after the other: omit executor, or search by 'random'")
-        points = _optuna(work, space, number, seed)
-    elif method in ("grid", "random"):
-        search = {"method": method, "number": number, "seed": int(seed)}
-        points = _lagrangian.Sweep.points(json.dumps(_parts(space)), json.dumps(search))
-        work.own.begin()
-        for point in points:
-            work.own.id(json.dumps(point))
-        if executor == "ray":
-            _on_ray(work, points, retries)
-        else:
-            _here(work, points)
-    else:
+    if method not in ("grid", "random", "optuna"):
         raise InvalidInput(f"method is {method!r}: choose 'grid', 'random' or 'optuna'")
-    table = work.own.table([json.dumps(point) for point in points], sorted(space))
+    if parallel is not None and (method != "optuna" or executor != "ray" or parallel < 1):
+        raise InvalidInput("parallel is the number of trials of 'optuna' at a time on 'ray', 1 or more: omit it, or give both")
+    # What is no space is refused with the same words by all methods, and before anything begins.
+    search = {"method": "random", "number": 1} if method == "optuna" else {"method": method, "number": number, "seed": _whole(seed, "seed")}
+    known = _lagrangian.Sweep.points(json.dumps(_parts(space)), json.dumps(search))
+    for point in known:
+        work.own.id(json.dumps(point))
+    pool = _OnRay(work, retries, parallel) if executor == "ray" else _Here(work)
+    most = pool.most if method == "optuna" or executor == "local" else len(known)
+    points = _Trials(space, number, seed, most) if method == "optuna" else _Points(known, most)
+    work.own.begin()
+    _done(pool, points)
+    table = work.own.table([json.dumps(point) for point in points.points], sorted(space))
     found = Sweep(work.folder, table["rows"], table["best"])
-    if found.best is None and points:
+    if found.best is None and points.points:
         warnings.warn("no unit has given a model with an error: see the results", FitWarning, stacklevel=2)
     return found
 
@@ -199,69 +200,143 @@ class _Work:
         return self.own.run(json.dumps(point), call, self.tensorboard)
 
 
-def _here(work: _Work, points: Sequence[Mapping[str, Any]]) -> None:
-    for point in points:
-        if work.run(point)["ended"] == "interrupted":
-            warnings.warn("the sweep was interrupted: the same call goes on with it", FitInterrupted, stacklevel=3)
-            return
+_Result = dict[str, Any]
 
 
-def _on_ray(work: _Work, points: Sequence[Mapping[str, Any]], retries: int) -> None:
-    try:
-        import ray
-    except ImportError as error:
-        raise MissingExtra("Ray is not installed: pip install lagrangian[ray]") from error
-    if not ray.is_initialized():
-        ray.init(log_to_driver=False)
-    shared = ray.put(work)
-    task = ray.remote(num_cpus=work.threads or 1, max_retries=int(retries))(_unit)
-    threads = work.threads or 1
-    waiting = [task.remote(shared, dict(point), threads) for point in points]
-    try:
-        while waiting:
-            done, waiting = ray.wait(waiting, num_returns=1)
-            ray.get(done)
-    except KeyboardInterrupt:
-        for one in waiting:
-            ray.cancel(one, force=True)
-        warnings.warn("the sweep was interrupted: the same call goes on with it", FitInterrupted, stacklevel=3)
+class _Here:
+    """Does units in this process, one after the other."""
+
+    most = 1
+
+    def __init__(self, work: _Work) -> None:
+        self.work = work
+        self.done: dict[int, _Result] = {}
+
+    def begin(self, point: Mapping[str, Any]) -> int:
+        """Does a unit; the number of its result."""
+        self.done[len(self.done)] = self.work.run(point)
+        return len(self.done) - 1
+
+    def wait(self, begun: Iterable[int]) -> tuple[int, _Result]:
+        """The next unit that has ended, and its result."""
+        first = next(iter(begun))
+        return first, self.done[first]
+
+    def cancel(self, begun: Iterable[int]) -> None:
+        """Nothing is under way."""
 
 
-def _unit(work: _Work, point: Mapping[str, Any], threads: int) -> None:
+class _OnRay:
+    """Does units as tasks of Ray; at most so many searches at a time as there are processors for."""
+
+    def __init__(self, work: _Work, retries: int, parallel: int | None) -> None:
+        try:
+            import ray
+        except ImportError as error:
+            raise MissingExtra("Ray is not installed: pip install lagrangian[ray]") from error
+        self.ray: Any = ray
+        if not ray.is_initialized():
+            ray.init(log_to_driver=False)
+        self.threads = work.threads or 1
+        self.most = parallel or max(1, int(self.ray.cluster_resources().get("CPU", 1)) // self.threads)
+        self.shared = ray.put(work)
+        self.task = ray.remote(num_cpus=self.threads, max_retries=int(retries))(_unit)
+
+    def begin(self, point: Mapping[str, Any]) -> Any:
+        """Hands a unit to the cluster."""
+        return self.task.remote(self.shared, dict(point), self.threads)
+
+    def wait(self, begun: Iterable[Any]) -> tuple[Any, _Result]:
+        """The next unit that has ended, and its result."""
+        [done], _ = self.ray.wait(list(begun), num_returns=1)
+        return done, self.ray.get(done)
+
+    def cancel(self, begun: Iterable[Any]) -> None:
+        """Ends what is under way."""
+        for one in begun:
+            self.ray.cancel(one, force=True)
+
+
+def _unit(work: _Work, point: Mapping[str, Any], threads: int) -> _Result:
     """One unit, as a task of Ray."""
     work.threads = threads
     # A worker of a machine that was lost may hold the folder a little longer.
-    while work.run(point)["ended"] == "busy":
+    while (result := work.run(point))["ended"] == "busy":
         time.sleep(0.5)
+    return result
 
 
-def _optuna(work: _Work, space: Mapping[str, Any], number: int | None, seed: int) -> list[dict[str, Any]]:
+def _done(pool: _Here | _OnRay, points: _Points) -> None:
+    """Does all units; as many at a time as the points ask for."""
+    begun: dict[Any, Mapping[str, Any]] = {}
     try:
-        import optuna
-    except ImportError as error:
-        raise MissingExtra("Optuna is not installed: pip install lagrangian[optuna]") from error
-    if number is None or number < 1:
-        raise InvalidInput("number is not given: give the number of trials, such as 20")
-    # Refuses what is no space, with the same words as the other methods.
-    _lagrangian.Sweep.points(json.dumps(_parts(space)), json.dumps({"method": "random", "number": 1}))
-    work.own.begin()
-    points: list[dict[str, Any]] = []
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
-    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=seed))
-    for _ in range(number):
-        trial = study.ask()
-        point = {name: _suggested(trial, name, values) for name, values in space.items()}
-        points.append(point)
-        done = work.run(point)
-        if done["ended"] == "interrupted":
-            warnings.warn("the sweep was interrupted: the same call goes on with it", FitInterrupted, stacklevel=3)
-            break
-        least = (done["result"] or {}).get("error")
+        while True:
+            while (point := points.next(len(begun))) is not None:
+                begun[pool.begin(point)] = point
+            if not begun:
+                return
+            handle, result = pool.wait(begun)
+            points.tell(begun.pop(handle), result)
+            if result["ended"] == "interrupted":
+                break
+    except KeyboardInterrupt:
+        pass
+    pool.cancel(begun)
+    warnings.warn("the sweep was interrupted: the same call goes on with it", FitInterrupted, stacklevel=3)
+
+
+class _Points:
+    """The points of a sweep, all of which are known."""
+
+    def __init__(self, points: Sequence[Mapping[str, Any]], most: int) -> None:
+        self.points = list(points)
+        self.left = list(reversed(self.points))
+        self.most = most
+
+    def next(self, begun: int) -> Mapping[str, Any] | None:
+        """Another point, where fewer than the most are under way."""
+        return self.left.pop() if self.left and begun < self.most else None
+
+    def tell(self, point: Mapping[str, Any], result: _Result) -> None:
+        """The result of a point."""
+
+
+class _Trials(_Points):
+    """Points that Optuna proposes, each after the results that are known until then."""
+
+    def __init__(self, space: Mapping[str, Any], number: int | None, seed: int, most: int) -> None:
+        try:
+            import optuna
+        except ImportError as error:
+            raise MissingExtra("Optuna is not installed: pip install lagrangian[optuna]") from error
+        if number is None or number < 1:
+            raise InvalidInput("number is not given: give the number of trials, such as 20")
+        super().__init__([], most)
+        self.optuna, self.space, self.number = optuna, space, number
+        optuna.logging.set_verbosity(optuna.logging.WARNING)
+        # A trial that is under way counts as a bad one, so that the next ones lie elsewhere.
+        sampler = optuna.samplers.TPESampler(seed=seed, constant_liar=most > 1)
+        self.study = optuna.create_study(sampler=sampler)
+        self.trials: list[Any] = []
+
+    def next(self, begun: int) -> Mapping[str, Any] | None:
+        if len(self.points) == self.number or begun >= self.most:
+            return None
+        trial = self.study.ask()
+        point = {name: _suggested(trial, name, values) for name, values in self.space.items()}
+        self.points.append(point)
+        self.trials.append(trial)
+        return point
+
+    def tell(self, point: Mapping[str, Any], result: _Result) -> None:
+        if result["ended"] == "interrupted":
+            return
+        trial = next(trial for own, trial in zip(self.points, self.trials) if own is point)
+        least = (result["result"] or {}).get("error")
         if least is None:
-            study.tell(trial, state=optuna.trial.TrialState.FAIL)
+            self.study.tell(trial, state=self.optuna.trial.TrialState.FAIL)
         else:
-            study.tell(trial, least)
-    return points
+            self.study.tell(trial, least)
 
 
 def _suggested(trial: Any, name: str, values: Any) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import reprlib
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -48,7 +50,7 @@ class Trajectory:
         names: Names of the coordinates, ``q1 … qn`` by default.
         units: Units of coordinates that are not angles, ``m`` by default.
         parameters: Names or numbers of coordinates that never move.
-        name: A name to tell the motion from others.
+        name: A name to tell the motion from others; of several with the same name, findings add their numbers.
         goal, kp, kd, supply, enabled: What position-controlled drives were told, shape ``(m, n)`` each.
 
     Arrays of float64 that are contiguous are kept without a copy.
@@ -293,6 +295,22 @@ def _numbers(values: ArrayLike, name: str) -> NDArray[np.float64]:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
+def _real(value: Any, name: str) -> float:
+    """An argument that is a number."""
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidType(f"{name} is {reprlib.repr(value)}: give a number") from error
+
+
+def _whole(value: Any, name: str) -> int:
+    """An argument that is a whole number, 0 or above."""
+    number = value if isinstance(value, (int, np.integer)) else _real(value, name)
+    if not (0 <= number < 2**63 and number == int(number)):
+        raise InvalidInput(f"{name} is {reprlib.repr(value)}: give a whole number, 0 or above")
+    return int(number)
+
+
 def _rows(values: ArrayLike, name: str, m: int, n: int) -> NDArray[np.float64]:
     array = _numbers(values, name)
     if array.ndim == 1 and n == 1:
@@ -355,7 +373,19 @@ def trajectories(data: Any, name: str = "trajectories") -> list[Trajectory]:
             raise InvalidType(
                 f"{name} holds a {type(motion).__name__}: give lagrangian.Trajectory objects, as lagrangian.read returns them"
             )
-    return motions
+    return _told_apart(motions)
+
+
+def _told_apart(motions: list[Trajectory]) -> list[Trajectory]:
+    """Motions of the same name with their numbers, so that findings say which they are about."""
+    names = Counter(motion.name for motion in motions)
+    numbered = []
+    for k, motion in enumerate(motions, 1):
+        if names[motion.name] > 1:
+            motion = motion._copy()
+            motion.name = f"{motion.name} {k}"
+        numbered.append(motion)
+    return numbered
 
 
 class Trajectories(list[Trajectory]):

@@ -111,6 +111,12 @@ def test_what_a_model_does_not_have_is_said(swings: lg.Trajectories) -> None:
         (lambda: lg.Lnn(horizon=5, steps=5).fit(lg.simulate("pendulum")), "horizon"),
         (lambda: lg.Rigid().fit(lg.simulate("pendulum")), "forces is none"),
         (lambda: lg.set_threads(10**6), "count is"),
+        (lambda: lg.simulate("pendulum", step="x"), "step is 'x': give a number"),
+        (lambda: lg.simulate("pendulum", seed=-1), "seed is -1: give a whole number"),
+        (lambda: lg.Lnn(low_pass="5 Hz").fit(lg.simulate("pendulum")), "low_pass is '5 Hz'"),
+        (lambda: lg.Lnn(seed=1.5).fit(np.zeros((5, 2)), np.zeros((5, 1))), "seed is 1.5"),
+        (lambda: lg.Lnn(validate_fraction=np.nan).fit(np.zeros((5, 2)), np.zeros((5, 1))), "validate_fraction is nan"),
+        (lambda: lg.read({"t": [0, 1], "q1": [[1], [1, 2]]}), "the column 'q1'"),
     ],
 )
 def test_arguments(call: Any, named: str) -> None:

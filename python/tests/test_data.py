@@ -97,3 +97,18 @@ def test_known_systems_and_their_parameters() -> None:
     with pytest.raises(lg.errors.InvalidInput, match="mass"):
         lg.system("pendulum", weight=1.0)
     assert pickle.loads(pickle.dumps(long)).mass_matrix([0.0]) == long.mass_matrix([0.0])
+
+
+def test_of_many_motions_each_problem_is_said_once_and_those_of_one_name_are_numbered() -> None:
+    t = np.linspace(0.0, 2.0, 201)
+    pairs = [(np.sin(k * t), np.rad2deg(k * np.cos(k * t))) for k in range(4, 10)]
+    motions = [lg.Trajectory(t, q, qd, angles="all") for q, qd in pairs]
+    report = lg.check(motions)
+    assert {item.trajectory for item in report.items} == {None, *(f"motion {k}" for k in range(1, 7))}
+    assert motions[0].name == "motion"
+    text = str(report)
+    assert text.count("\n") < 25, text
+    assert "(alike in 5 more)" in text
+    assert "and 5 more" in report._repr_html_()
+    few = lg.check(motions[:2])
+    assert all(repr(item) in str(few) for item in few.items)

@@ -64,6 +64,24 @@ def test_saved_and_read_again(ensemble: lg.Ensemble, tmp_path: Path) -> None:
         lg.Ensemble.load(tmp_path / "none")
 
 
+def test_the_page_of_a_run_has_the_bands(swings: lg.Trajectories, tmp_path: Path) -> None:
+    own = lg.Ensemble(lg.Lnn(width=8, steps=25), 3)
+    own.fit(swings, run=tmp_path / "run")
+    page = lg.report(tmp_path / "run").html
+    for part in ("In the band of 80 %", "The members of the ensemble", "band-acceleration-1", "band-position-1"):
+        assert part in page
+    again = lg.Ensemble.load(tmp_path / "run")
+    state = ([0.3], [0.7])
+    assert np.array_equal(again.forward_dynamics(*state).mean, own.forward_dynamics(*state).mean)
+    # The members are those that are fitted without a folder.
+    plain = lg.Ensemble(lg.Lnn(width=8, steps=25), 3).fit(swings)
+    assert np.array_equal(plain.forward_dynamics(*state).mean, own.forward_dynamics(*state).mean)
+    with pytest.raises(InvalidInput, match="not empty"):
+        own.fit(swings, run=tmp_path / "run")
+    with pytest.raises(InvalidInput, match="run folder"):
+        own.fit(swings, force=True)
+
+
 def test_wrong_arguments(ensemble: lg.Ensemble, swings: lg.Trajectories) -> None:
     with pytest.raises(NotFitted, match="call fit first"):
         lg.Ensemble(lg.Lnn()).forward_dynamics([0.0], [0.0])

@@ -95,6 +95,30 @@ def test_optuna_searches_a_range(few: lg.Trajectories, tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore")
+def test_optuna_on_a_cluster_asks_for_several_trials_at_a_time(few: lg.Trajectories, tmp_path: Path) -> None:
+    pytest.importorskip("optuna")
+    ray = pytest.importorskip("ray")
+    space = {"learning_rate": lg.Range(1e-3, 1e-1, log=True), "width": [4, 6]}
+
+    def found(name: str, **how: Any) -> lg.Sweep:
+        return lg.sweep(lg.Lnn(steps=10), space, few, run=tmp_path / name, method="optuna", number=6, seed=3, **how)
+
+    ray.init(num_cpus=2, log_to_driver=False)
+    try:
+        several = found("several", executor="ray")
+        one = found("one", executor="ray", parallel=1)
+    finally:
+        ray.shutdown()
+    assert 1 <= len(several.results) <= 6 and several.best is not None
+    # One trial at a time is what this machine does alone: the same trials, to the same bits.
+    alone = found("alone")
+    assert one.results == alone.results
+    assert models(tmp_path / "one") == models(tmp_path / "alone")
+    with pytest.raises(lg.errors.InvalidInput, match="parallel"):
+        found("wrong", parallel=2)
+
+
+@pytest.mark.filterwarnings("ignore")
 def test_a_cluster_that_loses_a_machine_gives_the_same_bits(few: lg.Trajectories, tmp_path: Path) -> None:
     ray = pytest.importorskip("ray")
     from ray.cluster_utils import Cluster

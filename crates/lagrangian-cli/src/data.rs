@@ -5,7 +5,6 @@ use std::mem::take;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use lagrangian::saved::Preparation;
 use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{
     CHECKED, CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, PrepareOptions,
@@ -46,27 +45,8 @@ impl EstimateArgs {
 }
 
 impl DataArgs {
-    /// The layout of the first of these files, and what else is to be done alike to other recordings of the machine.
-    pub(crate) fn preparation(
-        &self,
-        files: &[PathBuf],
-        options: &EstimateOptions,
-    ) -> Result<Preparation> {
-        let layout = match files.first() {
-            Some(path) => self.layout_for(path)?,
-            None => self.layout()?,
-        };
-        let layout = Layout { every: 0, ..layout };
-        Ok(Preparation {
-            layout: layout.to_toml()?,
-            smooth: options.smooth,
-            low_pass: options.low_pass,
-            delay: self.delays(),
-        })
-    }
-
     /// The delays of the forces, s.
-    fn delays(&self) -> Vec<f64> {
+    pub(crate) fn delays(&self) -> Vec<f64> {
         self.delay.iter().map(|ms| 1e-3 * ms).collect()
     }
 
@@ -250,10 +230,10 @@ pub(crate) fn estimated(
     recordings: Vec<Recording>,
     options: &EstimateOptions,
 ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
-    prepared::estimated(recordings, options).advise(
+    Ok(prepared::estimated(recordings, options).advise(
         "cannot use the data",
         "`lagrangian check` shows what is wrong with them",
-    )
+    )?)
 }
 
 /// Says on standard error what had to be estimated.

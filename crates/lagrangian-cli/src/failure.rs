@@ -1,12 +1,12 @@
 //! What a user reads when something fails, and the exit code.
 
 use std::collections::HashSet;
-use std::fmt;
 use std::io;
 use std::sync::OnceLock;
 
 use anyhow::Error;
 use clap::{Command, CommandFactory};
+pub(crate) use lagrangian_run::Advise;
 
 use crate::cli::Cli;
 
@@ -16,54 +16,19 @@ pub(crate) const FAILED: u8 = 1;
 /// Exit code of bad usage or bad input.
 pub(crate) const BAD_INPUT: u8 = 2;
 
-/// An error that the user can correct, and how.
-#[derive(Debug)]
-struct Mistake {
-    message: String,
-    hint: String,
-}
-
-impl fmt::Display for Mistake {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for Mistake {}
-
 /// An error that the user can correct, with a hint.
 pub(crate) fn mistake(message: impl Into<String>, hint: impl Into<String>) -> Error {
-    Error::new(Mistake {
-        message: message.into(),
-        hint: hint.into(),
-    })
+    Error::new(lagrangian_run::Error::new(message, hint))
 }
 
 /// An error of the library about data, with its remedy as the hint; any other as it is.
-pub(crate) fn of_data(error: lagrangian::Error) -> Error {
-    match error {
-        lagrangian::Error::Data { finding, remedy } => {
+pub(crate) fn of_data(error: impl Into<lagrangian_run::Error>) -> Error {
+    match error.into() {
+        lagrangian_run::Error::Library(lagrangian::Error::Data { finding, remedy }) => {
             let message = format!("a fit of this data would be meaningless: {finding}");
-            mistake(message, with_flags(&remedy))
+            mistake(message, remedy)
         }
         other => other.into(),
-    }
-}
-
-/// Adds to an error what failed and what to do.
-pub(crate) trait Advise<T> {
-    /// Wraps the error: `message` says what failed, `hint` what to do.
-    fn advise(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T>;
-}
-
-impl<T, E: Into<Error>> Advise<T> for Result<T, E> {
-    fn advise(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T> {
-        self.map_err(|e| {
-            e.into().context(Mistake {
-                message: message.into(),
-                hint: hint.into(),
-            })
-        })
     }
 }
 
@@ -85,9 +50,6 @@ pub(crate) fn describe(error: &Error) -> String {
 
 /// What to do; empty where that is not known.
 fn hint(error: &Error) -> String {
-    if let Some(mistake) = error.downcast_ref::<Mistake>() {
-        return mistake.hint.clone();
-    }
     let of_run = error.downcast_ref::<lagrangian_run::Error>();
     of_run.map_or_else(String::new, |error| with_flags(error.remedy()))
 }
@@ -195,9 +157,10 @@ mod tests {
     #[test]
     fn the_chain_stands_in_one_line_and_the_hint_in_the_next() {
         let error: Result<(), _> = Err(io::Error::new(io::ErrorKind::NotFound, "no such file"));
-        let error = error
+        let error: Error = error
             .advise("cannot read 'a.csv'", "check the path")
-            .unwrap_err();
+            .unwrap_err()
+            .into();
         assert_eq!(
             describe(&error),
             "error: cannot read 'a.csv': no such file\nhint: check the path"
@@ -218,7 +181,10 @@ mod tests {
     #[test]
     fn a_full_disk_is_a_failure_and_no_bad_input() {
         let error: Result<(), _> = Err(io::Error::new(io::ErrorKind::StorageFull, "full"));
-        let error = error.advise("cannot write", "make room").unwrap_err();
+        let error: Error = error
+            .advise("cannot write", "make room")
+            .unwrap_err()
+            .into();
         assert_eq!(exit_code(&error), FAILED);
     }
 

@@ -1,43 +1,37 @@
-//! From the flags of `lagrangian fit` to what the library is asked for.
+//! From the flags of `lagrangian fit` to what is asked of a fit.
 
 use anyhow::Result;
-use lagrangian::train::Request;
-use lagrangian::{Budget, PrepareOptions, RobotConfig};
+use lagrangian_run::Specification;
 
-use crate::fit_args::{FitArgs, TrainingArgs};
+use crate::fit_args::FitArgs;
+use crate::robot::Robot;
 
 impl FitArgs {
-    /// What the library is asked for; what is not given it chooses from the data.
-    pub(crate) fn request(&self, robot: Option<RobotConfig>) -> Result<Request> {
-        let mut request = Request {
+    /// What is asked of the fit, with the robot once it was read; what is not given is chosen from the data.
+    pub(crate) fn specification(&self, robot: Option<&Robot>) -> Result<Specification> {
+        self.robot.refuse_needless_joints()?;
+        let (training, prepare) = (&self.training, self.estimate.prepare());
+        let text = robot.map(|robot| robot.text.clone());
+        Ok(Specification {
             family: self.model.model.clone(),
             settings: self.model.settings.values.clone(),
-            training: self.training.settings.values.clone(),
+            training: training.settings.values.clone(),
             rollout: self.rollout.values.clone(),
-            budget: self.training.budget(),
-            seed: self.training.seed,
-            nominal: None,
-        };
-        self.robot.apply(robot, &mut request)?;
-        Ok(request)
-    }
-
-    /// What is done with the recordings.
-    pub(crate) fn prepare(&self) -> PrepareOptions {
-        PrepareOptions {
-            baseline: self.training.baseline as usize,
-            validate_fraction: self.training.validate_fraction,
-            delayed: !self.data.delay.is_empty(),
-            ..self.estimate.prepare()
-        }
+            steps: training.steps.map(whole),
+            seconds: training.seconds,
+            seed: training.seed,
+            smooth: prepare.smooth,
+            low_pass: prepare.low_pass,
+            baseline: training.baseline as usize,
+            validate_fraction: training.validate_fraction,
+            delay: self.data.delays(),
+            urdf: self.robot.urdf.as_ref().and(text.clone()),
+            nominal: self.robot.nominal.as_ref().and(text),
+            joints: self.robot.joints.clone(),
+        })
     }
 }
 
-impl TrainingArgs {
-    /// How long, where that was given.
-    fn budget(&self) -> Option<Budget> {
-        let steps = |steps| Budget::Steps(usize::try_from(steps).unwrap_or(usize::MAX));
-        let seconds = self.seconds.map(Budget::Seconds);
-        self.steps.map(steps).or(seconds)
-    }
+fn whole(steps: u64) -> usize {
+    usize::try_from(steps).unwrap_or(usize::MAX)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use lagrangian::saved::Preparation;
 use lagrangian::trajectory::Topology;
-use lagrangian::{Coordinates, Layout, Learned, Recording, SavedModel};
+use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Recording, SavedModel};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};
@@ -25,35 +25,32 @@ impl Fitted {
         })
     }
 
-    /// The flags, completed by what the model was fitted with; tells the user what that is.
+    /// The flags, completed by what the model was fitted with, and how signals are estimated; tells the user what was completed.
     pub(crate) fn complete(
         &self,
         data: &DataArgs,
         estimate: &EstimateArgs,
-    ) -> Result<(DataArgs, EstimateArgs)> {
-        let Preparation {
-            smooth,
-            low_pass,
-            delay,
-            ..
-        } = &self.preparation;
-        let (mut data, mut estimate) = (self.completed(data)?, estimate.clone());
+    ) -> Result<(DataArgs, EstimateOptions)> {
+        let (own, mut data) = (&self.preparation, self.completed(data)?);
         let mut told = Vec::new();
-        if !estimate.smooth && estimate.low_pass.is_none() {
-            estimate.smooth = *smooth;
-            estimate.low_pass = *low_pass;
-            told.extend(smooth.then(|| "--smooth".to_string()));
-            told.extend(low_pass.map(|hertz| format!("--low-pass {hertz}")));
-        }
-        if data.delay.is_empty() && !delay.is_empty() {
-            data.delay = delay.iter().map(|seconds| 1e3 * seconds).collect();
+        let is_given = estimate.smooth || estimate.low_pass.is_some();
+        let options = match is_given {
+            true => estimate.options(),
+            false => {
+                told.extend(own.smooth.then(|| "--smooth".to_string()));
+                told.extend(own.low_pass.map(|hertz| format!("--low-pass {hertz}")));
+                own.estimates()
+            }
+        };
+        if data.delay.is_empty() && !own.delay.is_empty() {
+            data.delay = own.delay.iter().map(|seconds| 1e3 * seconds).collect();
             let words: Vec<String> = data.delay.iter().map(f64::to_string).collect();
             told.push(format!("--delay {}", words.join(",")));
         }
         if !told.is_empty() {
             tell!("note: as for the fit of the model: {}", told.join(" "));
         }
-        Ok((data, estimate))
+        Ok((data, options))
     }
 }
 

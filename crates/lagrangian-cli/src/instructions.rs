@@ -16,10 +16,11 @@ pub(crate) fn choose() -> Result<()> {
         return Ok(());
     };
     let name = name.to_string_lossy();
-    Level::from_name(&name).and_then(set_level).advise(
+    let set = Level::from_name(&name).and_then(set_level);
+    Ok(set.advise(
         format!("{VARIABLE}={name}"),
         format!("give {VARIABLE} one of these names, or unset it to use the fastest"),
-    )
+    )?)
 }
 
 /// The version, with the instructions in use and those that could be.

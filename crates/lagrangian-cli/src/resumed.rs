@@ -1,8 +1,8 @@
 //! A run that goes on: with the settings and the data that it began with, or not at all.
 
 use anyhow::{Result, anyhow};
+use lagrangian::brief;
 use lagrangian::settings::difference;
-use lagrangian::{Checkpoint, brief};
 use lagrangian_run::{RunFolder, RunRecord};
 
 use crate::cli::{Cli, Command};
@@ -27,16 +27,13 @@ pub(crate) fn settings(record: &RunRecord) -> Result<FitArgs> {
     Ok(args)
 }
 
-/// The settings of the interrupted run, and the state to go on from if it came so far.
-pub(crate) fn resumed(
-    folder: &RunFolder,
-    given: &FitArgs,
-) -> Result<(FitArgs, Option<Checkpoint>)> {
+/// The settings of the interrupted run, which go on.
+pub(crate) fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<FitArgs> {
     refuse_settings(given)?;
     let mut args = settings(&folder.record()?)?;
     args.out.clone_from(&given.out);
     args.resume = true;
-    Ok((args, folder.checkpoint()?))
+    Ok(args)
 }
 
 /// Refuses settings beside --resume, which would be ignored.

@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use lagrangian::models::Entry;
-use lagrangian::train::Request;
 use lagrangian::{RobotConfig, rigid};
 use lagrangian_run::{DataFile, FileHash, Hashed};
 use serde::{Deserialize, Serialize};
@@ -48,25 +46,15 @@ impl RobotArgs {
         Some(DataFile::new("robot", path, hash))
     }
 
-    /// Puts the robot, once it was read, into what the library is asked for.
-    pub(crate) fn apply(&self, robot: Option<RobotConfig>, request: &mut Request) -> Result<()> {
-        if self.urdf.is_none() && self.nominal.is_none() && !self.joints.is_empty() {
-            return Err(mistake(
-                "--joints names joints of a robot, and none is given",
-                "add --urdf robot.urdf (--model rigid) or --nominal robot.urdf (--model lnn, delan)",
-            ));
-        }
-        if self.urdf.is_none() {
-            request.nominal = robot;
+    /// Refuses joints where no robot has them.
+    pub(crate) fn refuse_needless_joints(&self) -> Result<()> {
+        if self.urdf.is_some() || self.nominal.is_some() || self.joints.is_empty() {
             return Ok(());
         }
-        // Without a family, several are tried, and the robot is for the first that takes one.
-        let setting = Entry::taking_a_robot(request.family.as_deref())?;
-        if let Some(robot) = robot {
-            let robot = serde_json::to_value(robot)?;
-            request.settings.insert(setting.name.into(), robot);
-        }
-        Ok(())
+        Err(mistake(
+            "--joints names joints of a robot, and none is given",
+            "add --urdf robot.urdf (--model rigid) or --nominal robot.urdf (--model lnn, delan)",
+        ))
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use lagrangian::CheckOptions;
+use lagrangian::{CheckOptions, CheckReport};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde_json::{Value, json as object};
 
 use crate::files::json;
 use crate::recording::recordings;
@@ -22,8 +23,10 @@ pub(crate) fn check<'py>(
     let options = CheckOptions { low_pass };
     let work = |_| lagrangian::check(&recordings, &options);
     let report = interruptible(py, Duration::MAX, work)?;
-    json(
-        py,
-        &serde_json::json!({ "verdict": report.verdict(), "items": report.items }),
-    )
+    json(py, &findings(&report))
+}
+
+/// The verdict, all items, and which of them are shown.
+pub(crate) fn findings(report: &CheckReport) -> Value {
+    object!({ "verdict": report.verdict(), "items": report.items, "shown": report.shown() })
 }

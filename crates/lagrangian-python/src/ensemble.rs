@@ -4,19 +4,20 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lagrangian::ensemble::Prediction as Predicted;
-use lagrangian::saved::Preparation;
-use lagrangian::{EstimateOptions, Provenance, prepared};
-use lagrangian_run::{FittedEnsemble, SavedEnsemble, delayed};
+use lagrangian::train::Ending;
+use lagrangian::{Observer, Provenance, prepared};
+use lagrangian_run::{Fitted, FittedEnsemble, Place, Ready, SavedEnsemble, delayed};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json as object;
 
 use crate::arrays::{Rows, array};
-use crate::error::{OrRaise, of_json};
+use crate::error::{OrRaise, invalid, of_json};
 use crate::files::json;
-use crate::fit::{Asked, Preparing, data, watched};
+use crate::fit::{Asked, Preparing, assessed, data, watched};
 use crate::model::{Body, Model};
 use crate::recording::recordings;
+use crate::run::Run;
 use crate::threads::pool;
 
 /// Several models of the same data.
@@ -148,22 +149,11 @@ impl Ensemble {
         trajectories: &Array<'py>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let own = self.provenance.preparation.clone().unwrap_or_default();
-        let Preparation {
-            smooth,
-            low_pass,
-            delay,
-            ..
-        } = own;
-        let options = EstimateOptions {
-            smooth,
-            low_pass,
-            momenta: false,
-            ..EstimateOptions::default()
-        };
         let recordings = recordings(trajectories)?;
         let ensemble = &self.ensemble;
         let coverage = py.detach(|| -> lagrangian_run::Result<_> {
-            let motions = prepared::estimated(delayed(recordings, &delay)?, &options)?.0;
+            let motions =
+                prepared::estimated(delayed(recordings, &own.delay)?, &own.estimates())?.0;
             Ok(ensemble.coverage(&motions))
         });
         json(py, &object!(coverage.or_raise(py)?))
@@ -197,9 +187,11 @@ impl Ensemble {
     }
 }
 
-/// Fits an ensemble to recordings; where several models are asked for, of the best of them.
+/// Fits an ensemble to recordings; where several models are asked for, of the best of them. In a run folder the model that they are
+/// like is fitted before and stands beside them.
 #[pyfunction]
-#[pyo3(name = "fit_ensemble", signature = (training, validation, asked, preparing, members, callback=None))]
+#[pyo3(name = "fit_ensemble", signature = (training, validation, asked, preparing, members, run=None, callback=None))]
+#[expect(clippy::too_many_arguments, reason = "one for each of Python's")]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
     training: &Array<'py>,
@@ -207,36 +199,59 @@ pub(crate) fn fit<'py>(
     asked: Asked,
     preparing: Preparing,
     members: usize,
+    run: Option<Run>,
     callback: Option<Array<'py>>,
 ) -> PyResult<(Ensemble, Bound<'py, PyDict>)> {
     let data = data(training, validation, &preparing)?;
     let specification = asked.prepared_by(&preparing)?;
     let pool = pool(py)?;
-    let ready = py
-        .detach(|| pool.install(|| specification.ready(data)))
-        .or_raise(py)?;
-    let FittedEnsemble {
-        ensemble,
-        config,
-        evaluation,
-        provenance,
-    } = watched(py, callback.as_ref(), |observer| {
-        ready.fit_ensemble(members, observer)
-    })?
-    .or_raise(py)?;
-    let check = &evaluation.check;
-    let motions = &evaluation.motions;
-    let summary = object!({
-        "family": config.family.name(),
-        "settings": config,
-        "members": ensemble.members().len(),
-        "held_out": evaluation.held_out,
-        "check": { "verdict": check.verdict(), "items": check.items },
-        "coverage": py.detach(|| ensemble.coverage(motions)),
-    });
-    let ensemble = Ensemble {
-        ensemble: Arc::new(ensemble),
-        provenance,
+    let ready = |data| {
+        let ready = || pool.install(|| specification.ready(data));
+        py.detach(ready).or_raise(py)
     };
-    Ok((ensemble, json(py, &summary)?))
+    let fitted = match run {
+        None => {
+            let ready = ready(data)?;
+            let fit = |observer: &mut dyn Observer| ready.fit_ensemble(members, observer);
+            watched(py, callback.as_ref(), fit)?.or_raise(py)?
+        }
+        Some(run) => {
+            let folder = run.open(py)?;
+            let place = run.place(&folder)?;
+            let fitted = ready(py.detach(|| data.hashed()))
+                .and_then(|ready| beside(py, ready, members, &place, callback.as_ref()));
+            fitted.inspect_err(|_| folder.remove_if_new_and_empty())?
+        }
+    };
+    let summary = json(py, &fitted.summary())?;
+    let ensemble = Ensemble {
+        ensemble: Arc::new(fitted.ensemble),
+        provenance: fitted.provenance,
+    };
+    Ok((ensemble, summary))
+}
+
+/// Fits a model in a run folder, and an ensemble of models like it; both stand on its page.
+fn beside(
+    py: Python<'_>,
+    ready: Ready,
+    members: usize,
+    place: &Place,
+    callback: Option<&Array<'_>>,
+) -> PyResult<FittedEnsemble> {
+    let fit = |observer: &mut dyn Observer| -> lagrangian_run::Result<Fitted> {
+        let kept = ready.fit(Some(place), observer)?;
+        let ensemble = match kept.selection.fit.ending {
+            Ending::Interrupted => None,
+            _ => Some(kept.fit_ensemble(members, observer)?),
+        };
+        Ok(kept.ended(ensemble))
+    };
+    let fitted = watched(py, callback, fit)?.or_raise(py)?;
+    assessed(py, &fitted, Some(place))?;
+    fitted.ensemble.ok_or_else(|| {
+        let message =
+            "the fit was interrupted before the ensemble began: resume=True goes on with it";
+        invalid(py, message)
+    })
 }

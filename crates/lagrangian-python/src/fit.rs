@@ -19,6 +19,7 @@ use pyo3::types::PyDict;
 use serde_json::{Value, json as object};
 
 use crate::arrays::Rows;
+use crate::check::findings;
 use crate::error::{OrRaise, of_json};
 use crate::files::json;
 use crate::model::{Body, Model};
@@ -222,7 +223,7 @@ pub(crate) fn data(
         training: recordings(training)?,
         validation: recordings(validation)?,
         layout: preparing.layout.clone().unwrap_or_default(),
-        hashes: Vec::new(),
+        ..Data::default()
     })
 }
 
@@ -243,6 +244,17 @@ fn fit_in<'py>(
     };
     let ready = py.detach(|| pool.install(prepare)).or_raise(py)?;
     let fitted = watched(py, callback, |observer| ready.fit(place, observer))?.or_raise(py)?;
+    let fitted = fitted.ended(None);
+    let figures = assessed(py, &fitted, place)?;
+    summary(py, fitted, &figures)
+}
+
+/// What a fitted model is worth; the page of its run.
+pub(crate) fn assessed(
+    py: Python<'_>,
+    fitted: &lagrangian_run::Fitted,
+    place: Option<&Place>,
+) -> PyResult<Figures> {
     let motions = &fitted.evaluation.motions;
     let limit = time_for(motions.iter().map(Trajectory::len).sum());
     let assess = |stop| {
@@ -253,7 +265,7 @@ fn fit_in<'py>(
         fitted.assessed(place, &options)
     };
     let (score, assessment) = interruptible(py, limit, assess)?.or_raise(py)?;
-    summary(py, fitted, &Figures { score, assessment })
+    Ok(Figures { score, assessment })
 }
 
 fn summary<'py>(
@@ -274,7 +286,7 @@ fn summary<'py>(
         "choices": fitted.choices,
         "tried": fitted.contestants,
         "settings": fitted.config,
-        "check": { "verdict": check.verdict(), "items": check.items },
+        "check": findings(check),
         "score": score,
         "verdict": assessment.verdict,
         "assessment": assessment,

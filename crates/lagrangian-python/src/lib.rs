@@ -10,6 +10,7 @@ mod error;
 mod files;
 mod fit;
 mod layer;
+mod measured;
 mod model;
 mod motion;
 mod number;
@@ -39,6 +40,8 @@ mod _lagrangian {
     use super::fit::{fit, fit_samples};
     #[pymodule_export]
     use super::layer::Layer;
+    #[pymodule_export]
+    use super::measured::library_seconds;
     #[pymodule_export]
     use super::model::{Model, load};
     #[pymodule_export]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lagrangian_report::{Command, draw};
 use lagrangian_run::{
-    FIGURES, MODEL, Occupied, Place, REPORT, RunFolder, RunRecord, Skin, Tensorboard, open,
+    FIGURES, Figures, MODEL, Occupied, Place, REPORT, RunFolder, RunRecord, Skin, Tensorboard, open,
 };
 use pyo3::prelude::*;
 
@@ -53,6 +53,7 @@ impl Run {
             command: self.call.clone(),
             settings: of_json(serde_json::from_str(&self.settings))?,
             tensorboard: events(self.tensorboard),
+            figures: Figures::Written,
         })
     }
 }

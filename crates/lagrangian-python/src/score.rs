@@ -1,9 +1,7 @@
 //! The figures of models on recordings.
 
 use lagrangian::score::{Assessment, predict_all, score_predictions, score_samples, time_for};
-use lagrangian::{
-    EstimateOptions, Learned, Recording, RolloutOptions, Score, Stop, Trajectory, prepared,
-};
+use lagrangian::{Learned, Recording, RolloutOptions, Score, Stop, Trajectory, prepared};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json as object;
@@ -61,12 +59,7 @@ pub(crate) fn score<'py>(
         ));
     };
     let own = body.preparation().cloned().unwrap_or_default();
-    let options = EstimateOptions {
-        smooth: own.smooth,
-        low_pass: own.low_pass,
-        momenta: false,
-        ..EstimateOptions::default()
-    };
+    let options = own.estimates();
     let limit = time_for(recordings.iter().map(Recording::len).sum());
     let figures = |stop| {
         let recordings = lagrangian_run::delayed(recordings, &own.delay)?;

@@ -31,7 +31,7 @@ impl Sweep {
         let varied: Values = of_json(serde_json::from_str(varied))?;
         let both = self.fixed.clone().into_iter().chain(varied.clone());
         let specification = Specification::of(&both.collect()).or_raise(py)?;
-        Unit::of(specification, varied, &self.data.hashes).or_raise(py)
+        Unit::of(specification, varied, &self.data).or_raise(py)
     }
 }
 
@@ -49,7 +49,7 @@ impl Sweep {
             training: recordings(training)?,
             validation: recordings(validation)?,
             layout,
-            hashes: Vec::new(),
+            ..Data::default()
         };
         Ok(Self {
             data: training.py().detach(|| data.hashed()),
@@ -69,7 +69,7 @@ impl Sweep {
 
     /// Writes down the data that the sweep begins with; those of one that has begun must be the same.
     fn begin(&self, py: Python<'_>) -> PyResult<()> {
-        begin(&self.root, &self.data.hashes, &[]).or_raise(py)
+        begin(&self.root, &self.data, &[]).or_raise(py)
     }
 
     /// The name of the folder of a unit.

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use lagrangian::ensemble::{Calibration, Ensemble, MEMBERS};
-use lagrangian::{Learned, Provenance, SavedModel};
+use lagrangian::ensemble::{Calibration, Coverage, Ensemble, MEMBERS, fit_ensemble};
+use lagrangian::{
+    CheckReport, FitConfig, Learned, Observer, Prepared, Provenance, SavedModel, Trajectory,
+};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::error::{Advise, Error, Result};
 use crate::files::{Existing, write_bytes};
@@ -36,6 +38,91 @@ pub struct SavedEnsemble {
     pub provenance: Provenance,
     /// What was said of its fit.
     pub summary: Value,
+}
+
+/// An ensemble that was fitted.
+#[derive(Debug)]
+pub struct FittedEnsemble {
+    /// The ensemble.
+    pub ensemble: Ensemble,
+    /// How much of the motions of its evaluation lies in its bands.
+    pub coverage: Coverage,
+    /// The settings of each member, but for its seed.
+    pub config: FitConfig,
+    /// Where its members come from.
+    pub provenance: Provenance,
+    held_out: bool,
+    check: CheckReport,
+}
+
+impl FittedEnsemble {
+    /// Fits an ensemble of so many members.
+    pub(crate) fn new(
+        data: &Prepared,
+        config: FitConfig,
+        members: usize,
+        provenance: Provenance,
+        shown: &mut dyn Observer,
+    ) -> Result<Self> {
+        let ensemble = fit_ensemble(&data.dataset, &config, members, shown)?;
+        Ok(Self {
+            coverage: ensemble.coverage(&data.motions),
+            ensemble,
+            config,
+            provenance,
+            held_out: data.held_out,
+            check: data.check.clone(),
+        })
+    }
+
+    /// What is said of its fit, as plain data.
+    #[must_use]
+    pub fn summary(&self) -> Value {
+        json!({
+            "family": self.config.family.name(),
+            "settings": self.config,
+            "members": self.ensemble.members().len(),
+            "held_out": self.held_out,
+            "check": { "verdict": self.check.verdict(), "items": self.check.items },
+            "coverage": self.coverage,
+        })
+    }
+
+    /// Its form in a folder.
+    #[must_use]
+    pub fn saved(&self) -> SavedEnsemble {
+        SavedEnsemble {
+            ensemble: self.ensemble.clone(),
+            provenance: self.provenance.clone(),
+            summary: self.summary(),
+        }
+    }
+
+    /// What a page shows of it.
+    pub(crate) fn measured(&self) -> Measured<'_> {
+        Measured {
+            ensemble: &self.ensemble,
+            coverage: self.coverage.clone(),
+        }
+    }
+}
+
+/// An ensemble, and how much of some motions lies in its bands.
+#[derive(Debug)]
+pub struct Measured<'a> {
+    pub(crate) ensemble: &'a Ensemble,
+    pub(crate) coverage: Coverage,
+}
+
+impl<'a> Measured<'a> {
+    /// An ensemble on motions.
+    #[must_use]
+    pub fn new(ensemble: &'a Ensemble, motions: &[Trajectory]) -> Self {
+        Self {
+            ensemble,
+            coverage: ensemble.coverage(motions),
+        }
+    }
 }
 
 impl SavedEnsemble {

@@ -40,6 +40,19 @@ impl Error {
         }
     }
 
+    /// An error with its cause.
+    pub fn of(
+        cause: impl Into<Cause>,
+        finding: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::Refused {
+            finding: finding.into(),
+            remedy: remedy.into(),
+            cause: Some(cause.into()),
+        }
+    }
+
     /// What to do, where that is known; errors of the library end with it.
     #[must_use]
     pub fn remedy(&self) -> &str {
@@ -64,17 +77,16 @@ impl Error {
 }
 
 /// Adds to an error what failed and what to do.
-pub(crate) trait Advise<T> {
+pub trait Advise<T> {
     /// Wraps the error: `finding` says what failed, `remedy` what to do.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with the error as its cause.
     fn advise(self, finding: impl Into<String>, remedy: impl Into<String>) -> Result<T>;
 }
 
 impl<T, E: Into<Cause>> Advise<T> for Result<T, E> {
     fn advise(self, finding: impl Into<String>, remedy: impl Into<String>) -> Result<T> {
-        self.map_err(|cause| Error::Refused {
-            finding: finding.into(),
-            remedy: remedy.into(),
-            cause: Some(cause.into()),
-        })
+        self.map_err(|cause| Error::of(cause, finding, remedy))
     }
 }

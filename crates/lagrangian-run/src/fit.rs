@@ -86,7 +86,7 @@ impl RunFolder {
 
 /// Where a model comes from: the data and the command of its run.
 #[must_use]
-pub fn provenance(record: &RunRecord, preparation: Preparation) -> Provenance {
+pub(crate) fn provenance(record: &RunRecord, preparation: Preparation) -> Provenance {
     let hashes = record.data.iter();
     let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));
     Provenance {

@@ -1,6 +1,5 @@
 //! A fit from recordings that are read to a model with a page, in three stages, each of which may run where the caller likes.
 
-use lagrangian::ensemble::{Ensemble, fit_ensemble};
 use lagrangian::saved::Preparation;
 use lagrangian::score::{Assessment, predict_all, score_predictions};
 use lagrangian::train::{Choice, Chosen, Contestant, Selection, select};
@@ -10,6 +9,7 @@ use lagrangian::{
 use serde_json::{Value, json};
 
 use crate::content::content;
+use crate::ensemble::FittedEnsemble;
 use crate::error::{Advise, Result};
 use crate::fit::provenance;
 use crate::folder::{FIGURES, RunFolder};
@@ -29,6 +29,8 @@ pub struct Data {
     pub validation: Vec<Recording>,
     /// The layout that they were read with, as TOML.
     pub layout: String,
+    /// How each file was read, for the record of a run; all with that layout where it is not given.
+    pub columns: Option<Columns>,
     /// The hashes of what they hold, where a folder is to name them.
     pub hashes: Vec<DataFile>,
 }
@@ -63,25 +65,36 @@ pub struct Ready {
     pub(crate) source: Option<String>,
     specification: Specification,
     preparation: Preparation,
+    columns: Option<Columns>,
     files: Vec<DataFile>,
     held_back: bool,
 }
 
 impl Specification {
+    /// The recordings as the fit takes them.
+    ///
+    /// # Errors
+    /// As [`delayed`] and [`Prepared::new`].
+    pub fn prepared(
+        &self,
+        training: Vec<Recording>,
+        validation: Vec<Recording>,
+    ) -> Result<Prepared> {
+        let training = delayed(training, &self.delay)?;
+        let validation = delayed(validation, &self.delay)?;
+        let (request, options) = (self.request()?, self.prepare());
+        Ok(Prepared::new(training, validation, &request, &options)?)
+    }
+
     /// Prepares the recordings, and chooses what was not given.
     ///
     /// # Errors
-    /// As [`Prepared::new`] and [`FitConfig::candidates`].
+    /// As [`Specification::prepared`] and [`FitConfig::candidates`].
     pub fn ready(&self, data: Data) -> Result<Ready> {
-        let (request, options) = (self.request()?, self.prepare());
         let held_back = data.validation.is_empty();
-        let training = delayed(data.training, &self.delay)?;
-        let validation = delayed(data.validation, &self.delay)?;
-        let prepared = Prepared::new(training, validation, &request, &options)?;
+        let prepared = self.prepared(data.training, data.validation)?;
+        let request = self.request()?;
         let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &request)?;
-        if let [only] = &candidates[..] {
-            only.config.validate(&prepared.dataset)?;
-        }
         let preparation = Preparation {
             layout: data.layout,
             smooth: prepared.options.smooth,
@@ -94,6 +107,7 @@ impl Specification {
             source: None,
             specification: self.clone(),
             preparation,
+            columns: data.columns,
             files: data.hashes,
             held_back,
         })
@@ -112,6 +126,31 @@ pub struct Place<'a> {
     pub settings: Value,
     /// Whether an event file is written.
     pub tensorboard: Tensorboard,
+    /// Whether the page is kept as plain data too.
+    pub figures: Figures,
+}
+
+/// Whether [`FIGURES`](crate::FIGURES) is written beside the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Figures {
+    /// It is not: the recordings come from files that the record names, from which the page can be made again.
+    Omitted,
+    /// It is.
+    Written,
+}
+
+/// A fit that has ended, with its data.
+#[derive(Debug)]
+pub struct Kept {
+    /// What was fitted, and what was kept of it.
+    pub selection: Selection,
+    /// What was chosen from the data.
+    pub choices: Vec<Choice>,
+    /// The data.
+    pub prepared: Prepared,
+    provenance: Provenance,
+    held_back: bool,
+    record: Option<RunRecord>,
 }
 
 /// A fit that has ended.
@@ -129,6 +168,8 @@ pub struct Fitted {
     pub evaluation: Evaluation,
     /// Where the model comes from.
     pub provenance: Provenance,
+    /// The ensemble that was fitted to the same data, where one was.
+    pub ensemble: Option<FittedEnsemble>,
     /// Whether the fit made the loss better than that of a model that predicts nothing.
     pub improved: bool,
     /// Whether forces were recorded.
@@ -136,95 +177,78 @@ pub struct Fitted {
     record: Option<RunRecord>,
 }
 
-/// An ensemble that was fitted.
-#[derive(Debug)]
-pub struct FittedEnsemble {
-    /// The ensemble.
-    pub ensemble: Ensemble,
-    /// The settings of each member, but for its seed.
-    pub config: FitConfig,
-    /// What it is evaluated on.
-    pub evaluation: Evaluation,
-    /// Where its members come from.
-    pub provenance: Provenance,
-}
-
 impl Ready {
-    /// Fits, and leaves record, metrics and checkpoints in the folder where there is one; `shown` sees what happens and may end it.
+    /// Refuses settings that do not suit the data, where it is known which are fitted.
     ///
     /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written or its run was another one; as [`select`].
-    pub fn fit(self, place: Option<&Place>, shown: &mut dyn Observer) -> Result<Fitted> {
-        let dataset = &self.prepared.dataset;
+    /// As [`FitConfig::validate`].
+    pub fn validate(&self) -> Result<()> {
+        if let [only] = &self.candidates[..] {
+            only.config.validate(&self.prepared.dataset)?;
+        }
+        Ok(())
+    }
+
+    /// Fits, and leaves record, metrics, checkpoints and the model in the folder where there is one; `shown` sees what happens and
+    /// may end it.
+    ///
+    /// # Errors
+    /// As [`Ready::validate`] and [`select`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written or its run
+    /// was another one.
+    pub fn fit(self, place: Option<&Place>, shown: &mut dyn Observer) -> Result<Kept> {
+        self.validate()?;
         let of_data: Vec<Choice> = self.prepared.low_pass.iter().cloned().collect();
-        let plain = Provenance {
-            preparation: Some(self.preparation.clone()),
-            ..Provenance::of_seed(self.specification.seed)
+        let mut record = match place {
+            Some(place) => Some(place.folder.begin(&self.record(place, &of_data)?)?),
+            None => None,
         };
-        let (selection, record, provenance) = match place {
-            None => {
-                let candidates = self.candidates;
-                (select(dataset, candidates, None, shown)?, None, plain)
-            }
+        let mut provenance = match &record {
+            Some(record) => provenance(record, self.preparation),
+            None => self.specification.provenance(self.preparation),
+        };
+        provenance.command = self.source.or(provenance.command);
+        let (dataset, candidates) = (&self.prepared.dataset, self.candidates);
+        let selection = match place {
             Some(place) => {
-                let record = self.record(place, &of_data)?;
-                let (folder, checkpoint) = (place.folder, place.checkpoint()?);
-                let mut begun = folder.begin(&record)?;
-                let (candidates, events) = (self.candidates, place.tensorboard);
-                let selection =
-                    folder.fit(dataset, candidates, checkpoint.as_ref(), events, shown)??;
-                let choices = [&of_data[..], &selection.chosen.choices].concat();
-                let mut provenance = provenance(&record, self.preparation);
-                provenance.command = self.source.or(provenance.command);
-                folder.keep(&mut begun, &selection, &choices, provenance.clone())?;
-                (selection, Some(begun), provenance)
+                let (checkpoint, events) = (place.checkpoint()?, place.tensorboard);
+                let checkpoint = checkpoint.as_ref();
+                (place.folder).fit(dataset, candidates, checkpoint, events, shown)??
             }
+            None => select(dataset, candidates, None, shown)?,
         };
-        let Selection {
-            fit,
-            chosen,
-            contestants,
-        } = selection;
-        Ok(Fitted {
-            improved: fit.improved(&chosen.config, self.held_back),
-            forced: dataset.forced,
-            fit,
-            config: chosen.config,
-            choices: [of_data, chosen.choices].concat(),
-            contestants,
-            evaluation: self.prepared.into(),
+        let choices = [&of_data[..], &selection.chosen.choices].concat();
+        if let (Some(place), Some(begun)) = (place, &mut record) {
+            (place.folder).keep(begun, &selection, &choices, provenance.clone())?;
+        }
+        Ok(Kept {
+            selection,
+            choices,
+            prepared: self.prepared,
             provenance,
+            held_back: self.held_back,
             record,
         })
     }
 
-    /// Fits an ensemble of so many members; where several models are asked for, of the best of them.
+    /// Fits an ensemble of so many members without a model beside them; where several models are asked for, of the best of them.
     ///
     /// # Errors
-    /// As [`select`] and [`fit_ensemble`].
+    /// As [`select`] and [`fit_ensemble`](lagrangian::ensemble::fit_ensemble).
     pub fn fit_ensemble(
         mut self,
         members: usize,
         shown: &mut dyn Observer,
     ) -> Result<FittedEnsemble> {
-        let dataset = &self.prepared.dataset;
-        let config = match self.candidates.pop() {
-            Some(only) if self.candidates.is_empty() => only.config,
-            last => {
-                self.candidates.extend(last);
-                select(dataset, self.candidates, None, shown)?.chosen.config
+        self.validate()?;
+        let config = match self.candidates.len() {
+            1 => self.candidates.remove(0).config,
+            _ => {
+                let selection = select(&self.prepared.dataset, self.candidates, None, shown)?;
+                selection.chosen.config
             }
         };
-        let provenance = Provenance {
-            preparation: Some(self.preparation),
-            ..Provenance::of_seed(self.specification.seed)
-        };
-        Ok(FittedEnsemble {
-            ensemble: fit_ensemble(dataset, &config, members, shown)?,
-            config,
-            evaluation: self.prepared.into(),
-            provenance,
-        })
+        let provenance = self.specification.provenance(self.preparation);
+        FittedEnsemble::new(&self.prepared, config, members, provenance, shown)
     }
 
     /// The record of a run that begins.
@@ -236,8 +260,12 @@ impl Ready {
         if let [Chosen { choices, .. }] = &self.candidates[..] {
             record.choices = [of_data, choices].concat();
         }
+        let columns = match &self.columns {
+            Some(columns) => columns.clone(),
+            None => Columns::of_layout(&self.preparation.layout)?,
+        };
         record.resolved = resolved(
-            Columns::of_layout(&self.preparation.layout)?,
+            columns,
             &self.preparation,
             &self.specification.prepare(),
             self.held_back,
@@ -253,6 +281,40 @@ impl Place<'_> {
         match self.folder.resumes() {
             true => self.folder.checkpoint(),
             false => Ok(None),
+        }
+    }
+}
+
+impl Kept {
+    /// Fits an ensemble of models like the one that was kept, with the budget of each that of the model.
+    ///
+    /// # Errors
+    /// As [`fit_ensemble`](lagrangian::ensemble::fit_ensemble).
+    pub fn fit_ensemble(&self, members: usize, shown: &mut dyn Observer) -> Result<FittedEnsemble> {
+        let (config, provenance) = (&self.selection.chosen.config, self.provenance.clone());
+        FittedEnsemble::new(&self.prepared, config.clone(), members, provenance, shown)
+    }
+
+    /// What is left when the data are no longer needed.
+    #[must_use]
+    pub fn ended(self, ensemble: Option<FittedEnsemble>) -> Fitted {
+        let forced = self.prepared.dataset.forced;
+        let Selection {
+            fit,
+            chosen,
+            contestants,
+        } = self.selection;
+        Fitted {
+            improved: fit.improved(&chosen.config, self.held_back),
+            fit,
+            config: chosen.config,
+            choices: self.choices,
+            contestants,
+            evaluation: self.prepared.into(),
+            provenance: self.provenance,
+            ensemble,
+            forced,
+            record: self.record,
         }
     }
 }
@@ -279,13 +341,13 @@ impl Fitted {
             contestants,
             evaluation,
             provenance,
+            ensemble: None,
             forced,
             record: None,
         }
     }
 
-    /// What the model is worth on the motions of its evaluation. In a folder it is written on the page, which is also kept as plain
-    /// data, since the recordings need not come from files.
+    /// What the model is worth on the motions of its evaluation. In a folder it is written on the page, and the ensemble beside it.
     ///
     /// # Errors
     /// As [`predict_all`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written.
@@ -308,14 +370,20 @@ impl Fitted {
             record,
             metrics: &place.folder.read_metrics()?,
             model: &self.fit.model,
+            ensemble: self.ensemble.as_ref().map(FittedEnsemble::measured),
             evaluation: &self.evaluation,
         };
         let scored = page.scored(options)?;
         let result = (scored.score.clone(), scored.assessment.clone());
         let report = page.report(scored, Links::default());
-        let kept = serde_json::to_vec(&report).advise("cannot write the page", "")?;
-        place.folder.write(FIGURES, &kept)?;
+        if place.figures == Figures::Written {
+            let kept = serde_json::to_vec(&report).advise("cannot write the page", "")?;
+            place.folder.write(FIGURES, &kept)?;
+        }
         page.write(&report)?;
+        if let Some(ensemble) = &self.ensemble {
+            ensemble.saved().write(place.folder.path())?;
+        }
         Ok(result)
     }
 }

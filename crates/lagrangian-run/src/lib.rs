@@ -2,7 +2,7 @@
 //!
 //! A run is a folder with everything that a fit was made of and that it gave: settings and hashes of the data
 //! ([`RunRecord`]), metrics, checkpoints, the model, and a page. Recordings are read by [`read_file`] with the layout that lies
-//! beside them, a [`RunFolder`] is opened and locked, a fit runs under the eyes of a [`Watch`], and [`Page`] says what its
+//! beside them, a [`RunFolder`] is opened and locked, a [`Specification`] with its [`Data`] is a fit that is [`Ready`], and [`Page`] says what its
 //! model is worth.
 //!
 //! The crate prints nothing. Errors, notes and pages name settings in backticks, as `low_pass`; a [`Skin`] writes them as its
@@ -31,18 +31,17 @@ mod unfinished;
 mod watch;
 
 pub use bag_folder::files as bag_files;
-pub use ensemble::{ENSEMBLE, SavedEnsemble};
-pub use error::{Cause, Error, Result};
+pub use ensemble::{ENSEMBLE, FittedEnsemble, Measured, SavedEnsemble};
+pub use error::{Advise, Cause, Error, Result};
 pub use files::{Existing, Sink, format_named, refuse_existing, write_bytes, write_file};
-pub use fit::provenance;
 pub use folder::{CHECKPOINT, FIGURES, METRICS, MODEL, Occupied, REPORT, RUN, RunFolder};
 pub use hashed::{FileHash, Hashed, Hashing};
 pub use input::{MOST_TEXT, is_same_name, open, refuse_overwriting, text};
-pub use job::{Data, Fitted, FittedEnsemble, Place, Ready};
+pub use job::{Data, Figures, Fitted, Kept, Place, Ready};
 pub use metrics::{Metric, Metrics, Tensorboard};
 pub use page::{Evaluation, Links, MOST_LINKS, Page, Scored, Skin, as_chain, energies, grade_name};
 pub use record::{DataFile, RunRecord};
-pub use resolved::{Columns, resolved};
+pub use resolved::Columns;
 pub use source::{OneFile, Source, delayed, layout_beside, read_file, unused};
 pub use spec::Specification;
 pub use unfinished::remove_unfinished;

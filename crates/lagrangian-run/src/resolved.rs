@@ -11,7 +11,7 @@ use toml::Table;
 use crate::error::{Advise, Result};
 
 /// How the data of a run were read.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Columns {
     /// The columns of the first file, and those of the others that differ from them, by their paths.
     layouts: Option<(Table, Map<String, Value>)>,
@@ -59,7 +59,7 @@ impl Columns {
 ///
 /// # Errors
 /// [`Error::Refused`](crate::Error::Refused) for what TOML has no form for.
-pub fn resolved(
+pub(crate) fn resolved(
     columns: Columns,
     preparation: &Preparation,
     options: &PrepareOptions,

@@ -1,9 +1,10 @@
 //! What is asked of a fit, as plain data: all that it depends on beside its recordings.
 
 use lagrangian::models::{Entry, FAMILIES};
+use lagrangian::saved::Preparation;
 use lagrangian::settings::{Kind, Setting, Values};
 use lagrangian::train::{ROLLOUT_SETTINGS, Request, SETTINGS};
-use lagrangian::{Budget, PrepareOptions, RobotConfig, rigid};
+use lagrangian::{Budget, PrepareOptions, Provenance, RobotConfig, rigid};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -193,6 +194,14 @@ impl Specification {
             request.settings.insert(setting.name.into(), config);
         }
         Ok(request)
+    }
+
+    /// Where a model comes from that is kept in no folder.
+    pub(crate) fn provenance(&self, preparation: Preparation) -> Provenance {
+        Provenance {
+            preparation: Some(preparation),
+            ..Provenance::of_seed(self.seed)
+        }
     }
 
     /// What is done with the recordings.

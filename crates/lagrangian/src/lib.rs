@@ -100,7 +100,9 @@ pub mod torque;
 pub mod train;
 pub mod trajectory;
 
-pub use check::{CHECKED, CheckOptions, CheckReport, Item, Verdict, check, check_validation};
+pub use check::{
+    CHECKED, CheckOptions, CheckReport, Item, ShownItem, Verdict, check, check_validation,
+};
 pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
 pub use error::{Error, Result, brief};
 pub use integrate::Method;

@@ -77,10 +77,10 @@ fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
     )?;
     match args.turns.is_empty() {
         true => Ok(ends),
-        false => ends.winding(coordinates, &args.turns).advise(
+        false => Ok(ends.winding(coordinates, &args.turns).advise(
             "cannot turn so",
             "give --turns one whole number per coordinate, 0 for those that are no angles",
-        ),
+        )?),
     }
 }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::trajectory::Sampling;
-use lagrangian::{CheckOptions, CheckReport, Item, Recording, Verdict};
+use lagrangian::{CheckOptions, CheckReport, Item, Recording, ShownItem, Verdict};
 use serde_json::{Value, json};
 
 use super::{OutputMode, existence};
@@ -98,45 +98,31 @@ fn as_json(args: &CheckArgs, recordings: &[Recording], report: &CheckReport) -> 
 fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> String {
     let samples: usize = recordings.iter().map(Recording::len).sum();
     let mut text = format!("{} trajectories, {samples} samples\n", recordings.len());
-    text += &match recordings.len() {
-        0..=MOST_IN_FULL => in_full(report, colour),
-        count => in_short(count, report, colour),
+    text += &match recordings.len() <= CheckReport::IN_FULL {
+        true => in_full(report, colour),
+        false => in_short(recordings.len(), report, colour),
     };
     text += &format!("\n{}\n", conclusion(report));
     text
 }
 
-/// With more trajectories than this, only warnings and failures are shown.
-const MOST_IN_FULL: usize = 3;
-
 /// The findings about all trajectories together, then each warning once with the trajectories that it is about.
 fn in_short(trajectories: usize, report: &CheckReport, colour: bool) -> String {
-    let (all, single): (Vec<&Item>, Vec<&Item>) =
-        report.items.iter().partition(|i| i.trajectory.is_none());
-    let mut text: String = all.into_iter().map(|item| line(item, colour)).collect();
-    let mut kinds: Vec<Vec<&Item>> = Vec::new();
-    for item in single.into_iter().filter(|i| i.verdict != Verdict::Pass) {
-        let same = |a: &Item| a.name == item.name && a.verdict == item.verdict;
-        match kinds.iter_mut().find(|kind| same(kind[0])) {
-            Some(kind) => kind.push(item),
-            None => kinds.push(vec![item]),
-        }
-    }
+    let (all, kinds): (Vec<ShownItem>, Vec<ShownItem>) =
+        (report.shown().into_iter()).partition(|shown| shown.trajectories.is_empty());
+    let line = |shown: &ShownItem| line(&report.items[shown.first], colour);
+    let mut text: String = all.iter().map(line).collect();
     text += "\nsingle trajectories (--json has all findings)\n";
     if kinds.is_empty() {
         text += &format!("  nothing is wrong with any of the {trajectories}\n");
     }
     for kind in kinds {
-        let names = kind.iter().filter_map(|i| i.trajectory.as_deref());
-        let mut names: Vec<&str> = names.collect();
-        names.dedup();
-        let first = names.first().copied().unwrap_or_default();
-        text += &line(kind[0], colour);
-        let many = match names.len() {
+        let first = kind.trajectories[0];
+        let many = match kind.trajectories.len() {
             1 => format!("in '{first}' alone"),
             n => format!("above: '{first}'; in {n} of {trajectories} trajectories"),
         };
-        text += &format!("{:22}{many}\n", "");
+        text += &format!("{}{:22}{many}\n", line(&kind), "");
     }
     text
 }

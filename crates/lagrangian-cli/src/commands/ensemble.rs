@@ -3,10 +3,10 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::ensemble::{Coverage, Covered, fit_ensemble};
-use lagrangian::train::{Ending, Selection};
-use lagrangian::{Model, Prepared, Provenance};
-use lagrangian_run::SavedEnsemble;
+use lagrangian::Model;
+use lagrangian::ensemble::{Coverage, Covered};
+use lagrangian::train::Ending;
+use lagrangian_run::{FittedEnsemble, Kept, SavedEnsemble};
 use serde_json::json;
 
 use super::OutputMode;
@@ -19,44 +19,23 @@ use crate::motion;
 use crate::skin::Shown;
 use crate::task::{Size, Task};
 
-/// An ensemble of a fit, and how much of its motions lies in the bands.
-pub(super) struct Measured {
-    pub(super) saved: SavedEnsemble,
-    pub(super) coverage: Coverage,
-}
-
 /// Fits an ensemble of models like the one that was kept; none after Ctrl-C.
 pub(super) fn fitted(
-    data: &Prepared,
-    selection: &Selection,
+    kept: &Kept,
     members: u32,
-    provenance: &Provenance,
     mode: OutputMode,
-) -> Result<Option<Measured>> {
-    if selection.fit.ending == Ending::Interrupted {
+) -> Result<Option<FittedEnsemble>> {
+    if kept.selection.fit.ending == Ending::Interrupted {
         tell!("note: the fit was interrupted, so there is no ensemble; --resume goes on");
         return Ok(None);
     }
     let mut shown = Shown::start("ensemble", mode.quiet);
-    let config = &selection.chosen.config;
-    let fitted = fit_ensemble(&data.dataset, config, members as usize, &mut shown);
-    let ensemble = fitted.advise(
+    let fitted = kept.fit_ensemble(members as usize, &mut shown).advise(
         format!("cannot fit an ensemble (`{}`)", command_line()),
         "record more, or omit --ensemble",
     )?;
-    shown.finish(&format!("{} members", ensemble.members().len()));
-    let coverage = ensemble.coverage(&data.motions);
-    let saved = SavedEnsemble {
-        summary: json!({
-            "family": config.family.name(),
-            "members": ensemble.members().len(),
-            "held_out": data.held_out,
-            "coverage": coverage,
-        }),
-        ensemble,
-        provenance: provenance.clone(),
-    };
-    Ok(Some(Measured { saved, coverage }))
+    shown.finish(&format!("{} members", fitted.ensemble.members().len()));
+    Ok(Some(fitted))
 }
 
 /// How much of some motions lies in the bands.
@@ -97,7 +76,7 @@ pub(super) fn score(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let recordings = data::read(&args.files, &data)?;
     fitted::require_coordinates(&recordings, first.coordinates())?;
-    let (motions, estimates) = data::trajectories(recordings, &estimate.options())?;
+    let (motions, estimates) = data::trajectories(recordings, &estimate)?;
     let coverage = saved.ensemble.coverage(&motions);
     drop(task);
     motion::note_outside(first, &motions);

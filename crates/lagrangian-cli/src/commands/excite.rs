@@ -143,10 +143,10 @@ impl Subject {
             Some(robot) => excite(robot, &self.limits, config, watch),
             None => excite_joints(&self.coordinates, &self.limits, config, watch),
         };
-        found.advise(
+        Ok(found.advise(
             "cannot plan a motion",
             "`lagrangian excite --help` lists the flags of limits",
-        )
+        )?)
     }
 }
 

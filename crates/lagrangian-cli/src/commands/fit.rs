@@ -5,32 +5,32 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::models::Parameter;
-use lagrangian::saved::Preparation;
 use lagrangian::score::Assessment;
-use lagrangian::train::{Choice, Chosen, Contestant, Ending, Selection};
-use lagrangian::{
-    Checkpoint, Dataset, Estimate, Fit, FitConfig, Learned, Prepared, Trajectory, Verdict,
-};
+use lagrangian::train::{Choice, Chosen, Contestant, Ending};
+use lagrangian::{Fit, Layout, Learned, Prepared, Trajectory, Verdict};
 use lagrangian_run::{
-    Columns, DataFile, Evaluation, FileHash, Links, MODEL, Occupied, Page, REPORT, RunFolder,
-    RunRecord, Scored, Tensorboard, bag_files, provenance, resolved,
+    Columns, Data, DataFile, Error, Evaluation, Figures, FileHash, Fitted, Kept, MODEL, Occupied,
+    Place, REPORT, Ready, RunFolder, RunRecord, Tensorboard, bag_files,
 };
 use serde_json::json;
 
 use super::{OutputMode, ensemble};
+use crate::cli::DataArgs;
 use crate::command_line::command_line;
 use crate::data;
-use crate::failure::{self, Advise, FAILED, mistake};
+use crate::failure::{self, FAILED, mistake};
 use crate::fit_args::FitArgs;
 use crate::fitted;
 use crate::interrupt;
 use crate::motion;
 use crate::output;
 use crate::resumed::{resumed, settings};
-use crate::robot::Robot;
 use crate::skin::{Flags, Shown};
 use crate::task::{Size, Task};
 use crate::verdict;
+
+/// What is computed for a page.
+pub(super) const PREDICTIONS: &str = "predictions for the page";
 
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
     // A folder that is made is removed if the fit ends before it began.
@@ -40,80 +40,41 @@ pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
 }
 
 fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
-    let (args, checkpoint) = match args.resume {
+    let args = match args.resume {
         true => resumed(folder, args)?,
-        false => (args.clone(), None),
+        false => args.clone(),
     };
     let inputs = inputs(&args)?;
     folder.refuse_inputs(&inputs)?;
-    let reading = Task::start(
-        "fit: preparing the data",
-        mode.quiet,
-        Size::of_files(&inputs),
-    )?;
-    let data = read(&args)?;
-    let robot = args.robot.read()?;
-    let mut record = record(&args, &data, robot.as_ref())?;
-    let preparation = data.preparation;
-    let warnings = data.prepared.check.count(Verdict::Warn);
-    let Prepared {
-        dataset,
-        estimates,
-        low_pass,
-        ..
-    } = &data.prepared;
-    let of_data: Vec<Choice> = low_pass.iter().cloned().collect();
-    let candidates = candidates(&args, dataset, estimates, robot)?;
-    if let [Chosen { config, choices }] = &candidates[..] {
-        record.choices = [&of_data[..], choices].concat();
-        config.validate(dataset).advise(
-            format!("cannot fit (`{}`)", command_line()),
-            "`lagrangian fit --help` lists the flags and their values",
-        )?;
-    }
-    drop(reading);
-    let held_back = args.training.validate.is_empty();
-    record.resolved = resolved(
-        columns(&args)?,
-        &preparation,
-        &args.prepare(),
-        held_back,
-        &candidates,
-    )?;
-    if warnings > 0 {
-        tell!("note: warnings about the data: {warnings}; the page lists them");
-    }
-    let mut begun = folder.begin(&record)?;
-    let selection = fit(candidates, folder, dataset, checkpoint.as_ref(), mode)?;
-    let choices = [of_data, selection.chosen.choices.clone()].concat();
-    note_failures(&selection.contestants);
-    let provenance = provenance(&record, preparation);
-    folder.keep(&mut begun, &selection, &choices, provenance.clone())?;
+    let ready = ready(&args, &inputs, mode)?;
+    let place = Place {
+        folder,
+        skin: &Flags,
+        command: command_line(),
+        settings: serde_json::to_value(&args)?,
+        tensorboard: Tensorboard::Written,
+        figures: Figures::Omitted,
+    };
+    let kept = fit(ready, &place, mode)?;
+    note_failures(&kept.selection.contestants);
     let ensemble = match args.training.ensemble {
-        Some(members) => ensemble::fitted(&data.prepared, &selection, members, &provenance, mode)?,
+        Some(members) => ensemble::fitted(&kept, members, mode)?,
         None => None,
     };
+    let dataset = &kept.prepared.dataset;
     let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
-    let forced = dataset.forced;
-    let (estimates, evaluation) = (estimates.len(), data.prepared.into());
-    let page = Page {
-        skin: &Flags,
-        folder,
-        record: &begun,
-        metrics: &folder.read_metrics()?,
-        model: &selection.fit.model,
-        evaluation: &evaluation,
-    };
-    let assessment = assessed(&page, mode)?;
-    let Selection {
+    let estimates = kept.prepared.estimates.len();
+    let fitted = kept.ended(ensemble);
+    let assessment = assessed(&fitted, &place, mode)?;
+    let Fitted {
         fit,
-        chosen,
+        choices,
         contestants,
-    } = selection;
-    let improved = fit.improved(&chosen.config, held_back);
-    if let Some(ensemble) = &ensemble {
-        ensemble.saved.write(folder.path())?;
-    }
+        ensemble,
+        improved,
+        forced,
+        ..
+    } = fitted;
     if !mode.json {
         tell(folder, &fit, &assessment);
         ensemble
@@ -141,26 +102,19 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         "verdict": assessment.verdict,
         "assessment": assessment,
         "parameters": fit.model.parameters(),
-        "ensemble": ensemble.map(|own| own.saved.summary),
+        "ensemble": ensemble.map(|own| own.summary()),
     }))?;
     Ok(exit_code(&fit, improved, &assessment))
 }
 
-/// Writes the page, and says how far the model can be trusted.
-fn assessed(page: &Page, mode: OutputMode) -> Result<Assessment> {
-    let scored = scored(page, mode)?;
-    let assessment = scored.assessment.clone();
-    page.write(&page.report(scored, Links::default()))?;
+/// Writes the page, and says how far the model can be trusted; predictions end when their time is up.
+fn assessed(fitted: &Fitted, place: &Place, mode: OutputMode) -> Result<Assessment> {
+    let motions = &fitted.evaluation.motions;
+    let samples = motions.iter().map(Trajectory::len).sum();
+    let _task = Task::of_predictions(PREDICTIONS, mode.quiet, samples)?;
+    let (score, assessment) = fitted.assessed(Some(place), &motion::for_comparison())?;
+    motion::note_stopped(&score);
     Ok(assessment)
-}
-
-/// The predictions for a page, which end when their time is up.
-pub(super) fn scored(page: &Page, mode: OutputMode) -> Result<Scored> {
-    let samples = page.evaluation.motions.iter().map(Trajectory::len).sum();
-    let _task = Task::of_predictions("predictions for the page", mode.quiet, samples)?;
-    let scored = page.scored(&motion::for_comparison())?;
-    motion::note_stopped(&scored.score);
-    Ok(scored)
 }
 
 /// Says which models could not be fitted.
@@ -231,45 +185,71 @@ fn occupied(args: &FitArgs) -> Occupied {
 
 /// The motions of a run's evaluation, read again from the files that it names.
 pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
-    Ok(read(&settings(record)?)?.prepared.into())
+    let args = settings(record)?;
+    let (data, specification) = (read(&args)?, args.specification(None)?);
+    let prepared = specification.prepared(data.training, data.validation);
+    let mut prepared = prepared.map_err(failure::of_data)?;
+    tell_prepared(&mut prepared);
+    Ok(prepared.into())
 }
 
-/// The data of a fit and of its evaluation.
-struct Data {
-    prepared: Prepared,
-    files: Vec<DataFile>,
-    /// How they were prepared.
-    preparation: Preparation,
+/// Reads and prepares the data, and chooses what was not given.
+fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<Ready> {
+    let size = Size::of_files(inputs);
+    let _task = Task::start("fit: preparing the data", mode.quiet, size)?;
+    let mut data = read(args)?;
+    let robot = args.robot.read()?;
+    data.columns = Some(columns(args)?);
+    let file = robot.as_ref().and_then(|robot| args.robot.file(robot));
+    data.hashes.extend(file);
+    let ready = args.specification(robot.as_ref())?.ready(data);
+    let mut ready = ready.map_err(failure::of_data)?;
+    tell_prepared(&mut ready.prepared);
+    tell_candidates(&ready.candidates);
+    ready.validate().map_err(of_fit)?;
+    Ok(ready)
 }
 
+/// Reads the recordings, as the files have them: delays are for the fit.
 fn read(args: &FitArgs) -> Result<Data> {
-    let (request, options) = (args.request(None)?, args.prepare());
-    let stretch = request.needs()?.stretch(&options);
+    let specification = args.specification(None)?;
+    let stretch = (specification.request()?.needs()?).stretch(&specification.prepare());
     let sampling = args.sample.sampling(args.training.seed, stretch);
-    let own = data::read_sample(&args.files, &args.data, sampling)?;
-    let mut files = data_files("training", own.hashes);
+    let columns = DataArgs {
+        delay: Vec::new(),
+        ..args.data.clone()
+    };
+    let own = data::read_sample(&args.files, &columns, sampling)?;
+    let mut hashes = data_files("training", own.hashes);
     let validation = match args.training.validate.is_empty() {
         true => Vec::new(),
         false => {
-            let other = data::read_sample(&args.training.validate, &args.data, sampling)?;
+            let other = data::read_sample(&args.training.validate, &columns, sampling)?;
             fitted::require_dof(&other.recordings, &own.recordings[0].coordinates)?;
-            files.extend(data_files("validation", other.hashes));
+            hashes.extend(data_files("validation", other.hashes));
             other.recordings
         }
     };
-    let prepared = Prepared::new(own.recordings, validation, &request, &options);
-    let mut prepared = prepared.map_err(failure::of_data)?;
+    let layout = match args.files.first() {
+        Some(path) => columns.layout_for(path)?,
+        None => Layout::default(),
+    };
+    Ok(Data {
+        training: own.recordings,
+        validation,
+        layout: Layout { every: 0, ..layout }.to_toml()?,
+        columns: None,
+        hashes,
+    })
+}
+
+/// Says what was chosen and estimated; remedies name flags.
+fn tell_prepared(prepared: &mut Prepared) {
     data::with_remedies(&mut prepared.check);
     tell_low_pass(prepared.low_pass.as_ref());
     if prepared.options.low_pass.is_none() {
         data::note_estimates(&prepared.estimates);
     }
-    let preparation = args.data.preparation(&args.files, &prepared.options)?;
-    Ok(Data {
-        prepared,
-        files,
-        preparation,
-    })
 }
 
 /// Says which low-pass was chosen from the data; its cut-off, Hz.
@@ -287,24 +267,10 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
     hashes.into_iter().map(file).collect()
 }
 
-fn record(args: &FitArgs, data: &Data, robot: Option<&Robot>) -> Result<RunRecord> {
-    let robot = robot.and_then(|robot| args.robot.file(robot));
-    let files = data.files.iter().cloned().chain(robot).collect();
-    let record = RunRecord::now(command_line(), args.training.seed, args, files);
-    Ok(record?)
-}
-
-/// All settings of the fits; notes a choice of the optimiser from the data.
-fn candidates(
-    args: &FitArgs,
-    dataset: &Dataset,
-    estimates: &[Estimate],
-    robot: Option<Robot>,
-) -> Result<Vec<Chosen>> {
-    let request = args.request(robot.map(|robot| robot.config))?;
-    let candidates = FitConfig::candidates(dataset, estimates, &request)?;
+/// Notes a choice of the optimiser from the data, and that several models are tried.
+fn tell_candidates(candidates: &[Chosen]) {
     let adam = |choice: &&Choice| choice.setting == "optimizer" && choice.value == "adam";
-    if let [chosen] = &candidates[..]
+    if let [chosen] = candidates
         && let Some(choice) = chosen.choices.iter().find(adam)
     {
         tell!("note: {} (--optimizer overrides it)", choice.reason);
@@ -317,36 +283,37 @@ fn candidates(
             names.join(", ")
         );
     }
-    Ok(candidates)
 }
 
-fn fit(
-    candidates: Vec<Chosen>,
-    folder: &RunFolder,
-    dataset: &Dataset,
-    checkpoint: Option<&Checkpoint>,
-    mode: OutputMode,
-) -> Result<Selection> {
+fn fit(ready: Ready, place: &Place, mode: OutputMode) -> Result<Kept> {
+    let warnings = ready.prepared.check.count(Verdict::Warn);
+    if warnings > 0 {
+        tell!("note: warnings about the data: {warnings}; the page lists them");
+    }
     interrupt::listen()?;
     let mut shown = Shown::start("fit", mode.quiet);
-    let events = Tensorboard::Written;
-    let fitted = folder.fit(dataset, candidates, checkpoint, events, &mut shown)?;
-    shown.finish(&match &fitted {
-        Ok(Selection {
-            chosen,
-            contestants,
-            ..
-        }) if contestants.len() > 1 => {
-            let (count, kept) = (contestants.len(), chosen.config.family.name());
+    let kept = ready.fit(Some(place), &mut shown);
+    shown.finish(&match kept.as_ref().map(|kept| &kept.selection) {
+        Ok(own) if own.contestants.len() > 1 => {
+            let (count, kept) = (own.contestants.len(), own.chosen.config.family.name());
             format!("{count} models were tried, {kept} is kept")
         }
-        Ok(Selection { fit, .. }) => format!("{} steps, loss {:.3e}", fit.steps, fit.best),
+        Ok(own) => format!("{} steps, loss {:.3e}", own.fit.steps, own.fit.best),
         Err(_) => "failed".into(),
     });
-    fitted.advise(
-        format!("cannot fit (`{}`)", command_line()),
-        "`lagrangian fit --help` lists the flags and their values",
-    )
+    Ok(kept.map_err(of_fit)?)
+}
+
+/// What the library refuses to fit, with the command; any other error as it is.
+fn of_fit(error: Error) -> Error {
+    match error {
+        Error::Library(error) => Error::of(
+            error,
+            format!("cannot fit (`{}`)", command_line()),
+            "`lagrangian fit --help` lists the flags and their values",
+        ),
+        other => other,
+    }
 }
 
 /// How the data of a fit are read.

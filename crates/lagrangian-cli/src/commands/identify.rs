@@ -112,10 +112,11 @@ fn read(args: &IdentifyArgs) -> Result<Data> {
 }
 
 fn identify(args: &IdentifyArgs, robot: &Robot, data: &Data) -> Result<Identification> {
-    rigid::identify(&data.dataset, &robot.config, &IdentifyOptions::default()).advise(
+    let found = rigid::identify(&data.dataset, &robot.config, &IdentifyOptions::default());
+    Ok(found.advise(
         format!("cannot identify '{}'", args.urdf.display()),
         "`lagrangian identify --help` lists the flags of joints and columns",
-    )
+    )?)
 }
 
 /// Torque errors on the motions that were held out.

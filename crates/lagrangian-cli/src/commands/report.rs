@@ -5,15 +5,20 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
+use lagrangian::Trajectory;
 use lagrangian_report::Report;
 use lagrangian_report::draw;
-use lagrangian_run::{Existing, FIGURES, Links, METRICS, MODEL, Page, REPORT, RUN, RunFolder};
+use lagrangian_run::{
+    ENSEMBLE, Existing, FIGURES, Links, METRICS, MODEL, Measured, Page, REPORT, RUN, RunFolder,
+    SavedEnsemble,
+};
 use serde_json::json;
 
 use super::{OutputMode, fit};
 use crate::cli::ReportArgs;
 use crate::failure::{Advise, mistake};
 use crate::fitted;
+use crate::motion;
 use crate::out_args::write_png;
 use crate::output;
 use crate::skin::Flags;
@@ -70,14 +75,21 @@ fn of_run(folder: &RunFolder, links: Links, mode: OutputMode) -> Result<Report> 
     if kept.is_file() {
         let shown = format!("cannot read '{}'", kept.display());
         let bytes = fs::read(&kept).advise(&shown, "check that the file may be read")?;
-        return serde_json::from_slice(&bytes).advise(shown, "repeat the demo with --force");
+        let report = serde_json::from_slice(&bytes);
+        return Ok(report.advise(shown, "repeat the demo with --force")?);
     }
     let record = folder.record()?;
     let size = Size::of_files(&inputs(folder)?);
     let reading = Task::start("report: reading", mode.quiet, size)?;
     let model = fitted::model(&folder.file(MODEL))?;
     let evaluation = fit::evaluation(&record)?;
+    let ensemble = match folder.file(ENSEMBLE).is_file() {
+        true => Some(SavedEnsemble::read(folder.path())?.ensemble),
+        false => None,
+    };
     drop(reading);
+    let samples = evaluation.motions.iter().map(Trajectory::len).sum();
+    let _predicting = Task::of_predictions(fit::PREDICTIONS, mode.quiet, samples)?;
     let metrics = folder.read_metrics()?;
     let page = Page {
         skin: &Flags,
@@ -85,9 +97,14 @@ fn of_run(folder: &RunFolder, links: Links, mode: OutputMode) -> Result<Report> 
         record: &record,
         metrics: &metrics,
         model: &model,
+        ensemble: ensemble
+            .as_ref()
+            .map(|own| Measured::new(own, &evaluation.motions)),
         evaluation: &evaluation,
     };
-    Ok(page.report(fit::scored(&page, mode)?, links))
+    let scored = page.scored(&motion::for_comparison())?;
+    motion::note_stopped(&scored.score);
+    Ok(page.report(scored, links))
 }
 
 fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {

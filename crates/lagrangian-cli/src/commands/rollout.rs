@@ -10,7 +10,7 @@ use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Model, Rollout, 
 use serde_json::json;
 
 use super::OutputMode;
-use crate::cli::{DataArgs, EstimateArgs, RolloutArgs};
+use crate::cli::{DataArgs, RolloutArgs};
 use crate::data;
 use crate::failure::{Advise, mistake};
 use crate::fitted;
@@ -31,11 +31,11 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = match &args.follow {
         Some(_) => fitted.complete(&args.data, &args.estimate)?,
-        None => (fitted.completed(&args.data)?, args.estimate.clone()),
+        None => (fitted.completed(&args.data)?, args.estimate.options()),
     };
     let layout = data.layout_of(args.follow.as_deref())?;
     let rollout = match &args.follow {
-        Some(path) => follow(&fitted.model, path, (&data, &estimate), args)?,
+        Some(path) => follow(&fitted.model, path, (&data, estimate), args)?,
         None => from_start(&fitted.model, &layout, args)?,
     };
     drop(task);
@@ -90,10 +90,11 @@ fn from_start(model: &dyn Model, layout: &Layout, args: &RolloutArgs) -> Result<
     let times = rollout::times(args.motion.duration, args.motion.step)
         .advise(shown, "give a shorter --duration or a longer --step")?;
     let options = args.motion.options();
-    rollout::rollout(model, &start.q, &start.qd, &times, &free, &options).advise(
+    let motion = rollout::rollout(model, &start.q, &start.qd, &times, &free, &options);
+    Ok(motion.advise(
         shown,
         "give --q0 and --qd0 one value per coordinate of the model",
-    )
+    )?)
 }
 
 /// A state that was given in the units of the data.
@@ -113,7 +114,7 @@ fn in_si_units(mut start: State, coordinates: &Coordinates, layout: &Layout) -> 
 fn follow(
     model: &Learned,
     path: &Path,
-    (data, estimate): (&DataArgs, &EstimateArgs),
+    (data, estimate): (&DataArgs, EstimateOptions),
     args: &RolloutArgs,
 ) -> Result<Rollout> {
     let mut recordings = data::read(&[path.into()], data)?;
@@ -121,7 +122,7 @@ fn follow(
     recordings.truncate(1);
     let options = EstimateOptions {
         accelerations: false,
-        ..estimate.options()
+        ..estimate
     };
     let (trajectories, _) = data::trajectories(recordings, &options)?;
     Ok(predict(model, &trajectories[0], &args.motion.options())?)

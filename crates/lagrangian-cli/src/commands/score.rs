@@ -31,7 +31,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     let model = fitted.model;
     let recordings = data::read(&args.files, &data)?;
     fitted::require_coordinates(&recordings, model.coordinates())?;
-    let (trajectories, estimates) = data::trajectories(recordings, &estimate.options())?;
+    let (trajectories, estimates) = data::trajectories(recordings, &estimate)?;
     let samples = trajectories.iter().map(Trajectory::len).sum();
     drop(reading);
     let task = Task::of_predictions("score", mode.quiet, samples)?;

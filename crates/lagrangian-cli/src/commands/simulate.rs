@@ -136,10 +136,10 @@ fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
     }
     let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));
     let name = args.system.as_deref().unwrap_or_default();
-    by_name(name, &given.collect::<Vec<_>>()).advise(
+    Ok(by_name(name, &given.collect::<Vec<_>>()).advise(
         "cannot simulate",
         "`lagrangian simulate list` names the systems and their parameters",
-    )
+    )?)
 }
 
 /// The values of all parameters, also of those left at their defaults.

@@ -34,7 +34,7 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     let model = fitted.model;
     let recordings = data::read(&args.files, &data)?;
     fitted::require_coordinates(&recordings, model.coordinates())?;
-    let (motions, estimates) = data::trajectories(recordings, &estimate.options())?;
+    let (motions, estimates) = data::trajectories(recordings, &estimate)?;
     let predictions = predictions(&model, &motions)?;
     note_not_finite(&predictions);
     motion::note_outside(&model, &motions);
@@ -70,10 +70,10 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
 fn predictions(model: &dyn Model, motions: &[Trajectory]) -> Result<Vec<TorquePrediction>> {
     let all = motions.iter().map(|motion| predict_torque(model, motion));
     let all: lagrangian::Result<Vec<_>> = all.collect();
-    all.advise(
+    Ok(all.advise(
         "cannot predict torques",
         "give a model with inverse dynamics, and data of its coordinates",
-    )
+    )?)
 }
 
 /// The table with time and torques under the names of the data.

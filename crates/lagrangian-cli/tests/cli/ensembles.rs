@@ -14,6 +14,20 @@ fn an_ensemble_stands_in_the_folder_of_its_run() {
     let fitted = bench.succeed(FIT).json();
     let held_out = &fitted["ensemble"]["coverage"]["acceleration"]["all"];
     assert_eq!(held_out.as_array().unwrap().len(), 3, "{fitted}");
+    // The page has the bands, and so has the one that is made again.
+    let page = String::from_utf8(bench.read("run/report.html")).unwrap();
+    for part in [
+        "In the band of 80 %",
+        "in 95 %",
+        "The members of the ensemble",
+        "band-acceleration-1",
+        "band-position-1",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    bench.succeed("report run --out again.html --pictures pictures");
+    assert!(bench.read("again.html") == page.as_bytes());
+    assert!(bench.path("pictures/band-acceleration-1.svg").is_file());
     let score = bench.succeed("score run others.csv --json").json();
     assert_eq!(score["members"], 3);
     let covered = &score["coverage"]["acceleration"];

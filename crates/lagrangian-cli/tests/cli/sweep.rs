@@ -181,6 +181,19 @@ fn bad_plans_say_what_to_change() {
 }
 
 #[test]
+fn another_layout_of_the_same_recordings_makes_other_units() {
+    let named = |layout: &str| {
+        let bench = with_plan(&PLAN.replace("angle = \"all\"", layout));
+        let listed = bench.succeed("sweep plan.toml --out s --dry-run --quiet");
+        units(listed.stdout.as_bytes())
+    };
+    // The same numbers are read, but a model remembers the unit of its angles.
+    let (own, other) = (named("angle = \"all\""), named("angle = [\"q1\"]"));
+    assert_eq!(own, named("angle = \"all\""));
+    assert!(own.iter().all(|name| !other.contains(name)), "{own:?}");
+}
+
+#[test]
 fn data_that_changed_since_the_sweep_began_are_named() {
     let bench = with_plan(PLAN);
     bench.succeed("sweep plan.toml --out s --quiet --shard 1/4");

@@ -3,6 +3,7 @@
 
 mod action;
 mod animation;
+mod bands;
 mod coordinate;
 mod curves;
 mod decimate;
@@ -18,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 pub use action::{VariedPath, action_of_families, varied_paths};
 pub use animation::{Animation, Panel};
+pub use bands::Banded;
 pub use curves::{energy_error_over_time, loss_curves};
 pub use decimate::decimate;
 pub use figure::{Axis, Figure, Kind, Role, Scale, Series};

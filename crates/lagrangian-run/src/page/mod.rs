@@ -1,5 +1,6 @@
 //! The page of a run: what the model is worth, a motion that it predicts, and how it came about.
 
+mod bands;
 mod figures;
 mod tables;
 
@@ -14,6 +15,7 @@ use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, T
 use lagrangian_report::draw::{self, short};
 use lagrangian_report::{Command, Headline, Report, Role};
 
+use crate::ensemble::Measured;
 use crate::error::Result;
 use crate::folder::{REPORT, RunFolder};
 use crate::metrics::Metric;
@@ -40,6 +42,8 @@ pub struct Page<'a> {
     pub metrics: &'a [Metric],
     /// Its model.
     pub model: &'a Learned,
+    /// The ensemble beside it, where there is one.
+    pub ensemble: Option<Measured<'a>>,
     /// Motions that the model is evaluated on, and the check of the data.
     pub evaluation: &'a Evaluation,
 }
@@ -69,6 +73,7 @@ impl From<Prepared> for Evaluation {
 /// The predictions of a model, and what they are worth.
 pub struct Scored {
     predictions: Predictions,
+    ensemble: Option<bands::Shown>,
     /// The errors of the predictions.
     pub score: Score,
     /// How far the model can be trusted.
@@ -91,7 +96,10 @@ impl Page<'_> {
         for reason in &mut assessment.reasons {
             reason.remedy = self.skin.words(&reason.remedy);
         }
+        let ensemble = self.ensemble.as_ref();
+        let ensemble = ensemble.map(|own| bands::Shown::new(own, self.evaluation, options));
         Ok(Scored {
+            ensemble: ensemble.transpose()?,
             assessment,
             predictions,
             score,
@@ -111,24 +119,33 @@ impl Page<'_> {
     pub fn report(&self, scored: Scored, links: Links) -> Report {
         let Scored {
             predictions,
+            ensemble,
             score,
             assessment,
         } = scored;
+        let mut headlines = self.headlines(&score, &assessment);
+        let mut tables = tables::of(self, &score, &assessment);
         let parities = figures::parities(self, &predictions.accelerations);
         let followed = Followed::first(self, predictions.rollouts);
         let mut figures = vec![figures::loss(self.metrics, self.role())];
         figures.extend(followed.iter().flat_map(|motion| motion.figures(self)));
         figures.extend(parities);
+        if let Some(own) = ensemble {
+            headlines.extend(own.headline);
+            figures.extend(own.figures);
+            tables.extend(own.tables);
+        }
+        tables.retain(|table| !table.rows.is_empty());
         let animation = followed.and_then(|motion| motion.animation(self, links));
         Report {
             title: format!("{}, learned from recordings", self.model.description().what),
             subtitle: self.subtitle(),
-            headlines: self.headlines(&score, &assessment),
+            headlines,
             summary: self.summary(&score, &assessment),
             animations: animation.into_iter().collect(),
             maps: Vec::new(),
             figures,
-            tables: tables::of(self, &score, &assessment),
+            tables,
             settings: tables::settings(self.record),
             commands: self.skin.commands(self.folder.path(), self.record),
         }

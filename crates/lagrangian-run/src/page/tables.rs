@@ -14,16 +14,14 @@ const MOST_MOTIONS: usize = 20;
 
 /// Errors at single samples, how long whole motions are followed, parameters, and warnings about the data.
 pub(super) fn of(page: &Page, score: &Score, assessment: &Assessment) -> Vec<Table> {
-    let mut tables = vec![
+    vec![
         tried(page),
         errors(page, score),
         forwards(assessment),
         motions(page, score),
         parameters(page),
         warnings(page),
-    ];
-    tables.retain(|table| !table.rows.is_empty());
-    tables
+    ]
 }
 
 /// The models that were compared.

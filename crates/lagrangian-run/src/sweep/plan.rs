@@ -141,7 +141,7 @@ impl Plan {
         let fixed = self.with_robots()?;
         let space = Space::of(&self.space)?;
         // Settings are refused before long files are read.
-        units(&fixed, &space, &self.search, &[])?;
+        units(&fixed, &space, &self.search, &Data::default())?;
         let (mut files, mut told, mut layouts) = (Vec::new(), Vec::new(), Vec::new());
         let mut read = |role: &str, named: &[PathBuf]| -> Result<Vec<Recording>> {
             let named: Vec<PathBuf> = named.iter().map(|path| self.folder.join(path)).collect();
@@ -164,11 +164,11 @@ impl Plan {
             training,
             validation,
             layout: Layout { every: 0, ..layout }.to_toml()?,
-            hashes: Vec::new(),
+            ..Data::default()
         };
         let data = data.hashed();
         Ok(Planned {
-            units: units(&fixed, &space, &self.search, &data.hashes)?,
+            units: units(&fixed, &space, &self.search, &data)?,
             varied: self.space.keys().cloned().collect(),
             data,
             files,
@@ -238,7 +238,7 @@ impl Planned {
     /// # Errors
     /// [`Error::Refused`], which names the file that has changed.
     pub fn begin(&self, root: &Path) -> Result<()> {
-        begin(root, &self.data.hashes, &self.files)
+        begin(root, &self.data, &self.files)
     }
 }
 
@@ -246,15 +246,18 @@ impl Planned {
 #[derive(Debug, Serialize, Deserialize)]
 struct Begun {
     data: Vec<DataFile>,
+    /// The layout of the recordings, which their models remember.
+    #[serde(default)]
+    layout: String,
     #[serde(default)]
     files: Vec<DataFile>,
 }
 
-/// Writes down the data of a sweep that begins in a folder; of one that has begun they must be the same.
+/// Writes down the data and the layout of a sweep that begins in a folder; of one that has begun they must be the same.
 ///
 /// # Errors
-/// [`Error::Refused`], which names the file that has changed.
-pub fn begin(root: &Path, data: &[DataFile], files: &[DataFile]) -> Result<()> {
+/// [`Error::Refused`], which names what has changed.
+pub fn begin(root: &Path, data: &Data, files: &[DataFile]) -> Result<()> {
     let path = root.join(SWEEP);
     let shown = format!("cannot read '{}'", path.display());
     if !path.is_file() {
@@ -265,7 +268,8 @@ pub fn begin(root: &Path, data: &[DataFile], files: &[DataFile]) -> Result<()> {
             "give another `out` that is a folder you may write to",
         )?;
         let begun = Begun {
-            data: data.to_vec(),
+            data: data.hashes.clone(),
+            layout: data.layout.clone(),
             files: files.to_vec(),
         };
         let bytes = serde_json::to_vec_pretty(&begun).advise(shown, "")?;
@@ -274,18 +278,23 @@ pub fn begin(root: &Path, data: &[DataFile], files: &[DataFile]) -> Result<()> {
     let another = "give another `out`, or remove that folder";
     let text = input::text(&path).advise(&shown, another)?;
     let then: Begun = serde_json::from_str(&text).advise(shown, another)?;
-    if then.data == data {
+    let same = then.data == data.hashes;
+    if same && then.layout == data.layout {
         return Ok(());
     }
     let known = |file: &&DataFile| then.files.iter().any(|then| then.sha256 == file.sha256);
     let changed = files.iter().find(|file| !known(file));
-    let named = changed.map_or_else(|| "the data".into(), |file| format!("'{}'", file.path));
+    let named = match changed {
+        Some(file) => format!("'{}'", file.path),
+        None if same => "the layout of the data".into(),
+        None => "the data".into(),
+    };
     Err(Error::new(
         format!(
             "{named} changed since the sweep in '{}' began",
             root.display()
         ),
-        "bring the old data back, or give another `out`",
+        "bring the old state back, or give another `out`",
     ))
 }
 

@@ -14,10 +14,9 @@ use crate::content::hex;
 use crate::error::{Advise, Error, Result};
 use crate::folder::{Occupied, RUN, RunFolder};
 use crate::input;
-use crate::job::{Data, Place};
+use crate::job::{Data, Figures, Place};
 use crate::metrics::Tensorboard;
 use crate::page::{Skin, grade_name};
-use crate::record::DataFile;
 use crate::spec::Specification;
 
 /// The file of a unit that has ended, written last.
@@ -27,12 +26,12 @@ const RESULT: &str = "result.json";
 const DIGITS: usize = 16;
 
 /// Raised where another meaning of a specification or other bits follow from the same text.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A fit of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
-    /// The name of its folder: the hash of its specification and of its recordings.
+    /// The name of its folder: the hash of its specification, of its recordings and of their layout.
     pub id: String,
     /// What is asked of it.
     pub specification: Specification,
@@ -87,12 +86,7 @@ pub struct Conditions<'a> {
 ///
 /// # Errors
 /// As [`Space::points`] and [`Specification::of`]; [`Error::Refused`] for a setting that is both fixed and varied.
-pub fn units(
-    fixed: &Values,
-    space: &Space,
-    search: &Search,
-    hashes: &[DataFile],
-) -> Result<Vec<Unit>> {
+pub fn units(fixed: &Values, space: &Space, search: &Search, data: &Data) -> Result<Vec<Unit>> {
     let mut units: Vec<Unit> = Vec::new();
     let mut known = std::collections::HashSet::new();
     for varied in space.points(search)? {
@@ -103,7 +97,7 @@ pub fn units(
             ));
         }
         let all: Values = fixed.clone().into_iter().chain(varied.clone()).collect();
-        let unit = Unit::of(Specification::of(&all)?, varied, hashes)?;
+        let unit = Unit::of(Specification::of(&all)?, varied, data)?;
         if known.insert(unit.id.clone()) {
             units.push(unit);
         }
@@ -112,20 +106,22 @@ pub fn units(
 }
 
 impl Unit {
-    /// The unit of a specification and of the hashes of its recordings.
+    /// The unit of a specification and of recordings that are [`Data::hashed`], with the layout that the model remembers.
     ///
     /// # Errors
     /// [`Error::Refused`] for numbers that JSON has no form for.
-    pub fn of(specification: Specification, varied: Values, hashes: &[DataFile]) -> Result<Self> {
+    pub fn of(specification: Specification, varied: Values, data: &Data) -> Result<Self> {
         let specification = specification.normal();
-        let data: Vec<(&str, &str)> = hashes
+        let hashes: Vec<(&str, &str)> = data
+            .hashes
             .iter()
             .map(|file| (file.role.as_str(), file.sha256.as_str()))
             .collect();
         let asked = json!({
             "version": (VERSION, env!("CARGO_PKG_VERSION")),
             "asked": specification,
-            "data": data,
+            "data": hashes,
+            "layout": data.layout,
         });
         let mut id = hex(&Sha256::digest(asked.to_string().as_bytes()));
         id.truncate(DIGITS);
@@ -184,6 +180,7 @@ impl Unit {
             command: with.command.clone(),
             settings: json!({ "unit": self.id, "varied": self.varied, "asked": self.specification }),
             tensorboard: with.tensorboard,
+            figures: Figures::Written,
         };
         let result = match self.fitted(data, &place, with, shown) {
             Ok(None) => return Ok(Ended::Interrupted),
@@ -206,7 +203,7 @@ impl Unit {
     ) -> Result<Option<UnitResult>> {
         let mut ready = self.specification.ready(data.clone())?;
         ready.source = Some(format!("unit {}", self.id));
-        let fitted = ready.fit(Some(place), shown)?;
+        let fitted = ready.fit(Some(place), shown)?.ended(None);
         if fitted.fit.ending == Ending::Interrupted {
             return Ok(None);
         }

@@ -62,6 +62,11 @@ pub struct Item {
 }
 
 impl Item {
+    /// The trajectory that it is about.
+    fn about(&self) -> Option<&str> {
+        self.trajectory.as_deref()
+    }
+
     /// An item that passes.
     pub fn pass(name: &'static str, finding: impl Into<String>) -> Self {
         Self {
@@ -146,11 +151,71 @@ impl CheckReport {
         verdicts.max().unwrap_or(Verdict::Fail)
     }
 
+    /// The findings that are shown: all of them for up to [`CheckReport::IN_FULL`] trajectories. Of more, those about all together,
+    /// then each kind of warning or failure once, with the trajectories that it is about.
+    ///
+    /// ```
+    /// use lagrangian::{CheckReport, Item};
+    /// let about = |name: &str| Item { trajectory: Some(name.into()), ..Item::warn("noise", "much", "filter") };
+    /// let report = CheckReport { items: ["a", "b", "c", "d"].map(about).to_vec() };
+    /// let shown = report.shown();
+    /// assert_eq!(shown.len(), 1);
+    /// assert_eq!(shown[0].trajectories, ["a", "b", "c", "d"]);
+    /// ```
+    #[must_use]
+    pub fn shown(&self) -> Vec<ShownItem<'_>> {
+        let mut names: Vec<&str> = self.items.iter().filter_map(Item::about).collect();
+        names.dedup();
+        let short = names.len() > Self::IN_FULL;
+        let mut shown: Vec<ShownItem> = Vec::new();
+        for (first, item) in self.items.iter().enumerate() {
+            let Some(name) = item.about().filter(|_| short) else {
+                let trajectories = item.about().into_iter().collect();
+                shown.push(ShownItem {
+                    first,
+                    trajectories,
+                });
+                continue;
+            };
+            if item.verdict == Verdict::Pass {
+                continue;
+            }
+            let same = |own: &&mut ShownItem| {
+                let first = &self.items[own.first];
+                !own.trajectories.is_empty()
+                    && first.name == item.name
+                    && first.verdict == item.verdict
+            };
+            match shown.iter_mut().find(same) {
+                // A trajectory may have several items of a kind.
+                Some(own) if own.trajectories.last() == Some(&name) => {}
+                Some(own) => own.trajectories.push(name),
+                None => shown.push(ShownItem {
+                    first,
+                    trajectories: vec![name],
+                }),
+            }
+        }
+        shown
+    }
+
+    /// Of more trajectories than this, passing items of single ones are not shown, and others once.
+    pub const IN_FULL: usize = 3;
+
     /// How many items have this verdict.
     #[must_use]
     pub fn count(&self, verdict: Verdict) -> usize {
         self.items.iter().filter(|i| i.verdict == verdict).count()
     }
+}
+
+/// A finding that is shown, see [`CheckReport::shown`].
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ShownItem<'a> {
+    /// The number of the first of its items.
+    pub first: usize,
+    /// The trajectories that it is about; none where it is about all together.
+    pub trajectories: Vec<&'a str>,
 }
 
 /// Options of [`check`].

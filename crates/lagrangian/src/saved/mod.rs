@@ -27,7 +27,7 @@ use crate::mechanics::dynamics::Mechanical;
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::WEIGHTS;
 use crate::trajectory::Visited;
-use crate::{Coordinates, Error, Result};
+use crate::{Coordinates, Error, EstimateOptions, PrepareOptions, Result};
 
 /// Name of the format, in the header of every file.
 pub const FORMAT: &str = "lagrangian-model";
@@ -106,6 +106,19 @@ pub struct Preparation {
     pub low_pass: Option<f64>,
     /// The delays of the forces, s: one for all coordinates, one for each, or none.
     pub delay: Vec<f64>,
+}
+
+impl Preparation {
+    /// How signals that were not measured are estimated in other recordings, as they were in those of the fit.
+    #[must_use]
+    pub fn estimates(&self) -> EstimateOptions {
+        let options = PrepareOptions {
+            smooth: self.smooth,
+            low_pass: self.low_pass,
+            ..PrepareOptions::default()
+        };
+        options.estimates()
+    }
 }
 
 impl Provenance {

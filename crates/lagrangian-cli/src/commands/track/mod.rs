@@ -117,10 +117,10 @@ fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {
         )
     };
     let trajectory = trajectories.into_iter().next().ok_or_else(unusable)?;
-    Reference::new(trajectory).advise(
+    Ok(Reference::new(trajectory).advise(
         format!("cannot follow '{}'", args.reference.display()),
         "`lagrangian check` shows what is wrong with the data",
-    )
+    )?)
 }
 
 /// One value for all joints, or what was given.

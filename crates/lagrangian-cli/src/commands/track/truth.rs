@@ -89,8 +89,8 @@ fn bodies(path: &Path, args: &TruthArgs, model: &Learned) -> Result<RigidBodies>
     };
     let tip = bodies.tip().to_string();
     tell!("note: the payload of {kg} kg is at the origin of link '{tip}'");
-    bodies.with_payload(&tip, kg, [0.0; 3]).advise(
+    Ok(bodies.with_payload(&tip, kg, [0.0; 3]).advise(
         format!("cannot put a payload on '{shown}'"),
         "give --payload as a mass, kg",
-    )
+    )?)
 }

@@ -1,0 +1,98 @@
+//! The figure of a signal with the band in which it is to be expected.
+
+use super::coordinate::span;
+use super::{Axis, Figure, Kind, Role, Series};
+
+/// Samples of a motion that are drawn, at most: beyond, bands are a blur.
+const DRAWN: usize = 2000;
+
+/// A signal over time with its band: what was measured, what was predicted, and how far that may be wrong, `[len]` each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Banded {
+    /// Times, s.
+    pub t: Vec<f64>,
+    /// What was measured; empty where nothing was.
+    pub measured: Vec<f64>,
+    /// What was predicted.
+    pub mean: Vec<f64>,
+    /// The lower end of the band.
+    pub low: Vec<f64>,
+    /// The upper end of the band.
+    pub high: Vec<f64>,
+}
+
+impl Banded {
+    /// The figure of this signal, on an axis that is named. A band that widens beyond all bounds does not flatten the signal.
+    #[must_use]
+    pub fn figure(mut self, id: &str, title: String, axis: Axis) -> Figure {
+        for signal in [
+            &mut self.t,
+            &mut self.measured,
+            &mut self.mean,
+            &mut self.low,
+            &mut self.high,
+        ] {
+            signal.truncate(DRAWN);
+        }
+        let range = self.range();
+        let times = || self.t.clone();
+        let measured = Series::line("measured", Role::Truth, times(), self.measured.clone());
+        let band = Series {
+            kind: Kind::Band,
+            y_low: self.low,
+            y_high: self.high,
+            ..Series::line("predicted", Role::Lnn, times(), self.mean)
+        };
+        Figure {
+            id: id.into(),
+            title,
+            caption: String::new(),
+            x: Axis::linear("time", "s"),
+            y: Axis { range, ..axis },
+            series: [measured, band]
+                .into_iter()
+                .filter(|s| !s.y.is_empty())
+                .collect(),
+        }
+    }
+
+    /// Twice the span of the lines, where the band leaves it.
+    fn range(&self) -> Option<(f64, f64)> {
+        let (low, high) = span(self.measured.iter().chain(&self.mean));
+        let all = span(self.low.iter().chain(&self.high));
+        let (near, margin) = (0.5 * (high - low), 0.06 * (high - low));
+        let range = (
+            all.0.min(low).max(low - near) - margin,
+            all.1.max(high).min(high + near) + margin,
+        );
+        (high > low).then_some(range)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn banded(width: f64) -> Figure {
+        let t: Vec<f64> = (0..3000).map(|k| f64::from(k) * 1e-3).collect();
+        let of = |shift: f64| t.iter().map(|t| t.sin() + shift).collect::<Vec<_>>();
+        let own = Banded {
+            measured: of(0.0),
+            mean: of(0.1),
+            low: of(0.1 - width),
+            high: of(0.1 + width),
+            t: t.clone(),
+        };
+        own.figure("band", "a band".into(), Axis::linear("force", "N"))
+    }
+
+    #[test]
+    fn a_wide_band_does_not_flatten_the_signal() {
+        let (narrow, wide) = (banded(0.2), banded(1e6));
+        let span = |figure: &Figure| figure.y.range.map_or(0.0, |(low, high)| high - low);
+        assert!(span(&narrow) > 1.0 && span(&narrow) < 2.0, "{narrow:?}");
+        assert!(span(&wide) < 3.0 * span(&narrow));
+        assert_eq!(narrow.series[1].kind, Kind::Band);
+        assert_eq!(narrow.series[1].y_high.len(), DRAWN);
+    }
+}
