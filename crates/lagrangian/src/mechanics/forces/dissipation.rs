@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::GearFriction;
 use crate::{Error, Result};
 
 /// Friction dᵢ = bᵢ q̇ᵢ + tanh(q̇ᵢ / vₛᵢ) [cᵢ + lᵢ |Fᵢ| + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = F − d
@@ -78,6 +79,20 @@ impl Dissipation {
             }
         }
         Ok(())
+    }
+
+    /// The friction of coordinate `i` as that of a gear: the same terms without the smooth change of sign.
+    #[must_use]
+    pub fn gear(&self, i: usize) -> GearFriction {
+        let stribeck = self.stribeck.as_ref();
+        GearFriction {
+            viscous: self.viscous[i],
+            coulomb: self.coulomb[i],
+            motor: self.load.as_ref().map_or(0.0, |load| load[i]),
+            stribeck: stribeck.map_or(0.0, |s| s.height[i]),
+            speed: stribeck.map_or(0.0, |s| s.speed[i]),
+            ..GearFriction::default()
+        }
     }
 
     /// Writes d at `m` states without a load; `qd` and `force` are `[m, n]`.

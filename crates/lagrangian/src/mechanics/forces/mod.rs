@@ -4,6 +4,7 @@ mod actuation;
 mod applied;
 mod dissipation;
 mod drive;
+mod dry;
 mod gear;
 mod scalar;
 
@@ -11,5 +12,6 @@ pub use actuation::Actuation;
 pub use applied::Applied;
 pub use dissipation::{Dissipation, Stribeck};
 pub use drive::{Command, Drive};
+pub use dry::DrySolver;
 pub use gear::{GearFriction, Load};
 pub use scalar::{Scalar, Sensitive};
