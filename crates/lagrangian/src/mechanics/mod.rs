@@ -21,7 +21,7 @@ pub use dynamics::{
     bias, energy, forward, inverse, momenta,
 };
 pub use forces::{
-    Actuation, Applied, Command, Dissipation, Drive, DrySolver, GearFriction, Load, Scalar, Sensitive,
+    Actuation, Applied, Command, Directional, Dissipation, Drive, DrySolver, GearFriction, Load, Scalar, Sensitive,
     Stribeck,
 };
 pub use hamiltonian::{

@@ -53,15 +53,16 @@ impl Balance {
         }
         let applied = model.applied();
         applied.driving(tau, &mut self.force);
-        for i in 0..q.len() {
-            let load = Load {
-                motor: self.force[i],
-                external: -self.viscous[i],
+        for (i, &v) in qd.iter().enumerate() {
+            let (motor, external) = (self.force[i], -self.viscous[i]);
+            self.force[i] += external;
+            let gear = applied.dissipation.map(|d| d.gear(i)).unwrap_or_default();
+            self.viscous[i] = gear.viscous;
+            // What holds a joint at rest is the load; what comes out of the gear of one that moves depends on its friction.
+            self.dry[i] = match v == 0.0 {
+                true => gear.dry(Load { motor, external }, v),
+                false => (gear.friction(motor, v, v.signum()) - gear.viscous * v) * v.signum(),
             };
-            self.force[i] += load.external;
-            let friction = applied.dissipation;
-            self.viscous[i] = friction.map_or(0.0, |d| d.viscous[i]);
-            self.dry[i] = friction.map_or(0.0, |d| d.gear(i).dry(load, qd[i]));
         }
         match self.is_finite() {
             true => outcome,

@@ -10,7 +10,7 @@ mod scalar;
 
 pub use actuation::Actuation;
 pub use applied::Applied;
-pub use dissipation::{Dissipation, Stribeck};
+pub use dissipation::{Directional, Dissipation, Stribeck};
 pub use drive::{Command, Drive};
 pub use dry::DrySolver;
 pub use gear::{GearFriction, Load};

@@ -85,7 +85,9 @@ impl Evaluator for ServoEvaluator<'_> {
             for (i, row) in self.work.mass.chunks_exact(n).enumerate() {
                 let inertial: f64 = row.iter().zip(qdd).map(|(m, a)| m * a).sum();
                 let bias = self.work.bias[i];
-                tau[i] = self.machine.gears[i].motor_torque(inertial + bias, -bias, qd[i]);
+                let (v, net) = (qd[i], inertial + bias);
+                let direction = if v == 0.0 { 0.0 } else { v.signum() };
+                tau[i] = self.machine.gears[i].motor_torque(net, -bias, v, direction);
             }
         }
         Evaluation::of(tau, n, 0)

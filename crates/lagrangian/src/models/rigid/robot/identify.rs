@@ -11,7 +11,6 @@
 //! combinations the prior decides. Joints count by what is left unexplained of them, as in maximum likelihood; a joint
 //! whose friction is large then does not hide what the others tell about the bodies.
 
-use super::correlation::correlations;
 use super::{Identification, IdentifiedRobot};
 use crate::dataset::Dataset;
 use crate::mechanics::dynamics::Mechanical;
@@ -328,6 +327,7 @@ impl Problem {
             smoothing: speeds.iter().map(|&k| self.speeds[k]).collect(),
             stribeck: None,
             load: matches!(friction, Friction::Loaded(_)).then(next),
+            directional: None,
         };
         Mechanical::dissipative(robot, dissipation)
     }
