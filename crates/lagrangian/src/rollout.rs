@@ -273,7 +273,9 @@ fn check(
         .coordinates()
         .check_parameters("initial velocity", qd0)?;
     let mut evaluator = (options.method == Method::Moreau).then(|| model.evaluator());
-    let balance = evaluator.as_mut().map(|of| of.balance(q0, qd0, qd0, &mut Balance::new(n)));
+    let balance = evaluator
+        .as_mut()
+        .map(|of| of.balance(q0, qd0, qd0, &mut Balance::new(n)));
     if balance == Some(Evaluation::Unsupported) {
         let must = "one for a model without a mass matrix: rk4, dopri5 or dop853 (`method`)";
         return Err(Error::argument("method", options.method.name(), must));

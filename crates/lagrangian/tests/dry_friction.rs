@@ -55,7 +55,9 @@ fn a_block_on_a_spring_loses_2c_over_k_each_half_swing_and_then_rests_for_hours(
     let error = |step: f64| distance(&end(step).q, &[1.0, -0.7, 0.4, -0.1, -0.1]);
     assert!(error(0.01) < 1e-4, "{:e}", error(0.01));
     let fine = end(1e-3);
-    assert!(fine.qd[4] == 0.0 && fine.qdd[4] == 0.0 && fine.q[4].to_bits() == end(1e-3).q[4].to_bits());
+    assert!(
+        fine.qd[4] == 0.0 && fine.qdd[4] == 0.0 && fine.q[4].to_bits() == end(1e-3).q[4].to_bits()
+    );
     let hours = times(3.0 * 3600.0, 60.0).unwrap();
     let rest = rollout(&block, &[-0.1], &[0.0], &hours, &free, &stepped(0.02)).unwrap();
     assert_eq!(rest.outcome, Outcome::Finished);
@@ -86,7 +88,10 @@ fn a_block_that_a_spring_drags_sticks_and_slips_by_the_closed_form() {
         distance(&motion.trajectory.q, &exact)
     };
     let errors = [0.01, 0.005, 0.0025].map(error);
-    assert!(errors[0] < 1e-4 && errors[2] < errors[0] / 8.0, "{errors:?}");
+    assert!(
+        errors[0] < 1e-4 && errors[2] < errors[0] / 8.0,
+        "{errors:?}"
+    );
 }
 
 #[test]
@@ -105,7 +110,10 @@ fn a_block_on_an_incline_rests_below_its_breakaway_and_slides_with_the_differenc
     assert!((up[0] + 1.5).abs() < 1e-9 && up[1] == 0.0, "{up:?}");
     // It turns after 0.5 s at −0.5 · 4² / 8, where it starts back: |F| > c.
     let back = at(6.0, -4.0);
-    assert!(distance(&back, &[-1.0 + 0.5 * 4.0 * 2.5 * 2.5, 10.0]) < 1e-9, "{back:?}");
+    assert!(
+        distance(&back, &[-1.0 + 0.5 * 4.0 * 2.5 * 2.5, 10.0]) < 1e-9,
+        "{back:?}"
+    );
 }
 
 #[test]
@@ -126,7 +134,11 @@ fn a_pendulum_comes_to_rest_off_its_equilibrium_within_the_dead_zone() {
         let first = motion.qd.iter().rposition(|v| *v != 0.0).unwrap() + 1;
         assert!(first < t.len() / 2, "{first}");
         let held = motion.q[first];
-        assert!(motion.q[first..].iter().all(|q| q.to_bits() == held.to_bits()));
+        assert!(
+            motion.q[first..]
+                .iter()
+                .all(|q| q.to_bits() == held.to_bits())
+        );
         let weight = 9.8 * held.sin();
         assert!(weight.abs() <= 1.5 + 1e-9 && held != 0.0, "{held}");
         assert!(motion.qdd[first..].iter().all(|a| *a == 0.0));
@@ -140,8 +152,17 @@ fn of_two_coupled_joints_one_sticks_while_the_other_swings_as_a_pendulum_alone()
     let t = times(3.0, 0.1).unwrap();
     let motion = rollout(&held, &[0.0, 1.2], &[0.0, 0.0], &t, &free, &stepped(1e-3)).unwrap();
     let single = by_name("pendulum", &[]).unwrap();
-    let exact = rollout(&*single, &[1.2], &[0.0], &t, &free, &RolloutOptions::truth()).unwrap();
-    let column = |x: &[f64], i: usize| -> Vec<f64> { x.iter().skip(i).step_by(2).copied().collect() };
+    let exact = rollout(
+        &*single,
+        &[1.2],
+        &[0.0],
+        &t,
+        &free,
+        &RolloutOptions::truth(),
+    )
+    .unwrap();
+    let column =
+        |x: &[f64], i: usize| -> Vec<f64> { x.iter().skip(i).step_by(2).copied().collect() };
     let (q, qd) = (&motion.trajectory.q, &motion.trajectory.qd);
     assert!(column(q, 0).iter().chain(&column(qd, 0)).all(|x| *x == 0.0));
     let error = distance(&column(q, 1), &exact.trajectory.q);
@@ -167,14 +188,20 @@ fn the_order_is_two_through_stops_and_reversals_of_coupled_joints() {
     let exact = run(1e-4);
     for joint in 0..2 {
         let v = exact.qd.iter().skip(joint).step_by(2);
-        let turns = v.clone().zip(v.clone().skip(1)).filter(|(a, b)| *a * *b < 0.0);
+        let turns = v
+            .clone()
+            .zip(v.clone().skip(1))
+            .filter(|(a, b)| *a * *b < 0.0);
         let (turns, rests) = (turns.count(), v.filter(|v| **v == 0.0).count());
         println!("joint {joint}: {turns} reversals, {rests} samples at rest");
         assert!(turns > 0 && rests > 10 * (1 - joint), "{joint}");
     }
     let errors = [0.01, 0.005, 0.0025].map(|step| distance(&run(step).q, &exact.q));
     println!("{errors:?}");
-    assert!(errors[0] < 1e-2 && errors[2] < errors[0] / 9.0, "{errors:?}");
+    assert!(
+        errors[0] < 1e-2 && errors[2] < errors[0] / 9.0,
+        "{errors:?}"
+    );
 }
 
 #[test]
@@ -220,7 +247,10 @@ fn friction_alone_never_adds_energy_to_coupled_joints_whatever_the_step() {
         let offset = energy[t.len() - 1];
         assert!(qd[qd.len() - 2..].iter().all(|v| *v == 0.0));
         let rise = energy.windows(2).fold(0.0, |m: f64, w| m.max(w[1] - w[0]));
-        assert!(rise <= 1e-3 * step * (energy[0] - offset), "{step}: {rise:e}");
+        assert!(
+            rise <= 1e-3 * step * (energy[0] - offset),
+            "{step}: {rise:e}"
+        );
     }
 }
 
@@ -251,8 +281,18 @@ fn learned_models_move_by_it_and_plain_networks_are_told_why_not() {
         let motion = rollout(model, &[0.3, 0.9], &[0.0, 0.5], &t, &free, &stepped(0.01));
         last(&motion.unwrap())
     });
-    assert!(p[0] == 0.3 && p[2] == 0.0 && distance(&p, &v) < 1e-9, "{p:?} {v:?}");
-    let momenta = rollout_phase(&canonical, &[0.3, 0.9], &[0.0, 0.5], &t, &free, &stepped(0.01));
+    assert!(
+        p[0] == 0.3 && p[2] == 0.0 && distance(&p, &v) < 1e-9,
+        "{p:?} {v:?}"
+    );
+    let momenta = rollout_phase(
+        &canonical,
+        &[0.3, 0.9],
+        &[0.0, 0.5],
+        &t,
+        &free,
+        &stepped(0.01),
+    );
     assert!(momenta.unwrap_err().to_string().contains("all but moreau"));
 
     let config = MlpConfig::default();

@@ -112,8 +112,10 @@ pub fn track<'a>(
         without_model: 0,
     };
     let record = match feed_forward {
-        FeedForwardSource::None => run.drive(None, &mut |_| false).map(|()| None),
-        FeedForwardSource::Model(model) => run.drive(Some(model), &mut |_| false).map(|()| None),
+        FeedForwardSource::None => run.drive(None, FAR, &mut |_| false).map(|()| None),
+        FeedForwardSource::Model(model) => {
+            run.drive(Some(model), FAR, &mut |_| false).map(|()| None)
+        }
         FeedForwardSource::LockStep {
             learner,
             steps,
@@ -128,6 +130,9 @@ pub fn track<'a>(
         without_model: run.without_model,
     })
 }
+
+/// The reach of a model that is right everywhere.
+const FAR: f64 = f64::INFINITY;
 
 struct Run<'a> {
     simulation: Simulation<'a>,
@@ -172,10 +177,11 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Runs with this model, or with feedback alone, until `after` returns true, because there is another, or to the end.
+    /// Runs with this model within its reach, or with feedback alone, until `after` returns true, because there is another, or to the end.
     fn drive(
         &mut self,
         model: Option<&dyn Model>,
+        reach: f64,
         after: &mut dyn FnMut(&[f64]) -> bool,
     ) -> Result<()> {
         let (config, reference) = (self.config, self.reference);
@@ -190,7 +196,8 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         let lead = config.control.lead();
-        let mut controller = FeedForward::new(model, &config.gains, reference, lead)?;
+        let controller = FeedForward::new(model, &config.gains, reference, lead)?;
+        let mut controller = controller.within(reach);
         while !self.estimates() {
             if self.tick(&mut controller).is_break() || after(&self.row) {
                 self.without_model += controller.dropped();
@@ -242,6 +249,7 @@ impl<'a> Run<'a> {
         }
         let every = (rate / hand_overs).round().max(1.0) as usize;
         let each = (steps * every as f64 / rate).round().max(1.0) as usize;
+        let reach = learner.config().reach;
         let (mut learner, mut ticks, mut failure) = (learner, 0usize, None);
         let mut model: Option<Learned> = None;
         while !self.is_over() {
@@ -258,7 +266,8 @@ impl<'a> Run<'a> {
                 failure = result.err();
                 failure.is_some() || next.is_some()
             };
-            self.drive(model.as_ref().map(|model| model as &dyn Model), &mut after)?;
+            let known = model.as_ref().map(|model| model as &dyn Model);
+            self.drive(known, reach, &mut after)?;
             if let Some(failure) = failure {
                 return Err(failure);
             }
@@ -269,6 +278,7 @@ impl<'a> Run<'a> {
 
     /// Runs the learner on its thread and the loop in real time.
     fn beside(&mut self, learner: OnlineLearner) -> Result<Record> {
+        let reach = learner.config().reach;
         let mut thread = spawn(learner)?;
         let (period, clock) = (self.config.control.period(), Instant::now());
         let mut model: Option<Arc<Learned>> = None;
@@ -281,10 +291,8 @@ impl<'a> Run<'a> {
                 std::thread::sleep(due.saturating_sub(clock.elapsed()));
                 thread.models.has_new()
             };
-            self.drive(
-                model.as_deref().map(|model| model as &dyn Model),
-                &mut after,
-            )?;
+            let known = model.as_deref().map(|model| model as &dyn Model);
+            self.drive(known, reach, &mut after)?;
             model = thread.models.take().or(model);
         }
         thread.finish()

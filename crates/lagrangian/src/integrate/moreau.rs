@@ -134,7 +134,12 @@ impl Moreau {
         }
         self.velocity.copy_from_slice(v);
         for _ in 0..2 {
-            f(t + 0.5 * h, &self.position, &self.velocity, &mut self.balance);
+            f(
+                t + 0.5 * h,
+                &self.position,
+                &self.velocity,
+                &mut self.balance,
+            );
             self.set_up(h, v);
             let mut next = std::mem::take(&mut self.next);
             next.copy_from_slice(v);

@@ -17,12 +17,12 @@ pub(crate) mod lagrangian;
 pub(crate) mod solve;
 
 pub use dynamics::{
-    Balance, Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow, Quantities, Slopes,
-    bias, energy, forward, inverse, momenta,
+    Balance, Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow,
+    Quantities, Slopes, bias, energy, forward, inverse, momenta,
 };
 pub use forces::{
-    Actuation, Applied, Command, Directional, Dissipation, Drive, DrySolver, GearFriction, Load, Scalar, Sensitive,
-    Stribeck,
+    Actuation, Applied, Command, Directional, Dissipation, Drive, DrySolver, GearFriction, Load,
+    Scalar, Sensitive, Stribeck,
 };
 pub use hamiltonian::{
     Canonical, Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, LagrangianOf,

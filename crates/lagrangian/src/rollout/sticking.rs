@@ -52,14 +52,20 @@ impl Run<'_> {
         let trajectory = &rollout.trajectory;
         let mut method = Moreau::new(n);
         let mut known = Known::default();
-        let states = trajectory.q.chunks_exact(n).zip(trajectory.qd.chunks_exact(n));
+        let states = trajectory
+            .q
+            .chunks_exact(n)
+            .zip(trajectory.qd.chunks_exact(n));
         for (&t, (q, qd)) in trajectory.t.iter().zip(states) {
             let mut balance = |t: f64, q: &[f64], qd: &[f64], balance: &mut Balance| {
                 tau(t, q, qd, force);
                 let _ = evaluator.balance(q, qd, force, balance);
             };
             let mut qdd = vec![0.0; n];
-            if method.acceleration(&mut balance, t, [q, qd], &mut qdd).is_err() {
+            if method
+                .acceleration(&mut balance, t, [q, qd], &mut qdd)
+                .is_err()
+            {
                 qdd.fill(f64::NAN);
             }
             known.found(force, &qdd);

@@ -287,7 +287,9 @@ impl Forces {
                 | Term::Rotor => {
                     row.iter_mut().for_each(|x| *x = x.max(0.0));
                 }
-                Term::Load | Term::External => row.iter_mut().for_each(|x| *x = x.clamp(0.0, MOST_LOAD)),
+                Term::Load | Term::External => {
+                    row.iter_mut().for_each(|x| *x = x.clamp(0.0, MOST_LOAD))
+                }
                 Term::Smoothing | Term::StribeckSpeed => row
                     .iter_mut()
                     .for_each(|x| *x = x.clamp(-SPEED_RANGE, SPEED_RANGE)),

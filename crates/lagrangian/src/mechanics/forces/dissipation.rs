@@ -115,10 +115,26 @@ impl Dissipation {
         if let Some(d) = &self.directional {
             lists.extend([
                 ("friction by what comes out", &d.external, COEFFICIENT),
-                ("friction by the load near standstill", &d.stribeck_motor, COEFFICIENT),
-                ("friction by what comes out near standstill", &d.stribeck_external, COEFFICIENT),
-                ("friction by the square of the load", &d.quadratic_motor, COEFFICIENT),
-                ("friction by the square of what comes out", &d.quadratic_external, COEFFICIENT),
+                (
+                    "friction by the load near standstill",
+                    &d.stribeck_motor,
+                    COEFFICIENT,
+                ),
+                (
+                    "friction by what comes out near standstill",
+                    &d.stribeck_external,
+                    COEFFICIENT,
+                ),
+                (
+                    "friction by the square of the load",
+                    &d.quadratic_motor,
+                    COEFFICIENT,
+                ),
+                (
+                    "friction by the square of what comes out",
+                    &d.quadratic_external,
+                    COEFFICIENT,
+                ),
             ]);
         }
         for (name, list, must) in lists {
@@ -136,7 +152,10 @@ impl Dissipation {
         for gear in (0..n).map(|i| self.gear(i)) {
             let shares = [
                 ("friction by the load", gear.motor + gear.stribeck_motor),
-                ("friction by what comes out", gear.external + gear.stribeck_external),
+                (
+                    "friction by what comes out",
+                    gear.external + gear.stribeck_external,
+                ),
             ];
             if let Some((name, share)) = shares.into_iter().find(|(_, share)| *share >= 1.0) {
                 return Err(Error::argument(name, share, SHARE));

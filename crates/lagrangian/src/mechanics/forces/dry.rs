@@ -206,7 +206,8 @@ mod tests {
             let mut solver = DrySolver::new(n);
             assert!(solver.solve(&mass, &rest, &limit, &mut v));
             for (i, g) in friction(&mass, &rest, &v).into_iter().enumerate() {
-                let size = rest[i].abs() + n as f64 * 1e2 * v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                let size =
+                    rest[i].abs() + n as f64 * 1e2 * v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
                 let right = match v[i] == 0.0 {
                     true => g.abs() <= limit[i] + 1e-13 * size,
                     false => (g - limit[i] * v[i].signum()).abs() < 1e-13 * size,
@@ -259,7 +260,11 @@ mod tests {
         let (up, down) = (solved(0.7 + 1e-6), solved(0.7 - 1e-6));
         for i in 0..3 {
             let slope = (up[i] - down[i]) / 2e-6;
-            assert!((v[i].slope[0] - slope).abs() < 1e-8, "{i}: {:?} {slope}", v[i]);
+            assert!(
+                (v[i].slope[0] - slope).abs() < 1e-8,
+                "{i}: {:?} {slope}",
+                v[i]
+            );
         }
         assert!(v[1].value == 0.0 && v[0].value > 0.0 && v[2].value < 0.0);
     }

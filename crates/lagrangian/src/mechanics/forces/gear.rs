@@ -110,7 +110,11 @@ impl<T: Scalar> GearFriction<T> {
             _ => {}
         }
         let before = motor - viscous - direction * dry;
-        let along = if before.value() < 0.0 { -direction } else { direction };
+        let along = if before.value() < 0.0 {
+            -direction
+        } else {
+            direction
+        };
         let out = root(T::of(1.0) + along * of_out, along * square, before.abs());
         viscous + direction * (dry + of_out * out + square * out * out)
     }
@@ -118,7 +122,8 @@ impl<T: Scalar> GearFriction<T> {
     /// Whether there is any friction but the viscous one.
     pub(super) fn is_dry(&self) -> bool {
         let shares = self.motor.value() + self.external.value();
-        let near = self.stribeck.value() + self.stribeck_motor.value() + self.stribeck_external.value();
+        let near =
+            self.stribeck.value() + self.stribeck_motor.value() + self.stribeck_external.value();
         self.coulomb.value() + shares + near > 0.0 || self.has_squares()
     }
 
@@ -159,7 +164,10 @@ impl GearFriction {
         if !self.has_squares() {
             return of(free, 0.0);
         }
-        let drives = of(free + near * self.quadratic_external * external * external, 0.0);
+        let drives = of(
+            free + near * self.quadratic_external * external * external,
+            0.0,
+        );
         let driven = of(free, near * self.quadratic_motor);
         let neither = of(free, 0.0);
         match external {
@@ -222,7 +230,13 @@ mod tests {
         let mut driven = 0;
         for gear in [GEAR, squares] {
             for motor in [-1.3, -0.2, -0.01, 0.0, 0.04, 0.7] {
-                for (v, direction) in [(-2.0, -1.0), (-0.05, -0.4), (0.0, 0.0), (0.1, 0.7), (1.0, 1.0_f64)] {
+                for (v, direction) in [
+                    (-2.0, -1.0),
+                    (-0.05, -0.4),
+                    (0.0, 0.0),
+                    (0.1, 0.7),
+                    (1.0, 1.0_f64),
+                ] {
                     let d = gear.friction(motor, v, direction);
                     let load = Load {
                         motor,

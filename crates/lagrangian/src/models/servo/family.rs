@@ -277,7 +277,10 @@ impl FittedModel for Servo {
         // A term that the friction does not have is exactly 0.
         let own = all.filter(|(_, quantity)| quantity.value != 0.0);
         own.map(|(k, quantity)| Parameter {
-            name: format!("{}_{}", quantity.kind, self.coordinates.0[quantity.joint].name),
+            name: format!(
+                "{}_{}",
+                quantity.kind, self.coordinates.0[quantity.joint].name
+            ),
             value: quantity.value,
             unit: quantity.unit.into(),
             standard_error: self.errors.get(k).copied().filter(|error| *error > 0.0),

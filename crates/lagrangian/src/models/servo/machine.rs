@@ -146,7 +146,10 @@ impl<T: Scalar> Machine<T> {
             work.mass[i * (n + 1)] = work.mass[i * (n + 1)] + *damping;
         }
         let (impulse, threshold) = (&work.impulse, &work.threshold);
-        if !work.solver.solve(&work.mass, impulse, threshold, &mut state.qd) {
+        if !work
+            .solver
+            .solve(&work.mass, impulse, threshold, &mut state.qd)
+        {
             state.qd.fill(T::of(f64::NAN));
         }
         for (q, v) in state.q.iter_mut().zip(&state.qd) {

@@ -226,7 +226,10 @@ fn standard_errors_grow_with_the_noise_of_the_positions_and_hold_the_truth() {
         assert!((2.0..50.0).contains(&growth), "{a:?} {b:?}");
         // What ties parameters to their start shifts them beside the noise.
         let error = (b.value - truth.value).abs();
-        assert!(error < 5.0 * large + 0.02 * truth.value.abs(), "{b:?} {truth:?}");
+        assert!(
+            error < 5.0 * large + 0.02 * truth.value.abs(),
+            "{b:?} {truth:?}"
+        );
     }
 }
 

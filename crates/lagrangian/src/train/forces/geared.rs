@@ -57,7 +57,9 @@ impl Forces {
             stribeck_external: of(Term::StribeckExternal, 1.0),
             quadratic_motor: of(Term::QuadraticMotor, 1.0 / tau),
             quadratic_external: of(Term::QuadraticExternal, 1.0 / tau),
-            speed: of(Term::StribeckSpeed, 1.0).exp().times(super::STRIBECK * qd),
+            speed: of(Term::StribeckSpeed, 1.0)
+                .exp()
+                .times(super::STRIBECK * qd),
         };
         let smoothing = of(Term::Smoothing, 1.0).exp();
         (gear, smoothing.times(super::SMOOTHING * qd))
@@ -70,7 +72,11 @@ impl Forces {
         let v = Sloped::variable(qd, VELOCITY);
         let ratio = v / smoothing;
         let direction = ratio.value.tanh();
-        gear.friction(force, v, ratio.chain(direction, 1.0 - direction * direction))
+        gear.friction(
+            force,
+            v,
+            ratio.chain(direction, 1.0 - direction * direction),
+        )
     }
 
     /// As [`Forces::force`].
@@ -100,7 +106,13 @@ impl Forces {
     }
 
     /// As [`Forces::velocity_slope`].
-    pub(super) fn geared_velocity_slope(&self, extra: &[f64], i: usize, qd: f64, tau: &[f64]) -> f64 {
+    pub(super) fn geared_velocity_slope(
+        &self,
+        extra: &[f64],
+        i: usize,
+        qd: f64,
+        tau: &[f64],
+    ) -> f64 {
         self.friction(extra, i, qd, tau).slope[VELOCITY]
     }
 
@@ -135,7 +147,8 @@ mod tests {
     fn parameters(forces: &Forces) -> Vec<f64> {
         let initial = forces.initial();
         let each = initial.iter().enumerate();
-        each.map(|(k, x)| x + 0.02 * (1.0 + (k % 5) as f64)).collect()
+        each.map(|(k, x)| x + 0.02 * (1.0 + (k % 5) as f64))
+            .collect()
     }
 
     fn drives() -> impl Iterator<Item = Drive<'static>> {
@@ -146,7 +159,9 @@ mod tests {
             qdd,
             tau: Box::leak(Box::new(*tau)),
         };
-        motions.into_iter().flat_map(move |m| inputs.map(|tau| pair(m, &tau)))
+        motions
+            .into_iter()
+            .flat_map(move |m| inputs.map(|tau| pair(m, &tau)))
     }
 
     #[test]
@@ -195,7 +210,11 @@ mod tests {
                     let fixed = i == 0 && forces.terms[term] == Term::Gain;
                     let difference = (at(term, 1e-6) - at(term, -1e-6)) / 2e-6;
                     let same = (slope - difference).abs() < 1e-6 * (1.0 + slope.abs());
-                    assert!(fixed || same, "{:?} {slope} {difference}", forces.terms[term]);
+                    assert!(
+                        fixed || same,
+                        "{:?} {slope} {difference}",
+                        forces.terms[term]
+                    );
                 }
                 let (Some(friction), Ok(Some(actuation))) = (&friction, &actuation) else {
                     panic!("friction and gains are learned");
@@ -204,7 +223,10 @@ mod tests {
                 actuation.forces(drive.tau, &mut force);
                 friction.take_out(&qd, &mut force);
                 let rotor = forces.rotor(&extra, i) * drive.qdd;
-                assert!((value - rotor + force[i]).abs() < 1e-12, "{value} {force:?}");
+                assert!(
+                    (value - rotor + force[i]).abs() < 1e-12,
+                    "{value} {force:?}"
+                );
             }
         }
     }

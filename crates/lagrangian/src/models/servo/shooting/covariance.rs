@@ -103,7 +103,13 @@ impl Shooting<'_> {
         let memory = (0..n).map(joint).fold(1.0, f64::max);
         // ψ = w x with w = 1/√(1 + x²), so that w² = 1 − ψ².
         let squares: f64 = residuals.iter().map(|x| x * x).sum();
-        let weights: f64 = residuals.iter().map(|x| (1.0 - x * x).max(0.0).sqrt()).sum();
-        (all.matrix, memory * squares / weights.max(f64::MIN_POSITIVE))
+        let weights: f64 = residuals
+            .iter()
+            .map(|x| (1.0 - x * x).max(0.0).sqrt())
+            .sum();
+        (
+            all.matrix,
+            memory * squares / weights.max(f64::MIN_POSITIVE),
+        )
     }
 }
