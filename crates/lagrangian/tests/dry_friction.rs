@@ -282,7 +282,7 @@ fn learned_models_move_by_it_and_plain_networks_are_told_why_not() {
         last(&motion.unwrap())
     });
     assert!(
-        p[0] == 0.3 && p[2] == 0.0 && distance(&p, &v) < 1e-9,
+        p[0].to_bits() == 0.3_f64.to_bits() && p[2] == 0.0 && distance(&p, &v) < 1e-9,
         "{p:?} {v:?}"
     );
     let momenta = rollout_phase(

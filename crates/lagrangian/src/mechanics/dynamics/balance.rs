@@ -23,12 +23,12 @@ impl Balance {
     /// Zeros, for `n` degrees of freedom.
     #[must_use]
     pub fn new(n: usize) -> Self {
-        let [force, viscous, dry] = [const { Vec::new() }; 3].map(|_: Vec<f64>| vec![0.0; n]);
+        let zeros = || vec![0.0; n];
         Self {
             mass_matrix: vec![0.0; n * n],
-            force,
-            viscous,
-            dry,
+            force: zeros(),
+            viscous: zeros(),
+            dry: zeros(),
         }
     }
 

@@ -45,6 +45,9 @@ impl<T: Scalar> DrySolver<T> {
     /// `false` where M is not positive definite, or something is not finite: then v is not a solution.
     #[must_use]
     pub fn solve(&mut self, mass: &[T], rest: &[T], limit: &[T], v: &mut [T]) -> bool {
+        if !mass.iter().chain(rest).all(|x| x.value().is_finite()) {
+            return false;
+        }
         for (i, sign) in self.sign.iter_mut().enumerate() {
             let held = limit[i].value().is_infinite();
             if held || v[i].value() == 0.0 {
@@ -94,7 +97,8 @@ impl<T: Scalar> DrySolver<T> {
         let turning = self.moving.iter().zip(&self.target).filter_map(|(&i, y)| {
             let (v, y) = (v[i].value(), y.value());
             let turns = limit[i].value() > 0.0 && y * self.sign[i] <= 0.0;
-            turns.then(|| (i, if v == y { 0.0 } else { v / (v - y) }))
+            let way = v - y;
+            turns.then(|| (i, if way == 0.0 { 0.0 } else { v / way }))
         });
         turning.min_by(|a, b| a.1.total_cmp(&b.1))
     }

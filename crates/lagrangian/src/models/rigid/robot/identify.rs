@@ -15,6 +15,7 @@ use super::{Identification, IdentifiedRobot};
 use crate::dataset::Dataset;
 use crate::mechanics::dynamics::Mechanical;
 use crate::mechanics::forces::Dissipation;
+use crate::models::correlation::correlations;
 use crate::rigid::changes::Certainty;
 use crate::rigid::consistent::{Prior, is_consistent, minimise};
 use crate::rigid::joint_sums::{Friction, JointSums};

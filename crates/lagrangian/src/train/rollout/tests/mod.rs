@@ -102,7 +102,6 @@ pub(super) fn families() -> Vec<(Box<dyn Family>, ForceTerms)> {
     };
     let rotors = ForceTerms {
         rotor: true,
-        directional: true,
         ..forces
     };
     let hnn = |structure, momenta| {
