@@ -7,13 +7,11 @@ use lagrangian::{Evaluation, Evaluator, Model, Result};
 /// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
 ///
 /// The inverse dynamics are those of the reference, not of the measured state: noise of the sensors never passes through
-/// the model, but for one that [`FeedForward::within`] keeps near it. At ticks where the model is not finite, feedback acts alone, and [`FeedForward::dropped`] counts them.
+/// the model. At ticks where the model is not finite, feedback acts alone, and [`FeedForward::dropped`] counts them.
 pub struct FeedForward<'a> {
     pd: Pd<'a>,
     evaluator: Box<dyn Evaluator + 'a>,
     lead: f64,
-    /// How far from the measured positions the model is asked, rad or m.
-    reach: f64,
     correction: Vec<f64>,
     /// What is added to the acceleration of the reference.
     pub(crate) acceleration: Vec<f64>,
@@ -39,29 +37,16 @@ impl<'a> FeedForward<'a> {
             pd,
             evaluator: model.evaluator(),
             lead,
-            reach: f64::INFINITY,
             correction: vec![0.0; n],
             acceleration: vec![0.0; n],
             dropped: 0,
         };
         // Warms the evaluator up, so that the first tick allocates nothing.
         let mut tau = vec![0.0; n];
-        let start = new.pd.reference.samples().q[..n].to_vec();
-        if new
-            .feed_forward(reference.start(), &start, &mut tau)
-            .is_supported()
-        {
+        if new.feed_forward(reference.start(), &mut tau).is_supported() {
             return Ok(new);
         }
         Err(no_inverse())
-    }
-
-    /// The same controller with a model that is asked at most `reach` from the measured positions, rad or m: one that is learned
-    /// meanwhile knows the states that the robot visited, and those of a reference that it does not follow yet are not among them.
-    #[must_use]
-    pub fn within(mut self, reach: f64) -> Self {
-        self.reach = reach;
-        self
     }
 
     /// The number of ticks at which the model was not finite, so that feedback acted alone.
@@ -93,12 +78,9 @@ impl<'a> FeedForward<'a> {
         added.for_each(|(a, x)| *a += x);
     }
 
-    fn feed_forward(&mut self, t: f64, measured: &[f64], tau: &mut [f64]) -> Evaluation {
+    fn feed_forward(&mut self, t: f64, tau: &mut [f64]) -> Evaluation {
         let mut desired = std::mem::take(&mut self.pd.desired);
         self.ahead(t, &mut desired);
-        for (q, measured) in desired.q.iter_mut().zip(measured) {
-            *q = q.max(measured - self.reach).min(measured + self.reach);
-        }
         let Desired { q, qd, qdd } = &desired;
         let outcome = self.evaluator.inverse_dynamics(q, qd, qdd, tau);
         self.pd.desired = desired;
@@ -108,7 +90,7 @@ impl<'a> FeedForward<'a> {
 
 impl Controller for FeedForward<'_> {
     fn torque(&mut self, t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]) {
-        if !self.feed_forward(t, q, tau).is_finite() {
+        if !self.feed_forward(t, tau).is_finite() {
             tau.fill(0.0);
             self.dropped += 1;
         }

@@ -44,9 +44,6 @@ pub struct OnlineConfig {
     /// The first model is handed over once its loss on new samples is below this, in units of the mean square of the
     /// first torques: a wrong feed-forward is worse than none. After that, every model that passes the guard is handed over.
     pub first_model_loss: f64,
-    /// How far from the measured positions the model is asked for its feed-forward, rad or m: it knows what the robot visited, which
-    /// a reference that it does not follow yet is not.
-    pub reach: f64,
     /// The seed of weights and batches.
     pub seed: u64,
 }
@@ -73,7 +70,6 @@ impl Default for OnlineConfig {
             change_threshold: 0.03,
             change_samples: 32,
             first_model_loss: 0.1,
-            reach: 0.1,
             seed: 0,
         }
     }
@@ -95,7 +91,6 @@ impl OnlineConfig {
             ("change_factor", self.change_factor),
             ("change_threshold", self.change_threshold),
             ("first_model_loss", self.first_model_loss),
-            ("reach", self.reach),
         ];
         if let Some((name, x)) = positive.iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
             return argument(name, x.to_string(), "finite and above 0");

@@ -112,10 +112,8 @@ pub fn track<'a>(
         without_model: 0,
     };
     let record = match feed_forward {
-        FeedForwardSource::None => run.drive(None, FAR, &mut |_| false).map(|()| None),
-        FeedForwardSource::Model(model) => {
-            run.drive(Some(model), FAR, &mut |_| false).map(|()| None)
-        }
+        FeedForwardSource::None => run.drive(None, &mut |_| false).map(|()| None),
+        FeedForwardSource::Model(model) => run.drive(Some(model), &mut |_| false).map(|()| None),
         FeedForwardSource::LockStep {
             learner,
             steps,
@@ -130,9 +128,6 @@ pub fn track<'a>(
         without_model: run.without_model,
     })
 }
-
-/// The reach of a model that is right everywhere.
-const FAR: f64 = f64::INFINITY;
 
 struct Run<'a> {
     simulation: Simulation<'a>,
@@ -177,11 +172,10 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Runs with this model within its reach, or with feedback alone, until `after` returns true, because there is another, or to the end.
+    /// Runs with this model, or with feedback alone, until `after` returns true, because there is another, or to the end.
     fn drive(
         &mut self,
         model: Option<&dyn Model>,
-        reach: f64,
         after: &mut dyn FnMut(&[f64]) -> bool,
     ) -> Result<()> {
         let (config, reference) = (self.config, self.reference);
@@ -196,8 +190,7 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         let lead = config.control.lead();
-        let controller = FeedForward::new(model, &config.gains, reference, lead)?;
-        let mut controller = controller.within(reach);
+        let mut controller = FeedForward::new(model, &config.gains, reference, lead)?;
         while !self.estimates() {
             if self.tick(&mut controller).is_break() || after(&self.row) {
                 self.without_model += controller.dropped();
@@ -249,7 +242,6 @@ impl<'a> Run<'a> {
         }
         let every = (rate / hand_overs).round().max(1.0) as usize;
         let each = (steps * every as f64 / rate).round().max(1.0) as usize;
-        let reach = learner.config().reach;
         let (mut learner, mut ticks, mut failure) = (learner, 0usize, None);
         let mut model: Option<Learned> = None;
         while !self.is_over() {
@@ -266,8 +258,7 @@ impl<'a> Run<'a> {
                 failure = result.err();
                 failure.is_some() || next.is_some()
             };
-            let known = model.as_ref().map(|model| model as &dyn Model);
-            self.drive(known, reach, &mut after)?;
+            self.drive(model.as_ref().map(|model| model as &dyn Model), &mut after)?;
             if let Some(failure) = failure {
                 return Err(failure);
             }
@@ -278,7 +269,6 @@ impl<'a> Run<'a> {
 
     /// Runs the learner on its thread and the loop in real time.
     fn beside(&mut self, learner: OnlineLearner) -> Result<Record> {
-        let reach = learner.config().reach;
         let mut thread = spawn(learner)?;
         let (period, clock) = (self.config.control.period(), Instant::now());
         let mut model: Option<Arc<Learned>> = None;
@@ -291,8 +281,10 @@ impl<'a> Run<'a> {
                 std::thread::sleep(due.saturating_sub(clock.elapsed()));
                 thread.models.has_new()
             };
-            let known = model.as_deref().map(|model| model as &dyn Model);
-            self.drive(known, reach, &mut after)?;
+            self.drive(
+                model.as_deref().map(|model| model as &dyn Model),
+                &mut after,
+            )?;
             model = thread.models.take().or(model);
         }
         thread.finish()
