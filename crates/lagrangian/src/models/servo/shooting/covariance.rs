@@ -2,20 +2,23 @@
 //!
 //! With ψ the derivative of the robust loss and w its weight, H = Σ w JᵀJ over all simulations is the Gauss–Newton Hessian, and the
 //! covariance of the parameters H⁻¹ B H⁻¹. B is the scatter of the gradient: of N successive residuals N/κ are independent (theory.md,
-//! 47a), and the S lengths of simulations see the same motions, so that B = S Σ κ ⟨ψ²⟩/⟨w⟩ H over the lengths.
+//! 47a), and the S lengths of simulations see the same motions, so that B = S Σ κ ⟨ψ²⟩/⟨w⟩ H over the lengths. The ridge that
+//! ties parameters to their start is part of both.
 
+use faer::Mat;
 use rayon::prelude::*;
 
-use super::{LANES, Normal, Shooting, Stage};
+use super::{LANES, Normal, RIDGE, Shooting, Stage};
 use crate::mechanics::forces::Sensitive;
-use crate::mechanics::solve::{Regularity, SymmetricSolver, dot, product};
+use crate::mechanics::solve::{dot, product};
 use crate::models::correlation::correlation;
 use crate::models::servo::motion::Recorded;
 use crate::models::servo::parameters::{Layout, variables};
 use crate::models::servo::quantities::quantities;
+use crate::rigid::consistent;
 
 /// The standard errors of all [`quantities`] of a machine that was fitted to these motions by simulations of these lengths; 0 of what
-/// was not fitted, and of all where the motions leave a combination of parameters open.
+/// was not fitted. What the motions leave open, such as a limit that is never reached, is as wide as the ridge leaves it.
 pub(crate) fn standard_errors(
     layout: Layout,
     motions: &[&Recorded],
@@ -27,9 +30,7 @@ pub(crate) fn standard_errors(
     if parameters.len() != layout.len() {
         return nothing();
     }
-    let Some(covariance) = covariance(layout, motions, stages, parameters) else {
-        return nothing();
-    };
+    let covariance = covariance(layout, motions, stages, parameters);
     let jacobian = jacobian(layout, parameters);
     let error = |row: &[f64]| {
         let columns = covariance.chunks_exact(row.len());
@@ -60,31 +61,40 @@ fn jacobian(layout: Layout, parameters: &[f64]) -> Vec<f64> {
     rows
 }
 
-/// The covariance of the parameters, `[len, len]`; `None` where a combination of them has no effect.
+/// The covariance of the parameters, `[len, len]`.
 fn covariance(
     layout: Layout,
     motions: &[&Recorded],
     stages: &[Stage],
     parameters: &[f64],
-) -> Option<Vec<f64>> {
+) -> Vec<f64> {
     let len = parameters.len();
     let (mut hessian, mut scatter) = (vec![0.0; len * len], vec![0.0; len * len]);
+    let (mut count, mut spread) = (0.0, 0.0);
     for stage in stages {
-        let (part, ratio) = Shooting::new(layout, motions, &[*stage]).information(parameters);
-        for ((h, b), own) in hessian.iter_mut().zip(&mut scatter).zip(part) {
+        let (normal, ratio) = Shooting::new(layout, motions, &[*stage]).information(parameters);
+        let ratio = stages.len() as f64 * ratio;
+        for ((h, b), own) in hessian.iter_mut().zip(&mut scatter).zip(normal.matrix) {
             *h += own;
-            *b += stages.len() as f64 * ratio * own;
+            *b += ratio * own;
         }
+        count += normal.count as f64;
+        spread += ratio * normal.count as f64;
     }
-    let mut inverse = vec![0.0; len * len];
-    let regularity = SymmetricSolver::new(len).invert(&hessian, &mut inverse);
-    (regularity == Regularity::Definite)
-        .then(|| product(&product(&inverse, &scatter, len), &inverse, len))
+    for k in 0..len {
+        hessian[k * (len + 1)] += RIDGE * count;
+        scatter[k * (len + 1)] += RIDGE * spread;
+    }
+    let inverse = consistent::covariance(&Mat::from_fn(len, len, |k, j| hessian[k * len + j]));
+    let inverse: Vec<f64> = (0..len * len)
+        .map(|kj| inverse[(kj / len, kj % len)])
+        .collect();
+    product(&product(&inverse, &scatter, len), &inverse, len)
 }
 
 impl Shooting<'_> {
     /// The Gauss–Newton Hessian of all residuals of one length, and the ratio of the scatter of its gradient to it.
-    fn information(&self, parameters: &[f64]) -> (Vec<f64>, f64) {
+    fn information(&self, parameters: &[f64]) -> (Normal, f64) {
         let (len, n) = (parameters.len(), self.layout.n);
         let each = |segment| self.part(segment, parameters);
         let parts: Vec<(Normal, Vec<f64>)> = self.segments.par_iter().map(each).collect();
@@ -107,9 +117,6 @@ impl Shooting<'_> {
             .iter()
             .map(|x| (1.0 - x * x).max(0.0).sqrt())
             .sum();
-        (
-            all.matrix,
-            memory * squares / weights.max(f64::MIN_POSITIVE),
-        )
+        (all, memory * squares / weights.max(f64::MIN_POSITIVE))
     }
 }
