@@ -431,7 +431,7 @@ impl<'a> Run<'a> {
         let known = match self.options.method {
             Method::Moreau => self.accelerations(tau),
             _ => {
-                self.rollout.to_velocities(&mut *self.evaluator);
+                self.rollout.set_velocities(&mut *self.evaluator);
                 self.known.take()
             }
         };
@@ -474,7 +474,7 @@ impl Rollout {
     }
 
     /// Replaces the z of all samples by velocities.
-    fn to_velocities(&mut self, evaluator: &mut dyn Evaluator) {
+    fn set_velocities(&mut self, evaluator: &mut dyn Evaluator) {
         if let Some(phase) = evaluator.phase_flow() {
             let Signals { q, qd, .. } = &mut self.trajectory.signals;
             let _ = phase.velocity(q, &qd.clone(), qd);

@@ -147,8 +147,8 @@ impl Moreau {
             self.next = next;
             solved?;
             let mut same = true;
-            for i in 0..n {
-                let middle = 0.5 * (v[i] + self.next[i]);
+            for (i, v) in v.iter().enumerate() {
+                let middle = 0.5 * (v + self.next[i]);
                 same &= middle.to_bits() == self.velocity[i].to_bits();
                 self.velocity[i] = middle;
             }

@@ -1,6 +1,6 @@
 //! What the fit of a servo leaves open.
 //!
-//! With ψ the derivative of the robust loss and w its weight, H = Σ w JᵀJ over all simulations is the Gauss–Newton Hessian, and the
+//! With ψ the derivative of the robust loss and w its weight, H = Σ w `JᵀJ` over all simulations is the Gauss–Newton Hessian, and the
 //! covariance of the parameters H⁻¹ B H⁻¹. B is the scatter of the gradient: of N successive residuals N/κ are independent (theory.md,
 //! 47a), and the S lengths of simulations see the same motions, so that B = S Σ κ ⟨ψ²⟩/⟨w⟩ H over the lengths. The ridge that
 //! ties parameters to their start is part of both.
