@@ -113,7 +113,7 @@ class Lnn(Estimator):
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
@@ -149,7 +149,7 @@ class Lnn(Estimator):
     layers: int | None
     activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
     batch: int | None
@@ -187,7 +187,7 @@ class Lnn(Estimator):
         layers: int | None = ...,
         activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
         batch: int | None = ...,
@@ -224,7 +224,7 @@ class Delan(Estimator):
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         trunks: Whether M and V are read off the same hidden layers. One of ``shared``, ``separate``. Default: shared.
         vector_potential: Give the Lagrangian the term A(q)·q̇, for gyroscopic and magnetic forces.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
@@ -258,7 +258,7 @@ class Delan(Estimator):
     layers: int | None
     activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     trunks: Literal["shared", "separate"] | None
     vector_potential: bool | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
@@ -294,7 +294,7 @@ class Delan(Estimator):
         layers: int | None = ...,
         activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         trunks: Literal["shared", "separate"] | None = ...,
         vector_potential: bool | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
@@ -333,7 +333,7 @@ class Vin(Estimator):
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         vector_potential: Give the Lagrangian the term A(q)·q̇, for gyroscopic and magnetic forces.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
@@ -366,7 +366,7 @@ class Vin(Estimator):
     layers: int | None
     activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     vector_potential: bool | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
@@ -401,7 +401,7 @@ class Vin(Estimator):
         layers: int | None = ...,
         activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         vector_potential: bool | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
@@ -440,7 +440,7 @@ class Hnn(Estimator):
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         structure: Any Hamiltonian, one with a mass matrix, or none: the plain flow (q, q̇) → (q̇, q̈) to compare with. One of ``free``, ``mass``, ``none``. Default: free.
         momenta: What a Hamiltonian network takes for momenta: recorded ones (columns p1, p2, …), or the velocities in their place. One of ``recorded``, ``velocities``. Default: recorded, or p = m q̇ with masses.
         masses: Masses m of p = m q̇, one for each coordinate. Numbers above 0.
@@ -476,7 +476,7 @@ class Hnn(Estimator):
     layers: int | None
     activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     structure: Literal["free", "mass", "none"] | None
     momenta: Literal["recorded", "velocities"] | None
     masses: Sequence[float] | None
@@ -514,7 +514,7 @@ class Hnn(Estimator):
         layers: int | None = ...,
         activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         structure: Literal["free", "mass", "none"] | None = ...,
         momenta: Literal["recorded", "velocities"] | None = ...,
         masses: Sequence[float] | None = ...,
@@ -748,7 +748,7 @@ class Rigid(Estimator):
     
     Args:
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
@@ -778,7 +778,7 @@ class Rigid(Estimator):
         urdf: URDF of the robot: a file, its text, or the name of an example.
     """
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
     batch: int | None
@@ -810,7 +810,7 @@ class Rigid(Estimator):
         self,
         *,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
         batch: int | None = ...,

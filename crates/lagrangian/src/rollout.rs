@@ -8,13 +8,14 @@ mod recorded;
 mod round;
 mod simulation;
 mod sines;
+mod sticking;
 
 use std::cell::RefCell;
 
 use serde::{Deserialize, Serialize};
 
 use crate::integrate::{Control, Ending, Failure, Method};
-use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Model, Slopes};
+use crate::mechanics::dynamics::{Balance, EulerLagrange, Evaluation, Evaluator, Model, Slopes};
 use crate::trajectory::Signals;
 use crate::{Error, Result, Stop, Trajectory};
 
@@ -203,6 +204,10 @@ pub fn rollout_phase(
     options: &RolloutOptions,
 ) -> Result<Rollout> {
     check(model, q0, z0, times, options)?;
+    if options.method == Method::Moreau && model.evaluator().phase_flow().is_some() {
+        let must = "one that moves in momenta: all but moreau (`method`)";
+        return Err(Error::argument("method", options.method.name(), must));
+    }
     let mut run = Run::in_phase(model, q0, z0, times.len(), options);
     let ending = run.advance(times, tau, true);
     let z = run.rollout.trajectory.qd.clone();
@@ -267,6 +272,14 @@ fn check(
     model
         .coordinates()
         .check_parameters("initial velocity", qd0)?;
+    let mut evaluator = (options.method == Method::Moreau).then(|| model.evaluator());
+    let balance = evaluator
+        .as_mut()
+        .map(|of| of.balance(q0, qd0, qd0, &mut Balance::new(n)));
+    if balance == Some(Evaluation::Unsupported) {
+        let must = "one for a model without a mass matrix: rk4, dopri5 or dop853 (`method`)";
+        return Err(Error::argument("method", options.method.name(), must));
+    }
     Error::check_finite("times", times)?;
     let must = "at least one time, strictly increasing";
     if times.is_empty() {
@@ -285,7 +298,7 @@ struct Run<'a> {
     /// Of the variational methods.
     mechanics: Option<EulerLagrange<'a>>,
     options: &'a RolloutOptions,
-    /// The state (q, z) reached, `[2 n]`: z = q̇, or what else the model moves in.
+    /// The state (q, z) reached, `[2 n]`: z = q̇, or what else the model moves in and the method does not replace by q̇.
     x: Vec<f64>,
     /// Whether that state exists.
     begun: bool,
@@ -305,6 +318,9 @@ impl<'a> Run<'a> {
     ) -> Self {
         let n = q0.len();
         let mut run = Self::in_phase(model, q0, qd0, len, options);
+        if options.method == Method::Moreau {
+            return run;
+        }
         run.begun = initial_phase(&mut *run.evaluator, q0, qd0, &mut run.x[n..]);
         run
     }
@@ -340,6 +356,13 @@ impl<'a> Run<'a> {
                 reason: Failure::NoMomentum,
             };
         }
+        let mut control = self.options.control();
+        control.max_steps -= self.rollout.steps + self.rollout.rejected;
+        if self.options.method == Method::Moreau {
+            let solution = self.step_through(times, tau, &control, first);
+            self.rollout.steps += solution.steps;
+            return solution.ending;
+        }
         let Self {
             evaluator,
             mechanics,
@@ -365,8 +388,6 @@ impl<'a> Run<'a> {
                 known.borrow_mut().sampled(state);
             }
         };
-        let mut control = options.control();
-        control.max_steps -= rollout.steps + rollout.rejected;
         let solution = match (options.method.rule(), mechanics) {
             (Some(rule), Some(mechanics)) => {
                 let mut slopes = |t: f64, q: &[f64], qd: &[f64], slopes: &mut Slopes| {
@@ -407,7 +428,13 @@ impl<'a> Run<'a> {
     }
 
     fn finish(mut self, ending: Ending, tau: &Force<'_>) -> Rollout {
-        let known = self.known.into_inner();
+        let known = match self.options.method {
+            Method::Moreau => self.accelerations(tau),
+            _ => {
+                self.rollout.set_velocities(&mut *self.evaluator);
+                self.known.take()
+            }
+        };
         self.rollout.end(ending, &mut *self.evaluator, tau, &known);
         self.rollout
     }
@@ -446,6 +473,14 @@ impl Rollout {
         }
     }
 
+    /// Replaces the z of all samples by velocities.
+    fn set_velocities(&mut self, evaluator: &mut dyn Evaluator) {
+        if let Some(phase) = evaluator.phase_flow() {
+            let Signals { q, qd, .. } = &mut self.trajectory.signals;
+            let _ = phase.velocity(q, &qd.clone(), qd);
+        }
+    }
+
     fn end(
         &mut self,
         ending: Ending,
@@ -453,10 +488,6 @@ impl Rollout {
         tau: &Force<'_>,
         known: &Known,
     ) {
-        if let Some(phase) = evaluator.phase_flow() {
-            let Signals { q, qd, .. } = &mut self.trajectory.signals;
-            let _ = phase.velocity(q, &qd.clone(), qd);
-        }
         let ending = keep_finite(&mut self.trajectory).map_or(ending, |t| Ending::Failed {
             t,
             reason: Failure::NotFinite,

@@ -34,6 +34,7 @@ fn arm() -> Mechanical<RigidBodies> {
         smoothing: vec![0.05; 3],
         stribeck: None,
         load: None,
+        directional: None,
     };
     Mechanical::dissipative(RigidBodies::from_urdf(ARM).unwrap(), friction).unwrap()
 }

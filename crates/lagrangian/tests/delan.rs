@@ -1,7 +1,7 @@
 //! Laws of deep Lagrangian networks, on random weights: what robotics builds on holds whatever was learned.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::mechanics::{Jet, Regularity, Scaling, Stribeck, SymmetricSolver};
+use lagrangian::mechanics::{Directional, Jet, Regularity, Scaling, Stribeck, SymmetricSolver};
 use lagrangian::models::{Delan, Trunks};
 use lagrangian::{
     Actuation, Coordinates, DelanConfig, Dissipation, Lagrangian, Mechanical, Model, Topology,
@@ -143,6 +143,13 @@ fn energy_changes_by_the_power_of_inputs_and_friction_alone() {
                 speed: vec![0.5; n],
             }),
             load: Some(vec![0.3; n]),
+            directional: Some(Directional {
+                external: vec![0.2; n],
+                stribeck_motor: vec![0.1; n],
+                stribeck_external: vec![0.15; n],
+                quadratic_motor: vec![0.02; n],
+                quadratic_external: vec![0.03; n],
+            }),
         };
         let matrix = random(&mut rng, n * n, 1.0);
         let actuation = Actuation::new(matrix, random(&mut rng, n, 0.5)).unwrap();

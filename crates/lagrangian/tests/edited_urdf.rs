@@ -61,6 +61,7 @@ fn friction(n: usize) -> Dissipation {
         smoothing: vec![0.05; n],
         stribeck: None,
         load: None,
+        directional: None,
     }
 }
 

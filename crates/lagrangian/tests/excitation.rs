@@ -157,6 +157,7 @@ fn truth(bodies: &RigidBodies) -> Mechanical<RigidBodies> {
         smoothing: vec![0.05; n],
         stribeck: None,
         load: None,
+        directional: None,
     };
     Mechanical::dissipative(arm, friction).unwrap()
 }

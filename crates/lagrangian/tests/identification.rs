@@ -19,6 +19,7 @@ fn friction(n: usize) -> Dissipation {
         smoothing: vec![SMOOTHING; n],
         stribeck: None,
         load: None,
+        directional: None,
     }
 }
 

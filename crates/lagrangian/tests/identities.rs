@@ -164,6 +164,7 @@ fn energy_changes_by_the_power_of_the_forces_and_of_friction() {
                 smoothing: vec![0.1; n],
                 stribeck: None,
                 load: None,
+                directional: None,
             };
             let mut d = vec![0.0; n];
             friction.force(&start.qd, &mut d);

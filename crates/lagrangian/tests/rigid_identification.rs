@@ -173,6 +173,7 @@ fn rotors_offsets_and_friction_are_found_with_the_masses() {
         smoothing: vec![0.05; n],
         stribeck: None,
         load: None,
+        directional: None,
     };
     let truth = Mechanical::dissipative(bodies, friction).unwrap();
     let config = FitConfig {
@@ -441,6 +442,7 @@ fn standard_errors_are_the_scatter_of_the_parameters_where_noise_lasts() {
         smoothing: vec![0.05; 2],
         stribeck: None,
         load: None,
+        directional: None,
     };
     let truth = Mechanical::dissipative(arm, friction).unwrap();
     let robot = RobotConfig::new(rigid::example("two_link_arm").unwrap(), Vec::new()).unwrap();

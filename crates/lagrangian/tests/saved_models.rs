@@ -297,7 +297,7 @@ proptest! {
 
 mod families {
     use super::*;
-    use lagrangian::mechanics::{Jet, Scaling};
+    use lagrangian::mechanics::{Directional, Jet, Scaling};
     use lagrangian::models::{
         Angles, Delan, Direction, Form, Inertia, Lnn, Mlp, MlpScaling, Rigid, RigidChain,
     };
@@ -318,7 +318,11 @@ mod families {
             coulomb: vec![0.0, 0.2],
             smoothing: vec![0.01; 2],
             stribeck: None,
-            load: None,
+            load: Some(vec![0.1, 0.0]),
+            directional: Some(Directional {
+                external: vec![0.2, 1.0 / 3.0],
+                ..Directional::none(2)
+            }),
         };
         let mlp = |direction| {
             let config = MlpConfig {

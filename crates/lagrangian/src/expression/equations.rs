@@ -121,6 +121,9 @@ impl Mechanics {
     /// # Errors
     /// [`Error::Setting`] for a Lagrangian without expressions.
     pub(crate) fn of(lagrangian: &dyn Lagrangian, applied: &Applied<'_>) -> Result<Self> {
+        if applied.dissipation.is_some_and(|friction| friction.directional.is_some()) {
+            return Err(without("friction by the direction of the power"));
+        }
         let coordinates = lagrangian.coordinates();
         let n = coordinates.dof();
         let graph = Graph::new();
@@ -230,7 +233,7 @@ fn hold<'g>(coordinates: &Coordinates, value: Value<'g>) -> Value<'g> {
 pub(crate) fn without(what: &str) -> Error {
     Error::setting(
         format!("{what} has no equations that could be written down"),
-        "take a model of the families lnn, delan, vin, features, rigid, chain, mlp or neural-ode",
+        "take a model of the families lnn, delan, vin, features, rigid, chain, mlp or neural-ode, without directional and quadratic friction",
     )
 }
 

@@ -4,7 +4,8 @@
 //! solves q'' = f(t, q, q') and treats positions and velocities differently ([`StormerVerlet`],
 //! [`ImplicitMidpoint`]); a partitioned one does so for a flow in (q, z) with any q', such as Hamilton's equations
 //! ([`GeneralisedLeapfrog`], [`Midpoint`]: the same two methods where q' = z). A fourth knows the Lagrangian, and
-//! discretises its action ([`Variational`]). Those with a fixed step make one step at a time and [`fixed`] drives
+//! discretises its action ([`Variational`]). A fifth knows mass matrix, forces and friction apart, and takes dry friction as a set of
+//! forces ([`Moreau`]). Those with a fixed step make one step at a time and [`fixed`] drives
 //! them; those that choose their step are an [`EmbeddedPair`] that [`adaptive`] drives. Nothing allocates per step,
 //! and every loop is bounded by [`Control::max_steps`].
 
@@ -17,6 +18,7 @@ mod fixed_point;
 mod generalised_leapfrog;
 mod implicit_midpoint;
 mod midpoint;
+pub mod moreau;
 mod rk4;
 mod stormer_verlet;
 mod variational;
@@ -27,6 +29,7 @@ pub use dopri5::Dopri5;
 pub use generalised_leapfrog::GeneralisedLeapfrog;
 pub use implicit_midpoint::ImplicitMidpoint;
 pub use midpoint::Midpoint;
+pub use moreau::{Frictional, Moreau};
 pub use rk4::Rk4;
 pub use stormer_verlet::StormerVerlet;
 pub use variational::{Mechanics, Rule, Variational};
@@ -67,11 +70,13 @@ pub enum Method {
     VariationalMidpoint,
     /// See [`Variational`], by the trapezoidal rule.
     VariationalTrapezoidal,
+    /// See [`Moreau`].
+    Moreau,
 }
 
 impl Method {
     /// All methods with their names.
-    pub const TABLE: [(Self, Named); 7] = [
+    pub const TABLE: [(Self, Named); 8] = [
         (
             Self::Dop853,
             named("dop853", "Dormand–Prince 8(5,3), adaptive"),
@@ -109,6 +114,13 @@ impl Method {
                 "The same by the trapezoidal rule: Störmer–Verlet where M is constant",
             ),
         ),
+        (
+            Self::Moreau,
+            named(
+                "moreau",
+                "Moreau's time stepping: dry friction that holds exactly, for models with a mass matrix, fixed step",
+            ),
+        ),
     ];
 
     /// Its name on the command line and in files.
@@ -139,12 +151,14 @@ impl Method {
             Self::StormerVerlet
             | Self::ImplicitMidpoint
             | Self::VariationalMidpoint
-            | Self::VariationalTrapezoidal => 2,
+            | Self::VariationalTrapezoidal
+            | Self::Moreau => 2,
         }
     }
 
     /// Solves q'' = f(t, q, q') from the state x₀ = (q, q') at `times[0]` and gives (q, q') at every one of the
-    /// `times` (increasing) to `sink`. A variational method, which needs a Lagrangian, fails at the first step.
+    /// `times` (increasing) to `sink`. A variational method, which needs a Lagrangian, and [`Moreau`], which needs a
+    /// mass matrix, fail at the first step.
     pub fn solve(
         self,
         f: &mut SecondOrder<'_>,
@@ -216,7 +230,10 @@ impl Method {
                 let mut method = Midpoint::new(x0.len());
                 fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
             }
-            Self::StormerVerlet | Self::VariationalMidpoint | Self::VariationalTrapezoidal => {
+            Self::StormerVerlet
+            | Self::VariationalMidpoint
+            | Self::VariationalTrapezoidal
+            | Self::Moreau => {
                 let fail = |_, _, _: &mut [f64]| Err(Failure::NotConverged);
                 fixed::solve(fail, x0, times, control, sink)
             }
@@ -337,6 +354,8 @@ pub enum Failure {
     StepTooSmall,
     /// The equation of an implicit step was not solved: take a smaller step.
     NotConverged,
+    /// The mass matrix is not positive definite: what dry friction holds is not defined there.
+    NotDefinite,
     /// No momentum belongs to the initial velocity: H is not convex in p there.
     NoMomentum,
 }
@@ -347,6 +366,9 @@ impl std::fmt::Display for Failure {
             Self::NotFinite => "the state is no longer finite",
             Self::StepTooSmall => {
                 "the step shrank below rounding: singular motion or tolerance too small"
+            }
+            Self::NotDefinite => {
+                "the mass matrix is not positive definite, which dry friction needs: take another `method`"
             }
             Self::NotConverged => "the implicit step was not solved: take a smaller step",
             Self::NoMomentum => {

@@ -62,6 +62,10 @@ fn families() -> Vec<(Box<dyn Family>, ForceTerms)> {
         ..ForceTerms::friction()
     };
     let with = |input| ForceTerms { input, ..all };
+    let geared = ForceTerms {
+        quadratic: true,
+        ..all
+    };
     let rotor = ForceTerms {
         rotor: true,
         ..with(Input::Gains)
@@ -74,7 +78,7 @@ fn families() -> Vec<(Box<dyn Family>, ForceTerms)> {
     vec![
         (lnn(Form::Free), with(Input::Matrix)),
         (lnn(Form::Free), none),
-        (lnn(Form::Convex), all),
+        (lnn(Form::Convex), geared),
         (delan.into(), rotor),
         (vin.into(), none),
         (hnn(HnnStructure::Free, Momenta::Recorded), offset),

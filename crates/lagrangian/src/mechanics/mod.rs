@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `lagrangian` | the trait of L(q, q̇) and its derivatives, scaled Lagrangians and sums of them |
 //! | `analytic` | known Lagrangians, a system in a file |
-//! | `forces` | friction d(q̇), and the map from inputs to forces |
+//! | `forces` | friction d(q̇), smooth or as a set, and the map from inputs to forces |
 //! | `dynamics` | the Euler–Lagrange equation M q̈ + c = τ − d, written once, and what it says of single states |
 //! | `hamiltonian` | the trait of H(q, p), Hamilton's equations, the Legendre transform in both directions |
 //! | `solve` | M x = b for the small systems of a state |
@@ -17,12 +17,12 @@ pub(crate) mod lagrangian;
 pub(crate) mod solve;
 
 pub use dynamics::{
-    Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow, Quantities, Slopes,
-    bias, energy, forward, inverse, momenta,
+    Balance, Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow,
+    Quantities, Slopes, bias, energy, forward, inverse, momenta,
 };
 pub use forces::{
-    Actuation, Applied, Command, Dissipation, Drive, GearFriction, Load, Scalar, Sensitive,
-    Stribeck,
+    Actuation, Applied, Command, Directional, Dissipation, Drive, DrySolver, GearFriction, Load,
+    Scalar, Sensitive, Stribeck,
 };
 pub use hamiltonian::{
     Canonical, Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, LagrangianOf,

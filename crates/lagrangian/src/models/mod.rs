@@ -7,6 +7,7 @@
 //! | `learner.rs` | its residuals and their derivatives |
 
 pub(crate) mod chain;
+pub(crate) mod correlation;
 pub(crate) mod delan;
 mod family;
 pub(crate) mod features;

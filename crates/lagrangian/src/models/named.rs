@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::learned::FittedForces;
 use crate::Coordinates;
-use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::forces::{Actuation, Directional, Dissipation};
 
 /// A parameter with a meaning: a coefficient of friction, an offset, a gain, an inertia.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -109,6 +109,21 @@ impl<'a> Named<'a> {
         }
         if let Some(load) = &d.load {
             self.add("load_share", load, |_| String::new());
+        }
+        if let Some(directional) = &d.directional {
+            self.directional(directional);
+        }
+    }
+
+    fn directional(&mut self, d: &Directional) {
+        let share = |_: &str| String::new();
+        let square = |q: &str| either(q, "1/(N·m)", "1/N");
+        self.add("external_share", &d.external, share);
+        self.add("stribeck_motor_share", &d.stribeck_motor, share);
+        self.add("stribeck_external_share", &d.stribeck_external, share);
+        if d.has_squares() {
+            self.add("quadratic_motor", &d.quadratic_motor, square);
+            self.add("quadratic_external", &d.quadratic_external, square);
         }
     }
 

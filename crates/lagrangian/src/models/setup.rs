@@ -121,7 +121,7 @@ impl Setup {
     fn mechanical<L: Lagrangian>(&self, lagrangian: L, extra: &[f64]) -> Result<Mechanical<L>> {
         Mechanical::with_forces(
             lagrangian,
-            self.forces.dissipation(self.terms, extra),
+            self.forces.dissipation(extra),
             self.forces.actuation(self.terms, extra)?,
         )
     }

@@ -209,6 +209,7 @@ impl RigidBodies {
             smoothing: vec![smoothing; self.dof()],
             stribeck: None,
             load: None,
+            directional: None,
         };
         dissipation.validate(self.dof())?;
         Ok(Some(dissipation))

@@ -24,6 +24,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::regressor::PER_BODY;
+use crate::mechanics::solve::ridge::{Ridge, scales};
 
 /// The most Newton steps; ten to thirty are usual.
 const STEPS: usize = 100;
@@ -251,17 +252,9 @@ impl Slope {
     /// Newton's step, −H⁻¹ g. What neither data nor prior determine, such as an offset of a joint without data, stays.
     fn step(&self) -> Option<Vec<f64>> {
         let n = self.gradient.len();
-        let scale: Vec<f64> = (0..n)
-            .map(|k| self.half_hessian[(k, k)].max(1e-300).sqrt())
-            .collect();
-        let matrix = Mat::from_fn(n, n, |k, j| {
-            let ridge = if k == j { 1e-13 } else { 0.0 };
-            self.half_hessian[(k, j)] / (scale[k] * scale[j]) + ridge
-        });
-        let right = Mat::from_fn(n, 1, |k, _| -0.5 * self.gradient[k] / scale[k]);
-        let solution = matrix.llt(Side::Lower).ok()?.solve(right);
-        let step: Vec<f64> = (0..n).map(|k| solution[(k, 0)] / scale[k]).collect();
-        step.iter().all(|x| x.is_finite()).then_some(step)
+        let scale = scales(n, |k| self.half_hessian[(k, k)], 1e-300);
+        let ridge = Ridge::new(|k, j| self.half_hessian[(k, j)], scale, 1e-13)?;
+        ridge.solve_one(|k| -0.5 * self.gradient[k])
     }
 }
 

@@ -9,13 +9,13 @@
 use std::ops::Range;
 
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::Solve;
-use faer::{Accum, Mat, Par, Side};
+use faer::{Accum, Mat, Par};
 use rayon::prelude::*;
 
 use super::bodies::RigidBodies;
 use super::consistent::Quadratic;
 use super::regressor::PER_BODY;
+use crate::mechanics::solve::ridge::{Ridge, scales};
 use crate::train::Samples;
 
 /// The number of samples that are summed at a time.
@@ -281,22 +281,13 @@ impl JointSums {
             .map(|c| c.0)
             .collect();
         let (own, size) = (&self.joints[j], columns.len());
-        let scale: Vec<f64> = columns
-            .iter()
-            .map(|&k| own.gram[(k, k)].max(1e-300).sqrt())
-            .collect();
-        let matrix = Mat::from_fn(size, size, |a, b| {
-            let ridge = if a == b { ridge } else { 0.0 };
-            own.gram[(columns[a], columns[b])] / (scale[a] * scale[b]) + ridge
-        });
-        let right = Mat::from_fn(size, 1, |a, _| own.right[columns[a]] / scale[a]);
-        let Ok(factor) = matrix.llt(Side::Lower) else {
+        let gram = |a: usize, b: usize| own.gram[(columns[a], columns[b])];
+        let scale = scales(size, |a| gram(a, a), 1e-300);
+        let Some(ridge) = Ridge::new(gram, scale, ridge) else {
             return f64::INFINITY;
         };
-        let solution = factor.solve(right);
-        let terms: Vec<(usize, f64)> = (0..size)
-            .map(|a| (columns[a], solution[(a, 0)] / scale[a]))
-            .collect();
+        let solution = ridge.solve(1, |a, _| own.right[columns[a]]);
+        let terms: Vec<(usize, f64)> = (0..size).map(|a| (columns[a], solution[(a, 0)])).collect();
         other.joints[j].residual(&terms) / other.samples.max(1) as f64
     }
 }

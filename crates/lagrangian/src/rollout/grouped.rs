@@ -63,6 +63,7 @@ pub(super) fn run(
     for ((rollout, known), singular) in rows.zip(singular) {
         (rollout.steps, rollout.evaluations) = (solution.steps, evaluations);
         rollout.singular = singular;
+        rollout.set_velocities(&mut *round.evaluator);
         rollout.end(Ending::Finished, &mut *round.evaluator, tau, &known);
     }
     Some(rollouts)

@@ -31,11 +31,16 @@ impl Known {
         self.due = false;
         let own = self.state.iter().zip(q.iter().chain(qd));
         if own.fold(true, |same, (a, b)| same & (a.to_bits() == b.to_bits())) {
-            self.qdd.extend_from_slice(qdd);
-            self.force.extend_from_slice(force);
+            self.found(force, qdd);
         } else {
             self.broken = true;
         }
+    }
+
+    /// The acceleration of the next sample under a force.
+    pub(super) fn found(&mut self, force: &[f64], qdd: &[f64]) {
+        self.qdd.extend_from_slice(qdd);
+        self.force.extend_from_slice(force);
     }
 
     /// The accelerations of the first samples under these forces, `[m, n]`.

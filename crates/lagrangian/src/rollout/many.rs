@@ -89,6 +89,7 @@ fn run<P: EmbeddedPair>(
                 reason: Failure::NoMomentum,
             },
         };
+        lane.rollout.set_velocities(&mut *round.evaluator);
         lane.rollout
             .end(ending, &mut *round.evaluator, tau, &Known::default());
         lane.rollout

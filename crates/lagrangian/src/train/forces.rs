@@ -4,11 +4,12 @@
 //! few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
 
 mod again;
+mod geared;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::mechanics::forces::{Actuation, Dissipation, Stribeck};
+use crate::mechanics::forces::{Actuation, Directional, Dissipation, Stribeck};
 use crate::settings::{Named, Values, named};
 use crate::{Error, Result};
 
@@ -24,6 +25,11 @@ pub struct ForceTerms {
     pub stribeck: bool,
     /// Whether friction in proportion to the force F of the drive l |F| tanh(q̇ / vₛ) is learned, with vₛ.
     pub load: bool,
+    /// Whether friction in proportion to the force that comes through the gear is learned beside that by the force of the drive, so that
+    /// a gear that is driven backwards loses another share; near standstill too where `stribeck` is learned. Takes `load` with it.
+    pub directional: bool,
+    /// Whether friction by the squares of these forces near standstill is learned. Takes `directional` and `stribeck` with it.
+    pub quadratic: bool,
     /// Whether constant torques o are learned.
     pub offset: bool,
     /// Whether the inertias J of rotors are learned, as seen by their joints, for families with a mass matrix.
@@ -43,6 +49,14 @@ pub(crate) const FORCE_NAMES: &[Named] = &[
     named(
         "load",
         "Friction in proportion to the force of the drive, as in gears",
+    ),
+    named(
+        "directional",
+        "The same by the force that comes through the gear: driven backwards, a gear loses another share",
+    ),
+    named(
+        "quadratic",
+        "The same with the squares of these forces near standstill",
     ),
     named("offset", "A constant torque: the offset of a sensor"),
     named("rotor", "The inertia of a rotor behind a gear (delan)"),
@@ -100,6 +114,8 @@ impl ForceTerms {
             coulomb: friction || wanted("coulomb"),
             stribeck: wanted("stribeck"),
             load: wanted("load"),
+            directional: wanted("directional"),
+            quadratic: wanted("quadratic"),
             offset: wanted("offset"),
             rotor: wanted("rotor"),
             input: match (wanted("input-matrix"), wanted("gains")) {
@@ -116,22 +132,32 @@ impl ForceTerms {
         *self == Self::default()
     }
 
-    fn dissipates(&self) -> bool {
-        self.viscous || self.coulomb || self.stribeck || self.load
+    /// With the terms that these take with them.
+    fn complete(mut self) -> Self {
+        self.directional |= self.quadratic;
+        self.stribeck |= self.quadratic;
+        self.load |= self.directional;
+        self
     }
 
     fn list(&self, n: usize) -> Vec<Term> {
-        let dry = self.coulomb || self.stribeck || self.load;
+        let all = self.complete();
+        let near = all.stribeck && all.directional;
         let mut list: Vec<Term> = [
-            (self.viscous, Term::Viscous),
-            (self.coulomb, Term::Coulomb),
-            (dry, Term::Smoothing),
-            (self.stribeck, Term::Stribeck),
-            (self.stribeck, Term::StribeckSpeed),
-            (self.load, Term::Load),
-            (self.offset, Term::Offset),
-            (self.rotor, Term::Rotor),
-            (self.input == Input::Gains, Term::Gain),
+            (all.viscous, Term::Viscous),
+            (all.coulomb, Term::Coulomb),
+            (all.coulomb || all.stribeck || all.load, Term::Smoothing),
+            (all.stribeck, Term::Stribeck),
+            (all.stribeck, Term::StribeckSpeed),
+            (all.load, Term::Load),
+            (all.directional, Term::External),
+            (near, Term::StribeckMotor),
+            (near, Term::StribeckExternal),
+            (all.quadratic, Term::QuadraticMotor),
+            (all.quadratic, Term::QuadraticExternal),
+            (all.offset, Term::Offset),
+            (all.rotor, Term::Rotor),
+            (all.input == Input::Gains, Term::Gain),
         ]
         .into_iter()
         .filter_map(|(wanted, term)| wanted.then_some(term))
@@ -152,6 +178,11 @@ enum Term {
     Stribeck,
     StribeckSpeed,
     Load,
+    External,
+    StribeckMotor,
+    StribeckExternal,
+    QuadraticMotor,
+    QuadraticExternal,
     Offset,
     Rotor,
     Gain,
@@ -163,6 +194,9 @@ const SPEED_RANGE: f64 = 2.5;
 
 /// The largest share of the force of a drive that its gear takes.
 const MOST_LOAD: f64 = 0.9;
+
+/// The largest share of a force that its gear takes near standstill, all terms together.
+const MOST_NEAR_STANDSTILL: f64 = 0.95;
 
 /// The smallest gain of a joint; its sign is that of the sensor, which `check` tests.
 const LEAST_GAIN: f64 = 0.05;
@@ -221,8 +255,12 @@ impl Forces {
     /// The initial parameters: little friction, inputs as recorded.
     pub(crate) fn initial(&self) -> Vec<f64> {
         let first = |term: &Term, i: usize| match term {
-            Term::Viscous | Term::Coulomb | Term::Load | Term::Rotor => 0.01,
-            Term::Stribeck => 0.003,
+            Term::Viscous | Term::Coulomb | Term::Load | Term::External | Term::Rotor => 0.01,
+            Term::Stribeck
+            | Term::StribeckMotor
+            | Term::StribeckExternal
+            | Term::QuadraticMotor
+            | Term::QuadraticExternal => 0.003,
             Term::Smoothing | Term::StribeckSpeed | Term::Offset => 0.0,
             Term::Gain => 1.0,
             Term::Input(j) => f64::from(u8::from(i == *j)),
@@ -239,10 +277,19 @@ impl Forces {
             .zip(extra.chunks_exact_mut(self.n().max(1)))
         {
             match term {
-                Term::Viscous | Term::Coulomb | Term::Stribeck | Term::Rotor => {
+                Term::Viscous
+                | Term::Coulomb
+                | Term::Stribeck
+                | Term::StribeckMotor
+                | Term::StribeckExternal
+                | Term::QuadraticMotor
+                | Term::QuadraticExternal
+                | Term::Rotor => {
                     row.iter_mut().for_each(|x| *x = x.max(0.0));
                 }
-                Term::Load => row.iter_mut().for_each(|x| *x = x.clamp(0.0, MOST_LOAD)),
+                Term::Load | Term::External => {
+                    row.iter_mut().for_each(|x| *x = x.clamp(0.0, MOST_LOAD))
+                }
                 Term::Smoothing | Term::StribeckSpeed => row
                     .iter_mut()
                     .for_each(|x| *x = x.clamp(-SPEED_RANGE, SPEED_RANGE)),
@@ -252,6 +299,25 @@ impl Forces {
                 }
                 Term::Input(0) => row[0] = 1.0,
                 Term::Offset | Term::Input(_) => (),
+            }
+        }
+        self.keep_gears_movable(extra);
+    }
+
+    /// Bounds the shares that are lost near standstill by what is lost anyway.
+    fn keep_gears_movable(&self, extra: &mut [f64]) {
+        let pairs = [
+            (Term::Load, Term::StribeckMotor),
+            (Term::External, Term::StribeckExternal),
+        ];
+        for (always, near) in pairs {
+            let (Some(always), Some(near)) = (self.find(always), self.find(near)) else {
+                continue;
+            };
+            let n = self.n();
+            for i in 0..n {
+                let most = MOST_NEAR_STANDSTILL - extra[always * n + i];
+                extra[near * n + i] = extra[near * n + i].min(most);
             }
         }
     }
@@ -298,6 +364,9 @@ impl Forces {
         if self.terms.is_empty() {
             return -drive.tau[i];
         }
+        if self.is_geared() {
+            return self.geared_force(extra, i, drive, slopes);
+        }
         let speed = self.smoothing(extra, i);
         let (ratio, slow) = (drive.qd / speed, drive.qd / self.stribeck_speed(extra, i));
         let (sign, hump) = (ratio.tanh(), (-slow * slow).exp());
@@ -324,6 +393,11 @@ impl Forces {
                 Term::Stribeck => (self.tau[i] * sign * hump, true),
                 Term::StribeckSpeed => (2.0 * static_excess * sign * slow * slow, false),
                 Term::Load => (sign * transmitted.abs(), true),
+                Term::External
+                | Term::StribeckMotor
+                | Term::StribeckExternal
+                | Term::QuadraticMotor
+                | Term::QuadraticExternal => (0.0, true),
                 Term::Offset => (self.tau[i], true),
                 Term::Rotor => (self.tau[i] / self.qdd[i] * drive.qdd, true),
                 Term::Gain => (-drive.tau[i], true),
@@ -350,6 +424,9 @@ impl Forces {
         if self.terms.is_empty() {
             return 0.0;
         }
+        if self.is_geared() {
+            return self.geared_velocity_slope(extra, i, qd, tau);
+        }
         let (speed, slow) = (self.smoothing(extra, i), self.stribeck_speed(extra, i));
         let (sign, hump) = ((qd / speed).tanh(), (-(qd / slow).powi(2)).exp());
         let viscous = self.tau[i] / self.qd[i] * self.value(extra, Term::Viscous, i);
@@ -361,21 +438,29 @@ impl Forces {
     }
 
     /// The friction with the trained parameters, where any is learned.
-    pub(crate) fn dissipation(&self, terms: ForceTerms, extra: &[f64]) -> Option<Dissipation> {
+    pub(crate) fn dissipation(&self, extra: &[f64]) -> Option<Dissipation> {
         let each = |f: &dyn Fn(usize) -> f64| (0..self.n()).map(f).collect::<Vec<f64>>();
         let force = |term| each(&|i| self.tau[i] * self.value(extra, term, i));
-        let stribeck = terms.stribeck.then(|| Stribeck {
-            height: force(Term::Stribeck),
-            speed: each(&|i| self.stribeck_speed(extra, i)),
-        });
-        terms.dissipates().then(|| Dissipation {
+        let share = |term| each(&|i| self.value(extra, term, i));
+        let square = |term| each(&|i| self.value(extra, term, i) / self.tau[i]);
+        let is_there = |term| self.find(term).is_some();
+        let dissipates = is_there(Term::Viscous) || is_there(Term::Smoothing);
+        dissipates.then(|| Dissipation {
             viscous: each(&|i| self.tau[i] / self.qd[i] * self.value(extra, Term::Viscous, i)),
             coulomb: force(Term::Coulomb),
             smoothing: each(&|i| self.smoothing(extra, i)),
-            stribeck,
-            load: terms
-                .load
-                .then(|| each(&|i| self.value(extra, Term::Load, i))),
+            stribeck: is_there(Term::Stribeck).then(|| Stribeck {
+                height: force(Term::Stribeck),
+                speed: each(&|i| self.stribeck_speed(extra, i)),
+            }),
+            load: is_there(Term::Load).then(|| share(Term::Load)),
+            directional: is_there(Term::External).then(|| Directional {
+                external: share(Term::External),
+                stribeck_motor: share(Term::StribeckMotor),
+                stribeck_external: share(Term::StribeckExternal),
+                quadratic_motor: square(Term::QuadraticMotor),
+                quadratic_external: square(Term::QuadraticExternal),
+            }),
         })
     }
 

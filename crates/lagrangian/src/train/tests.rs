@@ -72,6 +72,9 @@ fn all_forces(input: Input) -> ForceTerms {
         coulomb: true,
         stribeck: true,
         load: true,
+        // With the closed slopes and with those that are carried.
+        directional: input == Input::Matrix,
+        quadratic: input == Input::Matrix,
         offset: true,
         rotor: true,
         input,

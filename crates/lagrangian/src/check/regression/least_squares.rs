@@ -1,11 +1,11 @@
 //! Sums over the samples, and least squares at every delay from them.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::Mat;
 
 use super::JointFit;
 use super::source::Signals;
 use super::terms::Terms;
+use crate::mechanics::solve::ridge::Ridge;
 
 /// Added to the diagonal of the system in units of it, where delays are compared.
 const RIDGE: f64 = 1e-9;
@@ -153,13 +153,8 @@ impl Part {
                     .unwrap_or(1.0)
             })
             .collect();
-        let matrix = Mat::from_fn(size, size, |k, j| {
-            let ridge = if k == j { ridge } else { 0.0 };
-            self.square(k, j) / (scale[k] * scale[j]) + ridge
-        });
-        let right = Mat::from_fn(size, delays, |k, d| self.right[k * delays + d] / scale[k]);
-        let solved = matrix.llt(Side::Lower).ok()?.solve(&right);
-        Some(Mat::from_fn(size, delays, |k, d| solved[(k, d)] / scale[k]))
+        let ridge = Ridge::new(|k, j| self.square(k, j), scale, ridge)?;
+        Some(ridge.solve(delays, |k, d| self.right[k * delays + d]))
     }
 
     /// The sum of the squared residuals for these coefficients, without delay.

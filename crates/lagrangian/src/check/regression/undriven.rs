@@ -9,13 +9,11 @@
 //! | aₖ | Σ xₖ x₀ / Σ x₀² where xₖ is a function of q times q̈ᵢ, else 0: what changes with the inertia must not stand for its mean | P |
 //! | v | x₀ ≈ Σ bₖ (xₖ − aₖ x₀), as the combination v·x that vanishes | P |
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
-
 use super::least_squares::Part;
 use super::machines::error_of;
 use super::terms::Rubbing;
 use super::{Filtered, Stretches};
+use crate::mechanics::solve::ridge::{Ridge, scales};
 
 /// The ridge of the regression in units of the diagonal.
 const RIDGE: f64 = 1e-4;
@@ -102,19 +100,12 @@ fn vanishing(sums: &Part) -> Option<Vec<f64>> {
         let mixed = a(k) * sums.square(0, j) + a(j) * sums.square(k, 0);
         sums.square(k, j) - mixed + a(k) * a(j) * own
     };
-    let scale = |k: usize| product(k, k).max(f64::MIN_POSITIVE).sqrt();
-    let scales: Vec<f64> = (1..size).map(scale).collect();
-    let matrix = Mat::from_fn(size - 1, size - 1, |k, j| {
-        let ridge = if k == j { RIDGE } else { 0.0 };
-        product(k + 1, j + 1) / (scales[k] * scales[j]) + ridge
-    });
-    let right = Mat::from_fn(size - 1, 1, |k, _| {
-        (sums.square(k + 1, 0) - a(k + 1) * own) / scales[k]
-    });
-    let b = matrix.llt(Side::Lower).ok()?.solve(right);
+    let scale = scales(size - 1, |k| product(k + 1, k + 1), f64::MIN_POSITIVE);
+    let ridge = Ridge::new(|k, j| product(k + 1, j + 1), scale, RIDGE)?;
+    let b = ridge.solve(1, |k, _| sums.square(k + 1, 0) - a(k + 1) * own);
     let mut v = vec![1.0];
-    for (k, scale) in scales.iter().enumerate() {
-        let b = b[(k, 0)] / scale;
+    for k in 0..size - 1 {
+        let b = b[(k, 0)];
         v[0] += b * a(k + 1);
         v.push(-b);
     }

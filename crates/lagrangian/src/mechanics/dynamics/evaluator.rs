@@ -1,5 +1,6 @@
 //! What a model answers in a loop, and the one outcome of every answer.
 
+use super::Balance;
 use crate::mechanics::forces::Applied;
 
 /// How an evaluation at a batch of states ended.
@@ -131,6 +132,11 @@ pub trait Evaluator: Send {
     /// them apart.
     fn applied(&self) -> Applied<'_> {
         Applied::default()
+    }
+
+    /// Writes what moves the model with dry friction as a set of forces, at one state under the inputs `tau`, all `[n]`.
+    fn balance(&mut self, q: &[f64], qd: &[f64], tau: &[f64], balance: &mut Balance) -> Evaluation {
+        balance.fill(self, [q, qd, tau])
     }
 
     /// The flow of a model that does not move in (q, q̇) with dq/dt = q̇. `None`: forward dynamics say all.

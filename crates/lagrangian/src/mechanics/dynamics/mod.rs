@@ -24,6 +24,7 @@
 //! # Ok::<(), lagrangian::Error>(())
 //! ```
 
+mod balance;
 mod equation;
 mod euler_lagrange;
 mod evaluator;
@@ -35,6 +36,7 @@ use crate::rollout::Rollout;
 use crate::trajectory::Visited;
 use crate::{Coordinates, Result, Trajectory};
 
+pub use balance::Balance;
 pub use equation::{bias, energy, forward, inverse, momenta};
 pub use euler_lagrange::{EulerLagrange, Slopes};
 pub use evaluator::{Evaluation, Evaluator, PhaseFlow};

@@ -12,12 +12,17 @@ pub struct Applied<'a> {
 }
 
 impl Applied<'_> {
-    /// Writes B u − o − d of `m` velocities and inputs; all arrays are `[m, n]`.
-    pub fn exerted(&self, qd: &[f64], inputs: &[f64], force: &mut [f64]) {
+    /// Writes B u − o of `m` inputs; both arrays are `[m, n]`.
+    pub fn driving(&self, inputs: &[f64], force: &mut [f64]) {
         match self.actuation {
             Some(actuation) => actuation.forces(inputs, force),
             None => force.copy_from_slice(inputs),
         }
+    }
+
+    /// Writes B u − o − d of `m` velocities and inputs; all arrays are `[m, n]`.
+    pub fn exerted(&self, qd: &[f64], inputs: &[f64], force: &mut [f64]) {
+        self.driving(inputs, force);
         if let Some(dissipation) = self.dissipation {
             dissipation.take_out(qd, force);
         }
@@ -42,10 +47,7 @@ impl Applied<'_> {
         offset: &mut [f64],
     ) {
         offset.fill(0.0);
-        match self.actuation {
-            Some(actuation) => actuation.forces(inputs, friction),
-            None => friction.copy_from_slice(inputs),
-        }
+        self.driving(inputs, friction);
         match self.dissipation {
             Some(dissipation) => dissipation.replace_by_force(qd, friction),
             None => friction.fill(0.0),

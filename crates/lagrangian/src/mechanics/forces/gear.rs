@@ -85,32 +85,97 @@ impl<T: Scalar> GearFriction<T> {
     }
 }
 
+impl<T: Scalar> GearFriction<T> {
+    /// The friction d = b v + `direction` s(τₘ, −y, v), N·m, of a gear from which the torque y = τₘ − d comes out (theory.md,
+    /// equation 130c); the direction, within −1 … 1, is that of the motion.
+    ///
+    /// The load is what comes out, inertial forces of the joint included: a gear that is driven backwards, where y and the motion
+    /// have opposite signs, loses shares of what drives it. In closed form; not finite where a share of y is 1 or more.
+    #[must_use]
+    pub fn friction(&self, motor: T, v: T, direction: T) -> T {
+        let near = self.near_standstill(v);
+        let share = self.motor + near * self.stribeck_motor;
+        let mut dry = self.coulomb + share * motor.abs() + near * self.stribeck;
+        let of_out = self.external + near * self.stribeck_external;
+        let viscous = self.viscous * v;
+        if of_out.value() == 0.0 && !self.has_squares() {
+            return viscous + direction * dry;
+        }
+        let before = motor - viscous - direction * dry;
+        let has_squares = motor.value() * before.value() > 0.0;
+        let mut square = T::of(0.0);
+        match direction.value() * before.value() > 0.0 {
+            true if has_squares => square = near * self.quadratic_external,
+            false if has_squares => dry = dry + near * self.quadratic_motor * motor * motor,
+            _ => {}
+        }
+        let before = motor - viscous - direction * dry;
+        let along = if before.value() < 0.0 {
+            -direction
+        } else {
+            direction
+        };
+        let out = root(T::of(1.0) + along * of_out, along * square, before.abs());
+        viscous + direction * (dry + of_out * out + square * out * out)
+    }
+
+    /// Whether there is any friction but the viscous one.
+    pub(super) fn is_dry(&self) -> bool {
+        let shares = self.motor.value() + self.external.value();
+        let near =
+            self.stribeck.value() + self.stribeck_motor.value() + self.stribeck_external.value();
+        self.coulomb.value() + shares + near > 0.0 || self.has_squares()
+    }
+
+    fn has_squares(&self) -> bool {
+        self.quadratic_motor.value() != 0.0 || self.quadratic_external.value() != 0.0
+    }
+}
+
+/// The smallest x ≥ 0 with a x + b x² = c, where c ≥ 0; not finite where there is none.
+fn root<T: Scalar>(a: T, b: T, c: T) -> T {
+    if a.value() <= 0.0 {
+        return T::of(f64::NAN);
+    }
+    match b.value() == 0.0 {
+        true => c / a,
+        false => c.times(2.0) / (a + (a * a + (b * c).times(4.0)).sqrt()),
+    }
+}
+
 impl GearFriction {
     /// The motor's torque τₘ that, less friction, exerts `net` on a joint which moves with the speed `v` against an external
-    /// torque: τₘ − sgn(v) s(τₘ, τₑ, v) − b v = net (theory.md, equation 126), N·m.
+    /// torque: τₘ − `direction` s(τₘ, τₑ, v) − b v = net (theory.md, equation 126), N·m; the direction, within −1 … 1, is that of
+    /// the motion.
     ///
-    /// In closed form but for the quadratic terms, which three more rounds take in; at rest the torque is `net` itself.
-    /// Not finite where friction locks the gear.
+    /// In closed form; where squares leave several torques or none, the one at which the motor drives the load, or that which holds
+    /// it. Not finite where friction locks the gear.
     #[must_use]
-    pub fn motor_torque(&self, net: f64, external: f64, v: f64) -> f64 {
+    pub fn motor_torque(&self, net: f64, external: f64, v: f64, direction: f64) -> f64 {
         let near = self.near_standstill(v);
-        let direction = if v == 0.0 { 0.0 } else { v.signum() };
         let share = self.motor + near * self.stribeck_motor;
         let by_external = (self.external + near * self.stribeck_external) * external.abs();
-        let quadratic = self.quadratic_motor != 0.0 || self.quadratic_external != 0.0;
-        let mut motor = net;
-        for _ in 0..if quadratic { 4 } else { 1 } {
-            let squares = self.squares(Load { motor, external });
-            let free = self.coulomb + by_external + near * (self.stribeck + squares);
-            let force = net + self.viscous * v + direction * free;
-            let through = 1.0 - direction * share * force.signum();
-            motor = if through > 0.0 {
-                force / through
-            } else {
-                f64::NAN
-            };
+        let free = self.coulomb + by_external + near * self.stribeck;
+        let of = |free: f64, square: f64| {
+            let force = net + (self.viscous * v + direction * free);
+            let along = direction * force.signum();
+            force.signum() * root(1.0 - along * share, -along * square, force.abs())
+        };
+        if !self.has_squares() {
+            return of(free, 0.0);
         }
-        motor
+        let drives = of(
+            free + near * self.quadratic_external * external * external,
+            0.0,
+        );
+        let driven = of(free, near * self.quadratic_motor);
+        let neither = of(free, 0.0);
+        match external {
+            _ if drives * external < 0.0 && drives.abs() > external.abs() => drives,
+            _ if driven * external < 0.0 && driven.abs() <= external.abs() => driven,
+            _ if neither * external >= 0.0 => neither,
+            _ => -external,
+        }
     }
 }
 
@@ -147,17 +212,57 @@ mod tests {
                     for v in [-2.0, -0.05, 0.1, 1.0_f64] {
                         let load = Load { motor, external };
                         let net = motor - v.signum() * gear.dry(load, v) - gear.viscous * v;
-                        let found = gear.motor_torque(net, external, v);
-                        let bound = if gear.quadratic_motor > 0.0 {
-                            1e-4
-                        } else {
-                            1e-12
-                        };
-                        assert!((found - motor).abs() < bound, "{load:?} {v} {found}");
+                        let found = gear.motor_torque(net, external, v, v.signum());
+                        assert!((found - motor).abs() < 1e-12, "{load:?} {v} {found}");
                     }
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_comes_out_of_a_gear_is_the_load_of_its_friction_and_leads_back_to_the_motor() {
+        let squares = GearFriction {
+            quadratic_motor: 0.05,
+            quadratic_external: 0.08,
+            ..GEAR
+        };
+        let mut driven = 0;
+        for gear in [GEAR, squares] {
+            for motor in [-1.3, -0.2, -0.01, 0.0, 0.04, 0.7] {
+                for (v, direction) in [
+                    (-2.0, -1.0),
+                    (-0.05, -0.4),
+                    (0.0, 0.0),
+                    (0.1, 0.7),
+                    (1.0, 1.0_f64),
+                ] {
+                    let d = gear.friction(motor, v, direction);
+                    let load = Load {
+                        motor,
+                        external: -(motor - d),
+                    };
+                    let right = gear.viscous * v + direction * gear.dry(load, v);
+                    assert!((d - right).abs() < 1e-12, "{load:?} {v}: {d} {right}");
+                    let back = gear.motor_torque(motor - d, d - motor, v, direction);
+                    assert!((back - motor).abs() < 1e-12, "{load:?} {v}: {back}");
+                    driven += usize::from(motor * v < 0.0);
+                }
+            }
+        }
+        assert!(driven > 10);
+    }
+
+    #[test]
+    fn a_gear_that_is_driven_backwards_loses_shares_of_what_drives_it() {
+        let gear = GearFriction {
+            motor: 0.1,
+            external: 0.2,
+            ..GearFriction::default()
+        };
+        // Forwards y = τₘ − 0.1 τₘ − 0.2 y, backwards |y| = |τₘ| + 0.1 |τₘ| + 0.2 |y|.
+        let out = |motor: f64| motor - gear.friction(motor, 1.0, 1.0);
+        assert!((out(1.0) - 0.75).abs() < 1e-12 && (out(-1.0) + 1.375).abs() < 1e-12);
     }
 
     #[test]

@@ -4,12 +4,14 @@ mod actuation;
 mod applied;
 mod dissipation;
 mod drive;
+mod dry;
 mod gear;
 mod scalar;
 
 pub use actuation::Actuation;
 pub use applied::Applied;
-pub use dissipation::{Dissipation, Stribeck};
+pub use dissipation::{Directional, Dissipation, Stribeck};
 pub use drive::{Command, Drive};
+pub use dry::DrySolver;
 pub use gear::{GearFriction, Load};
 pub use scalar::{Scalar, Sensitive};

@@ -32,6 +32,13 @@ pub trait Scalar:
         self.chain(exp, exp)
     }
 
+    /// √x.
+    #[must_use]
+    fn sqrt(self) -> Self {
+        let root = self.value().sqrt();
+        self.chain(root, 0.5 / root)
+    }
+
     /// sin x.
     #[must_use]
     fn sin(self) -> Self {
@@ -197,7 +204,7 @@ mod tests {
     use super::*;
 
     fn sample<S: Scalar>(x: S, y: S) -> S {
-        (x * y - S::of(0.5)).sin() / ((y.exp() + x.abs()).cos() + S::of(2.0))
+        (x * y - S::of(0.5)).sin() / ((y.exp() + x.abs()).sqrt().cos() + S::of(2.0))
             + (x - y).within(S::of(0.3)) * x
             - (x + y).beyond(S::of(0.2)).times(1.5)
     }

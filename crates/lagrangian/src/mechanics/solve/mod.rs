@@ -4,6 +4,8 @@
 //! (Jacobi's eigenvalue method) only where it is singular. Meant for n up to some dozens: everything is
 //! plain loops over memory that is allocated once.
 
+pub(crate) mod ridge;
+
 /// Pivots below this many roundings of their row count as zero.
 const PIVOT_ROUNDINGS: f64 = 16.0;
 /// The pseudo-inverse drops eigenvalues below this part of the largest.

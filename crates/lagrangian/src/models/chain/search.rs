@@ -8,14 +8,13 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::refine::Refinement;
 use crate::dataset::Dataset;
+use crate::mechanics::solve::ridge::{Ridge, scales};
 use crate::rigid::consistent::Quadratic;
 use crate::rigid::joint_sums::{Friction, JointSums};
 use crate::rigid::screws::Screw;
@@ -335,17 +334,8 @@ fn sum(parts: &[Quadratic], shares: &[f64], without: Option<usize>) -> Quadratic
 /// A ridge regression, with the columns in the scale that they have in `all`.
 fn ridge(data: &Quadratic, all: &Quadratic) -> Option<Vec<f64>> {
     let size = data.size();
-    let scale: Vec<f64> = (0..size)
-        .map(|k| all.gram[k * size + k].max(1e-18).sqrt())
-        .collect();
-    let matrix = Mat::from_fn(size, size, |k, j| {
-        let ridge = if k == j { RIDGE } else { 0.0 };
-        data.gram[k * size + j] / (scale[k] * scale[j]) + ridge
-    });
-    let right = Mat::from_fn(size, 1, |k, _| data.right[k] / scale[k]);
-    let solution = matrix.llt(Side::Lower).ok()?.solve(right);
-    let values: Vec<f64> = (0..size).map(|k| solution[(k, 0)] / scale[k]).collect();
-    values.iter().all(|x| x.is_finite()).then_some(values)
+    let scale = scales(size, |k| all.gram[k * size + k], 1e-18);
+    Ridge::new(|k, j| data.gram[k * size + j], scale, RIDGE)?.solve_one(|k| data.right[k])
 }
 
 /// At most `most` samples, evenly spaced.

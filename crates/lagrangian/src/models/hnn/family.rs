@@ -177,7 +177,7 @@ impl Trained for HnnShape {
     fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
         let (weights, extra) = parameters.split_at(self.net().parameters);
         let hnn = Hnn::assemble(self.clone(), weights.to_vec())?;
-        let dissipation = setup.forces.dissipation(setup.terms, extra);
+        let dissipation = setup.forces.dissipation(extra);
         let actuation = setup.forces.actuation(setup.terms, extra)?;
         Ok(Canonical::with(hnn, dissipation, actuation)?.into())
     }

@@ -85,6 +85,7 @@ impl Columns {
             smoothing: vec![self.speeds[speed]; self.n],
             stribeck: None,
             load: None,
+            directional: None,
         };
         Mechanical::dissipative(bodies, dissipation)
     }

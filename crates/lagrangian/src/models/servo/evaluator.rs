@@ -1,7 +1,7 @@
 //! Forces and accelerations of a servo at single states; τ is the torque of the motor.
 
 use super::machine::{Machine, Moving, Workspace};
-use crate::mechanics::dynamics::{Evaluation, Evaluator};
+use crate::mechanics::dynamics::{Balance, Evaluation, Evaluator};
 use crate::mechanics::forces::Load;
 use crate::mechanics::solve::{Regularity, SymmetricSolver};
 
@@ -85,7 +85,9 @@ impl Evaluator for ServoEvaluator<'_> {
             for (i, row) in self.work.mass.chunks_exact(n).enumerate() {
                 let inertial: f64 = row.iter().zip(qdd).map(|(m, a)| m * a).sum();
                 let bias = self.work.bias[i];
-                tau[i] = self.machine.gears[i].motor_torque(inertial + bias, -bias, qd[i]);
+                let (v, net) = (qd[i], inertial + bias);
+                let direction = if v == 0.0 { 0.0 } else { v.signum() };
+                tau[i] = self.machine.gears[i].motor_torque(net, -bias, v, direction);
             }
         }
         Evaluation::of(tau, n, 0)
@@ -109,5 +111,17 @@ impl Evaluator for ServoEvaluator<'_> {
             bias.copy_from_slice(&self.work.bias);
         }
         Evaluation::of(bias, n, 0)
+    }
+
+    fn balance(&mut self, q: &[f64], qd: &[f64], tau: &[f64], balance: &mut Balance) -> Evaluation {
+        self.at(q, qd);
+        balance.mass_matrix.copy_from_slice(&self.work.mass);
+        for (i, (gear, &motor)) in self.machine.gears.iter().zip(tau).enumerate() {
+            let external = -self.work.bias[i];
+            balance.force[i] = motor + external;
+            balance.viscous[i] = gear.viscous;
+            balance.dry[i] = gear.dry(Load { motor, external }, qd[i]);
+        }
+        Evaluation::of(&balance.force, qd.len(), 0)
     }
 }

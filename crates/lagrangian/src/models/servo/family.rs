@@ -8,11 +8,13 @@ use serde_json::Value;
 
 use super::motion::Recorded;
 use super::parameters::Layout;
+use super::quantities::quantities;
 use super::search::{self, STAGES, Tried};
+use super::shooting::standard_errors;
 use super::{Friction, Servo, ServoConfig};
 use crate::dataset::{Dataset, Timeline};
 use crate::models::family::{self, Abilities, Entry, Family, Plan, Solution};
-use crate::models::learned::{Description, FittedModel, Stored};
+use crate::models::learned::{Description, FittedModel, Stored, WEIGHTS};
 use crate::models::named::Parameter;
 use crate::saved::{self, SavedModel};
 use crate::settings::{Kind, Range, Setting, named};
@@ -153,14 +155,18 @@ impl ServoConfig {
         let held = recorded(&dataset.validation, &dataset.validation_times);
         let held: Vec<&Recorded> = held.iter().collect();
         let validation = (!held.is_empty()).then(|| error(&parameters, &held));
+        let mut used = all;
         if validation.is_some() && watch.goes_on() {
             watch.stage("fitting the servo to all motions", 0.95);
-            parameters = fitted(&[all, held].concat());
+            used.extend(held);
+            parameters = fitted(&used);
         }
+        let errors = standard_errors(layout, &used, &STAGES[..chosen.stages], &parameters);
+        let servo = Servo::new(dataset.coordinates.clone(), layout, parameters)?;
         Ok(Solution {
             loss,
             validation,
-            model: Servo::new(dataset.coordinates.clone(), layout, parameters)?.into(),
+            model: servo.with_errors(errors)?.into(),
         })
     }
 
@@ -216,6 +222,9 @@ fn recorded(samples: &Samples, times: &Timeline) -> Vec<Recorded> {
     runs.map(motion).collect()
 }
 
+/// The tensor of the standard errors of all quantities.
+const ERRORS: &str = "standard_errors";
+
 /// The saved form of what parameters stand for.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -238,7 +247,15 @@ fn load(saved: &SavedModel) -> Result<Servo> {
         friction: shape.friction,
         weight: shape.weight,
     };
-    Servo::new(header.coordinates.clone(), layout, saved.weights()?)
+    // Servos were saved without standard errors once.
+    let (parameters, errors) = match saved.tensors.contains_key(ERRORS) {
+        true => {
+            let [parameters, errors] = saved.vectors([WEIGHTS, ERRORS])?;
+            (parameters, errors)
+        }
+        false => (saved.weights()?, Vec::new()),
+    };
+    Servo::new(header.coordinates.clone(), layout, parameters)?.with_errors(errors)
 }
 
 impl FittedModel for Servo {
@@ -251,44 +268,24 @@ impl FittedModel for Servo {
             friction: self.layout.friction,
             weight: self.layout.weight,
         };
-        Stored::new(NAME, &shape, &Value::Null, &self.parameters)
+        let stored = Stored::new(NAME, &shape, &Value::Null, &self.parameters)?;
+        Ok(stored.with(ERRORS, &self.errors))
     }
 
     fn parameters(&self) -> Vec<Parameter> {
-        let machine = &self.machine;
-        let n = machine.dof();
-        let mut list = Vec::new();
-        for (i, coordinate) in self.coordinates.0.iter().enumerate() {
-            let (gear, drive) = (&machine.gears[i], &machine.drives[i]);
-            let named = [
-                ("inertia", machine.inertia[i * (n + 1)], "kg·m²"),
-                ("rotor", machine.rotor[i], "kg·m²"),
-                ("weight", machine.weight[i], "N·m"),
-                ("phase", machine.phase[i], "rad"),
-                ("gain", drive.gain, "N·m/rad a volt and unit of kp"),
-                ("limit", drive.limit, "N·m a volt"),
-                ("back_emf", drive.back_emf, "N·m·s/rad"),
-                ("viscous", gear.viscous, "N·m·s/rad"),
-                ("coulomb", gear.coulomb, "N·m"),
-                ("motor_share", gear.motor, ""),
-                ("external_share", gear.external, ""),
-                ("stribeck", gear.stribeck, "N·m"),
-                ("stribeck_motor_share", gear.stribeck_motor, ""),
-                ("stribeck_external_share", gear.stribeck_external, ""),
-                ("quadratic_motor", gear.quadratic_motor, "1/(N·m)"),
-                ("quadratic_external", gear.quadratic_external, "1/(N·m)"),
-                ("stribeck_speed", gear.speed, "rad/s"),
-            ];
-            // A term that the friction does not have is exactly 0.
-            let own = named.into_iter().filter(|(_, value, _)| *value != 0.0);
-            list.extend(own.map(|(kind, value, unit)| Parameter {
-                name: format!("{kind}_{}", coordinate.name),
-                value,
-                unit: unit.into(),
-                standard_error: None,
-            }));
-        }
-        list
+        let all = quantities(&self.machine).into_iter().enumerate();
+        // A term that the friction does not have is exactly 0.
+        let own = all.filter(|(_, quantity)| quantity.value != 0.0);
+        own.map(|(k, quantity)| Parameter {
+            name: format!(
+                "{}_{}",
+                quantity.kind, self.coordinates.0[quantity.joint].name
+            ),
+            value: quantity.value,
+            unit: quantity.unit.into(),
+            standard_error: self.errors.get(k).copied().filter(|error| *error > 0.0),
+        })
+        .collect()
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {

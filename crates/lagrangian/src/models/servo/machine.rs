@@ -1,9 +1,6 @@
 //! A planar chain of joints with geared, position-controlled motors, and one implicit step of its motion.
 
-use crate::mechanics::forces::{Command, Drive, GearFriction, Load, Scalar};
-
-/// Rounds of the implicit step at most, for joints that couple.
-const SWEEPS: usize = 60;
+use crate::mechanics::forces::{Command, Drive, DrySolver, GearFriction, Load, Scalar};
 
 /// A planar chain of n links with geared motors at its joints; over any scalar, so that motions have sensitivities.
 ///
@@ -44,6 +41,7 @@ pub(crate) struct Workspace<T> {
     impulse: Vec<T>,
     threshold: Vec<T>,
     damping: Vec<T>,
+    solver: DrySolver<T>,
 }
 
 impl<T: Scalar> Moving<T> {
@@ -65,6 +63,7 @@ impl<T: Scalar> Workspace<T> {
             impulse: zeros(n),
             threshold: zeros(n),
             damping: zeros(n),
+            solver: DrySolver::new(n),
         }
     }
 }
@@ -143,29 +142,18 @@ impl<T: Scalar> Machine<T> {
                 work.impulse[i] = work.impulse[i] + work.mass[i * n + j] * state.qd[j];
             }
         }
-        self.velocities(state, work);
+        for (i, damping) in work.damping.iter().enumerate() {
+            work.mass[i * (n + 1)] = work.mass[i * (n + 1)] + *damping;
+        }
+        let (impulse, threshold) = (&work.impulse, &work.threshold);
+        if !work
+            .solver
+            .solve(&work.mass, impulse, threshold, &mut state.qd)
+        {
+            state.qd.fill(T::of(f64::NAN));
+        }
         for (q, v) in state.q.iter_mut().zip(&state.qd) {
             *q = *q + v.times(h);
-        }
-    }
-
-    /// Solves for q̇⁺ joint by joint (projected Gauss–Seidel), which converges since M is positive definite.
-    fn velocities(&self, state: &mut Moving<T>, work: &Workspace<T>) {
-        let n = self.dof();
-        for _ in 0..if n == 1 { 1 } else { SWEEPS } {
-            let mut change: f64 = 0.0;
-            for i in 0..n {
-                let mut rest = work.impulse[i];
-                for j in (0..n).filter(|&j| j != i) {
-                    rest = rest - work.mass[i * n + j] * state.qd[j];
-                }
-                let v = rest.beyond(work.threshold[i]) / (work.mass[i * n + i] + work.damping[i]);
-                change = change.max((v.value() - state.qd[i].value()).abs());
-                state.qd[i] = v;
-            }
-            if change < 1e-12 {
-                break;
-            }
         }
     }
 }

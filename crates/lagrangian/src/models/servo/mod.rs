@@ -4,8 +4,9 @@
 //! |---|---|
 //! | `machine.rs` | the equation of motion and its implicit step |
 //! | `parameters.rs` | which terms are fitted, and how they become a machine |
+//! | `quantities.rs` | what parameters stand for, with names and units |
 //! | `input.rs`, `motion.rs` | what drives are told, and recorded motions |
-//! | `start.rs`, `shooting.rs`, `search.rs` | the fit: a regression, multiple shooting, and what held-out motions choose |
+//! | `start.rs`, `shooting.rs`, `search.rs` | the fit: a regression, multiple shooting with standard errors, and what held-out motions choose |
 //! | `evaluator.rs` | forces and accelerations at single states |
 //! | `family.rs` | what the family can be fitted to, its settings, its row of the table |
 
@@ -15,6 +16,7 @@ mod input;
 mod machine;
 mod motion;
 mod parameters;
+mod quantities;
 mod search;
 mod shooting;
 mod start;
@@ -32,6 +34,7 @@ use input::steps;
 use machine::{Machine, Moving};
 use motion::Recorded;
 use parameters::Layout;
+use quantities::quantities;
 
 pub use parameters::Friction;
 
@@ -65,6 +68,8 @@ pub struct Servo {
     layout: Layout,
     parameters: Vec<f64>,
     machine: Machine<f64>,
+    /// The standard errors of all quantities; empty where they are not known.
+    errors: Vec<f64>,
 }
 
 impl Servo {
@@ -80,7 +85,20 @@ impl Servo {
             coordinates,
             layout,
             parameters,
+            errors: Vec::new(),
         })
+    }
+
+    /// The same with the standard errors of all [`quantities`], or without any.
+    fn with_errors(mut self, errors: Vec<f64>) -> Result<Self> {
+        let expected = quantities(&self.machine).len();
+        if !errors.is_empty() {
+            let remedy = "give one for each quantity";
+            Error::check_shape("standard errors", errors.len(), expected, remedy)?;
+            Error::check_finite("standard errors", &errors)?;
+        }
+        self.errors = errors;
+        Ok(self)
     }
 
     /// The terms of the gears' friction.

@@ -4,9 +4,13 @@
 //! the simulation. Stiction makes a motion a function of its parameters that has kinks but no jumps: the derivatives of the step
 //! exist almost everywhere, while differences of whole motions would average over the kinks.
 
+mod covariance;
+
 use std::ops::Range;
 
 use rayon::prelude::*;
+
+pub(crate) use covariance::standard_errors;
 
 use super::machine::{Machine, Moving};
 use super::motion::{FAR, Recorded};
@@ -115,7 +119,7 @@ impl<'a> Shooting<'a> {
 
     /// The normal equations of the mean cost.
     fn normal(&self, parameters: &[f64], start: &[f64]) -> Normal {
-        let each = |segment: &Segment<'_>| self.part(segment, parameters);
+        let each = |segment: &Segment<'_>| self.part(segment, parameters).0;
         let parts: Vec<Normal> = self.segments.par_iter().map(each).collect();
         let mut all = Normal::zero(parameters.len());
         parts.iter().for_each(|part| all.add(part));
@@ -130,7 +134,20 @@ impl<'a> Shooting<'a> {
         all
     }
 
-    fn part(&self, segment: &Segment<'_>, parameters: &[f64]) -> Normal {
+    /// The normal equations of a segment, and its residuals in units of its scale.
+    fn part(&self, segment: &Segment<'_>, parameters: &[f64]) -> (Normal, Vec<f64>) {
+        let len = parameters.len();
+        let (mut residuals, rows) = self.linearised(segment, parameters);
+        let mut normal = Normal::zero(len);
+        for (residual, row) in residuals.iter_mut().zip(rows.chunks_exact(len)) {
+            *residual /= segment.scale;
+            normal.add_row(*residual, row, 1.0 / segment.scale);
+        }
+        (normal, residuals)
+    }
+
+    /// The residuals of a segment, rad, and their derivatives by the parameters, a row each.
+    fn linearised(&self, segment: &Segment<'_>, parameters: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let len = parameters.len();
         let mut rows: Vec<f64> = Vec::new();
         let mut residuals = Vec::new();
@@ -148,11 +165,7 @@ impl<'a> Shooting<'a> {
                 k += 1;
             });
         }
-        let mut normal = Normal::zero(len);
-        for (residual, row) in residuals.iter().zip(rows.chunks_exact(len)) {
-            normal.add_row(residual / segment.scale, row, 1.0 / segment.scale);
-        }
-        normal
+        (residuals, rows)
     }
 }
 

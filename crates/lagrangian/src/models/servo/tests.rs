@@ -8,6 +8,7 @@ use crate::models::Learned;
 use crate::saved::Provenance;
 use crate::train::{FitConfig, fit};
 use crate::{Dataset, State};
+use rand::SeedableRng;
 
 const OFF: Command = Command {
     goal: 0.0,
@@ -169,11 +170,11 @@ fn logs(servo: &Servo) -> Vec<Trajectory> {
         .collect()
 }
 
-fn fitted(logs: &[Trajectory]) -> Learned {
+fn fitted(logs: &[Trajectory], friction: Friction) -> Learned {
     let dataset = Dataset::new(Coordinates::angles(1), logs, &[]).unwrap();
     let config = FitConfig {
         family: ServoConfig {
-            friction: Some(Friction::M3),
+            friction: Some(friction),
             weight: 0.5,
         }
         .into(),
@@ -188,7 +189,7 @@ fn the_parameters_of_a_simulated_servo_are_recovered() {
     truth.parameters[0] = 0.5 * 0.015_f64.ln();
     truth.parameters[1] = 0.05;
     truth.machine = truth.layout.machine(&truth.parameters);
-    let model = fitted(&logs(&truth));
+    let model = fitted(&logs(&truth), Friction::M3);
     let expected = crate::models::FittedModel::parameters(&truth);
     for (found, expected) in model.parameters().iter().zip(&expected) {
         let scale = if expected.name.starts_with("viscous") {
@@ -202,8 +203,41 @@ fn the_parameters_of_a_simulated_servo_are_recovered() {
 }
 
 #[test]
+fn standard_errors_grow_with_the_noise_of_the_positions_and_hold_the_truth() {
+    let truth = servo(1, Friction::M1);
+    let of_noise = |sigma: f64| {
+        let mut logs = logs(&truth);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        for log in &mut logs {
+            log.add_noise(sigma, &mut rng);
+            log.signals.qdd = vec![0.0; log.t.len()];
+        }
+        fitted(&logs, Friction::M1).parameters()
+    };
+    let [little, much] = [1e-3, 1e-2].map(of_noise);
+    let expected = crate::models::FittedModel::parameters(&truth);
+    for (a, b) in little.iter().zip(&much) {
+        // The phase of the truth is 0, which is no parameter.
+        let truth = expected
+            .iter()
+            .find(|p| p.name == b.name)
+            .map_or(0.0, |p| p.value);
+        let (Some(small), Some(large)) = (a.standard_error, b.standard_error) else {
+            // The weight is the unit of the others.
+            assert!(a.name.starts_with("weight"), "{a:?}");
+            continue;
+        };
+        let growth = large / small;
+        assert!((2.0..50.0).contains(&growth), "{a:?} {b:?}");
+        // What ties parameters to their start shifts them beside the noise.
+        let error = (b.value - truth).abs();
+        assert!(error < 5.0 * large + 0.02 * truth.abs(), "{b:?} {truth:?}");
+    }
+}
+
+#[test]
 fn a_saved_servo_moves_as_before() {
-    let servo = servo(2, Friction::M6);
+    let servo = servo(2, Friction::M6).with_errors(vec![0.25; 34]).unwrap();
     let saved = Learned::from(servo.clone())
         .save(Provenance::of_seed(0))
         .unwrap();
@@ -214,6 +248,7 @@ fn a_saved_servo_moves_as_before() {
         (Friction::M6, &servo.parameters)
     );
     assert_eq!(again.machine, servo.machine);
+    assert_eq!(again.errors, servo.errors);
 }
 
 #[test]

@@ -333,6 +333,7 @@ fn expected(robot: &RigidBodies, weights: &[f64], samples: &Samples) -> Result<C
         smoothing: vec![SMOOTHING; n],
         stribeck: None,
         load: None,
+        directional: None,
     };
     let known = Known {
         robot: &known.with_drives(coefficient(0), coefficient(1))?,

@@ -1,19 +1,22 @@
 //! Forces of a fitted model in training again, and their slopes by the inputs.
 
 use super::{Drive, ForceTerms, Forces, Input, SMOOTHING, STRIBECK, Term};
-use crate::mechanics::forces::{Actuation, Dissipation};
+use crate::mechanics::forces::{Actuation, Directional, Dissipation};
 use crate::models::FittedForces;
 
 impl ForceTerms {
     /// The terms that such forces and rotors are made of.
     fn of(forces: FittedForces<'_>, rotors: &[f64]) -> Self {
         let friction = forces.dissipation;
+        let directional = friction.and_then(|d| d.directional.as_ref());
         let any = |values: &[f64]| values.iter().any(|x| *x != 0.0);
         Self {
             viscous: friction.is_some(),
             coulomb: friction.is_some_and(|d| any(&d.coulomb)),
             stribeck: friction.is_some_and(|d| d.stribeck.is_some()),
             load: friction.is_some_and(|d| d.load.is_some()),
+            directional: directional.is_some(),
+            quadratic: directional.is_some_and(Directional::has_squares),
             offset: forces.actuation.is_some_and(|a| any(a.offsets())),
             rotor: !rotors.is_empty(),
             input: forces.actuation.map_or(Input::Torque, input),
@@ -57,6 +60,8 @@ impl Forces {
     fn fitted(&self, fitted: FittedForces<'_>, rotors: &[f64], term: Term, i: usize) -> f64 {
         let friction = |f: &dyn Fn(&Dissipation) -> f64| fitted.dissipation.map_or(0.0, f);
         let stribeck = fitted.dissipation.and_then(|d| d.stribeck.as_ref());
+        let directional = fitted.dissipation.and_then(|d| d.directional.as_ref());
+        let gear = |f: &dyn Fn(&Directional) -> f64| directional.map_or(0.0, f);
         let entry = |j: usize| {
             fitted
                 .actuation
@@ -71,6 +76,11 @@ impl Forces {
                 stribeck.map_or(0.0, |s| (s.speed[i] / (STRIBECK * self.qd[i])).ln())
             }
             Term::Load => friction(&|d| d.load.as_ref().map_or(0.0, |load| load[i])),
+            Term::External => gear(&|d| d.external[i]),
+            Term::StribeckMotor => gear(&|d| d.stribeck_motor[i]),
+            Term::StribeckExternal => gear(&|d| d.stribeck_external[i]),
+            Term::QuadraticMotor => gear(&|d| d.quadratic_motor[i]),
+            Term::QuadraticExternal => gear(&|d| d.quadratic_external[i]),
             Term::Offset => fitted.actuation.map_or(0.0, |a| a.offsets()[i]),
             Term::Rotor => rotors[i],
             Term::Gain => entry(i),
@@ -105,6 +115,9 @@ impl Forces {
 
     /// The part of a change of the force of drive `i` that is not lost in its gear.
     pub(super) fn through(&self, extra: &[f64], i: usize, drive: &Drive<'_>) -> f64 {
+        if self.is_geared() {
+            return self.geared_through(extra, i, drive);
+        }
         let share = self.value(extra, Term::Load, i);
         if share == 0.0 {
             return 1.0;

@@ -11,11 +11,11 @@
 //! combinations the prior decides. Joints count by what is left unexplained of them, as in maximum likelihood; a joint
 //! whose friction is large then does not hide what the others tell about the bodies.
 
-use super::correlation::correlations;
 use super::{Identification, IdentifiedRobot};
 use crate::dataset::Dataset;
 use crate::mechanics::dynamics::Mechanical;
 use crate::mechanics::forces::Dissipation;
+use crate::models::correlation::correlations;
 use crate::rigid::changes::Certainty;
 use crate::rigid::consistent::{Prior, is_consistent, minimise};
 use crate::rigid::joint_sums::{Friction, JointSums};
@@ -328,6 +328,7 @@ impl Problem {
             smoothing: speeds.iter().map(|&k| self.speeds[k]).collect(),
             stribeck: None,
             load: matches!(friction, Friction::Loaded(_)).then(next),
+            directional: None,
         };
         Mechanical::dissipative(robot, dissipation)
     }

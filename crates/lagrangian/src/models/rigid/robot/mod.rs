@@ -5,7 +5,6 @@
 //! | `identify.rs` | the parameters that explain torques best |
 //! | `correlation.rs` | how many independent residuals there are |
 
-mod correlation;
 mod identify;
 
 pub use identify::{IdentifyOptions, identify};

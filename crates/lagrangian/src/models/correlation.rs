@@ -12,7 +12,7 @@ use crate::mechanics::dynamics::Model;
 use crate::train::Samples;
 
 /// κ of the torque residuals of each joint, `[n]`; 1 where the samples belong to no motions.
-pub(super) fn correlations(dataset: &Dataset, model: &dyn Model) -> Vec<f64> {
+pub(crate) fn correlations(dataset: &Dataset, model: &dyn Model) -> Vec<f64> {
     let n = dataset.coordinates.dof();
     let parts = [
         (&dataset.train, &dataset.train_times),
@@ -48,7 +48,7 @@ fn torque_errors(model: &dyn Model, samples: &Samples) -> Vec<f64> {
 }
 
 /// κ of a series of which these parts are successive in time, at least 1. Lags far apart are interpolated linearly.
-fn correlation(series: &[f64], runs: &[Range<usize>]) -> f64 {
+pub(crate) fn correlation(series: &[f64], runs: &[Range<usize>]) -> f64 {
     let runs: Vec<&[f64]> = runs
         .iter()
         .filter_map(|run| series.get(run.clone()))
