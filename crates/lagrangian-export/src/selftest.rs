@@ -45,9 +45,9 @@ pub(crate) fn write(
         let expected = ask(model, call, &states, count)?;
         let table = format!("test_{}", call.name());
         tables.add(&table, &expected);
-        let _ = write!(
+        let _ = writeln!(
             text,
-            "    if ({name}_{}({arguments}, x) > {name}_OUTSIDE || differ({test}, x, {table} + s * {count}, {count})) return {test};\n",
+            "    if ({name}_{}({arguments}, x) > {name}_OUTSIDE || differ({test}, x, {table} + s * {count}, {count})) return {test};",
             call.name()
         );
     }

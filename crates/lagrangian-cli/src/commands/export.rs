@@ -21,7 +21,11 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
     let path = model_file(&args.model);
     check(args, &path, existing)?;
     let name = args.name.clone().unwrap_or_else(|| name_of(&path));
-    let task = Task::start("export", mode.quiet, Size::of_files(&[path.clone()]))?;
+    let task = Task::start(
+        "export",
+        mode.quiet,
+        Size::of_files(std::slice::from_ref(&path)),
+    )?;
     let (model, hash) = open(&path)?;
     let about = About {
         name: &name,

@@ -106,6 +106,9 @@ pub(crate) fn frames(folder: &Path, interface: &Interface, code: &Code) -> Vec<(
     usage.lines().filter_map(line).collect()
 }
 
+/// What a call says of a state: its status and its numbers.
+pub(crate) type Said = (Call, (i32, Vec<f64>));
+
 /// A program that answers for a model.
 pub(crate) struct Built {
     program: PathBuf,
@@ -173,11 +176,7 @@ impl Built {
     }
 
     /// The status and the numbers of every call at each of these states.
-    pub(crate) fn run(
-        &self,
-        interface: &Interface,
-        states: &[f64],
-    ) -> Vec<Vec<(Call, (i32, Vec<f64>))>> {
+    pub(crate) fn run(&self, interface: &Interface, states: &[f64]) -> Vec<Vec<Said>> {
         let input = self.program.with_extension("states");
         let bytes: Vec<u8> = states.iter().flat_map(|x| x.to_le_bytes()).collect();
         fs::write(&input, bytes).unwrap();

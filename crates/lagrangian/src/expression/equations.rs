@@ -121,7 +121,10 @@ impl Mechanics {
     /// # Errors
     /// [`Error::Setting`] for a Lagrangian without expressions.
     pub(crate) fn of(lagrangian: &dyn Lagrangian, applied: &Applied<'_>) -> Result<Self> {
-        if applied.dissipation.is_some_and(|friction| friction.directional.is_some()) {
+        if applied
+            .dissipation
+            .is_some_and(|friction| friction.directional.is_some())
+        {
             return Err(without("friction by the direction of the power"));
         }
         let coordinates = lagrangian.coordinates();

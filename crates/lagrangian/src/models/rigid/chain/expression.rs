@@ -7,7 +7,7 @@ impl RigidChain {
     /// L of (q, q̇).
     pub(crate) fn expression<'g>(&self, q: Value<'g>, qd: Value<'g>) -> Value<'g> {
         let graph = q.graph();
-        let (theta, thetad) = (self.from_base(q), self.from_base(qd));
+        let (theta, thetad) = (self.absolute_angles(q), self.absolute_angles(qd));
         let (q, qd, n) = (q.each(), qd.each(), q.len());
         let mut terms = Vec::new();
         for i in 0..n {
@@ -28,7 +28,7 @@ impl RigidChain {
     }
 
     /// The angles from a fixed direction, or their rates.
-    fn from_base<'g>(&self, q: Value<'g>) -> Vec<Value<'g>> {
+    fn absolute_angles<'g>(&self, q: Value<'g>) -> Vec<Value<'g>> {
         let mut sum = q.graph().number(0.0);
         let angle = |q: Value<'g>| match self.angles() {
             Angles::Absolute => q,
