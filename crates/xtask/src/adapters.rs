@@ -10,6 +10,8 @@ adapters   runs exported models in CasADi and FMPy, from a virtual environment o
 /// The crate whose tests they are, and the packages that these need.
 const CRATE: &str = "lagrangian-export";
 const PACKAGES: &str = "tests/python/requirements.txt";
+/// Those of its tests that need them.
+const TESTS: &str = "around";
 
 pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
     if let [other, ..] = arguments {
@@ -21,7 +23,8 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
     let list = root().join("crates").join(CRATE).join(PACKAGES);
     let python = Environment::new(&target().join("adapters"), &list).python()?;
     let mut tests = cargo();
-    tests.args(["test", "--all-features", "--package", CRATE]);
+    // All packages, so that what was built for the tests serves again.
+    tests.args(["test", "--workspace", "--all-features", "--test", TESTS]);
     tests.env("LAGRANGIAN_ADAPTERS_PYTHON", python);
     succeed(tests.current_dir(root()), "the tests of exported models")?;
     Ok(())

@@ -3,13 +3,17 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+mod learned;
+mod tools;
 
-use lagrangian_export::fmu::{Binary, Fmu, Version, archive};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use lagrangian_export::fmu::{Version, archive};
 use lagrangian_export::surroundings::Surroundings;
 use lagrangian_export::{Call, Drive, Error, File, Interface, Joint, Unit, casadi};
+use tools::{adapters, exists, folder, library, python, script, succeed, unit, units, write};
 
 fn cart_pole() -> Interface {
     let joint = |name: &str, unit| Joint {
@@ -55,30 +59,6 @@ fn sources() -> Vec<File> {
     vec![read("cart_pole.h"), read("cart_pole.c")]
 }
 
-/// An empty folder for one test.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("around-{name}"));
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-fn write(folder: &Path, files: &[File]) {
-    for file in files {
-        let path = folder.join(&file.name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, &file.text).unwrap();
-    }
-}
-
-fn unit<'a>(interface: &'a Interface, version: Version, sources: &'a [File]) -> Fmu<'a> {
-    Fmu {
-        interface,
-        version,
-        sources,
-    }
-}
-
 /// Model, adapters and surroundings.
 fn all_files(interface: &Interface) -> Vec<File> {
     let around = Surroundings {
@@ -90,61 +70,8 @@ fn all_files(interface: &Interface) -> Vec<File> {
     };
     let mut files = around.files().unwrap();
     files.push(casadi::file(interface).unwrap());
-    for version in [Version::Two, Version::Three] {
-        let sources = sources();
-        let unit = unit(interface, version, &sources).files(true).unwrap();
-        files.extend(unit.into_iter().filter_map(|file| {
-            let name = file.name.strip_prefix("sources/")?.into();
-            Some(File { name, ..file })
-        }));
-    }
+    files.extend(adapters(interface, &sources()));
     files
-}
-
-fn exists(program: &str) -> bool {
-    let mut ask = Command::new(program);
-    ask.arg("--version")
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    let found = ask.status().is_ok_and(|status| status.success());
-    if !found {
-        eprintln!("skipped: there is no {program}");
-    }
-    found
-}
-
-fn succeed(command: &mut Command) {
-    let output = command.output().unwrap();
-    let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
-    assert!(output.status.success(), "{command:?}\n{out}\n{err}");
-    println!("{out}");
-}
-
-/// The interpreter that has `CasADi` and `FMPy`, from the variable of the environment.
-fn python() -> Option<PathBuf> {
-    let python = std::env::var_os("LAGRANGIAN_ADAPTERS_PYTHON").map(PathBuf::from);
-    if python.is_none() {
-        eprintln!(
-            "skipped: LAGRANGIAN_ADAPTERS_PYTHON names no interpreter with the packages of tests/python/requirements.txt"
-        );
-    }
-    python
-}
-
-fn script(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/python")
-        .join(name)
-}
-
-/// Compiles sources to a shared library in the folder.
-fn library(folder: &Path, sources: &[&str], name: &str) -> PathBuf {
-    let out = folder.join(name);
-    let mut cc = Command::new("cc");
-    cc.args(["-std=c99", "-O2", "-shared", "-fPIC", "-o"])
-        .arg(&out);
-    succeed(cc.args(sources).arg("-lm").current_dir(folder));
-    out
 }
 
 #[test]
@@ -226,19 +153,7 @@ fn functional_mock_up_units_simulate_as_the_model_does() {
     let folder = folder("fmu");
     let (interface, sources) = (cart_pole(), sources());
     write(&folder, &all_files(&interface));
-    for (version, suffix) in [(Version::Two, "fmi2"), (Version::Three, "fmi3")] {
-        let unit = unit(&interface, version, &sources);
-        let adapter = format!("cart_pole_{suffix}.c");
-        let bytes = fs::read(library(&folder, &["cart_pole.c", &adapter], suffix)).unwrap();
-        let platform = version.platform().unwrap();
-        let binary = Binary {
-            platform: &platform,
-            extension: std::env::consts::DLL_EXTENSION,
-            bytes: &bytes,
-        };
-        let packed = archive(&unit, Some(binary)).unwrap();
-        fs::write(folder.join(format!("cart_pole_{suffix}.fmu")), packed).unwrap();
-    }
+    units(&folder, &interface, &sources);
     let alone = archive(&unit(&interface, Version::Three, &sources), None).unwrap();
     fs::write(folder.join("sources_only.fmu"), alone).unwrap();
     succeed(

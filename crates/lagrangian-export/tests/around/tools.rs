@@ -1,0 +1,107 @@
+//! Folders, compilers and interpreters for tests.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use lagrangian_export::fmu::{Binary, Fmu, Version, archive};
+use lagrangian_export::{File, Interface};
+
+/// An empty folder for one test.
+pub(crate) fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("around-{name}"));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+pub(crate) fn write(folder: &Path, files: &[File]) {
+    for file in files {
+        let path = folder.join(&file.name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, &file.text).unwrap();
+    }
+}
+
+pub(crate) fn unit<'a>(interface: &'a Interface, version: Version, sources: &'a [File]) -> Fmu<'a> {
+    Fmu {
+        interface,
+        version,
+        sources,
+    }
+}
+
+pub(crate) fn exists(program: &str) -> bool {
+    let mut ask = Command::new(program);
+    ask.arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    let found = ask.status().is_ok_and(|status| status.success());
+    if !found {
+        eprintln!("skipped: there is no {program}");
+    }
+    found
+}
+
+pub(crate) fn succeed(command: &mut Command) {
+    let output = command.output().unwrap();
+    let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    assert!(output.status.success(), "{command:?}\n{out}\n{err}");
+    println!("{out}");
+}
+
+/// The interpreter that has `CasADi` and `FMPy`, from the variable of the environment.
+pub(crate) fn python() -> Option<PathBuf> {
+    let python = std::env::var_os("LAGRANGIAN_ADAPTERS_PYTHON").map(PathBuf::from);
+    if python.is_none() {
+        eprintln!(
+            "skipped: LAGRANGIAN_ADAPTERS_PYTHON names no interpreter with the packages of tests/python/requirements.txt"
+        );
+    }
+    python
+}
+
+pub(crate) fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/python")
+        .join(name)
+}
+
+/// Compiles sources to a shared library in the folder.
+pub(crate) fn library(folder: &Path, sources: &[&str], name: &str) -> PathBuf {
+    let out = folder.join(name);
+    let mut cc = Command::new("cc");
+    cc.args(["-std=c99", "-O2", "-shared", "-fPIC", "-o"])
+        .arg(&out);
+    succeed(cc.args(sources).arg("-lm").current_dir(folder));
+    out
+}
+
+/// Writes mock-up units of both versions, compiled for this platform, of sources that are in the folder with their adapters.
+pub(crate) fn units(folder: &Path, interface: &Interface, sources: &[File]) {
+    let name = &interface.name;
+    for (version, suffix) in [(Version::Two, "fmi2"), (Version::Three, "fmi3")] {
+        let unit = unit(interface, version, sources);
+        let (model, adapter) = (format!("{name}.c"), format!("{name}_{suffix}.c"));
+        let bytes = fs::read(library(folder, &[&model, &adapter], suffix)).unwrap();
+        let platform = version.platform().unwrap();
+        let binary = Binary {
+            platform: &platform,
+            extension: std::env::consts::DLL_EXTENSION,
+            bytes: &bytes,
+        };
+        let packed = archive(&unit, Some(binary)).unwrap();
+        fs::write(folder.join(format!("{name}_{suffix}.fmu")), packed).unwrap();
+    }
+}
+
+/// The sources of both units, apart from the model.
+pub(crate) fn adapters(interface: &Interface, sources: &[File]) -> Vec<File> {
+    let of = |version| unit(interface, version, sources).files(true).unwrap();
+    let all = [Version::Two, Version::Three].into_iter().flat_map(of);
+    let named = all.filter_map(|file| {
+        let name = file.name.strip_prefix("sources/")?.to_string();
+        Some(File { name, ..file })
+    });
+    named.collect()
+}
