@@ -1,8 +1,9 @@
 //! Models of all families with random weights, with all forces.
 
-use lagrangian::mechanics::Scaling;
+use lagrangian::mechanics::{Canonical, Scaling};
 use lagrangian::models::{
-    Delan, Direction, Form, IdentifiedRobot, LearnedLagrangian, Lnn, Mlp, MlpScaling,
+    Delan, Direction, Form, Hnn, HnnConfig, HnnStructure, IdentifiedRobot, LearnedLagrangian, Lnn,
+    Mlp, MlpScaling,
 };
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::{
@@ -45,6 +46,24 @@ pub(crate) fn all() -> Vec<(String, Learned)> {
         add(
             name,
             IdentifiedRobot::new(motion, vec![0.1; 15 * dof])
+                .unwrap()
+                .into(),
+        );
+    }
+    for (name, structure) in [
+        ("hamiltonian", HnnStructure::Free),
+        ("hamiltonian_mass", HnnStructure::Mass),
+    ] {
+        let config = HnnConfig {
+            structure,
+            width: 32,
+            ..HnnConfig::default()
+        };
+        let hnn = Hnn::random(coordinates.clone(), config, scaling(3), 6).unwrap();
+        let (friction, actuation) = forces(3);
+        add(
+            name,
+            Canonical::with(hnn, Some(friction), Some(actuation))
                 .unwrap()
                 .into(),
         );

@@ -15,6 +15,10 @@ pub mod input {
     pub const QDD: &str = "qdd";
     /// The inputs in the place of forces, τ, `[n]`.
     pub const TAU: &str = "tau";
+    /// The momenta p, `[n]`.
+    pub const P: &str = "p";
+    /// Forces, `[n]`.
+    pub const FORCE: &str = "force";
     /// A direction, `[n]`.
     pub const DIRECTION: &str = "direction";
 }
@@ -24,6 +28,8 @@ pub mod input {
 pub enum Equations {
     /// Those of mechanics, M q̈ + c = F.
     Mechanics(Mechanics),
+    /// Those of Hamilton, in (q, p).
+    Hamiltonian(Hamiltonian),
     /// Those of a plain network.
     Plain(Plain),
 }
@@ -171,6 +177,73 @@ impl Mechanics {
     }
 }
 
+/// Hamilton's equations, q̇ = ∂H/∂p and ṗ = −∂H/∂q + F(q̇, τ). All vectors are `[n]` expressions of the inputs in [`input`].
+#[derive(Debug)]
+pub struct Hamiltonian {
+    /// The graph of all expressions.
+    pub graph: Graph,
+    /// H of (q, p), J, one number.
+    pub energy: Id,
+    /// ∂H/∂p of (q, p).
+    pub velocity: Id,
+    /// The column of ∂²H/∂p∂p of (q, p) along the direction, the inverse of M.
+    pub inverse_mass: Id,
+    /// ∂H/∂q of (q, p).
+    pub slope: Id,
+    /// (∂²H/∂p∂q) q̇ of (q, p, q̇), the part of q̈ that comes from the change of q.
+    pub drift: Id,
+    /// The friction d of q̇ without a load.
+    pub friction: Id,
+    /// The force F of (q̇, τ): what the inputs exert less friction.
+    pub exerted: Id,
+    /// The inputs τ of (q̇, force).
+    pub needed: Id,
+}
+
+impl Hamiltonian {
+    /// The equations of the H that `write` writes as an expression of q and p, of `n` coordinates, under these forces.
+    pub(crate) fn of(
+        n: usize,
+        applied: &Applied<'_>,
+        write: impl for<'g> Fn(Value<'g>, Value<'g>) -> Value<'g>,
+    ) -> Result<Self> {
+        check(applied)?;
+        let graph = Graph::new();
+        let of = |name| graph.input(name, n);
+        let (q, p, qd, direction) = (
+            of(input::Q),
+            of(input::P),
+            of(input::QD),
+            of(input::DIRECTION),
+        );
+        let energy = write(q, p);
+        let velocity = energy.gradient(p);
+        let ids = Self {
+            energy: plain(energy),
+            velocity: plain(velocity),
+            inverse_mass: plain(velocity.along(&[(p, direction)])),
+            slope: plain(energy.gradient(q)),
+            drift: plain(velocity.along(&[(q, qd)])),
+            friction: plain(applied.friction(qd)),
+            exerted: plain(applied.exerted_by(qd, of(input::TAU))),
+            needed: plain(applied.needed_for(qd, of(input::FORCE))),
+            graph: Graph::new(),
+        };
+        Ok(Self { graph, ..ids })
+    }
+}
+
+/// Refuses forces that have no expression.
+fn check(applied: &Applied<'_>) -> Result<()> {
+    match applied
+        .dissipation
+        .is_some_and(|friction| friction.directional.is_some())
+    {
+        true => Err(without("friction by the direction of the power")),
+        false => Ok(()),
+    }
+}
+
 /// The equations of a plain network, which has one direction only.
 #[derive(Debug)]
 pub struct Plain {
@@ -236,7 +309,7 @@ fn hold<'g>(coordinates: &Coordinates, value: Value<'g>) -> Value<'g> {
 pub(crate) fn without(what: &str) -> Error {
     Error::setting(
         format!("{what} has no equations that could be written down"),
-        "take a model of the families lnn, delan, vin, features, rigid, chain, mlp or neural-ode, without directional and quadratic friction",
+        "take a model of the families lnn, delan, vin, hnn, features, rigid, chain, mlp or neural-ode, without directional and quadratic friction",
     )
 }
 

@@ -33,7 +33,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::rc::Rc;
 
-pub use equations::{Equations, Expressed, Mechanics, Moving, Plain, input};
+pub use equations::{Equations, Expressed, Hamiltonian, Mechanics, Moving, Plain, input};
 pub(crate) use equations::{of, without};
 pub use function::Function;
 pub(crate) use network::network;

@@ -264,7 +264,7 @@ fn difference(ask: &mut Asked<'_>, of: usize, by: &str, k: usize) -> Vec<f64> {
 fn mechanics(model: &Learned) -> Mechanics {
     match model.equations().unwrap() {
         Equations::Mechanics(mechanics) => mechanics,
-        Equations::Plain(_) => panic!("a plain network"),
+        other => panic!("{other:?}"),
     }
 }
 

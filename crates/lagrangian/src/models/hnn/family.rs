@@ -5,6 +5,7 @@ use serde_json::Value;
 use super::learner::HnnLearner;
 use super::{Hnn, HnnConfig, HnnShape, HnnStructure, Momenta};
 use crate::dataset::Dataset;
+use crate::expression::Equations;
 use crate::mechanics::hamiltonian::{Canonical, Hamiltonian};
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::NetworkShape;
@@ -208,6 +209,10 @@ impl FittedModel for Canonical<Hnn> {
 
     fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {
         Some(Self::hamiltonian(self))
+    }
+
+    fn equations(&self) -> Result<Equations> {
+        Self::hamiltonian(self).equations(&self.mechanical().applied())
     }
 
     fn in_training(&self) -> Result<(Training, Vec<f64>)> {

@@ -1,5 +1,6 @@
 //! Hamiltonian networks (Greydanus, Dzamba, Yosinski 2019, arXiv 1906.01563), free and with a mass matrix.
 
+mod expression;
 pub(crate) mod family;
 mod jets;
 pub(crate) mod learner;
