@@ -92,10 +92,8 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_lost() {
     bench.succeed("export run --c out --name arm --force");
     bench.succeed("simulate pendulum --trajectories 3 --duration 2 --step 0.02 --out pendulum.csv");
     bench.run(
-        "fit pendulum.csv --model hnn --steps 5 --width 16 --momenta masses --mass 1 --out hnn",
+        "fit pendulum.csv --model neural-ode --order first --steps 5 --width 16 --out flow",
     );
-    if bench.path("hnn/model.safetensors").exists() {
-        let message = bench.refuse("export hnn --c other");
-        assert!(message.contains("hnn"), "{message}");
-    }
+    let message = bench.refuse("export flow --c other");
+    assert!(message.contains("no equations"), "{message}");
 }
