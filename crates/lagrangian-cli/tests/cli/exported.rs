@@ -91,9 +91,7 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_lost() {
     assert!(!bench.path("other").exists());
     bench.succeed("export run --c out --name arm --force");
     bench.succeed("simulate pendulum --trajectories 3 --duration 2 --step 0.02 --out pendulum.csv");
-    bench.run(
-        "fit pendulum.csv --model neural-ode --order first --steps 5 --width 16 --out flow",
-    );
+    bench.run("fit pendulum.csv --model neural-ode --order first --steps 5 --width 16 --out flow");
     let message = bench.refuse("export flow --c other");
     assert!(message.contains("no equations"), "{message}");
 }
