@@ -8,7 +8,6 @@ use crate::mechanics::solve::SymmetricSolver;
 use crate::models::hnn::{HnnConfig, Momenta};
 use crate::train::Samples;
 use crate::trajectory::Signal;
-use crate::trajectory::local_polynomial::median;
 use crate::{Coordinates, Error, Result, Trajectory};
 
 pub use random::{random_starts, random_states};
@@ -512,7 +511,12 @@ fn root_mean_square(x: &mut dyn Iterator<Item = f64>) -> f64 {
 
 /// The median of |x|, 0 without any.
 fn median_size(x: &mut dyn Iterator<Item = f64>) -> f64 {
-    median(&mut x.map(f64::abs).collect::<Vec<f64>>())
+    let mut sizes: Vec<f64> = x.map(f64::abs).collect();
+    let middle = sizes.len() / 2;
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 fn deviation(x: &mut dyn Iterator<Item = f64>) -> f64 {

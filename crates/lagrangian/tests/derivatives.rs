@@ -1,12 +1,8 @@
 //! Estimated velocities and accelerations against closed forms, and the error that they claim against the true one.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::rollout::{free, times};
 use lagrangian::trajectory::{Columns, Source};
-use lagrangian::{
-    Coordinates, Error, Estimate, EstimateOptions, Recording, RolloutOptions, Signals, Trajectory,
-    analytic, rollout,
-};
+use lagrangian::{Coordinates, Error, Estimate, EstimateOptions, Recording, Signals, Trajectory};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -285,110 +281,4 @@ fn the_rate_of_recorded_momenta_is_estimated_from_them() {
     let rate = |t: f64| 3.0 * qdd(t);
     assert!(rms(&t, &trajectory.signals.pd, rate) < 1e-3);
     assert!(!trajectory.p.is_empty());
-}
-
-/// Motions of a system with their true accelerations: one for each coordinate, of `seconds` at a rate.
-fn true_motions(system: &str, rate: f64, seconds: f64) -> Vec<[Vec<f64>; 3]> {
-    if system == "arm" {
-        return vec![exciting(rate, seconds)];
-    }
-    let model = analytic::by_name(system, &[]).unwrap();
-    let clock = times(seconds, 1.0 / rate).unwrap();
-    let n = model.coordinates().dof();
-    let (q0, qd0) = (&[-1.1, 1.4][2 - n..], &[0.3, -0.8][2 - n..]);
-    let options = RolloutOptions::default();
-    let motion = rollout(&*model, q0, qd0, &clock, &free, &options).unwrap();
-    let Signals { q, qdd, .. } = motion.trajectory.signals;
-    let column = |x: &[f64], i: usize| x.iter().skip(i).step_by(n).copied().collect();
-    let all = (0..n).map(|i| [clock.clone(), column(&q, i), column(&qdd, i)]);
-    all.collect()
-}
-
-/// A joint of an arm that runs through five harmonics, as robots are excited.
-fn exciting(rate: f64, seconds: f64) -> [Vec<f64>; 3] {
-    let clock = times(seconds, 1.0 / rate).unwrap();
-    let sum = |wave: &dyn Fn(f64, f64) -> f64| {
-        let at = |t: &f64| (1..=5).map(|h| wave(f64::from(h), *t)).sum();
-        clock.iter().map(at).collect()
-    };
-    let angle = |h: f64, t: f64| 0.15 * std::f64::consts::TAU * h * t + h * h;
-    let q = sum(&|h, t| 0.4 / h * angle(h, t).sin());
-    let rate = |h: f64| 0.15 * std::f64::consts::TAU * h;
-    let qdd = sum(&|h, t| -0.4 / h * rate(h).powi(2) * angle(h, t).sin());
-    [clock, q, qdd]
-}
-
-/// Root mean squares of the error of the acceleration over draws of the noise: with the window that is chosen, and with the best
-/// of those that are fixed; both in parts of the acceleration.
-fn chosen_and_best(motion: &[Vec<f64>; 3], noise: f64, draws: u64) -> [f64; 2] {
-    let [t, q, qdd] = motion;
-    let error = |window: Option<usize>| {
-        let squares = (0..draws).map(|seed| {
-            let mut swing = Swing::new(seed);
-            let noisy = q.iter().map(|q| q + noise * swing.normal()).collect();
-            let options = EstimateOptions {
-                window,
-                ..EstimateOptions::default()
-            };
-            let recording = recording(t.clone(), noisy, None);
-            let (estimate, _) = recording.into_trajectory(&options).unwrap();
-            let pairs = estimate.qdd.iter().zip(qdd);
-            pairs.map(|(x, y)| (x - y).powi(2)).sum::<f64>()
-        });
-        let all = qdd.iter().map(|a| a * a).sum::<f64>() * draws as f64;
-        (squares.sum::<f64>() / all).sqrt()
-    };
-    let next = |w: &usize| Some((*w as f64 * 1.4).ceil() as usize | 1);
-    let windows = std::iter::successors(Some(7), next).take_while(|w| *w <= t.len().min(401));
-    let best = windows
-        .map(|w| error(Some(w)))
-        .fold(f64::INFINITY, f64::min);
-    [error(None), best]
-}
-
-/// Chosen over best of all systems at these rates and noises, with a line for each.
-fn ratios(rates: &[f64], noises: &[f64], draws: u64) -> Vec<f64> {
-    let mut ratios = Vec::new();
-    println!("system           rate, Hz   noise    best     chosen   ratio");
-    for system in ["pendulum", "double-pendulum", "cart-pole", "arm"] {
-        for (&rate, &noise) in rates
-            .iter()
-            .flat_map(|r| noises.iter().map(move |n| (r, n)))
-        {
-            let all = true_motions(system, rate, 5.0);
-            let all = all.iter().map(|m| chosen_and_best(m, noise, draws));
-            let worst = all.max_by(|a, b| (a[0] / a[1]).total_cmp(&(b[0] / b[1])));
-            let [chosen, best] = worst.unwrap();
-            let ratio = chosen / best;
-            println!("{system:16} {rate:8} {noise:7} {best:8.1e} {chosen:8.1e} {ratio:7.2}");
-            ratios.push(ratio);
-        }
-    }
-    ratios.sort_by(f64::total_cmp);
-    let (middle, tenth) = (ratios[ratios.len() / 2], ratios[ratios.len() * 9 / 10]);
-    println!(
-        "ratio: median {middle:.2}, nine of ten below {tenth:.2}, largest {:.2}",
-        ratios[ratios.len() - 1]
-    );
-    ratios
-}
-
-#[test]
-fn accelerations_are_near_those_of_the_best_window_whatever_the_rate_and_the_noise() {
-    let ratios = ratios(&[10.0, 20.0, 100.0], &[0.0, 1e-3, 1e-2, 5e-2], 2);
-    assert_near(&ratios);
-}
-
-#[test]
-#[ignore = "the table of ADR 0097, some minutes"]
-fn table_of_rates_and_noises() {
-    let noises = [0.0, 1e-4, 1e-3, 1e-2, 5e-2];
-    let ratios = ratios(&[10.0, 20.0, 50.0, 100.0, 200.0], &noises, 4);
-    assert_near(&ratios);
-}
-
-/// What ADR 0097 states of sorted ratios.
-fn assert_near(ratios: &[f64]) {
-    let of = |part: f64| ratios[(part * ratios.len() as f64) as usize];
-    assert!(of(0.5) < 1.1 && of(0.9) < 1.5 && of(0.999) < 2.5);
 }

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 /// Highest degree of the polynomial.
-pub(crate) const HIGHEST_DEGREE: usize = 6;
+pub(crate) const HIGHEST_DEGREE: usize = 4;
 const SIZE: usize = HIGHEST_DEGREE + 1;
 /// A pivot below this part of its diagonal says that the time stamps cannot carry the degree.
 const SMALLEST_PIVOT: f64 = 1e-9;

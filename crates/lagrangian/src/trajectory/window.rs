@@ -2,29 +2,21 @@
 //!
 //! A window is chosen by its risk, the mean squared error of the derivative: variance σ² ‖a‖² (see
 //! `local_polynomial`), with σ from the residuals of short windows, plus squared bias. The bias of a window of
-//! length h is of order hᵖ, so that it follows from the difference to another window r h, freed of its
-//! noise: bias² = (⟨(D' − D)²⟩ − σ² ‖a' − a‖²) / (rᵖ − 1)², where the prime means the other one.
-//!
-//! The next longer window shows it best, but two windows that are longer than the motion both show nothing of it. So each
-//! window is compared with all shorter ones too, and what exceeds the noise of such a difference for certain is
-//! bias (Lepski, Theory Probab. Appl. 35, 1990; ADR 0097).
+//! length h is of order hᵖ, so that it follows from the difference to the next longer window r h, freed of its
+//! noise: bias² = (⟨(D' − D)²⟩ − σ² ‖a' − a‖²) / (rᵖ − 1)², where the prime means the longer one. (The idea of comparing windows is
+//! Lepski's, Theory Probab. Appl. 35, 1990.)
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::EstimateOptions;
-use super::local_polynomial::{Filter, HIGHEST_DEGREE, Series, around};
+use super::local_polynomial::{Filter, Series, around};
 
 /// The risk of a window is estimated at so many places of a recording.
 const PLACES: usize = 1500;
 /// From one window to the next.
 const RUNG: f64 = 1.4;
-/// A difference to a shorter window is bias where it exceeds that of noise by so many of its deviations: one of the hundred pairs
-/// of a choice that exceeds them by chance makes the window short.
-const CERTAIN: f64 = 4.0;
-/// The polynomial whose residuals show the noise of motions that are fast for their rate, beside that of the filter, and its window.
-const FLEXIBLE: (usize, usize) = (HIGHEST_DEGREE, 9);
 
 /// A window with what it costs.
 #[derive(Debug, Clone, Copy)]
@@ -82,15 +74,10 @@ impl Local {
 
 /// At most [`PLACES`] samples, evenly spread, each with the segment that it belongs to.
 fn places(segments: &[Range<usize>]) -> Vec<(usize, &Range<usize>)> {
-    let stride = stride(segments);
+    let total: usize = segments.iter().map(Range::len).sum();
+    let stride = total.div_ceil(PLACES).max(1);
     let all = segments.iter().flat_map(|s| s.clone().map(move |k| (k, s)));
     all.skip(stride / 2).step_by(stride).collect()
-}
-
-/// The samples from one place to the next.
-fn stride(segments: &[Range<usize>]) -> usize {
-    let total: usize = segments.iter().map(Range::len).sum();
-    total.div_ceil(PLACES).max(1)
 }
 
 /// Variance of the noise: residuals of short windows, over what white noise of variance 1 would leave there.
@@ -113,49 +100,29 @@ pub(crate) fn choose(
     filter: Filter,
     options: &EstimateOptions,
 ) -> Choice {
-    let (stride, places) = (stride(segments), places(segments));
+    let variance = noise_variance(series, segments, filter.degree, filter.degree + 5);
+    let places = places(segments);
     let longest = segments.iter().map(Range::len).max().unwrap_or(0);
-    let noise = |degree, window| noise_variance(series, segments, degree, window);
-    let mut variance = noise(filter.degree, filter.degree + 5);
-    if longest >= 2 * FLEXIBLE.1 {
-        // What a polynomial cannot follow looks like noise, so the smaller estimate is the better one.
-        variance = variance.min(noise(FLEXIBLE.0, FLEXIBLE.1));
-    }
     let rungs = match options.window {
         Some(window) => vec![window, longer(window)],
         None => ladder(filter.degree + 3, longest.min(options.longest_window)),
     };
     let mut risks: Vec<(usize, Risk)> = Vec::new();
-    let mut shorter: Vec<(usize, Vec<Local>)> = Vec::new();
+    let mut shorter: Option<(usize, Vec<Local>)> = None;
     for &window in &rungs {
         let local =
             |(k, s): &(usize, &Range<usize>)| Local::new(series, filter, *k, around(*k, window, s));
         let here: Vec<Local> = places.par_iter().map(local).collect();
         let mut risk = Risk::of_noise(&here, variance);
-        for (previous, shorter) in &shorter {
-            let ratio = *previous as f64 / window as f64;
-            // Second derivatives of noise by windows of length h are independent half a length apart.
-            let independent = (2.0 * stride as f64 / *previous as f64).min(1.0);
-            risk.add_bias(
-                &here,
-                shorter,
-                variance,
-                CERTAIN / independent.sqrt(),
-                |order| 1.0 - ratio.powi(order),
-            );
-        }
-        if let Some((previous, shorter)) = shorter.last() {
+        if let Some((previous, shorter)) = &shorter {
             let ratio = window as f64 / *previous as f64;
             // The difference estimates the bias of the shorter window best; for the longest window there is no other estimate.
             if let Some(last) = risks.last_mut() {
-                last.1.add_bias(&here, shorter, variance, 0.0, |order| {
-                    ratio.powi(order) - 1.0
-                });
+                last.1
+                    .add_bias(&here, shorter, variance, |order| ratio.powi(order) - 1.0);
             }
             if Some(&window) == rungs.last() {
-                risk.add_bias(&here, shorter, variance, 0.0, |order| {
-                    1.0 - ratio.powi(-order)
-                });
+                risk.add_bias(&here, shorter, variance, |order| 1.0 - ratio.powi(-order));
             }
         }
         let best = risks
@@ -166,7 +133,7 @@ pub(crate) fn choose(
             break;
         }
         risks.push((window, risk));
-        shorter.push((window, here));
+        shorter = Some((window, here));
     }
     if options.window.is_some() {
         risks.truncate(1);
@@ -192,8 +159,6 @@ pub(super) struct Risk {
     pub(super) ends: f64,
     /// The fraction of the samples at the ends.
     part: f64,
-    /// The squared bias in these errors, inside and at the ends.
-    bias: [f64; 2],
 }
 
 impl Risk {
@@ -207,7 +172,6 @@ impl Risk {
             inside: risk(false),
             ends: risk(true),
             part: shifted as f64 / here.len().max(1) as f64,
-            bias: [0.0; 2],
         }
     }
 
@@ -215,32 +179,23 @@ impl Risk {
         self.inside * (1.0 - self.part) + self.ends * self.part
     }
 
-    /// Raises the squared bias to what the differences between two windows show beyond their noise and `certain` deviations of it;
-    /// `growth` is the difference of their biases over the one that is meant, for a bias of some order in the length.
+    /// Adds the squared bias that the differences between two windows show; `growth` is the ratio of their biases
+    /// minus 1, for a bias of some order in the length.
     fn add_bias(
         &mut self,
         longer: &[Local],
         shorter: &[Local],
         variance: f64,
-        certain: f64,
         growth: impl Fn(i32) -> f64,
     ) {
         // A shifted window errs at one order less. Both are taken one lower than for a smooth motion, since a window
         // that is longer than a jerk hides part of its bias.
-        for (class, order) in [(0, 3), (1, 2)] {
-            let pairs = || {
-                let all = longer.iter().zip(shorter);
-                all.filter(|(l, _)| usize::from(l.shifted) == class)
-            };
+        for (shifted, order, risk) in [(false, 3, &mut self.inside), (true, 2, &mut self.ends)] {
+            let all = || longer.iter().zip(shorter);
+            let pairs = || all().filter(|(l, _)| l.shifted == shifted);
             let squared = mean(pairs().map(|(l, s)| (l.value - s.value).powi(2)));
-            let noise = mean(pairs().map(|(l, s)| l.distance(s)));
-            let squares = mean(pairs().map(|(l, s)| l.distance(s).powi(2)));
-            // Squares of normal deviates have twice the square of their mean for a variance.
-            let deviation = (2.0 * squares / pairs().count().max(1) as f64).sqrt();
-            let excess = (squared - variance * (noise + certain * deviation)).max(0.0);
-            let more = (excess / growth(order).powi(2) - self.bias[class]).max(0.0);
-            self.bias[class] += more;
-            *[&mut self.inside, &mut self.ends][class] += more;
+            let excess = (squared - variance * mean(pairs().map(|(l, s)| l.distance(s)))).max(0.0);
+            *risk += excess / growth(order).powi(2);
         }
     }
 }
