@@ -105,8 +105,12 @@ fn write(
     let files = export
         .files(&units)
         .advise("cannot export", "--name gives the prefix of all names in C")?;
-    for file in &files {
-        refuse_existing(&folder.join(&file.name), existing)?;
+    let mut paths = files.iter().map(|file| folder.join(&file.name));
+    if let Some(path) = paths.find(|path| existing == Existing::Keep && path.exists()) {
+        return Err(mistake(
+            format!("'{}' exists already", path.display()),
+            "give another --c, or --force to replace what an export writes",
+        ));
     }
     fs::create_dir_all(folder).advise(
         format!("cannot make the folder '{}'", folder.display()),

@@ -51,15 +51,15 @@ fn a_model_becomes_c_that_compiles_and_two_models_make_one_program() {
         assert!(shown.contains(words), "{words}: {shown}");
     }
     let figures = bench
-        .succeed("export run/model.safetensors --c out --name other --json")
+        .succeed("export run/model.safetensors --c out2 --name other --json")
         .json();
     assert_eq!(figures["joints"], 2);
     assert!(figures["stack_bytes"]["double"].as_u64().unwrap() < 100_000);
     bench.write(
         "both.c",
-        "#include \"out/run.h\"\n#include \"out/other.h\"\nint main(void) { return run_selftest() + other_selftest(); }\n",
+        "#include \"out/run.h\"\n#include \"out2/other.h\"\nint main(void) { return run_selftest() + other_selftest(); }\n",
     );
-    compiles(&bench, "both.c out/run.c out/other.c -lm -o both");
+    compiles(&bench, "both.c out/run.c out2/other.c -lm -o both");
     assert!(Command::new(bench.path("both")).status().unwrap().success());
     bench.succeed("export run --fmu arm.fmu");
     bench.succeed("export run --fmu two.fmu --fmi 2");
@@ -73,7 +73,7 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_lost() {
     let before = bench.read("out/arm.c");
     for (line, words) in [
         ("export run", "--c FOLDER"),
-        ("export run --c out --name arm", "--force"),
+        ("export run --c out --name arm", "another --c"),
         ("export run --c out --name two__underscores", "letter"),
         ("export run --c out --name 7arm", "letter"),
         ("export run --c out --name été", "letter"),

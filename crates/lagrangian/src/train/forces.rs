@@ -27,8 +27,10 @@ pub struct ForceTerms {
     pub load: bool,
     /// Whether friction in proportion to the force that comes through the gear is learned beside that by the force of the drive, so that
     /// a gear that is driven backwards loses another share; near standstill too where `stribeck` is learned. Takes `load` with it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub directional: bool,
     /// Whether friction by the squares of these forces near standstill is learned. Takes `directional` and `stribeck` with it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub quadratic: bool,
     /// Whether constant torques o are learned.
     pub offset: bool,
