@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use lagrangian_export::fmu::{Version, archive};
+use lagrangian_export::fmu::{Fmu, Version, archive};
 use lagrangian_export::surroundings::Surroundings;
 use lagrangian_export::{Call, Drive, Error, File, Interface, Joint, Unit, casadi};
 use tools::{adapters, exists, folder, library, python, script, succeed, unit, units, write};
