@@ -113,10 +113,19 @@ pub(crate) type Said = (Call, (i32, Vec<f64>));
 pub(crate) struct Built {
     program: PathBuf,
     emulator: &'static str,
-    single: bool,
+    compiler: Compiler,
 }
 
 impl Built {
+    /// The compiler and its flags.
+    pub(crate) fn about(&self) -> String {
+        format!(
+            "{} {}",
+            self.compiler.program,
+            self.compiler.flags.join(" ")
+        )
+    }
+
     pub(crate) fn new(
         folder: &Path,
         interface: &Interface,
@@ -151,7 +160,7 @@ impl Built {
         Self {
             program,
             emulator: compiler.emulator,
-            single: compiler.single,
+            compiler: compiler.clone(),
         }
     }
 
@@ -199,7 +208,6 @@ impl Built {
             };
             calls(interface).map(of).collect()
         };
-        let _ = self.single;
         (0..states.len() / (4 * n)).map(state).collect()
     }
 }

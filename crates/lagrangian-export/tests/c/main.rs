@@ -11,6 +11,8 @@ mod built;
 mod models;
 mod rust;
 
+use std::collections::BTreeMap;
+
 use built::{Built, Compiler};
 use lagrangian::expression::{Equations, Graph, input};
 use lagrangian::{Evaluation, Evaluator, Learned, Model as _};
@@ -112,7 +114,7 @@ fn compare(
     let n = interface.joints.len();
     let answers = built.run(interface, states);
     let mut evaluator = model.evaluator();
-    let mut compared = 0;
+    let mut worst_of: BTreeMap<Call, f64> = BTreeMap::new();
     for (state, answer) in states.chunks_exact(4 * n).zip(&answers) {
         for (call, (status, found)) in answer {
             let Some(expected) = expected(model, &mut *evaluator, *call, state) else {
@@ -136,10 +138,21 @@ fn compare(
                 worst <= bound,
                 "{name}, {call:?}: {worst:e} at {state:?}: {found:?} is not {expected:?}"
             );
-            compared += 1;
+            let most = worst_of.entry(*call).or_default();
+            *most = most.max(worst);
         }
     }
-    assert!(compared > 0, "{name}: nothing was compared");
+    assert!(!worst_of.is_empty(), "{name}: nothing was compared");
+    if is_all() {
+        let words = worst_of
+            .iter()
+            .map(|(call, worst)| format!("{} {worst:.1e}", call.name()));
+        println!(
+            "{name} {}: {}",
+            built.about(),
+            words.collect::<Vec<_>>().join(", ")
+        );
+    }
 }
 
 /// The derivatives, against those of the expressions and against each other.

@@ -2,13 +2,17 @@
 
 use lagrangian::mechanics::{Canonical, Scaling};
 use lagrangian::models::{
-    Delan, Direction, Form, Hnn, HnnConfig, HnnStructure, IdentifiedRobot, LearnedLagrangian, Lnn,
-    Mlp, MlpScaling,
+    Delan, Direction, Form, Hnn, HnnStructure, IdentifiedRobot, LearnedLagrangian, Lnn, Mlp,
+    MlpScaling,
 };
 use lagrangian::rigid::{self, RigidBodies};
+use lagrangian::train::Samples;
 use lagrangian::{
-    Actuation, Coordinates, DelanConfig, Dissipation, Learned, LnnConfig, Mechanical, MlpConfig,
+    Actuation, Budget, Coordinates, Dataset, DelanConfig, Dissipation, FitConfig, ForceTerms,
+    HnnConfig, Lagrangian, Learned, LnnConfig, Loss, Mechanical, MlpConfig, Quantities,
+    RobotConfig, Signals, fit,
 };
+use rand::{RngExt, SeedableRng};
 
 /// Names that are prefixes of C, and models.
 pub(crate) fn all() -> Vec<(String, Learned)> {
@@ -50,6 +54,7 @@ pub(crate) fn all() -> Vec<(String, Learned)> {
                 .into(),
         );
     }
+    add("corrected", corrected());
     for (name, structure) in [
         ("hamiltonian", HnnStructure::Free),
         ("hamiltonian_mass", HnnStructure::Mass),
@@ -90,6 +95,50 @@ pub(crate) fn all() -> Vec<(String, Learned)> {
         );
     }
     models
+}
+
+/// A correction of a robot that fades beyond its data: fitted, if hardly, so that it knows the states of these.
+fn corrected() -> Learned {
+    let urdf = rigid::example("two_link_arm").unwrap();
+    let arm = RigidBodies::from_urdf(urdf).unwrap();
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+    let mut samples = |count: usize| {
+        let mut column = || {
+            (0..2 * count)
+                .map(|_| rng.random_range(-1.0..1.0))
+                .collect::<Vec<f64>>()
+        };
+        let (q, qd, tau) = (column(), column(), column());
+        let qdd = arm.forward_dynamics(&q, &qd, &tau).unwrap();
+        let signals = Signals {
+            q,
+            qd,
+            qdd,
+            tau,
+            ..Signals::default()
+        };
+        Samples::new(2, signals)
+    };
+    let (train, validation) = (samples(300), samples(50));
+    let coordinates = Lagrangian::coordinates(&arm).clone();
+    let data = Dataset::from_samples(coordinates, train, validation).unwrap();
+    let robot = RobotConfig {
+        urdf: urdf.into(),
+        joints: Vec::new(),
+    };
+    let config = FitConfig {
+        family: Box::new(DelanConfig {
+            width: 16,
+            ..DelanConfig::default()
+        }),
+        loss: Loss::TORQUE,
+        forces: ForceTerms::friction(),
+        budget: Budget::Steps(3),
+        batch: 64,
+        nominal: Some(robot),
+        ..FitConfig::default()
+    };
+    fit(&data, &config, None, &mut ()).unwrap().model
 }
 
 fn coordinates() -> Coordinates {
