@@ -317,6 +317,10 @@ fn exported_functions_are_those_of_the_library() {
         )
         .unwrap();
         let n = interface.joints.len();
+        // Where a network is far outside, momenta are at the edge of what Newton's method can solve for, in both.
+        let has_momenta = interface.calls.contains(&Call::Momentum);
+        let by_newton = has_momenta && !interface.calls.contains(&Call::InverseDynamicsDerivatives);
+        let reach = if by_newton { 10.0 } else { 1e3 };
         let (random, extreme) = if is_all() { (10_000, 1000) } else { (400, 100) };
         for compiler in Compiler::all(is_all(), &name) {
             let built = Built::new(folder.path(), &interface, &code, &compiler);
@@ -335,7 +339,7 @@ fn exported_functions_are_those_of_the_library() {
                     &model,
                     &interface,
                     &built,
-                    &states(n, extreme, 1e3),
+                    &states(n, extreme, reach),
                     1e-10,
                     &name,
                 );
