@@ -47,7 +47,7 @@ pub(super) fn restarts(
 /// A prediction every `seconds`, of that length.
 ///
 /// # Errors
-/// As [`score`].
+/// As [`score`](crate::score()).
 pub fn restart(
     model: &dyn Model,
     trajectories: &[Trajectory],
