@@ -80,10 +80,10 @@ static real log_one_plus(real x) {
 }
 
 /// multiply
-/* y = W x, W row by row; four sums, so that they can be computed at once. */
+/* y = W x, W row by row; eight sums, so that they can be computed at once. */
 static void multiply(const real *w, const real *x, real *y, int rows, int columns) {
-  for (int i = 0; i < rows; ++i) {
-    const real *row = w + (long)i * columns;
+  const real *row = w;
+  for (int i = 0; i < rows; ++i, row += columns) {
     real sum[8] = {0};
     int j = 0;
     for (; j + 8 <= columns; j += 8) {
@@ -97,22 +97,18 @@ static void multiply(const real *w, const real *x, real *y, int rows, int column
 /// multiply_transposed
 /* y = (transpose of W) x, W row by row; four rows at once. */
 static void multiply_transposed(const real *w, const real *restrict x, real *restrict y, int rows, int columns) {
-  int i = 0;
+  const real *row = w;
   for (int j = 0; j < columns; ++j) y[j] = C(0);
-  for (; i + 4 <= rows; i += 4) {
-    const real *a = w + (long)i * columns;
-    const real *b = a + columns;
+  for (; rows >= 4; rows -= 4, x += 4) {
+    const real *b = row + columns;
     const real *c = b + columns;
     const real *d = c + columns;
-    const real p = x[i];
-    const real q = x[i + 1];
-    const real r = x[i + 2];
-    const real s = x[i + 3];
-    for (int j = 0; j < columns; ++j) y[j] += (a[j] * p + b[j] * q) + (c[j] * r + d[j] * s);
+    for (int j = 0; j < columns; ++j) y[j] += (row[j] * x[0] + b[j] * x[1]) + (c[j] * x[2] + d[j] * x[3]);
+    row = d + columns;
   }
-  for (; i < rows; ++i) {
-    const real *row = w + (long)i * columns;
-    for (int j = 0; j < columns; ++j) y[j] += row[j] * x[i];
+  for (; rows > 0; --rows, ++x) {
+    for (int j = 0; j < columns; ++j) y[j] += row[j] * x[0];
+    row += columns;
   }
 }
 
