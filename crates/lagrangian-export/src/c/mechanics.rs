@@ -12,58 +12,31 @@ impl Writer<'_> {
     pub(super) fn mechanics(&mut self, of: &Mechanics) {
         let graph = &of.graph;
         let name = self.interface.name.clone();
-        let array = |id, to: &str| vec![Output::array(id, to)];
-        self.simple(
-            Call::InverseDynamics,
-            graph,
-            Check::With("qdd"),
-            &array(of.needed, "tau"),
-            &[],
-            "",
-        );
-        self.simple(
-            Call::Bias,
-            graph,
-            Check::State,
-            &array(of.bias, "c"),
-            &[],
-            "",
-        );
         let rest = graph.constant(&vec![0.0; graph.length(of.bias)]);
         let (bias, qd) = (graph.value(of.bias), graph.input(input::QD, rest.len()));
         let gravity = bias.with_input(qd, rest).id();
-        self.simple(
-            Call::Gravity,
-            graph,
-            Check::Position,
-            &array(gravity, "g"),
-            &[],
-            "",
-        );
-        self.simple(
-            Call::Friction,
-            graph,
-            Check::State,
-            &array(of.friction, "d"),
-            &[],
-            "",
-        );
-        self.simple(
-            Call::Momentum,
-            graph,
-            Check::State,
-            &array(of.momentum, "p"),
-            &[],
-            "",
-        );
-        self.simple(
-            Call::Energy,
-            graph,
-            Check::State,
-            &[Output::number(of.energy, "e")],
-            &[],
-            "",
-        );
+        for (call, check, output) in [
+            (
+                Call::InverseDynamics,
+                Check::With("qdd"),
+                Output::array(of.needed, "tau"),
+            ),
+            (Call::Bias, Check::State, Output::array(of.bias, "c")),
+            (Call::Gravity, Check::Position, Output::array(gravity, "g")),
+            (
+                Call::Friction,
+                Check::State,
+                Output::array(of.friction, "d"),
+            ),
+            (
+                Call::Momentum,
+                Check::State,
+                Output::array(of.momentum, "p"),
+            ),
+            (Call::Energy, Check::State, Output::number(of.energy, "e")),
+        ] {
+            self.simple(call, graph, check, &[output], &[], "");
+        }
         let held = |matrix: &str| -> String {
             of.held
                 .iter()

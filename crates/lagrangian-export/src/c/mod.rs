@@ -141,20 +141,16 @@ impl Writer<'_> {
         after: &str,
     ) {
         let block = self.block(graph, once, each);
-        let results = call.results();
-        let mut body = String::new();
-        body += &self.checks(check);
-        let read = self.checks(check) + &block;
-        for argument in call
+        let mut body = self.checks(check);
+        let arguments: Vec<&str> = call
             .arguments()
             .iter()
-            .filter(|argument| !reads(&read, argument.name))
-        {
-            let _ = writeln!(body, "  (void){};", argument.name);
-        }
+            .map(|argument| argument.name)
+            .collect();
+        body += &unread(&(body.clone() + &block), &arguments);
         body += &block;
         body += after;
-        body += &self.finite(results);
+        body += &self.finite(call.results());
         body += "  return status;\n";
         self.function(call, &body);
     }
@@ -230,7 +226,7 @@ impl Writer<'_> {
         let constants = visited(model, &mut tables);
         let check = match constants {
             Some(_) => format!(
-                "#ifndef {name}_UNCHECKED\n  if (distance(q, qd, C(1)) > C(1)) return {name}_OUTSIDE;\n#endif"
+                "#ifndef {name}_UNCHECKED\n  if (distance(q, qd, C(1)) > C(1)) return {name}_OUTSIDE;\n#endif\n"
             ),
             None => String::new(),
         };
@@ -243,14 +239,7 @@ impl Writer<'_> {
         let mut helpers: Vec<(&str, String)> = Vec::new();
         for part in HELPERS.split("/// ").skip(1) {
             let (helper, code) = part.split_once('\n').unwrap_or((part, ""));
-            let code = code.replace(
-                "  OUTSIDE_CHECK\n",
-                &if check.is_empty() {
-                    String::new()
-                } else {
-                    format!("{check}\n")
-                },
-            );
+            let code = code.replace("  OUTSIDE_CHECK\n", &check);
             helpers.push((helper, code.replace("NAME", name)));
         }
         let mut wanted: Vec<bool> = vec![false; helpers.len()];

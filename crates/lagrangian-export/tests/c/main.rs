@@ -29,6 +29,10 @@ fn states(n: usize, count: usize, size: f64) -> Vec<f64> {
         .collect()
 }
 
+fn exported(name: &str, model: &Learned) -> Export {
+    export(model, About { name, hash: "0" }).unwrap()
+}
+
 fn is_all() -> bool {
     std::env::var("LAGRANGIAN_EXPORT").is_ok_and(|x| x == "all")
 }
@@ -248,25 +252,14 @@ fn rust_without_std_calls_the_same_functions() {
         .into_iter()
         .find(|(name, _)| name == "arm")
         .unwrap();
-    let about = About {
-        name: &name,
-        hash: "0",
-    };
-    rust::check(folder.path(), &export(&model, about).unwrap());
+    rust::check(folder.path(), &exported(&name, &model));
 }
 
 #[test]
 fn no_call_takes_more_of_the_stack_than_is_said() {
     let folder = tempfile::tempdir().unwrap();
     for (name, model) in models::all() {
-        let Export { interface, code } = export(
-            &model,
-            About {
-                name: &name,
-                hash: "0",
-            },
-        )
-        .unwrap();
+        let Export { interface, code } = exported(&name, &model);
         let frames = built::frames(folder.path(), &interface, &code);
         let most = |which: &dyn Fn(&str) -> bool| {
             let of = frames.iter().filter(|(own, _)| which(own));
@@ -308,14 +301,7 @@ fn no_call_takes_more_of_the_stack_than_is_said() {
 fn exported_functions_are_those_of_the_library() {
     let folder = tempfile::tempdir().unwrap();
     for (name, model) in models::all() {
-        let Export { interface, code } = export(
-            &model,
-            About {
-                name: &name,
-                hash: "0",
-            },
-        )
-        .unwrap();
+        let Export { interface, code } = exported(&name, &model);
         let n = interface.joints.len();
         // Where a network is far outside, momenta are at the edge of what Newton's method can solve for, in both.
         let has_momenta = interface.calls.contains(&Call::Momentum);
