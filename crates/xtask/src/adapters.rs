@@ -1,6 +1,6 @@
 //! `cargo xtask adapters`: exported models in the programs that they are exported for.
 
-use super::python::Environment;
+use super::environment::Environment;
 use super::{Failure, cargo, root, succeed, target};
 
 /// Its line of the usage.

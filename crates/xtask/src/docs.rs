@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::python::{self, Environment};
+use crate::environment::Environment;
+use crate::python;
 use crate::{Failure, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\

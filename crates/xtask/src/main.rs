@@ -3,19 +3,21 @@
 //! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
 //! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask
-//! adapters` runs exported models in `CasADi` and `FMPy`.
+//! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask wheel` builds the wheel of the Python package and tries it.
 
 mod adapters;
 mod bench;
 mod bits;
 mod deny;
 mod docs;
+mod environment;
 mod fuzz;
 mod kill;
 mod page;
 mod python;
 mod race;
 mod sanitize;
+mod wheel;
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -33,6 +35,7 @@ usage: cargo xtask test
        cargo xtask deny
        cargo xtask python …
        cargo xtask docs …
+       cargo xtask wheel
        cargo xtask adapters
 
   test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
@@ -162,10 +165,11 @@ fn main() -> ExitCode {
         ["python", ref flags @ ..] => python::main(flags).map(|()| None),
         ["adapters", ref flags @ ..] => adapters::main(flags).map(|()| None),
         ["docs", ref flags @ ..] => docs::main(flags).map(|()| None),
+        ["wheel", ref flags @ ..] => wheel::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
@@ -174,6 +178,7 @@ fn main() -> ExitCode {
                 fuzz::USAGE,
                 deny::USAGE,
                 python::USAGE,
+                wheel::USAGE,
                 docs::USAGE,
                 adapters::USAGE
             );

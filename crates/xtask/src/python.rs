@@ -5,14 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use crate::environment::Environment;
 use crate::{Failure, built, cargo, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 python   builds the Python module in a virtual environment of its own (target/python) and runs its tests and types; what
            follows goes to pytest";
-
-/// The oldest interpreter that the module supports.
-const OLDEST: (u32, u32) = (3, 10);
 
 pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     let root = root();
@@ -84,70 +82,6 @@ fn with_torch(python: &Path, package: &Path) -> Result<(), String> {
     ]);
     command.current_dir(package).env("PYTHONPATH", paths);
     succeed(&mut command, "pytest with PyTorch")
-}
-
-/// A virtual environment with the packages of a list.
-pub(crate) struct Environment {
-    folder: PathBuf,
-    list: PathBuf,
-}
-
-impl Environment {
-    pub(crate) fn new(folder: &Path, list: &Path) -> Self {
-        Self {
-            folder: folder.into(),
-            list: list.into(),
-        }
-    }
-
-    /// Its interpreter; the environment is made where it is missing or its list has changed.
-    pub(crate) fn python(&self) -> Result<PathBuf, String> {
-        let python = self.folder.join("bin").join("python");
-        let wanted = fs::read(&self.list)
-            .map_err(|e| format!("cannot read {}: {e}", self.list.display()))?;
-        let installed = self.folder.join("requirements.txt");
-        if python.exists() && fs::read(&installed).is_ok_and(|own| own == wanted) {
-            return Ok(python);
-        }
-        self.make()?;
-        let mut pip = Command::new(&python);
-        pip.args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "-r",
-        ]);
-        succeed(pip.arg(&self.list), "pip install")?;
-        fs::write(&installed, wanted)
-            .map_err(|e| format!("cannot write {}: {e}", installed.display()))?;
-        Ok(python)
-    }
-
-    fn make(&self) -> Result<(), String> {
-        let base = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-        let old = format!(
-            "import sys; raise SystemExit(sys.version_info < {:?})",
-            OLDEST
-        );
-        let remedy = format!(
-            "install Python {}.{} or later with venv and pip (Debian: `apt-get install python3-venv`), or name one in PYTHON",
-            OLDEST.0, OLDEST.1
-        );
-        let found = Command::new(&base).args(["-c", &old]).status();
-        if !found.is_ok_and(|status| status.success()) {
-            return Err(format!("the Python package needs an interpreter: {remedy}"));
-        }
-        let venv = Command::new(&base)
-            .args(["-m", "venv"])
-            .arg(&self.folder)
-            .status();
-        if !venv.is_ok_and(|status| status.success()) {
-            return Err(format!("no virtual environment could be made: {remedy}"));
-        }
-        Ok(())
-    }
 }
 
 /// Builds the module with the features of all other tests, so that nothing is built twice, and puts it into the package.

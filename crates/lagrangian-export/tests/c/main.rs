@@ -1,5 +1,6 @@
 //! Generated C is compiled and compared with the library. `LAGRANGIAN_EXPORT=all` tries all compilers, levels of optimisation,
-//! sanitizers and the emulated processor that are installed, and more states.
+//! sanitizers and the emulated processor that are installed, and more states; `LAGRANGIAN_EXPORT=arm,delan` does so for these models
+//! and leaves the others out.
 
 #![allow(
     clippy::unwrap_used,
@@ -33,8 +34,26 @@ fn exported(name: &str, model: &Learned) -> Export {
     export(model, About { name, hash: "0" }).unwrap()
 }
 
+/// What the variable `LAGRANGIAN_EXPORT` asks for: `all`, or names of models.
+fn asked() -> Option<String> {
+    std::env::var("LAGRANGIAN_EXPORT").ok()
+}
+
 fn is_all() -> bool {
-    std::env::var("LAGRANGIAN_EXPORT").is_ok_and(|x| x == "all")
+    asked().is_some()
+}
+
+/// The models that are compared.
+fn compared() -> Vec<(String, Learned)> {
+    let mut models = models::all();
+    if let Some(names) = asked().filter(|x| x != "all") {
+        let known: Vec<String> = models.iter().map(|(name, _)| name.clone()).collect();
+        let wanted: Vec<&str> = names.split(',').collect();
+        let unknown = wanted.iter().find(|w| !known.iter().any(|k| k == *w));
+        assert_eq!(unknown, None, "LAGRANGIAN_EXPORT: the models are {known:?}");
+        models.retain(|(name, _)| wanted.contains(&name.as_str()));
+    }
+    models
 }
 
 /// A state, what the C says of it, and what the library says.
@@ -300,7 +319,7 @@ fn no_call_takes_more_of_the_stack_than_is_said() {
 #[test]
 fn exported_functions_are_those_of_the_library() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, model) in models::all() {
+    for (name, model) in compared() {
         let Export { interface, code } = exported(&name, &model);
         let n = interface.joints.len();
         // Where a network is far outside, momenta are at the edge of what Newton's method can solve for, in both.

@@ -104,7 +104,7 @@ fn interrupted(options: &Options, fresh: &Value) -> Result<Value, String> {
 
 /// Builds our side and prepares the peers.
 fn programs(options: &Options) -> Result<Programs, String> {
-    let ours = build()?;
+    let ours = build(options.smoke)?;
     let venv = PathBuf::from("target/race/venv");
     let peers = PathBuf::from("bench/peers");
     let wants_torch = TASKS.iter().filter(|t| options.asks(t) && !options.smoke);
@@ -132,19 +132,21 @@ fn programs(options: &Options) -> Result<Programs, String> {
     })
 }
 
-/// Builds the bench `race` of the library and says where it is.
-fn build() -> Result<PathBuf, String> {
-    let arguments = [
-        "build",
-        "--release",
-        "--package",
-        "experiments",
-        "--bench",
-        "race",
-        "--message-format=json",
-    ];
+/// Builds the bench `race` of the library and says where it is. A smoke test times nothing and takes the build of the other
+/// steps of `cargo xtask test`: a release build of its own is minutes and gigabytes.
+fn build(smoke: bool) -> Result<PathBuf, String> {
+    let what: &[&str] = match smoke {
+        true => &["--workspace", "--all-features"],
+        false => &["--release", "--package", "experiments"],
+    };
     let output = super::cargo()
-        .args(arguments)
+        .arg("build")
+        .args(what)
+        .args([
+            "--bench",
+            "race",
+            "--message-format=json-render-diagnostics",
+        ])
         .stderr(std::process::Stdio::inherit())
         .output();
     let output = output.map_err(|e| format!("cargo did not start: {e}"))?;
@@ -157,7 +159,10 @@ fn build() -> Result<PathBuf, String> {
         .filter_map(|m| m["executable"].as_str().map(PathBuf::from))
         .next_back();
     path.filter(|_| output.status.success()).ok_or_else(|| {
-        "the bench 'race' was not built: run `cargo build --release --bench race`".into()
+        format!(
+            "the bench 'race' was not built ({}); the errors of cargo stand above",
+            output.status
+        )
     })
 }
 

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::environment::{self, last_lines};
+
 /// A Python with the packages of the peers.
 pub(super) struct Peers {
     pub(super) python: PathBuf,
@@ -27,7 +29,7 @@ pub(super) fn prepare(folder: &Path, peers: &Path, torch: bool) -> Result<Peers,
                 ));
             }
             Ok(o) if !o.status.success() => {
-                let why = last_lines(&[o.stdout, o.stderr].concat());
+                let why = last_lines(&o);
                 return Err(format!(
                     "python3 -m venv failed: {why}; install the package python3-venv"
                 ));
@@ -55,31 +57,8 @@ fn install(folder: &Path, requirements: &Path) -> Result<(), String> {
         "race: installing {}",
         wanted.split_whitespace().collect::<Vec<_>>().join(", ")
     );
-    let output = Command::new(folder.join("bin/python"))
-        .args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--no-cache-dir",
-            "--disable-pip-version-check",
-            "-r",
-        ])
-        .arg(requirements)
-        .output()
-        .map_err(|e| {
-            format!(
-                "pip did not start: {e}; remove {} and try again",
-                folder.display()
-            )
-        })?;
-    if !output.status.success() {
-        return Err(format!(
-            "pip could not install {}: {}; is there a network, and is Python 3.11 or later?",
-            wanted.split_whitespace().collect::<Vec<_>>().join(", "),
-            last_lines(&output.stderr)
-        ));
-    }
+    environment::install(&folder.join("bin/python"), requirements)
+        .map_err(|why| format!("{why} Python 3.11 or later is needed"))?;
     fs::write(&mark, wanted).map_err(|e| format!("{}: {e}", mark.display()))
 }
 
@@ -99,10 +78,4 @@ for name in ('jax', 'jaxlib', 'numpy', 'torch'):
     pairs
         .map(|(name, version)| (name.into(), version.into()))
         .collect()
-}
-
-fn last_lines(output: &[u8]) -> String {
-    let text = String::from_utf8_lossy(output);
-    let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
-    lines[lines.len().saturating_sub(3)..].join("; ")
 }

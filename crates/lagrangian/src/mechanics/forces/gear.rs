@@ -98,9 +98,6 @@ impl<T: Scalar> GearFriction<T> {
         let mut dry = self.coulomb + share * motor.abs() + near * self.stribeck;
         let of_out = self.external + near * self.stribeck_external;
         let viscous = self.viscous * v;
-        if of_out.value() == 0.0 && !self.has_squares() {
-            return viscous + direction * dry;
-        }
         let before = motor - viscous - direction * dry;
         let has_squares = motor.value() * before.value() > 0.0;
         let mut square = T::of(0.0);
@@ -137,10 +134,8 @@ fn root<T: Scalar>(a: T, b: T, c: T) -> T {
     if a.value() <= 0.0 {
         return T::of(f64::NAN);
     }
-    match b.value() == 0.0 {
-        true => c / a,
-        false => c.times(2.0) / (a + (a * a + (b * c).times(4.0)).sqrt()),
-    }
+    // OK where b = 0, too: √a² is a, and the slope by b is kept.
+    c.times(2.0) / (a + (a * a + (b * c).times(4.0)).sqrt())
 }
 
 impl GearFriction {

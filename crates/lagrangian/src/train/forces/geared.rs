@@ -187,6 +187,44 @@ mod tests {
     }
 
     #[test]
+    fn shares_that_are_zero_have_slopes_so_that_they_can_grow_again() {
+        let forces = forces(ForceTerms {
+            quadratic: true,
+            ..ALL
+        });
+        let zero = [
+            Term::External,
+            Term::StribeckExternal,
+            Term::QuadraticMotor,
+            Term::QuadraticExternal,
+        ];
+        let mut extra = parameters(&forces);
+        let rows = forces.terms.iter().zip(extra.chunks_exact_mut(2));
+        rows.filter(|(term, _)| zero.contains(term))
+            .for_each(|(_, row)| row.fill(0.0));
+        let k = forces.force_terms();
+        let mut seen = [false; 4];
+        for drive in drives() {
+            let mut slopes = vec![0.0; k];
+            let value = forces.force(&extra, 1, &drive, &mut slopes);
+            for (seen, term) in seen.iter_mut().zip(zero) {
+                let at = forces.find(term).unwrap_or(k);
+                let mut moved = extra.clone();
+                moved[at * 2 + 1] += 1e-7;
+                let difference =
+                    (forces.force(&moved, 1, &drive, &mut vec![0.0; k]) - value) / 1e-7;
+                let error = (slopes[at] - difference).abs();
+                assert!(
+                    error < 1e-5 * (1.0 + difference.abs()),
+                    "{term:?} {difference}"
+                );
+                *seen |= slopes[at] != 0.0;
+            }
+        }
+        assert_eq!(seen, [true; 4]);
+    }
+
+    #[test]
     fn directional_slopes_are_those_of_differences_and_the_friction_is_that_of_the_model() {
         let terms = ForceTerms {
             quadratic: true,

@@ -48,7 +48,12 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
     for (family, forces) in families() {
         let recorded = Recorded::train(&dataset, &*family);
         let template = template(&dataset, &*family, forces);
-        let theta = template.initialise(4);
+        let mut theta = template.initialise(4);
+        // Forces that a difference would show.
+        template.with_flow(|learner| {
+            let forces = &mut theta[learner.net().parameters..];
+            forces.iter_mut().for_each(|x| *x += 0.2);
+        });
         for method in methods(&*family) {
             let config = settings(method);
             let weights = recorded.weights(config.horizon);
@@ -65,7 +70,8 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
                 let seen = see(&mut problem, &theta, &phi, &x);
                 let mut at =
                     |step| see(&mut problem, &moved(&theta, &phi, step), &phi, &x).residual;
-                let step = 2e-5;
+                // So short that no sample crosses the kink where nothing comes out of a gear.
+                let step = 4e-6;
                 let [up, down, further, nearer] =
                     [step, -step, 2.0 * step, -2.0 * step].map(&mut at);
                 let name = format!("{} {}", family.name(), method.name());

@@ -100,8 +100,10 @@ pub(super) fn families() -> Vec<(Box<dyn Family>, ForceTerms)> {
         offset: true,
         ..ForceTerms::friction()
     };
-    let rotors = ForceTerms {
+    let gears = ForceTerms {
         rotor: true,
+        directional: true,
+        quadratic: true,
         ..forces
     };
     let hnn = |structure, momenta| {
@@ -119,7 +121,7 @@ pub(super) fn families() -> Vec<(Box<dyn Family>, ForceTerms)> {
         hnn(HnnStructure::None, Momenta::Masses(vec![0.7, 1.3])),
         (lnn(Form::Free), forces),
         (lnn(Form::Convex), ForceTerms::default()),
-        (Box::<dyn Family>::from(delan), rotors),
+        (Box::<dyn Family>::from(delan), gears),
         (Box::<dyn Family>::from(mlp), ForceTerms::default()),
         (Box::<dyn Family>::from(first), ForceTerms::default()),
     ]
