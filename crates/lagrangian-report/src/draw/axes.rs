@@ -5,7 +5,7 @@ use super::curve::Point;
 use super::drawing::{Across, Drawing, Lettering, Upright};
 use super::scale::{Laid, Tick};
 use super::{text, theme};
-use crate::{Figure, Kind};
+use crate::{Figure, Kind, Series};
 
 /// Space below a plot for its numbers and the name of its axis, px.
 const BELOW: f64 = 40.0;
@@ -32,11 +32,12 @@ impl Axes {
     /// The axes that end where the data or their ranges end.
     pub(super) fn tight(figure: &Figure) -> Option<Self> {
         let series = || figure.series.iter();
-        let has_dots = series().any(|series| series.kind == Kind::Points);
+        let roams = |one: &Series| one.x.windows(2).any(|pair| pair[1] < pair[0]);
+        let roams = series().any(|one| one.kind == Kind::Points || roams(one));
         let xs = series().flat_map(|series| series.x.iter().copied());
         let ys = series().flat_map(|series| [&series.y, &series.y_low, &series.y_high]);
         Some(Self {
-            x: Laid::new(&figure.x, xs, if has_dots { 0.04 } else { 0.0 })?,
+            x: Laid::new(&figure.x, xs, if roams { 0.04 } else { 0.0 })?,
             y: Laid::new(&figure.y, ys.flatten().copied(), 0.0)?,
         })
     }

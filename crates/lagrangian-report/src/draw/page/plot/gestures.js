@@ -7,7 +7,7 @@
 
   function gestures(plot) {
     const { box } = plot, fingers = new Map();
-    let drag = null, tapped = -1e9;
+    let drag = null, tap = null, tapped = -1e9; // a press of the mouse, one of a finger, and when the last one ended
     const spot = (event) => {
       const edge = box.getBoundingClientRect();
       return [event.clientX - edge.left, event.clientY - edge.top];
@@ -19,6 +19,7 @@
       const at = spot(event);
       if (event.pointerType === "touch") {
         fingers.set(event.pointerId, at);
+        tap = fingers.size === 1 ? at : null;
         point(plot, fingers.size === 1 ? cursorAt(plot, at) : null);
         return;
       }
@@ -68,14 +69,19 @@
     function released(event) {
       if (event.pointerType === "touch") {
         fingers.delete(event.pointerId);
-        const again = event.type === "pointerup" && event.timeStamp - tapped < 320;
-        tapped = again ? -1e9 : event.timeStamp;
-        if (again) plot.reset();
+        if (tap && event.type === "pointerup") tapEnded(event.timeStamp);
         return;
       }
       if (drag?.far && !drag.pans && event.type === "pointerup") zoomInto(corners());
       drag = null;
       plot.marquee.hidden = true;
+    }
+
+    // A second tap in short turn resets.
+    function tapEnded(now) {
+      const again = now - tapped < 320;
+      tapped = again ? -1e9 : now;
+      if (again) plot.reset();
     }
 
     function zoomInto({ across, up }) {
@@ -95,7 +101,7 @@
       fingers.set(event.pointerId, at);
       const now = [...fingers.values()];
       if (now.length === 1) {
-        tapped = Math.hypot(at[0] - before[0][0], at[1] - before[0][1]) > DRAG ? -1e9 : tapped;
+        if (tap && Math.hypot(at[0] - tap[0], at[1] - tap[1]) > DRAG) tap = null;
         point(plot, cursorAt(plot, at));
       } else if (now.length === 2) {
         pinched(before, now);

@@ -43,7 +43,7 @@
     reset.type = scale.type = "button";
     reset.hidden = true;
     scale.hidden = !plot.canBeLog;
-    scale.setAttribute("aria-label", "Logarithmic scale: " + plot.title);
+    scale.setAttribute("aria-label", "Log scale: " + plot.title);
     reset.setAttribute("aria-label", "Reset the view: " + plot.title);
     scale.setAttribute("aria-pressed", plot.y.log);
     reset.addEventListener("click", () => { plot.reset(); plot.box.focus(); });

@@ -87,7 +87,7 @@
   function within(context, frame, draw) {
     context.save();
     context.beginPath();
-    context.rect(frame.left - 1, frame.top - 1, frame.width + 2, frame.height + 2);
+    context.rect(frame.left - 2, frame.top - 2, frame.width + 4, frame.height + 4);
     context.clip();
     draw();
     context.restore();

@@ -142,7 +142,7 @@
     }
 
     // The values beside the crosshair, on the side with more room.
-    write({ px, head, rows }) {
+    write({ px, head, rows, dots }) {
       const lines = rows.map(({ name, value, ink: colour, kind }) => {
         const line = element("div", "row");
         if (colour) line.append(element("span", `swatch ${kind} ${colour}`));
@@ -150,9 +150,14 @@
         return line;
       });
       this.readout.replaceChildren(...(head ? [element("div", "head", head)] : []), ...lines);
-      const wide = this.readout.offsetWidth, { left, right, top } = this.frame;
+      const wide = this.readout.offsetWidth, { left, right, top, bottom } = this.frame;
       const at = px > (left + right) / 2 ? px - wide - 12 : px + 12;
       const inside = Math.min(Math.max(at, 2), Math.max(this.box.clientWidth - wide - 2, 2));
-      this.readout.style.transform = `translate(${Math.round(inside)}px,${top + 4}px)`;
+      // Where it hides least: above points that are low, below points that are high.
+    const heights = dots.map(({ spot }) => spot[1]).filter(Number.isFinite);
+    const mean = heights.reduce((sum, height) => sum + height, 0) / Math.max(heights.length, 1);
+    const low = heights.length > 0 && mean < (top + bottom) / 2;
+    const down = low ? bottom - this.readout.offsetHeight - 4 : top + 4;
+    this.readout.style.transform = `translate(${Math.round(inside)}px,${Math.round(down)}px)`;
     }
   }
