@@ -58,6 +58,8 @@ pub enum Role {
     Lnn,
     /// The plain network.
     Baseline,
+    /// What is to be followed: dashed, and on top of what follows it.
+    Reference,
     /// Anything else, numbered from 0.
     Other(u8),
 }

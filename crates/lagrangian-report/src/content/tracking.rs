@@ -32,7 +32,7 @@ pub fn followed_motion(
     followers: &[Follower],
 ) -> Figure {
     let (name, unit) = label(coordinates, i);
-    let mut series = vec![line("reference", Role::Other(3), reference, i)];
+    let mut series = vec![line("reference", Role::Reference, reference, i)];
     let motions = followers.iter();
     series.extend(motions.map(|f| line(f.name, f.role, f.motion, i)));
     Figure {

@@ -5,11 +5,13 @@ use super::curve::Point;
 use super::drawing::{Across, Drawing, Lettering, Upright};
 use super::scale::{Laid, Tick};
 use super::{text, theme};
-use crate::{Figure, Kind};
+use crate::{Figure, Kind, Series};
 
 /// Space below a plot for its numbers and the name of its axis, px.
 const BELOW: f64 = 40.0;
 const RIGHT: f64 = 18.0;
+/// Ticks of an ordinate, about: it ends at such, so that its highest value lies below a number.
+const TICKS: usize = 6;
 
 /// Both axes of a figure, laid out.
 pub(super) struct Axes {
@@ -20,14 +22,29 @@ pub(super) struct Axes {
 impl Axes {
     /// The axes that hold all finite values of a figure, or `None` where there are none.
     pub(super) fn new(figure: &Figure) -> Option<Self> {
+        let Self { x, y } = Self::tight(figure)?;
+        Some(Self {
+            x,
+            y: y.ended_at_ticks(TICKS),
+        })
+    }
+
+    /// The axes that end where the data or their ranges end.
+    pub(super) fn tight(figure: &Figure) -> Option<Self> {
         let series = || figure.series.iter();
-        let has_dots = series().any(|series| series.kind == Kind::Points);
+        let roams = |one: &Series| one.x.windows(2).any(|pair| pair[1] < pair[0]);
+        let roams = series().any(|one| one.kind == Kind::Points || roams(one));
         let xs = series().flat_map(|series| series.x.iter().copied());
         let ys = series().flat_map(|series| [&series.y, &series.y_low, &series.y_high]);
         Some(Self {
-            x: Laid::new(&figure.x, xs, if has_dots { 0.04 } else { 0.0 })?,
-            y: Laid::new(&figure.y, ys.flatten().copied(), 0.06)?,
+            x: Laid::new(&figure.x, xs, if roams { 0.04 } else { 0.0 })?,
+            y: Laid::new(&figure.y, ys.flatten().copied(), 0.0)?,
         })
+    }
+
+    /// Where x and y begin and end; logarithms on a logarithmic axis.
+    pub(super) fn ends(&self) -> [[f64; 2]; 2] {
+        [self.x.ends(), self.y.ends()]
     }
 }
 
@@ -158,12 +175,18 @@ fn x_ticks(axis: &Laid, wide: f64) -> Vec<Tick> {
         .unwrap_or_default()
 }
 
-/// A tick about every 42 px, and three where that gives fewer.
+/// A tick about every 42 px, and three where that gives fewer; the highest one at the upper end where that can be.
 fn y_ticks(axis: &Laid, tall: f64) -> Vec<Tick> {
     let enough = ((tall / 42.0) as usize).clamp(2, 8);
-    let mut candidates = (enough..12).map(|count| axis.ticks(count));
+    let ends = |ticks: &[Tick]| ticks.last().is_some_and(|tick| tick.at > 1.0 - 1e-6);
+    let counts = (2..=enough).rev().chain(enough + 1..12);
+    let mut candidates = counts.map(|count| axis.ticks(count));
     candidates
-        .find(|ticks| ticks.len() > 2)
+        .find(|ticks| ticks.len() > 2 && ends(ticks))
+        .or_else(|| {
+            let mut candidates = (enough..12).map(|count| axis.ticks(count));
+            candidates.find(|ticks| ticks.len() > 2)
+        })
         .unwrap_or_else(|| axis.ticks(enough))
 }
 

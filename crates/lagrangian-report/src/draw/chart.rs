@@ -55,7 +55,16 @@ fn fill(drawing: &mut Drawing, figure: &Figure, top: f64) {
 /// Everything but the series, from so many px below the upper edge; `None` where there is no value to draw.
 pub(super) fn empty_plot(drawing: &mut Drawing, figure: &Figure, top: f64) -> Option<Plot> {
     let top = top + legend::draw(drawing, figure, top);
-    let axes = Axes::new(figure);
+    plot_within(drawing, figure, Axes::new(figure), top)
+}
+
+/// Axes, grid, numbers and names, from so many px below the upper edge; `None` where there are no axes.
+pub(super) fn plot_within(
+    drawing: &mut Drawing,
+    figure: &Figure,
+    axes: Option<Axes>,
+    top: f64,
+) -> Option<Plot> {
     if axes.is_none() {
         let middle: Point = (0.5 * drawing.width(), 0.5 * drawing.height());
         let lettering = Lettering {

@@ -52,6 +52,15 @@ pub(super) enum Weight {
     Bold,
 }
 
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stroke {
+    /// px.
+    pub(super) width: f64,
+    pub(super) ink: Ink,
+    pub(super) dashed: bool,
+}
+
 /// The elements of a drawing; places and lengths are given in px, y downwards.
 #[derive(Debug)]
 pub(super) struct Drawing {
@@ -85,8 +94,18 @@ impl Drawing {
 
     /// An open line through some points.
     pub(super) fn line(&mut self, points: &[Point], width: f64, ink: Ink) {
+        let stroke = Stroke {
+            width,
+            ink,
+            dashed: false,
+        };
+        self.stroke(points, stroke);
+    }
+
+    /// An open line through some points, whole or dashed.
+    pub(super) fn stroke(&mut self, points: &[Point], stroke: Stroke) {
         if points.len() > 1 {
-            self.stroke(units(width), ink, &path(points));
+            self.path(stroke, &path(points));
         }
     }
 
@@ -100,7 +119,12 @@ impl Drawing {
             );
         }
         if !centres.is_empty() {
-            self.stroke(2 * units(radius), ink, &data);
+            let stroke = Stroke {
+                width: 2.0 * radius,
+                ink,
+                dashed: false,
+            };
+            self.path(stroke, &data);
         }
     }
 
@@ -166,10 +190,20 @@ impl Drawing {
         }
     }
 
-    fn stroke(&mut self, width: i32, ink: Ink, data: &str) {
-        let (class, opacity) = (ink.name, opacity(ink));
+    fn path(&mut self, stroke: Stroke, data: &str) {
+        let (class, opacity) = (stroke.ink.name, opacity(stroke.ink));
+        let width = units(stroke.width);
+        let dashes = if stroke.dashed {
+            format!(
+                r#" stroke-linecap="butt" stroke-dasharray="{} {}""#,
+                units(5.0),
+                units(4.0)
+            )
+        } else {
+            String::new()
+        };
         self.element(format_args!(
-            r#"<path class="l {class}" stroke-width="{width}"{opacity} d="{data}"/>"#
+            r#"<path class="l {class}" stroke-width="{width}"{opacity}{dashes} d="{data}"/>"#
         ));
     }
 

@@ -1,6 +1,6 @@
 //! A quantity over two axes: cells in two inks, one a sign, the stronger the larger.
 
-use super::axes::Plot;
+use super::axes::{Axes, Plot};
 use super::drawing::{Drawing, Letters};
 use super::{chart, theme};
 use crate::{Axis, Figure, HeatMap, Role, Series};
@@ -11,7 +11,9 @@ const LEVELS: i32 = 10;
 /// A map of `width` × `height` px for a page that shows the title itself.
 pub(super) fn drawing(map: &HeatMap, size: (u32, u32)) -> Drawing {
     let mut drawing = Drawing::new(size, Letters::Text);
-    if let Some(plot) = chart::empty_plot(&mut drawing, &frame(map), 4.0) {
+    let frame = frame(map);
+    let axes = Axes::tight(&frame);
+    if let Some(plot) = chart::plot_within(&mut drawing, &frame, axes, 4.0) {
         drawing.with_sharp_edges(|drawing| cells(drawing, &plot, map));
     }
     drawing

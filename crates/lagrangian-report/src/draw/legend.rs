@@ -48,7 +48,7 @@ fn swatch(drawing: &mut Drawing, series: &Series, (x, y): Point) {
                 let shade = ink.with_opacity(series::SHADE);
                 drawing.rectangle((x, y - 5.0), (x + SWATCH, y + 5.0), shade);
             }
-            drawing.line(&[(x, y), (x + SWATCH, y)], series::width(series.role), ink);
+            drawing.stroke(&[(x, y), (x + SWATCH, y)], series::stroke(series.role));
         }
     }
 }

@@ -1,8 +1,13 @@
 //! The report as one page that needs nothing else: no network, no fonts, no files beside it.
 
+mod arrays;
 mod figures;
 mod player;
+mod plots;
 mod tables;
+mod words;
+
+use plots::Plots;
 
 use super::drawing::add;
 use super::theme::Ink;
@@ -10,19 +15,42 @@ use super::{escaped, theme};
 use crate::{Headline, Report};
 
 const STYLE: &str = include_str!("page/style.css");
+const PLOT_STYLE: &str = include_str!("page/plot/style.css");
 const THEME: &str = include_str!("page/theme.js");
 const PLAYER: &str = include_str!("page/player.js");
+/// The script of plots, in the order in which its parts build on each other.
+const PLOT: &str = concat!(
+    "(() => {\n\"use strict\";\n",
+    include_str!("page/plot/arrays.js"),
+    include_str!("page/plot/axis.js"),
+    include_str!("page/plot/paint.js"),
+    include_str!("page/plot/cursor.js"),
+    include_str!("page/plot/plot.js"),
+    include_str!("page/plot/gestures.js"),
+    include_str!("page/plot/keys.js"),
+    include_str!("page/plot/legend.js"),
+    include_str!("page/plot/start.js"),
+    "})();\n",
+);
+/// Nothing is loaded from anywhere: the page holds what it needs.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; \
+    base-uri 'none'; form-action 'none'";
 
 /// A self-contained page with everything that the report holds.
 #[must_use]
 pub fn html(report: &Report) -> String {
     let mut body = String::new();
+    let mut plots = Plots::for_figures(&report.figures);
     head(&mut body, report);
     section(&mut body, "In motion", &report.animations, |body, all| {
         all.iter().for_each(|one| player::player(body, one));
     });
-    section(&mut body, "Figures", &report.figures, figures::figures);
-    section(&mut body, "Space and time", &report.maps, figures::maps);
+    section(&mut body, "Figures", &report.figures, |body, all| {
+        figures::figures(body, all, &mut plots);
+    });
+    section(&mut body, "Space and time", &report.maps, |body, all| {
+        figures::maps(body, all, &mut plots);
+    });
     section(&mut body, "Tables", &report.tables, |body, all| {
         all.iter().for_each(|one| tables::table(body, one));
     });
@@ -33,18 +61,15 @@ pub fn html(report: &Report) -> String {
         &report.commands,
         tables::commands,
     );
-    let player = if report.animations.is_empty() {
-        ""
-    } else {
-        PLAYER
-    };
+    let scripts = scripts(report, &plots);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
          <link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n\
-         <style>\n{}{STYLE}{}</style>\n<script>{THEME}</script>\n</head>\n<body>\n<main>\n{body}\
+         <style>\n{}{STYLE}{PLOT_STYLE}{}</style>\n<script>{THEME}</script>\n</head>\n<body>\n<main>\n{body}\
          <footer>Drawn by lagrangian {}. This file needs nothing else: keep it, send it, print it.</footer>\n\
-         </main>\n<script>{player}</script>\n</body>\n</html>\n",
+         </main>\n{scripts}</body>\n</html>\n",
         escaped(&report.title),
         theme::variables(),
         theme::classes() + &theme::dots(),
@@ -52,8 +77,25 @@ pub fn html(report: &Report) -> String {
     )
 }
 
+/// The scripts that the page needs, and the data of its plots.
+fn scripts(report: &Report, plots: &Plots) -> String {
+    let mut scripts = String::new();
+    if !report.animations.is_empty() {
+        add(&mut scripts, format_args!("<script>{PLAYER}</script>\n"));
+    }
+    if let Some(data) = plots.json() {
+        add(
+            &mut scripts,
+            format_args!(
+                "<script type=\"application/json\" id=\"plots\">{data}</script>\n<script>{PLOT}</script>\n"
+            ),
+        );
+    }
+    scripts
+}
+
 /// A section with a heading, unless there is nothing in it.
-fn section<T>(body: &mut String, heading: &str, items: &[T], fill: impl Fn(&mut String, &[T])) {
+fn section<T>(body: &mut String, heading: &str, items: &[T], fill: impl FnOnce(&mut String, &[T])) {
     if items.is_empty() {
         return;
     }

@@ -43,6 +43,36 @@ impl Laid {
         })
     }
 
+    /// The same axis with its ends moved outwards to ticks, of which there are about `count`; an axis of things, and a
+    /// logarithmic one of less than two decades, stay as they are.
+    pub(super) fn ended_at_ticks(mut self, count: usize) -> Self {
+        let span = self.high - self.low;
+        if self.has_names() || (self.log && span < 2.0) {
+            return self.widened(0.06 * span);
+        }
+        let step = if self.log {
+            (span / count as f64).floor() + 1.0
+        } else {
+            nice_step(span / count as f64)
+        };
+        self.low = (self.low / step + 1e-9).floor() * step;
+        self.high = (self.high / step - 1e-9).ceil() * step;
+        self
+    }
+
+    fn widened(self, margin: f64) -> Self {
+        Self {
+            low: self.low - margin,
+            high: self.high + margin,
+            ..self
+        }
+    }
+
+    /// Where it begins and ends; logarithms on a logarithmic axis.
+    pub(super) fn ends(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
     /// Where a value stands, NaN for a value that has no place on the axis.
     pub(super) fn at(&self, value: f64) -> f64 {
         let inner = if self.log { positive_log(value) } else { value };

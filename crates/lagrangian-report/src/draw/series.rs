@@ -2,12 +2,14 @@
 
 use super::axes::Plot;
 use super::curve::{self, Point};
-use super::drawing::Drawing;
+use super::drawing::{Drawing, Stroke};
 use super::theme;
 use crate::{Kind, Role, Series, decimate};
 
 /// A cloud of more dots than this shows no more, and makes pages heavy.
 const MOST_DOTS: usize = 1500;
+/// Dots that are drawn larger.
+const FEW: usize = 100;
 /// Opacity of a band.
 pub(super) const SHADE: f64 = 0.18;
 
@@ -26,12 +28,32 @@ pub(super) fn draw(drawing: &mut Drawing, plot: &Plot, series: &Series) {
 fn line(drawing: &mut Drawing, plot: &Plot, series: &Series) {
     let (x, y) = decimate(&series.x, &series.y, 2 * plot.wide as usize);
     let tolerance = (0.25 / plot.wide, 0.25 / plot.tall);
-    for stretch in curve::stretches(&plot.points(&x, &y), tolerance) {
-        drawing.line(
-            &plot.all_px(&stretch),
-            width(series.role),
-            theme::of(series.role),
-        );
+    let points = plot.points(&x, &y);
+    for stretch in curve::stretches(&points, tolerance) {
+        drawing.stroke(&plot.all_px(&stretch), stroke(series.role));
+    }
+    let alone: Vec<Point> = alone(&points).iter().map(|at| plot.px(*at)).collect();
+    drawing.discs(&alone, 2.6, theme::of(series.role));
+}
+
+/// The points of a line that has no other beside them, within the unit square.
+fn alone(points: &[Point]) -> Vec<Point> {
+    let is_there = |k: usize| {
+        let point = points.get(k);
+        point.is_some_and(|at| at.0.is_finite() && at.1.is_finite())
+    };
+    let is_alone = |k: &usize| is_there(*k) && !is_there(k + 1) && (*k == 0 || !is_there(k - 1));
+    let inside = |at: &Point| (0.0..=1.0).contains(&at.0) && (0.0..=1.0).contains(&at.1);
+    let all = (0..points.len()).filter(is_alone).map(|k| points[k]);
+    all.filter(inside).collect()
+}
+
+/// How a line of this role is drawn.
+pub(super) fn stroke(role: Role) -> Stroke {
+    Stroke {
+        width: width(role),
+        ink: theme::of(role),
+        dashed: role == Role::Reference,
     }
 }
 
@@ -41,7 +63,8 @@ fn dots(drawing: &mut Drawing, plot: &Plot, series: &Series) {
     dots.retain(inside);
     let every = dots.len().div_ceil(MOST_DOTS).max(1);
     let drawn: Vec<Point> = dots.iter().step_by(every).map(|at| plot.px(*at)).collect();
-    drawing.discs(&drawn, 1.9, theme::of(series.role).with_opacity(0.6));
+    let radius = if drawn.len() > FEW { 1.9 } else { 3.5 };
+    drawing.discs(&drawn, radius, theme::of(series.role).with_opacity(0.6));
 }
 
 fn band(drawing: &mut Drawing, plot: &Plot, series: &Series) {
@@ -64,6 +87,7 @@ pub(super) fn width(role: Role) -> f64 {
     match role {
         Role::Truth => 3.2,
         Role::Lnn => 1.7,
+        Role::Reference => 1.3,
         Role::Baseline | Role::Other(_) => 1.5,
     }
 }
@@ -75,5 +99,6 @@ pub(super) fn depth(role: Role) -> u8 {
         Role::Baseline => 1,
         Role::Other(_) => 2,
         Role::Lnn => 3,
+        Role::Reference => 4,
     }
 }

@@ -170,16 +170,81 @@ fn missing_and_infinite_values_leave_gaps_and_break_nothing() {
         ..Report::default()
     };
     let page = html(&report);
-    assert!(!page.contains("NaN") && !page.contains("inf "));
-    assert_eq!(
-        page.matches("no finite data").count(),
-        4 * 2 + 1,
-        "four empty figures, the first in three sizes"
-    );
+    let (drawn, script) = page.split_once("\"use strict\"").unwrap();
+    assert!(!drawn.contains("NaN") && !drawn.contains("inf ") && !script.is_empty());
+    assert_eq!(page.matches("There is nothing to draw").count(), 4);
+    let live = report.figures.len() - 4;
+    assert_eq!(page.matches(" data-plot=").count(), live);
+    for figure in &report.figures[..4] {
+        assert!(svg(figure).contains("no finite data"), "{}", figure.id);
+    }
     for figure in &report.figures {
         assert!(svg(figure).ends_with("</svg>\n"));
         png(figure, 400, 300, std::io::sink()).unwrap();
     }
+}
+
+#[test]
+fn a_page_of_ten_plots_of_ten_thousand_points_stays_below_two_megabytes() {
+    let t: Vec<f64> = (0..10_000).map(|k| f64::from(k) * 0.01).collect();
+    let noise = |k: usize, seed: usize| ((k * 7919 + seed * 104_729) % 1009) as f64 / 1009.0;
+    let line = |seed: usize, name: &str, role: Role| {
+        let y = t.iter().enumerate();
+        let y = y.map(|(k, t)| (t + seed as f64).sin() + 0.1 * noise(k, seed));
+        Series::line(name, role, t.clone(), y.collect())
+    };
+    let roles = [("a", Role::Truth), ("b", Role::Lnn), ("c", Role::Baseline)];
+    let figure = |k: usize| Figure {
+        id: format!("f{k}"),
+        x: Axis::linear("time", "s"),
+        series: (0..3)
+            .map(|j| line(3 * k + j, roles[j].0, roles[j].1))
+            .collect(),
+        ..Figure::default()
+    };
+    let page = |count: usize| {
+        html(&Report {
+            figures: (0..count).map(figure).collect(),
+            ..Report::default()
+        })
+    };
+    assert!(page(10).len() < 2_000_000, "{} bytes", page(10).len());
+    let many = page(40);
+    let data = many.split("id=\"plots\">").nth(1).unwrap();
+    let data = data.split("</script>").next().unwrap();
+    assert!(data.len() < 1_500_000, "{} bytes of data", data.len());
+}
+
+#[test]
+fn the_reference_is_dashed_and_drawn_on_top() {
+    let line = |name: &str, role| Series::line(name, role, vec![0.0, 1.0], vec![0.0, 1.0]);
+    let figure = Figure {
+        series: vec![
+            line("reference", Role::Reference),
+            line("true model", Role::Truth),
+            line("model", Role::Lnn),
+        ],
+        ..Figure::default()
+    };
+    let file = svg(&figure);
+    let last = file.rsplit("<path").next().unwrap();
+    assert!(last.contains("class=\"l ink\"") && last.contains("stroke-dasharray"));
+}
+
+#[test]
+fn a_value_without_neighbours_is_a_dot_and_the_highest_lies_below_a_number() {
+    let figure = |y: Vec<f64>| {
+        let x = (0..y.len()).map(|k| k as f64).collect();
+        svg(&Figure {
+            y: Axis::linear("y", ""),
+            series: vec![Series::line("", Role::Lnn, x, y)],
+            ..Figure::default()
+        })
+    };
+    assert!(figure(vec![3.0]).contains("class=\"l lnn\""));
+    assert!(figure(vec![f64::NAN, 3.0, f64::NAN]).contains("class=\"l lnn\""));
+    assert!(figure(vec![0.0, 0.93]).contains(">1.0<"));
+    assert!(figure(vec![0.0, 0.72]).contains(">0.8<"));
 }
 
 #[test]

@@ -61,6 +61,7 @@ pub(super) fn of(role: Role) -> Ink {
         Role::Truth => TRUTH,
         Role::Lnn => LNN,
         Role::Baseline => BASELINE,
+        Role::Reference => WORDS,
         Role::Other(n) => OTHERS[usize::from(n) % OTHERS.len()],
     }
 }
@@ -91,9 +92,14 @@ pub(super) fn light_classes() -> String {
     rules(|ink| hex(ink.light))
 }
 
-/// CSS: the dots of a page that stand for inks.
+/// CSS: the dots and swatches of a page that stand for inks.
 pub(super) fn dots() -> String {
-    let rule = |ink: &Ink| format!(".dot.{0}{{background:var(--{0})}}\n", ink.name);
+    let rule = |ink: &Ink| {
+        format!(
+            ".dot.{0}{{background:var(--{0})}}.swatch.{0}{{--own:var(--{0})}}\n",
+            ink.name
+        )
+    };
     INKS.iter().map(rule).collect()
 }
 

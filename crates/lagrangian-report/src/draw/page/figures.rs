@@ -1,57 +1,192 @@
-//! The figures and maps of a page.
+//! The figures and maps of a page: each as an SVG, which the script makes live, in groups that share a legend.
 
 use super::add;
+use super::plots::{Plots, words_id};
+use super::words;
 use crate::draw::{escaped, svg};
-use crate::{Figure, HeatMap};
+use crate::{Figure, HeatMap, Series};
 
-/// Sizes of a figure, px: across the page, in one of two columns, on a phone.
-const BROAD: (u32, u32) = (1084, 380);
-const WIDE: (u32, u32) = (524, 350);
-const NARROW: (u32, u32) = (306, 288);
+/// The size of the static picture of a figure, px.
+const SIZE: (u32, u32) = (524, 350);
 
-/// Two columns where they fit; the first of an odd number spans both.
-pub(super) fn figures(body: &mut String, figures: &[Figure]) {
-    let odd = figures.len() % 2 == 1;
-    let class = if odd { "figures odd" } else { "figures" };
-    add(body, format_args!("<div class=\"{class}\">\n"));
-    for (k, figure) in figures.iter().enumerate() {
-        let broad = (odd && k == 0).then_some((BROAD, "broad"));
-        let sizes = [(WIDE, "wide"), (NARROW, "narrow")]
-            .into_iter()
-            .chain(broad);
-        let drawn: String = sizes
-            .map(|(size, class)| svg::inline(figure, size, class))
-            .collect();
-        let Figure {
-            id, title, caption, ..
-        } = figure;
-        card(body, &format!("figure-{id}"), [title, caption], &drawn);
+/// Figures in two columns where they fit; those that follow each other and share their series have one legend.
+pub(super) fn figures(body: &mut String, figures: &[Figure], plots: &mut Plots) {
+    for group in groups(figures) {
+        let odd = if group.figures.len() % 2 == 1 {
+            " odd"
+        } else {
+            ""
+        };
+        let shared = if group.shared { " shared" } else { "" };
+        add(
+            body,
+            format_args!("<div class=\"group{shared}\"><div class=\"figures{odd}\">\n"),
+        );
+        for figure in group.figures {
+            let number = plots.figure(figure);
+            let drawn = match number {
+                Some(_) => svg::inline(figure, SIZE, "static"),
+                None => EMPTY.into(),
+            };
+            let card = Card {
+                id: format!("figure-{}", figure.id),
+                title: &figure.title,
+                caption: &figure.caption,
+                words: words::of_figure(figure),
+                drawn,
+                number,
+            };
+            card.write(body);
+        }
+        body.push_str("</div></div>\n");
     }
-    body.push_str("</div>\n");
 }
 
-/// Two columns where they fit.
-pub(super) fn maps(body: &mut String, maps: &[HeatMap]) {
-    body.push_str("<div class=\"figures\">\n");
+/// Maps in two columns where they fit.
+pub(super) fn maps(body: &mut String, maps: &[HeatMap], plots: &mut Plots) {
+    body.push_str("<div class=\"group\"><div class=\"figures\">\n");
     for map in maps {
-        let drawn = svg::inline_map(map, WIDE, "map");
-        card(
+        let card = Card {
+            id: format!("map-{}", map.id),
+            title: &map.title,
+            caption: &map.caption,
+            words: words::of_map(map),
+            drawn: svg::inline_map(map, SIZE, "static map"),
+            number: plots.map(map),
+        };
+        card.write(body);
+    }
+    body.push_str("</div></div>\n");
+}
+
+const EMPTY: &str = "<p class=\"empty\">There is nothing to draw: no value is finite, or none is positive on a logarithmic axis.</p>";
+
+struct Card<'a> {
+    id: String,
+    title: &'a str,
+    caption: &'a str,
+    words: String,
+    drawn: String,
+    /// The number of its plot, where there is something to draw.
+    number: Option<usize>,
+}
+
+impl Card<'_> {
+    fn write(&self, body: &mut String) {
+        let [id, title, caption, words] =
+            [&self.id, self.title, self.caption, &self.words].map(escaped);
+        let (live, unseen) = self.number.map_or_else(Default::default, |number| {
+            (
+                format!(" data-plot=\"{number}\""),
+                format!(
+                    "<p class=\"unseen\" id=\"{}\">{words}</p>",
+                    words_id(number)
+                ),
+            )
+        });
+        let caption = if caption.is_empty() {
+            caption
+        } else {
+            format!("<p class=\"caption\">{caption}</p>")
+        };
+        let drawn = &self.drawn;
+        add(
             body,
-            &format!("map-{}", map.id),
-            [&map.title, &map.caption],
-            &drawn,
+            format_args!(
+                "<figure class=\"card figure\" id=\"{id}\"{live}><figcaption><h3>{title}</h3>{caption}</figcaption>\
+                 {unseen}{drawn}</figure>\n"
+            ),
         );
     }
-    body.push_str("</div>\n");
 }
 
-fn card(body: &mut String, id: &str, words: [&str; 2], drawn: &str) {
-    let (id, [title, caption]) = (escaped(id), words.map(escaped));
-    add(
-        body,
-        format_args!(
-            "<figure class=\"card figure\" id=\"{id}\"><figcaption><h3>{title}</h3><p class=\"caption\">{caption}</p>\
-             </figcaption>{drawn}</figure>\n"
-        ),
-    );
+/// Figures that follow each other.
+#[derive(Debug, PartialEq)]
+struct Group<'a> {
+    figures: &'a [Figure],
+    /// Whether they have one legend.
+    shared: bool,
+}
+
+/// Runs of figures that share their series, and runs of figures that do not.
+fn groups(figures: &[Figure]) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group> = Vec::new();
+    let mut start = 0;
+    let mut single_from = 0;
+    while start < figures.len() {
+        let rest = &figures[start..];
+        let alike = rest
+            .windows(2)
+            .take_while(|pair| share_series(&rest[0], &pair[1]));
+        let end = start + 1 + alike.count();
+        if end - start > 1 {
+            push_single(&mut groups, &figures[single_from..start]);
+            groups.push(Group {
+                figures: &figures[start..end],
+                shared: true,
+            });
+            single_from = end;
+        }
+        start = end;
+    }
+    push_single(&mut groups, &figures[single_from..]);
+    groups
+}
+
+fn push_single<'a>(groups: &mut Vec<Group<'a>>, figures: &'a [Figure]) {
+    if !figures.is_empty() {
+        groups.push(Group {
+            figures,
+            shared: false,
+        });
+    }
+}
+
+/// Whether one legend serves both: at least half of the names are common, and a name looks alike in both.
+fn share_series(a: &Figure, b: &Figure) -> bool {
+    fn named(figure: &Figure) -> Vec<&Series> {
+        let series = figure.series.iter();
+        series.filter(|one| !one.name.is_empty()).collect()
+    }
+    let (a, b) = (named(a), named(b));
+    let twin = |one: &&Series| b.iter().find(|other| other.name == one.name).copied();
+    let twins: Vec<(&Series, &Series)> = a
+        .iter()
+        .filter_map(|one| Some((*one, twin(one)?)))
+        .collect();
+    let alike = twins
+        .iter()
+        .all(|(one, other)| one.role == other.role && one.kind == other.kind);
+    alike && !twins.is_empty() && 2 * twins.len() >= a.len().max(b.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Role;
+
+    fn figure(names: &[&str]) -> Figure {
+        let line = |name: &&str| Series::line(name, Role::Lnn, vec![0.0, 1.0], vec![0.0, 1.0]);
+        Figure {
+            series: names.iter().map(line).collect(),
+            ..Figure::default()
+        }
+    }
+
+    #[test]
+    fn figures_that_share_their_series_stand_together() {
+        let all = [
+            figure(&["loss"]),
+            figure(&["gravity", "inertial", "measured"]),
+            figure(&["gravity", "measured"]),
+            figure(&["force"]),
+            figure(&["power"]),
+        ];
+        let runs: Vec<(usize, bool)> = groups(&all)
+            .iter()
+            .map(|group| (group.figures.len(), group.shared))
+            .collect();
+        assert_eq!(runs, [(1, false), (2, true), (2, false)]);
+        assert!(groups(&[]).is_empty());
+    }
 }

@@ -1,0 +1,241 @@
+//! Pages whose every value is known: what the tests in a browser look at. Usage: `pages FOLDER`.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::{env, fs, io};
+
+use lagrangian_report::{
+    Axis, Figure, HeatMap, Report, Role, Series, Table, draw, energy_error_over_time, loss_curves,
+    parity,
+};
+
+fn main() -> io::Result<()> {
+    let folder = env::args().nth(1).unwrap_or_else(|| "pages".into());
+    let folder = Path::new(&folder);
+    fs::create_dir_all(folder)?;
+    fs::write(folder.join("known.html"), draw::html(&known()))?;
+    fs::write(folder.join("large.html"), draw::html(&large()))
+}
+
+/// Every kind of figure.
+fn known() -> Report {
+    let mut figures: Vec<Figure> = vec![sine("position", 1.0), sine("velocity", 2.0)];
+    figures.extend([
+        losses(),
+        energy_errors(),
+        ellipse(),
+        cloud(),
+        band(),
+        categories(),
+        nothing(),
+    ]);
+    figures.extend((1..=6).map(torque));
+    Report {
+        title: "Known values".into(),
+        subtitle: "sines, falls, an ellipse".into(),
+        summary: vec!["Every value of this page is known.".into()],
+        figures,
+        maps: vec![map()],
+        tables: vec![Table::new(
+            "A table.",
+            &["a", "b"],
+            vec![vec!["1".into(), "2".into()]],
+        )],
+        ..Report::default()
+    }
+}
+
+/// Ten plots of ten thousand points a curve.
+fn large() -> Report {
+    let figure = |k: usize| Figure {
+        id: format!("large-{k}"),
+        title: format!("Signal {k}"),
+        caption: "Three curves of 10 000 samples.".into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear("value", "N"),
+        series: roles()
+            .into_iter()
+            .enumerate()
+            .map(|(j, (name, role))| {
+                let phase = (3 * k + j) as f64;
+                let x = clock(10_000, 0.01);
+                let y = x
+                    .iter()
+                    .map(|t| (0.7 * t + phase).sin() + 0.3 * (9.0 * t * phase).sin());
+                Series::line(name, role, x.clone(), y.collect())
+            })
+            .collect(),
+    };
+    Report {
+        title: "Ten large plots".into(),
+        figures: (0..10).map(figure).collect(),
+        ..Report::default()
+    }
+}
+
+fn roles() -> [(&'static str, Role); 3] {
+    [
+        ("Truth", Role::Truth),
+        ("Lagrangian network", Role::Lnn),
+        ("Plain network", Role::Baseline),
+    ]
+}
+
+fn clock(samples: usize, step: f64) -> Vec<f64> {
+    (0..samples).map(|k| k as f64 * step).collect()
+}
+
+/// sin t, and two predictions that part from it, at 100 Hz for 10 s.
+fn sine(quantity: &str, size: f64) -> Figure {
+    let predicted = |(name, role), drift: f64| {
+        let t = clock(1001, 0.01);
+        let y = t.iter().map(|t| size * t.sin() + drift * t).collect();
+        Series::line(name, role, t, y)
+    };
+    let [truth, lnn, plain] = roles();
+    Figure {
+        id: quantity.replace(' ', "-"),
+        title: format!("{quantity} over time"),
+        caption: "The whole motion. Predicted from the first state alone; where the motion is chaotic, any prediction parts from it in the end.".into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear(quantity, "rad"),
+        series: vec![predicted(truth, 0.0), predicted(lnn, 0.01), predicted(plain, 0.05)],
+    }
+}
+
+fn losses() -> Figure {
+    let steps = clock(200, 10.0);
+    let fall = |rate: f64| steps.iter().map(|k| (-rate * k).exp()).collect();
+    loss_curves(
+        "step",
+        "",
+        vec![
+            Series::line("Lagrangian, training", Role::Lnn, steps.clone(), fall(0.01)),
+            Series::line(
+                "Lagrangian, validation",
+                Role::Other(1),
+                steps.clone(),
+                fall(0.008),
+            ),
+        ],
+    )
+}
+
+fn energy_errors() -> Figure {
+    let t = clock(2001, 0.05);
+    let error = |rate: f64| t.iter().map(|t| rate * t).collect();
+    energy_error_over_time(vec![
+        Series::line("Lagrangian network", Role::Lnn, t.clone(), error(1e-7)),
+        Series::line("Plain network", Role::Baseline, t.clone(), error(1e-3)),
+    ])
+}
+
+fn ellipse() -> Figure {
+    let turn = clock(401, TAU / 400.0);
+    let x = turn.iter().map(|a| 2.0 * a.cos()).collect();
+    let y = turn.iter().map(|a| a.sin()).collect();
+    Figure {
+        id: "phase".into(),
+        title: "Phase portrait".into(),
+        caption: "Velocity over position.".into(),
+        x: Axis::linear("angle", "rad"),
+        y: Axis::linear("velocity", "rad/s"),
+        series: vec![Series::line("Truth", Role::Truth, x, y)],
+    }
+}
+
+fn cloud() -> Figure {
+    let x: Vec<f64> = (0..400).map(|k| f64::from((k * 37) % 400) * 0.01).collect();
+    let y = x.iter().map(|x| x + 0.05 * (40.0 * x).sin()).collect();
+    let points = Series::points("Lagrangian network", Role::Lnn, x, y);
+    parity("torque", "N·m", vec![points])
+}
+
+fn band() -> Figure {
+    let t = clock(301, 0.02);
+    let runs: Vec<Vec<f64>> = [0.9, 1.0, 1.1]
+        .map(|size| t.iter().map(|t| size * t.cos()).collect())
+        .to_vec();
+    Figure {
+        id: "band".into(),
+        title: "A band".into(),
+        caption: String::new(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear("force", "N"),
+        series: vec![Series::range("predicted", Role::Lnn, t, &runs)],
+    }
+}
+
+fn categories() -> Figure {
+    let names = ["pendulum", "cart-pole", "arm"].map(String::from).to_vec();
+    Figure {
+        id: "categories".into(),
+        title: "Errors of three systems".into(),
+        caption: "One dot a seed.".into(),
+        x: Axis::of_names("system", names),
+        y: Axis::log("error", "%"),
+        series: vec![Series::points(
+            "error",
+            Role::Other(2),
+            vec![0.0, 0.0, 1.0, 1.0, 2.0],
+            vec![0.1, 0.2, 3.0, 4.0, 50.0],
+        )],
+    }
+}
+
+fn nothing() -> Figure {
+    Figure {
+        id: "nothing".into(),
+        title: "Nothing".into(),
+        caption: "No value is positive.".into(),
+        x: Axis::log("step", ""),
+        y: Axis::log("error", "%"),
+        series: vec![Series::line("none", Role::Lnn, vec![0.0], vec![1.0])],
+    }
+}
+
+/// Seven parts and what was measured, at 200 Hz.
+fn torque(joint: i32) -> Figure {
+    let t = clock(800, 0.005);
+    let part = |k: f64| {
+        t.iter()
+            .map(|t| (k * t + f64::from(joint)).sin() / k)
+            .collect()
+    };
+    let names = ["inertial", "Coriolis", "gravity", "friction", "spring"];
+    let mut series: Vec<Series> = (0u8..)
+        .zip(names)
+        .map(|(k, name)| Series::line(name, Role::Other(k), t.clone(), part(f64::from(k) + 1.0)))
+        .collect();
+    series.extend([
+        Series::line("measured", Role::Truth, t.clone(), part(0.8)),
+        Series::line("predicted", Role::Lnn, t.clone(), part(0.81)),
+        Series::line("reference", Role::Reference, t.clone(), part(0.79)),
+    ]);
+    Figure {
+        id: format!("torque-{joint}"),
+        title: format!("Force on joint {joint}"),
+        caption: "The parts add up to the prediction; inertial is the force of the acceleration."
+            .into(),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear("force", "N·m"),
+        series,
+    }
+}
+
+/// Cells of column / 10 − row / 5.
+fn map() -> HeatMap {
+    let value = |row: u32, column: u32| f64::from(column) / 10.0 - f64::from(row) / 5.0;
+    HeatMap {
+        id: "field".into(),
+        title: "A field over space and time".into(),
+        caption: "One ink a sign.".into(),
+        x: Axis::linear("place", "m").between(0.0, 2.0),
+        y: Axis::linear("time", "s").between(0.0, 1.0),
+        columns: 20,
+        values: (0..10)
+            .flat_map(|row| (0..20).map(move |column| value(row, column)))
+            .collect(),
+        limit: 2.0,
+    }
+}

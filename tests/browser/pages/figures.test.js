@@ -1,0 +1,209 @@
+// What a reader does with a figure: point, zoom, pan, hide, change the scale, with a mouse, a finger and keys.
+
+import assert from "node:assert/strict";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+
+import { frame, launched, opened, plotOf } from "../browser.js";
+
+let browser, page, faults, close;
+before(async () => { browser = await launched(); });
+after(() => browser.close());
+beforeEach(async () => { ({ page, faults, close } = await opened(browser, "known.html")); });
+afterEach(async () => {
+  await close();
+  assert.deepEqual(faults, []);
+});
+
+// The number of a row such as "Truth −0.525 rad".
+const number = (row) => Number(row.match(/([−-]?\d+(\.\d+)?)(?=[^\d]*$)/)[1].replace("−", "-"));
+const inside = (edge, u, v) => [edge.x + u * edge.width, edge.y + v * edge.height];
+
+test("the values under the pointer are those of the data, on all plots of the abscissa", async () => {
+  const [position, velocity] = [plotOf(page, "position"), plotOf(page, "velocity")];
+  const edge = await position.seen();
+  for (const u of [0.3, 0.55, 0.8]) {
+    await page.mouse.move(...inside(edge, u, 0.5));
+    const [time, truth, lnn, plain] = await position.values();
+    const t = Number(time.match(/time (\S+) s/)[1]);
+    for (const [row, wanted] of [[truth, Math.sin(t)], [lnn, Math.sin(t) + 0.01 * t], [plain, Math.sin(t) + 0.05 * t]]) {
+      assert.ok(Math.abs(number(row.replace(" rad", "")) - wanted) < 0.001, `${row}, but ${wanted} at ${t} s`);
+    }
+    assert.match(truth, /^Truth −?0\.\d{3} rad$/);
+    const linked = await velocity.values();
+    assert.equal(linked[0], time);
+    assert.ok(Math.abs(number(linked[1].replace(" rad", "")) - 2 * Math.sin(t)) < 0.001, linked[1]);
+  }
+  await page.mouse.move(5, 5);
+  await frame(page);
+  assert.ok(await position.readout.isHidden());
+  assert.ok(await velocity.readout.isHidden());
+});
+
+test("a box zooms, a double click resets, and the view is the same in all plots of the same times", async () => {
+  const [position, velocity] = [plotOf(page, "position"), plotOf(page, "velocity")];
+  const edge = await position.seen(), [whole, other] = [await position.picture(), await velocity.picture()];
+  const reset = position.figure.locator(".reset");
+  assert.ok(await reset.isHidden());
+  await page.mouse.move(...inside(edge, 0.4, 0.5));
+  await page.mouse.down();
+  await page.mouse.move(...inside(edge, 0.6, 0.52), { steps: 5 });
+  await page.mouse.up();
+  assert.notEqual(await position.picture(), whole);
+  assert.notEqual(await velocity.picture(), other);
+  assert.ok(await reset.isVisible());
+  // A fifth of the width is a fifth of the times: the ends are about 2 s apart.
+  await page.mouse.move(...inside(edge, 0.2, 0.5));
+  const from = Number((await position.values())[0].match(/time (\S+) s/)[1]);
+  await page.mouse.move(...inside(edge, 0.9, 0.5));
+  const to = Number((await position.values())[0].match(/time (\S+) s/)[1]);
+  assert.ok(to - from > 0.8 && to - from < 2.2, `${from} to ${to}`);
+  await page.mouse.dblclick(...inside(edge, 0.5, 0.5));
+  await page.mouse.move(5, 5);
+  assert.equal(await position.picture(), whole);
+  assert.equal(await velocity.picture(), other);
+});
+
+test("Shift and a drag pan a zoomed view, and the button goes back", async () => {
+  const position = plotOf(page, "position"), edge = await position.seen(), whole = await position.picture();
+  await position.box.focus();
+  for (const _ of [1, 2, 3]) await page.keyboard.press("+");
+  const zoomed = await position.picture();
+  await page.keyboard.down("Shift");
+  await page.mouse.move(...inside(edge, 0.7, 0.5));
+  await page.mouse.down();
+  await page.mouse.move(...inside(edge, 0.5, 0.5), { steps: 4 });
+  await page.mouse.up();
+  await page.keyboard.up("Shift");
+  await page.mouse.move(5, 5);
+  const panned = await position.picture();
+  assert.ok(panned !== zoomed && panned !== whole);
+  await position.figure.locator(".reset").click();
+  assert.equal(await position.picture(), whole);
+});
+
+test("the wheel scrolls the page, and zooms with Ctrl or after a click", async () => {
+  const position = plotOf(page, "position"), edge = await position.seen(), whole = await position.picture();
+  await page.mouse.move(...inside(edge, 0.5, 0.5));
+  await page.mouse.wheel(0, 120);
+  await page.waitForFunction(() => scrollY > 0);
+  assert.equal(await position.picture(), whole);
+  const there = await position.seen();
+  await page.mouse.move(...inside(there, 0.5, 0.5));
+  await page.keyboard.down("Control");
+  await page.mouse.wheel(0, -240);
+  await page.keyboard.up("Control");
+  const zoomed = await position.picture();
+  assert.notEqual(zoomed, whole);
+  const scrolled = await page.evaluate(() => scrollY);
+  await page.mouse.click(...inside(there, 0.5, 0.5));
+  await page.mouse.wheel(0, -120);
+  assert.notEqual(await position.picture(), zoomed);
+  assert.equal(await page.evaluate(() => scrollY), scrolled);
+});
+
+test("one legend serves plots that share their series: a click hides a curve in all, two leave it alone", async () => {
+  const group = page.locator(".group.shared").first(), names = group.locator(".legend .curve");
+  assert.deepEqual(await names.allInnerTexts(), ["Truth", "Lagrangian network", "Plain network"]);
+  assert.equal(await page.locator("#figure-torque-1, #figure-torque-6").locator(".legend").count(), 0);
+  const [position, velocity] = [plotOf(page, "position"), plotOf(page, "velocity")], edge = await position.seen();
+  const [whole, other] = [await position.picture(), await velocity.picture()];
+  const plain = names.filter({ hasText: "Plain" });
+  await plain.click();
+  assert.equal(await plain.getAttribute("aria-pressed"), "false");
+  assert.notEqual(await position.picture(), whole);
+  assert.notEqual(await velocity.picture(), other);
+  await page.mouse.move(...inside(edge, 0.5, 0.5));
+  assert.equal((await position.values()).length, 3);
+  await plain.click();
+  await page.mouse.move(5, 5);
+  assert.equal(await position.picture(), whole);
+  await plain.dblclick();
+  assert.deepEqual(await names.evaluateAll((all) => all.map((one) => one.getAttribute("aria-pressed"))), ["false", "false", "true"]);
+  await plain.dblclick();
+  assert.deepEqual(await names.evaluateAll((all) => all.map((one) => one.getAttribute("aria-pressed"))), ["true", "true", "true"]);
+});
+
+test("the scale of positive values can be changed, and that of others cannot", async () => {
+  const loss = plotOf(page, "loss");
+  await loss.seen();
+  const button = loss.figure.locator(".scale"), logarithmic = await loss.picture();
+  assert.equal(await button.getAttribute("aria-pressed"), "true");
+  await button.click();
+  assert.equal(await button.getAttribute("aria-pressed"), "false");
+  const linear = await loss.picture();
+  assert.notEqual(linear, logarithmic);
+  await loss.box.focus();
+  await page.keyboard.press("l");
+  assert.equal(await loss.picture(), logarithmic);
+  assert.ok(await plotOf(page, "position").figure.locator(".scale").isHidden());
+});
+
+test("arrow keys read values, and they are announced", async () => {
+  const position = plotOf(page, "position");
+  await position.seen();
+  await position.box.focus();
+  const spoken = () => page.locator("[aria-live=polite]").innerText();
+  await page.keyboard.press("Home");
+  assert.match(await spoken(), /^time 0 s, Truth 0 rad, Lagrangian network 0 rad/);
+  await page.keyboard.press("End");
+  assert.match(await spoken(), /^time 10\.00 s, Truth −0\.544 rad, Lagrangian network −0\.444 rad, Plain network −0\.044 rad/);
+  const before = await spoken();
+  await page.keyboard.press("ArrowLeft");
+  assert.notEqual(await spoken(), before);
+  await page.keyboard.press("+");
+  assert.match(await spoken(), /^time from .* to .* s, position from/);
+  assert.ok(await position.figure.locator(".reset").isVisible());
+  await page.keyboard.press("0");
+  assert.ok(await position.figure.locator(".reset").isHidden());
+  await page.keyboard.press("Escape");
+  assert.ok(await position.readout.isHidden());
+});
+
+test("each figure is told in words", async () => {
+  const words = await page.locator("#figure-loss .plot").evaluate((box) => box.getAttribute("aria-describedby").split(" ").map((id) => document.getElementById(id).textContent).join(" "));
+  assert.match(words, /loss over step\. Lagrangian, training: from .* to 1\.00, step from 0\.00 to 1990/);
+  assert.match(words, /Arrow keys read values/);
+});
+
+test("the point under the pointer is read in clouds and portraits", async () => {
+  for (const [id, name] of [["phase", "angle"], ["parity-torque", "true torque"], ["categories", "system"]]) {
+    const plot = plotOf(page, id);
+    await plot.seen();
+    await plot.box.focus();
+    await page.keyboard.press("ArrowRight");
+    await page.keyboard.press("ArrowRight");
+    const rows = await plot.values();
+    assert.ok(rows.some((row) => row.startsWith(name)), rows.join("; "));
+    await page.keyboard.press("Escape");
+  }
+  const phase = plotOf(page, "phase"), edge = await phase.seen();
+  await page.mouse.move(...inside(edge, 0.5, 0.1));
+  const rows = await phase.values(), [x, y] = [number(rows.at(-2).replace(" rad", "")), number(rows.at(-1).replace(" rad/s", ""))];
+  assert.ok(Math.abs((x / 2) ** 2 + y ** 2 - 1) < 0.01, rows.join("; "));
+  await page.mouse.move(...inside(edge, 0.5, 0.5));
+  await frame(page);
+  assert.ok(await phase.readout.isHidden(), "nothing is read far from all points");
+});
+
+test("the cell of a map under the pointer is read", async () => {
+  const map = plotOf(page, "field"), edge = await map.seen();
+  await page.mouse.move(...inside(edge, 0.6, 0.4));
+  const [place, time, value] = (await map.values()).map((row) => number(row.replace(/ (m|s)$/, "")));
+  const [column, row] = [Math.round(place / 0.1 - 0.5), Math.round(time / 0.1 - 0.5)];
+  assert.ok(Math.abs(value - (column / 10 - row / 5)) < 1e-3, `${value} in column ${column} of row ${row}`);
+  await map.box.focus();
+  await page.keyboard.press("ArrowRight");
+  const [next] = (await map.values()).map((row) => number(row.replace(/ (m|s)$/, "")));
+  assert.ok(Math.abs(next - place - 0.1) < 1e-3);
+});
+
+test("a figure without values says so, and no other is lost", async () => {
+  assert.match(await page.locator("#figure-nothing .empty").innerText(), /nothing to draw/);
+  assert.equal(await page.locator("figure.figure.live").count(), (await page.locator("figure.figure").count()) - 1);
+});
+
+test("the page prints the pictures, not the canvases", async () => {
+  await page.emulateMedia({ media: "print" });
+  assert.ok(await page.locator("#figure-loss svg.static").isVisible());
+  assert.ok(await page.locator("#figure-loss .plot").isHidden());
+});

@@ -1,0 +1,47 @@
+// Every page at three widths in both themes: nothing overflows, nothing is asked of a network, nothing shuts anyone out.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+
+import { frame, launched, opened, violations } from "../browser.js";
+
+let browser;
+before(async () => { browser = await launched(); });
+after(() => browser.close());
+
+for (const name of ["known.html", "large.html"]) {
+  for (const width of [390, 768, 1280]) {
+    for (const theme of ["light", "dark"]) {
+      test(`${name} at ${width} px, ${theme}`, async () => {
+        const { page, faults, close } = await opened(browser, name, { width, theme, touch: width === 390 });
+        const tall = await page.evaluate(() => document.documentElement.scrollHeight);
+        for (let y = 0; y < tall; y += 800) {
+          await page.evaluate((y) => scrollTo(0, y), y);
+          await frame(page);
+        }
+        assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= width, "the page is wider than the screen");
+        const blank = await page.locator(".plot").evaluateAll((plots) => plots.filter((plot) => plot.querySelector(".base").width < 200).length);
+        assert.equal(blank, 0, "a plot was never painted");
+        assert.deepEqual(await violations(page), []);
+        assert.deepEqual(faults, []);
+        await close();
+      });
+    }
+  }
+}
+
+test("a caption uses the width of its figure", async () => {
+  const { page, close } = await opened(browser, "known.html");
+  const limits = await page.locator(".caption").evaluateAll((all) => all.map((one) => getComputedStyle(one).maxWidth));
+  assert.deepEqual([...new Set(limits)], ["none"]);
+  await close();
+});
+
+test("without scripts the pictures stand as they are", async () => {
+  const context = await browser.newContext({ javaScriptEnabled: false });
+  const page = await context.newPage();
+  const { folder } = await import("../browser.js");
+  await page.goto(`file://${folder}/known.html`);
+  assert.ok(await page.locator("#figure-loss svg.static").isVisible());
+  await context.close();
+});
