@@ -14,6 +14,7 @@ use crate::data;
 use crate::failure::Advise;
 use crate::fitted;
 use crate::motion;
+use crate::seen;
 use crate::task::{Size, Task};
 use crate::verdict;
 
@@ -29,9 +30,10 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let model = fitted.model;
-    let recordings = data::read(&args.files, &data)?;
-    fitted::require_coordinates(&recordings, model.coordinates())?;
-    let (trajectories, estimates) = data::trajectories(recordings, &estimate)?;
+    let files = data::read_sample(&args.files, &data, None)?;
+    fitted::require_coordinates(&files.recordings, model.coordinates())?;
+    let seen = seen::noted(&args.model, &files.hashes);
+    let (trajectories, estimates) = data::trajectories(files.recordings, &estimate)?;
     let samples = trajectories.iter().map(Trajectory::len).sum();
     drop(reading);
     let task = Task::of_predictions("score", mode.quiet, samples)?;
@@ -47,6 +49,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
         "command": "score",
         "model": args.model,
         "files": args.files,
+        "seen": seen,
         "estimated": data::estimated_signals(&estimates),
         "score": score,
         "verdict": assessment.verdict,

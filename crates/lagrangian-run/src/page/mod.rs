@@ -11,7 +11,9 @@ pub use figures::{Links, MOST_LINKS, as_chain, energies};
 use lagrangian::score::{
     Assessment, Grade, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
-use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
+use lagrangian::{
+    CheckReport, Coordinate, Learned, Model, Prepared, RolloutOptions, Score, Trajectory,
+};
 use lagrangian_report::draw::{self, short};
 use lagrangian_report::{Command, Headline, Report, Role};
 
@@ -267,8 +269,16 @@ fn worst(error: &SignalError) -> f64 {
     error.nmse.iter().copied().fold(0.0, f64::max)
 }
 
+/// The unit of the force on a coordinate.
+pub(crate) fn torque_unit(coordinate: &Coordinate) -> &'static str {
+    match coordinate.unit.as_str() {
+        "rad" => "N·m",
+        _ => "N",
+    }
+}
+
 /// The last part of a path; the command line of the run has the whole.
-fn file_name(path: &str) -> &str {
+pub(crate) fn file_name(path: &str) -> &str {
     Path::new(path)
         .file_name()
         .and_then(|name| name.to_str())

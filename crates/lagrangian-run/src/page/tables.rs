@@ -6,7 +6,7 @@ use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
 use lagrangian_report::Table;
 use lagrangian_report::draw::short;
 
-use super::Page;
+use super::{Page, torque_unit};
 use crate::record::RunRecord;
 
 /// Motions and warnings that are listed one by one, at most.
@@ -83,10 +83,9 @@ fn errors(page: &Page, score: &Score) -> Table {
 fn rows(page: &Page, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String>> {
     let errors = error.mse.iter().zip(&error.nmse);
     let row = |(coordinate, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
-        let unit = match (per, coordinate.unit.as_str()) {
-            ("", "rad") => "N·m".to_string(),
-            ("", _) => "N".to_string(),
-            (per, unit) => format!("{unit}{per}"),
+        let unit = match per {
+            "" => torque_unit(coordinate).to_string(),
+            per => format!("{}{per}", coordinate.unit),
         };
         let rms = format!("{} {unit}", short(mse.sqrt()));
         let percent = format!("{} %", short(100.0 * nmse));
