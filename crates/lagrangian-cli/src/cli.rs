@@ -534,19 +534,20 @@ pub(crate) struct ReportArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) gif: Option<PathBuf>,
 
-    /// Where the moving chain of a run measures its angles
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) links: Links,
+    /// Where the moving chain of a run measures its angles [default: where its data say (`links` in the file beside them), else from the link before for a robot]
+    #[arg(long, value_enum)]
+    pub(crate) links: Option<Links>,
 }
 
 /// Where the links of a drawn chain measure their angles.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Links {
     /// From hanging down
-    #[default]
     Absolute,
-    /// From the link before
+    /// From the link before; the first from hanging down
     Relative,
+    /// From the link before; the first from the horizontal
+    Horizontal,
 }
 
 impl From<Links> for lagrangian_run::Links {
@@ -554,6 +555,7 @@ impl From<Links> for lagrangian_run::Links {
         match links {
             Links::Absolute => Self::Absolute,
             Links::Relative => Self::Relative,
+            Links::Horizontal => Self::Horizontal,
         }
     }
 }

@@ -82,11 +82,11 @@ fn a_worse_model_is_told_from_a_better_one_beyond_the_spread() {
 #[test]
 fn losses_of_other_kinds_or_data_are_not_compared_and_files_of_a_fit_are_told() {
     let bench = with_runs();
-    bench.succeed("fit other.csv --steps 40 --width 8 --loss torque --out torque --quiet");
-    let message = bench.refuse("compare narrow torque");
+    bench.succeed("fit other.csv --steps 40 --width 8 --loss acceleration-l1 --optimizer adam --out robust --quiet");
+    let message = bench.refuse("compare narrow robust");
     assert!(message.contains("--on"), "{message}");
     let found = bench
-        .succeed("compare narrow torque --on other.csv --json")
+        .succeed("compare narrow robust --on other.csv --json")
         .json();
     let reasons = found["losses_differ"].to_string();
     assert!(
@@ -140,6 +140,7 @@ fn what_cannot_be_compared_is_refused_with_what_to_do() {
     let bench = with_runs();
     bench.succeed("simulate mass-spring --duration 4 --out spring.csv");
     bench.run("fit spring.csv --steps 5 --width 8 --out spring --quiet");
+    bench.succeed("simulate double-pendulum --duration 4 --out double.csv");
     std::fs::create_dir(bench.path("begun")).unwrap();
     std::fs::copy(bench.path("wide/run.toml"), bench.path("begun/run.toml")).unwrap();
     std::fs::copy(
@@ -158,7 +159,7 @@ fn what_cannot_be_compared_is_refused_with_what_to_do() {
         ("compare narrow spring", "different coordinates"),
         ("compare narrow alone.safetensors", "--on"),
         ("compare narrow wide --on absent.csv", "absent.csv"),
-        ("compare narrow wide --on spring.csv", "the model"),
+        ("compare narrow wide --on double.csv", "the model"),
         ("compare narrow wide --plot page.pdf", ".html"),
         ("compare narrow wide --plot narrow/run.toml", "written over"),
     ] {

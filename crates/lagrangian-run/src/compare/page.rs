@@ -19,15 +19,15 @@ impl Row {
     /// What it measures, in words.
     #[must_use]
     pub fn label(&self) -> String {
-        let (of, several) = match self.signal {
-            "torque" => ("error of torques", ", all"),
-            "acceleration" => ("error of accelerations", ", all"),
-            "position" => ("mean error of the position", ""),
-            _ => return "motion followed for, mean".into(),
+        let of = match self.signal {
+            "torque" => "error of torques",
+            "acceleration" => "error of accelerations",
+            "position" => "mean error of the position",
+            _ => "time for which motions are followed",
         };
         match &self.coordinate {
             Some(name) => format!("{of}, {name}"),
-            None => format!("{of}{several}"),
+            None => of.into(),
         }
     }
 
@@ -51,9 +51,9 @@ impl Row {
     pub fn difference(&self, difference: &Difference) -> String {
         let signed = |x: f64| format!("{}{}", if x > 0.0 { "+" } else { "" }, self.shown(x));
         let (low, high) = difference.range;
-        match difference.finding {
-            Finding::Unknown => signed(difference.mean),
-            _ => format!(
+        match low.is_finite() && high.is_finite() {
+            false => signed(difference.mean),
+            true => format!(
                 "{} ({} … {})",
                 signed(difference.mean),
                 signed(low),
@@ -224,6 +224,7 @@ fn table(comparison: &Comparison) -> Table {
         ),
         header,
         rows: comparison.figures.iter().map(row).collect(),
+        ..Table::default()
     }
 }
 
