@@ -68,6 +68,8 @@ pub(crate) enum Command {
     Export(ExportArgs),
     /// Measure a model on recordings that it has not seen
     Score(ScoreArgs),
+    /// Set runs side by side on the same motions: differences with their spread, settings, data
+    Compare(Box<CompareArgs>),
     /// Predict a motion from an initial state
     Rollout(RolloutArgs),
     /// Predict the torques of a motion, and divide them into inertial, Coriolis, gravity and friction parts
@@ -429,6 +431,34 @@ pub(crate) struct ScoreArgs {
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
+Differences are those from the first run, with the interval that holds them with 95 %, from paired blocks of the motions. Losses are
+compared only where they are of one kind, on the same data, prepared alike.
+
+Examples:
+  lagrangian compare run1 run2
+  lagrangian compare run1 run2 run3 --on test.csv --plot compare.html
+  lagrangian compare run1/model.safetensors other.safetensors --on test1.csv test2.csv --json --out compare.json")]
+pub(crate) struct CompareArgs {
+    /// Folders of runs, or saved models, two or more; the first is the one that the others are compared with
+    #[arg(required = true, value_name = "RUN")]
+    pub(crate) runs: Vec<PathBuf>,
+
+    /// Files with recordings that no model has seen [default: those that all runs were validated on]
+    #[arg(long, value_name = "FILES", num_args = 1..)]
+    pub(crate) on: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) output: PlotArgs,
+
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
 Parts: inertial τ(q, q̇, q̈) − τ(q, q̇, 0); gravity τ(q, 0, 0); friction as learned; Coriolis the rest.
 
 Examples:
@@ -504,19 +534,20 @@ pub(crate) struct ReportArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) gif: Option<PathBuf>,
 
-    /// Where the moving chain of a run measures its angles
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) links: Links,
+    /// Where the moving chain of a run measures its angles [default: where its data say (`links` in the file beside them), else from the link before for a robot]
+    #[arg(long, value_enum)]
+    pub(crate) links: Option<Links>,
 }
 
 /// Where the links of a drawn chain measure their angles.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Links {
     /// From hanging down
-    #[default]
     Absolute,
-    /// From the link before
+    /// From the link before; the first from hanging down
     Relative,
+    /// From the link before; the first from the horizontal
+    Horizontal,
 }
 
 impl From<Links> for lagrangian_run::Links {
@@ -524,6 +555,7 @@ impl From<Links> for lagrangian_run::Links {
         match links {
             Links::Absolute => Self::Absolute,
             Links::Relative => Self::Relative,
+            Links::Horizontal => Self::Horizontal,
         }
     }
 }

@@ -30,6 +30,7 @@ mod output;
 mod progress;
 mod resumed;
 mod robot;
+mod seen;
 mod setting_args;
 mod skin;
 mod subject;

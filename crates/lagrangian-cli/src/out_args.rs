@@ -84,6 +84,16 @@ impl PlotArgs {
     /// Refuses files that cannot be written or must not be replaced, before any work is done for them.
     pub(crate) fn refuse_unwritable(&self) -> Result<()> {
         self.file.refuse_unwritable()?;
+        self.refuse_undrawable()
+    }
+
+    /// The same where figures are written, and no motions.
+    pub(crate) fn refuse_unwritable_figures(&self) -> Result<()> {
+        self.file.refuse_existing()?;
+        self.refuse_undrawable()
+    }
+
+    fn refuse_undrawable(&self) -> Result<()> {
         if let Some(path) = &self.plot {
             Drawing::of(path)?;
             refuse_existing(path, self.file.existing())?;

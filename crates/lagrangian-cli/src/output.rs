@@ -33,11 +33,21 @@ pub(crate) fn write_trajectories(
     trajectories: &[Trajectory],
     coordinates: &Coordinates,
 ) -> Result<PathBuf> {
+    write_declared(path, existing, trajectories, &Layout::written(coordinates))
+}
+
+/// [`write_trajectories`] with what else is known of them.
+pub(crate) fn write_declared(
+    path: &Path,
+    existing: Existing,
+    trajectories: &[Trajectory],
+    declared: &Layout,
+) -> Result<PathBuf> {
     let format = format_of(path)?;
     let layout = path.with_extension("toml");
     refuse_existing(&layout, existing)?;
     write_file(path, existing, |sink| Ok(format.write(sink, trajectories)?))?;
-    let text = Layout::written(coordinates).to_toml()?;
+    let text = declared.to_toml()?;
     write_bytes(&layout, existing, text.as_bytes())?;
     Ok(layout)
 }

@@ -24,8 +24,10 @@ pub(crate) fn animation(
     let links = match links {
         "absolute" => Links::Absolute,
         "relative" => Links::Relative,
+        "horizontal" => Links::Horizontal,
         _ => {
-            let message = format!("links is {links:?}: it must be 'absolute' or 'relative'");
+            let message =
+                format!("links is {links:?}: it must be 'absolute', 'relative' or 'horizontal'");
             return Err(invalid(py, message));
         }
     };

@@ -14,7 +14,7 @@ use crate::error::{Advise, Result};
 use crate::fit::provenance;
 use crate::folder::{FIGURES, RunFolder};
 use crate::metrics::Tensorboard;
-use crate::page::{Evaluation, Links, Page, Skin};
+use crate::page::{Evaluation, Page, Skin};
 use crate::record::{DataFile, RunRecord};
 use crate::resolved::{Columns, resolved};
 use crate::source::delayed;
@@ -375,7 +375,7 @@ impl Fitted {
         };
         let scored = page.scored(options)?;
         let result = (scored.score.clone(), scored.assessment.clone());
-        let report = page.report(scored, Links::default());
+        let report = page.report(scored, None);
         if place.figures == Figures::Written {
             let kept = serde_json::to_vec(&report).advise("cannot write the page", "")?;
             place.folder.write(FIGURES, &kept)?;

@@ -9,6 +9,7 @@
 //! users give them.
 
 mod bag_folder;
+pub mod compare;
 mod content;
 mod ensemble;
 mod error;

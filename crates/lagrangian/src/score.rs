@@ -3,6 +3,7 @@
 mod assessment;
 mod errors;
 mod inertia;
+mod judgement;
 mod outside;
 mod predictable;
 mod restarts;
@@ -23,7 +24,8 @@ use crate::{Coordinates, Error, Result, Stop, Trajectory};
 
 pub use assessment::{Assessment, Grade, Reason};
 pub use errors::{SignalError, torque_error};
-pub use inertia::{Forward, Spectrum};
+pub use inertia::{Forward, Spectrum, spectrum_of};
+pub use judgement::Judgement;
 pub use outside::{Outside, outside};
 pub use restarts::{RESTARTS, RestartScore, restart};
 pub use valid_time::{ValidTime, valid_prediction_time};

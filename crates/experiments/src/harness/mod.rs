@@ -148,12 +148,18 @@ fn run(args: &Args) -> Result<()> {
     });
     figures.insert("settings".into(), settings);
     let summary = page::summary(experiment, &lab.results);
-    let report = page::report(experiment, lab.results);
+    let mut report = page::report(experiment, lab.results);
+    if args.quick {
+        report = page::as_quick(report);
+    }
     folder.write("figures.json", &serde_json::to_vec_pretty(&figures)?)?;
     folder.write("report.html", draw::html(&report).as_bytes())?;
     match args.json {
         true => print(&serde_json::to_string_pretty(&figures)?)?,
         false => print(&page::as_text(&summary))?,
+    }
+    if args.quick {
+        eprintln!("note: {}", page::QUICK);
     }
     eprintln!("open {}", folder.path().join("report.html").display());
     Ok(())

@@ -1,12 +1,31 @@
 //! The page that every experiment gets of its grid: a summary with published values beside ours, the spread over the
 //! seeds, curves, tables, settings and commands.
 
+use lagrangian::score::{Grade, Judgement};
 use lagrangian_report::{Axis, Command, Figure, Headline, Report, Role, Series, Table};
 
 use super::folder::command_line;
 use super::results::{Better, Published, Quantity, Results, Row};
 use super::spread::{cell, median, scientific};
 use super::{Experiment, Layout};
+
+/// What is said of a quick run, on its page and in the terminal.
+pub(super) const QUICK: &str = "This was a quick run: it shows that the experiment works. Its numbers are no comparison; omit --quick for one.";
+
+/// Says first of all that the numbers of a quick run are no comparison.
+pub(super) fn as_quick(mut report: Report) -> Report {
+    let judged = Judgement {
+        grade: Grade::Poor,
+        why: "to see that it works".into(),
+    };
+    let headline = Headline {
+        judged: Some(judged),
+        ..Headline::new("These numbers", "no comparison".into(), "", "a quick run")
+    };
+    report.headlines.insert(0, headline);
+    report.summary.insert(0, QUICK.into());
+    report
+}
 
 /// What a reader wants to know first.
 pub(super) fn summary(experiment: &Experiment, results: &Results) -> Table {
@@ -128,6 +147,7 @@ fn headlines(experiment: &Experiment, results: &Results) -> Vec<Headline> {
             unit: quantity.unit.into(),
             note: line(&main.name, published.chain(plain)).join("; "),
             role: Some(main.role),
+            judged: None,
         })
     };
     let groups = results.groups();

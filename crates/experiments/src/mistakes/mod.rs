@@ -217,6 +217,7 @@ fn matrix(columns: &[(&str, Vec<Option<End>>)]) -> Table {
         caption: "The stage at which each mistake is found; empty where it cannot be made.".into(),
         header,
         rows: MISTAKES.iter().enumerate().map(row).collect(),
+        ..Table::default()
     }
 }
 

@@ -78,6 +78,7 @@ fn ticks(plan: &Plan, cells: &[Cell]) -> Table {
             .into(),
         header: line("model", columns),
         rows: plan.rows.iter().map(row).collect(),
+        ..Table::default()
     }
 }
 
@@ -93,6 +94,7 @@ fn thresholds(plan: &Plan) -> Table {
         caption: "What each column measures, and from where on it is ticked.".into(),
         header: header(["column", "value", "✓ where"]),
         rows: plan.columns.iter().map(row).collect(),
+        ..Table::default()
     }
 }
 
@@ -115,6 +117,7 @@ fn remarks(cells: &[Cell]) -> Table {
             .into(),
         header: line("model", header(["property", "here", "remark"]).into_iter()),
         rows: cells.iter().filter_map(row).collect(),
+        ..Table::default()
     }
 }
 

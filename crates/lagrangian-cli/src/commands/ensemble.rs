@@ -16,6 +16,7 @@ use crate::data;
 use crate::failure::Advise;
 use crate::fitted::{self, Fitted};
 use crate::motion;
+use crate::seen;
 use crate::skin::Shown;
 use crate::task::{Size, Task};
 
@@ -74,9 +75,10 @@ pub(super) fn score(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
         preparation,
     };
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
-    let recordings = data::read(&args.files, &data)?;
-    fitted::require_coordinates(&recordings, first.coordinates())?;
-    let (motions, estimates) = data::trajectories(recordings, &estimate)?;
+    let files = data::read_sample(&args.files, &data, None)?;
+    fitted::require_coordinates(&files.recordings, first.coordinates())?;
+    let seen = seen::noted(&args.model, &files.hashes);
+    let (motions, estimates) = data::trajectories(files.recordings, &estimate)?;
     let coverage = saved.ensemble.coverage(&motions);
     drop(task);
     motion::note_outside(first, &motions);
@@ -84,6 +86,7 @@ pub(super) fn score(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
         "command": "score",
         "model": args.model,
         "files": args.files,
+        "seen": seen,
         "estimated": data::estimated_signals(&estimates),
         "members": saved.ensemble.members().len(),
         "coverage": coverage,

@@ -2,6 +2,7 @@
 
 mod action;
 mod check;
+mod compare;
 mod conserved;
 mod convert;
 mod demo;
@@ -65,6 +66,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Sweep(args) => sweep::run(&args, mode),
         Command::Export(args) => export::run(&args, mode),
         Command::Score(args) => score::run(&args, mode),
+        Command::Compare(args) => compare::run(&args, mode),
         Command::Rollout(args) => rollout::run(&args, mode),
         Command::Torque(args) => torque::run(&args, mode),
         Command::Track(args) => track::run(&args, mode),

@@ -33,7 +33,7 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     for path in [out, &args.gif].into_iter().flatten() {
         lagrangian_run::refuse_existing(path, existing)?;
     }
-    let report = of_run(&folder, args.links.into(), mode)?;
+    let report = of_run(&folder, args.links.map(Links::from), mode)?;
     let _drawing = Task::start("report: drawing", mode.quiet, Size::default())?;
     let path = out.clone().unwrap_or_else(|| folder.file(REPORT));
     // The run's own page is made to be made again.
@@ -70,7 +70,7 @@ fn inputs(folder: &RunFolder) -> Result<Vec<PathBuf>> {
 }
 
 /// The page of a run, from the files in its folder and the data that they name; that of a demo as it was kept.
-fn of_run(folder: &RunFolder, links: Links, mode: OutputMode) -> Result<Report> {
+fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<Report> {
     let kept = folder.file(FIGURES);
     if kept.is_file() {
         let shown = format!("cannot read '{}'", kept.display());

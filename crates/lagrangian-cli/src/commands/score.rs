@@ -3,9 +3,10 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::score::{Assessment, SignalError};
+use lagrangian::score::{Assessment, Judgement, SignalError};
 use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, score};
 use lagrangian_run::ENSEMBLE;
+use serde::Serialize;
 use serde_json::json;
 
 use super::{OutputMode, ensemble};
@@ -14,6 +15,7 @@ use crate::data;
 use crate::failure::Advise;
 use crate::fitted;
 use crate::motion;
+use crate::seen;
 use crate::task::{Size, Task};
 use crate::verdict;
 
@@ -29,9 +31,10 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let model = fitted.model;
-    let recordings = data::read(&args.files, &data)?;
-    fitted::require_coordinates(&recordings, model.coordinates())?;
-    let (trajectories, estimates) = data::trajectories(recordings, &estimate)?;
+    let files = data::read_sample(&args.files, &data, None)?;
+    fitted::require_coordinates(&files.recordings, model.coordinates())?;
+    let seen = seen::noted(&args.model, &files.hashes);
+    let (trajectories, estimates) = data::trajectories(files.recordings, &estimate)?;
     let samples = trajectories.iter().map(Trajectory::len).sum();
     drop(reading);
     let task = Task::of_predictions("score", mode.quiet, samples)?;
@@ -47,32 +50,68 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
         "command": "score",
         "model": args.model,
         "files": args.files,
+        "seen": seen,
         "estimated": data::estimated_signals(&estimates),
         "score": score,
+        "judged": judged(&score, &assessment),
         "verdict": assessment.verdict,
         "assessment": assessment,
     });
-    let text = || as_text(&score, &trajectories, model.coordinates()) + &verdict::text(&assessment);
+    let text = || as_text(&score, &assessment, &trajectories, model.coordinates());
     args.output.write_figures(mode, &figures, text)?;
     Ok(verdict::exit_code(&assessment))
 }
 
-fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {
+/// The verdicts on the single numbers of a score.
+#[derive(Serialize)]
+struct Judged {
+    /// Of the acceleration of each coordinate; none where it is not known.
+    acceleration: Vec<Judgement>,
+    /// Of the torque of each coordinate.
+    torque: Vec<Judgement>,
+    /// Of the prediction of each motion.
+    motions: Vec<Judgement>,
+}
+
+fn judged(score: &Score, assessment: &Assessment) -> Judged {
+    let count = |error: &Option<SignalError>| error.as_ref().map_or(0, |error| error.mse.len());
+    let accelerations = 0..count(&score.acceleration);
+    let torques = 0..count(&score.torque);
+    let motions = 0..score.rollouts.len();
+    Judged {
+        acceleration: accelerations
+            .filter_map(|i| score.judged_acceleration(i, assessment))
+            .collect(),
+        torque: torques.filter_map(|i| score.judged_torque(i)).collect(),
+        motions: motions.filter_map(|k| score.judged_motion(k)).collect(),
+    }
+}
+
+fn as_text(
+    score: &Score,
+    assessment: &Assessment,
+    trajectories: &[Trajectory],
+    coordinates: &Coordinates,
+) -> String {
+    let judged = judged(score, assessment);
     let (samples, count) = (score.samples, trajectories.len());
     let mut text = format!("{samples} samples of {count} trajectories\n");
     let signals = [
-        ("acceleration", &score.acceleration),
-        ("torque", &score.torque),
+        ("acceleration", &score.acceleration, &judged.acceleration),
+        ("torque", &score.torque, &judged.torque),
     ];
-    for (name, error) in signals {
-        text += &error
-            .as_ref()
-            .map_or(String::new(), |e| signal(name, e, coordinates));
+    for (name, error, judged) in signals {
+        let signal = |e| signal(name, e, judged, coordinates);
+        text += &error.as_ref().map_or(String::new(), signal);
     }
     if score.singular > 0 {
         text += &format!("  mass matrix singular at {} states\n", score.singular);
     }
-    for (trajectory, rollout) in trajectories.iter().zip(&score.rollouts) {
+    for ((trajectory, rollout), judged) in trajectories
+        .iter()
+        .zip(&score.rollouts)
+        .zip(&judged.motions)
+    {
         let bound = if rollout.exceeded { "" } else { "≥ " };
         let cut = if rollout.outcome.is_stopped() {
             ", then stopped"
@@ -80,8 +119,11 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
             ""
         };
         text += &format!(
-            "  {:<24} followed for {bound}{:.2} of {:.2} s{cut}\n",
-            trajectory.name, rollout.valid_seconds, rollout.duration
+            "  {:<24} followed for {bound}{:.2} of {:.2} s{cut} ({})\n",
+            trajectory.name,
+            rollout.valid_seconds,
+            rollout.duration,
+            judged.text()
         );
         if !trajectory.goal.is_empty() {
             text += &positions(&rollout.q_mean_absolute, coordinates);
@@ -99,7 +141,7 @@ fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates
             text += &format!("  {} of these diverged\n", restart.unfinished);
         }
     }
-    text
+    text + &verdict::text(assessment)
 }
 
 /// The mean absolute error of the positions of a motion that was simulated from its goals.
@@ -111,17 +153,26 @@ fn positions(errors: &[f64], coordinates: &Coordinates) -> String {
 }
 
 /// A line for each coordinate, and one for all of them where there are several.
-fn signal(name: &str, error: &SignalError, coordinates: &Coordinates) -> String {
+fn signal(
+    name: &str,
+    error: &SignalError,
+    judged: &[Judgement],
+    coordinates: &Coordinates,
+) -> String {
     let all = format!(
         "  {name:<13}{:<11} mean square error {:.3e} (sum), of its variance {:.3e} (mean)\n",
         "all", error.mse_sum, error.nmse_mean
     );
-    let line = |(c, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
-        let own = &c.name;
-        format!("  {name:<13}{own:<11} mean square error {mse:.3e}, of its variance {nmse:.3e}\n")
+    let line = |(i, c): (usize, &Coordinate)| {
+        let (own, mse, nmse) = (&c.name, error.mse[i], error.nmse[i]);
+        let judged = judged
+            .get(i)
+            .map_or(String::new(), |own| format!(" ({})", own.text()));
+        format!(
+            "  {name:<13}{own:<11} mean square error {mse:.3e}, of its variance {nmse:.3e}{judged}\n"
+        )
     };
-    let errors = error.mse.iter().zip(&error.nmse);
-    let lines = coordinates.0.iter().zip(errors).map(line);
+    let lines = coordinates.0.iter().enumerate().map(line);
     lines
         .chain((coordinates.dof() > 1).then_some(all))
         .collect()

@@ -6,7 +6,8 @@ use anyhow::{Result, bail};
 use lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
 use lagrangian::rigid::RigidBodies;
 use lagrangian::rollout::Simulation;
-use lagrangian::{Outcome, Rollout, Trajectory};
+use lagrangian::trajectory::Simulated;
+use lagrangian::{Layout, Outcome, Rollout, Trajectory};
 use serde::Serialize;
 use serde_json::json;
 
@@ -47,12 +48,12 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     let (out, existing) = (&args.output.out, args.output.existing());
     let layout = match out {
         Some(path) => {
-            let coordinates = system.coordinates();
-            Some(output::write_trajectories(
+            let declared = declared(args, &*system);
+            Some(output::write_declared(
                 path,
                 existing,
                 &trajectories,
-                coordinates,
+                &declared,
             )?)
         }
         None if mode.json => None,
@@ -86,6 +87,19 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
         );
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the file beside the motions says: columns, angles, and the system that made them, so that what is learned can be set beside it.
+fn declared(args: &SimulateArgs, system: &dyn AnalyticModel) -> Layout {
+    let made_by = (args.urdf.is_none()).then(|| Simulated {
+        name: system.name().into(),
+        friction: args.friction,
+        parameters: args.parameters.iter().cloned().collect(),
+    });
+    Layout {
+        system: made_by,
+        ..Layout::written(system.coordinates())
+    }
 }
 
 /// What is simulated.

@@ -12,9 +12,11 @@ mod gaps;
 mod heat_map;
 mod motions;
 mod parity;
+mod sweep;
 mod torque;
 mod tracking;
 
+use lagrangian::score::Judgement;
 use serde::{Deserialize, Serialize};
 
 pub use action::{VariedPath, action_of_families, varied_paths};
@@ -26,6 +28,7 @@ pub use figure::{Axis, Figure, Kind, Role, Scale, Series};
 pub use heat_map::HeatMap;
 pub use motions::{Motion, phase_portrait, trajectories};
 pub use parity::parity;
+pub use sweep::{Along, Sweep};
 pub use torque::torque_parts;
 pub use tracking::{Follower, followed_motion, tracking_error};
 
@@ -69,6 +72,9 @@ pub struct Headline {
     pub note: String,
     /// The role of the system or model that it belongs to, if it belongs to one.
     pub role: Option<Role>,
+    /// How good it is and why, where that can be said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judged: Option<Judgement>,
 }
 
 /// A table: one header, rows of the same length.
@@ -81,6 +87,9 @@ pub struct Table {
     pub header: Vec<String>,
     /// Rows, each with one cell a column, ready to be read.
     pub rows: Vec<Vec<String>>,
+    /// How good what a row says is, and why: none or one for each row.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub judged: Vec<Option<Judgement>>,
 }
 
 /// A command line and what it makes.
@@ -103,6 +112,7 @@ impl Headline {
             unit: unit.into(),
             note: note.into(),
             role: None,
+            judged: None,
         }
     }
 }
@@ -115,7 +125,14 @@ impl Table {
             caption: caption.into(),
             header: header.iter().map(|name| (*name).into()).collect(),
             rows,
+            judged: Vec::new(),
         }
+    }
+
+    /// The same with a verdict on each row.
+    #[must_use]
+    pub fn judged(self, judged: Vec<Option<Judgement>>) -> Self {
+        Self { judged, ..self }
     }
 }
 

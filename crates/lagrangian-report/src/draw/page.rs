@@ -9,6 +9,8 @@ mod words;
 
 use plots::Plots;
 
+use lagrangian::score::Grade;
+
 use super::drawing::add;
 use super::theme::Ink;
 use super::{escaped, theme};
@@ -48,7 +50,7 @@ pub fn html(report: &Report) -> String {
     section(&mut body, "Figures", &report.figures, |body, all| {
         figures::figures(body, all, &mut plots);
     });
-    section(&mut body, "Space and time", &report.maps, |body, all| {
+    section(&mut body, "Maps", &report.maps, |body, all| {
         figures::maps(body, all, &mut plots);
     });
     section(&mut body, "Tables", &report.tables, |body, all| {
@@ -136,11 +138,21 @@ fn card(body: &mut String, headline: &Headline) {
     let dot = headline
         .role
         .map_or(String::new(), |role| dot(theme::of(role)));
+    let judged = headline.judged.as_ref();
+    let class = judged.map_or("card", |own| match own.grade {
+        Grade::Good => "card good",
+        Grade::Fair => "card fair",
+        Grade::Poor => "card poor",
+    });
+    let chip = judged.filter(|own| headline.value != own.grade.name());
+    let chip = chip.map_or(String::new(), |own| {
+        format!("<span class=\"judged\">{}</span>", tables::chip(own))
+    });
     add(
         body,
         format_args!(
-            "<li class=\"card\"><span class=\"label\">{dot}{}</span>\
-             <span class=\"value\">{}<span class=\"unit\">{}</span></span><span class=\"note\">{}</span></li>\n",
+            "<li class=\"{class}\"><span class=\"label\">{dot}{}</span>\
+             <span class=\"value\">{}<span class=\"unit\">{}</span></span>{chip}<span class=\"note\">{}</span></li>\n",
             escaped(&headline.label),
             escaped(&headline.value),
             escaped(&headline.unit),

@@ -7,7 +7,7 @@ use lagrangian::{Coordinate, Learned, Model, Rollout, RolloutOptions, Signal, Tr
 use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Banded, Figure, Headline, Table};
 
-use super::Evaluation;
+use super::{Evaluation, torque_unit};
 use crate::ensemble::Measured;
 use crate::error::Result;
 
@@ -232,10 +232,10 @@ fn banded(own: &Prediction, t: &[f64], measured: &[f64], (i, n): (usize, usize))
     })
 }
 
-fn axis(signal: &str, Coordinate { name, unit, .. }: &Coordinate) -> Axis {
+fn axis(signal: &str, coordinate: &Coordinate) -> Axis {
+    let Coordinate { name, unit, .. } = coordinate;
     match signal {
-        "torque" if unit == "rad" => Axis::linear("force", "N·m"),
-        "torque" => Axis::linear("force", "N"),
+        "torque" => Axis::linear("force", torque_unit(coordinate)),
         "acceleration" => Axis::linear(&format!("acceleration of {name}"), &format!("{unit}/s²")),
         _ => Axis::linear(name, unit),
     }

@@ -1,13 +1,16 @@
 //! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
 
+use std::f64::consts::FRAC_PI_2;
+
 use lagrangian::score::Accelerations;
+pub use lagrangian::trajectory::Links;
 use lagrangian::{Coordinate, Model, Rollout, Signal, Trajectory};
 use lagrangian_report::{
     Animation, Figure, Motion, Panel, Role, Series, energy_error_over_time, loss_curves, parity,
     phase_portrait, trajectories,
 };
 
-use super::Page;
+use super::{Page, learned};
 use crate::metrics::Metric;
 
 /// Dots of a parity figure, at most.
@@ -15,14 +18,17 @@ const DOTS: usize = 2000;
 /// The most links of a chain that can be distinguished in motion.
 pub const MOST_LINKS: usize = 8;
 
-/// Where the links of a drawn chain measure their angles.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Links {
-    /// From hanging down.
-    #[default]
-    Absolute,
-    /// From the link before.
-    Relative,
+/// Where the links of the chain of a run measure their angles: where its data say, else from the link before for a robot, whose joints
+/// do, and from hanging down for anything else.
+pub(super) fn links(page: &Page) -> Links {
+    let layout = learned::layout(page.record);
+    let told = layout.and_then(|own| own.links.or_else(|| own.system?.links()));
+    let is_robot = matches!(page.model.family(), "rigid" | "chain" | "servo")
+        || page.model.nominal().is_some();
+    told.unwrap_or(match is_robot {
+        true => Links::Relative,
+        false => Links::Absolute,
+    })
 }
 
 /// The energy H at every sample, J; none for a model that has none.
@@ -75,6 +81,9 @@ impl<'a> Followed<'a> {
             (_, Links::Relative) => {
                 "Drawn as a chain of equal links, each angle measured from the link before."
             }
+            (_, Links::Horizontal) => {
+                "Drawn as a chain of equal links, the first angle measured from the horizontal, each other from the link before."
+            }
         };
         Some(Animation {
             id: "motion".into(),
@@ -92,13 +101,32 @@ impl<'a> Followed<'a> {
         let motions = self.motions(page.role());
         // The energy is beside the loss, so that each coordinate has a row of its own.
         let mut figures: Vec<Figure> = self.energy(page).into_iter().collect();
+        let outside = learned::outside(page.model, &self.predicted);
         figures.extend((0..coordinates.dof()).flat_map(|i| {
             [
-                trajectories(coordinates, i, &motions),
+                self.marked(trajectories(coordinates, i, &motions), i, &outside),
                 phase_portrait(coordinates, i, &motions),
             ]
         }));
         figures
+    }
+
+    /// The figure of coordinate `i` over time, with those samples of the prediction marked that lie outside of the data of the model.
+    fn marked(&self, mut figure: Figure, i: usize, outside: &[usize]) -> Figure {
+        let n = self.predicted.dof().max(1);
+        let drawn = figure.series.iter().map(|series| series.x.len());
+        let drawn = drawn.max().unwrap_or(0);
+        let marked = outside.iter().filter(|&&k| k < drawn);
+        let (x, y): (Vec<f64>, Vec<f64>) = marked
+            .map(|&k| (self.predicted.t[k], self.predicted.q[k * n + i]))
+            .unzip();
+        if !x.is_empty() {
+            let name = "outside of the data of the model";
+            figure
+                .series
+                .push(Series::points(name, Role::Baseline, x, y));
+        }
+        figure
     }
 
     /// The learned energy along both motions, if neither force nor friction changes it.
@@ -146,6 +174,9 @@ pub fn as_chain(motion: &Trajectory, links: Links) -> Trajectory {
         return chain;
     }
     for row in chain.q.chunks_exact_mut(n) {
+        if links == Links::Horizontal {
+            row[0] += FRAC_PI_2;
+        }
         for i in 1..n {
             row[i] += row[i - 1];
         }

@@ -2,6 +2,7 @@
 
 mod bands;
 mod figures;
+mod learned;
 mod tables;
 
 use std::path::Path;
@@ -9,9 +10,11 @@ use std::path::Path;
 use figures::Followed;
 pub use figures::{Links, MOST_LINKS, as_chain, energies};
 use lagrangian::score::{
-    Assessment, Grade, Predictions, Reason, SignalError, predict_all, score_predictions,
+    Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
-use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
+use lagrangian::{
+    CheckReport, Coordinate, Learned, Model, Prepared, RolloutOptions, Score, Trajectory,
+};
 use lagrangian_report::draw::{self, short};
 use lagrangian_report::{Command, Headline, Report, Role};
 
@@ -114,9 +117,10 @@ impl Page<'_> {
         self.folder.write(REPORT, draw::html(report).as_bytes())
     }
 
-    /// The page as plain data.
+    /// The page as plain data. A chain of angles is drawn with its links where the data say that they measure their angles, unless
+    /// `links` says another place.
     #[must_use]
-    pub fn report(&self, scored: Scored, links: Links) -> Report {
+    pub fn report(&self, scored: Scored, links: Option<Links>) -> Report {
         let Scored {
             predictions,
             ensemble,
@@ -129,6 +133,9 @@ impl Page<'_> {
         let followed = Followed::first(self, predictions.rollouts);
         let mut figures = vec![figures::loss(self.metrics, self.role())];
         figures.extend(followed.iter().flat_map(|motion| motion.figures(self)));
+        let learned = learned::shown(self);
+        figures.extend(learned.figures);
+        tables.extend(learned.tables);
         figures.extend(parities);
         if let Some(own) = ensemble {
             headlines.extend(own.headline);
@@ -136,6 +143,7 @@ impl Page<'_> {
             tables.extend(own.tables);
         }
         tables.retain(|table| !table.rows.is_empty());
+        let links = links.unwrap_or_else(|| figures::links(self));
         let animation = followed.and_then(|motion| motion.animation(self, links));
         Report {
             title: format!("{}, learned from recordings", self.model.description().what),
@@ -143,7 +151,7 @@ impl Page<'_> {
             headlines,
             summary: self.summary(&score, &assessment),
             animations: animation.into_iter().collect(),
-            maps: Vec::new(),
+            maps: learned.maps,
             figures,
             tables,
             settings: tables::settings(self.record),
@@ -185,28 +193,26 @@ impl Page<'_> {
             Grade::Fair => "it can be used, with the reservations below",
             Grade::Poor => "it must not be used",
         };
-        let word = grade_name(assessment.verdict);
-        let mut headlines = vec![Headline::new("Verdict", word.into(), "", note)];
-        for (label, error) in [
-            ("Error of accelerations", &score.acceleration),
-            ("Error of torques", &score.torque),
-        ] {
-            let Some(error) = error else { continue };
-            let (value, note) = (
-                short(100.0 * worst(error)),
-                "of their variance, worst coordinate",
-            );
-            headlines.push(Headline {
-                role,
-                ..Headline::new(label, value, "%", note)
-            });
-        }
+        let verdict = Judgement {
+            grade: assessment.verdict,
+            why: String::new(),
+        };
+        let word = assessment.verdict.name();
+        let mut headlines = vec![Headline {
+            judged: Some(verdict),
+            ..Headline::new("Verdict", word.into(), "", note)
+        }];
+        let acceleration = |i: usize| score.judged_acceleration(i, assessment);
+        let torque = |i: usize| score.judged_torque(i);
+        headlines.extend(self.error("Error of accelerations", &score.acceleration, &acceleration));
+        headlines.extend(self.error("Error of torques", &score.torque, &torque));
         if let Some(first) = score.rollouts.first() {
             let bound = if first.exceeded { "" } else { "≥ " };
             let value = format!("{bound}{:.2}", first.valid_seconds);
             let note = format!("of {:.2} s, from its first state alone", first.duration);
             headlines.push(Headline {
                 role,
+                judged: score.judged_motion(0),
                 ..Headline::new("Motion followed for", value, "s", note)
             });
         }
@@ -221,6 +227,26 @@ impl Page<'_> {
             note,
         ));
         headlines
+    }
+
+    /// The error of the worst coordinate, with its verdict.
+    fn error(
+        &self,
+        label: &str,
+        error: &Option<SignalError>,
+        judged: &dyn Fn(usize) -> Option<Judgement>,
+    ) -> Option<Headline> {
+        let (worst, value) = worst(error.as_ref()?)?;
+        let name = &self.model.coordinates().0[worst].name;
+        let note = match self.model.coordinates().dof() {
+            1 => "of their variance".into(),
+            _ => format!("of the variance, worst coordinate: {name}"),
+        };
+        Some(Headline {
+            role: Some(self.role()),
+            judged: judged(worst),
+            ..Headline::new(label, short(100.0 * value), "%", note)
+        })
     }
 
     fn summary(&self, score: &Score, assessment: &Assessment) -> Vec<String> {
@@ -255,20 +281,26 @@ impl Page<'_> {
 /// The word for a verdict.
 #[must_use]
 pub fn grade_name(grade: Grade) -> &'static str {
-    match grade {
-        Grade::Good => "good",
-        Grade::Fair => "fair",
-        Grade::Poor => "poor",
+    grade.name()
+}
+
+/// The worst coordinate, and its error over the variance of the signal.
+fn worst(error: &SignalError) -> Option<(usize, f64)> {
+    let known = error.nmse.iter().copied().enumerate();
+    let known = known.filter(|(_, nmse)| !nmse.is_nan());
+    known.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The unit of the force on a coordinate.
+pub(crate) fn torque_unit(coordinate: &Coordinate) -> &'static str {
+    match coordinate.unit.as_str() {
+        "rad" => "N·m",
+        _ => "N",
     }
 }
 
-/// The error of the worst coordinate over the variance of the signal.
-fn worst(error: &SignalError) -> f64 {
-    error.nmse.iter().copied().fold(0.0, f64::max)
-}
-
 /// The last part of a path; the command line of the run has the whole.
-fn file_name(path: &str) -> &str {
+pub(crate) fn file_name(path: &str) -> &str {
     Path::new(path)
         .file_name()
         .and_then(|name| name.to_str())

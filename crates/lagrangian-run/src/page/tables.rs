@@ -6,7 +6,7 @@ use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
 use lagrangian_report::Table;
 use lagrangian_report::draw::short;
 
-use super::Page;
+use super::{Page, torque_unit};
 use crate::record::RunRecord;
 
 /// Motions and warnings that are listed one by one, at most.
@@ -16,7 +16,7 @@ const MOST_MOTIONS: usize = 20;
 pub(super) fn of(page: &Page, score: &Score, assessment: &Assessment) -> Vec<Table> {
     vec![
         tried(page),
-        errors(page, score),
+        errors(page, score, assessment),
         forwards(assessment),
         motions(page, score),
         parameters(page),
@@ -66,27 +66,30 @@ fn forwards(assessment: &Assessment) -> Table {
     )
 }
 
-fn errors(page: &Page, score: &Score) -> Table {
+fn errors(page: &Page, score: &Score, assessment: &Assessment) -> Table {
     let of = |name, unit, error: &Option<SignalError>| {
         let rows = error.iter().flat_map(|error| rows(page, name, unit, error));
         rows.collect::<Vec<_>>()
     };
     let accelerations = of("acceleration", "/s²", &score.acceleration);
     let torques = of("torque", "", &score.torque);
+    let judged = (0..accelerations.len()).map(|i| score.judged_acceleration(i, assessment));
+    let judged = judged.chain((0..torques.len()).map(|i| score.judged_torque(i)));
+    let judged = judged.collect();
     Table::new(
         "Errors at single samples: root mean square, and relative to the signal's variance (100 % is as good as its mean).",
         &["signal", "coordinate", "RMS error", "of its variance"],
         [accelerations, torques].concat(),
     )
+    .judged(judged)
 }
 
 fn rows(page: &Page, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String>> {
     let errors = error.mse.iter().zip(&error.nmse);
     let row = |(coordinate, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
-        let unit = match (per, coordinate.unit.as_str()) {
-            ("", "rad") => "N·m".to_string(),
-            ("", _) => "N".to_string(),
-            (per, unit) => format!("{unit}{per}"),
+        let unit = match per {
+            "" => torque_unit(coordinate).to_string(),
+            per => format!("{}{per}", coordinate.unit),
         };
         let rms = format!("{} {unit}", short(mse.sqrt()));
         let percent = format!("{} %", short(100.0 * nmse));
@@ -155,6 +158,7 @@ fn motions(page: &Page, score: &Score) -> Table {
         &["motion", "duration", "followed for", "prediction ended"],
         pairs.take(shown).map(row).collect(),
     )
+    .judged((0..shown).map(|k| score.judged_motion(k)).collect())
 }
 
 fn ending(outcome: &Outcome) -> String {

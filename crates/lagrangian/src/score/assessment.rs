@@ -1,6 +1,6 @@
 //! How far a model can be trusted, from its errors on motions that it has not seen.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::inertia::{Forward, Spectrum, forwards, spectrum};
 use super::speed::weakened;
@@ -11,15 +11,16 @@ use crate::train::Contestant;
 use crate::{Coordinates, Model, Trajectory};
 
 /// A model explains a signal well where the squared error is below this part of the variance.
-const GOOD: f64 = 0.1;
+pub(super) const GOOD: f64 = 0.1;
 /// A model of torques that leaves more than this part of their variance is of no use.
-const HALF: f64 = 0.5;
+pub(super) const HALF: f64 = 0.5;
 /// What is learned upon a nominal model makes it worse where errors are more than this multiple of its own.
 const WORSE: f64 = 1.02;
 /// The scaled mass matrix is nearly singular where its smallest eigenvalue is below this.
 const NEARLY_SINGULAR: f64 = 1e-7;
+
 /// How far a model can be trusted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Grade {
     /// It explains what was recorded.
@@ -341,9 +342,9 @@ fn of_rollouts(score: &Score) -> Option<Reason> {
 }
 
 /// A model predicts well that follows motions for this part of the time for which they can be predicted …
-const FOLLOWED: f64 = 0.8;
+pub(super) const FOLLOWED: f64 = 0.8;
 /// … and not at all below this one.
-const LOST: f64 = 0.1;
+pub(super) const LOST: f64 = 0.1;
 
 /// How long whole motions are followed, of the time for which a good model does (ADR 0096).
 fn of_motions(score: &Score) -> Option<Reason> {

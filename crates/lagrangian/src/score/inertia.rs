@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Score;
 use crate::dataset::variances;
 use crate::trajectory::Signal;
-use crate::{Model, Trajectory};
+use crate::{Coordinates, Model, Trajectory};
 
 /// States at which the mass matrix is examined, at most.
 const STATES: usize = 500;
@@ -47,11 +47,33 @@ fn sampled(motions: &[Trajectory]) -> Vec<(&Trajectory, usize)> {
     all.step_by(total.div_ceil(STATES).max(1)).collect()
 }
 
+/// The eigenvalues of a mass matrix, `[n, n]`, over the coordinates that move; `None` where they do not converge.
+#[must_use]
+pub fn spectrum_of(coordinates: &Coordinates, mass: &[f64]) -> Option<Spectrum> {
+    let n = coordinates.dof();
+    let moving: Vec<usize> = (0..n).filter(|&i| !coordinates.is_parameter(i)).collect();
+    let of = |scale: &dyn Fn(usize) -> f64| {
+        let at = |i: usize, j: usize| {
+            let (i, j) = (moving[i], moving[j]);
+            mass[i * n + j] * scale(i) * scale(j)
+        };
+        let matrix = faer::Mat::from_fn(moving.len(), moving.len(), at);
+        matrix.self_adjoint_eigenvalues(faer::Side::Lower).ok()
+    };
+    let own = of(&|_| 1.0)?;
+    let scaled = of(&|i| mass[i * n + i].abs().max(f64::MIN_POSITIVE).sqrt().recip())?;
+    let (low, high) = (*own.first()?, *own.last()?);
+    Some(Spectrum {
+        smallest: low,
+        largest: high,
+        condition: (high / low).abs().max(1.0),
+        scaled: *scaled.first()?,
+    })
+}
+
 pub(super) fn spectrum(model: &dyn Model, motions: &[Trajectory]) -> Option<Spectrum> {
-    let n = model.coordinates().dof();
-    let moving: Vec<usize> = (0..n)
-        .filter(|&i| !model.coordinates().is_parameter(i))
-        .collect();
+    let coordinates = model.coordinates();
+    let n = coordinates.dof();
     let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
     let mut found: Option<Spectrum> = None;
     for (motion, k) in sampled(motions) {
@@ -59,31 +81,22 @@ pub(super) fn spectrum(model: &dyn Model, motions: &[Trajectory]) -> Option<Spec
         if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
             return None;
         }
-        let of = |scale: &dyn Fn(usize) -> f64| {
-            let at = |i: usize, j: usize| {
-                let (i, j) = (moving[i], moving[j]);
-                mass[i * n + j] * scale(i) * scale(j)
-            };
-            let matrix = faer::Mat::from_fn(moving.len(), moving.len(), at);
-            matrix.self_adjoint_eigenvalues(faer::Side::Lower).ok()
-        };
-        let own = of(&|_| 1.0)?;
-        let scaled = of(&|i| mass[i * n + i].abs().max(f64::MIN_POSITIVE).sqrt().recip())?;
-        let (low, high) = (*own.first()?, *own.last()?);
-        let before = found.unwrap_or(Spectrum {
-            smallest: f64::INFINITY,
-            largest: f64::NEG_INFINITY,
-            condition: 1.0,
-            scaled: f64::INFINITY,
-        });
-        found = Some(Spectrum {
-            smallest: before.smallest.min(low),
-            largest: before.largest.max(high),
-            condition: before.condition.max((high / low).abs()),
-            scaled: before.scaled.min(*scaled.first()?),
-        });
+        let own = spectrum_of(coordinates, &mass)?;
+        found = Some(found.map_or(own, |before| before.and(own)));
     }
     found
+}
+
+impl Spectrum {
+    /// That of both together.
+    fn and(self, other: Self) -> Self {
+        Self {
+            smallest: self.smallest.min(other.smallest),
+            largest: self.largest.max(other.largest),
+            condition: self.condition.max(other.condition),
+            scaled: self.scaled.min(other.scaled),
+        }
+    }
 }
 
 /// Each coordinate forwards, where torques and accelerations are known.

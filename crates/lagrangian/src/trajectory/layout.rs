@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::drive::{Constant, DriveLayout};
-use super::{Coordinates, Sampling, Signal, Signals, Topology};
+use super::{Coordinates, Links, Sampling, Signal, Signals, Simulated, Topology};
 use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
@@ -39,6 +39,10 @@ pub struct Layout {
     pub drive: DriveLayout,
     /// Keep every Nth row of each trajectory (0 and 1 keep all).
     pub every: usize,
+    /// The known system that made the motions, where one did.
+    pub system: Option<Simulated>,
+    /// Where the links of a chain of angles measure them, for the drawing of motions.
+    pub links: Option<Links>,
     /// Of a file with more rows than this, keep a sample; [`super::thin`] removes recordings of which nothing was kept.
     /// No file beside the data says so.
     pub sample: Option<Sampling>,
@@ -63,11 +67,15 @@ struct LayoutFile {
     every: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     topic: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    links: Option<Links>,
     columns: ColumnsTable,
     #[serde(skip_serializing_if = "DriveTable::is_empty")]
     drive: DriveTable,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     units: BTreeMap<String, String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    system: Option<Simulated>,
 }
 
 /// The columns by the names of the settings: `trajectory`, `t`, and those of the signals.
@@ -150,6 +158,8 @@ impl Layout {
             units: file.units,
             drive: DriveLayout::default(),
             every: file.every.unwrap_or(0),
+            system: file.system,
+            links: file.links,
             sample: None,
         };
         for signal in Signal::IN_FILES {
@@ -284,6 +294,8 @@ impl Layout {
             columns: columns.collect(),
             drive: self.drive_table(),
             units: self.units.clone(),
+            system: self.system.clone(),
+            links: self.links,
         };
         toml::to_string(&file).map_err(Error::layout)
     }
@@ -338,6 +350,8 @@ impl Layout {
         if self.every == 0 {
             self.every = beside.every;
         }
+        self.system = self.system.or(beside.system);
+        self.links = self.links.or(beside.links);
         self
     }
 }

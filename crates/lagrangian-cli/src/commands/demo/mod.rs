@@ -73,6 +73,7 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
             "seed": args.seed,
             "samples": args.samples,
             "starts": args.starts,
+            "comparable": !page::is_quick(args),
             "seconds": seconds,
             "lnn": figures(&measurements.lnn, &lnn),
             "baseline": figures(&measurements.mlp, &mlp),
@@ -88,6 +89,9 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
             "energy error at 100 s, mean of {} starts: {lnn:.5} % (plain network {mlp:.2} %)",
             args.starts
         );
+        if page::is_quick(args) {
+            tell!("note: {}", page::QUICK);
+        }
         tell!("open {}", page.display());
         tell!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
     }

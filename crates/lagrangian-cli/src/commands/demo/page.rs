@@ -3,6 +3,7 @@
 use anyhow::Result;
 use lagrangian::analytic::AnalyticModel;
 use lagrangian::rollout::{energy_error, free, times};
+use lagrangian::score::{Grade, Judgement};
 use lagrangian::{Dataset, Model, Rollout, RolloutOptions, State, rollout};
 use lagrangian_analysis::chaos::ValidTimes;
 use lagrangian_report::draw::short;
@@ -43,7 +44,7 @@ pub(super) fn report(
     figures.push(parity_figure(data, trained));
     figures.extend((0..coordinates.dof()).map(|i| trajectories(coordinates, i, &motions)));
     figures.extend((0..coordinates.dof()).map(|i| phase_portrait(coordinates, i, &motions)));
-    Ok(Report {
+    let report = Report {
         title: "A double pendulum, learned twice".into(),
         subtitle: format!(
             "{} random states, two networks of the same size and optimiser, {:.0} s of training each, {} starts of 100 s",
@@ -59,7 +60,38 @@ pub(super) fn report(
         tables: vec![table(measurements)],
         settings: settings(args, trained),
         commands: commands(args),
+    };
+    Ok(match is_quick(args) {
+        true => as_quick(report),
+        false => report,
     })
+}
+
+/// Shorter fits than this, and fewer starts, show that the demo works, and not which network is better.
+const COMPARABLE: (f64, u32) = (10.0, 10);
+
+/// What is said of a quick demo, on its page and in the terminal.
+pub(super) const QUICK: &str =
+    "This was a quick demo: its numbers are no comparison; omit --seconds and --starts for one.";
+
+/// Whether fits or starts are too few for a comparison.
+pub(super) fn is_quick(args: &DemoArgs) -> bool {
+    args.seconds < COMPARABLE.0 || args.starts < COMPARABLE.1
+}
+
+/// Says first of all that the numbers are no comparison.
+fn as_quick(mut report: Report) -> Report {
+    let judged = Judgement {
+        grade: Grade::Poor,
+        why: "fits too short, or starts too few".into(),
+    };
+    let headline = Headline {
+        judged: Some(judged),
+        ..Headline::new("These numbers", "no comparison".into(), "", "a quick demo")
+    };
+    report.headlines.insert(0, headline);
+    report.summary.insert(0, QUICK.into());
+    report
 }
 
 /// One start, finely sampled, as truth and both models continue it.

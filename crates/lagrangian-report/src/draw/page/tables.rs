@@ -1,5 +1,7 @@
 //! The tables of a page, its settings and its commands.
 
+use lagrangian::score::Judgement;
+
 use super::add;
 use crate::draw::escaped;
 use crate::{Command, Table};
@@ -7,7 +9,9 @@ use crate::{Command, Table};
 /// A table that scrolls where it is wider than the page.
 pub(super) fn table(body: &mut String, table: &Table) {
     let heading = |cell: &String| format!("<th scope=\"col\">{}</th>", escaped(cell));
-    let header: String = table.header.iter().map(heading).collect();
+    let verdict = (!table.judged.is_empty()).then(|| heading(&"verdict".into()));
+    let header = table.header.iter().map(heading).chain(verdict);
+    let header: String = header.collect();
     let caption = escaped(&table.caption);
     add(
         body,
@@ -17,10 +21,15 @@ pub(super) fn table(body: &mut String, table: &Table) {
              <thead><tr>{header}</tr></thead><tbody>\n"
         ),
     );
-    for row in &table.rows {
+    for (k, row) in table.rows.iter().enumerate() {
+        let verdict = table.judged.get(k).map(|judged| {
+            let chip = judged.as_ref().map(chip).unwrap_or_default();
+            format!("<td class=\"verdict\">{chip}</td>")
+        });
         let cells = row
             .iter()
-            .map(|cell| format!("<td>{}</td>", breakable(cell)));
+            .map(|cell| format!("<td>{}</td>", breakable(cell)))
+            .chain(verdict);
         add(
             body,
             format_args!("<tr>{}</tr>\n", cells.collect::<String>()),
@@ -63,6 +72,16 @@ fn part(text: &str) -> String {
         "words"
     };
     format!("<span class=\"{class}\">{}</span>", escaped(text))
+}
+
+/// A verdict: its word in its colour, and the reason.
+pub(super) fn chip(judged: &Judgement) -> String {
+    let word = judged.grade.name();
+    let why = match judged.why.is_empty() {
+        true => String::new(),
+        false => format!(" <span class=\"why\">{}</span>", escaped(&judged.why)),
+    };
+    format!("<span class=\"grade {word}\">{word}</span>{why}")
 }
 
 /// The settings of a run, by name.

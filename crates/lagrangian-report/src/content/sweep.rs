@@ -1,0 +1,191 @@
+//! The figure of quantities along an axis that the data cover in part: what was learned, the truth where it is known, the members of
+//! an ensemble, and where the data end.
+
+use super::coordinate::span;
+use super::{Axis, Figure, Kind, Role, Series};
+
+/// A quantity at the places of a [`Sweep`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Along {
+    /// Its name; empty where it is the only one.
+    pub name: String,
+    /// What was learned, `[len]`.
+    pub learned: Vec<f64>,
+    /// The truth, `[len]`; empty where it is not known.
+    pub truth: Vec<f64>,
+    /// The members of an ensemble, `[members][len]`; empty without one.
+    pub members: Vec<Vec<f64>>,
+}
+
+/// Quantities along one axis.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sweep {
+    /// The places on the axis, increasing, `[len]`.
+    pub at: Vec<f64>,
+    /// The part of the axis that the data cover.
+    pub data: (f64, f64),
+    /// The quantities.
+    pub quantities: Vec<Along>,
+}
+
+impl Sweep {
+    /// The figure; what lies outside of the data is shaded, and does not flatten what lies within.
+    #[must_use]
+    pub fn figure(&self, id: &str, title: String, axes: [Axis; 2]) -> Figure {
+        let (low, high) = self.range();
+        let mut series = Vec::new();
+        let mut told = [false; 3];
+        let mut once = |k: usize, name: &str| match std::mem::replace(&mut told[k], true) {
+            true => String::new(),
+            false => name.to_string(),
+        };
+        for (from, to) in self.outside() {
+            series.push(Series {
+                kind: Kind::Band,
+                y_low: vec![low; 2],
+                y_high: vec![high; 2],
+                ..Series::line(
+                    &once(0, "outside of the data"),
+                    Role::Truth,
+                    vec![from, to],
+                    vec![f64::NAN; 2],
+                )
+            });
+        }
+        for (k, own) in (0_u8..).zip(&self.quantities) {
+            if !own.truth.is_empty() {
+                let name = once(1, "true");
+                series.push(Series::line(
+                    &name,
+                    Role::Truth,
+                    self.at.clone(),
+                    own.truth.clone(),
+                ));
+            }
+            let role = match self.quantities.len() {
+                1 => Role::Lnn,
+                _ => Role::Other(k),
+            };
+            if !own.members.is_empty() {
+                let name = once(2, "members of the ensemble");
+                let band = Series::range(&name, role, self.at.clone(), &own.members);
+                series.push(Series {
+                    y: vec![f64::NAN; self.at.len()],
+                    ..band
+                });
+            }
+            let name = if own.name.is_empty() {
+                "learned"
+            } else {
+                &own.name
+            };
+            series.push(Series::line(
+                name,
+                role,
+                self.at.clone(),
+                own.learned.clone(),
+            ));
+        }
+        let [x, y] = axes;
+        let ends = (self.at.first().copied(), self.at.last().copied());
+        Figure {
+            id: id.into(),
+            title,
+            x: Axis {
+                range: ends.0.zip(ends.1),
+                ..x
+            },
+            y: Axis {
+                range: Some((low, high)),
+                ..y
+            },
+            series,
+            ..Figure::default()
+        }
+    }
+
+    /// The parts of the axis that the data do not cover.
+    fn outside(&self) -> Vec<(f64, f64)> {
+        let (Some(&first), Some(&last)) = (self.at.first(), self.at.last()) else {
+            return Vec::new();
+        };
+        let (low, high) = self.data;
+        let parts = [(first, low.min(last)), (high.max(first), last)];
+        parts.into_iter().filter(|(from, to)| from < to).collect()
+    }
+
+    /// The range of all that lies within the data, and of what lies outside as far as it is no farther away than that is broad.
+    fn range(&self) -> (f64, f64) {
+        let known = |x: &f64| (self.data.0..=self.data.1).contains(x);
+        let lines = || {
+            self.quantities
+                .iter()
+                .flat_map(|own| [&own.learned, &own.truth])
+        };
+        let within = lines().flat_map(|y| self.at.iter().zip(y).filter(|(x, _)| known(x)));
+        let (low, high) = span(within.map(|(_, y)| y));
+        let (least, most) = span(lines().flatten());
+        let broad = (high - low)
+            .max(1e-3 * low.abs().max(high.abs()))
+            .max(f64::MIN_POSITIVE);
+        match low <= high {
+            true => (
+                least.max(low - broad) - 0.06 * broad,
+                most.min(high + broad) + 0.06 * broad,
+            ),
+            false => (0.0, 1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sweep(data: (f64, f64)) -> Figure {
+        let at: Vec<f64> = (0..=100).map(|k| f64::from(k) * 0.02 - 1.0).collect();
+        let own = Along {
+            learned: at.iter().map(|x| x.powi(2)).collect(),
+            truth: at
+                .iter()
+                .map(|x| x.powi(2) + 100.0 * (x.abs() - 0.5).max(0.0))
+                .collect(),
+            ..Along::default()
+        };
+        let all = Sweep {
+            at,
+            data,
+            quantities: vec![own],
+        };
+        all.figure(
+            "v",
+            "V".into(),
+            [Axis::linear("q", "rad"), Axis::linear("V", "J")],
+        )
+    }
+
+    #[test]
+    fn what_lies_outside_of_the_data_is_shaded_and_does_not_flatten_what_lies_within() {
+        let figure = sweep((-0.5, 0.5));
+        let shaded: Vec<&Series> = figure
+            .series
+            .iter()
+            .filter(|s| s.kind == Kind::Band)
+            .collect();
+        assert_eq!(shaded.len(), 2);
+        assert_eq!((shaded[0].x[1], shaded[1].x[0]), (-0.5, 0.5));
+        assert!(shaded[0].name == "outside of the data" && shaded[1].name.is_empty());
+        let (low, high) = figure.y.range.unwrap_or_default();
+        assert!(low < 0.0 && high < 1.0, "{low} {high}");
+    }
+
+    #[test]
+    fn an_axis_that_the_data_cover_is_not_shaded() {
+        assert!(
+            sweep((-1.0, 1.0))
+                .series
+                .iter()
+                .all(|s| s.kind == Kind::Line)
+        );
+    }
+}

@@ -1,0 +1,249 @@
+//! What else differs between runs: settings, data, and so whether their losses can be compared.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+use toml::Value;
+
+use super::{About, Ground, Run};
+use crate::page::file_name;
+use crate::record::RunRecord;
+
+/// The loss that weights are kept by.
+const VALIDATION: &str = "loss/validation";
+
+/// The role of a file of which it is only known that a fit used it.
+const OF_A_FIT: &str = "data of the fit";
+
+/// A setting that differs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Setting {
+    /// Its name; those within others with a dot between.
+    pub name: String,
+    /// Its value in each run; none where it is not set or not known.
+    pub values: Vec<Option<String>>,
+}
+
+/// A file of data that not all runs share.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct DataUse {
+    /// What it was for.
+    pub role: String,
+    /// Its SHA-256.
+    pub sha256: String,
+    /// Where it was for each run; none for a run that does not have it.
+    pub paths: Vec<Option<String>>,
+}
+
+/// A run in the list.
+pub(super) fn about(run: &Run, ground: &Ground) -> About {
+    let losses = run.metrics.iter().filter_map(|m| m.figures.get(VALIDATION));
+    let last = run.metrics.last();
+    About {
+        name: run.name.clone(),
+        path: run.path.clone(),
+        family: run.model.family().into(),
+        loss: of_fit(run, "loss").map(|loss| word(&loss)),
+        least: losses.copied().reduce(f64::min),
+        steps: last.map(|m| m.step),
+        seconds: last.map(|m| m.seconds),
+        seen: run.seen(&ground.hashes),
+    }
+}
+
+/// A file that a fit has used.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Seen {
+    /// The name of the file.
+    pub file: String,
+    /// What it was for: `training`, `validation`, or `data of the fit` where only that is known.
+    pub role: String,
+}
+
+impl Run {
+    /// Those of the files with these hashes that the fit has used.
+    #[must_use]
+    pub fn seen(&self, hashes: &[String]) -> Vec<Seen> {
+        let known = files(self).into_iter();
+        let known = known.filter(|(_, sha256, _)| hashes.contains(sha256));
+        let seen = |(role, _, path): (String, String, String)| Seen {
+            file: file_name(&path).into(),
+            role,
+        };
+        known.map(seen).collect()
+    }
+}
+
+/// The files of a run: role, hash and path. A model without its run does not know the role.
+fn files(run: &Run) -> Vec<(String, String, String)> {
+    match &run.record {
+        Some(record) => {
+            let files = record.data.iter();
+            let file = |f: &crate::DataFile| (f.role.clone(), f.sha256.clone(), f.path.clone());
+            files.map(file).collect()
+        }
+        None => {
+            let files = run.provenance.data.iter();
+            let file = |(path, sha256): (&String, &String)| {
+                (OF_A_FIT.into(), sha256.clone(), path.clone())
+            };
+            files.map(file).collect()
+        }
+    }
+}
+
+/// The files that not all runs have for the same.
+pub(super) fn of_data(runs: &[Run]) -> Vec<DataUse> {
+    let mut each: Vec<Vec<(String, String, String)>> = runs.iter().map(files).collect();
+    if runs.iter().any(|run| run.record.is_none()) {
+        // A model alone does not tell what a file was for.
+        let all = each.iter_mut().flatten();
+        all.for_each(|(role, ..)| *role = OF_A_FIT.into());
+    }
+    let keys: BTreeSet<(String, String)> = each
+        .iter()
+        .flatten()
+        .map(|(role, sha256, _)| (role.clone(), sha256.clone()))
+        .collect();
+    let of = |(role, sha256): (String, String)| {
+        let path = |own: &Vec<(String, String, String)>| {
+            let mut own = own.iter().filter(|file| file.0 == role && file.1 == sha256);
+            own.next().map(|file| file.2.clone())
+        };
+        DataUse {
+            paths: each.iter().map(path).collect(),
+            role,
+            sha256,
+        }
+    };
+    let shared = |data: &DataUse| data.paths.iter().all(Option::is_some);
+    keys.into_iter()
+        .map(of)
+        .filter(|data| !shared(data))
+        .collect()
+}
+
+/// A setting of the fit that was kept, by its name.
+fn of_fit(run: &Run, name: &str) -> Option<Value> {
+    let fits = run.record.as_ref()?.resolved.get("fit")?.as_table()?;
+    let own = fits.get(run.model.family())?.as_table()?;
+    own.get(name).cloned()
+}
+
+/// The settings of a run, by their names: how its data were prepared, and those of the fit that was kept.
+fn settings(run: &Run) -> Option<BTreeMap<String, String>> {
+    let RunRecord {
+        resolved, version, ..
+    } = run.record.as_ref()?;
+    let mut all = BTreeMap::from([
+        ("model".into(), run.model.family().into()),
+        ("version".into(), version.clone()),
+    ]);
+    let fit = resolved.get("fit").and_then(Value::as_table);
+    for part in [
+        resolved.get("data"),
+        fit.and_then(|fit| fit.get(run.model.family())),
+    ] {
+        part.into_iter()
+            .for_each(|part| flatten("", part, &mut all));
+    }
+    Some(all)
+}
+
+/// Writes the values of a table, those of tables within it with a dot before their names.
+fn flatten(path: &str, value: &Value, all: &mut BTreeMap<String, String>) {
+    let Value::Table(table) = value else {
+        all.insert(path.into(), word(value));
+        return;
+    };
+    for (key, value) in table {
+        let path = match path {
+            "" => key.clone(),
+            _ => format!("{path}.{key}"),
+        };
+        flatten(&path, value, all);
+    }
+}
+
+fn word(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// The settings that differ between the runs whose settings are known.
+pub(super) fn of_settings(runs: &[Run]) -> Vec<Setting> {
+    let each: Vec<Option<BTreeMap<String, String>>> = runs.iter().map(settings).collect();
+    let known = || each.iter().flatten();
+    let names: BTreeSet<&String> = known().flat_map(BTreeMap::keys).collect();
+    let differs = |name: &&String| {
+        let mut values = known().map(|own| own.get(*name));
+        let first = values.next();
+        values.any(|value| Some(value) != first)
+    };
+    let setting = |name: &String| Setting {
+        name: name.clone(),
+        values: each
+            .iter()
+            .map(|own| own.as_ref()?.get(name).cloned())
+            .collect(),
+    };
+    names.into_iter().filter(differs).map(setting).collect()
+}
+
+/// What losses depend on, beside the model: settings by their names, and what is said where they differ.
+const OF_LOSSES: [(&str, &str); 7] = [
+    ("loss", "another loss is minimised"),
+    (
+        "nominal",
+        "losses are in units of what a nominal model leaves, and that differs",
+    ),
+    (
+        "low_pass",
+        "another low-pass: the signals that are fitted differ",
+    ),
+    ("smooth", "one is fitted to smoothed signals"),
+    ("delay", "the forces were shifted by other delays"),
+    ("baseline", "neighbours at another distance are compared"),
+    ("validate_fraction", "another part of the data is held back"),
+];
+
+/// Why the losses of the fits cannot be compared.
+pub(super) fn of_losses(runs: &[Run]) -> Vec<String> {
+    let mut reasons = Vec::new();
+    let unknown: Vec<&str> = (runs.iter().filter(|run| run.record.is_none()))
+        .map(|run| run.name.as_str())
+        .collect();
+    if !unknown.is_empty() {
+        let names = unknown.join(", ");
+        reasons.push(format!(
+            "the settings of {names} are not known: it is a model without its run"
+        ));
+    }
+    let differing = of_settings(runs);
+    for (name, reason) in OF_LOSSES {
+        let within = format!("{name}.");
+        let own = |s: &&Setting| s.name == name || s.name.starts_with(&within);
+        if let Some(setting) = differing.iter().find(own) {
+            let values = setting
+                .values
+                .iter()
+                .map(|v| v.as_deref().unwrap_or("none"));
+            let values = values.collect::<Vec<_>>().join(" / ");
+            reasons.push(format!("{reason} ({values})"));
+        }
+    }
+    if of_data(runs).iter().any(|data| data.role != "robot") {
+        reasons.push("they are fitted to other data, or validated on others".into());
+    } else if holds_back(runs) && differing.iter().any(|setting| setting.name == "seed") {
+        reasons.push("another seed holds back other parts of the data for validation".into());
+    }
+    reasons
+}
+
+/// Whether a run has held back a part of its data.
+fn holds_back(runs: &[Run]) -> bool {
+    let of = |record: &RunRecord| record.data.iter().all(|file| file.role != "validation");
+    runs.iter().filter_map(|run| run.record.as_ref()).any(of)
+}

@@ -1,0 +1,171 @@
+//! What was learned, beside the truth where it is known: energy at rest, inertia, friction, gyroscopic forces, momenta, and the states
+//! that the data visited.
+
+mod coverage;
+mod friction;
+mod inertia;
+mod momenta;
+mod potential;
+mod truth;
+
+use lagrangian::trajectory::Axis as Visited;
+use lagrangian::{Coordinates, Learned, Model, Trajectory};
+use lagrangian_report::{Axis, Figure, HeatMap, Table};
+
+use super::Page;
+use truth::Truth;
+
+pub(super) use coverage::outside;
+pub(super) use truth::layout;
+
+/// Places along an axis.
+const PLACES: usize = 121;
+/// How far beyond the data an axis goes, in parts of their range.
+const BEYOND: f64 = 0.25;
+
+/// What a page shows of what was learned.
+#[derive(Default)]
+pub(super) struct Shown {
+    pub(super) figures: Vec<Figure>,
+    pub(super) maps: Vec<HeatMap>,
+    pub(super) tables: Vec<Table>,
+}
+
+/// What the figures are made of.
+struct Subject<'a> {
+    model: &'a Learned,
+    coordinates: &'a Coordinates,
+    motions: &'a [Trajectory],
+    /// The members of the ensemble, where there is one.
+    members: &'a [Learned],
+    truth: Option<Truth>,
+    /// What the data visited of each coordinate and each velocity, `[2n]`.
+    visited: Vec<Option<Visited>>,
+    /// The coordinates that move, the one with the largest range first.
+    moved: Vec<usize>,
+    /// The median of each coordinate, `[n]`.
+    middle: Vec<f64>,
+}
+
+/// Figures, maps and tables of what was learned; none of a model that does not know which states its data visited.
+pub(super) fn shown(page: &Page) -> Shown {
+    let Some(subject) = Subject::of(page) else {
+        return Shown::default();
+    };
+    let mut shown = Shown::default();
+    let (figure, maps) = potential::shown(&subject);
+    shown.figures.extend(figure);
+    shown.maps = maps;
+    shown.figures.extend(inertia::figures(&subject));
+    shown.figures.extend(friction::figures(&subject));
+    shown.figures.extend(momenta::figures(&subject));
+    shown.figures.extend(coverage::figures(&subject));
+    shown.tables.push(coverage::table(&subject));
+    shown
+}
+
+impl<'a> Subject<'a> {
+    fn of(page: &Page<'a>) -> Option<Self> {
+        let (model, motions) = (page.model, &page.evaluation.motions);
+        let coordinates = model.coordinates();
+        let visited = model.visited()?.ranges(coordinates);
+        let range = |i: &usize| visited[*i].map_or(0.0, |axis| axis.high - axis.low);
+        let n = coordinates.dof();
+        let mut moved: Vec<usize> = (0..n).filter(|&i| !coordinates.is_parameter(i)).collect();
+        moved.sort_by(|a, b| range(b).total_cmp(&range(a)));
+        if moved.is_empty() || motions.iter().all(|motion| motion.is_empty()) {
+            return None;
+        }
+        let members = page
+            .ensemble
+            .as_ref()
+            .map_or(&[][..], |own| own.ensemble.members());
+        let middle: Vec<f64> = (0..n).map(|i| median(motions, i)).collect();
+        let truth = Truth::of(page.record, model, &middle);
+        Some(Self {
+            model,
+            coordinates,
+            motions,
+            members,
+            truth,
+            visited,
+            moved,
+            middle,
+        })
+    }
+
+    /// The places of axis `i` of the 2n: the range of the data and some more at both ends, a whole turn at most.
+    fn places(&self, i: usize) -> (Vec<f64>, (f64, f64)) {
+        let Some(axis) = self.visited[i] else {
+            return (Vec::new(), (0.0, 0.0));
+        };
+        let (low, high) = (axis.low, axis.high);
+        let wide = (high - low).max(axis.scale);
+        let most = match axis.circle {
+            true => (0.5 * (std::f64::consts::TAU - wide)).max(0.0),
+            false => f64::INFINITY,
+        };
+        let more = (BEYOND * wide).min(most);
+        let (from, to) = (low - more, high + more);
+        let place = |k: usize| from + (to - from) * k as f64 / (PLACES - 1) as f64;
+        ((0..PLACES).map(place).collect(), (low, high))
+    }
+
+    /// States with coordinate `i` at these places and all others in the middle, `[len, n]`.
+    fn along(&self, i: usize, places: &[f64]) -> Vec<f64> {
+        let at = |place: &f64| {
+            let mut q = self.middle.clone();
+            q[i] = *place;
+            q
+        };
+        places.iter().flat_map(at).collect()
+    }
+
+    /// The axis of coordinate `i`.
+    fn axis(&self, i: usize) -> Axis {
+        let coordinate = &self.coordinates.0[i];
+        Axis::linear(&coordinate.name, &coordinate.unit)
+    }
+
+    /// Where the other coordinates are, for a caption.
+    fn elsewhere(&self) -> &'static str {
+        match self.moved.len() {
+            1 => "",
+            _ => " The other coordinates stand at the median of the data.",
+        }
+    }
+
+    /// What the truth is aligned by, for a caption.
+    fn aligned(&self) -> &'static str {
+        match &self.truth {
+            Some(truth) if truth.is_scaled => {
+                " No force was recorded, so that energies and inertias are known up to one factor: they are scaled to the true inertia."
+            }
+            None if self.model.visited().is_some_and(|own| own.is_free()) => {
+                " No force was recorded, so that energies and inertias are known up to one factor."
+            }
+            _ => "",
+        }
+    }
+
+    /// The factor from what a model says of energies to those that are shown.
+    fn factor(&self, model: &Learned) -> f64 {
+        match &self.truth {
+            Some(truth) => truth.factor(model, &self.middle),
+            None if model.visited().is_some_and(|own| own.is_free()) => {
+                truth::factor(model, self.model, &self.middle)
+            }
+            None => 1.0,
+        }
+    }
+}
+
+/// The median of coordinate `i` over all motions.
+fn median(motions: &[Trajectory], i: usize) -> f64 {
+    let columns = motions
+        .iter()
+        .flat_map(|motion| motion.q.iter().skip(i).step_by(motion.dof().max(1)));
+    let mut values: Vec<f64> = columns.copied().filter(|x| x.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}

@@ -1,0 +1,147 @@
+//! Momenta along a recorded motion, and gyroscopic forces.
+
+use lagrangian::{Coordinate, Model, Quantities};
+use lagrangian_report::{Along, Axis, Figure, Role, Series, Sweep};
+
+use super::Subject;
+use crate::page::torque_unit;
+
+/// Coordinates whose momentum is drawn, at most.
+const MOST: usize = 4;
+/// Samples of the motion that are drawn, at most.
+const DRAWN: usize = 2000;
+/// A model has gyroscopic forces where they are more than this part of the bias.
+const GYROSCOPIC: f64 = 1e-3;
+
+pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
+    let mut moved: Vec<usize> = subject.moved.iter().copied().take(MOST).collect();
+    moved.sort_unstable();
+    let momenta = moved.iter().filter_map(|&i| momentum(subject, i));
+    gyroscopic(subject).into_iter().chain(momenta).collect()
+}
+
+/// The momentum of coordinate `i` along the first motion, less that at rest: no gauge of L changes it.
+fn momentum(subject: &Subject, i: usize) -> Option<Figure> {
+    let motion = subject.motions.first()?;
+    let n = subject.coordinates.dof();
+    let rows = motion.len().min(DRAWN);
+    let (q, qd) = (&motion.q[..rows * n], &motion.qd[..rows * n]);
+    let of = |model: &dyn Model, factor: f64| -> Option<Vec<f64>> {
+        let (p, still) = (
+            model.momentum(q, qd).ok()?,
+            model.momentum(q, &vec![0.0; q.len()]).ok()?,
+        );
+        let pairs = p.iter().zip(&still).skip(i).step_by(n);
+        Some(pairs.map(|(p, still)| factor * (p - still)).collect())
+    };
+    let t = || motion.t[..rows].to_vec();
+    let mut series = Vec::new();
+    if let Some(truth) = subject
+        .truth
+        .as_ref()
+        .and_then(|truth| of(&*truth.system, 1.0))
+    {
+        series.push(Series::line("true", Role::Truth, t(), truth));
+    }
+    let members = subject
+        .members
+        .iter()
+        .filter_map(|own| of(own, subject.factor(own)));
+    let members: Vec<Vec<f64>> = members.collect();
+    if !members.is_empty() {
+        series.push(Series::range(
+            "members of the ensemble",
+            Role::Lnn,
+            t(),
+            &members,
+        ));
+    }
+    let learned = of(subject.model, subject.factor(subject.model))?;
+    series.push(Series::line("learned", Role::Lnn, t(), learned));
+    let coordinate = &subject.coordinates.0[i];
+    Some(Figure {
+        id: format!("learned-momentum-{}", i + 1),
+        title: format!("Momentum of {}", coordinate.name),
+        caption: format!(
+            "p = ∂L/∂q̇ along the motion '{}', less its value at rest, which a gauge of L may change at will.{}",
+            motion.name,
+            subject.aligned()
+        ),
+        x: Axis::linear("time", "s"),
+        y: Axis::linear("momentum", unit(coordinate)),
+        series,
+    })
+}
+
+fn unit(coordinate: &Coordinate) -> &'static str {
+    match coordinate.unit.as_str() {
+        "rad" => "kg·m²/s",
+        _ => "kg·m/s",
+    }
+}
+
+/// The gyroscopic force on one of the two most moved coordinates for each unit of velocity of the other, along the first: the part of
+/// the bias that changes its sign with the velocity, as of a charge in a magnetic field.
+fn gyroscopic(subject: &Subject) -> Option<Figure> {
+    let [i, j, ..] = subject.moved[..] else {
+        return None;
+    };
+    let n = subject.coordinates.dof();
+    let speed = subject.visited[n + j].map(|axis| axis.scale)?;
+    let (at, data) = subject.places(i);
+    let states = subject.along(i, &at);
+    let moving = |sign: f64| -> Vec<f64> {
+        let velocity = |k: usize| if k % n == j { sign * speed } else { 0.0 };
+        (0..states.len()).map(velocity).collect()
+    };
+    let of = |model: &dyn Model, factor: f64| -> Option<(Vec<f64>, f64)> {
+        let forth = model.bias(&states, &moving(1.0)).ok()?;
+        let back = model.bias(&states, &moving(-1.0)).ok()?;
+        let pairs = forth.iter().zip(&back).skip(i).step_by(n);
+        let odd: Vec<f64> = pairs.map(|(a, b)| 0.5 * factor * (a - b) / speed).collect();
+        let size = forth.iter().map(|x| x.abs()).fold(0.0, f64::max) * factor.abs() / speed;
+        Some((odd, size))
+    };
+    let (learned, size) = of(subject.model, subject.factor(subject.model))?;
+    let truth = subject
+        .truth
+        .as_ref()
+        .and_then(|truth| of(&*truth.system, 1.0));
+    let is_there = |odd: &[f64], size: f64| odd.iter().any(|x| x.abs() > GYROSCOPIC * size);
+    let known = truth
+        .as_ref()
+        .is_some_and(|(odd, size)| is_there(odd, *size));
+    if !is_there(&learned, size) && !known {
+        return None;
+    }
+    let members = subject
+        .members
+        .iter()
+        .filter_map(|own| of(own, subject.factor(own)));
+    let sweep = Sweep {
+        quantities: vec![Along {
+            learned,
+            truth: truth.map(|(odd, _)| odd).unwrap_or_default(),
+            members: members.map(|(odd, _)| odd).collect(),
+            ..Along::default()
+        }],
+        at,
+        data,
+    };
+    let [on, of] = [i, j].map(|k| &subject.coordinates.0[k]);
+    let label = format!("{}·s/{}", torque_unit(on), of.unit);
+    let axes = [subject.axis(i), Axis::linear("force by velocity", &label)];
+    let title = format!(
+        "Gyroscopic force on {} by the velocity of {}",
+        on.name, of.name
+    );
+    let figure = sweep.figure("learned-gyroscopic", title, axes);
+    Some(Figure {
+        caption: format!(
+            "The part of the forces that changes its sign with the velocity and does no work, for each unit of velocity.{}{}",
+            subject.elsewhere(),
+            subject.aligned()
+        ),
+        ..figure
+    })
+}

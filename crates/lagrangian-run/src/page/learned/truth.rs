@@ -1,0 +1,62 @@
+//! The system that made the data, where they say which.
+
+use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::trajectory::Simulated;
+use lagrangian::{Layout, Learned, Model, Quantities};
+
+use crate::record::RunRecord;
+
+/// A known system, and how what was learned is compared with it.
+pub(super) struct Truth {
+    pub(super) system: Box<dyn AnalyticModel>,
+    /// Viscous friction on every coordinate, N·m·s/rad or N·s/m.
+    pub(super) friction: f64,
+    /// Whether energies are known up to a factor, and scaled to the truth.
+    pub(super) is_scaled: bool,
+}
+
+/// The columns of the data of a run.
+pub(in crate::page) fn layout(record: &RunRecord) -> Option<Layout> {
+    let columns = record.resolved.get("data")?.get("columns")?;
+    Layout::from_toml(&toml::to_string(columns).ok()?).ok()
+}
+
+impl Truth {
+    /// The system that the data of a run name; none for one of other coordinates, which their columns cannot be of.
+    pub(super) fn of(record: &RunRecord, model: &Learned, middle: &[f64]) -> Option<Self> {
+        let Simulated {
+            name,
+            friction,
+            parameters,
+        } = layout(record)?.system?;
+        let parameters: Vec<(&str, f64)> =
+            parameters.iter().map(|(k, x)| (k.as_str(), *x)).collect();
+        let system = by_name(&name, &parameters).ok()?;
+        if system.coordinates().dof() != middle.len() {
+            return None;
+        }
+        Some(Self {
+            system,
+            friction,
+            is_scaled: model.visited().is_some_and(lagrangian::Visited::is_free),
+        })
+    }
+
+    /// The factor from what a model says of energies to the truth.
+    pub(super) fn factor(&self, model: &Learned, middle: &[f64]) -> f64 {
+        match self.is_scaled {
+            true => factor(model, &*self.system, middle),
+            false => 1.0,
+        }
+    }
+}
+
+/// The factor from the inertia of a model to that of another, by their traces in the middle of the data; 1 where one has none.
+pub(super) fn factor(model: &dyn Model, other: &dyn Model, middle: &[f64]) -> f64 {
+    let trace = |model: &dyn Model| -> Option<f64> {
+        let mass = model.mass_matrix(middle).ok()?;
+        Some(mass.iter().step_by(middle.len() + 1).sum())
+    };
+    let ratio = trace(other).zip(trace(model)).map(|(a, b)| a / b);
+    ratio.filter(|x| x.is_finite() && *x != 0.0).unwrap_or(1.0)
+}

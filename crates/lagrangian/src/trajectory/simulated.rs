@@ -1,0 +1,44 @@
+//! What is known of motions beside their columns: the system that made them, and where its links measure their angles.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// The known system that made the motions of a file, so that what is learned from them can be set beside it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Simulated {
+    /// The name of the system, as in [`analytic::systems`](crate::analytic::systems).
+    pub name: String,
+    /// Viscous friction on every coordinate, N·m·s/rad or N·s/m.
+    #[serde(default)]
+    pub friction: f64,
+    /// The parameters that differ from those of the table of systems.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, f64>,
+}
+
+impl Simulated {
+    /// Where the links of the system measure their angles; `None` for one that is no chain of links.
+    #[must_use]
+    pub fn links(&self) -> Option<Links> {
+        match self.name.as_str() {
+            "pendulum" | "double-pendulum" | "n-link-pendulum" => Some(Links::Absolute),
+            "two-link-arm" => Some(Links::Horizontal),
+            _ => None,
+        }
+    }
+}
+
+/// Where the links of a chain measure their angles.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Links {
+    /// From hanging down.
+    #[default]
+    Absolute,
+    /// From the link before; the first from hanging down.
+    Relative,
+    /// From the link before; the first from the horizontal.
+    Horizontal,
+}
